@@ -1,0 +1,99 @@
+/* Ray tracing: the only folder that sees Embree.
+ *
+ * Two levels. A struct lum_accel_mesh holds one mesh's triangles in its own Embree scene; a struct lum_accel_top holds
+ * instances of meshes plus emitter shapes, and is built anew for every snapshot whose geometry changed (0.05 ms an
+ * instance). Nothing is modified while it can be traced: a committed object is immutable, except a mesh whose only owner
+ * refits it. All Embree scenes are ROBUST (algorithms 0).
+ *
+ * Every ray passes one gate first: origin and direction finite and inside Embree's limits, direction not zero,
+ * 0 <= tnear <= tfar, no NaN. Debian's Embree abort()s on such rays, so a ray that fails is not traced, reads as a miss
+ * (or as unoccluded) and is counted. A count above 0 is a bug in the caller. */
+#ifndef LUM_CORE_ACCEL_ACCEL_H
+#define LUM_CORE_ACCEL_ACCEL_H
+
+#include "core/base/base.h"
+#include "core/math/vec.h"
+
+struct lum_device;     /* one Embree device */
+struct lum_accel_mesh; /* refcounted */
+struct lum_accel_top;  /* refcounted */
+
+/* n_threads: build threads. isa: NULL, or "avx2" ... for replays that must be bit-identical across machines. */
+LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lum_device **ret_device,
+                                               struct lum_error *err);
+void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */
+const char *lum_device_isa(const struct lum_device *device);  /* "AVX512", as Embree reports it */
+const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
+
+/* positions: 3 * n_vertices floats, indices: 3 * n_triangles (all < n_vertices, finite: the scene checked). Copied. */
+LUM_MUST_USE enum lum_status lum_accel_mesh_create(struct lum_device *device, const float *positions, uint32_t n_vertices,
+                                                   const uint32_t *indices, uint32_t n_triangles, bool deforming,
+                                                   struct lum_accel_mesh **ret_mesh, struct lum_error *err);
+/* Same topology, new positions: refits in place. The caller must hold the only reference. */
+LUM_MUST_USE enum lum_status lum_accel_mesh_refit(struct lum_accel_mesh *mesh, const float *positions, struct lum_error *err);
+struct lum_accel_mesh *lum_accel_mesh_ref(struct lum_accel_mesh *mesh);
+void lum_accel_mesh_unref(struct lum_accel_mesh *mesh);
+bool lum_accel_mesh_unique(const struct lum_accel_mesh *mesh);
+
+struct lum_accel_instance {
+    struct lum_accel_mesh *mesh;
+    struct lum_affine local_to_scene; /* invertible: the scene checked */
+};
+
+enum lum_accel_shape_kind { LUM_SHAPE_QUAD, LUM_SHAPE_DISC, LUM_SHAPE_SPHERE };
+/* An emitter's surface, in scene space. quad: centre p, half edges u and v. disc: centre, normal n, radius. */
+struct lum_accel_shape {
+    enum lum_accel_shape_kind kind;
+    struct lum_vec3 p, u, v, n;
+    float radius;
+};
+
+/* Alpha test of a candidate hit; called from many threads, must be pure. True: the surface is there. */
+struct lum_accel_alpha {
+    bool (*opaque)(const void *user, uint32_t object, uint32_t prim, float u, float v);
+    const void *user;
+};
+
+LUM_MUST_USE enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
+                                                  uint32_t n_instances, const struct lum_accel_shape *shapes,
+                                                  uint32_t n_shapes, struct lum_accel_top **ret_top, struct lum_error *err);
+struct lum_accel_top *lum_accel_top_ref(struct lum_accel_top *top);
+void lum_accel_top_unref(struct lum_accel_top *top);
+
+/* A batch of rays, structure of arrays, at most LUM_RAY_BATCH. Direction need not be unit: t is in units of |d|. */
+#define LUM_RAY_BATCH 256
+struct lum_rays {
+    _Alignas(64) float ox[LUM_RAY_BATCH];
+    float oy[LUM_RAY_BATCH], oz[LUM_RAY_BATCH], dx[LUM_RAY_BATCH], dy[LUM_RAY_BATCH], dz[LUM_RAY_BATCH];
+    float tnear[LUM_RAY_BATCH], tfar[LUM_RAY_BATCH];
+    uint32_t n;
+};
+
+#define LUM_NO_OBJECT UINT32_MAX
+/* object: index of the instance, or n_instances + index of the shape, or LUM_NO_OBJECT for a miss. u, v: barycentric
+ * (triangles, quads 0..1 over the whole quad). ng: geometric normal in the object's local space for instances, scene
+ * space for shapes; not unit. */
+struct lum_hits {
+    _Alignas(64) float t[LUM_RAY_BATCH];
+    float u[LUM_RAY_BATCH], v[LUM_RAY_BATCH];
+    float ngx[LUM_RAY_BATCH], ngy[LUM_RAY_BATCH], ngz[LUM_RAY_BATCH];
+    uint32_t object[LUM_RAY_BATCH], prim[LUM_RAY_BATCH];
+};
+
+struct lum_trace {
+    const struct lum_accel_top *top;
+    const struct lum_accel_alpha *alpha; /* NULL: no alpha-mapped material in the scene */
+    bool coherent; /* only for primary rays and dense pixel tile -> one target: elsewhere the flag hurts (algorithms 0) */
+    uint64_t *bad_rays; /* incremented for each ray that the gate refused; the caller's own counter */
+};
+
+/* 16-wide inside; any n. Thread: any, concurrently. */
+void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
+/* occluded[i] = 1 when something lies in (tnear, tfar). */
+void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH]);
+
+/* Moves p off the surface along unit normal n (towards the side of the ray to be shot) by a few ulps: Waechter & Binder
+ * 2019. With barycentric hit points in a normalised scene this leaves no self-hits at tnear = 0 (algorithms 0). */
+struct lum_vec3 lum_ray_offset(struct lum_vec3 p_scene, struct lum_vec3 n);
+
+#endif

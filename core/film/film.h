@@ -1,0 +1,47 @@
+/* Film: where radiance is summed, and how it becomes a picture.
+ *
+ * Two independent halves (even and odd samples) are kept apart in double precision: their difference is an unbiased
+ * measure of the noise that is left. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
+#ifndef LUM_CORE_FILM_FILM_H
+#define LUM_CORE_FILM_FILM_H
+
+#include "core/base/base.h"
+#include "core/math/vec.h"
+
+struct lum_film {
+    uint32_t w, h;
+    double *half[2];   /* 3 per pixel: sums of even and of odd samples */
+    uint32_t *n[2];    /* samples in each half, per pixel */
+};
+
+LUM_MUST_USE enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err);
+void lum_film_finish(struct lum_film *film);
+void lum_film_clear(struct lum_film *film);
+
+/* Adds sample number `sample` to a pixel. A non-finite or negative-infinite value is dropped and *nonfinite incremented.
+ * Thread: one writer per pixel. */
+void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance, uint64_t *nonfinite);
+
+/* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */
+struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);
+
+/* Relative root mean square of the standard error, estimated from the halves: sqrt(mean((A-B)^2 / 4)) / mean, over
+ * luminance; NAN until each pixel has a sample in both halves. */
+double lum_film_error_rel(const struct lum_film *film);
+
+enum lum_tone_map { LUM_TONE_AGX, LUM_TONE_ACES, LUM_TONE_REINHARD, LUM_TONE_NONE };
+extern const char *const lum_tone_map_names[]; /* "agx", "aces", "reinhard", "none"; NULL-terminated */
+
+/* Luminance in cd/m2 that display white stands for at exposure value ev100: 1.2 * 2^ev100 (ISO 2720 with q = 0.65:
+ * the saturation-based speed). */
+double lum_exposure_white(double ev100);
+/* ev100 at which the log-average luminance of the picture lands on middle grey; 0 for a black picture. */
+double lum_exposure_auto(const struct lum_film *film);
+
+/* One pixel: exposed, tone mapped, sRGB-encoded, 0..255. Finite input gives finite output; NaN gives 0. */
+void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map tone, uint8_t ret_rgb[3]);
+/* A rectangle of the film as RGBA8 rows, stride in bytes. Thread: any, while nobody writes those pixels. */
+void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double ev100,
+                      enum lum_tone_map tone, uint8_t *ret_rgba, size_t stride);
+
+#endif

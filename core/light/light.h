@@ -1,0 +1,80 @@
+/* Lights at render time: evaluation and sampling. All in scene space (snapshot.h has the units). */
+#ifndef LUM_CORE_LIGHT_LIGHT_H
+#define LUM_CORE_LIGHT_LIGHT_H
+
+#include "core/base/base.h"
+#include "core/math/vec.h"
+#include "core/scene/scene.h"
+
+struct lum_instance;
+struct lum_snapshot;
+struct lum_env_map; /* luminance distribution of an environment image (light/environment.c) */
+
+enum lum_emitter {
+    LUM_EMIT_POINT,
+    LUM_EMIT_SPOT,
+    LUM_EMIT_DIRECTIONAL,
+    LUM_EMIT_QUAD,
+    LUM_EMIT_DISC,
+    LUM_EMIT_SPHERE,
+    LUM_EMIT_MESH,
+    LUM_EMIT_ENVIRONMENT,
+};
+
+struct lum_light {
+    enum lum_emitter kind;
+    struct lum_rgb power;  /* cd * scale^2 (point, spot), lx (directional), cd/m2 (area, mesh, environment tint) */
+    struct lum_vec3 p;     /* centre */
+    struct lum_vec3 n;     /* unit: where light goes (spot, directional, quad, disc) */
+    struct lum_vec3 u, v;  /* quad: half edges */
+    float radius, area;    /* scene units */
+    float cos_inner, cos_outer;
+    struct lum_frame env_frame; /* environment: rotation */
+    const struct lum_env_map *env;  /* environment image, or NULL: constant */
+    uint32_t instance;     /* mesh emitter: its instance */
+    const float *tri_cdf;  /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
+    uint32_t shape;        /* index among the accel shapes, or LUM_NO_OBJECT */
+    bool on, camera_visible;
+    bool delta;            /* point, spot, directional: cannot be hit */
+    char id[LUM_ID_MAX + 1], group[LUM_ID_MAX + 1];
+};
+
+/* Lights that are on and have power > 0 are in [0, n_active) of the order table; the CDF over them is by emitted flux. */
+struct lum_light_table {
+    const struct lum_light *lights;
+    uint32_t n_lights;
+    const uint32_t *active; /* indices of lights that emit */
+    const float *active_cdf; /* inclusive, last = 1 */
+    const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
+    uint32_t n_active;
+    uint32_t environment; /* index, or LUM_NO_OBJECT */
+    float scene_radius;   /* of the bounding sphere: where directional and environment light is shot from */
+};
+
+/* Picks an emitting light; u is remapped to a fresh number. LUM_NO_OBJECT when none emits. */
+uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob);
+
+struct lum_light_sample {
+    struct lum_vec3 wi;      /* unit, from the point to the light */
+    float distance;          /* to the light; INFINITY for directional and environment */
+    struct lum_rgb radiance; /* arriving radiance; delta lights: irradiance on a plane facing wi */
+    float pdf_sa;            /* solid angle, given this light was picked; 0 for delta lights */
+};
+/* Samples light i as seen from p. False when it cannot reach p (behind, zero area, outside the cone). Quads are sampled
+ * over the spherical rectangle (Urena 2013; area below 1e-3 sr), spheres over the cone, discs and meshes over area, images
+ * over luminance. Thread: any. */
+bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
+                         struct lum_light_sample *ret_sample);
+
+/* pdf_sa with which lum_light_sample_at would make the direction p -> p_light (on light i, geometric normal ng_light). For the
+ * environment p_light and ng_light are unused. For MIS. */
+float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
+                    struct lum_vec3 ng_light);
+
+/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads and discs). */
+struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 ng_hit_facing_ray, bool backface);
+/* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
+ * camera_visible. */
+struct lum_rgb lum_lights_background(const struct lum_light_table *t, struct lum_vec3 d, bool camera_ray);
+
+#endif

@@ -1,0 +1,28 @@
+/* Counter-based random numbers: value = f(pixel, dimension, sample, seed), never a state. The same pixel and sample
+ * give the same numbers on any thread, which is what makes images reproducible and single samples replayable.
+ *
+ * Owen-scrambled Sobol (Burley 2020), padded: dimensions are taken in pairs; each pair is a 2D Sobol sequence whose
+ * index is shuffled by a full nested uniform scramble and whose coordinates are Owen-scrambled, both seeded by a hash
+ * of (pixel, pair, seed). */
+#ifndef LUM_CORE_MATH_SAMPLER_H
+#define LUM_CORE_MATH_SAMPLER_H
+
+#include <stdint.h>
+
+#include "core/math/vec.h"
+
+struct lum_sampler {
+    uint32_t pixel_seed; /* hash of pixel and user seed */
+    uint32_t sample;     /* index of the sample in its pixel */
+};
+
+struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed);
+
+/* Two numbers in [0,1), stratified over samples. pair: which decision of the path this is. */
+struct lum_vec2 lum_sampler_2d(const struct lum_sampler *s, uint32_t pair);
+float lum_sampler_1d(const struct lum_sampler *s, uint32_t pair);
+
+uint32_t lum_hash_u32(uint32_t x);
+uint32_t lum_hash_combine(uint32_t seed, uint32_t value);
+
+#endif

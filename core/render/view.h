@@ -1,0 +1,96 @@
+/* A view: one camera's picture of the scene, rendered pass by pass.
+ *
+ * data flow of a pass: snapshot + settings -> demand -> stale stages (G-buffer, estimators) -> film. Every stage is
+ * memoised: it stores the snapshot versions and settings that it depends on, and runs only when one changed. A progressive
+ * method adds one sample a pixel per pass, until max_spp. */
+#ifndef LUM_CORE_RENDER_VIEW_H
+#define LUM_CORE_RENDER_VIEW_H
+
+#include "core/base/pool.h"
+#include "core/film/film.h"
+#include "core/method/method.h"
+#include "core/scene/snapshot.h"
+
+struct lum_view_settings {
+    struct lum_camera camera;
+    uint32_t w, h;
+    const struct lum_method *method;
+    uint32_t seed;
+    uint32_t max_spp;        /* progressive methods stop here; 0: never */
+    uint32_t max_depth;      /* path segments after the first hit */
+    uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
+    bool antialias;          /* false: rays through pixel centres */
+};
+struct lum_view_settings lum_view_settings_default(void); /* 600x400, path, seed 0, depth 8, 16 shadow samples, antialias */
+
+enum lum_stage { LUM_STAGE_GBUFFER, LUM_STAGE_DIRECT, LUM_STAGE_SPECULAR, LUM_STAGE_PATH, LUM_STAGE_COMPOSITE, LUM_STAGE_COUNT };
+extern const char *const lum_stage_names[LUM_STAGE_COUNT];
+
+struct lum_effect_stats {
+    uint64_t rays, tiles;
+    int64_t ns; /* CPU */
+};
+
+/* What one pass did. Counters are of this pass only; exactly 0 where nothing ran. */
+struct lum_pass_stats {
+    uint64_t scene_rev;
+    double ms, cpu_ms;
+    double stage_ms[LUM_STAGE_COUNT];
+    uint64_t rays[LUM_RAY_KIND_COUNT];
+    struct lum_demand demand;
+    struct lum_effect_stats effects[LUM_EFFECT_COUNT];
+    uint64_t nonfinite, bad_rays; /* must be 0 */
+    uint32_t spp;                 /* least samples of any pixel so far */
+    double error_rel;             /* NAN: unknown */
+    bool changed;                 /* the film differs from before the pass */
+    bool complete;                /* nothing left to do for this snapshot and these settings */
+};
+
+struct lum_view;
+
+/* pool is borrowed and must outlive the view. */
+LUM_MUST_USE enum lum_status lum_view_create(struct lum_pool *pool, struct lum_view **ret_view, struct lum_error *err);
+void lum_view_destroy(struct lum_view *view); /* accepts NULL */
+
+/* Runs one pass. *cancel (may be NULL) is read per tile: on true the pass ends early with LUM_ERR_CANCELLED, and the film
+ * keeps the tiles that were done. Restarts by itself when snapshot or settings differ from the last pass in a way that
+ * matters. Thread: one at a time per pool (the director). */
+enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *snapshot,
+                              const struct lum_view_settings *settings, const _Atomic bool *cancel,
+                              struct lum_pass_stats *ret_stats, struct lum_error *err);
+
+/* The picture so far; valid until the next pass. */
+const struct lum_film *lum_view_film(const struct lum_view *view);
+
+/* First-hit buffers of the last pass, through pixel centres; each may be NULL when not made yet. Arrays are w * h. */
+struct lum_aovs {
+    const struct lum_rgb *albedo;
+    const struct lum_vec3 *normal_world; /* shading normal */
+    const float *depth_m;                /* distance along the ray; +inf: background */
+    const uint32_t *instance;            /* LUM_NO_OBJECT: background */
+};
+/* Renders the G-buffer if it is stale, then returns it. Thread: as lum_view_pass. */
+enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *snapshot,
+                              const struct lum_view_settings *settings, struct lum_aovs *ret_aovs, struct lum_error *err);
+
+/* The object under a pixel. Thread: any (traces one ray). */
+struct lum_pick {
+    bool hit;
+    const char *id;               /* object's or light's id, borrowed from the snapshot */
+    struct lum_vec3d point_world; /* metres */
+    struct lum_vec3 normal;       /* world, unit, geometric */
+    double distance_m;
+};
+void lum_pick_at(const struct lum_snapshot *snapshot, const struct lum_camera *camera, uint32_t w, uint32_t h, double x,
+                 double y, struct lum_pick *ret_pick);
+
+/* Illuminance at a point by path tracing n_samples, split over the pool: direct and indirect, with standard error. */
+struct lum_probe {
+    double illuminance_lx, stderr_lx;
+    struct lum_rgb irradiance;
+};
+enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
+                             struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
+                             uint64_t *ret_rays, struct lum_error *err);
+
+#endif

@@ -1,0 +1,142 @@
+/* The scene: what a client can edit, and the immutable snapshots that rendering reads.
+ *
+ * struct lum_scene is written by one thread (the director). Each put or remove names a stable string id; lum_scene_commit
+ * publishes everything since the last commit as a new reference-counted const struct lum_snapshot that shares all that did
+ * not change. Values are checked here a last time: a refused call changes nothing.
+ *
+ * All descriptions are in world space: metres, right-handed, Y up, photometric units. The snapshot is in scene space:
+ * p_scene = (p_world - centre) * scale with scale a power of two such that the extent is about 1..128 (snapshot.h). */
+#ifndef LUM_CORE_SCENE_SCENE_H
+#define LUM_CORE_SCENE_SCENE_H
+
+#include "core/accel/accel.h"
+#include "core/base/base.h"
+#include "core/math/vec.h"
+
+struct lum_scene;
+struct lum_snapshot;
+
+/* ---- descriptions; all pointers are borrowed for the call, and copied ---- */
+
+struct lum_mesh_desc {
+    const double *positions; /* 3 * n_vertices, local space, metres. NULL: use positions_f */
+    const float *positions_f;
+    const float *normals; /* 3 * n_vertices or NULL: flat shading */
+    const float *uvs;     /* 2 * n_vertices or NULL */
+    const float *colors;  /* 3 * n_vertices linear, multiplies base_color; or NULL */
+    const uint32_t *indices; /* 3 * n_triangles */
+    uint32_t n_vertices, n_triangles;
+    bool deforming; /* will be put again with the same indices and moved positions: refit, do not rebuild */
+};
+
+enum lum_texel { LUM_TEXEL_SRGB8, LUM_TEXEL_LINEAR8, LUM_TEXEL_RGB32F };
+struct lum_image_desc {
+    enum lum_texel texel; /* SRGB8, LINEAR8: 4 bytes RGBA a texel; RGB32F: 3 floats */
+    uint32_t width, height;
+    const void *pixels; /* first row is the top */
+};
+
+enum lum_wrap { LUM_WRAP_REPEAT, LUM_WRAP_MIRROR, LUM_WRAP_CLAMP };
+/* A texture reference: an image id and the KHR_texture_transform of it. image NULL or "": none. */
+struct lum_texture_desc {
+    const char *image;
+    float offset[2], scale[2], rotation_rad;
+    enum lum_wrap wrap_u, wrap_v;
+};
+
+enum lum_alpha_mode { LUM_ALPHA_OPAQUE, LUM_ALPHA_MASK, LUM_ALPHA_BLEND };
+
+/* The glTF 2.0 metal-roughness model with its dielectric extensions. */
+struct lum_material_desc {
+    struct lum_rgb base_color; /* 0..1 linear */
+    struct lum_texture_desc base_color_texture;
+    struct lum_texture_desc metallic_roughness_texture; /* G roughness, B metallic, linear */
+    struct lum_texture_desc emission_texture;
+    struct lum_texture_desc normal_texture;
+    float normal_scale;
+    float metallic, roughness; /* 0..1; alpha = roughness^2 */
+    float ior;                 /* 1..4 */
+    float specular;            /* KHR_materials_specular: scales the dielectric F0; 0 = purely diffuse */
+    struct lum_rgb specular_color;
+    float transmission; /* 0..1: share of the base layer that refracts (a solid) or passes straight on (thin) */
+    bool thin;          /* a surface without volume: transmission does not bend */
+    struct lum_rgb attenuation_color; /* inside a solid, after attenuation_distance_m */
+    double attenuation_distance_m;    /* +inf: clear */
+    struct lum_rgb emission;          /* chromaticity, luminance 1; times emission_cd_m2 */
+    double emission_cd_m2;
+    enum lum_alpha_mode alpha_mode;
+    float alpha, alpha_cutoff;
+    bool unlit; /* shown as base_color * 1 cd/m2 ... reflects nothing */
+};
+/* Defaults: white diffuse, roughness 1, ior 1.5, specular 1, no texture. */
+struct lum_material_desc lum_material_default(void);
+
+struct lum_object_desc {
+    const char *mesh, *material;          /* ids that exist */
+    struct lum_affined local_to_world;    /* finite and invertible */
+    bool visible;
+};
+
+enum lum_light_kind {
+    LUM_LIGHT_POINT,
+    LUM_LIGHT_SPOT,
+    LUM_LIGHT_DIRECTIONAL,
+    LUM_LIGHT_QUAD,
+    LUM_LIGHT_DISC,
+    LUM_LIGHT_SPHERE,
+    LUM_LIGHT_ENVIRONMENT,
+};
+struct lum_light_desc {
+    enum lum_light_kind kind;
+    struct lum_vec3d position;  /* point, spot, disc, sphere: centre; quad: centre */
+    struct lum_vec3d direction; /* spot, directional, disc: where light goes; need not be unit */
+    struct lum_vec3d u, v;      /* quad: full edges; emits towards cross(u, v) */
+    double radius_m;            /* disc, sphere */
+    double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
+    struct lum_rgb color;       /* chromaticity, luminance 1 */
+    /* The photometric size, in the unit natural to the kind (records in lm are converted by the caller with
+     * lum_light_from_flux): point, spot: cd; directional: lx on a facing plane; area, environment: cd/m2. */
+    double intensity;
+    const char *image;          /* environment: equirectangular image id, its luminance scaled by intensity; or NULL */
+    double rotation_rad;        /* environment: about +Y */
+    bool on, camera_visible;    /* camera_visible: area lights and environment seen directly */
+    const char *group;          /* mixing group, "" = its own id */
+};
+/* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot by its falloff
+ * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment. */
+LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
+                                                 struct lum_error *err);
+
+struct lum_camera {
+    struct lum_vec3d position, target, up; /* metres */
+    double vfov_deg;                       /* 1..179 */
+};
+
+/* ---- the scene ---- */
+
+/* device must outlive the scene and all its snapshots. */
+LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **ret_scene, struct lum_error *err);
+void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live on */
+
+/* Add, or replace what has this id. An object may be put only after its mesh and material. Replacing a mesh, image or
+ * material reaches everything that refers to it. */
+LUM_MUST_USE enum lum_status lum_scene_put_mesh(struct lum_scene *, const char *id, const struct lum_mesh_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_image(struct lum_scene *, const char *id, const struct lum_image_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_material(struct lum_scene *, const char *id, const struct lum_material_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char *id, const struct lum_object_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_light(struct lum_scene *, const char *id, const struct lum_light_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_camera(struct lum_scene *, const char *id, const struct lum_camera *, struct lum_error *);
+
+enum lum_entity { LUM_ENTITY_MESH, LUM_ENTITY_IMAGE, LUM_ENTITY_MATERIAL, LUM_ENTITY_OBJECT, LUM_ENTITY_LIGHT, LUM_ENTITY_CAMERA };
+/* LUM_ERR_CONFLICT when something still refers to it, LUM_ERR_NOT_FOUND when there is no such id. */
+LUM_MUST_USE enum lum_status lum_scene_remove(struct lum_scene *, enum lum_entity, const char *id, struct lum_error *);
+
+/* Publishes the state as scene revision scene_rev. The caller owns one reference (lum_snapshot_unref). On failure the
+ * former snapshot stays the newest and the pending edits stay pending. */
+LUM_MUST_USE enum lum_status lum_scene_commit(struct lum_scene *, uint64_t scene_rev, const struct lum_snapshot **ret_snapshot,
+                                              struct lum_error *);
+
+/* Triangles dropped at put (degenerate, non-finite or out-of-range index), over the scene's life. */
+uint64_t lum_scene_dropped_triangles(const struct lum_scene *);
+
+#endif

@@ -1,0 +1,97 @@
+/* A snapshot: one revision of the scene, immutable, shared by reference count. Everything here is in scene space and
+ * ready to trace and shade. Render threads borrow it for a pass; nobody writes it.
+ *
+ * Units in scene space: lengths are metres * norm.scale, so an intensity in cd becomes cd * scale^2 and an extinction
+ * becomes sigma / scale; radiance, luminance and irradiance keep their values. */
+#ifndef LUM_CORE_SCENE_SNAPSHOT_H
+#define LUM_CORE_SCENE_SNAPSHOT_H
+
+#include "core/accel/accel.h"
+#include "core/light/light.h"
+#include "core/material/material.h"
+#include "core/math/vec.h"
+#include "core/scene/scene.h"
+
+/* p_scene = (p_world - centre) * scale, in double. */
+struct lum_normalisation {
+    struct lum_vec3d centre;
+    double scale; /* a power of two */
+};
+
+/* A mesh as the renderer reads it. Vertices are in the mesh's own normalised local space. */
+struct lum_mesh {
+    struct lum_refs refs;
+    struct lum_accel_mesh *accel;
+    float *positions;   /* 3 per vertex */
+    float *normals;     /* 3 per vertex, unit; or NULL */
+    float *uvs, *colors; /* 2, 3 per vertex; or NULL */
+    uint32_t *indices;  /* 3 per triangle */
+    uint32_t n_vertices, n_triangles;
+    struct lum_affined local_to_given; /* normalised local -> the coordinates that the client gave */
+};
+
+struct lum_instance {
+    const struct lum_mesh *mesh;
+    uint32_t material;               /* index in lum_snapshot.materials */
+    uint32_t light;                  /* index of its mesh light, or LUM_NO_OBJECT */
+    struct lum_affine local_to_scene;
+    float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit */
+    float flip;                      /* -1 when the transform mirrors, else 1 */
+    char id[LUM_ID_MAX + 1];
+};
+
+/* What changed last: a counter per class of edit. A stage that memoises its result stores the counters it depends on
+ * and runs again when one differs. */
+struct lum_versions {
+    uint64_t geometry;    /* instances, meshes, emitter shapes, visibility, alpha */
+    uint64_t material;    /* anything in a material but emission */
+    uint64_t light_shape; /* where light comes from: added, removed, moved, reshaped */
+    uint64_t light_power; /* colour, intensity, on/off */
+};
+
+struct lum_snapshot {
+    struct lum_refs refs;
+    uint64_t scene_rev;
+    struct lum_versions versions;
+    struct lum_normalisation norm;
+    struct lum_vec3 bounds_lo, bounds_hi; /* of all geometry; lo > hi when there is none */
+    struct lum_accel_top *top;
+    struct lum_accel_alpha alpha;
+    bool has_alpha;
+    const struct lum_instance *instances;
+    uint32_t n_instances;
+    const struct lum_material *materials;
+    uint32_t n_materials;
+    struct lum_light_table lights;
+    uint64_t n_triangles; /* instanced */
+    /* private to snapshot.c: ownership of the above, cameras */
+    void *owner;
+};
+
+const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *);
+void lum_snapshot_unref(const struct lum_snapshot *); /* accepts NULL. Thread: any */
+
+/* LUM_ERR_NOT_FOUND when there is no such camera. id NULL: the first by name, "main" preferred. */
+LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, const char *id, struct lum_camera *ret_camera,
+                                                 struct lum_error *err);
+/* A camera that frames the whole scene from a pleasant angle; for files that bring none. */
+struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *);
+
+/* What a ray found, ready to shade. */
+struct lum_surface {
+    struct lum_vec3 p;       /* barycentric hit point, scene space */
+    struct lum_vec3 ng, ns;  /* unit, both on the side the ray came from; ns may be bent by normals and normal maps */
+    struct lum_vec2 uv;
+    uint32_t instance;       /* LUM_NO_OBJECT for an emitter shape */
+    uint32_t material;
+    uint32_t light;          /* emitter hit, or LUM_NO_OBJECT */
+    uint32_t prim;
+    bool backface;           /* hit from behind the winding (entering or leaving a solid) */
+    struct lum_rgb vertex_color;
+};
+
+/* Fills *ret_surface for hit i of a batch whose ray had direction d. The caller checked object != LUM_NO_OBJECT. */
+void lum_snapshot_surface(const struct lum_snapshot *, const struct lum_hits *hits, uint32_t i, struct lum_vec3 d,
+                          struct lum_surface *ret_surface);
+
+#endif

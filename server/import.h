@@ -1,0 +1,49 @@
+/* Running lumend-import: the sandboxed program that reads model and image files, so that a hostile file can kill that
+ * process and never the daemon. This side opens the asset below the asset root (openat2 RESOLVE_BENEATH, no symlinks),
+ * gives the child its file descriptors and limits, reads its output stream, and turns it into records.
+ *
+ * Output stream of the child, on fd 1: chunks of { u32 kind, u32 n_bytes } little-endian and n_bytes:
+ *   1 op        JSON text of one {"op":"add",...}; bulk arrays as {"blob":k}: k counts the blobs since the last op
+ *   2 blob      raw little-endian bytes of the op that follows
+ *   3 progress  {"stage":"read","fraction":0.25}
+ *   4 warning   text for people
+ *   5 done      empty; without it the import failed
+ *   6 error     {"code":"unsupported","text":"..."} */
+#ifndef LUM_SERVER_IMPORT_H
+#define LUM_SERVER_IMPORT_H
+
+#include <stdatomic.h>
+
+#include "core/base/base.h"
+#include "protocol/error.h"
+#include "protocol/record.h"
+
+enum lum_import_chunk { LUM_CHUNK_OP = 1, LUM_CHUNK_BLOB, LUM_CHUNK_PROGRESS, LUM_CHUNK_WARNING, LUM_CHUNK_DONE, LUM_CHUNK_ERROR };
+
+struct lum_import_config {
+    const char *importer;   /* path of lumend-import; NULL: beside the running program */
+    const char *assets_dir; /* asset names are resolved below this directory, never above */
+    struct lum_log log;
+};
+
+struct lum_import_result {
+    struct lum_record **records; /* owned references, in an order that can be added one by one; ids are "IMPORT/..." */
+    size_t n_records;
+    char (*warnings)[256];
+    size_t n_warnings;
+};
+void lum_import_result_finish(struct lum_import_result *r);
+
+/* Blocking; run it on a thread of its own. Reads the model `asset`, places it by the import record's transform, and makes
+ * records whose ids begin with the import's id and "/". progress (may be NULL) is called on this thread. *cancel (may be NULL) true: the
+ * child is killed. On failure err says what: the child's own error, "timed out after 120 s of CPU", "crashed (signal 11)",
+ * "needed more than 4 GiB", with app "import_failed" (or "not_found", "unsupported"). */
+bool lum_import_model(const struct lum_import_config *config, const struct lum_record *import,
+                      void (*progress)(void *user, const char *stage, double fraction), void *user,
+                      const _Atomic bool *cancel, struct lum_import_result *ret_result, struct lum_proto_error *err);
+
+/* Decodes an image asset (PNG, JPEG, HDR, EXR) into a copy of the image record with pixels. */
+bool lum_import_image(const struct lum_import_config *config, const struct lum_record *image, const _Atomic bool *cancel,
+                      struct lum_record **ret_image, struct lum_proto_error *err);
+
+#endif
