@@ -1,0 +1,110 @@
+"""Fails when a folder uses what it must not: the dependency rule of the README, on sources and on linked symbols.
+
+usage: architecture.py SOURCE_DIR BUILD_DIR
+"""
+import os
+import re
+import subprocess
+import sys
+
+source, build = sys.argv[1], sys.argv[2]
+failures = []
+
+# folder -> our folders it may include
+MAY_INCLUDE = {
+    "core": {"core"},
+    "protocol": {"protocol"},
+    "server": {"core", "protocol", "server"},
+    "clients": {"protocol", "clients"},
+    "tests": {"core", "protocol", "server", "clients", "tests"},
+}
+# third-party header prefix -> the only files that may include it
+ONLY_IN = {
+    r"embree\d?/": r"core/accel/",
+    r"libwebsockets\.h": r"server/net\.c|clients/replay/ws\.c",
+    r"openexr\.h|OpenEXR/": r"core/image/",
+    r"cjson/": r"protocol/|server/|clients/|tests/",
+    r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
+    r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
+    r"sys/socket\.h|netinet/|arpa/": r"server/|clients/|tests/",
+}
+# static library -> symbols it must not need
+MUST_NOT_NEED = {
+    "core/liblum_core.a": r"^(lws_|cJSON_|tj[A-Z]|spng_|socket$|connect$|accept$|lum_(record|op|document|proto|frame_)_?)",
+    "protocol/liblum_protocol.a": r"^(lws_|rtc[A-Z]|exr_|socket$|lum_(scene|snapshot|view|film|accel|pool|calloc|log)(_|$))",
+}
+
+
+def tracked_sources():
+    out = subprocess.run(["git", "-C", source, "ls-files"], capture_output=True, text=True)
+    if out.returncode == 0 and out.stdout:
+        names = out.stdout.split()
+    else:  # a source archive
+        names = [os.path.relpath(os.path.join(d, f), source) for d, _, fs in os.walk(source) for f in fs]
+        names = [n for n in names if not n.startswith(("build/", ".git/")) and "node_modules/" not in n]
+    return [n for n in names if n.endswith((".c", ".h")) and os.path.exists(os.path.join(source, n))]
+
+
+def check_includes(name):
+    folder = name.split("/")[0]
+    with open(os.path.join(source, name), encoding="utf-8") as f:
+        for number, line in enumerate(f, 1):
+            m = re.match(r'\s*#\s*include\s*([<"])([^>"]+)[>"]', line)
+            if not m:
+                continue
+            where, header = f"{name}:{number}", m.group(2)
+            if m.group(1) == '"':
+                target = header.split("/")[0]
+                if target not in MAY_INCLUDE.get(folder, set()):
+                    failures.append(f"{where}: {folder}/ must not include {header}")
+            for pattern, allowed in ONLY_IN.items():
+                if re.match(pattern, header) and not re.match(allowed, name):
+                    failures.append(f"{where}: {header} may be included only in {allowed}")
+
+
+def check_symbols(library, pattern):
+    path = os.path.join(build, library)
+    if not os.path.exists(path):
+        failures.append(f"{library}: not built")
+        return
+    out = subprocess.run(["nm", "--undefined-only", "--format=posix", path], capture_output=True, text=True)
+    for line in out.stdout.splitlines():
+        symbol = line.split(" ")[0]
+        if re.search(pattern, symbol):
+            failures.append(f"{library}: needs {symbol}")
+
+
+def check_top_level():
+    allowed = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "protocol", "clients", "tests",
+               "docker"}
+    out = subprocess.run(["git", "-C", source, "ls-files"], capture_output=True, text=True)
+    for top in sorted({n.split("/")[0] for n in out.stdout.split()}):
+        if top not in allowed and not top.startswith("."):
+            failures.append(f"{top}: does not belong at the top level")
+
+
+def check_headers_stand_alone(names):
+    """Each header of ours must compile by itself."""
+    flags = ["-std=c17", "-fsyntax-only", "-x", "c", "-I", source, "-"]
+    compiler = os.environ.get("CC", "cc")
+    for name in names:
+        if not name.endswith(".h") or name.startswith(("core/accel/embree", "tests/")):
+            continue
+        out = subprocess.run([compiler, *flags], input=f'#include "{name}"\n', capture_output=True, text=True)
+        if out.returncode != 0:
+            failures.append(f"{name}: does not compile alone: {out.stderr.strip().splitlines()[0]}")
+
+
+names = tracked_sources()
+if not names:
+    failures.append("no source files found")
+for n in names:
+    check_includes(n)
+for lib, symbols in MUST_NOT_NEED.items():
+    check_symbols(lib, symbols)
+check_top_level()
+check_headers_stand_alone(names)
+for failure in failures:
+    print(failure)
+print(f"{len(names)} files, {len(failures)} violations")
+sys.exit(1 if failures else 0)
