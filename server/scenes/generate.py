@@ -1,0 +1,361 @@
+#!/usr/bin/env python3
+"""Writes the built-in scenes and replays beside this file.   usage: generate.py [OUT_DIR]
+
+Metres, Y up, photometric units. Everything is deterministic: a test compares the committed files with a fresh run.
+"""
+import json
+import math
+import os
+import sys
+
+
+class Scene:
+    """Collects ops; add() returns the id, so that calls read like a parts list."""
+
+    def __init__(self, kind="scene", **header):
+        self.lines = [json.dumps({"lumend": 1, "kind": kind, **header})]
+        self.made = set()
+
+    def op(self, op, **fields):
+        self.lines.append(json.dumps({"op": op, **fields}))
+
+    def note(self, text):
+        self.lines.append(f"# {text}")
+
+    def add(self, record, id, **fields):
+        self.op("add", type=record, id=id, **fields)
+        return id
+
+    def material(self, id, color, roughness=1.0, specular=0.0, **fields):
+        return self.add("material", id, base_color=color, roughness=roughness, specular=specular, **fields)
+
+    def mesh(self, id, shape, size, **fields):
+        if id not in self.made:
+            self.made.add(id)
+            self.add("mesh", id, shape=shape, size=size, **fields)
+        return id
+
+    def object(self, id, mesh, material, at=(0, 0, 0), turn=(0, 0, 0), scale=(1, 1, 1)):
+        transform = {"translate": rounded(at)}
+        if any(turn):
+            transform["rotate_deg"] = rounded(turn)
+        if tuple(scale) != (1, 1, 1):
+            transform["scale"] = rounded(scale)
+        return self.add("object", id, mesh=mesh, material=material, transform=transform)
+
+    def box(self, id, size, material, at, turn=(0, 0, 0)):
+        """A box stretched from the unit box, so that all boxes share one mesh."""
+        self.mesh("unit-box", "box", [1, 1, 1])
+        return self.object(id, "unit-box", material, at, turn, size)
+
+    def text(self):
+        return "\n".join(self.lines) + "\n"
+
+
+def rounded(values):
+    return [round(v, 5) + 0.0 for v in values]
+
+
+# ---------------------------------------------------------------- cornell
+
+def cornell_room(s, size=4.0):
+    """A Cornell box scaled up to a room: red on the left, green on the right, open towards the camera."""
+    h = size / 2
+    s.material("white", [0.74, 0.73, 0.70])
+    s.material("red", [0.61, 0.06, 0.05])
+    s.material("green", [0.12, 0.42, 0.09])
+    s.mesh("wall", "quad", [size, 0, size])
+    s.object("floor", "wall", "white", (0, 0, 0))
+    s.object("ceiling", "wall", "white", (0, size, 0), (180, 0, 0))
+    s.object("back-wall", "wall", "white", (0, h, -h), (90, 0, 0))
+    s.object("left-wall", "wall", "red", (-h, h, 0), (0, 0, -90))
+    s.object("right-wall", "wall", "green", (h, h, 0), (0, 0, 90))
+
+
+def cornell_statues(s):
+    """Two statues of 24 000 triangles each, one mesh: the complexity of the thesis' Cornell scene (7.2.1)."""
+    s.material("marble", [0.78, 0.76, 0.72], roughness=0.45, specular=0.6)
+    s.material("bronze", [0.71, 0.48, 0.26], roughness=0.32, specular=1.0, metallic=1.0)
+    s.material("plinth", [0.55, 0.53, 0.50])
+    s.mesh("statue", "figure", [0.9, 2.1, 0.9])
+    s.box("tall-plinth", [1.1, 0.75, 1.1], "plinth", (-0.8, 0.375, -0.75), (0, 18, 0))
+    s.object("tall-statue", "statue", "marble", (-0.8, 0.75 + 1.05, -0.75), (0, 18, 0))
+    s.box("short-plinth", [0.95, 0.25, 0.95], "plinth", (0.85, 0.125, 0.45), (0, -16, 0))
+    s.object("short-statue", "statue", "bronze", (0.85, 0.25 + 0.819, 0.45), (0, -28, 0), (0.78, 0.78, 0.78))
+
+
+def cornell_camera(s):
+    s.add("camera", "main", position=[0, 2.0, 7.4], target=[0, 1.95, 0], up=[0, 1, 0], vfov_deg=39)
+
+
+def cornell():
+    s = Scene(title="Cornell box with two statues")
+    cornell_room(s)
+    cornell_statues(s)
+    s.add("light", "ceiling-panel", kind="quad", position=[0, 3.98, 0], u=[1.3, 0, 0], v=[0, 0, 1.05], flux_lm=11000,
+          cct_k=3500, group="ceiling")
+    s.add("light", "accent", kind="spot", position=[1.7, 3.6, 1.7], direction=[-2.4, -2.2, -2.3], inner_cone_deg=10,
+          outer_cone_deg=19, intensity_cd=1400, cct_k=2700, group="accent")
+    cornell_camera(s)
+    s.op("set", id="render", path="/exposure_ev", value=7.6)
+    return s
+
+
+def cornell_indirect():
+    s = Scene(title="Cornell box lit only by what its ceiling reflects")
+    cornell_room(s)
+    cornell_statues(s)
+    s.material("shade", [0.30, 0.27, 0.24])
+    s.mesh("bowl", "cylinder", [0.9, 0.22, 0.9], segments=[48, 1])
+    s.object("uplight-bowl", "bowl", "shade", (0, 2.75, 0))
+    s.mesh("rod", "cylinder", [0.03, 1.2, 0.03], segments=[16, 1])
+    s.object("uplight-rod", "rod", "shade", (0, 3.4, 0))
+    s.add("light", "uplight", kind="disc", position=[0, 2.87, 0], direction=[0, 1, 0], radius=0.38, flux_lm=16000, cct_k=3000,
+          group="uplight")
+    cornell_camera(s)
+    s.op("set", id="render", path="/exposure_ev", value=7.2)
+    return s
+
+
+def cornell_turn():
+    s = Scene("replay", title="The marble statue turns once in six seconds", scene="cornell")
+    frames = 180
+    for i in range(1, frames + 1):
+        s.lines.append(json.dumps({"t_ms": round(i * 1000 / 30, 3), "op": "set", "id": "tall-statue",
+                                   "path": "/transform/rotate_deg", "value": [0, round(18 + 360 * i / frames, 3), 0]}))
+    return s
+
+
+# ---------------------------------------------------------------- furnace
+
+def furnace():
+    """Every surface emits 1 cd/m2 and reflects one half: L = 1 / (1 - 0.5) = 2 cd/m2 in every direction, everywhere."""
+    s = Scene(title="White furnace: every pixel must be 2 cd/m2")
+    s.material("glow", [0.5, 0.5, 0.5], emission_cd_m2=1)
+    s.mesh("side", "quad", [2, 0, 2])
+    for name, at, turn in (("floor", (0, -1, 0), (0, 0, 0)), ("ceiling", (0, 1, 0), (180, 0, 0)),
+                           ("back", (0, 0, -1), (90, 0, 0)), ("front", (0, 0, 1), (-90, 0, 0)),
+                           ("left", (-1, 0, 0), (0, 0, -90)), ("right", (1, 0, 0), (0, 0, 90))):
+        s.object(name, "side", "glow", at, turn)
+    s.mesh("ball", "sphere", [0.6, 0.6, 0.6], segments=[48, 24])
+    s.object("ball", "ball", "glow", (0.2, -0.3, -0.3))
+    s.add("camera", "main", position=[-0.5, 0.3, 0.9], target=[0.1, -0.2, -0.3], up=[0, 1, 0], vfov_deg=60)
+    s.op("set", id="render", path="/max_depth", value=64)
+    s.op("set", id="render", path="/exposure_ev", value=1.5)
+    s.op("set", id="render", path="/tone_map", value="none")
+    return s
+
+
+# ---------------------------------------------------------------- office
+
+def desk_chair(s, name, x, z, turn):
+    c, t = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+
+    def place(dx, y, dz):
+        return (x + c * dx + t * dz, y, z - t * dx + c * dz)
+
+    s.mesh("cushion", "sphere", [0.5, 0.12, 0.48], segments=[32, 16])
+    s.mesh("back-rest", "sphere", [0.46, 0.62, 0.09], segments=[32, 16])
+    s.mesh("post", "cylinder", [0.06, 0.36, 0.06], segments=[20, 1])
+    s.mesh("castor", "sphere", [0.07, 0.07, 0.07], segments=[16, 8])
+    s.mesh("arm-ring", "torus", [0.24, 0.04, 0.30], segments=[32, 10])
+    s.object(f"{name}-seat", "cushion", "fabric", place(0, 0.46, 0), (0, turn, 0))
+    s.object(f"{name}-back", "back-rest", "fabric", place(0, 0.84, 0.24), (-8, turn, 0))
+    s.object(f"{name}-post", "post", "steel", place(0, 0.24, 0))
+    for k in range(5):
+        a = 2 * math.pi * k / 5
+        s.box(f"{name}-leg-{k}", [0.30, 0.03, 0.04], "steel", place(0.15 * math.cos(a), 0.075, -0.15 * math.sin(a)),
+              (0, turn + math.degrees(a), 0))
+        s.object(f"{name}-castor-{k}", "castor", "black", place(0.29 * math.cos(a), 0.035, -0.29 * math.sin(a)))
+    for side in (-1, 1):
+        s.object(f"{name}-arm-{'l' if side < 0 else 'r'}", "arm-ring", "black", place(0.27 * side, 0.60, 0.02), (0, turn, 90))
+
+
+def desk_with_things(s, name, x, z, lamp_cd, lamp_on=True):
+    """A desk along x, its sitter on the +z side."""
+    s.box(f"{name}-top", [1.6, 0.035, 0.8], "oak", (x, 0.735, z))
+    for dx in (-0.74, 0.74):
+        for dz in (-0.34, 0.34):
+            s.mesh("desk-leg", "cylinder", [0.05, 0.72, 0.05], segments=[20, 1])
+            s.object(f"{name}-leg-{'l' if dx < 0 else 'r'}{'b' if dz < 0 else 'f'}", "desk-leg", "steel",
+                     (x + dx, 0.36, z + dz))
+    s.box(f"{name}-screen", [0.62, 0.36, 0.02], "black", (x - 0.05, 1.08, z - 0.22), (-4, 0, 0))
+    s.box(f"{name}-picture", [0.59, 0.33, 0.004], "screen", (x - 0.05, 1.08, z - 0.2085), (-4, 0, 0))
+    s.box(f"{name}-screen-post", [0.06, 0.20, 0.03], "steel", (x - 0.05, 0.84, z - 0.25))
+    s.box(f"{name}-screen-foot", [0.24, 0.012, 0.18], "steel", (x - 0.05, 0.759, z - 0.24))
+    s.box(f"{name}-keyboard", [0.44, 0.018, 0.14], "black", (x - 0.05, 0.762, z + 0.12))
+    s.mesh("mug", "cylinder", [0.08, 0.1, 0.08], segments=[40, 1])
+    s.object(f"{name}-mug", "mug", "ceramic", (x + 0.42, 0.803, z + 0.10))
+    s.mesh("mug-ring", "torus", [0.07, 0.012, 0.07], segments=[32, 12])
+    s.object(f"{name}-mug-ring", "mug-ring", "ceramic", (x + 0.465, 0.805, z + 0.10), (90, 0, 0))
+    for k in range(4):
+        s.box(f"{name}-book-{k}", [0.16, 0.025, 0.22], ("paper-red", "paper-blue", "paper-white", "paper-green")[k],
+              (x - 0.62, 0.766 + 0.026 * k, z - 0.1), (0, 7 * k - 12, 0))
+    # lamp: foot, two arms, a shade and the light that hangs in it
+    s.mesh("lamp-foot", "cylinder", [0.18, 0.02, 0.18], segments=[40, 1])
+    s.mesh("lamp-arm", "cylinder", [0.016, 0.38, 0.016], segments=[16, 1])
+    s.mesh("lamp-shade", "cone", [0.17, 0.13, 0.17], segments=[48, 1])
+    s.object(f"{name}-lamp-foot", "lamp-foot", "lamp-red", (x + 0.62, 0.763, z - 0.22))
+    s.object(f"{name}-lamp-arm-low", "lamp-arm", "lamp-red", (x + 0.56, 0.955, z - 0.22), (0, 0, 18))
+    s.object(f"{name}-lamp-arm-high", "lamp-arm", "lamp-red", (x + 0.40, 1.235, z - 0.20), (0, 0, 58))
+    s.object(f"{name}-lamp-shade", "lamp-shade", "lamp-red", (x + 0.20, 1.31, z - 0.18), (0, 0, 14))
+    s.add("light", f"{name}-lamp", kind="spot", position=rounded((x + 0.20, 1.235, z - 0.18)), direction=[-0.22, -1, 0.12],
+          inner_cone_deg=32, outer_cone_deg=58, intensity_cd=lamp_cd, cct_k=2700, group="desk-lamps", on=lamp_on)
+
+
+def office():
+    s = Scene(title="An office in the evening sun, behind blinds")
+    s.material("wall-paint", [0.76, 0.75, 0.71])
+    s.material("carpet", [0.23, 0.25, 0.29])
+    s.material("ceiling-tile", [0.82, 0.82, 0.80])
+    s.material("oak", [0.52, 0.34, 0.19], roughness=0.5, specular=1.0)
+    s.material("steel", [0.56, 0.57, 0.58], roughness=0.35, metallic=1.0, specular=1.0)
+    s.material("black", [0.04, 0.04, 0.045], roughness=0.5, specular=1.0)
+    s.material("fabric", [0.10, 0.20, 0.30])
+    s.material("ceramic", [0.85, 0.84, 0.80], roughness=0.2, specular=1.0)
+    s.material("lamp-red", [0.60, 0.09, 0.06], roughness=0.4, specular=1.0)
+    s.material("slat", [0.80, 0.78, 0.72])
+    s.material("leaf", [0.09, 0.26, 0.07], roughness=0.6, specular=0.6)
+    s.material("pot", [0.48, 0.27, 0.19])
+    s.material("screen", [0.02, 0.02, 0.02], emission_color=[0.75, 1.0, 1.5], emission_cd_m2=60)
+    for name, color in (("red", [0.55, 0.12, 0.10]), ("blue", [0.12, 0.20, 0.45]), ("white", [0.8, 0.79, 0.74]),
+                        ("green", [0.14, 0.34, 0.20])):
+        s.material(f"paper-{name}", color)
+
+    w, h, d = 6.0, 2.8, 5.0  # x, y, z
+    t = 0.12
+    s.box("floor", [w, t, d], "carpet", (0, -t / 2, 0))
+    s.box("ceiling", [w, t, d], "ceiling-tile", (0, h + t / 2, 0))
+    s.box("wall-back", [w + 2 * t, h, t], "wall-paint", (0, h / 2, -d / 2 - t / 2))
+    s.box("wall-front", [w + 2 * t, h, t], "wall-paint", (0, h / 2, d / 2 + t / 2))
+    s.box("wall-right", [t, h, d], "wall-paint", (w / 2 + t / 2, h / 2, 0))
+    # the window wall, left: sill, lintel, and a pier at each end of a 3.6 m opening
+    s.box("window-sill", [t, 0.9, d], "wall-paint", (-w / 2 - t / 2, 0.45, 0))
+    s.box("window-lintel", [t, 0.3, d], "wall-paint", (-w / 2 - t / 2, h - 0.15, 0))
+    for z, name in ((-2.15, "back"), (2.15, "front")):
+        s.box(f"window-pier-{name}", [t, 1.6, 0.7], "wall-paint", (-w / 2 - t / 2, 1.7, z))
+    s.box("window-mullion", [0.05, 1.6, 0.05], "steel", (-w / 2 - t / 2, 1.7, 0))
+    for k in range(30):
+        s.box(f"blind-{k:02d}", [0.05, 0.003, 3.58], "slat", (-w / 2 + 0.06, 0.95 + 0.053 * k, 0), (0, 0, 28))
+
+    desk_with_things(s, "desk-a", -1.35, -1.15, 420)
+    desk_with_things(s, "desk-b", 1.15, -1.15, 380)
+    desk_chair(s, "chair-a", -1.45, -0.25, 12)
+    desk_chair(s, "chair-b", 1.20, -0.05, -35)
+    for k in range(4):
+        s.box(f"shelf-{k}", [1.8, 0.03, 0.32], "oak", (1.6, 0.45 + 0.45 * k, -d / 2 + 0.17))
+    for side, x in (("l", 0.7), ("r", 2.5)):
+        s.box(f"shelf-side-{side}", [0.03, 1.95, 0.32], "oak", (x, 0.975, -d / 2 + 0.17))
+    seed = 7
+    for row in range(3):
+        x = 0.76
+        k = 0
+        while x < 2.3:
+            seed = (seed * 1103515245 + 12345) % (1 << 31)
+            thick, tall = 0.025 + 0.03 * (seed % 97) / 97, 0.22 + 0.12 * (seed // 97 % 89) / 89
+            s.box(f"binder-{row}-{k:02d}", [thick, tall, 0.22], ("paper-red", "paper-blue", "paper-white", "paper-green")[seed // 7 % 4],
+                  (x + thick / 2, 0.465 + 0.45 * row + tall / 2, -d / 2 + 0.17))
+            x += thick + 0.006 + (0.16 if seed % 11 == 0 else 0)
+            k += 1
+    # a plant in the corner: leaves on a spiral
+    s.mesh("pot", "cylinder", [0.36, 0.34, 0.36], segments=[48, 1])
+    s.object("plant-pot", "pot", "pot", (-2.55, 0.17, -2.1))
+    s.mesh("leaf", "sphere", [0.30, 0.015, 0.10], segments=[20, 8])
+    for k in range(26):
+        a = k * 137.508
+        lift = 0.42 + 0.034 * k
+        reach = 0.15 + 0.11 * math.sin(math.pi * k / 26)
+        s.object(f"leaf-{k:02d}", "leaf", "leaf", (-2.55 + reach * math.cos(math.radians(a)), lift, -2.1 - reach * math.sin(math.radians(a))),
+                 (0, a, 24 - k * 0.6))
+    s.mesh("waste-bin", "cylinder", [0.28, 0.34, 0.28], segments=[48, 1])
+    s.object("waste-bin", "waste-bin", "steel", (-0.15, 0.17, -1.3))
+    s.mesh("clock-rim", "torus", [0.36, 0.04, 0.36], segments=[64, 16])
+    s.object("clock-rim", "clock-rim", "black", (-0.9, 2.05, -d / 2 + 0.03), (90, 0, 0))
+    s.mesh("clock-face", "disc", [0.32, 0, 0.32], segments=[64, 1])
+    s.object("clock-face", "clock-face", "paper-white", (-0.9, 2.05, -d / 2 + 0.02), (90, 0, 0))
+    s.box("clock-hour", [0.012, 0.09, 0.004], "black", (-0.92, 2.08, -d / 2 + 0.035), (0, 0, 30))
+    s.box("clock-minute", [0.008, 0.13, 0.004], "black", (-0.85, 2.02, -d / 2 + 0.035), (0, 0, -120))
+
+    # light: two ceiling panels (dimmed), the desk lamps above, a low sun and the sky outside the window
+    for name, x in (("a", -1.35), ("b", 1.35)):
+        s.add("light", f"panel-{name}", kind="quad", position=[x, h - 0.01, -0.4], u=[0.6, 0, 0], v=[0, 0, 1.2],
+              flux_lm=1400, cct_k=4000, group="ceiling")
+    s.add("light", "window-sky", kind="quad", position=[-w / 2 - 0.75, 1.9, 0], u=[0, 2.0, 0], v=[0, 0, 4.4],
+          luminance_cd_m2=420, cct_k=8000, group="daylight")
+    s.add("light", "sun", kind="directional", direction=[0.86, -0.42, -0.24], illuminance_lx=9000, cct_k=3200, group="daylight")
+    s.add("camera", "main", position=[2.55, 1.75, 2.3], target=[-0.35, 0.95, -1.2], up=[0, 1, 0], vfov_deg=52)
+    s.add("camera", "window", position=[1.6, 1.35, 0.9], target=[-3.0, 1.3, -0.5], up=[0, 1, 0], vfov_deg=50)
+    s.op("set", id="render", path="/exposure_ev", value=7.4)
+    return s
+
+
+# ---------------------------------------------------------------- many lights
+
+def many_lights():
+    """A courtyard at night under strings of 1 000 bulbs, each its own light."""
+    s = Scene(title="A courtyard under a thousand bulbs")
+    s.material("stone", [0.42, 0.40, 0.37])
+    s.material("plaster", [0.62, 0.55, 0.45])
+    s.material("wood", [0.34, 0.21, 0.12], roughness=0.55, specular=0.8)
+    s.material("cloth", [0.74, 0.72, 0.68])
+    s.material("iron", [0.10, 0.10, 0.11], roughness=0.5, specular=0.8)
+    s.material("marble", [0.76, 0.74, 0.70], roughness=0.4, specular=0.7)
+    s.mesh("ground", "quad", [26, 0, 26])
+    s.object("ground", "ground", "stone", (0, 0, 0))
+    s.box("wall-north", [24, 6, 0.4], "plaster", (0, 3, -11))
+    s.box("wall-west", [0.4, 6, 22], "plaster", (-12, 3, 0))
+    s.box("wall-east", [0.4, 6, 22], "plaster", (12, 3, 0))
+    s.mesh("column", "cylinder", [0.5, 3.6, 0.5], segments=[32, 1])
+    s.mesh("statue", "figure", [1.0, 2.4, 1.0])
+    s.box("statue-plinth", [1.3, 0.9, 1.3], "stone", (0, 0.45, -3.5))
+    s.object("statue", "statue", "marble", (0, 0.9 + 1.2, -3.5))
+    for k in range(7):
+        x = -9 + 3 * k
+        s.object(f"column-{k}", "column", "plaster", (x, 1.8, -9.2))
+    s.box("arcade", [20, 0.5, 1.0], "plaster", (0, 3.85, -9.2))
+    s.mesh("table-top", "cylinder", [1.3, 0.05, 1.3], segments=[48, 1])
+    s.mesh("table-leg", "cylinder", [0.1, 0.72, 0.1], segments=[20, 1])
+    s.mesh("stool", "cylinder", [0.38, 0.46, 0.38], segments=[24, 1])
+    n = 0
+    for ix in range(4):
+        for iz in range(3):
+            x, z = -7.2 + 4.8 * ix + (0.6 if iz % 2 else 0), -5.5 + 4.0 * iz
+            if abs(x) < 2 and z < -2:
+                continue
+            s.object(f"table-{n}", "table-top", "cloth", (x, 0.75, z))
+            s.object(f"table-{n}-leg", "table-leg", "iron", (x, 0.36, z))
+            for k in range(4):
+                a = math.radians(45 + 90 * k + 11 * n)
+                s.object(f"table-{n}-stool-{k}", "stool", "wood", (x + 1.0 * math.cos(a), 0.23, z + 1.0 * math.sin(a)))
+            n += 1
+    # strings: 20 catenaries of 50 bulbs between the west and the east wall
+    colors = ([1.0, 0.72, 0.42], [1.0, 0.55, 0.28], [1.0, 0.85, 0.62], [1.0, 0.40, 0.22], [0.95, 0.9, 0.8])
+    for row in range(20):
+        z = -10 + row
+        for k in range(50):
+            u = (k + 0.5) / 50
+            x = -11.7 + 23.4 * u
+            sag = 1.3 + 0.5 * math.sin(row * 1.7)
+            y = 5.2 - sag * 4 * u * (1 - u) + 0.05 * math.sin(13.7 * k + row)
+            s.add("light", f"bulb-{row:02d}-{k:02d}", kind="sphere", position=rounded((x, y, z)), radius=0.035,
+                  flux_lm=26 + 10 * ((k * 7 + row * 3) % 5), color=colors[(k * 3 + row * 5) % 5], group=f"string-{row:02d}")
+    s.add("light", "night-sky", kind="environment", luminance_cd_m2=0.06, color=[0.35, 0.5, 1.0], group="sky")
+    s.add("camera", "main", position=[5.2, 1.9, 8.6], target=[-1.2, 1.9, -4.0], up=[0, 1, 0], vfov_deg=52)
+    s.op("set", id="render", path="/exposure_ev", value=4.6)
+    return s
+
+
+FILES = {
+    "cornell.jsonl": cornell,
+    "cornell-indirect.jsonl": cornell_indirect,
+    "cornell-turn.jsonl": cornell_turn,
+    "furnace.jsonl": furnace,
+    "many-lights.jsonl": many_lights,
+    "office.jsonl": office,
+}
+
+if __name__ == "__main__":
+    out = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+    for name, make in FILES.items():
+        with open(os.path.join(out, name), "w", encoding="utf-8") as f:
+            f.write(make().text())
