@@ -1,0 +1,32 @@
+#include "core/metric/metric.h"
+
+#include <math.h>
+
+double lum_metric_relative_square(double x, double r, double epsilon)
+{
+    if (!isfinite(x) || !isfinite(r))
+        return (double)NAN;
+    return (x - r) * (x - r) / (r * r + epsilon);
+}
+
+struct lum_metric_result lum_metric_compare(const struct lum_metric_input *in)
+{
+    double square = 0.0, relative = 0.0, symmetric = 0.0;
+    size_t n = 0;
+    for (size_t i = 0; i < in->n; i++) {
+        double x = (double)in->x[i], r = (double)in->r[i];
+        if (!isfinite(x) || !isfinite(r))
+            continue;
+        n++;
+        square += (x - r) * (x - r);
+        relative += lum_metric_relative_square(x, r, in->epsilon);
+        symmetric += fabs(x - r) / (fabs(x) + fabs(r) + in->epsilon);
+    }
+    struct lum_metric_result result = {(double)NAN, (double)NAN, (double)NAN, in->n - n};
+    if (n > 0) {
+        result.rmse = sqrt(square / (double)n);
+        result.relmse = relative / (double)n;
+        result.smape = symmetric / (double)n;
+    }
+    return result;
+}
