@@ -31,3 +31,21 @@ bool lum_proto_fail_range(struct lum_proto_error *err, const char *path, double 
     }
     return false;
 }
+
+bool lum_proto_fail_memory(struct lum_proto_error *err)
+{
+    return lum_proto_fail(err, LUM_PROTO_INTERNAL, "limit_exceeded", "", "out of memory");
+}
+
+bool lum_proto_prefix(struct lum_proto_error *err, const char *prefix)
+{
+    if (!err || prefix[0] == '\0')
+        return false;
+    char rest[sizeof err->path];
+    memcpy(rest, err->path, sizeof rest);
+    size_t room = sizeof err->path;
+    int n = snprintf(err->path, room, "%s", prefix);
+    if (n > 0 && (size_t)n < room && rest[0] != '\0')
+        snprintf(err->path + n, room - (size_t)n, "/%.*s", (int)(room - 1 - (size_t)n), rest);
+    return false;
+}

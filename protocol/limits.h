@@ -11,6 +11,8 @@
 /* ---- JSON ---- */
 #define LUM_LIMIT_MESSAGE_BYTES (8u << 20)  /* a mesh edit of 100 k vertices fits; parsed on the net thread in < 100 ms */
 #define LUM_LIMIT_JSON_DEPTH 32             /* the deepest message is 8 */
+#define LUM_LIMIT_JSON_MEMBERS 64u          /* of one object: the largest record has 25 fields; keeps duplicate checks cheap */
+#define LUM_LIMIT_JSON_NUMBER_BYTES 63      /* digits of one number: the parser's own buffer */
 #define LUM_LIMIT_JSON_TOKENS 1200000u      /* numbers and strings of the largest message; cJSON takes 64 B each */
 #define LUM_LIMIT_SCENE_BYTES (1u << 30)    /* a scene file or journal */
 #define LUM_LIMIT_OPS_PER_MESSAGE 4096u
@@ -25,6 +27,8 @@
 #define LUM_LIMIT_IMAGE_TEXELS (1u << 27)
 #define LUM_LIMIT_COORD_M 1e9           /* metres from the origin: an Earth's orbit of satellites is not a scene */
 #define LUM_LIMIT_UNDO 256u             /* transactions kept per user */
+#define LUM_LIMIT_UNDO_BYTES (1ull << 29) /* bulk data that one user's undone and undoable transactions may hold on to */
+#define LUM_LIMIT_UNDO_USERS 256u       /* users with a history; beyond, the one idle longest loses it */
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
