@@ -22,6 +22,9 @@ void lum_film_clear(struct lum_film *film);
  * Thread: one writer per pixel. */
 void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance, uint64_t *nonfinite);
 
+/* Forgets a pixel's samples: a deferred method writes each pixel anew. */
+void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);
+
 /* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);
 

@@ -1,0 +1,95 @@
+#include "core/film/film.h"
+
+#include <string.h>
+
+enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err)
+{
+    struct lum_film f = {.w = w, .h = h};
+    size_t n = (size_t)w * h;
+    for (int i = 0; i < 2; i++) {
+        f.half[i] = lum_calloc(n * 3, sizeof *f.half[i]);
+        f.n[i] = lum_calloc(n, sizeof *f.n[i]);
+        if (!f.half[i] || !f.n[i]) {
+            lum_film_finish(&f);
+            return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a film of %u x %u", w, h);
+        }
+    }
+    *film = f;
+    return LUM_OK;
+}
+
+void lum_film_finish(struct lum_film *film)
+{
+    for (int i = 0; i < 2; i++) {
+        lum_free(film->half[i]);
+        lum_free(film->n[i]);
+    }
+    *film = (struct lum_film){0};
+}
+
+void lum_film_clear(struct lum_film *film)
+{
+    size_t n = (size_t)film->w * film->h;
+    for (int i = 0; i < 2; i++) {
+        memset(film->half[i], 0, n * 3 * sizeof *film->half[i]);
+        memset(film->n[i], 0, n * sizeof *film->n[i]);
+    }
+}
+
+void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
+                  uint64_t *nonfinite)
+{
+    if (!isfinite(radiance.r) || !isfinite(radiance.g) || !isfinite(radiance.b)) {
+        (*nonfinite)++;
+        return;
+    }
+    size_t i = (size_t)y * film->w + x;
+    double *sum = &film->half[sample & 1u][3 * i];
+    sum[0] += (double)radiance.r;
+    sum[1] += (double)radiance.g;
+    sum[2] += (double)radiance.b;
+    film->n[sample & 1u][i]++;
+}
+
+void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y)
+{
+    size_t i = (size_t)y * film->w + x;
+    for (int half = 0; half < 2; half++) {
+        memset(&film->half[half][3 * i], 0, 3 * sizeof film->half[half][0]);
+        film->n[half][i] = 0;
+    }
+}
+
+struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y)
+{
+    size_t i = (size_t)y * film->w + x;
+    double n = (double)film->n[0][i] + (double)film->n[1][i];
+    if (!(n > 0.0))
+        return lum_grey(0.0f);
+    const double *a = &film->half[0][3 * i], *b = &film->half[1][3 * i];
+    return lum_rgb((float)((a[0] + b[0]) / n), (float)((a[1] + b[1]) / n), (float)((a[2] + b[2]) / n));
+}
+
+/* Rec.709 luminance of three sums, in double. */
+static double luminance_of(const double *sum)
+{
+    return 0.2126 * sum[0] + 0.7152 * sum[1] + 0.0722 * sum[2];
+}
+
+double lum_film_error_rel(const struct lum_film *film)
+{
+    size_t n = (size_t)film->w * film->h;
+    double squares = 0.0, mean = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double na = (double)film->n[0][i], nb = (double)film->n[1][i];
+        if (!(na > 0.0) || !(nb > 0.0))
+            return (double)NAN;
+        double a = luminance_of(&film->half[0][3 * i]), b = luminance_of(&film->half[1][3 * i]);
+        /* Var(A/na - B/nb) = s2 (na + nb) / (na nb) for samples of variance s2; the mean of all has s2 / (na + nb).
+         * With na = nb this is the (A - B)^2 / 4 of the header. */
+        double d = a / na - b / nb;
+        squares += d * d * na * nb / ((na + nb) * (na + nb));
+        mean += (a + b) / (na + nb);
+    }
+    return mean > 0.0 ? sqrt(squares / (double)n) / (mean / (double)n) : 0.0;
+}

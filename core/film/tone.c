@@ -1,0 +1,148 @@
+/* From radiance to display code values.
+ *
+ * Exposed radiance x (1 = display white) is mapped to display-linear [0,1] by a tone map, then encoded by the exact
+ * sRGB transfer function. All maps are bounded and non-decreasing on grey; none sees a value outside [0, EXPOSED_MAX].
+ */
+#include "core/film/film.h"
+
+#include <float.h>
+
+const char *const lum_tone_map_names[] = {"agx", "aces", "reinhard", "none", NULL};
+
+/* Over this every map is at its limit in 8 bits; bounding here keeps the rational fits finite. */
+#define EXPOSED_MAX 1e9f
+#define MIDDLE_GREY 0.18
+
+double lum_exposure_white(double ev100)
+{
+    return 1.2 * exp2(ev100);
+}
+
+double lum_exposure_auto(const struct lum_film *film)
+{
+    size_t n = (size_t)film->w * film->h;
+    double brightest = 0.0;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++) {
+            double l = (double)lum_luminance(lum_film_mean(film, x, y));
+            if (isfinite(l))
+                brightest = fmax(brightest, l);
+        }
+    if (!(brightest > 0.0))
+        return 0.0;
+    /* Black pixels must not drag the logarithm to minus infinity: six decades below the brightest is a display's black
+     * many times over (algorithms D34). */
+    double floor_l = fmax(1e-6 * brightest, (double)FLT_MIN), sum = 0.0;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++) {
+            double l = (double)lum_luminance(lum_film_mean(film, x, y));
+            sum += log2(isfinite(l) ? fmax(l, floor_l) : brightest);
+        }
+    return sum / (double)n - log2(MIDDLE_GREY * lum_exposure_white(0.0));
+}
+
+/* NaN and negative values give 0. */
+static float bounded(float v)
+{
+    return v > 0.0f ? fminf(v, EXPOSED_MAX) : 0.0f;
+}
+
+static float clamp01(float v)
+{
+    return fminf(fmaxf(v, 0.0f), 1.0f);
+}
+
+static struct lum_rgb mul3(const float m[3][3], struct lum_rgb c)
+{
+    return lum_rgb(m[0][0] * c.r + m[0][1] * c.g + m[0][2] * c.b, m[1][0] * c.r + m[1][1] * c.g + m[1][2] * c.b,
+                   m[2][0] * c.r + m[2][1] * c.g + m[2][2] * c.b);
+}
+
+/* AgX (Troy Sobotka), default look: inset matrix, log2 over 16.5 stops, the sigmoid as the polynomial published by
+ * B. Wrensch (2023), outset matrix, 2.2 power. */
+static float agx_curve(float x)
+{
+    const float lo = -12.47393f, hi = 4.026069f;
+    float t = (log2f(fmaxf(x, FLT_MIN)) - lo) / (hi - lo);
+    t = clamp01(t);
+    float t2 = t * t, t4 = t2 * t2;
+    return 15.5f * t4 * t2 - 40.14f * t4 * t + 31.96f * t4 - 6.868f * t2 * t + 0.4298f * t2 + 0.1191f * t - 0.00232f;
+}
+
+static struct lum_rgb tone_agx(struct lum_rgb c)
+{
+    static const float inset[3][3] = {{0.842479062253094f, 0.0784335999999992f, 0.0792237451477643f},
+                                      {0.0423282422610123f, 0.878468636469772f, 0.0791661274605434f},
+                                      {0.0423756549057051f, 0.0784336f, 0.879142973793104f}};
+    static const float outset[3][3] = {{1.19687900512017f, -0.0980208811401368f, -0.0990297440797205f},
+                                       {-0.0528968517574562f, 1.15190312990417f, -0.0989611768448433f},
+                                       {-0.0529716355144438f, -0.0980434501171241f, 1.15107367264116f}};
+    c = mul3(inset, c);
+    c = mul3(outset, lum_rgb(agx_curve(c.r), agx_curve(c.g), agx_curve(c.b)));
+    return lum_rgb(powf(clamp01(c.r), 2.2f), powf(clamp01(c.g), 2.2f), powf(clamp01(c.b), 2.2f));
+}
+
+/* ACES RRT + sRGB ODT, the fit by S. Hill (2016): rational curve between two matrices. */
+static float aces_curve(float v)
+{
+    return (v * (v + 0.0245786f) - 0.000090537f) / (v * (0.983729f * v + 0.4329510f) + 0.238081f);
+}
+
+static struct lum_rgb tone_aces(struct lum_rgb c)
+{
+    static const float in[3][3] = {
+        {0.59719f, 0.35458f, 0.04823f}, {0.07600f, 0.90834f, 0.01566f}, {0.02840f, 0.13383f, 0.83777f}};
+    static const float out[3][3] = {
+        {1.60475f, -0.53108f, -0.07367f}, {-0.10208f, 1.10813f, -0.00605f}, {-0.00327f, -0.07276f, 1.07602f}};
+    c = mul3(in, c);
+    return mul3(out, lum_rgb(aces_curve(c.r), aces_curve(c.g), aces_curve(c.b)));
+}
+
+/* Reinhard et al. 2002 eq. 3 on luminance; hue and saturation are kept. */
+static struct lum_rgb tone_reinhard(struct lum_rgb c)
+{
+    return lum_rgb_scale(c, 1.0f / (1.0f + lum_luminance(c)));
+}
+
+/* IEC 61966-2-1. */
+static uint8_t srgb_code(float v)
+{
+    v = clamp01(v);
+    float e = v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1.0f / 2.4f) - 0.055f;
+    return (uint8_t)(e * 255.0f + 0.5f);
+}
+
+void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map tone, uint8_t ret_rgb[3])
+{
+    float scale = (float)(1.0 / white);
+    struct lum_rgb c = lum_rgb(bounded(radiance.r * scale), bounded(radiance.g * scale), bounded(radiance.b * scale));
+    switch (tone) {
+    case LUM_TONE_AGX:
+        c = tone_agx(c);
+        break;
+    case LUM_TONE_ACES:
+        c = tone_aces(c);
+        break;
+    case LUM_TONE_REINHARD:
+        c = tone_reinhard(c);
+        break;
+    case LUM_TONE_NONE:
+        break;
+    }
+    ret_rgb[0] = srgb_code(c.r);
+    ret_rgb[1] = srgb_code(c.g);
+    ret_rgb[2] = srgb_code(c.b);
+}
+
+void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double ev100,
+                      enum lum_tone_map tone, uint8_t *ret_rgba, size_t stride)
+{
+    double white = lum_exposure_white(ev100);
+    for (uint32_t j = 0; j < h; j++) {
+        uint8_t *row = ret_rgba + j * stride;
+        for (uint32_t i = 0; i < w; i++) {
+            lum_tone_pixel(lum_film_mean(film, x + i, y + j), white, tone, row + 4 * (size_t)i);
+            row[4 * (size_t)i + 3] = 255;
+        }
+    }
+}
