@@ -1,0 +1,33 @@
+/** Numbers for people: three or four digits, thin spaces between thousands. */
+
+const grouped = new Intl.NumberFormat('en-US', { maximumSignificantDigits: 4 });
+
+export function number(v: number): string {
+    return grouped.format(v).replace(/,/g, '\u2009');
+}
+
+export function fixed(v: number, digits: number): string {
+    return Number.isFinite(v) ? v.toFixed(digits) : '–';
+}
+
+/** 21300000 -> "21.3 M" */
+export function si(v: number): string {
+    const steps: [number, string][] = [
+        [1e9, 'G'],
+        [1e6, 'M'],
+        [1e3, 'k'],
+    ];
+    for (const [unit, letter] of steps) {
+        if (v >= unit) return `${Number((v / unit).toPrecision(3))} ${letter}`;
+    }
+    return `${Number(v.toPrecision(3))} `;
+}
+
+/** 0.0123 -> "1.2 %" */
+export function percent(v: number): string {
+    return `${Number((100 * v).toPrecision(2))} %`;
+}
+
+export function metres(v: number): string {
+    return `${v.toFixed(Math.abs(v) < 10 ? 3 : 2)}`;
+}

@@ -1,0 +1,316 @@
+/** The client without its looks: owns the connection, the scene, the view and what the user has selected. */
+import { computed, effect, signal } from '@preact/signals';
+import { Connection, type ConnectionState } from '../protocol/connection';
+import { decodeFrame, type FrameHeader } from '../protocol/frame';
+import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
+import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
+import { frameBall, orbitFromPose, retarget } from '../view/camera';
+import { Picture } from '../view/picture';
+import { Edits } from './edits';
+import { extentOf, isPlaced, positionOf, Solo } from './lights';
+import { Meter } from './meter';
+import { SceneMirror } from './scene';
+import { Toasts } from './toasts';
+import { keepToken } from './token';
+import { DEFAULT_POSE, ViewLink } from './view';
+
+export interface Reading {
+    pick: Pick;
+    /** null: still being measured. */
+    lux: { value: number; stderr: number } | null;
+}
+
+/** A lit room in the evening; shown until the server has said what its automatic exposure is. */
+const MIDDLE_EV = 8;
+const PROBE_SAMPLES = 512;
+/** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
+const PROBE_DELAY_MS = 250;
+const PING_MS = 2000;
+const TICK_MS = 400;
+
+export class App {
+    readonly connection = signal<ConnectionState>({ at: 'connecting' });
+    readonly methods = signal<readonly string[]>([]);
+    readonly selectedLight = signal<string | null>(null);
+    readonly reading = signal<Reading | null>(null);
+    readonly helpOpen = signal(false);
+    /** Draw lamp markers over the picture. */
+    readonly markers = signal(true);
+    readonly scene = new SceneMirror();
+    readonly meter = new Meter();
+    readonly toasts = new Toasts();
+    readonly solo = new Solo();
+    readonly edits: Edits;
+    readonly view: ViewLink;
+    /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
+    readonly exposure = computed(() => {
+        const chosen = this.view.settings.value.exposure;
+        const scene = this.scene.record('render')?.exposure_ev;
+        const measured = this.meter.server.value?.exposureEv ?? MIDDLE_EV;
+        if (chosen) return chosen.auto ? { auto: true, ev: measured } : chosen;
+        return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
+    });
+    private readonly link: Connection;
+    private rpc: Rpc | null = null;
+    private picture: Picture | null = null;
+    private cameraChosen = false;
+    private awaitedEdit: { rev: number; sentAt: number } | null = null;
+    private probeTimer = 0;
+
+    constructor(url: string, token: string | null) {
+        const call = (method: string, params: JsonObject): Promise<JsonObject> =>
+            this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
+        const onError = (error: Error): void => this.report(error);
+        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
+        this.view = new ViewLink(call, onError);
+        this.link = new Connection(url, token, {
+            onState: (state) => this.stateChanged(state),
+            onOnline: (rpc, hello) => void this.online(rpc, hello),
+            onNotification: (method, params) => this.notified(method, params),
+            onBinary: (message) => this.binary(message),
+        });
+        effect(() => {
+            if (this.scene.rev.value > 0) this.scheduleProbe();
+        });
+    }
+
+    start(canvas: HTMLCanvasElement): void {
+        this.picture = new Picture(
+            canvas,
+            (last) => void this.drawn(last),
+            (error) => this.report(error),
+        );
+        this.link.connect();
+        setInterval(() => this.meter.tick(), TICK_MS);
+        setInterval(() => void this.ping(), PING_MS);
+    }
+
+    useToken(token: string): void {
+        keepToken(token);
+        this.link.setToken(token);
+    }
+
+    retryNow(): void {
+        this.link.connect();
+    }
+
+    /* ---- what the user does with the picture ---- */
+
+    async pick(x: number, y: number): Promise<Pick | null> {
+        const [w, h] = this.view.size.value;
+        if (this.view.viewId === null || !this.rpc) return null;
+        try {
+            const hit = await this.rpc.call('pick', { view_id: this.view.viewId, x: x * w, y: y * h });
+            if (typeof hit.id !== 'string') return null;
+            const point = vec3Or(hit.point, [0, 0, 0]);
+            return { id: hit.id, point, normal: vec3Or(hit.normal, [0, 1, 0]), distance: numberOr(hit.distance, 0) };
+        } catch (error) {
+            this.report(error as Error);
+            return null;
+        }
+    }
+
+    /** A click: what is there, and how much light falls on it. */
+    async inspect(x: number, y: number): Promise<void> {
+        const pick = await this.pick(x, y);
+        this.reading.value = pick && { pick, lux: null };
+        if (!pick) return;
+        this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
+        if (this.scene.peek(pick.id)?.type === 'light') this.selectedLight.value = pick.id;
+        await this.measure();
+    }
+
+    /** A double click: turn about that point from now on. */
+    async lookAt(x: number, y: number): Promise<void> {
+        const pick = await this.pick(x, y);
+        if (pick) this.view.moveTo(retarget(this.view.orbit.value, pick.point));
+    }
+
+    /** What was selected last: a lamp, a picked point, or else the whole scene as its camera shows it. */
+    frameSelection(): void {
+        const aspect = this.view.aspect.value;
+        const light = this.selectedLight.value ? this.scene.peek(this.selectedLight.value) : undefined;
+        const reading = this.reading.value;
+        if (light && isPlaced(light)) {
+            this.view.moveTo(frameBall(this.view.orbit.value, positionOf(light), 3 * extentOf(light), aspect));
+        } else if (reading) {
+            const radius = Math.max(0.05, 0.12 * reading.pick.distance);
+            this.view.moveTo(frameBall(this.view.orbit.value, reading.pick.point, radius, aspect));
+            this.reading.value = { ...reading, pick: { ...reading.pick, distance: this.view.orbit.value.distance } };
+        } else {
+            this.goHome();
+        }
+    }
+
+    goHome(): void {
+        const cameras = this.scene.list('camera').value;
+        this.goToCamera(cameras.includes('main') ? 'main' : (cameras[0] ?? ''));
+    }
+
+    goToCamera(id: string): void {
+        this.view.moveTo(orbitFromPose(poseOf(this.scene.peek(id))));
+    }
+
+    toggleSolo(id: string): void {
+        const lights = this.scene.list('light').value.map((l) => this.scene.peek(l));
+        const ops = this.solo.toggle(
+            id,
+            lights.filter((l) => l !== undefined),
+        );
+        if (ops.length > 0) void this.edits.transaction(ops);
+    }
+
+    clearSelection(): void {
+        this.reading.value = null;
+        this.selectedLight.value = null;
+    }
+
+    /* ---- connection ---- */
+
+    private stateChanged(state: ConnectionState): void {
+        const before = this.connection.value.at;
+        this.connection.value = state;
+        if (state.at === 'online') this.toasts.announce('Connected');
+        if (before === 'online' && state.at !== 'online') {
+            this.rpc = null;
+            this.edits.drop();
+            this.view.closed();
+            this.awaitedEdit = null;
+            this.toasts.announce('Connection lost');
+        }
+    }
+
+    private async online(rpc: Rpc, hello: JsonObject): Promise<void> {
+        this.rpc = rpc;
+        this.picture?.reset();
+        this.readMethods(hello);
+        try {
+            await this.reload();
+            if (!this.cameraChosen) this.goHome();
+            this.cameraChosen = true;
+            await this.view.open();
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    private async reload(): Promise<void> {
+        if (!this.rpc) return;
+        const reply = await this.rpc.call('scene.get', { expand: true });
+        this.scene.load(reply.ops, numberOr(reply.scene_rev, 0));
+        const selected = this.selectedLight.peek();
+        if (selected && !this.scene.peek(selected)) this.selectedLight.value = null;
+    }
+
+    private notified(method: string, params: JsonObject): void {
+        if (method === 'scene.changed') {
+            if (!this.scene.apply(params.ops, numberOr(params.scene_rev, 0))) {
+                void this.reload().catch((error: Error) => this.report(error));
+            }
+        } else if (method === 'frame.stats') {
+            this.meter.stats(params);
+        }
+    }
+
+    private binary(message: ArrayBuffer): void {
+        this.meter.received(message.byteLength);
+        try {
+            const frame = decodeFrame(message);
+            if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    /** A whole frame is on the canvas. A hidden tab does not ask for the next one: nobody looks. */
+    private async drawn(last: FrameHeader): Promise<void> {
+        const cameraLatency = this.view.drawn(last);
+        if (cameraLatency !== null) this.meter.latency(cameraLatency);
+        if (this.awaitedEdit && last.sceneRev >= this.awaitedEdit.rev) {
+            this.meter.latency(performance.now() - this.awaitedEdit.sentAt);
+            this.awaitedEdit = null;
+        }
+        this.meter.drawn(last);
+        const rpc = this.rpc;
+        if (document.hidden) await visible();
+        rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq });
+    }
+
+    private accepted(rev: number, sentAt: number): void {
+        // The frame may have come before the reply.
+        const shown = this.meter.frame.value?.sceneRev ?? 0;
+        if (shown >= rev) this.meter.latency(performance.now() - sentAt);
+        else this.awaitedEdit ??= { rev, sentAt };
+    }
+
+    private async ping(): Promise<void> {
+        const rpc = this.rpc;
+        if (!rpc || document.hidden) return;
+        const start = performance.now();
+        try {
+            this.readMethods(await rpc.call('stats.get'));
+            this.meter.roundTripMs.value = performance.now() - start;
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    private readMethods(reply: JsonObject): void {
+        const names = namesIn(reply.methods);
+        if (names.length > 0 && names.join() !== this.methods.value.join()) this.methods.value = names;
+    }
+
+    /* ---- light meter ---- */
+
+    private scheduleProbe(): void {
+        clearTimeout(this.probeTimer);
+        if (!this.reading.peek()) return;
+        this.probeTimer = setTimeout(() => void this.measure(), PROBE_DELAY_MS) as unknown as number;
+    }
+
+    private async measure(): Promise<void> {
+        const reading = this.reading.peek();
+        if (!reading || !this.rpc) return;
+        const { point, normal } = reading.pick;
+        try {
+            const params = { point: point as unknown as Json, normal: normal as unknown as Json, samples: PROBE_SAMPLES };
+            const r = await this.rpc.call('probe', params);
+            if (this.reading.peek()?.pick !== reading.pick) return;
+            const lux = { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN) };
+            this.reading.value = { ...reading, lux };
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    private report(error: Error): void {
+        if (!(error instanceof ClosedError)) this.toasts.error(error);
+    }
+}
+
+function visible(): Promise<void> {
+    return new Promise((resolve) => {
+        const check = (): void => {
+            if (document.hidden) return;
+            document.removeEventListener('visibilitychange', check);
+            resolve();
+        };
+        document.addEventListener('visibilitychange', check);
+    });
+}
+
+/** ["path", ...] or [{"name":"path"}, ...] */
+function namesIn(list: Json | undefined): string[] {
+    if (!Array.isArray(list)) return [];
+    return list.map((m) => (isObject(m) ? stringOr(m.name, '') : stringOr(m, ''))).filter((name) => name !== '');
+}
+
+function poseOf(camera: SceneRecord | undefined): CameraPose {
+    if (!camera) return DEFAULT_POSE;
+    return {
+        position: vec3Or(camera.position, DEFAULT_POSE.position),
+        target: vec3Or(camera.target, DEFAULT_POSE.target),
+        up: vec3Or(camera.up, DEFAULT_POSE.up),
+        vfov_deg: numberOr(camera.vfov_deg, DEFAULT_POSE.vfov_deg),
+    };
+}

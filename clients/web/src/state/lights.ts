@@ -1,0 +1,83 @@
+/** What the light list needs to know about a light record. */
+import { signal } from '@preact/signals';
+import { cctToLinear } from '../lib/colour';
+import type { Vec3 } from '../lib/vec';
+import { INTENSITY_FIELDS, numberOr, stringOr, vec3Or, type IntensityField, type Op, type SceneRecord } from '../protocol/types';
+
+export interface Unit {
+    symbol: string;
+    spoken: string;
+    /** Range of the slider; the number itself may go beyond. */
+    min: number;
+    max: number;
+}
+
+export const UNITS: Record<IntensityField, Unit> = {
+    flux_lm: { symbol: 'lm', spoken: 'lumens', min: 1, max: 100_000 },
+    intensity_cd: { symbol: 'cd', spoken: 'candela', min: 1, max: 100_000 },
+    luminance_cd_m2: { symbol: 'cd/m²', spoken: 'candela per square metre', min: 1, max: 1_000_000 },
+    illuminance_lx: { symbol: 'lx', spoken: 'lux', min: 0.1, max: 150_000 },
+};
+
+export interface Intensity {
+    field: IntensityField;
+    value: number;
+    unit: Unit;
+}
+
+export function intensityOf(light: SceneRecord): Intensity {
+    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? 'flux_lm';
+    const unit = UNITS[field];
+    const value = numberOr(light[field], 0);
+    return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
+}
+
+export function colourOf(light: SceneRecord): { kelvin: number | null; linear: Vec3 } {
+    if (typeof light.cct_k === 'number') return { kelvin: light.cct_k, linear: cctToLinear(light.cct_k) };
+    return { kelvin: null, linear: vec3Or(light.color, [1, 1, 1]) };
+}
+
+export const isOn = (light: SceneRecord): boolean => light.on !== false;
+
+export const isPlaced = (light: SceneRecord): boolean => light.kind !== 'directional' && light.kind !== 'environment';
+
+export const positionOf = (light: SceneRecord): Vec3 => vec3Or(light.position, [0, 0, 0]);
+
+/** Radius of a ball around the lamp itself, in metres, so that the view can frame it. */
+export function extentOf(light: SceneRecord): number {
+    const edges = [...vec3Or(light.u, [0, 0, 0]), ...vec3Or(light.v, [0, 0, 0])];
+    return Math.max(numberOr(light.radius, 0), Math.hypot(...edges) / 2, 0.25);
+}
+
+export const kindOf = (light: SceneRecord): string => stringOr(light.kind, 'light');
+
+/**
+ * Soloing: only the chosen lights stay on. What was on before is remembered here, in this page; on the server there are only
+ * on and off, so the others see what the picture shows.
+ */
+export class Solo {
+    private before: Map<string, boolean> | null = null;
+    private readonly only = signal<ReadonlySet<string>>(new Set());
+
+    isSoloed(id: string): boolean {
+        return this.only.value.has(id);
+    }
+
+    /** The ops that bring it about; a second toggle of the last one restores everything. */
+    toggle(id: string, lights: readonly SceneRecord[]): Op[] {
+        this.before ??= new Map(lights.map((l) => [l.id, isOn(l)]));
+        const only = new Set(this.only.value.has(id) ? [] : [id]);
+        this.only.value = only;
+        const { before } = this;
+        if (only.size === 0) this.before = null;
+        const wanted = (l: SceneRecord): boolean => (only.size > 0 ? only.has(l.id) : (before.get(l.id) ?? isOn(l)));
+        return lights
+            .filter((l) => isOn(l) !== wanted(l))
+            .map((l) => ({ op: 'set', id: l.id, path: '/on', value: wanted(l) }));
+    }
+
+    forget(): void {
+        this.before = null;
+        this.only.value = new Set();
+    }
+}

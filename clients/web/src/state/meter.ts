@@ -1,0 +1,114 @@
+/** What the status line shows: rates and latencies as this client measures them, and the server's numbers of the last frame. */
+import { signal } from '@preact/signals';
+import { History, RateWindow } from '../lib/window';
+import type { FrameHeader } from '../protocol/frame';
+import { Flag } from '../protocol/frame';
+import { isObject, type JsonObject } from '../protocol/rpc';
+import { numberOr } from '../protocol/types';
+
+const HISTORY = 120;
+const WINDOW_MS = 1500;
+
+export interface FrameNumbers {
+    frameSeq: number;
+    sceneRev: number;
+    spp: number;
+    error: number | null;
+    converged: boolean;
+    serverMs: number;
+    width: number;
+    height: number;
+}
+
+export interface Effect {
+    name: string;
+    on: boolean;
+    why: string;
+    rays: number;
+    ms: number;
+}
+
+export interface ServerNumbers {
+    ms: number;
+    raysPerSecond: number;
+    effects: Effect[];
+    /** What "automatic" exposure currently is; null: the server did not say. */
+    exposureEv: number | null;
+}
+
+export class Meter {
+    readonly frame = signal<FrameNumbers | null>(null);
+    readonly server = signal<ServerNumbers | null>(null);
+    readonly fps = signal(0);
+    readonly kbits = signal(0);
+    readonly roundTripMs = signal<number | null>(null);
+    readonly latencyMs = signal<number | null>(null);
+    /** Grows with every entry of the two histories; they are drawn when it changes. */
+    readonly ticks = signal(0);
+    readonly frameHistory = new History(HISTORY);
+    readonly latencyHistory = new History(HISTORY);
+    private readonly frames = new RateWindow(WINDOW_MS);
+    private readonly bytes = new RateWindow(WINDOW_MS);
+
+    received(bytes: number): void {
+        this.bytes.push(performance.now(), bytes);
+    }
+
+    drawn(h: FrameHeader): void {
+        this.frames.push(performance.now(), 1);
+        this.frame.value = {
+            frameSeq: h.frameSeq,
+            sceneRev: h.sceneRev,
+            spp: h.spp,
+            error: h.error,
+            converged: (h.flags & Flag.converged) !== 0,
+            serverMs: h.serverUs / 1000,
+            width: h.fullW,
+            height: h.fullH,
+        };
+    }
+
+    /** From the user's hand to the picture that shows it. */
+    latency(ms: number): void {
+        this.latencyMs.value = ms;
+        this.latencyHistory.push(ms);
+        this.ticks.value++;
+    }
+
+    /** frame.stats */
+    stats(params: JsonObject): void {
+        const ms = numberOr(params.ms, 0);
+        const rays = isObject(params.rays) ? sum(params.rays) : 0;
+        this.server.value = {
+            ms,
+            raysPerSecond: ms > 0 ? (1000 * rays) / ms : 0,
+            effects: isObject(params.effects) ? effectsOf(params.effects) : [],
+            exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
+        };
+        this.frameHistory.push(ms);
+        this.ticks.value++;
+    }
+
+    /** Call twice a second or so: rates fall to zero when nothing arrives. */
+    tick(): void {
+        const now = performance.now();
+        this.fps.value = this.frames.rate(now);
+        this.kbits.value = (8 * this.bytes.rate(now)) / 1000;
+    }
+}
+
+function sum(counters: JsonObject): number {
+    let total = 0;
+    for (const v of Object.values(counters)) total += numberOr(v, 0);
+    return total;
+}
+
+function effectsOf(effects: JsonObject): Effect[] {
+    const list: Effect[] = [];
+    for (const [name, e] of Object.entries(effects)) {
+        if (!isObject(e)) continue;
+        const why = typeof e.why === 'string' ? e.why : '';
+        list.push({ name, on: e.on === true, why, rays: numberOr(e.rays, 0), ms: numberOr(e.ns, 0) / 1e6 });
+    }
+    return list;
+}

@@ -1,0 +1,179 @@
+/**
+ * This client's view: its camera, size and settings, and the messages that keep the server's copy the same.
+ *
+ * Camera changes are numbered. Every frame echoes the number of the camera it shows, so overlays are drawn with exactly that
+ * camera, and the time from a movement to its picture is measured.
+ */
+import { computed, signal } from '@preact/signals';
+import { Pacer } from '../lib/pacer';
+import type { FrameHeader } from '../protocol/frame';
+import type { Json, JsonObject } from '../protocol/rpc';
+import type { CameraPose } from '../protocol/types';
+import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
+
+/** How many pixels to ask for. The picture is stretched to the window; a CPU renders this many. */
+export const RESOLUTIONS = {
+    fast: { label: 'Fast', pixels: 160_000 },
+    balanced: { label: 'Balanced', pixels: 400_000 },
+    fine: { label: 'Fine', pixels: 1_000_000 },
+    native: { label: 'Native', pixels: 8_388_608 },
+} as const;
+export type Resolution = keyof typeof RESOLUTIONS;
+
+export const STREAMS = {
+    low: { label: 'JPEG, low bandwidth', codec: 'jpeg', quality: 55 },
+    jpeg: { label: 'JPEG', codec: 'jpeg', quality: 85 },
+    high: { label: 'JPEG, high quality', codec: 'jpeg', quality: 95 },
+    png: { label: 'PNG, lossless', codec: 'png', quality: 100 },
+} as const;
+export type Stream = keyof typeof STREAMS;
+
+export interface ViewSettings {
+    /** null: the scene's. */
+    method: string | null;
+    exposure: { auto: boolean; ev: number } | null;
+    toneMap: string | null;
+    resolution: Resolution;
+    stream: Stream;
+}
+
+/** LUM_LIMIT_VIEW_SIDE */
+const MAX_SIDE = 4096;
+/** Poses of cameras that no frame has shown yet; a server that is this far behind has skipped the older ones. */
+const MAX_POSES = 512;
+
+export const DEFAULT_POSE: CameraPose = { position: [3, 2, 5], target: [0, 1, 0], up: [0, 1, 0], vfov_deg: 45 };
+
+/** Whole pixels with the window's aspect, at most `pixels` of them and not more than the screen has. */
+export function viewSize(cssW: number, cssH: number, ratio: number, pixels: number): [number, number] {
+    const w = Math.max(1, cssW * ratio);
+    const h = Math.max(1, cssH * ratio);
+    const s = Math.min(1, Math.sqrt(pixels / (w * h)), MAX_SIDE / w, MAX_SIDE / h);
+    return [Math.max(1, Math.floor(w * s)), Math.max(1, Math.floor(h * s))];
+}
+
+interface Sent {
+    pose: CameraPose;
+    at: number;
+}
+
+export class ViewLink {
+    readonly orbit = signal<Orbit>(orbitFromPose(DEFAULT_POSE));
+    readonly settings = signal<ViewSettings>({
+        method: null,
+        exposure: null,
+        toneMap: null,
+        resolution: 'balanced',
+        stream: 'jpeg',
+    });
+    /** The camera of the frame on screen. */
+    readonly shownPose = signal<CameraPose>(DEFAULT_POSE);
+    readonly cssSize = signal<[number, number]>([1, 1]);
+    readonly aspect = computed(() => this.cssSize.value[0] / this.cssSize.value[1]);
+    /** The size the server was asked for. */
+    readonly size = signal<[number, number]>([1, 1]);
+    viewId: number | null = null;
+
+    private opening = false;
+    private cameraSeq = 0;
+    private readonly sent = new Map<number, Sent>();
+    private dirty = { camera: false, size: false, settings: false };
+    private readonly pacer = new Pacer(() => void this.flush());
+
+    constructor(
+        private readonly call: (method: string, params: JsonObject) => Promise<JsonObject>,
+        private readonly onError: (error: Error) => void,
+    ) {}
+
+    moveTo(orbit: Orbit): void {
+        this.orbit.value = orbit;
+        this.mark('camera');
+    }
+
+    resize(cssW: number, cssH: number, ratio: number): void {
+        this.cssSize.value = [cssW, cssH];
+        this.fit(ratio);
+    }
+
+    change(settings: Partial<ViewSettings>): void {
+        this.settings.value = { ...this.settings.value, ...settings };
+        this.fit(window.devicePixelRatio);
+        this.mark('settings');
+    }
+
+    private fit(ratio: number): void {
+        const [w, h] = this.cssSize.value;
+        const size = viewSize(w, h, ratio, RESOLUTIONS[this.settings.value.resolution].pixels);
+        if (size[0] === this.size.value[0] && size[1] === this.size.value[1]) return;
+        this.size.value = size;
+        this.mark('size');
+    }
+
+    async open(): Promise<void> {
+        this.viewId = null;
+        this.opening = true;
+        try {
+            const reply = await this.call('view.open', { ...this.cameraParams(), size: this.size.value, ...this.settingParams() });
+            this.viewId = Number(reply.view_id);
+        } finally {
+            this.opening = false;
+        }
+        if (this.dirty.camera || this.dirty.size || this.dirty.settings) this.pacer.request();
+    }
+
+    closed(): void {
+        this.viewId = null;
+        this.sent.clear();
+    }
+
+    /** Frames may overtake the reply to view.open that names their view. */
+    owns(viewId: number): boolean {
+        return this.opening || viewId === this.viewId;
+    }
+
+    /** A frame is on screen. Returns how long ago its camera was sent, null when it shows one that was shown before. */
+    drawn(h: FrameHeader): number | null {
+        const sent = this.sent.get(h.cameraSeq);
+        if (!sent) return null;
+        this.shownPose.value = sent.pose;
+        const latency = performance.now() - sent.at;
+        for (const seq of this.sent.keys()) if (seq <= h.cameraSeq) this.sent.delete(seq);
+        return latency;
+    }
+
+    private mark(what: 'camera' | 'size' | 'settings'): void {
+        this.dirty[what] = true;
+        if (this.viewId !== null) this.pacer.request();
+    }
+
+    private async flush(): Promise<void> {
+        if (this.viewId === null) return;
+        const { camera, size, settings } = this.dirty;
+        this.dirty = { camera: false, size: false, settings: false };
+        const params: JsonObject = { view_id: this.viewId };
+        if (camera) Object.assign(params, this.cameraParams());
+        if (size) params.size = this.size.value;
+        if (settings) Object.assign(params, this.settingParams());
+        try {
+            await this.call('view.update', params);
+        } catch (error) {
+            this.onError(error as Error);
+        }
+    }
+
+    private cameraParams(): JsonObject {
+        const pose = poseFromOrbit(this.orbit.value);
+        this.sent.set(++this.cameraSeq, { pose, at: performance.now() });
+        if (this.sent.size > MAX_POSES) this.sent.delete(this.sent.keys().next().value!);
+        return { camera: pose as unknown as Json, camera_seq: this.cameraSeq };
+    }
+
+    private settingParams(): JsonObject {
+        const s = this.settings.value;
+        const params: JsonObject = { codec: STREAMS[s.stream].codec, quality: STREAMS[s.stream].quality };
+        if (s.method !== null) params.method = s.method;
+        if (s.toneMap !== null) params.tone_map = s.toneMap;
+        if (s.exposure !== null) params.exposure_ev = s.exposure.auto ? null : s.exposure.ev;
+        return params;
+    }
+}

@@ -1,0 +1,58 @@
+import { useEffect, useRef } from 'preact/hooks';
+import { useApp } from './context';
+import { Icon } from './Icon';
+import { KEYMAP, POINTERS } from './keymap';
+
+export function HelpDialog() {
+    const app = useApp();
+    const dialog = useRef<HTMLDialogElement>(null);
+    const open = app.helpOpen.value;
+    useEffect(() => {
+        if (open && !dialog.current?.open) dialog.current?.showModal();
+        if (!open) dialog.current?.close();
+    }, [open]);
+    const close = (): void => {
+        app.helpOpen.value = false;
+    };
+    return (
+        <dialog
+            ref={dialog}
+            class="help"
+            aria-labelledby="help-title"
+            onClose={close}
+            onClick={(e) => e.target === dialog.current && close()}
+        >
+            <div class="help-body">
+                <header>
+                    <h2 id="help-title">Keys and gestures</h2>
+                    <button type="button" class="icon-button" aria-label="Close" onClick={close}>
+                        <Icon name="close" />
+                    </button>
+                </header>
+                <div class="help-columns">
+                    <dl>
+                        {POINTERS.map(([gesture, label]) => (
+                            <Entry key={gesture} name={gesture} label={label} />
+                        ))}
+                    </dl>
+                    <dl>
+                        {KEYMAP.map((k) => (
+                            <Entry key={k.label} name={k.shown} label={k.label} />
+                        ))}
+                    </dl>
+                </div>
+            </div>
+        </dialog>
+    );
+}
+
+function Entry({ name, label }: { name: string; label: string }) {
+    return (
+        <div class="help-entry">
+            <dt>
+                <kbd>{name}</kbd>
+            </dt>
+            <dd>{label}</dd>
+        </div>
+    );
+}

@@ -1,0 +1,38 @@
+import { useEffect } from 'preact/hooks';
+import { useApp } from './context';
+import { EffectsPanel } from './EffectsPanel';
+import { HelpDialog } from './HelpDialog';
+import { ImportPanel } from './ImportPanel';
+import { handleKey } from './keymap';
+import { LightList } from './LightList';
+import { StatusBar } from './StatusBar';
+import { Toasts } from './Toasts';
+import { TopBar } from './TopBar';
+import { ViewPanel } from './ViewPanel';
+import { Viewport } from './Viewport';
+
+export function Layout() {
+    const app = useApp();
+    useEffect(() => {
+        const onKey = (e: KeyboardEvent): void => {
+            if (!app.helpOpen.value && handleKey(app, e)) e.preventDefault();
+        };
+        document.addEventListener('keydown', onKey);
+        return () => document.removeEventListener('keydown', onKey);
+    }, []);
+    return (
+        <div class="layout">
+            <TopBar />
+            <Viewport />
+            <div class="panel">
+                <LightList />
+                <ViewPanel />
+                <EffectsPanel />
+                <ImportPanel />
+            </div>
+            <StatusBar />
+            <Toasts />
+            <HelpDialog />
+        </div>
+    );
+}

@@ -1,0 +1,142 @@
+import { linearFromHex, swatch, unitLuminance } from '../lib/colour';
+import { number } from '../lib/format';
+import { kelvinScale } from '../lib/scale';
+import type { Vec3 } from '../lib/vec';
+import type { Json } from '../protocol/rpc';
+import type { SceneRecord } from '../protocol/types';
+import { colourOf, intensityOf, isPlaced, kindOf, positionOf } from '../state/lights';
+import { useApp } from './context';
+import { NumberField } from './NumberField';
+import { Slider } from './Slider';
+
+const KELVIN = kelvinScale(1800, 12000);
+const PRESETS: [string, number][] = [
+    ['Candle', 1900],
+    ['Tungsten', 2700],
+    ['Halogen', 3000],
+    ['Neutral', 4000],
+    ['Daylight', 5600],
+    ['Overcast', 6500],
+];
+
+export function LightDetails({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const { field, value, unit } = intensityOf(light);
+    return (
+        <div class="light-details">
+            <div class="fields">
+                <NumberField
+                    label="Intensity"
+                    value={value}
+                    unit={unit.symbol}
+                    min={0}
+                    onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
+                />
+                <span class="kind">{kindOf(light)}</span>
+            </div>
+            <Colour light={light} />
+            {isPlaced(light) && <Position light={light} />}
+        </div>
+    );
+}
+
+function Colour({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const { kelvin, linear } = colourOf(light);
+    const byTemperature = kelvin !== null;
+    const setMode = (temperature: boolean): void => {
+        if (temperature === byTemperature) return;
+        void app.edits.transaction([
+            { op: 'set', id: light.id, path: '/cct_k', value: temperature ? 4000 : null },
+            ...(temperature ? [] : [{ op: 'set' as const, id: light.id, path: '/color', value: [...unitLuminance(linear)] }]),
+        ]);
+    };
+    return (
+        <div class="colour">
+            <div class="segmented" role="group" aria-label={`${light.id} colour mode`}>
+                <button type="button" aria-pressed={byTemperature} onClick={() => setMode(true)}>
+                    Temperature
+                </button>
+                <button type="button" aria-pressed={!byTemperature} onClick={() => setMode(false)}>
+                    Colour
+                </button>
+                <span class="swatch" style={{ '--lamp': swatch(linear) }} />
+            </div>
+            {byTemperature ? <Temperature light={light} kelvin={kelvin} /> : <Picker light={light} linear={linear} />}
+        </div>
+    );
+}
+
+function Temperature({ light, kelvin }: { light: SceneRecord; kelvin: number }) {
+    const app = useApp();
+    return (
+        <>
+            <div class="slider-line">
+                <Slider
+                    class="kelvin"
+                    label={`${light.id} colour temperature`}
+                    scale={KELVIN}
+                    value={kelvin}
+                    spoken={`${kelvin} kelvin`}
+                    onInput={(k) => app.edits.set(light.id, '/cct_k', k)}
+                    onEnd={() => app.edits.endGesture()}
+                />
+                <output>
+                    {number(kelvin)} <small>K</small>
+                </output>
+            </div>
+            <div class="presets" role="group" aria-label="Colour temperature presets">
+                {PRESETS.map(([name, k]) => (
+                    <button
+                        key={k}
+                        type="button"
+                        title={`${k} K`}
+                        aria-pressed={k === kelvin}
+                        onClick={() => app.edits.setOnce(light.id, '/cct_k', k)}
+                    >
+                        {name}
+                    </button>
+                ))}
+            </div>
+        </>
+    );
+}
+
+function Picker({ light, linear }: { light: SceneRecord; linear: Vec3 }) {
+    const app = useApp();
+    return (
+        <label class="picker">
+            <span>Light colour</span>
+            <input
+                type="color"
+                value={swatch(linear)}
+                onInput={(e) => {
+                    const colour = unitLuminance(linearFromHex(e.currentTarget.value));
+                    app.edits.set(light.id, '/color', [...colour] as Json);
+                }}
+                onChange={() => app.edits.endGesture()}
+            />
+        </label>
+    );
+}
+
+function Position({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const position = positionOf(light);
+    const commit = (axis: number, v: number): void =>
+        app.edits.setOnce(light.id, '/position', position.map((p, i) => (i === axis ? v : p)));
+    return (
+        <div class="fields position" role="group" aria-label={`${light.id} position in metres`}>
+            {['X', 'Y', 'Z'].map((name, axis) => (
+                <NumberField
+                    key={name}
+                    label={name}
+                    value={Number(position[axis]!.toFixed(3))}
+                    unit="m"
+                    step={0.05}
+                    onCommit={(v) => commit(axis, v)}
+                />
+            ))}
+        </div>
+    );
+}

@@ -1,0 +1,86 @@
+import { useEffect, useRef } from 'preact/hooks';
+import { swatch } from '../lib/colour';
+import { number } from '../lib/format';
+import { logScale } from '../lib/scale';
+import type { SceneRecord } from '../protocol/types';
+import { colourOf, intensityOf, isOn } from '../state/lights';
+import { useApp } from './context';
+import { LightDetails } from './LightDetails';
+import { Slider } from './Slider';
+
+export function LightRow({ id }: { id: string }) {
+    const app = useApp();
+    const light = app.scene.record(id);
+    const selected = app.selectedLight.value === id;
+    const row = useRef<HTMLLIElement>(null);
+    useEffect(() => {
+        if (selected) row.current?.scrollIntoView({ block: 'nearest' });
+    }, [selected]);
+    if (!light) return null;
+    const on = isOn(light);
+    const { field, value, unit } = intensityOf(light);
+    return (
+        <li ref={row} class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}>
+            <div class="light-head">
+                <OnOff light={light} on={on} />
+                <button
+                    type="button"
+                    class="light-name"
+                    aria-expanded={selected}
+                    onClick={() => (app.selectedLight.value = selected ? null : id)}
+                >
+                    {id}
+                </button>
+                <span class="light-value">
+                    {number(value)} <small>{unit.symbol}</small>
+                </span>
+                <SoloButton id={id} />
+            </div>
+            <Slider
+                label={`${id} intensity`}
+                scale={logScale(unit.min, unit.max)}
+                value={value}
+                spoken={`${number(value)} ${unit.spoken}`}
+                onInput={(v) => app.edits.set(id, `/${field}`, v)}
+                onEnd={() => app.edits.endGesture()}
+            />
+            {selected && <LightDetails light={light} />}
+        </li>
+    );
+}
+
+/** A lamp in the colour of its light; dark when off. */
+function OnOff({ light, on }: { light: SceneRecord; on: boolean }) {
+    const app = useApp();
+    return (
+        <button
+            type="button"
+            role="switch"
+            class="lamp-switch"
+            aria-checked={on}
+            aria-label={`${light.id} on`}
+            title={on ? 'Switch off' : 'Switch on'}
+            style={{ '--lamp': swatch(colourOf(light).linear) }}
+            onClick={() => app.edits.setOnce(light.id, '/on', !on)}
+        >
+            <span class="lamp-dot" />
+        </button>
+    );
+}
+
+function SoloButton({ id }: { id: string }) {
+    const app = useApp();
+    const soloed = app.solo.isSoloed(id);
+    return (
+        <button
+            type="button"
+            class="solo"
+            aria-pressed={soloed}
+            aria-label={`Solo ${id}`}
+            title={soloed ? 'Bring the other lights back' : 'Only this light'}
+            onClick={() => app.toggleSolo(id)}
+        >
+            S
+        </button>
+    );
+}

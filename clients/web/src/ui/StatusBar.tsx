@@ -1,0 +1,65 @@
+import type { ComponentChildren } from 'preact';
+import { fixed, number, percent, si } from '../lib/format';
+import { useApp } from './context';
+import { Sparkline } from './Sparkline';
+
+export function StatusBar() {
+    const app = useApp();
+    const frame = app.meter.frame.value;
+    const server = app.meter.server.value;
+    const rtt = app.meter.roundTripMs.value;
+    const latency = app.meter.latencyMs.value;
+    return (
+        <footer class="status" aria-label="Status">
+            <Converged />
+            <Item label="rev" title="Revision of the scene in the picture">
+                {frame ? number(frame.sceneRev) : '–'}
+            </Item>
+            <Item label="frame" title="Time the server took for the last pass">
+                {server ? `${fixed(server.ms, server.ms < 100 ? 1 : 0)} ms` : '–'}
+            </Item>
+            <Item label="rays" title="Rays traced per second in the last pass">
+                {server ? `${si(server.raysPerSecond)}/s` : '–'}
+            </Item>
+            <Item label="fps" title="Frames drawn here per second">
+                {fixed(app.meter.fps.value, 0)}
+            </Item>
+            <Item label="net" title="Received here">
+                {number(Math.round(app.meter.kbits.value))} kbit/s
+            </Item>
+            <Item label="rtt" title="Round trip of a message">
+                {rtt === null ? '–' : `${fixed(rtt, rtt < 10 ? 1 : 0)} ms`}
+            </Item>
+            <Item label="latency" title="From your hand to the picture that shows it">
+                {latency === null ? '–' : `${fixed(latency, 0)} ms`}
+            </Item>
+            <Item label="size" title="Size of the picture in pixels">
+                {frame ? `${frame.width}×${frame.height}` : '–'}
+            </Item>
+            <Sparkline />
+        </footer>
+    );
+}
+
+/** How good the picture is: samples per pixel, what error is left, and whether it goes on improving. */
+function Converged() {
+    const frame = useApp().meter.frame.value;
+    if (!frame) return <span class="quality">no picture yet</span>;
+    return (
+        <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel, and the relative error that is left">
+            <span class="quality-mark" aria-hidden="true" />
+            <span class="quality-word">{frame.converged ? 'converged' : 'refining'}</span>
+            <b>{number(frame.spp)} spp</b>
+            {frame.error !== null && <span>±{percent(frame.error)}</span>}
+        </span>
+    );
+}
+
+function Item({ label, title, children }: { label: string; title: string; children: ComponentChildren }) {
+    return (
+        <span class={`item item-${label}`} title={title}>
+            <span class="item-label">{label}</span>
+            <span class="item-value">{children}</span>
+        </span>
+    );
+}

@@ -1,0 +1,116 @@
+import { fixed } from '../lib/format';
+import { linearScale } from '../lib/scale';
+import { stringOr } from '../protocol/types';
+import { RESOLUTIONS, STREAMS, type Resolution, type Stream } from '../state/view';
+import { useApp } from './context';
+import { Slider } from './Slider';
+
+/** EV100: higher is darker, so the slider runs the other way and its right end is bright, as people expect. */
+const EXPOSURE = linearScale(18, -4, 10);
+const TONE_MAPS: [string, string][] = [
+    ['agx', 'AgX'],
+    ['aces', 'ACES'],
+    ['reinhard', 'Reinhard'],
+    ['none', 'None (clip)'],
+];
+
+/** How this client looks at the scene. Nothing here changes what others see. */
+export function ViewPanel() {
+    const app = useApp();
+    const settings = app.view.settings.value;
+    const render = app.scene.record('render');
+    const cameras = app.scene.list('camera').value;
+    return (
+        <section class="section" aria-labelledby="view-title">
+            <header class="section-head">
+                <h2 id="view-title">Picture</h2>
+            </header>
+            <Exposure />
+            <div class="choices">
+                <Choice
+                    label="Tone map"
+                    value={settings.toneMap ?? stringOr(render?.tone_map, 'agx')}
+                    options={TONE_MAPS}
+                    onChange={(toneMap) => app.view.change({ toneMap })}
+                />
+                <Choice
+                    label="Method"
+                    value={settings.method ?? stringOr(render?.method, '')}
+                    options={app.methods.value.map((m) => [m, m])}
+                    onChange={(method) => app.view.change({ method })}
+                />
+                <Choice
+                    label="Resolution"
+                    value={settings.resolution}
+                    options={Object.entries(RESOLUTIONS).map(([key, r]) => [key, r.label])}
+                    onChange={(r) => app.view.change({ resolution: r as Resolution })}
+                />
+                <Choice
+                    label="Stream"
+                    value={settings.stream}
+                    options={Object.entries(STREAMS).map(([key, s]) => [key, s.label])}
+                    onChange={(s) => app.view.change({ stream: s as Stream })}
+                />
+                {cameras.length > 1 && (
+                    <Choice
+                        label="Go to camera"
+                        value=""
+                        options={[['', 'Choose…'], ...cameras.map((id): [string, string] => [id, id])]}
+                        onChange={(id) => id && app.goToCamera(id)}
+                    />
+                )}
+            </div>
+        </section>
+    );
+}
+
+function Exposure() {
+    const app = useApp();
+    const { auto, ev } = app.exposure.value;
+    const set = (v: { auto: boolean; ev: number }): void => app.view.change({ exposure: v });
+    return (
+        <div class="exposure">
+            <div class="line">
+                <span class="field-label">Exposure</span>
+                <output>
+                    {fixed(ev, 1)} <small>EV</small>
+                </output>
+                <button type="button" class="toggle" aria-pressed={auto} onClick={() => set({ auto: !auto, ev })}>
+                    Auto
+                </button>
+            </div>
+            <Slider
+                label="Exposure"
+                scale={EXPOSURE}
+                value={ev}
+                spoken={`${fixed(ev, 1)} EV${auto ? ', automatic' : ''}`}
+                onInput={(v) => set({ auto: false, ev: v })}
+                onEnd={() => {}}
+            />
+        </div>
+    );
+}
+
+interface ChoiceProps {
+    label: string;
+    value: string;
+    options: [string, string][];
+    onChange(value: string): void;
+}
+
+function Choice({ label, value, options, onChange }: ChoiceProps) {
+    const known = options.some(([key]) => key === value);
+    return (
+        <label class="choice">
+            <span class="field-label">{label}</span>
+            <select value={value} onChange={(e) => onChange(e.currentTarget.value)}>
+                {!known && <option value={value}>{value || 'default'}</option>}
+                {options.map(([key, name]) => (
+                    <option key={key} value={key}>
+                        {name}
+                    </option>
+                ))}
+            </select>
+        </label>
+    );
+}

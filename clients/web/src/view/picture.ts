@@ -1,0 +1,84 @@
+/**
+ * The picture: tiles in, whole frames on a canvas.
+ *
+ * Tiles are decoded as they arrive. The frame's last tile sets off the drawing, which happens in one task: the browser shows
+ * all of a frame or nothing of it. Only changed tiles are sent, so frames are drawn in order and none is left out.
+ */
+import { Codec, Flag, Kind, type Frame, type FrameHeader } from '../protocol/frame';
+
+interface Tile {
+    header: FrameHeader;
+    pixels: Promise<ImageBitmap | null>;
+}
+
+const MIME: Record<number, string> = {
+    [Codec.jpeg]: 'image/jpeg',
+    [Codec.png]: 'image/png',
+    [Codec.webp]: 'image/webp',
+};
+
+/** The bytes are the picture: no alpha, no colour conversion. */
+const OPTIONS: ImageBitmapOptions = { premultiplyAlpha: 'none', colorSpaceConversion: 'none' };
+
+async function decode({ header, payload }: Frame): Promise<ImageBitmap | null> {
+    if (header.codec === Codec.rgba8) {
+        const width = Math.ceil(header.w / 2 ** header.downscale);
+        return createImageBitmap(new ImageData(new Uint8ClampedArray(payload), width), OPTIONS);
+    }
+    const type = MIME[header.codec];
+    if (!type) throw new RangeError(`tile codec ${header.codec} was not asked for`);
+    return createImageBitmap(new Blob([payload as BlobPart], { type }), OPTIONS);
+}
+
+export class Picture {
+    private tiles: Tile[] = [];
+    private drawn: Promise<void> = Promise.resolve();
+    private generation = 0;
+
+    constructor(
+        private readonly canvas: HTMLCanvasElement,
+        private readonly onDrawn: (last: FrameHeader) => void,
+        private readonly onBroken: (error: Error) => void,
+    ) {}
+
+    receive(frame: Frame): void {
+        if (frame.header.kind !== Kind.tile) return;
+        const pixels = decode(frame).catch((error: unknown) => {
+            this.onBroken(error instanceof Error ? error : new Error(String(error)));
+            return null;
+        });
+        this.tiles.push({ header: frame.header, pixels });
+        if ((frame.header.flags & Flag.lastTile) === 0) return;
+        const { tiles, generation } = this;
+        this.tiles = [];
+        this.drawn = this.drawn.then(() => this.draw(tiles, generation));
+    }
+
+    /** A new connection or view: what was half received is worthless. */
+    reset(): void {
+        this.tiles = [];
+        this.generation++;
+    }
+
+    private async draw(tiles: Tile[], generation: number): Promise<void> {
+        const pixels = await Promise.all(tiles.map((t) => t.pixels));
+        const last = tiles[tiles.length - 1]!.header;
+        if (generation === this.generation) {
+            this.resize(last.fullW, last.fullH);
+            const context = this.canvas.getContext('2d', { alpha: false })!;
+            tiles.forEach(({ header: { x, y, w, h } }, i) => {
+                const bitmap = pixels[i];
+                if (bitmap) context.drawImage(bitmap, x, y, w, h); // a downscaled tile is stretched here
+            });
+            this.onDrawn(last);
+        }
+        for (const bitmap of pixels) bitmap?.close();
+    }
+
+    /** Keeps the old picture, stretched, until the new size has been drawn. */
+    private resize(w: number, h: number): void {
+        if (this.canvas.width === w && this.canvas.height === h) return;
+        this.canvas.width = w;
+        this.canvas.height = h;
+    }
+}
