@@ -4,7 +4,6 @@
 
 /* ---- text ---- */
 #define LUM_LIMIT_ID_BYTES 64      /* an id is a name for people; [A-Za-z0-9_.:/-] */
-#define LUM_LIMIT_IMPORT_ID_BYTES 32 /* of an import: leaves 31 for the names of what it brings, "room/lamp" */
 #define LUM_LIMIT_ASSET_BYTES 255  /* one path below the asset root */
 #define LUM_LIMIT_PATH_BYTES 95    /* the deepest field path is under 40 */
 #define LUM_LIMIT_STRING_BYTES 4096
@@ -41,8 +40,9 @@
 #define LUM_LIMIT_DEPTH 64u
 
 /* ---- network ---- */
-#define LUM_LIMIT_SESSIONS 64u
-#define LUM_LIMIT_SESSIONS_PER_IP 32u
+#define LUM_LIMIT_SESSIONS 64u           /* that said hello */
+#define LUM_LIMIT_CONNECTIONS 256u       /* TCP: a browser opens six for the page beside its session */
+#define LUM_LIMIT_CONNECTIONS_PER_IP 64u /* one address cannot shut out the others; a proxy in front is one address */
 #define LUM_LIMIT_HELLO_S 5            /* from connection to an accepted session.hello */
 #define LUM_LIMIT_MESSAGES_PER_S 240u  /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */

@@ -5,7 +5,6 @@
 
 enum lum_exit { LUM_EXIT_OK = 0, LUM_EXIT_FAILED = 1, LUM_EXIT_USAGE = 2 };
 
-int lum_cmd_serve(int argc, char **argv);   /* the daemon */
 int lum_cmd_render(int argc, char **argv);  /* an image or a sequence, without network */
 int lum_cmd_compare(int argc, char **argv); /* metrics of two images */
 int lum_cmd_scenes(int argc, char **argv);  /* lists the built-in scenes */

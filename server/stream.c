@@ -224,18 +224,20 @@ bool lum_stream_pending(struct lum_stream *s)
     return pending;
 }
 
-void lum_stream_ack(struct lum_stream *s, uint64_t frame_seq)
+bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq)
 {
+    bool known = false;
     pthread_mutex_lock(&s->lock);
-    for (uint32_t i = 0; i < s->n_unacked; i++) {
+    for (uint32_t i = 0; i < s->n_unacked && !known; i++) {
         bool complete = i + 1 < s->n_unacked || s->n_to_send == 0;
-        if (s->unacked[i] != frame_seq || !complete)
-            continue;
-        s->n_unacked -= i + 1;
-        memmove(s->unacked, s->unacked + i + 1, s->n_unacked * sizeof s->unacked[0]);
-        break;
+        known = complete && s->unacked[i] == frame_seq;
+        if (known) {
+            s->n_unacked -= i + 1;
+            memmove(s->unacked, s->unacked + i + 1, s->n_unacked * sizeof s->unacked[0]);
+        }
     }
     pthread_mutex_unlock(&s->lock);
+    return known;
 }
 
 uint64_t lum_stream_skipped(struct lum_stream *s)

@@ -58,9 +58,9 @@ struct lum_stream_tile {
 bool lum_stream_next(struct lum_stream *s, struct lum_stream_tile *ret_tile);
 /* True when lum_stream_next would give a tile. */
 bool lum_stream_pending(struct lum_stream *s);
-/* The client drew this frame: gives back its credit and that of the frames before it. Unknown and repeated numbers are
- * ignored. */
-void lum_stream_ack(struct lum_stream *s, uint64_t frame_seq);
+/* The client drew this frame: gives back its credit and that of the frames before it. False for unknown and repeated
+ * numbers, which are ignored. */
+bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq);
 /* Frames skipped by this client so far. */
 uint64_t lum_stream_skipped(struct lum_stream *s);
 

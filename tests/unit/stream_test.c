@@ -121,12 +121,12 @@ static void test_credit(void **state)
     assert_false(lum_stream_wants_frame(s));
     publish(s, ++n, 1);
     assert_false(lum_stream_pending(s)); /* no credit: the frame waits, and may be skipped */
-    lum_stream_ack(s, 0);
-    lum_stream_ack(s, 999);
+    assert_false(lum_stream_ack(s, 0));
+    assert_false(lum_stream_ack(s, 999));
     assert_false(lum_stream_pending(s));
-    lum_stream_ack(s, 1);
+    assert_true(lum_stream_ack(s, 1));
     assert_true(lum_stream_pending(s));
-    lum_stream_ack(s, 1); /* repeated: ignored */
+    assert_false(lum_stream_ack(s, 1)); /* repeated: ignored */
     assert_int_equal(read_frame(s, &seq), 1);
     assert_int_equal(seq, n);
     assert_false(lum_stream_wants_frame(s));

@@ -1,0 +1,236 @@
+/* lumend: subcommands, and the life of the daemon.
+ *
+ * Start:  options -> log -> token -> listening socket (a taken port is found before a long load) -> director (loads the
+ *         scene, starts the renderer) -> sessions -> signal thread -> ready line on stdout.
+ * Run:    the main thread is the net thread. The director is a thread of its own, and starts the worker pool and, for
+ * an import, a child process. Stop:   the signal thread sees SIGTERM or SIGINT: lum_net_stop. The net thread refuses
+ * connections, sends session.closing, closes every session, and returns. Then in reverse order of the start: sessions,
+ * director (cancels its pass, joins), network, log. A second signal exits at once.
+ *
+ * Signals are blocked in every thread before the first is started and taken by one thread with sigwait, so no handler
+ * ever runs in the middle of anything. */
+#define _GNU_SOURCE
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+
+#include "server/auth.h"
+#include "server/commands.h"
+#include "server/director.h"
+#include "server/healthcheck.h"
+#include "server/net.h"
+#include "server/options.h"
+
+static int usage(FILE *out)
+{
+    fputs("lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+          "\n"
+          "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
+          "  lumend render --scene S --out F     render without network: an .exr or .png\n"
+          "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+          "  lumend scenes | methods             what is built in\n"
+          "  lumend --version | --help\n"
+          "\n"
+          "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
+          out);
+    lum_options_help(out);
+    fputs("\n"
+          "Try:\n"
+          "  lumend                              the Cornell box on this machine\n"
+          "  lumend --scene office --listen 127.0.0.1:0\n"
+          "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n",
+          out);
+    return out == stdout ? LUM_EXIT_OK : LUM_EXIT_USAGE;
+}
+
+static int version(void)
+{
+    printf("lumend %s (protocol 1)\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_net_library(), cJSON_Version(),
+           __VERSION__);
+    return LUM_EXIT_OK;
+}
+
+static int fail(int status, const struct lum_error *err)
+{
+    fprintf(stderr, "lumend: %s\n", err->text);
+    if (status == LUM_EXIT_USAGE)
+        fprintf(stderr, "lumend --help lists the options\n");
+    return status;
+}
+
+/* ---- signals ---- */
+
+struct signal_watch {
+    pthread_t thread;
+    sigset_t signals;
+    struct lum_net *net;
+};
+
+/* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
+static void *watch_signals(void *arg)
+{
+    struct signal_watch *w = arg;
+    int signal_number = 0;
+    for (int n_stops = 0; sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1; n_stops++) {
+        if (n_stops > 0)
+            _exit(LUM_EXIT_FAILED); /* asked twice: nothing is waited for */
+        lum_net_stop(w->net);
+    }
+    return NULL;
+}
+
+/* Before any thread is started: they inherit the mask. */
+static void signals_block(struct signal_watch *w)
+{
+    sigemptyset(&w->signals);
+    sigaddset(&w->signals, SIGTERM);
+    sigaddset(&w->signals, SIGINT);
+    sigaddset(&w->signals, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &w->signals, NULL);
+    signal(SIGPIPE, SIG_IGN); /* a peer that is gone is an error code, not a signal */
+}
+
+static bool signals_begin(struct signal_watch *w, struct lum_net *net)
+{
+    w->net = net;
+    return pthread_create(&w->thread, NULL, watch_signals, w) == 0;
+}
+
+static void signals_finish(struct signal_watch *w)
+{
+    pthread_kill(w->thread, SIGUSR1);
+    pthread_join(w->thread, NULL);
+}
+
+/* ---- serve ---- */
+
+static enum lum_status make_auth(const struct lum_options *o, struct lum_auth *ret_auth, struct lum_error *err)
+{
+    if (o->no_auth) {
+        memset(ret_auth, 0, sizeof *ret_auth);
+        return LUM_OK;
+    }
+    const char *file = o->value[LUM_OPTION_TOKEN_FILE];
+    return file ? lum_auth_from_file(file, ret_auth, err) : lum_auth_random(ret_auth, err);
+}
+
+/* The one line on stdout. A server on all addresses is opened by a local one. */
+static void print_ready(const struct lum_options *o, uint16_t port, const struct lum_auth *auth)
+{
+    const char *host = !o->host_is_any ? o->host : o->host_is_ipv6 ? "::1" : "127.0.0.1";
+    printf("lumend ready http://%s%s%s:%u/%s%s\n", o->host_is_ipv6 ? "[" : "", host, o->host_is_ipv6 ? "]" : "", port,
+           auth->required ? "#t=" : "", auth->token);
+    fflush(stdout);
+}
+
+static enum lum_status make_net(const struct lum_options *o, struct lum_log log, struct lum_net **ret_net,
+                                struct lum_error *err)
+{
+    const struct lum_net_config config = {
+        .host = o->host,
+        .ipv6 = o->host_is_ipv6,
+        .port = o->port,
+        .access = {.loopback = o->host_is_loopback,
+                   .hosts = o->value[LUM_OPTION_ALLOW_HOST],
+                   .origins = o->value[LUM_OPTION_ALLOW_ORIGIN]},
+        .log = log,
+    };
+    return lum_net_create(&config, ret_net, err);
+}
+
+static enum lum_status make_director(const struct lum_options *o, struct lum_log log, struct lum_net *net,
+                                     struct lum_director **ret_director, struct lum_error *err)
+{
+    const struct lum_director_config config = {
+        .scene = o->value[LUM_OPTION_SCENE],
+        .assets_dir = o->value[LUM_OPTION_ASSETS],
+        .importer = o->value[LUM_OPTION_IMPORTER],
+        .method = o->value[LUM_OPTION_METHOD],
+        .threads = o->threads,
+        .deterministic = o->deterministic,
+        .log = log,
+        .wake_net = lum_net_wake,
+        .wake_user = net,
+    };
+    return lum_director_create(&config, ret_director, err);
+}
+
+static enum lum_status serve(const struct lum_options *o, struct lum_log log, struct lum_error *err)
+{
+    struct lum_auth auth;
+    struct lum_net *net = NULL;
+    struct lum_director *director = NULL;
+    struct lum_sessions *sessions = NULL;
+    struct signal_watch watch;
+    signals_block(&watch);
+    enum lum_status status = make_auth(o, &auth, err);
+    if (status)
+        return status;
+    if ((status = make_net(o, log, &net, err)) || (status = make_director(o, log, net, &director, err)))
+        goto done;
+    const struct lum_sessions_config config = {
+        .director = director, .auth = &auth, .counters = lum_net_counters(net), .log = log};
+    if ((status = lum_sessions_create(&config, &sessions, err)))
+        goto done;
+    if (!signals_begin(&watch, net)) {
+        status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+        goto done;
+    }
+    print_ready(o, lum_net_port(net), &auth);
+    lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
+    lum_net_run(net, sessions, director);
+    lum_log(&log, LUM_LOG_INFO, "main", "stopped");
+    signals_finish(&watch);
+done:
+    lum_sessions_destroy(sessions);
+    lum_director_destroy(director);
+    lum_net_destroy(net);
+    return status;
+}
+
+static int cmd_serve(int argc, char **argv)
+{
+    struct lum_error err = {0};
+    struct lum_options options;
+    struct lum_stderr_log stderr_log;
+    if (lum_options_parse(argc, argv, &options, &err))
+        return fail(LUM_EXIT_USAGE, &err);
+    if (options.print_config) {
+        lum_options_print(&options, stdout);
+        return LUM_EXIT_OK;
+    }
+    if (options.healthcheck)
+        return lum_healthcheck(&options, &err) ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
+    lum_stderr_log_init(&stderr_log, STDERR_FILENO, options.log_level);
+    enum lum_status status = serve(&options, lum_stderr_log_sink(&stderr_log), &err);
+    lum_stderr_log_finish(&stderr_log);
+    return status ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
+}
+
+static const struct {
+    const char *name;
+    int (*run)(int argc, char **argv);
+} commands[] = {
+    {"serve", cmd_serve},       {"render", lum_cmd_render},   {"compare", lum_cmd_compare},
+    {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods},
+};
+
+int main(int argc, char **argv)
+{
+    const char *first = argc > 1 ? argv[1] : "";
+    if (strcmp(first, "--help") == 0 || strcmp(first, "-h") == 0 || strcmp(first, "help") == 0)
+        return usage(stdout);
+    if (strcmp(first, "--version") == 0)
+        return version();
+    if (first[0] == '\0' || first[0] == '-')
+        return cmd_serve(argc, argv);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        if (strcmp(first, commands[i].name) == 0)
+            return commands[i].run(argc - 1, argv + 1);
+    fprintf(stderr, "lumend: no command '%s'\n", first);
+    return usage(stderr);
+}

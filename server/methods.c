@@ -1,0 +1,199 @@
+#include "server/methods.h"
+
+#include <string.h>
+
+#include "protocol/json.h"
+#include "protocol/rpc.h"
+
+#define DEFAULT_VFOV_DEG 45.0
+#define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
+
+static bool read_nothing(struct lum_json_reader *r, struct lum_command *c)
+{
+    (void)c;
+    return lum_json_end(r);
+}
+
+static bool read_scene_get(struct lum_json_reader *r, struct lum_command *c)
+{
+    lum_json_bool(r, "expand", &c->expand);
+    return lum_json_end(r);
+}
+
+static bool read_scene_apply(struct lum_json_reader *r, struct lum_command *c)
+{
+    lum_json_id(r, "op_id", c->op_id);
+    c->has_base_rev = lum_json_u64(r, "base_rev", &c->base_rev);
+    bool has_ops = lum_json_require(r, "ops");
+    const struct cJSON *ops = lum_json_member(r, "ops");
+    return lum_json_end(r) && has_ops && lum_ops_from_json(ops, &c->ops, r->err);
+}
+
+/* The camera of a view: {position, target, up?, vfov_deg?}. */
+static bool read_camera(struct lum_json_reader *r, struct lum_view_request *v)
+{
+    struct lum_json_reader camera;
+    if (!lum_json_object(r, "camera", &camera))
+        return false;
+    v->up[1] = 1.0;
+    v->vfov_deg = DEFAULT_VFOV_DEG;
+    if (lum_json_require(&camera, "position") && lum_json_require(&camera, "target")) {
+        lum_json_numbers(&camera, "position", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->position);
+        lum_json_numbers(&camera, "target", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->target);
+    }
+    lum_json_numbers(&camera, "up", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->up);
+    lum_json_number(&camera, "vfov_deg", 0.1, 179.0, &v->vfov_deg);
+    if (lum_json_end(&camera))
+        return true;
+    r->failed = true;
+    return false;
+}
+
+static void read_budget(struct lum_json_reader *r, struct lum_view_request *v)
+{
+    struct lum_json_reader budget;
+    if (!lum_json_object(r, "budget", &budget))
+        return;
+    lum_json_opt(&budget, "time_ms", 1.0, 60000.0, &v->budget_time_ms);
+    lum_json_opt(&budget, "error", 1e-4, 10.0, &v->budget_error);
+    if (!lum_json_end(&budget))
+        r->failed = true;
+}
+
+static void read_coding(struct lum_json_reader *r, struct lum_view_request *v)
+{
+    static const uint8_t codecs[] = {LUM_CODEC_RGBA8, LUM_CODEC_JPEG, LUM_CODEC_PNG, LUM_CODEC_HALF_DEFLATE};
+    unsigned codec = 0;
+    uint32_t number = 0;
+    v->has_codec = lum_json_choice(r, "codec", "rgba8|jpeg|png|half_deflate", &codec);
+    if (v->has_codec)
+        v->codec = codecs[codec];
+    v->has_quality = lum_json_u32(r, "quality", 1, 100, &number);
+    if (v->has_quality)
+        v->quality = (uint8_t)number;
+    if (lum_json_u32(r, "downscale", 0, 2, &number))
+        v->downscale = (uint8_t)number;
+}
+
+static bool read_view(struct lum_json_reader *r, struct lum_view_request *v)
+{
+    static const char *const tone_maps[] = {"agx", "aces", "reinhard", "none"};
+    double size[2];
+    unsigned tone_map = 0;
+    v->stats = true;
+    v->has_camera = read_camera(r, v);
+    v->has_camera_id = lum_json_id(r, "camera_id", v->camera_id);
+    v->has_size = lum_json_numbers(r, "size", 2, LUM_LIMIT_VIEW_MIN, LUM_LIMIT_VIEW_SIDE, size);
+    read_coding(r, v);
+    v->has_method = lum_json_string(r, "method", v->method, sizeof v->method);
+    v->has_camera_seq = lum_json_u32(r, "camera_seq", 0, UINT32_MAX, &v->camera_seq);
+    v->has_exposure = lum_json_opt(r, "exposure_ev", -40.0, 40.0, &v->exposure_ev);
+    v->has_tone_map = lum_json_choice(r, "tone_map", "agx|aces|reinhard|none", &tone_map);
+    if (v->has_tone_map)
+        strcpy(v->tone_map, tone_maps[tone_map]);
+    v->has_spp = lum_json_u32(r, "spp", 1, LUM_LIMIT_SPP, &v->spp);
+    v->has_stats = lum_json_bool(r, "stats", &v->stats);
+    read_budget(r, v);
+    if (!lum_json_end(r))
+        return false;
+    if (v->has_camera && v->has_camera_id)
+        return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "camera_id",
+                              "camera and camera_id exclude each other");
+    if (!v->has_size)
+        return true;
+    if (size[0] != (double)(uint32_t)size[0] || size[1] != (double)(uint32_t)size[1])
+        return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "size", "size must be two integers");
+    if (size[0] * size[1] > LUM_LIMIT_VIEW_PIXELS)
+        return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "size", "a view has at most %u pixels",
+                              LUM_LIMIT_VIEW_PIXELS);
+    v->w = (uint32_t)size[0];
+    v->h = (uint32_t)size[1];
+    return true;
+}
+
+static bool read_view_open(struct lum_json_reader *r, struct lum_command *c)
+{
+    lum_json_require(r, "size");
+    return read_view(r, &c->view);
+}
+
+static bool read_view_id(struct lum_json_reader *r, uint32_t *ret_view_id)
+{
+    return lum_json_require(r, "view_id") && lum_json_u32(r, "view_id", 0, UINT32_MAX, ret_view_id);
+}
+
+static bool read_view_update(struct lum_json_reader *r, struct lum_command *c)
+{
+    return read_view_id(r, &c->view.view_id) && read_view(r, &c->view);
+}
+
+static bool read_view_close(struct lum_json_reader *r, struct lum_command *c)
+{
+    return read_view_id(r, &c->view.view_id) && lum_json_end(r);
+}
+
+static bool read_pixel(struct lum_json_reader *r, struct lum_command *c)
+{
+    return read_view_id(r, &c->view_id) && lum_json_require(r, "x") && lum_json_require(r, "y") &&
+           lum_json_number(r, "x", 0.0, LUM_LIMIT_VIEW_SIDE, &c->x) &&
+           lum_json_number(r, "y", 0.0, LUM_LIMIT_VIEW_SIDE, &c->y);
+}
+
+static bool read_pick(struct lum_json_reader *r, struct lum_command *c)
+{
+    return read_pixel(r, c) && lum_json_end(r);
+}
+
+/* {view_id, x, y} or {point, normal}, and samples. */
+static bool read_probe(struct lum_json_reader *r, struct lum_command *c)
+{
+    c->samples = 256;
+    lum_json_u32(r, "samples", 1, SAMPLES_MAX, &c->samples);
+    c->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, c->point);
+    if (!c->has_point)
+        return read_pixel(r, c) && lum_json_end(r);
+    return lum_json_require(r, "normal") && lum_json_numbers(r, "normal", 3, -1.0, 1.0, c->normal) && lum_json_end(r);
+}
+
+static const struct method_row {
+    const char *name;
+    enum lum_command_kind kind;
+    bool (*read)(struct lum_json_reader *r, struct lum_command *c);
+} rows[] = {
+    {"scene.get", LUM_CMD_SCENE_GET, read_scene_get},
+    {"scene.apply", LUM_CMD_SCENE_APPLY, read_scene_apply},
+    {"scene.undo", LUM_CMD_SCENE_UNDO, read_nothing},
+    {"scene.redo", LUM_CMD_SCENE_REDO, read_nothing},
+    {"view.open", LUM_CMD_VIEW_OPEN, read_view_open},
+    {"view.update", LUM_CMD_VIEW_UPDATE, read_view_update},
+    {"view.close", LUM_CMD_VIEW_CLOSE, read_view_close},
+    {"pick", LUM_CMD_PICK, read_pick},
+    {"probe", LUM_CMD_PROBE, read_probe},
+    {"stats.get", LUM_CMD_STATS_GET, read_nothing},
+};
+
+struct lum_command *lum_method_command(struct lum_rpc *rpc, struct lum_proto_error *err)
+{
+    const struct method_row *row = NULL;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows) && !row; i++)
+        if (strcmp(rows[i].name, rpc->method) == 0)
+            row = &rows[i];
+    if (!row) {
+        lum_proto_fail(err, LUM_PROTO_NO_METHOD, "unsupported", "method", "no method \"%.64s\"", rpc->method);
+        return NULL;
+    }
+    struct lum_command *c = lum_command_create(row->kind);
+    if (!c) {
+        lum_proto_fail_memory(err);
+        return NULL;
+    }
+    struct lum_json_reader r;
+    lum_json_begin(&r, rpc->params, "", err);
+    if (!row->read(&r, c)) {
+        lum_command_destroy(c);
+        return NULL;
+    }
+    c->rpc_id = rpc->id;
+    rpc->id = NULL;
+    return c;
+}
