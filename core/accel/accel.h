@@ -46,6 +46,7 @@ struct lum_accel_shape {
     enum lum_accel_shape_kind kind;
     struct lum_vec3 p, u, v, n;
     float radius;
+    bool hidden; /* camera rays pass it (light.camera_visible = false) */
 };
 
 /* Alpha test of a candidate hit; called from many threads, must be pure. True: the surface is there. */
@@ -70,9 +71,10 @@ struct lum_rays {
 };
 
 #define LUM_NO_OBJECT UINT32_MAX
-/* object: index of the instance, or n_instances + index of the shape, or LUM_NO_OBJECT for a miss. u, v: barycentric
- * (triangles, quads 0..1 over the whole quad). ng: geometric normal in the object's local space for instances, scene
- * space for shapes; not unit. */
+/* object: index of the instance, or n_instances + index of the shape, or LUM_NO_OBJECT for a miss. u, v: barycentric for
+ * triangles; 0..1 over the whole quad; disc: offset from the centre in radii along the axes of lum_frame_from_normal(n);
+ * sphere: unused. ng: geometric normal by winding, in the object's local space for instances, scene space for shapes
+ * (sphere: outward); not unit. Only t < tfar hits are reported; the fields of a miss other than object are undefined. */
 struct lum_hits {
     _Alignas(64) float t[LUM_RAY_BATCH];
     float u[LUM_RAY_BATCH], v[LUM_RAY_BATCH];
@@ -83,6 +85,7 @@ struct lum_hits {
 struct lum_trace {
     const struct lum_accel_top *top;
     const struct lum_accel_alpha *alpha; /* NULL: no alpha-mapped material in the scene */
+    bool camera;   /* a ray from the eye: passes hidden shapes */
     bool coherent; /* only for primary rays and dense pixel tile -> one target: elsewhere the flag hurts (algorithms 0) */
     uint64_t *bad_rays; /* incremented for each ray that the gate refused; the caller's own counter */
 };

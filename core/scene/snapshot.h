@@ -27,7 +27,9 @@ struct lum_mesh {
     float *uvs, *colors; /* 2, 3 per vertex; or NULL */
     uint32_t *indices;  /* 3 per triangle */
     uint32_t n_vertices, n_triangles;
+    struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
     struct lum_affined local_to_given; /* normalised local -> the coordinates that the client gave */
+    bool deforming;
 };
 
 struct lum_instance {
@@ -36,7 +38,8 @@ struct lum_instance {
     uint32_t light;                  /* index of its mesh light, or LUM_NO_OBJECT */
     struct lum_affine local_to_scene;
     float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit */
-    float flip;                      /* -1 when the transform mirrors, else 1 */
+    float flip;                      /* -1 when the transform mirrors, else 1: handedness of tangent frames. Normals need
+                                      * no flip: the inverse transpose keeps outward outward, as glTF asks */
     char id[LUM_ID_MAX + 1];
 };
 
@@ -49,6 +52,7 @@ struct lum_versions {
     uint64_t light_power; /* colour, intensity, on/off */
 };
 
+struct lum_snapshot_parts;
 struct lum_snapshot {
     struct lum_refs refs;
     uint64_t scene_rev;
@@ -64,8 +68,7 @@ struct lum_snapshot {
     uint32_t n_materials;
     struct lum_light_table lights;
     uint64_t n_triangles; /* instanced */
-    /* private to snapshot.c: ownership of the above, cameras */
-    void *owner;
+    struct lum_snapshot_parts *parts; /* private to core/scene: ownership of the above, cameras */
 };
 
 const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *);
@@ -80,14 +83,17 @@ struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *);
 /* What a ray found, ready to shade. */
 struct lum_surface {
     struct lum_vec3 p;       /* barycentric hit point, scene space */
-    struct lum_vec3 ng, ns;  /* unit, both on the side the ray came from; ns may be bent by normals and normal maps */
+    struct lum_vec3 ng, ns;  /* unit, both on the side the ray came from; ns: interpolated vertex normals */
     struct lum_vec2 uv;
     uint32_t instance;       /* LUM_NO_OBJECT for an emitter shape */
     uint32_t material;
     uint32_t light;          /* emitter hit, or LUM_NO_OBJECT */
     uint32_t prim;
     bool backface;           /* hit from behind the winding (entering or leaving a solid) */
-    struct lum_rgb vertex_color;
+    struct lum_rgb vertex_color; /* white when the mesh has none */
+    /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs. For normal maps, which
+     * lum_bsdf_init applies: ns here is the interpolated vertex normal. */
+    struct lum_vec3 dpdu, dpdv;
 };
 
 /* Fills *ret_surface for hit i of a batch whose ray had direction d. The caller checked object != LUM_NO_OBJECT. */

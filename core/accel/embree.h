@@ -1,0 +1,56 @@
+/* Private to core/accel: Embree, version 3 or 4, and the objects behind the opaque types. */
+#ifndef LUM_CORE_ACCEL_EMBREE_H
+#define LUM_CORE_ACCEL_EMBREE_H
+
+#include <pthread.h>
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include "core/accel/accel.h"
+
+/* Lets a trace call bring its own filter (the alpha test). */
+#if RTC_VERSION_MAJOR >= 4
+#define LUM_SCENE_FLAG_FILTER RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS
+#else
+#define LUM_SCENE_FLAG_FILTER RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION
+#endif
+
+/* Ray masks: everything is seen by every ray, but hidden shapes are not seen by camera rays. */
+#define LUM_MASK_CAMERA 1u
+#define LUM_MASK_OTHER 2u
+#define LUM_MASK_ALL (LUM_MASK_CAMERA | LUM_MASK_OTHER)
+
+struct lum_device {
+    RTCDevice rtc;
+    char isa[16], version[32];
+    /* guarded by lock */
+    pthread_mutex_t lock;
+    char message[128]; /* last error text from Embree, which may report from a build thread */
+};
+
+struct lum_accel_mesh {
+    struct lum_refs refs;
+    struct lum_device *device;
+    RTCScene scene;
+    RTCGeometry geometry;
+    float *positions; /* Embree's own buffer, 3 per vertex */
+    uint32_t n_vertices;
+};
+
+struct lum_accel_top {
+    struct lum_refs refs;
+    RTCScene scene;
+    struct lum_accel_mesh **meshes; /* one reference per instance */
+    struct lum_accel_shape *shapes;
+    uint32_t n_instances, n_shapes;
+    bool has_round; /* a disc or sphere: their hits are completed after the trace */
+};
+
+/* Turns Embree's pending error of this thread into a status; LUM_OK when there is none. */
+enum lum_status lum_device_check(struct lum_device *device, const char *what, struct lum_error *err);
+
+#endif

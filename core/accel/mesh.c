@@ -1,0 +1,95 @@
+/* One mesh: a scene with a single triangle geometry. Rigid meshes get the MEDIUM builder; deforming ones a BVH that is
+ * refitted bottom-up when the positions change, which costs a hundredth of a rebuild (algorithms 0). */
+#include "core/accel/embree.h"
+
+#include <string.h>
+
+static enum lum_status fill_buffers(struct lum_accel_mesh *mesh, const float *positions, const uint32_t *indices,
+                                    uint32_t n_triangles, struct lum_error *err)
+{
+    mesh->positions = rtcSetNewGeometryBuffer(mesh->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                              3 * sizeof(float), mesh->n_vertices);
+    uint32_t *prims = rtcSetNewGeometryBuffer(mesh->geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              3 * sizeof(uint32_t), n_triangles);
+    if (!mesh->positions || !prims)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u triangles", n_triangles);
+    memcpy(mesh->positions, positions, (size_t)mesh->n_vertices * 3 * sizeof *positions);
+    memcpy(prims, indices, (size_t)n_triangles * 3 * sizeof *indices);
+    return LUM_OK;
+}
+
+static void mesh_destroy(struct lum_accel_mesh *mesh)
+{
+    if (mesh->geometry)
+        rtcReleaseGeometry(mesh->geometry);
+    if (mesh->scene)
+        rtcReleaseScene(mesh->scene);
+    lum_free(mesh);
+}
+
+enum lum_status lum_accel_mesh_create(struct lum_device *device, const float *positions, uint32_t n_vertices,
+                                      const uint32_t *indices, uint32_t n_triangles, bool deforming,
+                                      struct lum_accel_mesh **ret_mesh, struct lum_error *err)
+{
+    struct lum_accel_mesh *mesh = lum_calloc(1, sizeof *mesh);
+    if (!mesh)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh");
+    lum_refs_init(&mesh->refs);
+    mesh->device = device;
+    mesh->n_vertices = n_vertices;
+    mesh->scene = rtcNewScene(device->rtc);
+    mesh->geometry = rtcNewGeometry(device->rtc, RTC_GEOMETRY_TYPE_TRIANGLE);
+    enum lum_status status = LUM_ERR_NOMEM;
+    if (!mesh->scene || !mesh->geometry) {
+        lum_fail(err, status, "", "out of memory for a mesh");
+        goto fail;
+    }
+    status = fill_buffers(mesh, positions, indices, n_triangles, err);
+    if (status != LUM_OK)
+        goto fail;
+    rtcSetSceneFlags(mesh->scene, RTC_SCENE_FLAG_ROBUST | LUM_SCENE_FLAG_FILTER |
+                                      (deforming ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE));
+    rtcSetSceneBuildQuality(mesh->scene, deforming ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetGeometryBuildQuality(mesh->geometry, deforming ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetGeometryMask(mesh->geometry, LUM_MASK_ALL);
+#if RTC_VERSION_MAJOR >= 4
+    rtcSetGeometryEnableFilterFunctionFromArguments(mesh->geometry, true);
+#endif
+    rtcCommitGeometry(mesh->geometry);
+    rtcAttachGeometryByID(mesh->scene, mesh->geometry, 0);
+    rtcCommitScene(mesh->scene);
+    status = lum_device_check(device, "mesh build", err);
+    if (status != LUM_OK)
+        goto fail;
+    *ret_mesh = mesh;
+    return LUM_OK;
+fail:
+    mesh_destroy(mesh);
+    return status;
+}
+
+enum lum_status lum_accel_mesh_refit(struct lum_accel_mesh *mesh, const float *positions, struct lum_error *err)
+{
+    memcpy(mesh->positions, positions, (size_t)mesh->n_vertices * 3 * sizeof *positions);
+    rtcUpdateGeometryBuffer(mesh->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(mesh->geometry);
+    rtcCommitScene(mesh->scene);
+    return lum_device_check(mesh->device, "mesh refit", err);
+}
+
+struct lum_accel_mesh *lum_accel_mesh_ref(struct lum_accel_mesh *mesh)
+{
+    lum_refs_get(&mesh->refs);
+    return mesh;
+}
+
+void lum_accel_mesh_unref(struct lum_accel_mesh *mesh)
+{
+    if (mesh && lum_refs_put(&mesh->refs))
+        mesh_destroy(mesh);
+}
+
+bool lum_accel_mesh_unique(const struct lum_accel_mesh *mesh)
+{
+    return lum_refs_unique(&mesh->refs);
+}

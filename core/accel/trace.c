@@ -1,0 +1,233 @@
+/* Batches of rays through Embree, 16 at a time. The structure-of-arrays batch has Embree's own packet layout in runs of
+ * 16 lanes, so packing is ten 64-byte copies; lanes past the end of the batch are copied too and masked off. */
+#include "core/accel/embree.h"
+
+#include <string.h>
+
+#define WIDTH 16
+
+/* Origin and direction components are at most this. Scene coordinates are about 128 and directions about unit, and
+ * instances shrink by at most 2^30 (the scene checked), so object-space rays stay below Embree's own limit of 1.8e18.
+ */
+static const float ray_limit = 1e8f;
+
+struct filter_context {
+#if RTC_VERSION_MAJOR >= 4
+    struct RTCRayQueryContext rtc;
+#else
+    struct RTCIntersectContext rtc;
+#endif
+    const struct lum_accel_alpha *alpha;
+};
+
+/* Embree's packets are N-wide arrays one after the other; RTCHitN's fields are Ng_x Ng_y Ng_z u v primID geomID instID.
+ */
+static void filter_alpha(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct filter_context *context = (const struct filter_context *)args->context;
+    const float *hit_f = (const float *)args->hit;
+    const uint32_t *hit_u = (const uint32_t *)args->hit;
+    uint32_t n = args->N;
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t instance = hit_u[7 * n + i];
+        if (args->valid[i] == 0 || instance == RTC_INVALID_GEOMETRY_ID)
+            continue; /* emitter shapes are opaque */
+        if (!context->alpha->opaque(context->alpha->user, instance, hit_u[5 * n + i], hit_f[3 * n + i],
+                                    hit_f[4 * n + i]))
+            args->valid[i] = 0;
+    }
+}
+
+/* Sets valid[lane] to -1 where lane < n and the ray is fit for Embree, else 0; returns how many of the n are not. One
+ * pass without branches, which compilers turn into a few vector instructions. NaN fails every comparison. */
+static uint32_t gate(const struct lum_rays *r, uint32_t first, uint32_t n, int valid[WIDTH])
+{
+    uint32_t bad = 0;
+    for (uint32_t k = 0; k < WIDTH; k++) {
+        uint32_t i = first + k;
+        float ox = fabsf(r->ox[i]), oy = fabsf(r->oy[i]), oz = fabsf(r->oz[i]);
+        float dx = fabsf(r->dx[i]), dy = fabsf(r->dy[i]), dz = fabsf(r->dz[i]);
+        uint32_t ok = (uint32_t)(ox <= ray_limit) & (uint32_t)(oy <= ray_limit) & (uint32_t)(oz <= ray_limit);
+        ok &= (uint32_t)(dx <= ray_limit) & (uint32_t)(dy <= ray_limit) & (uint32_t)(dz <= ray_limit);
+        ok &= (uint32_t)(dx > 0.0f) | (uint32_t)(dy > 0.0f) | (uint32_t)(dz > 0.0f);
+        ok &= (uint32_t)(r->tnear[i] >= 0.0f) & (uint32_t)(r->tnear[i] <= r->tfar[i]);
+        uint32_t live = (uint32_t)(k < n);
+        valid[k] = -(int)(ok & live);
+        bad += (ok ^ 1u) & live;
+    }
+    return bad;
+}
+
+static void pack(const struct lum_rays *r, uint32_t first, uint32_t mask, struct RTCRay16 *packet)
+{
+    const size_t size = WIDTH * sizeof(float);
+    memcpy(packet->org_x, r->ox + first, size);
+    memcpy(packet->org_y, r->oy + first, size);
+    memcpy(packet->org_z, r->oz + first, size);
+    memcpy(packet->tnear, r->tnear + first, size);
+    memcpy(packet->dir_x, r->dx + first, size);
+    memcpy(packet->dir_y, r->dy + first, size);
+    memcpy(packet->dir_z, r->dz + first, size);
+    memcpy(packet->tfar, r->tfar + first, size);
+    for (uint32_t k = 0; k < WIDTH; k++)
+        packet->mask[k] = mask;
+}
+
+static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_hits *h)
+{
+    const size_t size = WIDTH * sizeof(float);
+    memcpy(h->t + first, packet->ray.tfar, size);
+    memcpy(h->u + first, packet->hit.u, size);
+    memcpy(h->v + first, packet->hit.v, size);
+    memcpy(h->ngx + first, packet->hit.Ng_x, size);
+    memcpy(h->ngy + first, packet->hit.Ng_y, size);
+    memcpy(h->ngz + first, packet->hit.Ng_z, size);
+    memcpy(h->prim + first, packet->hit.primID, size);
+    for (uint32_t k = 0; k < WIDTH; k++) {
+        uint32_t instance = packet->hit.instID[0][k];
+        h->object[first + k] = instance == RTC_INVALID_GEOMETRY_ID ? packet->hit.geomID[k] : instance;
+    }
+}
+
+static void filter_context_init(struct filter_context *context, const struct lum_trace *trace)
+{
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&context->rtc);
+#else
+    rtcInitIntersectContext(&context->rtc);
+    if (trace->coherent)
+        context->rtc.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    if (trace->alpha)
+        context->rtc.filter = filter_alpha;
+#endif
+    context->alpha = trace->alpha;
+}
+
+#if RTC_VERSION_MAJOR >= 4
+static enum RTCRayQueryFlags query_flags(const struct lum_trace *trace)
+{
+    return (trace->coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
+           (trace->alpha ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
+}
+#endif
+
+static void intersect(const struct lum_trace *trace, struct filter_context *context, const int *valid,
+                      struct RTCRayHit16 *packet)
+{
+#if RTC_VERSION_MAJOR >= 4
+    struct RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.context = &context->rtc;
+    args.flags = query_flags(trace);
+    args.filter = trace->alpha ? filter_alpha : NULL;
+    rtcIntersect16(valid, trace->top->scene, packet, &args);
+#else
+    rtcIntersect16(valid, trace->top->scene, &context->rtc, packet);
+#endif
+}
+
+static void occluded(const struct lum_trace *trace, struct filter_context *context, const int *valid,
+                     struct RTCRay16 *packet)
+{
+#if RTC_VERSION_MAJOR >= 4
+    struct RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    args.context = &context->rtc;
+    args.flags = query_flags(trace);
+    args.filter = trace->alpha ? filter_alpha : NULL;
+    rtcOccluded16(valid, trace->top->scene, packet, &args);
+#else
+    rtcOccluded16(valid, trace->top->scene, &context->rtc, packet);
+#endif
+}
+
+/* Embree reports no coordinates on discs and spheres: derive them from the hit point, which is taken relative to the
+ * centre first, so that the result is as exact as the distance. */
+static void complete_round_hits(const struct lum_accel_top *top, const struct lum_rays *rays, struct lum_hits *h)
+{
+    for (uint32_t i = 0; i < rays->n; i++) {
+        if (h->object[i] == LUM_NO_OBJECT || h->object[i] < top->n_instances)
+            continue;
+        const struct lum_accel_shape *s = &top->shapes[h->object[i] - top->n_instances];
+        if (s->kind == LUM_SHAPE_QUAD)
+            continue;
+        struct lum_vec3 o = lum_v3(rays->ox[i], rays->oy[i], rays->oz[i]);
+        struct lum_vec3 d = lum_v3(rays->dx[i], rays->dy[i], rays->dz[i]);
+        struct lum_vec3 n = lum_v3_mad(lum_v3_sub(o, s->p), d, h->t[i]);
+        if (s->kind == LUM_SHAPE_DISC) {
+            struct lum_frame frame = lum_frame_from_normal(s->n);
+            h->u[i] = lum_dot(n, frame.t) / s->radius;
+            h->v[i] = lum_dot(n, frame.b) / s->radius;
+            n = s->n;
+        }
+        h->ngx[i] = n.x;
+        h->ngy[i] = n.y;
+        h->ngz[i] = n.z;
+    }
+}
+
+void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
+{
+    struct filter_context context;
+    filter_context_init(&context, trace);
+    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+    uint32_t bad = 0;
+    struct RTCRayHit16 packet;
+    memset(&packet, 0, sizeof packet);
+    _Alignas(64) int valid[WIDTH];
+    for (uint32_t first = 0; first < rays->n; first += WIDTH) {
+        uint32_t n = rays->n - first;
+        bad += gate(rays, first, n, valid);
+        pack(rays, first, mask, &packet.ray);
+        memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
+        memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
+        intersect(trace, &context, valid, &packet);
+        unpack(&packet, first, ret_hits);
+    }
+    if (trace->top->has_round)
+        complete_round_hits(trace->top, rays, ret_hits);
+    if (bad)
+        *trace->bad_rays += bad;
+}
+
+void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
+{
+    struct filter_context context;
+    filter_context_init(&context, trace);
+    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+    uint32_t bad = 0;
+    struct RTCRay16 packet;
+    memset(&packet, 0, sizeof packet);
+    _Alignas(64) int valid[WIDTH];
+    for (uint32_t first = 0; first < rays->n; first += WIDTH) {
+        uint32_t n = rays->n - first;
+        bad += gate(rays, first, n, valid);
+        pack(rays, first, mask, &packet);
+        occluded(trace, &context, valid, &packet);
+        /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
+        for (uint32_t k = 0; k < WIDTH; k++)
+            ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
+    }
+    if (bad)
+        *trace->bad_rays += bad;
+}
+
+/* Waechter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019, chapter 6: moves
+ * by a fixed number of ulps away from the origin of coordinates, and by a fixed distance near it. */
+struct lum_vec3 lum_ray_offset(struct lum_vec3 p_scene, struct lum_vec3 n)
+{
+    const float near_origin = 1.0f / 32.0f, float_scale = 1.0f / 65536.0f, int_scale = 256.0f;
+    float p[3] = {p_scene.x, p_scene.y, p_scene.z};
+    const float d[3] = {n.x, n.y, n.z};
+    for (int k = 0; k < 3; k++) {
+        if (fabsf(p[k]) < near_origin) {
+            p[k] += float_scale * d[k];
+            continue;
+        }
+        int32_t bits, ulps = (int32_t)(int_scale * d[k]);
+        memcpy(&bits, &p[k], sizeof bits);
+        bits += p[k] < 0.0f ? -ulps : ulps;
+        memcpy(&p[k], &bits, sizeof bits);
+    }
+    return lum_v3(p[0], p[1], p[2]);
+}

@@ -1,0 +1,275 @@
+/* Commit: resolve everything, share what came out as in the last snapshot, count what did not. */
+#include "core/scene/store.h"
+
+#include <string.h>
+
+/* A snapshot in the making. */
+struct commit {
+    struct lum_scene *scene;
+    const struct lum_snapshot *last; /* NULL at the first commit */
+    struct lum_snapshot *next;
+    struct lum_snapshot_parts *parts;
+    bool shared_materials, shared_top, same_shapes, same_power;
+};
+
+/* ---- resolving and sharing ---- */
+
+static bool same_instances(const struct lum_instance_part *a, const struct lum_instance_part *b)
+{
+    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
+}
+
+static bool same_materials(const struct lum_material_part *a, const struct lum_material_part *b)
+{
+    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
+}
+
+static bool same_emitter_shapes(const struct lum_light_part *a, const struct lum_light_part *b)
+{
+    return a->n_shapes == b->n_shapes && memcmp(a->shapes, b->shapes, a->n_shapes * sizeof *a->shapes) == 0;
+}
+
+static bool same_cameras(const struct lum_camera_part *a, const struct lum_camera_part *b)
+{
+    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
+}
+
+static enum lum_status resolve_parts(struct commit *c, struct lum_error *err)
+{
+    struct lum_snapshot_parts *p = c->parts;
+    const struct lum_normalisation *norm = &c->next->norm;
+    enum lum_status status = lum_resolve_materials(c->scene, norm, &p->materials, err);
+    if (status == LUM_OK)
+        status = lum_resolve_instances(c->scene, norm, &p->instances, err);
+    if (status == LUM_OK)
+        status = lum_resolve_cameras(c->scene, &p->cameras, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_bounds bounds = lum_instances_bounds(p->instances);
+    struct lum_light_input in = {
+        .scene = c->scene,
+        .norm = norm,
+        .instances = p->instances,
+        .materials = p->materials,
+        .former = c->last ? c->last->parts->lights : NULL,
+        .bounds = &bounds,
+    };
+    return lum_resolve_lights(&in, &p->lights, err);
+}
+
+static enum lum_status build_top(struct commit *c, struct lum_error *err)
+{
+    const struct lum_instance_part *part = c->parts->instances;
+    struct lum_accel_instance *instances = lum_calloc(part->n, sizeof *instances);
+    if (!instances)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u objects", part->n);
+    for (uint32_t i = 0; i < part->n; i++) {
+        instances[i].mesh = part->items[i].mesh->accel;
+        instances[i].local_to_scene = part->items[i].local_to_scene;
+    }
+    enum lum_status status = lum_accel_top_create(c->scene->device, instances, part->n, c->parts->lights->shapes,
+                                                  c->parts->lights->n_shapes, &c->next->top, err);
+    lum_free(instances);
+    return status;
+}
+
+static enum lum_status share_or_build_top(struct commit *c, struct lum_error *err)
+{
+    const struct lum_snapshot_parts *p = c->parts, *former = c->last ? c->last->parts : NULL;
+    if (former && lum_instances_same_geometry(p->instances, former->instances) &&
+        same_emitter_shapes(p->lights, former->lights)) {
+        c->next->top = lum_accel_top_ref(c->last->top);
+        c->shared_top = true;
+        return LUM_OK;
+    }
+    return build_top(c, err);
+}
+
+/* Replaces each part that equals the last snapshot's by that one. */
+static void share_parts(struct commit *c)
+{
+    if (!c->last)
+        return;
+    struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
+    c->same_shapes = lum_lights_same_shape(p->lights, former->lights);
+    c->same_power = lum_lights_same_power(p->lights, former->lights);
+    if (same_instances(p->instances, former->instances)) {
+        lum_instance_part_unref(p->instances);
+        p->instances = former->instances;
+        lum_refs_get(&p->instances->refs);
+    }
+    if (same_materials(p->materials, former->materials)) {
+        lum_material_part_unref(p->materials);
+        p->materials = former->materials;
+        lum_refs_get(&p->materials->refs);
+        c->shared_materials = true;
+    }
+    if (same_cameras(p->cameras, former->cameras)) {
+        lum_camera_part_unref(p->cameras);
+        p->cameras = former->cameras;
+        lum_refs_get(&p->cameras->refs);
+    }
+    if (c->same_shapes && c->same_power && p->lights->table.scene_radius == former->lights->table.scene_radius) {
+        lum_light_part_unref(p->lights);
+        p->lights = former->lights;
+        lum_refs_get(&p->lights->refs);
+    }
+}
+
+/* ---- alpha ---- */
+
+/* True when some candidate hit on this material could be let through. */
+static bool needs_alpha_test(const struct lum_material *m)
+{
+    switch (m->alpha_mode) {
+    case LUM_ALPHA_OPAQUE:
+        return false;
+    case LUM_ALPHA_MASK:
+        return m->alpha < m->alpha_cutoff || m->base_color_tex.image;
+    case LUM_ALPHA_BLEND:
+        return m->alpha < 1.0f || m->base_color_tex.image;
+    }
+    return false;
+}
+
+static bool any_alpha(const struct lum_snapshot_parts *p)
+{
+    for (uint32_t i = 0; i < p->instances->n; i++)
+        if (needs_alpha_test(&p->materials->items[p->instances->items[i].material]))
+            return true;
+    return false;
+}
+
+static bool same_alpha(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
+{
+    if (a->instances->n != b->instances->n)
+        return false;
+    for (uint32_t i = 0; i < a->instances->n; i++) {
+        const struct lum_material *x = &a->materials->items[a->instances->items[i].material];
+        const struct lum_material *y = &b->materials->items[b->instances->items[i].material];
+        if (!needs_alpha_test(x) && !needs_alpha_test(y))
+            continue;
+        if (x->alpha_mode != y->alpha_mode || x->alpha != y->alpha || x->alpha_cutoff != y->alpha_cutoff ||
+            memcmp(&x->base_color_tex, &y->base_color_tex, sizeof x->base_color_tex) != 0)
+            return false;
+    }
+    return true;
+}
+
+/* ---- versions ---- */
+
+static bool same_but_emission(const struct lum_material_part *a, const struct lum_material_part *b)
+{
+    if (a->n != b->n)
+        return false;
+    for (uint32_t i = 0; i < a->n; i++) {
+        struct lum_material x[2];
+        memcpy(&x[0], &a->items[i], sizeof x[0]);
+        memcpy(&x[1], &b->items[i], sizeof x[1]);
+        for (int k = 0; k < 2; k++) {
+            memset(&x[k].emission, 0, sizeof x[k].emission);
+            memset(&x[k].emission_tex, 0, sizeof x[k].emission_tex);
+        }
+        if (memcmp(&x[0], &x[1], sizeof x[0]) != 0)
+            return false;
+    }
+    return true;
+}
+
+static bool same_assignment(const struct lum_instance_part *a, const struct lum_instance_part *b)
+{
+    for (uint32_t i = 0; a->n == b->n && i < a->n; i++)
+        if (a->items[i].material != b->items[i].material)
+            return false;
+    return a->n == b->n;
+}
+
+static bool same_emission_textures(const struct lum_material_part *a, const struct lum_material_part *b)
+{
+    for (uint32_t i = 0; a->n == b->n && i < a->n; i++)
+        if (memcmp(&a->items[i].emission_tex, &b->items[i].emission_tex, sizeof a->items[i].emission_tex) != 0)
+            return false;
+    return a->n == b->n;
+}
+
+/* Everything counts as changed in the first snapshot. */
+static struct lum_versions count_versions(const struct commit *c)
+{
+    if (!c->last)
+        return (struct lum_versions){1, 1, 1, 1};
+    struct lum_versions v = c->last->versions;
+    const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
+    bool same_geometry = c->shared_top && same_alpha(p, former);
+    bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
+    bool same_power = c->same_power && (c->shared_materials || same_emission_textures(p->materials, former->materials));
+    v.geometry += !same_geometry;
+    v.material += !(same_material && same_assignment(p->instances, former->instances));
+    v.light_shape += !c->same_shapes;
+    v.light_power += !same_power;
+    return v;
+}
+
+/* ---- the snapshot ---- */
+
+static uint64_t count_triangles(const struct lum_instance_part *part)
+{
+    uint64_t n = 0;
+    for (uint32_t i = 0; i < part->n; i++)
+        n += part->items[i].mesh->n_triangles;
+    return n;
+}
+
+static void publish(struct commit *c, uint64_t scene_rev)
+{
+    struct lum_snapshot *s = c->next;
+    const struct lum_snapshot_parts *p = c->parts;
+    s->scene_rev = scene_rev;
+    s->bounds_lo = p->lights->bounds.lo;
+    s->bounds_hi = p->lights->bounds.hi;
+    s->alpha = (struct lum_accel_alpha){lum_snapshot_opaque, s};
+    s->has_alpha = any_alpha(p);
+    s->instances = p->instances->items;
+    s->n_instances = p->instances->n;
+    s->materials = p->materials->items;
+    s->n_materials = p->materials->n;
+    s->lights = p->lights->table;
+    s->n_triangles = count_triangles(p->instances);
+}
+
+static struct lum_snapshot *snapshot_alloc(void)
+{
+    struct lum_snapshot *s = lum_calloc(1, sizeof *s);
+    struct lum_snapshot_parts *parts = lum_calloc(1, sizeof *parts);
+    if (!s || !parts) {
+        lum_free(s);
+        lum_free(parts);
+        return NULL;
+    }
+    lum_refs_init(&s->refs);
+    s->parts = parts;
+    return s;
+}
+
+enum lum_status lum_scene_commit(struct lum_scene *scene, uint64_t scene_rev, const struct lum_snapshot **ret_snapshot,
+                                 struct lum_error *err)
+{
+    struct commit c = {.scene = scene, .last = scene->last, .next = snapshot_alloc()};
+    if (!c.next)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a snapshot");
+    c.parts = c.next->parts;
+    c.next->norm = lum_scene_place(scene, c.last ? &c.last->norm : NULL);
+    enum lum_status status = resolve_parts(&c, err);
+    if (status == LUM_OK)
+        status = share_or_build_top(&c, err);
+    if (status != LUM_OK) {
+        lum_snapshot_unref(c.next);
+        return status;
+    }
+    share_parts(&c);
+    c.next->versions = count_versions(&c);
+    publish(&c, scene_rev);
+    lum_snapshot_unref(scene->last);
+    scene->last = lum_snapshot_ref(c.next);
+    *ret_snapshot = c.next;
+    return LUM_OK;
+}

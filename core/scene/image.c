@@ -1,0 +1,118 @@
+#include "core/scene/store.h"
+
+#include <string.h>
+
+struct lum_image *lum_image_ref(struct lum_image *image)
+{
+    lum_refs_get(&image->refs);
+    return image;
+}
+
+void lum_image_unref(struct lum_image *image)
+{
+    if (!image || !lum_refs_put(&image->refs))
+        return;
+    lum_free((void *)image->pixels);
+    lum_free(image);
+}
+
+struct lum_env_part *lum_env_part_ref(struct lum_env_part *env)
+{
+    lum_refs_get(&env->refs);
+    return env;
+}
+
+void lum_env_part_unref(struct lum_env_part *env)
+{
+    if (!env || !lum_refs_put(&env->refs))
+        return;
+    lum_env_map_destroy(env->map);
+    lum_image_unref(env->image);
+    lum_free(env);
+}
+
+static enum lum_status check_desc(const struct lum_image_desc *d, struct lum_error *err)
+{
+    if (d->width < 1 || d->height < 1 || d->width > LUM_IMAGE_SIDE_MAX || d->height > LUM_IMAGE_SIDE_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "width", "an image is 1 to %u pixels wide and high, not %u x %u",
+                        LUM_IMAGE_SIDE_MAX, d->width, d->height);
+    if (!d->pixels)
+        return lum_fail(err, LUM_ERR_INVALID, "pixels", "an image needs pixels");
+    return LUM_OK;
+}
+
+/* Radiance above what float sums and half files can hold, negative or not a number, comes from a broken file. */
+static void copy_float_texels(float *to, const float *from, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        to[i] = from[i] >= 0.0f ? fminf(from[i], 1e12f) : 0.0f;
+}
+
+static enum lum_status image_create(const struct lum_image_desc *d, struct lum_image **ret_image, struct lum_error *err)
+{
+    size_t texels = (size_t)d->width * d->height;
+    size_t texel_size = d->texel == LUM_TEXEL_RGB32F ? 3 * sizeof(float) : 4;
+    struct lum_image *image = lum_calloc(1, sizeof *image);
+    void *pixels = lum_calloc(texels, texel_size);
+    if (!image || !pixels) {
+        lum_free(image);
+        lum_free(pixels);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an image of %u x %u", d->width, d->height);
+    }
+    if (d->texel == LUM_TEXEL_RGB32F)
+        copy_float_texels(pixels, d->pixels, 3 * texels);
+    else
+        memcpy(pixels, d->pixels, texels * texel_size);
+    lum_refs_init(&image->refs);
+    image->texel = d->texel;
+    image->width = d->width;
+    image->height = d->height;
+    image->pixels = pixels;
+    *ret_image = image;
+    return LUM_OK;
+}
+
+enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, const struct lum_image_desc *desc,
+                                    struct lum_error *err)
+{
+    enum lum_status status = check_desc(desc, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_table *table = &scene->tables[LUM_ENTITY_IMAGE];
+    struct lum_entry *base = NULL;
+    status = lum_table_open(table, id, sizeof(struct lum_image_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_image *image = NULL;
+    status = image_create(desc, &image, err);
+    if (status != LUM_OK) {
+        lum_table_drop(table, base);
+        return status;
+    }
+    struct lum_image_entry *entry = (struct lum_image_entry *)base;
+    lum_image_unref(entry->image);
+    lum_env_part_unref(entry->env);
+    entry->image = image;
+    entry->env = NULL;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}
+
+enum lum_status lum_image_entry_env(struct lum_image_entry *entry, struct lum_env_part **ret_env, struct lum_error *err)
+{
+    if (!entry->env) {
+        struct lum_env_part *env = lum_calloc(1, sizeof *env);
+        if (!env)
+            return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an environment");
+        lum_refs_init(&env->refs);
+        env->image = lum_image_ref(entry->image);
+        env->map = lum_env_map_create(entry->image);
+        if (!env->map) {
+            lum_env_part_unref(env);
+            return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the environment \"%s\"", entry->base.id);
+        }
+        entry->env = env;
+    }
+    *ret_env = lum_env_part_ref(entry->env);
+    return LUM_OK;
+}

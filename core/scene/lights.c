@@ -1,0 +1,443 @@
+/* Lights as a renderer reads them: light entries by id, then emissive instances by object id; their emitter shapes; the
+ * table from which one is picked in proportion to its flux. */
+#include "core/scene/store.h"
+
+#include <string.h>
+
+struct light_build {
+    const struct lum_light_input *in;
+    struct lum_light_part *part;
+    uint32_t former_at; /* cursor over the former part's mesh emitters, which are sorted alike */
+};
+
+/* ---- area distribution of mesh emitters ---- */
+
+static struct lum_area_cdf *area_cdf_ref(struct lum_area_cdf *cdf)
+{
+    lum_refs_get(&cdf->refs);
+    return cdf;
+}
+
+static void area_cdf_unref(struct lum_area_cdf *cdf)
+{
+    if (!cdf || !lum_refs_put(&cdf->refs))
+        return;
+    lum_mesh_unref(cdf->mesh);
+    lum_free(cdf->sums);
+    lum_free(cdf);
+}
+
+static double triangle_area(const struct lum_instance *instance, uint32_t triangle)
+{
+    struct lum_vec3 p[3];
+    for (int k = 0; k < 3; k++) {
+        const float *v =
+            instance->mesh->positions + 3 * (size_t)instance->mesh->indices[3 * (size_t)triangle + (size_t)k];
+        p[k] = lum_affine_vector(&instance->local_to_scene, lum_v3(v[0], v[1], v[2]));
+    }
+    return 0.5 * (double)lum_length(lum_cross(lum_v3_sub(p[1], p[0]), lum_v3_sub(p[2], p[0])));
+}
+
+static struct lum_area_cdf *area_cdf_create(const struct lum_instance *instance)
+{
+    uint32_t n = instance->mesh->n_triangles;
+    struct lum_area_cdf *cdf = lum_calloc(1, sizeof *cdf);
+    float *sums = lum_calloc(n, sizeof *sums);
+    if (!cdf || !sums) {
+        lum_free(cdf);
+        lum_free(sums);
+        return NULL;
+    }
+    lum_refs_init(&cdf->refs);
+    cdf->mesh = lum_mesh_ref((struct lum_mesh *)instance->mesh);
+    for (int i = 0; i < 3; i++)
+        memcpy(cdf->linear[i], instance->local_to_scene.m[i], 3 * sizeof(float));
+    cdf->sums = sums;
+    for (uint32_t i = 0; i < n; i++) {
+        cdf->total += triangle_area(instance, i);
+        sums[i] = (float)cdf->total;
+    }
+    return cdf;
+}
+
+static bool area_cdf_serves(const struct lum_area_cdf *cdf, const struct lum_instance *instance)
+{
+    if (cdf->mesh != instance->mesh)
+        return false;
+    for (int i = 0; i < 3; i++)
+        if (memcmp(cdf->linear[i], instance->local_to_scene.m[i], 3 * sizeof(float)) != 0)
+            return false;
+    return true;
+}
+
+/* The former snapshot's distribution where mesh and linear map are the same, else a new one. */
+static struct lum_area_cdf *area_cdf_for(struct light_build *b, const struct lum_instance *instance)
+{
+    const struct lum_light_part *former = b->in->former;
+    while (former && b->former_at < former->n) {
+        const struct lum_light *l = &former->items[b->former_at];
+        int order = l->kind == LUM_EMIT_MESH ? strcmp(l->id, instance->id) : -1;
+        if (order > 0)
+            break;
+        if (order == 0 && area_cdf_serves(former->cdfs[b->former_at], instance))
+            return area_cdf_ref(former->cdfs[b->former_at]);
+        b->former_at++;
+    }
+    return area_cdf_create(instance);
+}
+
+/* ---- lights ---- */
+
+static struct lum_vec3 point_to_scene(struct lum_vec3d p, const struct lum_normalisation *n)
+{
+    return lum_v3((float)((p.x - n->centre.x) * n->scale), (float)((p.y - n->centre.y) * n->scale),
+                  (float)((p.z - n->centre.z) * n->scale));
+}
+
+static struct lum_vec3 vector_to_scene(struct lum_vec3d v, double scale)
+{
+    return lum_v3((float)(v.x * scale), (float)(v.y * scale), (float)(v.z * scale));
+}
+
+static struct lum_vec3 unit(struct lum_vec3d v)
+{
+    double m = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+    struct lum_vec3d s = {v.x / m, v.y / m, v.z / m};
+    double length = sqrt(s.x * s.x + s.y * s.y + s.z * s.z);
+    return vector_to_scene(s, 1.0 / length);
+}
+
+static void place_quad(struct lum_light *l, const struct lum_light_desc *d, double scale)
+{
+    struct lum_vec3d n = {d->u.y * d->v.z - d->u.z * d->v.y, d->u.z * d->v.x - d->u.x * d->v.z,
+                          d->u.x * d->v.y - d->u.y * d->v.x};
+    l->n = unit(n);
+    l->u = vector_to_scene(d->u, 0.5 * scale);
+    l->v = vector_to_scene(d->v, 0.5 * scale);
+    l->area = 4.0f * lum_length(lum_cross(l->u, l->v));
+}
+
+/* Rotation about +Y, as the images of local +X, +Y, +Z (light/environment.h). */
+static struct lum_frame env_frame(double rotation_rad)
+{
+    float c = (float)cos(rotation_rad), s = (float)sin(rotation_rad);
+    return (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
+}
+
+static void resolve_light(struct lum_light *l, const struct lum_light_entry *entry,
+                          const struct lum_normalisation *norm)
+{
+    static const enum lum_emitter kinds[] = {
+        [LUM_LIGHT_POINT] = LUM_EMIT_POINT,
+        [LUM_LIGHT_SPOT] = LUM_EMIT_SPOT,
+        [LUM_LIGHT_DIRECTIONAL] = LUM_EMIT_DIRECTIONAL,
+        [LUM_LIGHT_QUAD] = LUM_EMIT_QUAD,
+        [LUM_LIGHT_DISC] = LUM_EMIT_DISC,
+        [LUM_LIGHT_SPHERE] = LUM_EMIT_SPHERE,
+        [LUM_LIGHT_ENVIRONMENT] = LUM_EMIT_ENVIRONMENT,
+    };
+    const struct lum_light_desc *d = &entry->desc;
+    l->kind = kinds[d->kind];
+    l->delta = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL;
+    bool in_candela = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT;
+    l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
+    if (d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT)
+        l->p = point_to_scene(d->position, norm);
+    if (d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC)
+        l->n = unit(d->direction);
+    if (d->kind == LUM_LIGHT_SPOT) {
+        l->cos_inner = (float)cos(d->inner_cone_rad);
+        l->cos_outer = (float)cos(d->outer_cone_rad);
+    }
+    if (d->kind == LUM_LIGHT_QUAD)
+        place_quad(l, d, norm->scale);
+    if (d->kind == LUM_LIGHT_DISC || d->kind == LUM_LIGHT_SPHERE) {
+        l->radius = (float)(d->radius_m * norm->scale);
+        l->area = (d->kind == LUM_LIGHT_SPHERE ? 4.0f : 1.0f) * LUM_PI * l->radius * l->radius;
+    }
+    if (d->kind == LUM_LIGHT_ENVIRONMENT)
+        l->env_frame = env_frame(d->rotation_rad);
+    l->instance = l->shape = LUM_NO_OBJECT;
+    l->on = d->on;
+    l->camera_visible = d->camera_visible;
+    memcpy(l->id, entry->base.id, sizeof l->id);
+    memcpy(l->group, entry->group, sizeof l->group);
+}
+
+static void resolve_mesh_light(struct lum_light *l, const struct lum_instance *instance, uint32_t index,
+                               const struct lum_material *m)
+{
+    l->kind = LUM_EMIT_MESH;
+    l->power = m->emission;
+    l->instance = index;
+    l->shape = LUM_NO_OBJECT;
+    l->on = l->camera_visible = true;
+    memcpy(l->id, instance->id, sizeof l->id);
+    memcpy(l->group, instance->id, sizeof l->group);
+}
+
+/* The emitter's surface, which rays can hit. One too small for the scene's precision gets none: nothing hits it. */
+static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t light)
+{
+    static const float smallest = 1e-12f;
+    if (l->kind != LUM_EMIT_QUAD && l->kind != LUM_EMIT_DISC && l->kind != LUM_EMIT_SPHERE)
+        return;
+    if (!(l->area > smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
+        return;
+    struct lum_accel_shape *s = &part->shapes[part->n_shapes];
+    s->kind = l->kind == LUM_EMIT_QUAD ? LUM_SHAPE_QUAD : l->kind == LUM_EMIT_DISC ? LUM_SHAPE_DISC : LUM_SHAPE_SPHERE;
+    s->p = l->p;
+    s->u = l->u;
+    s->v = l->v;
+    s->n = l->n;
+    s->radius = l->radius;
+    s->hidden = !l->camera_visible;
+    part->shape_lights[part->n_shapes] = light;
+    l->shape = part->n_shapes++;
+}
+
+static void grow_by_shape(struct lum_bounds *b, const struct lum_accel_shape *s)
+{
+    struct lum_vec3 half = lum_v3(s->radius, s->radius, s->radius);
+    if (s->kind == LUM_SHAPE_QUAD)
+        half = lum_v3(fabsf(s->u.x) + fabsf(s->v.x), fabsf(s->u.y) + fabsf(s->v.y), fabsf(s->u.z) + fabsf(s->v.z));
+    lum_bounds_grow(b, lum_v3_sub(s->p, half));
+    lum_bounds_grow(b, lum_v3_add(s->p, half));
+}
+
+/* Of the sphere around the bounds; 1 for an empty scene. */
+static float bounding_radius(const struct lum_bounds *b)
+{
+    return b->lo.x <= b->hi.x ? 0.5f * lum_length(lum_v3_sub(b->hi, b->lo)) : 1.0f;
+}
+
+/* ---- the pick table ---- */
+
+/* Luminous flux of a light in scene units; only its ratio to the others matters. */
+static double light_flux(const struct lum_light *l, double scene_radius)
+{
+    const double pi = 3.14159265358979323846;
+    double y = (double)lum_luminance(l->power), ci = (double)l->cos_inner, co = (double)l->cos_outer;
+    switch (l->kind) {
+    case LUM_EMIT_POINT:
+        return 4.0 * pi * y;
+    case LUM_EMIT_SPOT:
+        return 2.0 * pi * ((1.0 - ci) + (ci - co) / 3.0) * y;
+    case LUM_EMIT_DIRECTIONAL:
+        return pi * scene_radius * scene_radius * y;
+    case LUM_EMIT_QUAD:
+    case LUM_EMIT_DISC:
+    case LUM_EMIT_SPHERE:
+        return pi * (double)l->area * y;
+    case LUM_EMIT_MESH: /* both sides */
+        return 2.0 * pi * (double)l->area * y;
+    case LUM_EMIT_ENVIRONMENT:
+        return pi * 4.0 * pi * scene_radius * scene_radius * y * (l->env ? lum_env_map_mean_luminance(l->env) : 1.0);
+    }
+    return 0.0;
+}
+
+/* Only one environment shines: the first by id that is on. */
+static uint32_t find_environment(const struct lum_light_part *part)
+{
+    for (uint32_t i = 0; i < part->n; i++)
+        if (part->items[i].kind == LUM_EMIT_ENVIRONMENT && part->items[i].on)
+            return i;
+    return LUM_NO_OBJECT;
+}
+
+static double light_weight(const struct lum_light_part *part, uint32_t i, double scene_radius)
+{
+    const struct lum_light *l = &part->items[i];
+    if (!l->on || (l->kind == LUM_EMIT_ENVIRONMENT && i != part->table.environment))
+        return 0.0;
+    double flux = light_flux(l, scene_radius);
+    return flux > 0.0 && isfinite(flux) ? flux : 0.0;
+}
+
+/* pick_pdf is the exact difference of neighbouring CDF values, so that what is picked and what is divided by agree. */
+static void fill_table(struct lum_light_part *part, float scene_radius)
+{
+    part->table = (struct lum_light_table){
+        .lights = part->items,
+        .n_lights = part->n,
+        .active = part->active,
+        .active_cdf = part->active_cdf,
+        .pick_pdf = part->pick_pdf,
+        .environment = find_environment(part),
+        .scene_radius = scene_radius,
+    };
+    double total = 0.0, sum = 0.0;
+    for (uint32_t i = 0; i < part->n; i++)
+        total += light_weight(part, i, (double)scene_radius);
+    float before = 0.0f;
+    uint32_t n_active = 0;
+    for (uint32_t i = 0; i < part->n; i++) {
+        double weight = light_weight(part, i, (double)scene_radius);
+        if (!(weight > 0.0))
+            continue;
+        sum += weight;
+        float cdf = (float)(sum / total);
+        part->active[n_active] = i;
+        part->active_cdf[n_active++] = cdf;
+        part->pick_pdf[i] = cdf - before;
+        before = cdf;
+    }
+    if (n_active) { /* rounding may leave the last value a little off 1 */
+        part->pick_pdf[part->active[n_active - 1]] += 1.0f - before;
+        part->active_cdf[n_active - 1] = 1.0f;
+    }
+    part->table.n_active = n_active;
+}
+
+/* ---- the part ---- */
+
+static bool is_emissive(const struct lum_light_input *in, const struct lum_instance *instance)
+{
+    const struct lum_material *m = &in->materials->items[instance->material];
+    return !lum_rgb_black(m->emission) && !m->unlit;
+}
+
+static uint32_t count_lights(const struct lum_light_input *in)
+{
+    uint32_t n = in->scene->tables[LUM_ENTITY_LIGHT].n;
+    for (uint32_t i = 0; i < in->instances->n; i++)
+        n += is_emissive(in, &in->instances->items[i]);
+    return n;
+}
+
+static struct lum_light_part *part_alloc(uint32_t n)
+{
+    struct lum_light_part *part = lum_calloc(1, sizeof *part);
+    if (!part)
+        return NULL;
+    lum_refs_init(&part->refs);
+    part->items = lum_calloc(n, sizeof *part->items);
+    part->active = lum_calloc(n, sizeof *part->active);
+    part->active_cdf = lum_calloc(n, sizeof *part->active_cdf);
+    part->pick_pdf = lum_calloc(n, sizeof *part->pick_pdf);
+    part->cdfs = lum_calloc(n, sizeof(struct lum_area_cdf *));
+    part->envs = lum_calloc(n, sizeof(struct lum_env_part *));
+    part->shapes = lum_calloc(n, sizeof *part->shapes);
+    part->shape_lights = lum_calloc(n, sizeof *part->shape_lights);
+    if (part->items && part->active && part->active_cdf && part->pick_pdf && part->cdfs && part->envs && part->shapes &&
+        part->shape_lights)
+        return part;
+    lum_light_part_unref(part);
+    return NULL;
+}
+
+void lum_light_part_unref(struct lum_light_part *part)
+{
+    if (!part || !lum_refs_put(&part->refs))
+        return;
+    for (uint32_t i = 0; i < part->n; i++) {
+        area_cdf_unref(part->cdfs[i]);
+        lum_env_part_unref(part->envs[i]);
+    }
+    lum_free(part->items);
+    lum_free(part->active);
+    lum_free(part->active_cdf);
+    lum_free(part->pick_pdf);
+    lum_free(part->cdfs);
+    lum_free(part->envs);
+    lum_free(part->shapes);
+    lum_free(part->shape_lights);
+    lum_free(part);
+}
+
+static enum lum_status add_lights(struct light_build *b, struct lum_error *err)
+{
+    const struct lum_table *table = &b->in->scene->tables[LUM_ENTITY_LIGHT];
+    struct lum_light_part *part = b->part;
+    for (uint32_t i = 0; i < table->n; i++) {
+        struct lum_light_entry *entry = (struct lum_light_entry *)table->rows[i];
+        struct lum_light *l = &part->items[part->n];
+        resolve_light(l, entry, b->in->norm);
+        add_shape(part, l, part->n);
+        if (entry->image) {
+            enum lum_status status = lum_image_entry_env(entry->image, &part->envs[part->n], err);
+            if (status != LUM_OK)
+                return status;
+            l->env = part->envs[part->n]->map;
+        }
+        part->n++;
+    }
+    return LUM_OK;
+}
+
+static enum lum_status add_mesh_lights(struct light_build *b, struct lum_error *err)
+{
+    struct lum_light_part *part = b->part;
+    for (uint32_t i = 0; i < b->in->instances->n; i++) {
+        struct lum_instance *instance = &b->in->instances->items[i];
+        if (!is_emissive(b->in, instance))
+            continue;
+        struct lum_area_cdf *cdf = area_cdf_for(b, instance);
+        if (!cdf)
+            return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the emitter \"%s\"", instance->id);
+        struct lum_light *l = &part->items[part->n];
+        resolve_mesh_light(l, instance, i, &b->in->materials->items[instance->material]);
+        l->tri_cdf = cdf->sums;
+        l->area = (float)cdf->total;
+        part->cdfs[part->n] = cdf;
+        instance->light = part->n++;
+    }
+    return LUM_OK;
+}
+
+enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_light_part **ret_part,
+                                   struct lum_error *err)
+{
+    uint32_t n = count_lights(in);
+    struct light_build b = {.in = in, .part = part_alloc(n)};
+    if (!b.part)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u lights", n);
+    enum lum_status status = add_lights(&b, err);
+    if (status == LUM_OK)
+        status = add_mesh_lights(&b, err);
+    if (status != LUM_OK) {
+        lum_light_part_unref(b.part);
+        return status;
+    }
+    struct lum_bounds bounds = *in->bounds;
+    for (uint32_t i = 0; i < b.part->n_shapes; i++)
+        grow_by_shape(&bounds, &b.part->shapes[i]);
+    b.part->bounds = bounds;
+    fill_table(b.part, bounding_radius(&bounds));
+    *ret_part = b.part;
+    return LUM_OK;
+}
+
+/* ---- comparison ---- */
+
+bool lum_lights_same_shape(const struct lum_light_part *a, const struct lum_light_part *b)
+{
+    if (a->n != b->n)
+        return false;
+    for (uint32_t i = 0; i < a->n; i++) {
+        struct lum_light x[2];
+        memcpy(&x[0], &a->items[i], sizeof x[0]);
+        memcpy(&x[1], &b->items[i], sizeof x[1]);
+        for (int k = 0; k < 2; k++) {
+            memset(&x[k].power, 0, sizeof x[k].power);
+            memset(x[k].group, 0, sizeof x[k].group);
+            x[k].on = false;
+        }
+        if (memcmp(&x[0], &x[1], sizeof x[0]) != 0)
+            return false;
+    }
+    return true;
+}
+
+bool lum_lights_same_power(const struct lum_light_part *a, const struct lum_light_part *b)
+{
+    if (a->n != b->n)
+        return false;
+    for (uint32_t i = 0; i < a->n; i++) {
+        const struct lum_light *x = &a->items[i], *y = &b->items[i];
+        if (memcmp(&x->power, &y->power, sizeof x->power) != 0 || x->on != y->on || strcmp(x->group, y->group) != 0)
+            return false;
+    }
+    return true;
+}

@@ -1,0 +1,306 @@
+/* Meshes: from what a client gives to what Embree and the shaders read.
+ *
+ * Positions are moved to a local space of extent 1..2 around the origin by a translation and a power of two, both exact
+ * in double, so that float keeps its full precision wherever and however large the mesh was made. Triangles that no ray
+ * can hit are dropped and counted. */
+#include "core/scene/store.h"
+
+#include <float.h>
+#include <string.h>
+
+/* What one put works on. */
+struct mesh_build {
+    const struct lum_mesh_desc *desc;
+    struct lum_mesh *mesh;
+    uint64_t dropped;
+};
+
+struct lum_mesh *lum_mesh_ref(struct lum_mesh *mesh)
+{
+    lum_refs_get(&mesh->refs);
+    return mesh;
+}
+
+void lum_mesh_unref(struct lum_mesh *mesh)
+{
+    if (!mesh || !lum_refs_put(&mesh->refs))
+        return;
+    lum_accel_mesh_unref(mesh->accel);
+    lum_free(mesh->positions);
+    lum_free(mesh->normals);
+    lum_free(mesh->uvs);
+    lum_free(mesh->colors);
+    lum_free(mesh->indices);
+    lum_free(mesh);
+}
+
+static struct lum_vec3d given_position(const struct lum_mesh_desc *d, uint32_t i)
+{
+    if (d->positions)
+        return (struct lum_vec3d){d->positions[3 * (size_t)i], d->positions[3 * (size_t)i + 1],
+                                  d->positions[3 * (size_t)i + 2]};
+    return (struct lum_vec3d){(double)d->positions_f[3 * (size_t)i], (double)d->positions_f[3 * (size_t)i + 1],
+                              (double)d->positions_f[3 * (size_t)i + 2]};
+}
+
+static bool in_range(struct lum_vec3d p)
+{
+    return fabs(p.x) <= LUM_LENGTH_MAX && fabs(p.y) <= LUM_LENGTH_MAX && fabs(p.z) <= LUM_LENGTH_MAX;
+}
+
+/* Largest component of cross(b - a, c - a): zero for a triangle without area. */
+static double cross_magnitude(const struct lum_vec3d p[3])
+{
+    struct lum_vec3d e = {p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z};
+    struct lum_vec3d f = {p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
+    return fmax(fabs(e.y * f.z - e.z * f.y), fmax(fabs(e.z * f.x - e.x * f.z), fabs(e.x * f.y - e.y * f.x)));
+}
+
+/* A deforming mesh keeps triangles that have no area in this pose: they may open in the next. */
+static bool triangle_usable(const struct lum_mesh_desc *d, const uint32_t *t)
+{
+    if (t[0] >= d->n_vertices || t[1] >= d->n_vertices || t[2] >= d->n_vertices)
+        return false;
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+        return false;
+    struct lum_vec3d p[3];
+    for (int k = 0; k < 3; k++) {
+        p[k] = given_position(d, t[k]);
+        if (!in_range(p[k]))
+            return false;
+    }
+    return d->deforming || cross_magnitude(p) > 0.0;
+}
+
+static void keep_usable_triangles(struct mesh_build *b)
+{
+    struct lum_mesh *mesh = b->mesh;
+    mesh->n_triangles = 0;
+    for (uint32_t i = 0; i < b->desc->n_triangles; i++) {
+        const uint32_t *t = b->desc->indices + 3 * (size_t)i;
+        if (triangle_usable(b->desc, t))
+            memcpy(mesh->indices + 3 * (size_t)mesh->n_triangles++, t, 3 * sizeof *t);
+        else
+            b->dropped++;
+    }
+}
+
+static void grow(struct lum_vec3d *lo, struct lum_vec3d *hi, struct lum_vec3d p)
+{
+    *lo = (struct lum_vec3d){fmin(lo->x, p.x), fmin(lo->y, p.y), fmin(lo->z, p.z)};
+    *hi = (struct lum_vec3d){fmax(hi->x, p.x), fmax(hi->y, p.y), fmax(hi->z, p.z)};
+}
+
+/* Nearest multiple of a power of two: a centre with few bits, so that subtracting it is exact for nearby positions. */
+static double snap(double x, double grid)
+{
+    return nearbyint(x / grid) * grid;
+}
+
+/* local_to_given for the triangles' bounds: a centre on a grid of 2^-16 of the extent, scaled to extent 1..2. */
+static struct lum_affined place_mesh(const struct mesh_build *b)
+{
+    struct lum_vec3d lo = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++)
+        grow(&lo, &hi, given_position(b->desc, b->mesh->indices[i]));
+    double extent = fmax(hi.x - lo.x, fmax(hi.y - lo.y, hi.z - lo.z));
+    int exponent = 0;
+    if (b->mesh->n_triangles && extent > 0.0)
+        frexp(extent, &exponent);
+    exponent = exponent < -60 ? -60 : exponent; /* smaller than 1e-18 m: stays small, never overflows */
+    double unit = ldexp(1.0, exponent - 1), grid = ldexp(1.0, exponent - 16);
+    struct lum_affined m = {{{unit, 0, 0, 0}, {0, unit, 0, 0}, {0, 0, unit, 0}}};
+    if (b->mesh->n_triangles) {
+        m.m[0][3] = snap(0.5 * (lo.x + hi.x), grid);
+        m.m[1][3] = snap(0.5 * (lo.y + hi.y), grid);
+        m.m[2][3] = snap(0.5 * (lo.z + hi.z), grid);
+    }
+    return m;
+}
+
+/* True when the pose still fits the space of the one before, so that it can keep it. */
+static bool placement_serves(const struct lum_affined *m, const struct mesh_build *b)
+{
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * (size_t)b->mesh->n_triangles; i++) {
+        struct lum_vec3d p = given_position(b->desc, b->mesh->indices[i]);
+        largest = fmax(largest, fabs(p.x - m->m[0][3]));
+        largest = fmax(largest, fabs(p.y - m->m[1][3]));
+        largest = fmax(largest, fabs(p.z - m->m[2][3]));
+    }
+    return largest <= 4.0 * m->m[0][0] && largest >= 0.125 * m->m[0][0];
+}
+
+static void localise_positions(struct mesh_build *b)
+{
+    const struct lum_affined *m = &b->mesh->local_to_given;
+    double scale = 1.0 / m->m[0][0];
+    for (uint32_t i = 0; i < b->desc->n_vertices; i++) {
+        struct lum_vec3d p = given_position(b->desc, i);
+        p = (struct lum_vec3d){(p.x - m->m[0][3]) * scale, (p.y - m->m[1][3]) * scale, (p.z - m->m[2][3]) * scale};
+        if (!(fabs(p.x) <= 8.0 && fabs(p.y) <= 8.0 && fabs(p.z) <= 8.0))
+            p = (struct lum_vec3d){0, 0, 0}; /* belongs to no triangle that was kept */
+        float *out = b->mesh->positions + 3 * (size_t)i;
+        out[0] = (float)p.x;
+        out[1] = (float)p.y;
+        out[2] = (float)p.z;
+    }
+}
+
+/* Drops what rounding to float left without area: Embree works with denormals flushed to zero. */
+static void drop_flat_triangles(struct mesh_build *b)
+{
+    struct lum_mesh *mesh = b->mesh;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < mesh->n_triangles; i++) {
+        const uint32_t *t = mesh->indices + 3 * (size_t)i;
+        struct lum_vec3d p[3];
+        for (int k = 0; k < 3; k++) {
+            const float *v = mesh->positions + 3 * (size_t)t[k];
+            p[k] = (struct lum_vec3d){(double)v[0], (double)v[1], (double)v[2]};
+        }
+        if (mesh->deforming || cross_magnitude(p) >= (double)FLT_MIN)
+            memmove(mesh->indices + 3 * (size_t)kept++, t, 3 * sizeof *t);
+        else
+            b->dropped++;
+    }
+    mesh->n_triangles = kept;
+}
+
+static void find_local_bounds(struct lum_mesh *mesh)
+{
+    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < 3 * (size_t)mesh->n_triangles; i++) {
+        const float *p = mesh->positions + 3 * (size_t)mesh->indices[i];
+        lo = lum_v3(fminf(lo.x, p[0]), fminf(lo.y, p[1]), fminf(lo.z, p[2]));
+        hi = lum_v3(fmaxf(hi.x, p[0]), fmaxf(hi.y, p[1]), fmaxf(hi.z, p[2]));
+    }
+    mesh->bounds_lo = lo;
+    mesh->bounds_hi = hi;
+}
+
+/* Attributes are made fit to interpolate: unit normals (a bad one becomes zero, which shades flat), finite uvs, colours
+ * in 0..1. */
+static void copy_attributes(struct mesh_build *b)
+{
+    const struct lum_mesh_desc *d = b->desc;
+    for (size_t i = 0; d->normals && i < d->n_vertices; i++) {
+        struct lum_vec3 n = lum_normalize(lum_v3(d->normals[3 * i], d->normals[3 * i + 1], d->normals[3 * i + 2]));
+        memcpy(b->mesh->normals + 3 * i, &n, 3 * sizeof(float));
+    }
+    for (size_t i = 0; d->uvs && i < 2 * (size_t)d->n_vertices; i++)
+        b->mesh->uvs[i] = fabsf(d->uvs[i]) <= 1e6f ? d->uvs[i] : 0.0f; /* NaN fails the test */
+    for (size_t i = 0; d->colors && i < 3 * (size_t)d->n_vertices; i++)
+        b->mesh->colors[i] = d->colors[i] >= 0.0f ? fminf(d->colors[i], 1.0f) : 0.0f;
+}
+
+static enum lum_status check_desc(const struct lum_mesh_desc *d, struct lum_error *err)
+{
+    if (d->n_vertices < 1 || d->n_vertices > LUM_MESH_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "positions", "a mesh has 1 to %u vertices, not %u", LUM_MESH_MAX,
+                        d->n_vertices);
+    if (d->n_triangles < 1 || d->n_triangles > LUM_MESH_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "indices", "a mesh has 1 to %u triangles, not %u", LUM_MESH_MAX,
+                        d->n_triangles);
+    if ((!d->positions && !d->positions_f) || !d->indices)
+        return lum_fail(err, LUM_ERR_INVALID, "positions", "a mesh needs positions and indices");
+    return LUM_OK;
+}
+
+static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
+{
+    struct lum_mesh *mesh = lum_calloc(1, sizeof *mesh);
+    if (!mesh)
+        return NULL;
+    lum_refs_init(&mesh->refs);
+    mesh->n_vertices = d->n_vertices;
+    mesh->deforming = d->deforming;
+    mesh->positions = lum_calloc(d->n_vertices, 3 * sizeof(float));
+    mesh->indices = lum_calloc(d->n_triangles, 3 * sizeof(uint32_t));
+    bool ok = mesh->positions && mesh->indices;
+    if (d->normals)
+        ok &= (mesh->normals = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
+    if (d->uvs)
+        ok &= (mesh->uvs = lum_calloc(d->n_vertices, 2 * sizeof(float))) != NULL;
+    if (d->colors)
+        ok &= (mesh->colors = lum_calloc(d->n_vertices, 3 * sizeof(float))) != NULL;
+    if (ok)
+        return mesh;
+    lum_mesh_unref(mesh);
+    return NULL;
+}
+
+/* Everything but the acceleration structure. former: the pose before, of a mesh that deforms; or NULL. */
+static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *former, struct lum_error *err)
+{
+    b->mesh = mesh_alloc(b->desc);
+    if (!b->mesh)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u triangles", b->desc->n_triangles);
+    keep_usable_triangles(b);
+    bool keep_place = former && former->deforming && b->desc->deforming && placement_serves(&former->local_to_given, b);
+    b->mesh->local_to_given = keep_place ? former->local_to_given : place_mesh(b);
+    localise_positions(b);
+    drop_flat_triangles(b);
+    find_local_bounds(b->mesh);
+    copy_attributes(b);
+    return LUM_OK;
+}
+
+static bool same_topology(const struct lum_mesh *a, const struct lum_mesh *b)
+{
+    return a->deforming && b->deforming && a->n_triangles > 0 && a->n_vertices == b->n_vertices &&
+           a->n_triangles == b->n_triangles &&
+           memcmp(a->indices, b->indices, (size_t)a->n_triangles * 3 * sizeof(uint32_t)) == 0;
+}
+
+/* A deforming mesh alternates between two structures: readers hold the newer one, the older one is refitted when nobody
+ * reads it any more, else a new one is built. */
+static enum lum_status mesh_accelerate(struct lum_scene *scene, struct lum_mesh_entry *entry, struct lum_mesh *mesh,
+                                       struct lum_error *err)
+{
+    if (mesh->n_triangles == 0)
+        return LUM_OK; /* every triangle was dropped: there is nothing to hit */
+    bool can_refit = entry->mesh && same_topology(entry->mesh, mesh);
+    if (can_refit && entry->spare && lum_accel_mesh_unique(entry->spare)) {
+        enum lum_status status = lum_accel_mesh_refit(entry->spare, mesh->positions, err);
+        if (status == LUM_OK)
+            mesh->accel = entry->spare;
+        else
+            lum_accel_mesh_unref(entry->spare); /* in an unknown state */
+        entry->spare = NULL;
+        return status;
+    }
+    return lum_accel_mesh_create(scene->device, mesh->positions, mesh->n_vertices, mesh->indices, mesh->n_triangles,
+                                 mesh->deforming, &mesh->accel, err);
+}
+
+enum lum_status lum_scene_put_mesh(struct lum_scene *scene, const char *id, const struct lum_mesh_desc *desc,
+                                   struct lum_error *err)
+{
+    enum lum_status status = check_desc(desc, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_table *table = &scene->tables[LUM_ENTITY_MESH];
+    struct lum_entry *base = NULL;
+    status = lum_table_open(table, id, sizeof(struct lum_mesh_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_mesh_entry *entry = (struct lum_mesh_entry *)base;
+    struct mesh_build b = {.desc = desc};
+    status = mesh_make(&b, entry->mesh, err);
+    if (status == LUM_OK)
+        status = mesh_accelerate(scene, entry, b.mesh, err);
+    if (status != LUM_OK) {
+        lum_mesh_unref(b.mesh);
+        lum_table_drop(table, base);
+        return status;
+    }
+    lum_accel_mesh_unref(entry->spare);
+    bool keep_spare = entry->mesh && same_topology(entry->mesh, b.mesh);
+    entry->spare = keep_spare ? lum_accel_mesh_ref(entry->mesh->accel) : NULL;
+    lum_mesh_unref(entry->mesh);
+    entry->mesh = b.mesh;
+    scene->dropped_triangles += b.dropped;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}

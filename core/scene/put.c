@@ -1,0 +1,326 @@
+/* Materials, objects, lights and cameras: checked, then stored. */
+#include "core/scene/store.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Luminance, intensity and illuminance: the sun's disc is 1.6e9 cd/m2; the square of a scene scale still fits a float.
+ */
+#define POWER_MAX 1e12
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- materials ---- */
+
+struct lum_material_desc lum_material_default(void)
+{
+    struct lum_texture_desc no_texture = {.scale = {1.0f, 1.0f}};
+    return (struct lum_material_desc){
+        .base_color = lum_grey(1.0f),
+        .base_color_texture = no_texture,
+        .metallic_roughness_texture = no_texture,
+        .emission_texture = no_texture,
+        .normal_texture = no_texture,
+        .normal_scale = 1.0f,
+        .roughness = 1.0f,
+        .ior = 1.5f,
+        .specular = 1.0f,
+        .specular_color = lum_grey(1.0f),
+        .attenuation_color = lum_grey(1.0f),
+        .attenuation_distance_m = (double)INFINITY,
+        .emission = lum_grey(1.0f),
+        .alpha = 1.0f,
+        .alpha_cutoff = 0.5f,
+    };
+}
+
+static enum lum_status check_material_numbers(const struct lum_material_desc *d, struct lum_error *err)
+{
+    const struct {
+        const char *field;
+        double value, lo, hi;
+    } checks[] = {
+        {"metallic", (double)d->metallic, 0, 1},
+        {"roughness", (double)d->roughness, 0, 1},
+        {"ior", (double)d->ior, 1, 4},
+        {"specular", (double)d->specular, 0, 1},
+        {"transmission", (double)d->transmission, 0, 1},
+        {"normal_scale", (double)d->normal_scale, -100, 100},
+        {"emission_cd_m2", d->emission_cd_m2, 0, POWER_MAX},
+        {"alpha", (double)d->alpha, 0, 1},
+        {"alpha_cutoff", (double)d->alpha_cutoff, 0, 1000},
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(checks); i++) {
+        enum lum_status status = lum_check_range(checks[i].field, checks[i].value, checks[i].lo, checks[i].hi, err);
+        if (status != LUM_OK)
+            return status;
+    }
+    if (!(d->attenuation_distance_m > 0.0))
+        return lum_fail(err, LUM_ERR_INVALID, "attenuation_distance_m", "must be above 0 (infinite: clear)");
+    return LUM_OK;
+}
+
+static enum lum_status check_material(const struct lum_material_desc *d, struct lum_error *err)
+{
+    enum lum_status status = check_material_numbers(d, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("base_color", d->base_color, 1.0f, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("specular_color", d->specular_color, 100.0f, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("attenuation_color", d->attenuation_color, 1.0f, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("emission", d->emission, 100.0f, err);
+    return status;
+}
+
+static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int slot)
+{
+    struct lum_texture_desc *const slots[LUM_SLOT_COUNT] = {&d->base_color_texture, &d->metallic_roughness_texture,
+                                                            &d->emission_texture, &d->normal_texture};
+    return slots[slot];
+}
+
+/* Finds the images and clears the borrowed ids. */
+static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_material_desc *d,
+                                     struct lum_image_entry *images[LUM_SLOT_COUNT], struct lum_error *err)
+{
+    static const char *const fields[LUM_SLOT_COUNT] = {"base_color_texture", "metallic_roughness_texture",
+                                                       "emission_texture", "normal_texture"};
+    for (int i = 0; i < LUM_SLOT_COUNT; i++) {
+        struct lum_texture_desc *t = texture_slot(d, i);
+        if (!t->image || !t->image[0])
+            continue;
+        const float numbers[] = {t->offset[0], t->offset[1], t->scale[0], t->scale[1], t->rotation_rad};
+        for (size_t k = 0; k < LUM_ARRAY_LEN(numbers); k++)
+            if (!(fabsf(numbers[k]) <= 1e6f))
+                return lum_fail(err, LUM_ERR_INVALID, fields[i], "the texture transform must be finite, at most 1e6");
+        struct lum_entry *entry = NULL;
+        enum lum_status status = lum_scene_lookup(scene, LUM_ENTITY_IMAGE, t->image, fields[i], &entry, err);
+        if (status != LUM_OK)
+            return status;
+        images[i] = (struct lum_image_entry *)entry;
+        t->image = NULL;
+    }
+    return LUM_OK;
+}
+
+enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, const struct lum_material_desc *desc,
+                                       struct lum_error *err)
+{
+    struct lum_material_desc d = *desc;
+    struct lum_image_entry *images[LUM_SLOT_COUNT] = {NULL};
+    enum lum_status status = check_material(&d, err);
+    if (status == LUM_OK)
+        status = bind_textures(scene, &d, images, err);
+    struct lum_entry *base = NULL;
+    struct lum_table *table = &scene->tables[LUM_ENTITY_MATERIAL];
+    if (status == LUM_OK)
+        status = lum_table_open(table, id, sizeof(struct lum_material_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_material_entry *entry = (struct lum_material_entry *)base;
+    for (int i = 0; i < LUM_SLOT_COUNT; i++) {
+        lum_entry_move_use(entry->images[i], images[i]);
+        entry->images[i] = images[i];
+    }
+    entry->desc = d;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}
+
+/* ---- objects ---- */
+
+static enum lum_status check_transform(const struct lum_affined *m, struct lum_error *err)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            if (!(fabs(m->m[i][j]) <= LUM_LENGTH_MAX))
+                return lum_fail(err, LUM_ERR_INVALID, "transform", "must be finite and at most %g", LUM_LENGTH_MAX);
+    struct lum_affined inverse;
+    if (!lum_affined_invert(m, &inverse))
+        return lum_fail(err, LUM_ERR_INVALID, "transform", "is singular: it flattens the object");
+    return LUM_OK;
+}
+
+enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, const struct lum_object_desc *desc,
+                                     struct lum_error *err)
+{
+    struct lum_entry *mesh = NULL, *material = NULL, *base = NULL;
+    enum lum_status status = lum_scene_lookup(scene, LUM_ENTITY_MESH, desc->mesh, "mesh", &mesh, err);
+    if (status == LUM_OK)
+        status = lum_scene_lookup(scene, LUM_ENTITY_MATERIAL, desc->material, "material", &material, err);
+    if (status == LUM_OK)
+        status = check_transform(&desc->local_to_world, err);
+    struct lum_table *table = &scene->tables[LUM_ENTITY_OBJECT];
+    if (status == LUM_OK)
+        status = lum_table_open(table, id, sizeof(struct lum_object_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_object_entry *entry = (struct lum_object_entry *)base;
+    lum_entry_move_use(entry->mesh, mesh);
+    lum_entry_move_use(entry->material, material);
+    entry->mesh = (struct lum_mesh_entry *)mesh;
+    entry->material = (struct lum_material_entry *)material;
+    entry->local_to_world = desc->local_to_world;
+    entry->visible = desc->visible;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}
+
+/* ---- lights ---- */
+
+static double length_d(struct lum_vec3d v)
+{
+    return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+static double cross_length_d(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return length_d((struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x});
+}
+
+static enum lum_status check_cone(const struct lum_light_desc *d, struct lum_error *err)
+{
+    enum lum_status status = lum_check_range("outer_cone_rad", d->outer_cone_rad, 1e-3, 0.5 * pi, err);
+    if (status == LUM_OK)
+        status = lum_check_range("inner_cone_rad", d->inner_cone_rad, 0.0, d->outer_cone_rad, err);
+    return status;
+}
+
+/* What the shape of this kind of light needs. */
+static enum lum_status check_light_shape(const struct lum_light_desc *d, struct lum_error *err)
+{
+    bool placed = d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT;
+    bool directed = d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC;
+    bool round = d->kind == LUM_LIGHT_DISC || d->kind == LUM_LIGHT_SPHERE;
+    enum lum_status status = LUM_OK;
+    if (placed)
+        status = lum_check_vec("position", d->position, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK && directed) {
+        status = lum_check_vec("direction", d->direction, LUM_LENGTH_MAX, err);
+        if (status == LUM_OK && !(length_d(d->direction) > 0.0))
+            return lum_fail(err, LUM_ERR_INVALID, "direction", "must not be the zero vector");
+    }
+    if (status == LUM_OK && round)
+        status = lum_check_range("radius_m", d->radius_m, 1e-12, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK && d->kind == LUM_LIGHT_SPOT)
+        status = check_cone(d, err);
+    if (status == LUM_OK && d->kind == LUM_LIGHT_QUAD) {
+        status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
+        if (status == LUM_OK)
+            status = lum_check_vec("v", d->v, LUM_LENGTH_MAX, err);
+        /* the sine of the angle between the edges: below, the area and the normal are mostly rounding */
+        if (status == LUM_OK && !(cross_length_d(d->u, d->v) > 1e-6 * length_d(d->u) * length_d(d->v)))
+            return lum_fail(err, LUM_ERR_INVALID, "u", "u and v must span an area");
+    }
+    if (status == LUM_OK && d->kind == LUM_LIGHT_ENVIRONMENT)
+        status = lum_check_range("rotation_rad", d->rotation_rad, -1e3, 1e3, err);
+    return status;
+}
+
+static enum lum_status check_light(const struct lum_light_desc *d, struct lum_error *err)
+{
+    if ((unsigned)d->kind > LUM_LIGHT_ENVIRONMENT)
+        return lum_fail(err, LUM_ERR_INVALID, "kind", "is not a kind of light");
+    if (lum_bounded_length(d->group, LUM_ID_MAX + 1) > LUM_ID_MAX)
+        return lum_fail(err, LUM_ERR_INVALID, "group", "a group name has at most %d bytes", LUM_ID_MAX);
+    enum lum_status status = check_light_shape(d, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("color", d->color, 100.0f, err);
+    if (status == LUM_OK)
+        status = lum_check_range("intensity", d->intensity, 0.0, POWER_MAX, err);
+    return status;
+}
+
+enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, const struct lum_light_desc *desc,
+                                    struct lum_error *err)
+{
+    enum lum_status status = check_light(desc, err);
+    struct lum_entry *image = NULL, *base = NULL;
+    if (status == LUM_OK && desc->kind == LUM_LIGHT_ENVIRONMENT && desc->image && desc->image[0])
+        status = lum_scene_lookup(scene, LUM_ENTITY_IMAGE, desc->image, "image", &image, err);
+    struct lum_table *table = &scene->tables[LUM_ENTITY_LIGHT];
+    if (status == LUM_OK)
+        status = lum_table_open(table, id, sizeof(struct lum_light_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_light_entry *entry = (struct lum_light_entry *)base;
+    const char *group = desc->group && desc->group[0] ? desc->group : id;
+    snprintf(entry->group, sizeof entry->group, "%s", group);
+    lum_entry_move_use(entry->image, image);
+    entry->image = (struct lum_image_entry *)image;
+    entry->desc = *desc;
+    entry->desc.image = entry->desc.group = NULL;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}
+
+/* Integral of the glTF spot falloff over the sphere, per unit of axial intensity: with t = (c - co) / (ci - co), the
+ * falloff is t^2 between the cones, so 2 pi ((1 - ci) + (ci - co) / 3). */
+static double spot_solid_angle(const struct lum_light_desc *d)
+{
+    double ci = cos(d->inner_cone_rad), co = cos(d->outer_cone_rad);
+    return 2.0 * pi * ((1.0 - ci) + (ci - co) / 3.0);
+}
+
+enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
+                                    struct lum_error *err)
+{
+    enum lum_status status = check_light_shape(light, err);
+    if (status == LUM_OK)
+        status = lum_check_range("flux_lm", flux_lm, 0.0, POWER_MAX, err);
+    if (status != LUM_OK)
+        return status;
+    double r2 = light->radius_m * light->radius_m;
+    switch (light->kind) {
+    case LUM_LIGHT_POINT:
+        *ret_intensity = flux_lm / (4.0 * pi);
+        return LUM_OK;
+    case LUM_LIGHT_SPOT:
+        *ret_intensity = flux_lm / spot_solid_angle(light);
+        return LUM_OK;
+    case LUM_LIGHT_QUAD:
+        *ret_intensity = flux_lm / (pi * cross_length_d(light->u, light->v));
+        return LUM_OK;
+    case LUM_LIGHT_DISC:
+        *ret_intensity = flux_lm / (pi * pi * r2);
+        return LUM_OK;
+    case LUM_LIGHT_SPHERE:
+        *ret_intensity = flux_lm / (4.0 * pi * pi * r2);
+        return LUM_OK;
+    case LUM_LIGHT_DIRECTIONAL:
+    case LUM_LIGHT_ENVIRONMENT:
+        break;
+    }
+    return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
+}
+
+/* ---- cameras ---- */
+
+enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, const struct lum_camera *camera,
+                                     struct lum_error *err)
+{
+    enum lum_status status = lum_check_vec("position", camera->position, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_vec("target", camera->target, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_vec("up", camera->up, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_range("vfov_deg", camera->vfov_deg, 1.0, 179.0, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_vec3d p = camera->position, t = camera->target, gaze = {t.x - p.x, t.y - p.y, t.z - p.z};
+    if (!(length_d(gaze) > 0.0))
+        return lum_fail(err, LUM_ERR_INVALID, "target", "must differ from the position");
+    if (!(cross_length_d(gaze, camera->up) > 1e-9 * length_d(gaze) * length_d(camera->up)))
+        return lum_fail(err, LUM_ERR_INVALID, "up", "must not be parallel to the line of sight");
+    struct lum_table *table = &scene->tables[LUM_ENTITY_CAMERA];
+    struct lum_entry *base = NULL;
+    status = lum_table_open(table, id, sizeof(struct lum_camera_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    ((struct lum_camera_entry *)base)->camera = *camera;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}

@@ -1,0 +1,220 @@
+#include "core/scene/store.h"
+
+#include <string.h>
+
+#include "core/math/sampler.h"
+
+const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *s)
+{
+    lum_refs_get(&((struct lum_snapshot *)s)->refs); /* the count is the one thing that is not const */
+    return s;
+}
+
+void lum_snapshot_unref(const struct lum_snapshot *snapshot)
+{
+    struct lum_snapshot *s = (struct lum_snapshot *)snapshot;
+    if (!s || !lum_refs_put(&s->refs))
+        return;
+    lum_accel_top_unref(s->top);
+    lum_instance_part_unref(s->parts->instances);
+    lum_material_part_unref(s->parts->materials);
+    lum_light_part_unref(s->parts->lights);
+    lum_camera_part_unref(s->parts->cameras);
+    lum_free(s->parts);
+    lum_free(s);
+}
+
+/* ---- cameras ---- */
+
+enum lum_status lum_snapshot_camera(const struct lum_snapshot *s, const char *id, struct lum_camera *ret_camera,
+                                    struct lum_error *err)
+{
+    const struct lum_camera_part *part = s->parts->cameras;
+    const struct lum_camera_row *found = NULL;
+    for (uint32_t i = 0; i < part->n && !found; i++)
+        if (strcmp(part->items[i].id, id ? id : "main") == 0)
+            found = &part->items[i];
+    if (!found && !id && part->n)
+        found = &part->items[0];
+    if (!found)
+        return lum_fail(err, LUM_ERR_NOT_FOUND, "camera", "there is no camera \"%.*s\"", LUM_ID_MAX, id ? id : "main");
+    *ret_camera = found->camera;
+    return LUM_OK;
+}
+
+/* From the front, a little to the right and above; far enough that the sphere around the bounds just fits. */
+struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *s)
+{
+    const double vfov_deg = 40.0, pi = 3.14159265358979323846;
+    struct lum_vec3d centre = s->norm.centre;
+    double radius = 1.0;
+    if (s->bounds_lo.x <= s->bounds_hi.x) {
+        struct lum_vec3 c = lum_v3_mul(lum_v3_add(s->bounds_lo, s->bounds_hi), 0.5f);
+        centre.x += (double)c.x / s->norm.scale;
+        centre.y += (double)c.y / s->norm.scale;
+        centre.z += (double)c.z / s->norm.scale;
+        radius = 0.5 * (double)lum_length(lum_v3_sub(s->bounds_hi, s->bounds_lo)) / s->norm.scale;
+    }
+    double azimuth = 30.0 * pi / 180.0, elevation = 18.0 * pi / 180.0;
+    double distance = radius / sin(0.5 * vfov_deg * pi / 180.0);
+    return (struct lum_camera){
+        .position = {centre.x + distance * cos(elevation) * sin(azimuth), centre.y + distance * sin(elevation),
+                     centre.z + distance * cos(elevation) * cos(azimuth)},
+        .target = centre,
+        .up = {0, 1, 0},
+        .vfov_deg = vfov_deg,
+    };
+}
+
+/* ---- surfaces ---- */
+
+struct triangle {
+    const uint32_t *index;
+    struct lum_vec3 p[3]; /* local */
+    float w[3];           /* barycentric */
+};
+
+static struct lum_vec3 load3(const float *array, uint32_t i)
+{
+    return lum_v3(array[3 * (size_t)i], array[3 * (size_t)i + 1], array[3 * (size_t)i + 2]);
+}
+
+static struct lum_vec3 blend3(const float *array, const struct triangle *t)
+{
+    struct lum_vec3 v = lum_v3_mul(load3(array, t->index[0]), t->w[0]);
+    v = lum_v3_mad(v, load3(array, t->index[1]), t->w[1]);
+    return lum_v3_mad(v, load3(array, t->index[2]), t->w[2]);
+}
+
+static struct lum_vec3 normal_to_scene(const struct lum_instance *instance, struct lum_vec3 n)
+{
+    const float(*m)[3] = instance->normal_m;
+    return lum_normalize(lum_v3(m[0][0] * n.x + m[0][1] * n.y + m[0][2] * n.z,
+                                m[1][0] * n.x + m[1][1] * n.y + m[1][2] * n.z,
+                                m[2][0] * n.x + m[2][1] * n.y + m[2][2] * n.z));
+}
+
+/* Interpolates uv and solves for the change of position with it. */
+static void set_uv(struct lum_surface *s, const struct lum_instance *instance, const struct triangle *t)
+{
+    const float *uvs = instance->mesh->uvs;
+    struct lum_vec2 c[3];
+    for (int k = 0; k < 3; k++)
+        c[k] = (struct lum_vec2){uvs[2 * (size_t)t->index[k]], uvs[2 * (size_t)t->index[k] + 1]};
+    s->uv.x = t->w[0] * c[0].x + t->w[1] * c[1].x + t->w[2] * c[2].x;
+    s->uv.y = t->w[0] * c[0].y + t->w[1] * c[1].y + t->w[2] * c[2].y;
+    float u1 = c[1].x - c[0].x, v1 = c[1].y - c[0].y, u2 = c[2].x - c[0].x, v2 = c[2].y - c[0].y;
+    float inverse = 1.0f / (u1 * v2 - u2 * v1);
+    if (!isfinite(inverse))
+        return; /* uv does not span an area here */
+    struct lum_vec3 e1 = lum_affine_vector(&instance->local_to_scene, lum_v3_sub(t->p[1], t->p[0]));
+    struct lum_vec3 e2 = lum_affine_vector(&instance->local_to_scene, lum_v3_sub(t->p[2], t->p[0]));
+    s->dpdu = lum_v3_mul(lum_v3_sub(lum_v3_mul(e1, v2), lum_v3_mul(e2, v1)), inverse);
+    s->dpdv = lum_v3_mul(lum_v3_sub(lum_v3_mul(e2, u1), lum_v3_mul(e1, u2)), inverse);
+}
+
+static void triangle_surface(const struct lum_snapshot *snapshot, const struct lum_hits *hits, uint32_t i,
+                             struct lum_vec3 d, struct lum_surface *s)
+{
+    const struct lum_instance *instance = &snapshot->instances[hits->object[i]];
+    const struct lum_mesh *mesh = instance->mesh;
+    struct triangle t = {.index = mesh->indices + 3 * (size_t)hits->prim[i],
+                         .w = {1.0f - hits->u[i] - hits->v[i], hits->u[i], hits->v[i]}};
+    for (int k = 0; k < 3; k++)
+        t.p[k] = load3(mesh->positions, t.index[k]);
+    s->instance = hits->object[i];
+    s->material = instance->material;
+    s->light = instance->light;
+    s->p = lum_affine_point(&instance->local_to_scene, blend3(mesh->positions, &t));
+    s->ng = normal_to_scene(instance, lum_cross(lum_v3_sub(t.p[1], t.p[0]), lum_v3_sub(t.p[2], t.p[0])));
+    s->backface = lum_dot(s->ng, d) > 0.0f;
+    if (s->backface)
+        s->ng = lum_v3_neg(s->ng);
+    s->ns = s->ng;
+    if (mesh->normals) {
+        struct lum_vec3 n = normal_to_scene(instance, blend3(mesh->normals, &t));
+        float side = lum_dot(n, s->ng); /* 0 where the mesh brought no usable normal */
+        if (side != 0.0f)
+            s->ns = side < 0.0f ? lum_v3_neg(n) : n;
+    }
+    if (mesh->uvs)
+        set_uv(s, instance, &t);
+    if (mesh->colors) {
+        struct lum_vec3 c = blend3(mesh->colors, &t);
+        s->vertex_color = lum_rgb(c.x, c.y, c.z);
+    }
+}
+
+static void shape_surface(const struct lum_snapshot *snapshot, const struct lum_hits *hits, uint32_t i,
+                          struct lum_vec3 d, struct lum_surface *s)
+{
+    s->light = snapshot->parts->lights->shape_lights[hits->object[i] - snapshot->n_instances];
+    const struct lum_light *l = &snapshot->lights.lights[s->light];
+    s->uv = (struct lum_vec2){hits->u[i], hits->v[i]};
+    s->ng = l->n;
+    if (l->kind == LUM_EMIT_QUAD) {
+        s->p = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * hits->u[i] - 1.0f), l->v, 2.0f * hits->v[i] - 1.0f);
+    } else if (l->kind == LUM_EMIT_DISC) {
+        struct lum_frame frame = lum_frame_from_normal(l->n);
+        s->p = lum_v3_mad(lum_v3_mad(l->p, frame.t, l->radius * hits->u[i]), frame.b, l->radius * hits->v[i]);
+    } else {
+        s->ng = lum_normalize(lum_v3(hits->ngx[i], hits->ngy[i], hits->ngz[i]));
+        s->p = lum_v3_mad(l->p, s->ng, l->radius);
+    }
+    s->backface = lum_dot(s->ng, d) > 0.0f;
+    if (s->backface)
+        s->ng = lum_v3_neg(s->ng);
+    s->ns = s->ng;
+}
+
+void lum_snapshot_surface(const struct lum_snapshot *snapshot, const struct lum_hits *hits, uint32_t i,
+                          struct lum_vec3 d, struct lum_surface *ret_surface)
+{
+    struct lum_surface s = {
+        .instance = LUM_NO_OBJECT,
+        .material = LUM_NO_OBJECT,
+        .light = LUM_NO_OBJECT,
+        .prim = hits->prim[i],
+        .vertex_color = lum_grey(1.0f),
+    };
+    if (hits->object[i] < snapshot->n_instances)
+        triangle_surface(snapshot, hits, i, d, &s);
+    else
+        shape_surface(snapshot, hits, i, d, &s);
+    *ret_surface = s;
+}
+
+/* ---- alpha ---- */
+
+/* A fraction in [0, 1) from the place of the hit, so that a see-through surface lets the same rays through every time.
+ */
+static float place_hash(uint32_t object, uint32_t prim, float u, float v)
+{
+    uint32_t bits[2];
+    memcpy(&bits[0], &u, sizeof u);
+    memcpy(&bits[1], &v, sizeof v);
+    uint32_t h = lum_hash_combine(lum_hash_combine(object, prim), lum_hash_combine(bits[0], bits[1]));
+    return (float)(h >> 8) * 0x1p-24f;
+}
+
+bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float u, float v)
+{
+    const struct lum_snapshot *snapshot = user;
+    const struct lum_instance *instance = &snapshot->instances[object];
+    const struct lum_material *m = &snapshot->materials[instance->material];
+    if (m->alpha_mode == LUM_ALPHA_OPAQUE)
+        return true;
+    float alpha = m->alpha;
+    if (m->base_color_tex.image && instance->mesh->uvs) {
+        const uint32_t *index = instance->mesh->indices + 3 * (size_t)prim;
+        const float *a = instance->mesh->uvs + 2 * (size_t)index[0], *b = instance->mesh->uvs + 2 * (size_t)index[1],
+                    *c = instance->mesh->uvs + 2 * (size_t)index[2];
+        float w = 1.0f - u - v;
+        struct lum_vec2 uv = {w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]};
+        const struct lum_texture *t = &m->base_color_tex;
+        uv = (struct lum_vec2){t->m[0][0] * uv.x + t->m[0][1] * uv.y + t->m[0][2],
+                               t->m[1][0] * uv.x + t->m[1][1] * uv.y + t->m[1][2]};
+        alpha *= lum_image_sample(t->image, uv, t->wrap_u, t->wrap_v).a;
+    }
+    return m->alpha_mode == LUM_ALPHA_MASK ? alpha >= m->alpha_cutoff : alpha > place_hash(object, prim, u, v);
+}
