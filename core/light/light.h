@@ -29,7 +29,7 @@ struct lum_light {
     struct lum_vec3 u, v;  /* quad: half edges */
     float radius, area;    /* scene units */
     float cos_inner, cos_outer;
-    struct lum_frame env_frame; /* environment: rotation */
+    struct lum_frame env_frame; /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
     const struct lum_env_map *env;  /* environment image, or NULL: constant */
     uint32_t instance;     /* mesh emitter: its instance */
     const float *tri_cdf;  /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
@@ -54,15 +54,24 @@ struct lum_light_table {
 /* Picks an emitting light; u is remapped to a fresh number. LUM_NO_OBJECT when none emits. */
 uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob);
 
+/* A point light nearer than this, in scene units, shines as from this far: the scale of lum_ray_offset, below which its
+ * side of the surface is not known. Keeps 1 / r^2 finite. */
+#define LUM_POINT_LIGHT_NEAR 0x1p-16f
+
+/* Share of a spot's intensity at an angle from its axis: 1 in the inner cone, 0 outside the outer, and between them the
+ * square of a ramp in the cosine (glTF KHR_lights_punctual). */
+float lum_spot_falloff(const struct lum_light *spot, float cos_angle);
+
 struct lum_light_sample {
     struct lum_vec3 wi;      /* unit, from the point to the light */
     float distance;          /* to the light; INFINITY for directional and environment */
     struct lum_rgb radiance; /* arriving radiance; delta lights: irradiance on a plane facing wi */
     float pdf_sa;            /* solid angle, given this light was picked; 0 for delta lights */
 };
-/* Samples light i as seen from p. False when it cannot reach p (behind, zero area, outside the cone). Quads are sampled
- * over the spherical rectangle (Urena 2013; area below 1e-3 sr), spheres over the cone, discs and meshes over area, images
- * over luminance. Thread: any. */
+/* Samples light i as seen from p. False when it cannot reach p (behind, inside a sphere, zero area, outside the cone).
+ * Quads are sampled over the spherical rectangle (Urena 2013; by area below 1e-3 sr and when u and v are not at right
+ * angles), spheres over the cone, discs and meshes over area (meshes emit from both sides), images over luminance, a constant
+ * environment over the sphere. Thread: any. */
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 
@@ -71,7 +80,8 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
                     struct lum_vec3 ng_light);
 
-/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads and discs). */
+/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs and spheres). Mesh emitters
+ * have a material, whose BSDF gives their emission with its texture. */
 struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 ng_hit_facing_ray, bool backface);
 /* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
  * camera_visible. */

@@ -1,8 +1,13 @@
 /* Materials at render time, and the BSDF they make at a point.
  *
- * The model is glTF 2.0's: a metallic GGX, or a dielectric GGX coat (Fresnel from ior and specular) over a base that is
- * diffuse or transmits. roughness^2 = alpha; alpha below LUM_ALPHA_MIN is a perfect mirror (delta). Reflection uses
- * height-correlated Smith and visible-normal sampling. (1 - F(v.h)) on the base keeps the sum reciprocal and at most 1. */
+ * The model is glTF 2.0's metallic-roughness with KHR_materials_specular, _ior, _transmission, _volume and _unlit: a mix of a
+ * metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below LUM_ALPHA_MIN is a
+ * perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal sampling, Fresnel by Schlick;
+ * glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or passes straight on (thin).
+ *
+ * One deviation: glTF dims the diffuse base by 1 - F(v.h), which creates up to 0.9 of the incoming energy anew on smooth
+ * surfaces at grazing angles. Here the base is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), E the albedo of the coat
+ * (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return at most what arrives. */
 #ifndef LUM_CORE_MATERIAL_MATERIAL_H
 #define LUM_CORE_MATERIAL_MATERIAL_H
 
@@ -35,6 +40,8 @@ struct lum_texture {
     float m[2][3];                 /* uv' = m [u v 1] */
     enum lum_wrap wrap_u, wrap_v;
 };
+/* 1 when there is no image. uv is the mesh's; may be anything. */
+struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, struct lum_vec2 uv);
 
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
@@ -46,30 +53,41 @@ struct lum_material {
     char id[LUM_ID_MAX + 1];
 };
 
-/* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. */
+/* True when the material lets light through or mirrors without spread, so that a deferred method must recurse. Where a
+ * texture sets the roughness it is never below LUM_ALPHA_MIN, so that this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
+
+/* Radiance that the surface emits at uv, both sides; an unlit material: its colour times 1 cd/m2. */
+struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color);
 
 enum lum_lobe { LUM_LOBE_DIFFUSE, LUM_LOBE_GLOSSY, LUM_LOBE_REFLECT, LUM_LOBE_TRANSMIT, LUM_LOBE_GLOSSY_TRANSMIT };
 
-/* The BSDF at one point: parameters looked up, frame built. */
+/* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
 struct lum_bsdf {
-    struct lum_frame frame;  /* around ns */
-    struct lum_vec3 ng;      /* unit, towards wo */
-    struct lum_rgb diffuse;  /* albedo of the diffuse base */
-    struct lum_rgb f0;       /* specular reflectance at normal incidence */
-    float f90;
-    struct lum_rgb transmit; /* tint of the transmitting base; black: none */
+    struct lum_frame frame;  /* around ns, bent so that wo is above it */
+    struct lum_vec3 ng;      /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
+    struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat */
+    struct lum_rgb f0;       /* metal and coat: reflectance at normal incidence (Schlick), black: none */
+    float f90;               /* and at grazing */
+    struct lum_rgb transmit; /* glass: its share of the surface times its tint; black: none */
+    struct lum_rgb glass_f0; /* glass: reflectance at normal incidence */
+    float glass_f90;         /* and at grazing and beyond the critical angle */
+    float glass;             /* share of the surface that is glass */
+    float coat_f0, coat_f90; /* of the coat over the diffuse base, largest channel */
+    float coat_norm;         /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
+    float diffuse_prob;      /* probability that a sample is of the diffuse base, by albedo */
     float alpha;             /* GGX roughness; 0: delta */
-    float eta;               /* ior outside / ior inside as seen by wo (1: nothing bends) */
+    float eta;               /* n on wo's side / n on the other. 1: nothing bends, transmission is delta */
     bool thin;
     struct lum_rgb emission; /* towards wo */
 };
 
-/* wo: unit, away from the surface, on surface->ng's side. */
+/* wo: unit, away from the surface, on surface->ng's side (if not, the surface is turned). */
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s, struct lum_vec3 wo);
 
-/* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. Black and 0 where
- * shading and geometric side disagree (algorithms D11). */
+/* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. wo as given to
+ * lum_bsdf_init. Black and 0 where wi lies on different sides of the shading and of the geometric normal (light leaks, else).
+ * Transmission is of radiance: it includes eta^2. */
 struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa);
 
 struct lum_bsdf_sample {
@@ -82,7 +100,7 @@ struct lum_bsdf_sample {
 bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
                      struct lum_bsdf_sample *ret_sample);
 
-/* Directional-hemispherical albedo estimate used for AOVs and demodulation: diffuse + f0. */
+/* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);
 
 /* Fresnel reflectance of a dielectric, cos_i in [0,1], eta = n_i / n_t. 1 at total internal reflection. */

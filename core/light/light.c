@@ -1,0 +1,290 @@
+#include "core/light/light.h"
+
+#include "core/light/environment.h"
+#include "core/light/rect.h"
+#include "core/material/material.h"
+#include "core/math/warp.h"
+#include "core/scene/snapshot.h"
+
+uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob)
+{
+    if (t->n_active == 0)
+        return LUM_NO_OBJECT;
+    uint32_t lo = 0, hi = t->n_active - 1;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        if (*inout_u < t->active_cdf[mid])
+            hi = mid;
+        else
+            lo = mid + 1;
+    }
+    float below = lo > 0 ? t->active_cdf[lo - 1] : 0.0f, width = t->active_cdf[lo] - below;
+    if (!(width > 0.0f))
+        return LUM_NO_OBJECT;
+    *inout_u = fminf(fmaxf(0.0f, (*inout_u - below) / width), 0x1.fffffep-1f);
+    *ret_prob = t->pick_pdf[t->active[lo]];
+    return t->active[lo];
+}
+
+float lum_spot_falloff(const struct lum_light *spot, float cos_angle)
+{
+    if (cos_angle >= spot->cos_inner)
+        return 1.0f;
+    if (!(cos_angle > spot->cos_outer))
+        return 0.0f;
+    float ramp = (cos_angle - spot->cos_outer) / (spot->cos_inner - spot->cos_outer);
+    return ramp * ramp;
+}
+
+static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lum_light_sample *ret)
+{
+    struct lum_vec3 d = lum_v3_sub(l->p, p), wi = lum_normalize(d);
+    float r = lum_length(d);
+    if (!(r > 0.0f))
+        return false;
+    float share = l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, -lum_dot(wi, l->n)) : 1.0f;
+    if (!(share > 0.0f))
+        return false;
+    float near = fmaxf(r, LUM_POINT_LIGHT_NEAR);
+    *ret = (struct lum_light_sample){wi, r, lum_rgb_scale(l->power, share / (near * near)), 0.0f};
+    return true;
+}
+
+/* ---- emitters with area ---- */
+
+/* Solid-angle pdf of a point sampled uniformly over area. 0 when it is not lit from there, or not finite. */
+static float area_pdf_sa(float distance, float cos_light, float area)
+{
+    if (!(cos_light > 0.0f && area > 0.0f))
+        return 0.0f;
+    float pdf = distance * distance / (cos_light * area);
+    return isfinite(pdf) ? pdf : 0.0f;
+}
+
+/* Finishes a sample at point x of an emitter that is sampled by area; cos_light is taken on both sides for a mesh. */
+static bool finish_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
+                        struct lum_light_sample *ret)
+{
+    struct lum_vec3 d = lum_v3_sub(x, p), wi = lum_normalize(d);
+    float distance = lum_length(d), cos_light = -lum_dot(wi, n);
+    if (l->kind == LUM_EMIT_MESH)
+        cos_light = fabsf(cos_light);
+    float pdf = area_pdf_sa(distance, cos_light, l->area);
+    if (!(pdf > 0.0f))
+        return false;
+    *ret = (struct lum_light_sample){wi, distance, l->power, pdf};
+    return true;
+}
+
+/* True when the quad is sampled over solid angle from p: a rectangle (2^-16: the rounding of a rotated one), and not
+ * too small. */
+static bool quad_view(const struct lum_light *l, struct lum_vec3 p, struct lum_rect_view *ret_view)
+{
+    float skew = fabsf(lum_dot(l->u, l->v)), size = lum_length(l->u) * lum_length(l->v);
+    if (!(size > 0.0f) || skew > 0x1p-16f * size)
+        return false;
+    struct lum_rect_view view;
+    if (!lum_rect_view_init(&view, p, l->p, l->u, l->v) || !(view.solid_angle >= LUM_RECT_MIN_SR))
+        return false;
+    *ret_view = view;
+    return true;
+}
+
+static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+        return false;
+    struct lum_rect_view view;
+    if (quad_view(l, p, &view)) {
+        struct lum_vec3 d = lum_rect_view_sample(&view, u);
+        *ret = (struct lum_light_sample){lum_normalize(d), lum_length(d), l->power, (float)(1.0 / view.solid_angle)};
+        return ret->distance > 0.0f;
+    }
+    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
+    return finish_area(l, p, x, l->n, ret);
+}
+
+static bool sample_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct lum_vec2 d = lum_warp_disc(u);
+    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+    return finish_area(l, p, x, l->n, ret);
+}
+
+/* 1 - cos of the half angle of a sphere's cone, without cancellation; 0 when p is inside. */
+static float sphere_one_minus_cos(const struct lum_light *l, struct lum_vec3 p)
+{
+    float sin_max = l->radius / lum_length(lum_v3_sub(l->p, p)), sin2 = sin_max * sin_max;
+    return sin2 < 1.0f ? sin2 / (1.0f + sqrtf(1.0f - sin2)) : 0.0f;
+}
+
+static float sphere_pdf(float one_minus_cos)
+{
+    float pdf = 1.0f / (2.0f * LUM_PI * one_minus_cos);
+    return isfinite(pdf) ? pdf : 0.0f;
+}
+
+static bool sample_sphere(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    float omc = sphere_one_minus_cos(l, p), pdf = sphere_pdf(omc);
+    if (!(pdf > 0.0f))
+        return false;
+    struct lum_vec3 d = lum_v3_sub(l->p, p), w = lum_warp_cone(u, omc);
+    struct lum_frame f = lum_frame_from_normal(lum_normalize(d));
+    float c = lum_length(d), beside = c * c * (w.x * w.x + w.y * w.y);
+    float distance = c * w.z - sqrtf(fmaxf(0.0f, l->radius * l->radius - beside));
+    *ret = (struct lum_light_sample){lum_frame_to_scene(&f, w), fmaxf(0.0f, distance), l->power, pdf};
+    return true;
+}
+
+/* First triangle whose inclusive sum of areas is above x, so that one without area is never found. */
+static uint32_t find_triangle(const float *cdf, uint32_t n, float x)
+{
+    uint32_t lo = 0, hi = n - 1;
+    while (lo < hi) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        if (x < cdf[mid])
+            hi = mid;
+        else
+            lo = mid + 1;
+    }
+    return lo;
+}
+
+static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri, struct lum_vec2 b)
+{
+    if (!mesh->uvs)
+        return (struct lum_vec2){0.0f, 0.0f};
+    const float *a = mesh->uvs + 2 * (size_t)tri[0], *c = mesh->uvs + 2 * (size_t)tri[1];
+    const float *d = mesh->uvs + 2 * (size_t)tri[2];
+    float w = 1.0f - b.x - b.y;
+    return (struct lum_vec2){w * a[0] + b.x * c[0] + b.y * d[0], w * a[1] + b.x * c[1] + b.y * d[1]};
+}
+
+static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                        struct lum_light_sample *ret)
+{
+    const struct lum_instance *instance = &s->instances[l->instance];
+    const struct lum_mesh *mesh = instance->mesh;
+    if (mesh->n_triangles == 0)
+        return false;
+    float x = u.x * l->tri_cdf[mesh->n_triangles - 1];
+    uint32_t t = find_triangle(l->tri_cdf, mesh->n_triangles, x);
+    float below = t > 0 ? l->tri_cdf[t - 1] : 0.0f, width = l->tri_cdf[t] - below;
+    if (!(width > 0.0f))
+        return false;
+    struct lum_vec2 b = lum_warp_triangle((struct lum_vec2){fminf((x - below) / width, 1.0f), u.y});
+
+    const uint32_t *tri = mesh->indices + 3 * (size_t)t;
+    struct lum_vec3 v[3];
+    for (int k = 0; k < 3; k++) {
+        const float *q = mesh->positions + 3 * (size_t)tri[k];
+        v[k] = lum_affine_point(&instance->local_to_scene, lum_v3(q[0], q[1], q[2]));
+    }
+    struct lum_vec3 e1 = lum_v3_sub(v[1], v[0]), e2 = lum_v3_sub(v[2], v[0]);
+    struct lum_vec3 point = lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y);
+    if (!finish_area(l, p, point, lum_normalize(lum_cross(e1, e2)), ret))
+        return false;
+    const struct lum_material *m = &s->materials[instance->material];
+    if (m->emission_tex.image)
+        ret->radiance = lum_rgb_mul(l->power, lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb);
+    return true;
+}
+
+/* ---- environment ---- */
+
+static bool sample_environment(const struct lum_light *l, struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    if (!l->env) {
+        *ret = (struct lum_light_sample){lum_warp_cone(u, 2.0f), INFINITY, l->power, 0.25f * LUM_INV_PI};
+        return true;
+    }
+    struct lum_vec3 d;
+    float pdf;
+    if (!lum_env_map_sample(l->env, u, &d, &pdf))
+        return false;
+    *ret = (struct lum_light_sample){lum_frame_to_scene(&l->env_frame, d), INFINITY,
+                                     lum_rgb_mul(l->power, lum_env_map_radiance(l->env, d)), pdf};
+    return true;
+}
+
+static struct lum_rgb environment_radiance(const struct lum_light *l, struct lum_vec3 d)
+{
+    if (!l->env)
+        return l->power;
+    return lum_rgb_mul(l->power, lum_env_map_radiance(l->env, lum_frame_to_local(&l->env_frame, d)));
+}
+
+struct lum_rgb lum_lights_background(const struct lum_light_table *t, struct lum_vec3 d, bool camera_ray)
+{
+    if (t->environment == LUM_NO_OBJECT)
+        return lum_grey(0.0f);
+    const struct lum_light *l = &t->lights[t->environment];
+    if (!l->on || (camera_ray && !l->camera_visible))
+        return lum_grey(0.0f);
+    return environment_radiance(l, d);
+}
+
+/* ---- any light ---- */
+
+bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
+                         struct lum_light_sample *ret_sample)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    switch (l->kind) {
+    case LUM_EMIT_POINT:
+    case LUM_EMIT_SPOT:
+        return sample_point(l, p, ret_sample);
+    case LUM_EMIT_DIRECTIONAL:
+        *ret_sample = (struct lum_light_sample){lum_v3_neg(l->n), INFINITY, l->power, 0.0f};
+        return true;
+    case LUM_EMIT_QUAD:
+        return sample_quad(l, p, u, ret_sample);
+    case LUM_EMIT_DISC:
+        return sample_disc(l, p, u, ret_sample);
+    case LUM_EMIT_SPHERE:
+        return sample_sphere(l, p, u, ret_sample);
+    case LUM_EMIT_MESH:
+        return sample_mesh(s, l, p, u, ret_sample);
+    case LUM_EMIT_ENVIRONMENT:
+        return sample_environment(l, u, ret_sample);
+    }
+    return false;
+}
+
+float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,
+                    struct lum_vec3 p_light, struct lum_vec3 ng_light)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    float distance = lum_length(lum_v3_sub(p_light, p)), cos_light = fabsf(lum_dot(wi, ng_light));
+    struct lum_rect_view view;
+    switch (l->kind) {
+    case LUM_EMIT_POINT:
+    case LUM_EMIT_SPOT:
+    case LUM_EMIT_DIRECTIONAL:
+        return 0.0f;
+    case LUM_EMIT_QUAD:
+        if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+            return 0.0f;
+        return quad_view(l, p, &view) ? (float)(1.0 / view.solid_angle) : area_pdf_sa(distance, cos_light, l->area);
+    case LUM_EMIT_DISC:
+        if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+            return 0.0f;
+        return area_pdf_sa(distance, cos_light, l->area);
+    case LUM_EMIT_SPHERE:
+        return sphere_pdf(sphere_one_minus_cos(l, p));
+    case LUM_EMIT_MESH:
+        return area_pdf_sa(distance, cos_light, l->area);
+    case LUM_EMIT_ENVIRONMENT:
+        return l->env ? lum_env_map_pdf(l->env, lum_frame_to_local(&l->env_frame, wi)) : 0.25f * LUM_INV_PI;
+    }
+    return 0.0f;
+}
+
+struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 ng_hit_facing_ray, bool backface)
+{
+    (void)ng_hit_facing_ray; /* all emitters are Lambertian so far */
+    bool one_sided = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC || l->kind == LUM_EMIT_SPHERE;
+    return l->on && !(one_sided && backface) ? l->power : lum_grey(0.0f);
+}

@@ -1,0 +1,78 @@
+#include "core/light/rect.h"
+
+static struct lum_vec3d widen(struct lum_vec3 a)
+{
+    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
+}
+
+static double dot(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static struct lum_vec3d scaled(struct lum_vec3d a, double s)
+{
+    return (struct lum_vec3d){a.x * s, a.y * s, a.z * s};
+}
+
+/* NaN becomes lo. */
+static double clamp(double x, double lo, double hi)
+{
+    return fmin(fmax(x, lo), hi);
+}
+
+/* Angle at a corner of the spherical rectangle: between the planes through two adjacent edges, whose normals have the z
+ * components a and b. */
+static double corner_angle(double a, double b)
+{
+    return acos(clamp(-a * b, -1.0, 1.0));
+}
+
+bool lum_rect_view_init(struct lum_rect_view *ret_view, struct lum_vec3 p, struct lum_vec3 centre, struct lum_vec3 u,
+                        struct lum_vec3 v)
+{
+    struct lum_vec3d du = widen(u), dv = widen(v), c = widen(centre), o = widen(p);
+    struct lum_vec3d d = {c.x - o.x, c.y - o.y, c.z - o.z};
+    double hx = sqrt(dot(du, du)), hy = sqrt(dot(dv, dv));
+    struct lum_rect_view w = {.x = scaled(du, 1.0 / hx), .y = scaled(dv, 1.0 / hy)};
+    w.z =
+        (struct lum_vec3d){w.x.y * w.y.z - w.x.z * w.y.y, w.x.z * w.y.x - w.x.x * w.y.z, w.x.x * w.y.y - w.x.y * w.y.x};
+    w.z0 = dot(d, w.z);
+    if (w.z0 > 0.0) {
+        w.z = scaled(w.z, -1.0);
+        w.z0 = -w.z0;
+    }
+    if (!(w.z0 < 0.0))
+        return false;
+    double x = dot(d, w.x), y = dot(d, w.y);
+    w.x0 = x - hx, w.x1 = x + hx, w.y0 = y - hy, w.y1 = y + hy;
+
+    /* z components of the unit normals of the planes through the point and the four edges. */
+    double z2 = w.z0 * w.z0;
+    double n0 = -w.y0 / sqrt(z2 + w.y0 * w.y0), n1 = w.x1 / sqrt(z2 + w.x1 * w.x1);
+    double n2 = w.y1 / sqrt(z2 + w.y1 * w.y1), n3 = -w.x0 / sqrt(z2 + w.x0 * w.x0);
+    double g2 = corner_angle(n2, n3), g3 = corner_angle(n3, n0);
+    w.b0 = n0, w.b1 = n2;
+    w.k = 2.0 * LUM_PI_D - g2 - g3;
+    w.solid_angle = corner_angle(n0, n1) + corner_angle(n1, n2) - w.k;
+    *ret_view = w;
+    return true;
+}
+
+struct lum_vec3 lum_rect_view_sample(const struct lum_rect_view *w, struct lum_vec2 xi)
+{
+    double au = (double)xi.x * w->solid_angle + w->k;
+    double fu = (cos(au) * w->b0 - w->b1) / sin(au);
+    double cu = clamp(copysign(1.0 / sqrt(fu * fu + w->b0 * w->b0), fu), -1.0, 1.0);
+    double xu = -(cu * w->z0) / sqrt(fmax(1.0 - cu * cu, 0x1p-1000));
+    xu = clamp(xu, w->x0, w->x1);
+
+    double d = sqrt(xu * xu + w->z0 * w->z0);
+    double h0 = w->y0 / sqrt(d * d + w->y0 * w->y0), h1 = w->y1 / sqrt(d * d + w->y1 * w->y1);
+    double hv = h0 + (double)xi.y * (h1 - h0), hv2 = hv * hv;
+    double yv = hv2 < 1.0 ? hv * d / sqrt(1.0 - hv2) : w->y1;
+    yv = clamp(yv, w->y0, w->y1);
+    return (struct lum_vec3){(float)(xu * w->x.x + yv * w->y.x + w->z0 * w->z.x),
+                             (float)(xu * w->x.y + yv * w->y.y + w->z0 * w->z.y),
+                             (float)(xu * w->x.z + yv * w->y.z + w->z0 * w->z.z)};
+}

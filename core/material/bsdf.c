@@ -1,0 +1,205 @@
+/* Evaluation and sampling of the BSDF. Local directions: z is the shading normal, wo is above.
+ *
+ * Sampling: the diffuse base with probability diffuse_prob, else a facet of the interface, which then reflects or
+ * transmits in proportion to what it does there. lum_bsdf_eval gives the pdf of the whole mixture, so that every
+ * sampled weight is f |cos| / pdf by construction. */
+#include "core/material/material.h"
+
+#include "core/material/ggx.h"
+#include "core/math/warp.h"
+
+float lum_fresnel_dielectric(float cos_i, float eta)
+{
+    if (eta == 1.0f)
+        return 0.0f;
+    float c = fminf(fmaxf(cos_i, 0.0f), 1.0f);
+    float sin2_t = eta * eta * (1.0f - c * c);
+    if (!(sin2_t < 1.0f))
+        return 1.0f;
+    float t = sqrtf(1.0f - sin2_t);
+    float s = (eta * c - t) / (eta * c + t), p = (c - eta * t) / (c + eta * t);
+    return fminf(1.0f, 0.5f * (s * s + p * p));
+}
+
+/* What a facet reflects and transmits of light that meets it at cosine c. */
+struct facet {
+    struct lum_rgb reflect, transmit;
+    float reflect_prob; /* of the two; -1: it does neither */
+};
+
+static struct facet facet_at(const struct lum_bsdf *b, float c)
+{
+    float m = 1.0f - fminf(c, 1.0f), schlick = m * m * m * m * m;
+    struct facet f = {.reflect = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick), lum_grey(b->f90 * schlick))};
+    if (b->glass > 0.0f) {
+        /* The exact Fresnel, stretched to run from f0 to f90 as Schlick's does. All is reflected beyond the critical
+         * angle. */
+        float exact = lum_fresnel_dielectric(c, b->eta), r = (1.0f - b->eta) / (1.0f + b->eta), normal = r * r;
+        float w = exact < 1.0f ? fmaxf(0.0f, (exact - normal) / (1.0f - normal)) : 1.0f;
+        float f90 = exact < 1.0f ? b->glass_f90 : 1.0f;
+        struct lum_rgb glass = lum_rgb_add(lum_rgb_scale(b->glass_f0, 1.0f - w), lum_grey(f90 * w));
+        f.reflect = lum_rgb_mad(f.reflect, glass, b->glass);
+        f.transmit = lum_rgb_scale(b->transmit, fmaxf(0.0f, 1.0f - lum_rgb_max(glass)));
+    }
+    float reflect = lum_luminance(f.reflect), both = reflect + lum_luminance(f.transmit);
+    f.reflect_prob = both > 0.0f ? reflect / both : -1.0f;
+    return f;
+}
+
+/* The diffuse base under its coat, but for the cosine: albedo dimmed on the way in and out. */
+static struct lum_rgb base_albedo(const struct lum_bsdf *b, float cos_i)
+{
+    if (b->coat_f0 == 0.0f && b->coat_f90 == 0.0f)
+        return b->diffuse;
+    struct lum_ggx_albedo e = lum_ggx_albedo(cos_i, b->alpha);
+    float through = fmaxf(0.0f, 1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias));
+    return lum_rgb_scale(b->diffuse, through * b->coat_norm);
+}
+
+/* Adds scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. */
+static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, bool transmitted,
+                                     float *inout_pdf)
+{
+    struct lum_vec3 h = lum_normalize(lum_v3_add(o, i));
+    struct facet f = facet_at(b, lum_dot(o, h));
+    if (f.reflect_prob < 0.0f)
+        return lum_grey(0.0f);
+    float d = 0.25f * lum_ggx_d(h, b->alpha);
+    float prob = transmitted ? 1.0f - f.reflect_prob : f.reflect_prob;
+    *inout_pdf += (1.0f - b->diffuse_prob) * prob * d * lum_ggx_g1_over_cos(o.z, b->alpha);
+    return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * lum_ggx_g2_over_cos(o.z, i.z, b->alpha) * i.z);
+}
+
+/* Rough refraction, Walter et al. 2007 eq. 16, 17 and 21; i is below. */
+static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, float *ret_pdf)
+{
+    struct lum_vec3 h = lum_v3_add(lum_v3_mul(o, b->eta), i);
+    float length = lum_length(h);
+    if (!(length > 0.0f))
+        return lum_grey(0.0f);
+    h = lum_v3_mul(h, copysignf(1.0f, h.z) / length);
+    float c_o = lum_dot(o, h), c_i = -lum_dot(i, h);
+    if (!(c_o > 0.0f && c_i > 0.0f))
+        return lum_grey(0.0f);
+    struct facet f = facet_at(b, c_o);
+    if (f.reflect_prob < 0.0f)
+        return lum_grey(0.0f);
+    float jacobian = c_i / (length * length); /* dh / di */
+    float d = lum_ggx_d(h, b->alpha) * c_o * jacobian;
+    *ret_pdf = (1.0f - b->diffuse_prob) * (1.0f - f.reflect_prob) * d * lum_ggx_g1_over_cos(o.z, b->alpha);
+    float g = lum_ggx_g2_over_cos(o.z, -i.z, b->alpha) * -i.z;
+    return lum_rgb_scale(f.transmit, b->eta * b->eta * d * g);
+}
+
+struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa)
+{
+    struct lum_rgb sum = lum_grey(0.0f);
+    *ret_pdf_sa = 0.0f;
+    struct lum_vec3 o = lum_frame_to_local(&b->frame, wo), i = lum_frame_to_local(&b->frame, wi);
+    float side = lum_dot(wi, b->ng); /* 0 when there is nothing to scatter */
+    if (i.z > 0.0f && side > 0.0f) {
+        if (b->diffuse_prob > 0.0f) {
+            float c = i.z * LUM_INV_PI;
+            sum = lum_rgb_scale(base_albedo(b, i.z), c);
+            *ret_pdf_sa = b->diffuse_prob * c;
+        }
+        if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
+            sum = lum_rgb_add(sum, eval_reflected(b, o, i, false, ret_pdf_sa));
+    } else if (i.z < 0.0f && side < 0.0f && b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f) {
+        if (b->thin)
+            return eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, ret_pdf_sa);
+        return eval_refracted(b, o, i, ret_pdf_sa);
+    }
+    return sum;
+}
+
+static struct lum_rgb divide(struct lum_rgb c, float by)
+{
+    return lum_rgb(c.r / by, c.g / by, c.b / by);
+}
+
+/* A sample of a lobe with spread, weighted by the whole mixture. */
+static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 i, enum lum_lobe lobe,
+                          struct lum_bsdf_sample *ret_sample)
+{
+    struct lum_bsdf_sample s = {.wi = lum_frame_to_scene(&b->frame, i), .lobe = lobe};
+    struct lum_rgb f = lum_bsdf_eval(b, wo, s.wi, &s.pdf_sa);
+    if (!(s.pdf_sa > 0.0f) || lum_rgb_black(f))
+        return false;
+    /* The base alone: the cosines cancel, and the weight is its albedo without rounding. */
+    s.weight = b->diffuse_prob == 1.0f ? base_albedo(b, lum_dot(b->frame.n, s.wi)) : divide(f, s.pdf_sa);
+    *ret_sample = s;
+    return true;
+}
+
+/* Mirror direction of o at facet h, local. */
+static struct lum_vec3 mirrored(struct lum_vec3 o, struct lum_vec3 h, float cos_o)
+{
+    return lum_v3_sub(lum_v3_mul(h, 2.0f * cos_o), o);
+}
+
+/* Refracted direction; the facet transmits, so cos_t exists. */
+static struct lum_vec3 refracted(struct lum_vec3 o, struct lum_vec3 h, float cos_o, float eta)
+{
+    float cos_t = sqrtf(fmaxf(0.0f, 1.0f - eta * eta * (1.0f - cos_o * cos_o)));
+    return lum_normalize(lum_v3_mad(lum_v3_mul(o, -eta), h, eta * cos_o - cos_t));
+}
+
+static bool sample_reflection(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 i, struct lum_rgb weight,
+                              struct lum_bsdf_sample *ret_sample)
+{
+    if (b->alpha > 0.0f)
+        return finish_spread(b, wo, i, LUM_LOBE_GLOSSY, ret_sample);
+    struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
+    if (!(lum_dot(wi, b->ng) > 0.0f))
+        return false;
+    *ret_sample = (struct lum_bsdf_sample){wi, weight, 0.0f, LUM_LOBE_REFLECT};
+    return true;
+}
+
+static bool sample_transmission(const struct lum_bsdf *b, struct lum_vec3 wo, const struct lum_vec3 *h,
+                                struct lum_rgb weight, struct lum_bsdf_sample *ret_sample)
+{
+    struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
+    float cos_o = lum_dot(o, *h);
+    if (b->eta == 1.0f || (b->thin && b->alpha == 0.0f)) {
+        *ret_sample = (struct lum_bsdf_sample){lum_v3_neg(wo), weight, 0.0f, LUM_LOBE_TRANSMIT};
+        return true;
+    }
+    if (b->thin) {
+        struct lum_vec3 i = mirrored(o, *h, cos_o);
+        return finish_spread(b, wo, lum_v3(i.x, i.y, -i.z), LUM_LOBE_GLOSSY_TRANSMIT, ret_sample);
+    }
+    struct lum_vec3 i = refracted(o, *h, cos_o, b->eta);
+    if (b->alpha > 0.0f)
+        return finish_spread(b, wo, i, LUM_LOBE_GLOSSY_TRANSMIT, ret_sample);
+    struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
+    if (!(lum_dot(wi, b->ng) < 0.0f))
+        return false;
+    *ret_sample = (struct lum_bsdf_sample){wi, lum_rgb_scale(weight, b->eta * b->eta), 0.0f, LUM_LOBE_TRANSMIT};
+    return true;
+}
+
+bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
+                     struct lum_bsdf_sample *ret_sample)
+{
+    if (lum_dot(b->ng, b->ng) == 0.0f)
+        return false;
+    if (u_lobe < b->diffuse_prob)
+        return finish_spread(b, wo, lum_warp_cosine(u), LUM_LOBE_DIFFUSE, ret_sample);
+    u_lobe = (u_lobe - b->diffuse_prob) / (1.0f - b->diffuse_prob);
+
+    struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
+    struct lum_vec3 h = b->alpha > 0.0f ? lum_ggx_sample_visible(o, b->alpha, u) : lum_v3(0.0f, 0.0f, 1.0f);
+    float cos_o = lum_dot(o, h);
+    if (!(cos_o > 0.0f))
+        return false;
+    struct facet f = facet_at(b, cos_o);
+    float facet_prob = 1.0f - b->diffuse_prob;
+    if (u_lobe < f.reflect_prob) /* the weights are of delta lobes; those with spread have their own */
+        return sample_reflection(b, wo, mirrored(o, h, cos_o), divide(f.reflect, facet_prob * f.reflect_prob),
+                                 ret_sample);
+    if (f.reflect_prob < 0.0f || lum_rgb_black(f.transmit))
+        return false;
+    return sample_transmission(b, wo, &h, divide(f.transmit, facet_prob * (1.0f - f.reflect_prob)), ret_sample);
+}

@@ -1,0 +1,156 @@
+/* From a material's parameters and textures to the BSDF at a point. */
+#include "core/material/material.h"
+
+#include "core/material/ggx.h"
+#include "core/scene/snapshot.h"
+
+/* Indices of refraction closer to 1 than this count as equal: the half vector of refraction, whose length is about
+ * |1 - eta|, would be wrong by more than LUM_ALPHA_MIN. */
+#define MATCHED_IOR 0x1p-12f
+
+/* Also turns NaN into 1. */
+static float clamp01(float x)
+{
+    return fmaxf(0.0f, fminf(1.0f, x));
+}
+
+static struct lum_rgb clamp01_rgb(struct lum_rgb c)
+{
+    return lum_rgb(clamp01(c.r), clamp01(c.g), clamp01(c.b));
+}
+
+bool lum_material_is_specular(const struct lum_material *m)
+{
+    if (m->unlit)
+        return false;
+    if (m->transmission > 0.0f && m->metallic < 1.0f)
+        return true;
+    bool mirror = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
+    return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
+}
+
+static struct lum_rgb base_color(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color)
+{
+    struct lum_rgb tex = lum_texture_sample(&m->base_color_tex, uv).rgb;
+    return clamp01_rgb(lum_rgb_mul(lum_rgb_mul(m->base_color, tex), vertex_color));
+}
+
+struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color)
+{
+    if (m->unlit)
+        return base_color(m, uv, vertex_color);
+    if (lum_rgb_black(m->emission))
+        return lum_grey(0.0f);
+    return lum_rgb_mul(m->emission, lum_texture_sample(&m->emission_tex, uv).rgb);
+}
+
+/* The normal map's normal around s->ns. Its red runs along +u and its green along -v, which is up in the picture
+ * (glTF). Seen from behind, the front's normal is turned round as a whole. */
+static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct lum_surface *s)
+{
+    struct lum_vec3 n = s->ns;
+    if (!m->normal_tex.image)
+        return n;
+    struct lum_vec3 t = lum_normalize(lum_v3_mad(s->dpdu, n, -lum_dot(n, s->dpdu)));
+    struct lum_vec3 b = lum_cross(n, t);
+    if (lum_dot(b, s->dpdv) > 0.0f)
+        b = lum_v3_neg(b);
+    struct lum_rgb c = lum_texture_sample(&m->normal_tex, s->uv).rgb;
+    float side = s->backface ? -m->normal_scale : m->normal_scale;
+    struct lum_vec3 v = lum_v3_mul(n, 2.0f * c.b - 1.0f);
+    v = lum_v3_mad(lum_v3_mad(v, t, side * (2.0f * c.r - 1.0f)), b, side * (2.0f * c.g - 1.0f));
+    return lum_normalize(v);
+}
+
+/* Bends ns towards ng just so far that wo is above it (algorithms D11). Leaves it alone where it is ng already. */
+static struct lum_vec3 normal_facing(struct lum_vec3 ns, struct lum_vec3 ng, struct lum_vec3 wo)
+{
+    float cos_g = lum_dot(wo, ng), cos_s = lum_dot(wo, ns);
+    float least = fminf(cos_g, 0x1p-7f); /* below half a degree of grazing */
+    if (!(cos_s < least) && lum_dot(ns, ns) > 0.0f)
+        return ns;
+    struct lum_vec3 n = lum_normalize(lum_v3_mad(ns, ng, (least - cos_s) / cos_g));
+    return lum_dot(n, wo) > 0.0f ? n : ng;
+}
+
+/* Frame and sides. False when wo lies in the surface, or the surface has no normal. */
+static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
+                       struct lum_vec3 wo)
+{
+    struct lum_vec3 ns = mapped_normal(m, s);
+    b->ng = s->ng;
+    if (lum_dot(wo, b->ng) < 0.0f) {
+        b->ng = lum_v3_neg(b->ng);
+        ns = lum_v3_neg(ns);
+    }
+    if (!(lum_dot(wo, b->ng) > 0.0f) || !lum_v3_finite(ns)) {
+        b->ng = lum_v3(0.0f, 0.0f, 0.0f);
+        return false;
+    }
+    b->frame = lum_frame_from_normal(normal_facing(ns, b->ng, wo));
+    return true;
+}
+
+/* The mix of metal, coated base and glass; each share times its own parameters (material.h). */
+static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
+{
+    struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);
+    float metal = clamp01(m->metallic * mr.rgb.b), roughness = clamp01(m->roughness * mr.rgb.g);
+    float glass = (1.0f - metal) * clamp01(m->transmission), coated = 1.0f - metal - glass;
+    struct lum_rgb base = base_color(m, s->uv, s->vertex_color);
+
+    b->alpha = roughness * roughness;
+    if (b->alpha < LUM_ALPHA_MIN)
+        b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
+
+    float ior = fmaxf(1.0f, m->ior), r = (ior - 1.0f) / (ior + 1.0f), specular = clamp01(m->specular);
+    bool matched = ior - 1.0f < MATCHED_IOR;
+    b->thin = m->thin;
+    b->eta = matched ? 1.0f : s->backface && !m->thin ? ior : 1.0f / ior;
+    struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, matched ? 0.0f : r * r));
+    f0 = lum_rgb_scale(f0, specular);
+
+    coated = fmaxf(0.0f, coated);
+    b->diffuse = lum_rgb_scale(base, coated);
+    b->f0 = lum_rgb_mad(lum_rgb_scale(base, metal), f0, coated);
+    b->f90 = metal + coated * specular;
+    b->glass = glass;
+    b->glass_f0 = f0;
+    b->glass_f90 = specular;
+    b->transmit = lum_rgb_scale(base, glass);
+    b->coat_f0 = lum_rgb_max(f0);
+    b->coat_f90 = specular;
+}
+
+/* Share of light that the coat leaves to the base, and the probabilities of sampling them. */
+static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    float cos_o = lum_dot(b->frame.n, wo);
+    struct lum_ggx_albedo e = lum_ggx_albedo(cos_o, b->alpha), mean = lum_ggx_albedo_mean(b->alpha);
+    float through = 1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias);
+    float through_mean = 1.0f - (b->coat_f0 * mean.scale + b->coat_f90 * mean.bias);
+    b->coat_norm = through_mean > 0.0f ? fmaxf(0.0f, through) / through_mean : 0.0f;
+    if (b->coat_norm == 0.0f)
+        b->diffuse = lum_grey(0.0f);
+
+    float diffuse = lum_luminance(b->diffuse) * through;
+    struct lum_rgb spec = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
+    float rest = lum_luminance(spec) + b->glass * lum_luminance(b->glass_f0) + lum_luminance(b->transmit);
+    b->diffuse_prob = diffuse > 0.0f ? diffuse / (diffuse + rest) : 0.0f;
+}
+
+void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
+                   struct lum_vec3 wo)
+{
+    *ret_bsdf = (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->uv, s->vertex_color)};
+    if (!init_frame(ret_bsdf, m, s, wo) || m->unlit)
+        return;
+    init_lobes(ret_bsdf, m, s);
+    init_weights(ret_bsdf, wo);
+}
+
+struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b)
+{
+    struct lum_rgb glass = lum_rgb_add(b->transmit, lum_rgb_scale(b->glass_f0, b->glass));
+    return clamp01_rgb(lum_rgb_add(lum_rgb_add(b->diffuse, b->f0), glass));
+}
