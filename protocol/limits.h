@@ -4,6 +4,7 @@
 
 /* ---- text ---- */
 #define LUM_LIMIT_ID_BYTES 64      /* an id is a name for people; [A-Za-z0-9_.:/-] */
+#define LUM_LIMIT_IMPORT_ID_BYTES 32 /* of an import: leaves 31 for the names of what it brings, "room/lamp" */
 #define LUM_LIMIT_ASSET_BYTES 255  /* one path below the asset root */
 #define LUM_LIMIT_PATH_BYTES 95    /* the deepest field path is under 40 */
 #define LUM_LIMIT_STRING_BYTES 4096

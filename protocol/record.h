@@ -111,10 +111,14 @@ struct lum_record_light {
     bool on, camera_visible;
 };
 
+struct lum_record_box {
+    bool set; /* null: everywhere */
+    double min[3], max[3];
+};
+
 struct lum_record_medium {
     double sigma_s[3], sigma_a[3], g;
-    bool has_box;
-    double box_min[3], box_max[3];
+    struct lum_record_box box;
 };
 
 struct lum_record_camera {
@@ -132,6 +136,10 @@ struct lum_record_render {
 struct lum_record_import {
     char asset[LUM_LIMIT_ASSET_BYTES + 1];
     struct lum_record_transform transform;
+    /* What the import made, as it was then; scene.get compares with it to find later edits. Filled once by the document,
+     * before the record is shared. Owned references. */
+    struct lum_record **made;
+    size_t n_made;
 };
 
 /* Immutable once shared. */

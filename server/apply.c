@@ -291,6 +291,40 @@ struct lum_camera lum_apply_camera(const struct lum_record *r)
     return (struct lum_camera){vec3d(c->position), vec3d(c->target), vec3d(c->up), c->vfov_deg};
 }
 
+enum lum_status lum_apply_tone_map(const char *name, enum lum_tone_map *ret_tone, struct lum_error *err)
+{
+    for (int i = 0; lum_tone_map_names[i]; i++)
+        if (strcmp(name, lum_tone_map_names[i]) == 0) {
+            *ret_tone = (enum lum_tone_map)i;
+            return LUM_OK;
+        }
+    return lum_fail(err, LUM_ERR_UNSUPPORTED, "tone_map", "there is no tone map %s", name);
+}
+
+enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_view_settings *inout_settings,
+                                   struct lum_error *err)
+{
+    const struct lum_record_render *r = &render->render;
+    const struct lum_method *method = lum_method_find(r->method);
+    if (!method)
+        return lum_fail(err, LUM_ERR_UNSUPPORTED, "method", "there is no method %s in this version", r->method);
+    inout_settings->method = method;
+    inout_settings->max_spp = (uint32_t)r->spp;
+    inout_settings->max_depth = (uint32_t)r->max_depth;
+    inout_settings->shadow_samples = (uint32_t)r->shadow_samples;
+    inout_settings->seed = (uint32_t)r->seed;
+    inout_settings->antialias = r->antialias;
+    return LUM_OK;
+}
+
+static enum lum_status check_render(const struct lum_record *r, struct lum_error *err)
+{
+    struct lum_view_settings settings = lum_view_settings_default();
+    enum lum_tone_map tone;
+    enum lum_status st = lum_apply_settings(r, &settings, err);
+    return st ? st : lum_apply_tone_map(r->render.tone_map, &tone, err);
+}
+
 static enum lum_status put_object(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
 {
     const struct lum_record_object *o = &r->object;
@@ -323,6 +357,8 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
         struct lum_camera c = lum_apply_camera(r);
         return lum_scene_put_camera(scene, r->id, &c, err);
     }
+    case LUM_RECORD_RENDER:
+        return check_render(r, err);
     case LUM_RECORD_MEDIUM:
         return lum_fail(err, LUM_ERR_UNSUPPORTED, "type", "media are not in this version");
     default:

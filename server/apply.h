@@ -5,7 +5,7 @@
 #ifndef LUM_SERVER_APPLY_H
 #define LUM_SERVER_APPLY_H
 
-#include "core/scene/scene.h"
+#include "core/render/view.h"
 #include "protocol/document.h"
 
 /* Puts and removes what the changes say, in order, all or nothing: when the renderer refuses one, those before it are
@@ -17,7 +17,7 @@ LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const st
 LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const struct lum_changes *changes,
                                                struct lum_error *err);
 
-/* Puts one record. Records that are settings, not things (render, import), put nothing. */
+/* Puts one record. Records that are settings, not things (render, import), are checked and put nothing. */
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 
 /* The conversions on their own. Strings of the result are borrowed from the record. */
@@ -25,6 +25,10 @@ LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, struct 
 LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, struct lum_material_desc *ret_material,
                                                 struct lum_error *err);
 struct lum_camera lum_apply_camera(const struct lum_record *r);
+/* What the render record says of method, samples, depth, seed and antialiasing; camera and size stay. */
+LUM_MUST_USE enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_view_settings *inout_settings,
+                                                struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_apply_tone_map(const char *name, enum lum_tone_map *ret_tone, struct lum_error *err);
 
 /* The renderer's refusal as the wire shows it; path: where the op is ("ops/3"), or "". Returns false. */
 bool lum_apply_error(const struct lum_error *e, const char *path, struct lum_proto_error *ret_error);

@@ -16,8 +16,8 @@ struct resolved {
     enum lum_tone_map tone;
 };
 
-static bool resolve_camera(const struct lum_view_request *want, const struct lum_world *world, struct lum_camera *ret_camera,
-                           struct lum_proto_error *err)
+static bool resolve_camera(const struct lum_view_request *want, const struct lum_world *world,
+                           struct lum_camera *ret_camera, struct lum_proto_error *err)
 {
     if (want->has_camera) {
         const double *p = want->position, *t = want->target, *u = want->up;
@@ -51,7 +51,8 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
         if (m)
             r->settings.method = m;
         else
-            ok = lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method %s", want->method);
+            ok = lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method %s",
+                                want->method);
     }
     if (want->has_spp)
         r->settings.max_spp = want->spp;
@@ -74,8 +75,8 @@ static bool same_vec3d(struct lum_vec3d a, struct lum_vec3d b)
 static bool same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
 {
     return same_vec3d(a->camera.position, b->camera.position) && same_vec3d(a->camera.target, b->camera.target) &&
-           same_vec3d(a->camera.up, b->camera.up) && a->camera.vfov_deg == b->camera.vfov_deg && a->w == b->w && a->h == b->h &&
-           a->method == b->method && a->seed == b->seed && a->max_depth == b->max_depth &&
+           same_vec3d(a->camera.up, b->camera.up) && a->camera.vfov_deg == b->camera.vfov_deg && a->w == b->w &&
+           a->h == b->h && a->method == b->method && a->seed == b->seed && a->max_depth == b->max_depth &&
            a->shadow_samples == b->shadow_samples && a->antialias == b->antialias;
 }
 
@@ -85,7 +86,8 @@ static bool same_versions(const struct lum_versions *a, const struct lum_version
            a->light_power == b->light_power;
 }
 
-void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns, uint64_t order)
+void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
+                             uint64_t order)
 {
     const struct lum_snapshot *snapshot = world->snapshot;
     struct resolved r;

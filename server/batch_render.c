@@ -1,0 +1,320 @@
+/* lumend render: an image or a sequence, without network. */
+#include "server/commands.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+
+#include "core/accel/accel.h"
+#include "protocol/json.h"
+#include "server/apply.h"
+#include "server/expand.h"
+#include "server/image_output.h"
+#include "server/render_options.h"
+#include "server/scene_source.h"
+#include "server/stats_json.h"
+
+#define EDITOR "(edits)"
+#define DEFAULT_SPP 64u
+#define PROGRESS_EVERY_NS 250000000ll
+#define PROGRESS_AFTER_NS 1000000000ll
+
+struct batch {
+    struct lum_render_options options;
+    struct lum_import_config import;
+    struct lum_world world;
+    struct lum_ops edits;
+    size_t n_edits_done;
+    struct lum_view *view;
+    struct lum_view_settings settings;
+    struct lum_frame_stats frame_stats;
+    cJSON *frames; /* of the statistics; NULL: not asked for */
+    int64_t start_ns, progress_ns;
+    double setup_ms;
+    bool tty, progress_shown;
+};
+
+static void log_to_stderr(void *user, int level, const char *component, const char *text)
+{
+    (void)user;
+    if (level > 0 && level <= 2) /* errors are told once, at the end */
+        fprintf(stderr, "lumend: %s: %s\n", component, text);
+}
+
+static bool core_failed(const struct lum_error *e, struct lum_proto_error *err)
+{
+    return lum_apply_error(e, "", err);
+}
+
+/* ---- edits ---- */
+
+/* Applies ops[from, from + n) as one transaction. */
+static bool apply_edits(struct batch *b, size_t from, size_t n, struct lum_proto_error *err)
+{
+    struct lum_ops ops = {.ops = b->edits.ops + from, .n = n};
+    struct lum_expansion expansion = {0};
+    if (lum_ops_need_import(&ops) &&
+        !lum_ops_expand(&(struct lum_expand_context){.config = &b->import}, &ops, &expansion, err))
+        return false;
+    struct lum_changes changes;
+    struct lum_edit edit = {EDITOR, &ops, expansion.children, expansion.n};
+    bool ok = lum_world_apply(&b->world, &edit, &changes, err);
+    if (ok) {
+        lum_changes_finish(&changes);
+        for (size_t i = 0; i < expansion.n; i++)
+            expansion.children[i].n = 0; /* the document's now */
+    }
+    lum_expansion_finish(&expansion);
+    return ok;
+}
+
+/* All edits due at t_ms; those of the same instant are one transaction. */
+static bool apply_edits_until(struct batch *b, double t_ms, struct lum_proto_error *err)
+{
+    const double *t = b->edits.t_ms;
+    while (b->n_edits_done < b->edits.n && (!t || t[b->n_edits_done] <= t_ms)) {
+        size_t from = b->n_edits_done, n = 1;
+        while (from + n < b->edits.n && (!t || t[from + n] == t[from]))
+            n++;
+        if (!apply_edits(b, from, n, err))
+            return false;
+        b->n_edits_done += n;
+    }
+    struct lum_error e;
+    return !lum_world_commit(&b->world, &e) || core_failed(&e, err);
+}
+
+/* ---- settings ---- */
+
+static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    struct lum_view_settings s = lum_view_settings_default();
+    struct lum_error e;
+    if (lum_apply_settings(lum_world_render(&b->world), &s, &e))
+        return core_failed(&e, err);
+    if (o->w) {
+        s.w = o->w;
+        s.h = o->h;
+    }
+    if (o->method && !(s.method = lum_method_find(o->method)))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "",
+                              "there is no method %.40s (see: lumend methods)", o->method);
+    if (o->has_seed)
+        s.seed = o->seed;
+    if (o->spp)
+        s.max_spp = o->spp;
+    else if (o->time_s > 0.0 || o->error > 0.0)
+        s.max_spp = LUM_LIMIT_SPP;
+    else if (s.max_spp == 0)
+        s.max_spp = DEFAULT_SPP;
+    if (lum_snapshot_camera(b->world.snapshot, o->camera, &s.camera, &e)) {
+        if (o->camera)
+            return core_failed(&e, err);
+        s.camera = lum_snapshot_framing_camera(b->world.snapshot);
+    }
+    b->settings = s;
+    return true;
+}
+
+/* ---- a frame ---- */
+
+static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass_stats *pass)
+{
+    int64_t now = lum_clock_ns();
+    if (!b->tty || now - b->start_ns < PROGRESS_AFTER_NS || now - b->progress_ns < PROGRESS_EVERY_NS)
+        return;
+    b->progress_ns = now;
+    b->progress_shown = true;
+    uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
+    fprintf(stderr, "\rframe %u of %u: %u samples", frame + 1, n, pass->spp);
+    if (isfinite(pass->error_rel))
+        fprintf(stderr, ", relative error %.4f", pass->error_rel);
+    fprintf(stderr, "   ");
+}
+
+static bool enough(const struct batch *b, const struct lum_pass_stats *pass, int64_t frame_start_ns)
+{
+    const struct lum_render_options *o = &b->options;
+    if (pass->complete)
+        return true;
+    if (o->time_s > 0.0 && (double)(lum_clock_ns() - frame_start_ns) * 1e-9 >= o->time_s)
+        return true;
+    return o->error > 0.0 && pass->error_rel <= o->error;
+}
+
+static bool render_passes(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    int64_t start = lum_clock_ns();
+    lum_frame_stats_begin(&b->frame_stats, frame);
+    b->frame_stats.w = b->settings.w;
+    b->frame_stats.h = b->settings.h;
+    struct lum_pass_stats pass;
+    struct lum_error e;
+    do {
+        if (lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, &pass, &e))
+            return core_failed(&e, err);
+        lum_frame_stats_add(&b->frame_stats, &pass);
+        show_progress(b, frame, &pass);
+    } while (!enough(b, &pass, start));
+    return true;
+}
+
+static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
+{
+    const struct lum_film *film = lum_view_film(b->view);
+    struct lum_exr_output out = {.w = film->w, .h = film->h};
+    enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
+    if (st)
+        return st;
+    cJSON *json = lum_frame_stats_json(&b->frame_stats);
+    char *stats = json ? lum_json_print(json, NULL) : NULL;
+    cJSON_Delete(json);
+    struct lum_rgb *beauty = lum_film_pixels(film);
+    if (stats && beauty) {
+        struct lum_exr_attribute attributes[] = {{"lumend:version", LUMEND_VERSION},
+                                                 {"lumend:scene", b->options.scene},
+                                                 {"lumend:method", b->settings.method->name},
+                                                 {"lumend:stats", stats}};
+        out.beauty = beauty;
+        out.attributes = attributes;
+        out.n_attributes = LUM_ARRAY_LEN(attributes);
+        st = lum_write_exr(path, &out, err);
+    } else {
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+    }
+    lum_free(beauty);
+    free(stats);
+    return st;
+}
+
+static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    char path[4096];
+    struct lum_error e;
+    if (!lum_render_frame_path(b->options.out, frame, path, sizeof path))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path of --out is too long");
+    enum lum_status st;
+    if (b->options.exr) {
+        st = write_exr(b, path, &e);
+    } else {
+        const struct lum_record_render *r = &lum_world_render(&b->world)->render;
+        const struct lum_film *film = lum_view_film(b->view);
+        enum lum_tone_map tone = LUM_TONE_AGX;
+        st = lum_apply_tone_map(r->tone_map, &tone, &e);
+        if (!st)
+            st = lum_write_png(path, film, r->exposure_ev.set ? r->exposure_ev.value : lum_exposure_auto(film), tone,
+                               &e);
+    }
+    return !st || core_failed(&e, err);
+}
+
+static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    double t_ms = b->options.n_frames ? frame * 1000.0 / b->options.fps : (double)INFINITY;
+    if (!apply_edits_until(b, t_ms, err) || !resolve_settings(b, err) || !render_passes(b, frame, err) ||
+        !write_image(b, frame, err))
+        return false;
+    if (b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
+        return lum_proto_fail_memory(err);
+    return true;
+}
+
+/* ---- the run ---- */
+
+static cJSON *stats_json(struct batch *b)
+{
+    struct lum_run_stats run = {.scene = b->options.scene,
+                                .method = b->settings.method->name,
+                                .isa = lum_device_isa(b->world.device),
+                                .w = b->settings.w,
+                                .h = b->settings.h,
+                                .threads = lum_pool_size(b->world.pool),
+                                .seed = b->settings.seed,
+                                .setup_ms = b->setup_ms};
+    cJSON *json = lum_run_stats_json(&run), *frames = b->frames;
+    b->frames = NULL;
+    if (lum_json_add(json, "frames", frames))
+        return json;
+    cJSON_Delete(json);
+    return NULL;
+}
+
+static bool write_stats(struct batch *b, struct lum_proto_error *err)
+{
+    size_t n;
+    cJSON *json = stats_json(b);
+    char *text = json ? lum_json_print(json, &n) : NULL;
+    cJSON_Delete(json);
+    if (!text)
+        return lum_proto_fail_memory(err);
+    FILE *f = fopen(b->options.stats, "wb");
+    bool ok = f && fwrite(text, 1, n, f) == n && fputc('\n', f) != EOF;
+    if (f && fclose(f) != 0)
+        ok = false;
+    free(text);
+    return ok || lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write %.150s: %s", b->options.stats,
+                                strerror(errno));
+}
+
+static bool set_up(struct batch *b, struct lum_proto_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    struct lum_error e;
+    struct lum_log log = {log_to_stderr, NULL};
+    b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
+    if (lum_world_init(&b->world, o->threads, &log, &e))
+        return core_failed(&e, err);
+    if (!lum_scene_load(&b->world, o->scene, &b->import, err))
+        return lum_proto_prefix(err, o->scene);
+    if (o->edits && !lum_scene_read_ops(o->edits, &b->edits, err))
+        return false;
+    if (lum_view_create(b->world.pool, &b->view, &e))
+        return core_failed(&e, err);
+    if (o->stats && !(b->frames = cJSON_CreateArray()))
+        return lum_proto_fail_memory(err);
+    b->setup_ms = (double)(lum_clock_ns() - b->start_ns) * 1e-6;
+    return true;
+}
+
+static bool run(struct batch *b, struct lum_proto_error *err)
+{
+    if (b->options.light_groups)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "--light-groups is not in this version");
+    if (!set_up(b, err))
+        return false;
+    uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
+    for (uint32_t i = 0; i < n; i++)
+        if (!render_frame(b, i, err))
+            return false;
+    return !b->options.stats || write_stats(b, err);
+}
+
+int lum_cmd_render(int argc, char **argv)
+{
+    struct batch b = {.start_ns = lum_clock_ns(), .tty = isatty(STDERR_FILENO)};
+    struct lum_error usage;
+    if (lum_render_options_parse(argc, argv, &b.options, &usage)) {
+        fprintf(stderr, "lumend render: %s\n", usage.text);
+        return LUM_EXIT_USAGE;
+    }
+    if (b.options.help) {
+        fputs(lum_render_help, stdout);
+        return LUM_EXIT_OK;
+    }
+    struct lum_proto_error err = {0};
+    bool ok = run(&b, &err);
+    if (b.progress_shown)
+        fputc('\n', stderr);
+    if (!ok)
+        fprintf(stderr, "lumend render: %s%s%s\n", err.path, err.path[0] ? ": " : "", err.text);
+    cJSON_Delete(b.frames);
+    lum_view_destroy(b.view);
+    lum_ops_finish(&b.edits);
+    lum_world_finish(&b.world);
+    return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}
