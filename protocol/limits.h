@@ -59,5 +59,8 @@
 #define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30)
 #define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30)
 #define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)
+#define LUM_LIMIT_IMPORT_WALL_S 300     /* a child that waits instead of working */
+#define LUM_LIMIT_IMPORT_FILES 4096u    /* buffers and images beside one asset */
+#define LUM_LIMIT_IMPORT_WARNINGS 65u   /* what the importer sends: 64 and a count */
 
 #endif

@@ -1,6 +1,7 @@
 /* Running lumend-import: the sandboxed program that reads model and image files, so that a hostile file can kill that
- * process and never the daemon. This side opens the asset below the asset root (openat2 RESOLVE_BENEATH, no symlinks),
- * gives the child its file descriptors and limits, reads its output stream, and turns it into records.
+ * process and never the daemon. The child opens nothing: it asks this side for files, which opens them below the asset's own
+ * directory only (asset.h) and passes descriptors over a socket. This side reads the child's stream under limits, checks
+ * it like anything a client sends, and turns it into records.
  *
  * Output stream of the child, on fd 1: chunks of { u32 kind, u32 n_bytes } little-endian and n_bytes:
  *   1 op        JSON text of one {"op":"add",...}; bulk arrays as {"blob":k}: k counts the blobs since the last op

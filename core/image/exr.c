@@ -262,26 +262,25 @@ static exr_result_t read_pixels(exr_context_t ctx, const struct lum_exr_image *i
     return r;
 }
 
-enum lum_status lum_exr_read(const char *path, uint32_t max_w, uint32_t max_h, struct lum_exr_image *ret_image,
-                             struct lum_error *err)
+/* name: the file's path, or what to call it in messages when init reads it from elsewhere. */
+static enum lum_status read_image(exr_context_initializer_t *init, const char *message, const char *name,
+                                  const uint32_t max_size[2], struct lum_exr_image *ret_image, struct lum_error *err)
 {
-    char message[MESSAGE_MAX];
-    exr_context_initializer_t init = quiet_initializer(message);
     exr_context_t ctx = NULL;
     struct lum_exr_image image = {0};
     enum lum_status status;
-    exr_result_t r = exr_start_read(&ctx, path, &init);
+    exr_result_t r = exr_start_read(&ctx, name, init);
     if (r != EXR_ERR_SUCCESS) {
-        status = exr_fail(err, "read", path, r, message);
+        status = exr_fail(err, "read", name, r, message);
         goto out;
     }
-    status = check_kind(ctx, path, err);
+    status = check_kind(ctx, name, err);
     if (status == LUM_OK)
-        status = read_layout(ctx, path, (const uint32_t[2]){max_w, max_h}, &image, err);
+        status = read_layout(ctx, name, max_size, &image, err);
     if (status == LUM_OK) {
         r = read_pixels(ctx, &image);
         if (r != EXR_ERR_SUCCESS)
-            status = exr_fail(err, "read", path, r, message);
+            status = exr_fail(err, "read", name, r, message);
     }
     exr_finish(&ctx);
 out:
@@ -291,6 +290,51 @@ out:
     else
         lum_exr_finish(&image);
     return status;
+}
+
+enum lum_status lum_exr_read(const char *path, uint32_t max_w, uint32_t max_h, struct lum_exr_image *ret_image,
+                             struct lum_error *err)
+{
+    char message[MESSAGE_MAX];
+    exr_context_initializer_t init = quiet_initializer(message);
+    return read_image(&init, message, path, (const uint32_t[2]){max_w, max_h}, ret_image, err);
+}
+
+struct memory_file {
+    const uint8_t *bytes;
+    size_t n;
+};
+
+static int64_t read_memory(exr_const_context_t ctx, void *user, void *buffer, uint64_t n, uint64_t offset,
+                           exr_stream_error_func_ptr_t report)
+{
+    const struct memory_file *file = user;
+    (void)ctx;
+    (void)report;
+    if (offset >= file->n)
+        return 0;
+    uint64_t left = file->n - offset;
+    n = n < left ? n : left;
+    memcpy(buffer, file->bytes + offset, n);
+    return (int64_t)n;
+}
+
+static int64_t memory_size(exr_const_context_t ctx, void *user)
+{
+    (void)ctx;
+    return (int64_t)((const struct memory_file *)user)->n;
+}
+
+enum lum_status lum_exr_read_memory(const void *bytes, size_t n_bytes, const uint32_t max_size[2],
+                                    struct lum_exr_image *ret_image, struct lum_error *err)
+{
+    char message[MESSAGE_MAX];
+    struct memory_file file = {bytes, n_bytes};
+    exr_context_initializer_t init = quiet_initializer(message);
+    init.user_data = &file;
+    init.read_fn = read_memory;
+    init.size_fn = memory_size;
+    return read_image(&init, message, "the picture", max_size, ret_image, err);
 }
 
 void lum_exr_finish(struct lum_exr_image *image)

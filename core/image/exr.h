@@ -27,6 +27,9 @@ struct lum_exr_image {
 };
 LUM_MUST_USE enum lum_status lum_exr_read(const char *path, uint32_t max_w, uint32_t max_h, struct lum_exr_image *ret_image,
                                           struct lum_error *err);
+/* The same from memory; max_size: width and height. */
+LUM_MUST_USE enum lum_status lum_exr_read_memory(const void *bytes, size_t n_bytes, const uint32_t max_size[2],
+                                                 struct lum_exr_image *ret_image, struct lum_error *err);
 void lum_exr_finish(struct lum_exr_image *image);
 
 #endif

@@ -1,0 +1,29 @@
+/* The importer's only way to a file: it asks its parent, over a socket, for one below the asset's directory and gets an open
+ * descriptor back. So the sandbox forbids opening altogether, and even code injected into this process reaches nothing else.
+ *
+ * Request (one SEQPACKET datagram): u8 flags (1: any letter case), then the name, '/' separated. Reply: struct
+ * lum_file_reply, with the descriptor attached when status is LUM_OK. */
+#ifndef LUM_SERVER_IMPORTER_FILES_H
+#define LUM_SERVER_IMPORTER_FILES_H
+
+#include "core/base/base.h"
+#include "server/importer/bytes.h"
+
+#define LUM_FILE_ANY_CASE 1u
+#define LUM_FILE_NAME_BYTES 1024u
+
+struct lum_file_reply {
+    uint32_t status; /* enum lum_status: OK, NOT_FOUND, INVALID (outside, or no regular file), LIMIT, IO */
+    uint32_t reserved;
+    uint64_t n_bytes;
+};
+
+struct lum_files {
+    int socket; /* -1: every file is not found */
+};
+
+/* Reads the whole file; lum_free(ret_bytes->data). A 0 byte follows the data. */
+LUM_MUST_USE enum lum_status lum_files_read(const struct lum_files *files, const char *name, unsigned flags,
+                                            struct lum_bytes *ret_bytes, struct lum_error *err);
+
+#endif

@@ -1,0 +1,150 @@
+/* The glTF 2.0 reader, inside. One struct lum_gltf lives for one import.
+ *
+ * Errors are sticky: the first failure is kept in g->error with the place it was found at, later reads return harmless
+ * defaults, and each step ends with `return lum_gltf_ok(g)`. Every number from the file passes one of the getters below,
+ * which check type, finiteness and range. Numbers that only shape the look (colours, roughness) are clamped with a warning;
+ * numbers that address memory are refused. */
+#ifndef LUM_SERVER_IMPORTER_GLTF_H
+#define LUM_SERVER_IMPORTER_GLTF_H
+
+#include <cjson/cJSON.h>
+
+#include "core/math/vec.h"
+#include "server/importer/importer.h"
+
+#define LUM_GLTF_NONE UINT32_MAX
+
+enum lum_gltf_kind {
+    LUM_GLTF_ACCESSORS,
+    LUM_GLTF_BUFFERS,
+    LUM_GLTF_BUFFER_VIEWS,
+    LUM_GLTF_CAMERAS,
+    LUM_GLTF_IMAGES,
+    LUM_GLTF_LIGHTS,
+    LUM_GLTF_MATERIALS,
+    LUM_GLTF_MESHES,
+    LUM_GLTF_NODES,
+    LUM_GLTF_SAMPLERS,
+    LUM_GLTF_SCENES,
+    LUM_GLTF_SKINS,
+    LUM_GLTF_TEXTURES,
+    LUM_GLTF_KIND_COUNT
+};
+
+struct lum_gltf_array {
+    const cJSON **items; /* cJSON's own arrays are linked lists */
+    uint32_t n;
+};
+
+struct lum_gltf_material {
+    bool done;
+    lum_id id;
+    uint32_t uv_set; /* the TEXCOORD_n its textures use */
+};
+
+struct lum_gltf_mesh {
+    lum_id *ids; /* one a primitive, "": skipped; NULL: not sent yet */
+    uint32_t n_primitives;
+};
+
+struct lum_gltf_image {
+    bool done;
+    lum_id id; /* "": could not be read */
+};
+
+struct lum_gltf_node {
+    struct lum_affined to_world;
+    uint32_t parent;
+    bool in_scene, hidden;
+};
+
+struct lum_gltf {
+    struct lum_importer *im;
+    struct lum_error error; /* status LUM_OK: none yet */
+    enum lum_gltf_kind at_kind; /* what is being read, for messages */
+    uint32_t at_index;
+    cJSON *root;
+    struct lum_gltf_array arrays[LUM_GLTF_KIND_COUNT];
+    struct lum_bytes glb_bin; /* borrowed from the file */
+    struct lum_bytes *buffers;  /* by buffer; data NULL: not loaded yet */
+    struct lum_bytes *decoded;  /* by buffer view: what EXT_meshopt_compression unpacked */
+    struct lum_gltf_image (*images)[2]; /* by image: read as sRGB, as linear */
+    struct lum_gltf_material *materials; /* n + 1: the last is the default material */
+    struct lum_gltf_mesh *meshes;
+    struct lum_gltf_node *nodes;
+    bool warned_clamped;
+};
+
+/* ---- gltf_json.c ---- */
+void lum_gltf_at(struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index);
+bool lum_gltf_ok(const struct lum_gltf *g);
+/* Keeps the first error; the text is prefixed by "accessors[3]: ". Returns false. */
+bool lum_gltf_fail(struct lum_gltf *g, enum lum_status status, const char *fmt, ...) LUM_PRINTF(3, 4);
+void lum_gltf_warn(struct lum_gltf *g, const char *fmt, ...) LUM_PRINTF(2, 3);
+
+const cJSON *lum_gltf_item(const struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index);
+const cJSON *lum_gltf_object(struct lum_gltf *g, const cJSON *o, const char *key); /* NULL: absent, or refused */
+const cJSON *lum_gltf_list(struct lum_gltf *g, const cJSON *o, const char *key);
+const cJSON *lum_gltf_extension(struct lum_gltf *g, const cJSON *o, const char *name);
+const char *lum_gltf_string(struct lum_gltf *g, const cJSON *o, const char *key); /* NULL: absent */
+bool lum_gltf_bool(struct lum_gltf *g, const cJSON *o, const char *key, bool absent);
+/* A whole number 0..max. */
+uint64_t lum_gltf_uint(struct lum_gltf *g, const cJSON *o, const char *key, uint64_t absent, uint64_t max);
+/* An index into an array of the file; LUM_GLTF_NONE: absent. */
+uint32_t lum_gltf_index(struct lum_gltf *g, const cJSON *o, const char *key, enum lum_gltf_kind kind);
+bool lum_gltf_index_value(struct lum_gltf *g, const cJSON *value, const char *key, enum lum_gltf_kind kind,
+                          uint32_t *ret_index);
+double lum_gltf_number(struct lum_gltf *g, const cJSON *o, const char *key, double absent);
+double lum_gltf_clamped(struct lum_gltf *g, const cJSON *o, const char *key, double absent, const double range[2]);
+/* Exactly n finite numbers; false: absent (values untouched) or refused. */
+bool lum_gltf_numbers(struct lum_gltf *g, const cJSON *o, const char *key, double *values, uint32_t n);
+/* The same, for a vector that looks: each value clamped. */
+void lum_gltf_clamped_numbers(struct lum_gltf *g, const cJSON *o, const char *key, double *values, uint32_t n,
+                              const double range[2]);
+
+/* ---- gltf_buffer.c ---- */
+struct lum_gltf_view {
+    const uint8_t *data;
+    size_t n, stride; /* stride 0: tightly packed */
+};
+bool lum_gltf_view(struct lum_gltf *g, uint32_t index, struct lum_gltf_view *ret_view);
+/* Bytes of a "data:" URI (owned, lum_free), or of a file beside the asset. */
+enum lum_status lum_gltf_load_uri(struct lum_gltf *g, const char *uri, struct lum_bytes *ret_bytes, struct lum_error *err);
+
+/* ---- gltf_accessor.c ---- */
+/* n_components floats an element, freed by lum_free; sparse and normalised values resolved, all finite. An accessor with more
+ * components gives its first ones. */
+bool lum_gltf_floats(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, float **ret_values, uint32_t *ret_count);
+bool lum_gltf_uints(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, uint32_t **ret_values, uint32_t *ret_count);
+
+/* ---- gltf_material.c, gltf_image.c ---- */
+/* Sends the material (LUM_GLTF_NONE: the default one) at its first use; NULL: refused. */
+const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t index);
+/* Sends the image at its first use; NULL: it cannot be read, and a warning says why. */
+const char *lum_gltf_image(struct lum_gltf *g, uint32_t index, bool linear);
+
+/* ---- gltf_mesh.c, gltf_deform.c ---- */
+/* What a node adds to its mesh. A deformed mesh belongs to its node, a plain one is shared. */
+struct lum_gltf_pose {
+    uint32_t skin;        /* LUM_GLTF_NONE: none */
+    const cJSON *weights; /* of morph targets; NULL: the mesh's own */
+};
+/* Sends the mesh's primitives, at first use; ret_mesh->ids are the caller's to free only for a posed mesh. */
+bool lum_gltf_mesh(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pose *pose, struct lum_gltf_mesh *ret_mesh,
+                   bool *ret_owned);
+uint32_t lum_gltf_mesh_material(struct lum_gltf *g, uint32_t mesh, uint32_t primitive);
+
+struct lum_gltf_vertices {
+    float *positions, *normals, *uvs, *colors; /* normals, uvs, colors: NULL when absent */
+    uint32_t n;
+};
+bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *weights, struct lum_gltf_vertices *v);
+bool lum_gltf_skin(struct lum_gltf *g, const cJSON *primitive, uint32_t skin, struct lum_gltf_vertices *v);
+
+/* ---- gltf_node.c, gltf_light.c ---- */
+bool lum_gltf_place_nodes(struct lum_gltf *g); /* fills g->nodes */
+bool lum_gltf_emit_nodes(struct lum_gltf *g);
+bool lum_gltf_emit_light(struct lum_gltf *g, uint32_t light, uint32_t node);
+bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node);
+
+#endif

@@ -1,0 +1,176 @@
+/* Morph targets at their default weights, and skins at the pose the nodes are in. */
+#include <math.h>
+#include <string.h>
+
+#include "server/importer/gltf.h"
+
+/* ---- morph targets ---- */
+
+static bool add_scaled(struct lum_gltf *g, uint32_t accessor, double weight, const struct lum_gltf_vertices *v,
+                       float *to)
+{
+    float *delta = NULL;
+    uint32_t n = 0;
+    if (!lum_gltf_floats(g, accessor, 3, &delta, &n))
+        return false;
+    bool ok = n == v->n || lum_gltf_fail(g, LUM_ERR_INVALID, "a morph target has %u elements, POSITION %u", n, v->n);
+    for (size_t i = 0; ok && i < 3 * (size_t)n; i++)
+        to[i] += (float)weight * delta[i];
+    lum_free(delta);
+    return ok;
+}
+
+bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *weights, struct lum_gltf_vertices *v)
+{
+    const cJSON *targets = lum_gltf_list(g, primitive, "targets");
+    const cJSON *target = targets ? targets->child : NULL, *weight = weights ? weights->child : NULL;
+    for (; target && weight; target = target->next, weight = weight->next) {
+        if (!cJSON_IsNumber(weight) || !isfinite(weight->valuedouble))
+            return lum_gltf_fail(g, LUM_ERR_INVALID, "weights must be finite numbers");
+        if (weight->valuedouble == 0.0)
+            continue;
+        uint32_t position = lum_gltf_index(g, target, "POSITION", LUM_GLTF_ACCESSORS);
+        uint32_t normal = lum_gltf_index(g, target, "NORMAL", LUM_GLTF_ACCESSORS);
+        if (!lum_gltf_ok(g))
+            return false;
+        if (position != LUM_GLTF_NONE && !add_scaled(g, position, weight->valuedouble, v, v->positions))
+            return false;
+        if (normal != LUM_GLTF_NONE && v->normals && !add_scaled(g, normal, weight->valuedouble, v, v->normals))
+            return false;
+    }
+    return lum_gltf_ok(g);
+}
+
+/* ---- skins ---- */
+
+struct skin {
+    struct lum_affined *joint_to_world; /* joint's place after its inverse bind matrix */
+    uint32_t n;
+};
+
+/* Column-major 4x4 of a file to an affine map. */
+static struct lum_affined from_columns(const float *m)
+{
+    struct lum_affined a;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++)
+            a.m[r][c] = (double)m[4 * c + r];
+    return a;
+}
+
+static bool read_skin(struct lum_gltf *g, uint32_t index, struct skin *ret_skin)
+{
+    const cJSON *o = lum_gltf_item(g, LUM_GLTF_SKINS, index);
+    const cJSON *joints = lum_gltf_list(g, o, "joints");
+    uint32_t accessor = lum_gltf_index(g, o, "inverseBindMatrices", LUM_GLTF_ACCESSORS);
+    float *inverse = NULL;
+    uint32_t n_inverse = 0, n = joints ? (uint32_t)cJSON_GetArraySize(joints) : 0;
+    if (!lum_gltf_ok(g))
+        return false;
+    if (n == 0)
+        return lum_gltf_fail(g, LUM_ERR_INVALID, "a skin has no joints");
+    if (accessor != LUM_GLTF_NONE && !lum_gltf_floats(g, accessor, 16, &inverse, &n_inverse))
+        return false;
+    struct skin skin = {lum_calloc(n, sizeof *skin.joint_to_world), n};
+    if (!skin.joint_to_world)
+        lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory for %u joints", n);
+    else if (inverse && n_inverse < n)
+        lum_gltf_fail(g, LUM_ERR_INVALID, "a skin has %u joints but %u inverse bind matrices", n, n_inverse);
+    const cJSON *joint = joints->child;
+    for (uint32_t i = 0; lum_gltf_ok(g) && i < n; i++, joint = joint->next) {
+        uint32_t node = 0;
+        if (!lum_gltf_index_value(g, joint, "joints", LUM_GLTF_NODES, &node))
+            break;
+        struct lum_affined bind = inverse ? from_columns(inverse + 16 * (size_t)i) : lum_affined_identity();
+        skin.joint_to_world[i] = lum_affined_mul(&g->nodes[node].to_world, &bind);
+    }
+    lum_free(inverse);
+    if (!lum_gltf_ok(g)) {
+        lum_free(skin.joint_to_world);
+        return false;
+    }
+    *ret_skin = skin;
+    return true;
+}
+
+/* Adds the weighted maps of set n ("JOINTS_0", "WEIGHTS_0") of each vertex to sums. */
+static bool add_influences(struct lum_gltf *g, const cJSON *attributes, const struct skin *skin, int set,
+                           uint32_t n_vertices, struct lum_affined *sums)
+{
+    uint32_t joints_at = lum_gltf_index(g, attributes, set ? "JOINTS_1" : "JOINTS_0", LUM_GLTF_ACCESSORS);
+    uint32_t weights_at = lum_gltf_index(g, attributes, set ? "WEIGHTS_1" : "WEIGHTS_0", LUM_GLTF_ACCESSORS);
+    if (joints_at == LUM_GLTF_NONE || weights_at == LUM_GLTF_NONE)
+        return lum_gltf_ok(g);
+    uint32_t *joints = NULL, n_joints = 0, n_weights = 0;
+    float *weights = NULL;
+    bool ok =
+        lum_gltf_uints(g, joints_at, 4, &joints, &n_joints) && lum_gltf_floats(g, weights_at, 4, &weights, &n_weights);
+    if (ok && (n_joints != n_vertices || n_weights != n_vertices))
+        ok = lum_gltf_fail(g, LUM_ERR_INVALID, "JOINTS and WEIGHTS must have as many elements as POSITION");
+    for (size_t i = 0; ok && i < 4 * (size_t)n_vertices; i++) {
+        if (weights[i] == 0.0f)
+            continue;
+        if (joints[i] >= skin->n)
+            ok = lum_gltf_fail(g, LUM_ERR_INVALID, "joint %u of %u", joints[i], skin->n);
+        else
+            for (int k = 0; k < 12; k++)
+                sums[i / 4].m[k / 4][k % 4] += (double)weights[i] * skin->joint_to_world[joints[i]].m[k / 4][k % 4];
+    }
+    lum_free(joints);
+    lum_free(weights);
+    return ok;
+}
+
+/* Normals go by the cofactor matrix: right for any scale, and defined where the inverse is not. */
+static struct lum_vec3 turn_normal(const struct lum_affined *a, const float *n)
+{
+    const double(*m)[4] = a->m;
+    double r[3];
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        r[i] = (m[j][1] * m[k][2] - m[j][2] * m[k][1]) * (double)n[0] +
+               (m[j][2] * m[k][0] - m[j][0] * m[k][2]) * (double)n[1] +
+               (m[j][0] * m[k][1] - m[j][1] * m[k][0]) * (double)n[2];
+    }
+    return lum_normalize(lum_v3((float)r[0], (float)r[1], (float)r[2]));
+}
+
+static void move_vertex(const struct lum_affined *a, struct lum_gltf_vertices *v, uint32_t i)
+{
+    float *p = v->positions + 3 * (size_t)i;
+    struct lum_vec3d q = lum_affined_point(a, (struct lum_vec3d){(double)p[0], (double)p[1], (double)p[2]});
+    p[0] = (float)q.x;
+    p[1] = (float)q.y;
+    p[2] = (float)q.z;
+    if (!v->normals)
+        return;
+    float *n = v->normals + 3 * (size_t)i;
+    struct lum_vec3 turned = turn_normal(a, n);
+    n[0] = turned.x;
+    n[1] = turned.y;
+    n[2] = turned.z;
+}
+
+/* After this the vertices are in the world: the node's own transform does not apply (glTF 2.0, 3.7.3.3). */
+bool lum_gltf_skin(struct lum_gltf *g, const cJSON *primitive, uint32_t index, struct lum_gltf_vertices *v)
+{
+    const cJSON *attributes = lum_gltf_object(g, primitive, "attributes");
+    struct skin skin = {0};
+    if (!read_skin(g, index, &skin))
+        return false;
+    struct lum_affined *sums = lum_calloc(v->n, sizeof *sums);
+    bool ok = sums != NULL;
+    if (!ok)
+        lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory to skin %u vertices", v->n);
+    ok = ok && add_influences(g, attributes, &skin, 0, v->n, sums) &&
+         add_influences(g, attributes, &skin, 1, v->n, sums);
+    for (uint32_t i = 0; ok && i < v->n; i++) {
+        move_vertex(&sums[i], v, i);
+        const float *p = v->positions + 3 * (size_t)i;
+        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]))
+            ok = lum_gltf_fail(g, LUM_ERR_INVALID, "skinning moves vertex %u out of range", i);
+    }
+    lum_free(sums);
+    lum_free(skin.joint_to_world);
+    return ok;
+}

@@ -1,0 +1,83 @@
+/* Images of a glTF file: sent at their first use, once as sRGB and once as linear where both are asked for. */
+#include <string.h>
+
+#include "server/importer/gltf.h"
+#include "server/importer/image.h"
+
+static bool find_bytes(struct lum_gltf *g, const cJSON *o, struct lum_bytes *ret_bytes, bool *ret_owned,
+                       struct lum_error *err)
+{
+    const char *uri = lum_gltf_string(g, o, "uri");
+    uint32_t view = lum_gltf_index(g, o, "bufferView", LUM_GLTF_BUFFER_VIEWS);
+    if (!lum_gltf_ok(g))
+        return false;
+    if (uri) {
+        *ret_owned = true;
+        return !lum_gltf_load_uri(g, uri, ret_bytes, err);
+    }
+    struct lum_gltf_view v;
+    if (view == LUM_GLTF_NONE) {
+        lum_fail(err, LUM_ERR_INVALID, "", "has neither uri nor bufferView");
+        return false;
+    }
+    if (!lum_gltf_view(g, view, &v))
+        return false;
+    *ret_bytes = (struct lum_bytes){(uint8_t *)v.data, v.n};
+    *ret_owned = false;
+    return true;
+}
+
+/* The name for people: "name", else the file's name. */
+static const char *readable_name(struct lum_gltf *g, const cJSON *o)
+{
+    const char *name = lum_gltf_string(g, o, "name"), *uri = lum_gltf_string(g, o, "uri");
+    if (name && name[0])
+        return name;
+    if (!uri || strncmp(uri, "data:", 5) == 0)
+        return NULL;
+    const char *slash = strrchr(uri, '/');
+    return slash ? slash + 1 : uri;
+}
+
+static bool send_image(struct lum_gltf *g, uint32_t index, bool linear, struct lum_gltf_image *image,
+                       struct lum_error *err)
+{
+    const cJSON *o = lum_gltf_item(g, LUM_GLTF_IMAGES, index);
+    struct lum_bytes bytes = {0};
+    struct lum_texels texels = {0};
+    bool owned = false;
+    if (!find_bytes(g, o, &bytes, &owned, err))
+        return false;
+    struct lum_name_request name = {"image/", readable_name(g, o), "image", index};
+    enum lum_status status = lum_image_decode(&bytes, &texels, err);
+    if (!status)
+        status = lum_names_make(&g->im->names, &name, image->id, err);
+    if (!status) {
+        status = lum_image_emit(g->im, image->id, &texels, linear, err);
+        if (status) /* the output is full or broken: the import cannot go on */
+            lum_gltf_fail(g, status, "%s", err->text);
+    }
+    if (status)
+        image->id[0] = 0;
+    lum_free(texels.pixels);
+    if (owned)
+        lum_free(bytes.data);
+    return !status;
+}
+
+const char *lum_gltf_image(struct lum_gltf *g, uint32_t index, bool linear)
+{
+    struct lum_gltf_image *image = &g->images[index][linear];
+    enum lum_gltf_kind kind = g->at_kind;
+    uint32_t at = g->at_index;
+    if (!image->done) {
+        struct lum_error err = {0};
+        image->done = true;
+        lum_gltf_at(g, LUM_GLTF_IMAGES, index);
+        if (!send_image(g, index, linear, image, &err) && lum_gltf_ok(g))
+            lum_gltf_warn(g, "left out: %s", err.text);
+        if (lum_gltf_ok(g))
+            lum_gltf_at(g, kind, at);
+    }
+    return image->id[0] ? image->id : NULL;
+}

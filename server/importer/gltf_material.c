@@ -1,0 +1,304 @@
+/* Materials: metallic-roughness with the dielectric extensions, and specular-glossiness brought to it. */
+#include <math.h>
+#include <string.h>
+
+#include "server/importer/gltf.h"
+
+static const double unit_range[2] = {0.0, 1.0};
+
+struct texture {
+    const char *image; /* id, NULL: none */
+    uint32_t uv_set;
+    double offset[2], scale[2], rotation;
+    const char *wrap_u, *wrap_v;
+};
+
+/* What becomes the op's fields. */
+struct look {
+    double base_color[4];
+    double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
+    bool thin, has_attenuation, unlit;
+    double attenuation_color[3], attenuation_distance;
+    double emission[3]; /* cd/m2 by channel */
+    const char *alpha_mode;
+    double alpha_cutoff;
+    struct texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
+};
+
+/* ---- textures ---- */
+
+static const char *wrap_name(uint64_t mode)
+{
+    return mode == 33071 ? "clamp" : mode == 33648 ? "mirror" : "repeat";
+}
+
+static void read_transform(struct lum_gltf *g, const cJSON *info, struct texture *t)
+{
+    t->uv_set = (uint32_t)lum_gltf_uint(g, info, "texCoord", 0, 15);
+    t->scale[0] = t->scale[1] = 1.0;
+    const cJSON *ext = lum_gltf_extension(g, info, "KHR_texture_transform");
+    if (!ext)
+        return;
+    lum_gltf_numbers(g, ext, "offset", t->offset, 2);
+    lum_gltf_numbers(g, ext, "scale", t->scale, 2);
+    t->rotation = lum_gltf_number(g, ext, "rotation", 0.0);
+    t->uv_set = (uint32_t)lum_gltf_uint(g, ext, "texCoord", t->uv_set, 15);
+}
+
+static void read_texture(struct lum_gltf *g, const cJSON *o, const char *key, bool linear, struct texture *t)
+{
+    const cJSON *info = lum_gltf_object(g, o, key);
+    memset(t, 0, sizeof *t);
+    if (!info)
+        return;
+    uint32_t index = lum_gltf_index(g, info, "index", LUM_GLTF_TEXTURES);
+    const cJSON *texture = lum_gltf_item(g, LUM_GLTF_TEXTURES, index);
+    uint32_t source = lum_gltf_index(g, texture, "source", LUM_GLTF_IMAGES);
+    const cJSON *sampler =
+        lum_gltf_item(g, LUM_GLTF_SAMPLERS, lum_gltf_index(g, texture, "sampler", LUM_GLTF_SAMPLERS));
+    read_transform(g, info, t);
+    t->wrap_u = wrap_name(lum_gltf_uint(g, sampler, "wrapS", 10497, UINT32_MAX));
+    t->wrap_v = wrap_name(lum_gltf_uint(g, sampler, "wrapT", 10497, UINT32_MAX));
+    if (!lum_gltf_ok(g))
+        return;
+    if (!texture)
+        lum_gltf_fail(g, LUM_ERR_INVALID, "%s has no index", key);
+    else if (source == LUM_GLTF_NONE)
+        lum_gltf_warn(g, "%s left out: it has no PNG or JPEG image", key);
+    else
+        t->image = lum_gltf_image(g, source, linear);
+}
+
+/* ---- reading ---- */
+
+static void read_metallic_roughness(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const cJSON *pbr = lum_gltf_object(g, o, "pbrMetallicRoughness");
+    lum_gltf_clamped_numbers(g, pbr, "baseColorFactor", m->base_color, 4, unit_range);
+    m->metallic = lum_gltf_clamped(g, pbr, "metallicFactor", 1.0, unit_range);
+    m->roughness = lum_gltf_clamped(g, pbr, "roughnessFactor", 1.0, unit_range);
+    read_texture(g, pbr, "baseColorTexture", false, &m->base_color_texture);
+    read_texture(g, pbr, "metallicRoughnessTexture", true, &m->metallic_roughness_texture);
+}
+
+/* KHR_materials_pbrSpecularGlossiness. A dielectric's reflectance at normal incidence becomes its index of refraction,
+ * F0 = ((n-1)/(n+1))^2; above the F0 of n = 4 it is a metal, whose colour is the specular one. */
+static void read_specular_glossiness(struct lum_gltf *g, const cJSON *ext, struct look *m)
+{
+    double f0[3] = {1.0, 1.0, 1.0};
+    lum_gltf_clamped_numbers(g, ext, "diffuseFactor", m->base_color, 4, unit_range);
+    lum_gltf_clamped_numbers(g, ext, "specularFactor", f0, 3, unit_range);
+    m->roughness = 1.0 - lum_gltf_clamped(g, ext, "glossinessFactor", 1.0, unit_range);
+    m->metallic = 0.0;
+    read_texture(g, ext, "diffuseTexture", false, &m->base_color_texture);
+    if (lum_gltf_object(g, ext, "specularGlossinessTexture"))
+        lum_gltf_warn(g, "specularGlossinessTexture is not supported; its factors are used alone");
+    double top = fmax(f0[0], fmax(f0[1], f0[2]));
+    bool black = m->base_color[0] + m->base_color[1] + m->base_color[2] < 0.04 && !m->base_color_texture.image;
+    if (top > 0.36 && black) {
+        m->metallic = 1.0;
+        memcpy(m->base_color, f0, sizeof f0);
+    } else if (top > 0.0) {
+        double root = sqrt(fmin(top, 0.36));
+        m->ior = (1.0 + root) / (1.0 - root);
+        for (int i = 0; i < 3; i++)
+            m->specular_color[i] = f0[i] / top;
+    } else {
+        m->specular = 0.0;
+    }
+}
+
+static void read_dielectric(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    static const double ior_range[2] = {1.0, 4.0}, color_range[2] = {0.0, 1.0};
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_ior");
+    if (ext)
+        m->ior = lum_gltf_clamped(g, ext, "ior", 1.5, ior_range);
+    if ((ext = lum_gltf_extension(g, o, "KHR_materials_specular"))) {
+        m->specular = lum_gltf_clamped(g, ext, "specularFactor", 1.0, unit_range);
+        lum_gltf_clamped_numbers(g, ext, "specularColorFactor", m->specular_color, 3, color_range);
+        if (lum_gltf_object(g, ext, "specularTexture") || lum_gltf_object(g, ext, "specularColorTexture"))
+            lum_gltf_warn(g, "the textures of KHR_materials_specular are not supported; its factors are used alone");
+    }
+    if ((ext = lum_gltf_extension(g, o, "KHR_materials_transmission"))) {
+        m->transmission = lum_gltf_clamped(g, ext, "transmissionFactor", 0.0, unit_range);
+        if (lum_gltf_object(g, ext, "transmissionTexture"))
+            lum_gltf_warn(g, "transmissionTexture is not supported; transmissionFactor is used alone");
+    }
+    if ((ext = lum_gltf_extension(g, o, "KHR_materials_volume"))) {
+        static const double metres[2] = {1e-9, LUM_LIMIT_COORD_M};
+        m->thin = !(lum_gltf_number(g, ext, "thicknessFactor", 0.0) > 0.0);
+        lum_gltf_clamped_numbers(g, ext, "attenuationColor", m->attenuation_color, 3, unit_range);
+        m->has_attenuation = cJSON_HasObjectItem(ext, "attenuationDistance");
+        m->attenuation_distance = lum_gltf_clamped(g, ext, "attenuationDistance", 1.0, metres);
+    }
+}
+
+/* emissiveFactor times KHR_materials_emissive_strength is cd/m2 (the extension's text). A factor above 1 breaks the
+ * letter of glTF, but its meaning is plain. */
+static void read_emission(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    static const double strength_range[2] = {0.0, 1e9};
+    lum_gltf_numbers(g, o, "emissiveFactor", m->emission, 3);
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_emissive_strength");
+    double strength = lum_gltf_clamped(g, ext, "emissiveStrength", 1.0, strength_range);
+    for (int i = 0; i < 3; i++)
+        m->emission[i] = fmin(fmax(m->emission[i], 0.0), 1e9) * strength;
+    read_texture(g, o, "emissiveTexture", false, &m->emission_texture);
+}
+
+static void read_alpha(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const char *mode = lum_gltf_string(g, o, "alphaMode");
+    m->alpha_mode = "opaque";
+    if (mode && strcmp(mode, "MASK") == 0)
+        m->alpha_mode = "mask";
+    else if (mode && strcmp(mode, "BLEND") == 0)
+        m->alpha_mode = "blend";
+    else if (mode && strcmp(mode, "OPAQUE") != 0)
+        lum_gltf_warn(g, "alphaMode %.20s is unknown; opaque is used", mode);
+    m->alpha_cutoff = lum_gltf_clamped(g, o, "alphaCutoff", 0.5, unit_range);
+}
+
+static void warn_left_out(struct lum_gltf *g, const cJSON *o)
+{
+    static const char *const names[] = {
+        "KHR_materials_clearcoat",   "KHR_materials_sheen",      "KHR_materials_anisotropy",
+        "KHR_materials_iridescence", "KHR_materials_dispersion", "KHR_materials_diffuse_transmission",
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++)
+        if (lum_gltf_extension(g, o, names[i]))
+            lum_gltf_warn(g, "%s is not supported and left out", names[i]);
+}
+
+static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    *m = (struct look){.base_color = {1, 1, 1, 1},
+                       .ior = 1.5,
+                       .specular = 1,
+                       .specular_color = {1, 1, 1},
+                       .thin = true,
+                       .attenuation_color = {1, 1, 1}};
+    const cJSON *glossy = lum_gltf_extension(g, o, "KHR_materials_pbrSpecularGlossiness");
+    if (glossy)
+        read_specular_glossiness(g, glossy, m);
+    else
+        read_metallic_roughness(g, o, m);
+    read_dielectric(g, o, m);
+    read_emission(g, o, m);
+    read_alpha(g, o, m);
+    read_texture(g, o, "normalTexture", true, &m->normal_texture);
+    m->normal_scale = lum_gltf_number(g, lum_gltf_object(g, o, "normalTexture"), "scale", 1.0);
+    m->unlit = lum_gltf_extension(g, o, "KHR_materials_unlit") != NULL;
+    warn_left_out(g, o);
+    return lum_gltf_ok(g);
+}
+
+/* A mesh has one set of texture coordinates: that of the base colour, else of the first texture there is. Textures that
+ * use another one are left out. */
+static uint32_t choose_uv_set(struct lum_gltf *g, struct look *m)
+{
+    struct texture *const all[] = {&m->base_color_texture, &m->emission_texture, &m->normal_texture,
+                                   &m->metallic_roughness_texture};
+    const struct texture *first = NULL;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(all); i++) {
+        if (!all[i]->image)
+            continue;
+        if (!first)
+            first = all[i];
+        if (all[i]->uv_set != first->uv_set) {
+            lum_gltf_warn(g, "a texture on TEXCOORD_%u is left out: others use TEXCOORD_%u", all[i]->uv_set,
+                          first->uv_set);
+            all[i]->image = NULL;
+        }
+    }
+    return first ? first->uv_set : 0;
+}
+
+/* ---- sending ---- */
+
+static void put_texture(struct lum_op_text *op, const char *key, const struct texture *t)
+{
+    if (!t->image)
+        return;
+    lum_op_object(op, key);
+    lum_op_string(op, "image", t->image);
+    lum_op_numbers(op, "offset", t->offset, 2);
+    lum_op_numbers(op, "scale", t->scale, 2);
+    lum_op_number(op, "rotation_rad", t->rotation);
+    lum_op_string(op, "wrap_u", t->wrap_u);
+    lum_op_string(op, "wrap_v", t->wrap_v);
+    lum_op_close(op);
+}
+
+static void put_emission(struct lum_op_text *op, const struct look *m)
+{
+    double y = 0.2126 * m->emission[0] + 0.7152 * m->emission[1] + 0.0722 * m->emission[2];
+    if (!(y > 0.0))
+        return;
+    double color[3] = {m->emission[0] / y, m->emission[1] / y, m->emission[2] / y};
+    lum_op_numbers(op, "emission_color", color, 3);
+    lum_op_number(op, "emission_cd_m2", y);
+    put_texture(op, "emission_texture", &m->emission_texture);
+}
+
+static enum lum_status send_look(struct lum_gltf *g, const char *id, const struct look *m, struct lum_error *err)
+{
+    struct lum_op_text op;
+    lum_op_begin(&op, "material", id);
+    lum_op_numbers(&op, "base_color", m->base_color, 3);
+    lum_op_number(&op, "metallic", m->metallic);
+    lum_op_number(&op, "roughness", m->roughness);
+    lum_op_number(&op, "ior", m->ior);
+    lum_op_number(&op, "specular", m->specular);
+    lum_op_numbers(&op, "specular_color", m->specular_color, 3);
+    if (m->transmission > 0.0) {
+        lum_op_number(&op, "transmission", m->transmission);
+        lum_op_bool(&op, "thin", m->thin);
+        lum_op_numbers(&op, "attenuation_color", m->attenuation_color, 3);
+        if (m->has_attenuation)
+            lum_op_number(&op, "attenuation_distance", m->attenuation_distance);
+    }
+    put_emission(&op, m);
+    lum_op_string(&op, "alpha_mode", m->alpha_mode);
+    lum_op_number(&op, "alpha", m->base_color[3]);
+    lum_op_number(&op, "alpha_cutoff", m->alpha_cutoff);
+    lum_op_bool(&op, "unlit", m->unlit);
+    put_texture(&op, "base_color_texture", &m->base_color_texture);
+    put_texture(&op, "metallic_roughness_texture", &m->metallic_roughness_texture);
+    if (m->normal_texture.image)
+        lum_op_number(&op, "normal_scale", m->normal_scale);
+    put_texture(&op, "normal_texture", &m->normal_texture);
+    return lum_emit_op(&g->im->emit, &op, err);
+}
+
+const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t index)
+{
+    uint32_t n = g->arrays[LUM_GLTF_MATERIALS].n;
+    bool is_default = index >= n;
+    struct lum_gltf_material *material = &g->materials[is_default ? n : index];
+    if (material->done)
+        return material;
+    const cJSON *o = lum_gltf_item(g, LUM_GLTF_MATERIALS, index);
+    enum lum_gltf_kind kind = g->at_kind;
+    uint32_t at = g->at_index;
+    struct look look;
+    if (!is_default)
+        lum_gltf_at(g, LUM_GLTF_MATERIALS, index);
+    if (!read_look(g, o, &look))
+        return NULL;
+    material->uv_set = choose_uv_set(g, &look);
+    struct lum_name_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
+                                    index};
+    struct lum_error err;
+    enum lum_status status = lum_names_make(&g->im->names, &name, material->id, &err);
+    if (!status)
+        status = send_look(g, material->id, &look, &err);
+    if (status) {
+        lum_gltf_fail(g, status, "%s", err.text);
+        return NULL;
+    }
+    material->done = true;
+    lum_gltf_at(g, kind, at);
+    return material;
+}

@@ -1,0 +1,242 @@
+/* Meshes: each primitive becomes one mesh record, shared by all nodes that show it undeformed. */
+#include <string.h>
+
+#include "protocol/limits.h"
+#include "server/importer/gltf.h"
+
+enum mode { POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, STRIP, FAN };
+
+struct triangles {
+    uint32_t *indices; /* 3 n */
+    uint32_t n;
+};
+
+static bool read_attribute(struct lum_gltf *g, const cJSON *attributes, const char *key, uint32_t n_components,
+                           const struct lum_gltf_vertices *v, float **ret_values)
+{
+    uint32_t accessor = lum_gltf_index(g, attributes, key, LUM_GLTF_ACCESSORS), n = 0;
+    *ret_values = NULL;
+    if (accessor == LUM_GLTF_NONE)
+        return lum_gltf_ok(g);
+    if (!lum_gltf_floats(g, accessor, n_components, ret_values, &n))
+        return false;
+    if (n != v->n)
+        return lum_gltf_fail(g, LUM_ERR_INVALID, "%s has %u elements, POSITION %u", key, n, v->n);
+    return true;
+}
+
+static void free_vertices(struct lum_gltf_vertices *v)
+{
+    lum_free(v->positions);
+    lum_free(v->normals);
+    lum_free(v->uvs);
+    lum_free(v->colors);
+    memset(v, 0, sizeof *v);
+}
+
+static bool read_vertices(struct lum_gltf *g, const cJSON *primitive, uint32_t uv_set, struct lum_gltf_vertices *v)
+{
+    static const char *const uv_keys[16] = {
+        "TEXCOORD_0",  "TEXCOORD_1",  "TEXCOORD_2",  "TEXCOORD_3",  "TEXCOORD_4",  "TEXCOORD_5",
+        "TEXCOORD_6",  "TEXCOORD_7",  "TEXCOORD_8",  "TEXCOORD_9",  "TEXCOORD_10", "TEXCOORD_11",
+        "TEXCOORD_12", "TEXCOORD_13", "TEXCOORD_14", "TEXCOORD_15",
+    };
+    const cJSON *attributes = lum_gltf_object(g, primitive, "attributes");
+    uint32_t position = lum_gltf_index(g, attributes, "POSITION", LUM_GLTF_ACCESSORS);
+    if (!lum_gltf_ok(g))
+        return false;
+    if (position == LUM_GLTF_NONE)
+        return lum_gltf_fail(g, LUM_ERR_INVALID, "a primitive has no POSITION");
+    if (!lum_gltf_floats(g, position, 3, &v->positions, &v->n))
+        return false;
+    if (v->n > LUM_LIMIT_VERTICES)
+        return lum_gltf_fail(g, LUM_ERR_LIMIT, "has %u vertices, over the limit of %u", v->n, LUM_LIMIT_VERTICES);
+    return read_attribute(g, attributes, "NORMAL", 3, v, &v->normals) &&
+           read_attribute(g, attributes, uv_keys[uv_set], 2, v, &v->uvs) &&
+           read_attribute(g, attributes, "COLOR_0", 3, v, &v->colors);
+}
+
+/* ---- indices ---- */
+
+static bool read_index_list(struct lum_gltf *g, const cJSON *primitive, uint32_t n_vertices, uint32_t **ret_list,
+                            uint32_t *ret_n)
+{
+    uint32_t accessor = lum_gltf_index(g, primitive, "indices", LUM_GLTF_ACCESSORS);
+    if (!lum_gltf_ok(g))
+        return false;
+    if (accessor == LUM_GLTF_NONE) {
+        uint32_t *list = lum_calloc(n_vertices, sizeof *list);
+        if (!list)
+            return lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory for %u indices", n_vertices);
+        for (uint32_t i = 0; i < n_vertices; i++)
+            list[i] = i;
+        *ret_list = list;
+        *ret_n = n_vertices;
+        return true;
+    }
+    if (!lum_gltf_uints(g, accessor, 1, ret_list, ret_n))
+        return false;
+    for (uint32_t i = 0; i < *ret_n; i++)
+        if ((*ret_list)[i] >= n_vertices) {
+            uint32_t bad = (*ret_list)[i];
+            lum_free(*ret_list);
+            return lum_gltf_fail(g, LUM_ERR_INVALID, "index %u of %u vertices", bad, n_vertices);
+        }
+    return true;
+}
+
+/* Strips and fans to lists (glTF 2.0, 3.7.2.1): triangle i of a strip is (i, i+1, i+2) turned every other time, of a
+ * fan (i+1, i+2, 0). */
+static bool unroll(struct lum_gltf *g, enum mode mode, const uint32_t *list, uint32_t n,
+                   struct triangles *ret_triangles)
+{
+    uint32_t n_triangles = mode == TRIANGLES ? n / 3 : n < 3 ? 0 : n - 2;
+    uint32_t *to = lum_calloc((size_t)n_triangles * 3 + 1, sizeof *to);
+    if (!to)
+        return lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory for %u triangles", n_triangles);
+    for (uint32_t i = 0; i < n_triangles; i++) {
+        uint32_t a = mode == TRIANGLES ? 3 * i : mode == STRIP ? i : i + 1;
+        uint32_t b = mode == STRIP ? a + 1 + i % 2 : a + 1;
+        uint32_t c = mode == FAN ? 0 : mode == STRIP ? a + 2 - i % 2 : a + 2;
+        to[3 * (size_t)i] = list[a];
+        to[3 * (size_t)i + 1] = list[b];
+        to[3 * (size_t)i + 2] = list[c];
+    }
+    *ret_triangles = (struct triangles){to, n_triangles};
+    return true;
+}
+
+static bool read_triangles(struct lum_gltf *g, const cJSON *primitive, enum mode mode, uint32_t n_vertices,
+                           struct triangles *ret_triangles)
+{
+    uint32_t *list = NULL, n = 0;
+    if (!read_index_list(g, primitive, n_vertices, &list, &n))
+        return false;
+    bool ok = unroll(g, mode, list, n, ret_triangles);
+    lum_free(list);
+    if (ok && ret_triangles->n > LUM_LIMIT_TRIANGLES) {
+        lum_free(ret_triangles->indices);
+        ret_triangles->indices = NULL;
+        return lum_gltf_fail(g, LUM_ERR_LIMIT, "has %u triangles, over the limit of %u", ret_triangles->n,
+                             LUM_LIMIT_TRIANGLES);
+    }
+    return ok;
+}
+
+/* ---- sending ---- */
+
+static enum lum_status send_mesh(struct lum_gltf *g, const char *id, const struct lum_gltf_vertices *v,
+                                 const struct triangles *t, struct lum_error *err)
+{
+    struct lum_op_text op;
+    size_t row = sizeof(float) * v->n;
+    lum_op_begin(&op, "mesh", id);
+    lum_emit_blob(&g->im->emit, &op, "positions", v->positions, 3 * row);
+    lum_emit_blob(&g->im->emit, &op, "indices", t->indices, 3 * sizeof(uint32_t) * t->n);
+    if (v->normals)
+        lum_emit_blob(&g->im->emit, &op, "normals", v->normals, 3 * row);
+    if (v->uvs)
+        lum_emit_blob(&g->im->emit, &op, "uvs", v->uvs, 2 * row);
+    if (v->colors)
+        lum_emit_blob(&g->im->emit, &op, "colors", v->colors, 3 * row);
+    return lum_emit_op(&g->im->emit, &op, err);
+}
+
+static bool deform(struct lum_gltf *g, const cJSON *mesh, const cJSON *primitive, const struct lum_gltf_pose *pose,
+                   struct lum_gltf_vertices *v)
+{
+    const cJSON *weights = pose->weights ? pose->weights : lum_gltf_list(g, mesh, "weights");
+    return lum_gltf_morph(g, primitive, weights, v) &&
+           (pose->skin == LUM_GLTF_NONE || lum_gltf_skin(g, primitive, pose->skin, v));
+}
+
+static void clamp_colors(struct lum_gltf_vertices *v)
+{
+    for (size_t i = 0; v->colors && i < 3 * (size_t)v->n; i++)
+        v->colors[i] = v->colors[i] < 0.0f ? 0.0f : v->colors[i] > 1.0f ? 1.0f : v->colors[i];
+}
+
+/* ret_id stays "" when the primitive shows no triangle. */
+static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primitive, const struct lum_gltf_pose *pose,
+                           char *ret_id)
+{
+    const cJSON *o = lum_gltf_item(g, LUM_GLTF_MESHES, mesh);
+    uint64_t mode = lum_gltf_uint(g, primitive, "mode", TRIANGLES, FAN);
+    const struct lum_gltf_material *material =
+        lum_gltf_material(g, lum_gltf_index(g, primitive, "material", LUM_GLTF_MATERIALS));
+    if (!lum_gltf_ok(g) || !material)
+        return false;
+    if (mode < TRIANGLES) {
+        lum_gltf_warn(g, "points and lines are left out");
+        return true;
+    }
+    struct lum_gltf_vertices v = {0};
+    struct triangles t = {0};
+    struct lum_error err = {0};
+    struct lum_name_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
+    bool ok = read_vertices(g, primitive, material->uv_set, &v) &&
+              read_triangles(g, primitive, (enum mode)mode, v.n, &t) && deform(g, o, primitive, pose, &v);
+    if (ok && t.n > 0) {
+        clamp_colors(&v);
+        enum lum_status status = lum_names_make(&g->im->names, &name, ret_id, &err);
+        if (!status)
+            status = send_mesh(g, ret_id, &v, &t, &err);
+        if (status)
+            ok = lum_gltf_fail(g, status, "%s", err.text);
+    }
+    free_vertices(&v);
+    lum_free(t.indices);
+    return ok;
+}
+
+static bool send_primitives(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pose *pose,
+                            struct lum_gltf_mesh *ret_mesh)
+{
+    const cJSON *list = lum_gltf_list(g, lum_gltf_item(g, LUM_GLTF_MESHES, index), "primitives");
+    if (!lum_gltf_ok(g))
+        return false;
+    int n = cJSON_GetArraySize(list);
+    if (n < 1)
+        return lum_gltf_fail(g, LUM_ERR_INVALID, "has no primitives");
+    struct lum_gltf_mesh mesh = {lum_calloc((size_t)n, sizeof(lum_id)), (uint32_t)n};
+    if (!mesh.ids)
+        return lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory for %d primitives", n);
+    const cJSON *primitive = list->child;
+    for (int i = 0; i < n; i++, primitive = primitive->next)
+        if (!send_primitive(g, index, primitive, pose, mesh.ids[i])) {
+            lum_free(mesh.ids);
+            return false;
+        }
+    *ret_mesh = mesh;
+    return true;
+}
+
+bool lum_gltf_mesh(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pose *pose, struct lum_gltf_mesh *ret_mesh,
+                   bool *ret_owned)
+{
+    bool posed = pose->skin != LUM_GLTF_NONE || pose->weights;
+    struct lum_gltf_mesh *shared = &g->meshes[index];
+    *ret_owned = posed;
+    if (!posed && shared->ids) {
+        *ret_mesh = *shared;
+        return true;
+    }
+    enum lum_gltf_kind kind = g->at_kind;
+    uint32_t at = g->at_index;
+    lum_gltf_at(g, LUM_GLTF_MESHES, index);
+    if (!send_primitives(g, index, pose, ret_mesh))
+        return false;
+    if (!posed)
+        *shared = *ret_mesh;
+    lum_gltf_at(g, kind, at);
+    return true;
+}
+
+uint32_t lum_gltf_mesh_material(struct lum_gltf *g, uint32_t mesh, uint32_t primitive)
+{
+    const cJSON *p = lum_gltf_list(g, lum_gltf_item(g, LUM_GLTF_MESHES, mesh), "primitives");
+    p = p ? p->child : NULL;
+    for (uint32_t i = 0; p && i < primitive; i++)
+        p = p->next;
+    return lum_gltf_index(g, p, "material", LUM_GLTF_MATERIALS);
+}

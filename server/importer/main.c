@@ -1,0 +1,94 @@
+/* lumend-import: reads one model or picture and writes it as ops (server/import.h describes the stream). It is run by
+ * lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3, and reads nothing
+ * before it has shut itself in.
+ *
+ *   lumend-import model NAME ID     records named ID/...
+ *   lumend-import image NAME ID     one image record named ID
+ *
+ * For people: lumend-import --to-jsonl FILE prints what lumend would get, as a .jsonl scene. */
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "server/importer/image.h"
+#include "server/importer/importer.h"
+#include "server/importer/sandbox.h"
+#include "server/importer/to_jsonl.h"
+
+#define FILE_SOCKET 3
+
+static bool ends_with(const char *s, const char *end)
+{
+    size_t n = strlen(s), m = strlen(end);
+    return n >= m && strcasecmp(s + n - m, end) == 0;
+}
+
+static enum lum_status import_model(struct lum_importer *im, const struct lum_bytes *file, struct lum_error *err)
+{
+    bool glb = file->n >= 4 && memcmp(file->data, "glTF", 4) == 0;
+    if (glb || ends_with(im->asset, ".gltf") || ends_with(im->asset, ".glb"))
+        return lum_gltf_import(im, file, err);
+    return lum_assimp_import(im, file, err);
+}
+
+static enum lum_status import_image(struct lum_importer *im, const char *id, const struct lum_bytes *file,
+                                    struct lum_error *err)
+{
+    struct lum_texels texels = {0};
+    enum lum_status status = lum_image_decode(file, &texels, err);
+    if (!status)
+        status = lum_image_emit(im, id, &texels, false, err);
+    lum_free(texels.pixels);
+    return status;
+}
+
+/* The application code of the protocol's errors. */
+static const char *error_code(enum lum_status status)
+{
+    switch (status) {
+    case LUM_ERR_NOT_FOUND:
+        return "not_found";
+    case LUM_ERR_UNSUPPORTED:
+        return "unsupported";
+    case LUM_ERR_NOMEM:
+    case LUM_ERR_LIMIT:
+        return "limit_exceeded";
+    default:
+        return "import_failed";
+    }
+}
+
+static enum lum_status run(struct lum_importer *im, const char *kind, const char *id, struct lum_error *err)
+{
+    struct lum_bytes file = {0};
+    lum_emit_progress(&im->emit, "read", 0.0);
+    enum lum_status status = lum_files_read(&im->files, im->asset, 0, &file, err);
+    if (!status)
+        status = strcmp(kind, "model") == 0 ? import_model(im, &file, err) : import_image(im, id, &file, err);
+    lum_free(file.data);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 3 && strcmp(argv[1], "--to-jsonl") == 0)
+        return lum_to_jsonl(argv[2]);
+    if (argc != 4 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0)) {
+        fputs("usage: lumend-import --to-jsonl FILE\n"
+              "   or: lumend-import model|image NAME ID, run by lumend, which hands out files on descriptor 3\n",
+              stderr);
+        return 2;
+    }
+    struct lum_importer im = {.emit = {.fd = 1}, .files = {FILE_SOCKET}, .asset = argv[2]};
+    struct lum_error err = {0};
+    lum_names_init(&im.names, argv[3]);
+    enum lum_status status = lum_sandbox_enter(FILE_SOCKET, &err);
+    if (!status)
+        status = run(&im, argv[1], argv[3], &err);
+    if (status)
+        lum_emit_error(&im.emit, error_code(status), err.text);
+    else
+        lum_emit_done(&im.emit);
+    lum_names_finish(&im.names);
+    return status ? 1 : 0;
+}
