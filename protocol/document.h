@@ -27,15 +27,15 @@ void lum_document_destroy(struct lum_document *doc);
 
 uint64_t lum_document_rev(const struct lum_document *doc);
 const struct lum_record *lum_document_find(const struct lum_document *doc, const char *id);
-/* Calls fn for each record in a stable order that can be replayed (dependencies first). */
-void lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);
+/* Calls fn for each record, what is referred to before what refers, then by id. False: memory is short, nothing called. */
+bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);
 
 /* Applies ops as one transaction by `user` (who may undo it). Import ops must come expanded: children carries the records
  * that an import op of this transaction made, in op order. On success the revision grows by 1 and *ret_changes is filled
  * (the caller applies it, then frees it). On failure nothing changed; err->path names "ops/N/...". */
 struct lum_import_children {
     lum_id import_id;
-    struct lum_record **records; /* ownership passes on success */
+    struct lum_record **records; /* borrowed: the document takes references of its own, and sets their origin */
     size_t n;
 };
 bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,
@@ -44,15 +44,18 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
 /* Takes back what the last apply, undo or redo did, without a trace: for when the renderer refused the changes. */
 void lum_document_rollback(struct lum_document *doc, const struct lum_changes *changes);
 
-/* The user's own last transaction that is not undone yet. It is validated again: it may conflict with later edits of others
- * ("conflict"). Each undo or redo is a new revision. "not_found" when there is nothing to undo. */
+/* The user's own last transaction that is not undone yet. Fields that it did not touch keep later edits; where others
+ * edited what it touched it fails with "conflict" and is forgotten, so that the next undo takes the one before. Each undo or
+ * redo is a new revision. "not_found" when there is nothing to undo. */
 bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 
 /* Ops that rebuild this document from nothing: {"ops":[...]} as scene.get gives them. Imported records appear as their
  * import op and, where they were edited since, as set or remove ops; expand: as add ops with bulk data elided. */
+/* {"ops":[...]}; NULL when memory is short. */
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand);
-/* The ops that lead from before to after, for scene.changed notifications. */
+/* The ops that lead from before to after, for scene.changed notifications: bulk data is elided, and what an import brings
+ * or takes is left to the import's own op. An array. */
 struct cJSON *lum_changes_to_json(const struct lum_changes *c);
 
 #endif

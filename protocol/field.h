@@ -32,7 +32,7 @@ enum lum_field_flag {
 };
 
 /* Fields of one group exclude each other: setting one sets the others to their default. */
-enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR };
+enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR, LUM_GROUP_PICTURE };
 
 struct lum_field {
     const char *name;

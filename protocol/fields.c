@@ -66,11 +66,13 @@ static const struct lum_field mesh[] = {
 };
 
 static const struct lum_field image[] = {
-    ASSET(image, asset, 0, "PNG, JPEG, HDR or EXR below the asset root; or pixels"),
+    {ROW(image, asset, ASSET), CHARS(image, asset), .group = LUM_GROUP_PICTURE, .unit = "",
+     .doc = "PNG, JPEG, HDR or EXR below the asset root; excludes pixels"},
     U32(image, width, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
     U32(image, height, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
     CHOICE(image, texel, 0, "srgb8|linear8|rgb32f", "4 bytes RGBA, or 3 little-endian floats RGB"),
-    {ROW(image, pixels, PIXELS), .unit = "", .doc = "base64, rows from the top"},
+    {ROW(image, pixels, PIXELS), .group = LUM_GROUP_PICTURE, .unit = "",
+     .doc = "base64, rows from the top; excludes asset"},
 };
 
 static const struct lum_field material[] = {

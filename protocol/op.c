@@ -162,10 +162,12 @@ static bool is_default(const struct lum_field *f, const struct lum_record *r, co
     return lum_field_equal(f, lum_record_body(r), lum_record_body(fresh));
 }
 
-/* A field of a group is left out when another one of the group stands in for it. */
+/* A field of a group is left out when another one of the group stands in for it: so do pixels decoded from an asset. */
 static bool stands_aside(const struct lum_field *f, const struct lum_record *r, const struct lum_record *fresh)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
+    if (f->kind == LUM_FIELD_PIXELS)
+        return r->image.asset[0] != '\0';
     if (!f->group || !is_default(f, r, fresh))
         return false;
     for (size_t i = 0; i < t->n; i++)

@@ -1,0 +1,242 @@
+/* Design: an op is checked and applied at once, in the order given, so that a list of ops means the same whether it
+ * comes as one transaction or as several. All or nothing comes from the log of steps, which can be taken back without
+ * allocating. What leaves is the net effect, coalesced by id and sorted, so that 240 drags in a message cost one put.
+ */
+#include "protocol/document_private.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void lum_changes_finish(struct lum_changes *c)
+{
+    if (!c)
+        return;
+    for (size_t i = 0; i < c->n; i++) {
+        lum_record_unref(c->changes[i].before);
+        lum_record_unref(c->changes[i].after);
+    }
+    free(c->changes);
+    *c = (struct lum_changes){0};
+}
+
+struct lum_document *lum_document_create(void)
+{
+    struct lum_document *doc = calloc(1, sizeof *doc);
+    struct lum_record *render = lum_record_create(LUM_RECORD_RENDER, "render");
+    if (!doc || !render)
+        goto fail;
+    lum_table_init(&doc->table);
+    if (!lum_table_reserve(&doc->table, 1))
+        goto fail;
+    lum_table_change(&doc->table, NULL, render);
+    lum_record_unref(render);
+    return doc;
+fail:
+    lum_record_unref(render);
+    free(doc);
+    return NULL;
+}
+
+void lum_document_destroy(struct lum_document *doc)
+{
+    if (!doc)
+        return;
+    lum_history_finish(doc);
+    lum_table_finish(&doc->table);
+    free(doc);
+}
+
+uint64_t lum_document_rev(const struct lum_document *doc)
+{
+    return doc->rev;
+}
+
+const struct lum_record *lum_document_find(const struct lum_document *doc, const char *id)
+{
+    const struct lum_table_slot *slot = lum_table_find(&doc->table, id);
+    return slot ? slot->record : NULL;
+}
+
+bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user)
+{
+    const struct lum_record **records;
+    if (!lum_table_sorted(&doc->table, &records))
+        return false;
+    for (size_t i = 0; i < doc->table.n; i++)
+        fn(user, records[i]);
+    free(records);
+    return true;
+}
+
+/* ---- ids below imports ---- */
+
+bool lum_id_is_below(const char *id, const char *import_id)
+{
+    size_t n = strlen(import_id);
+    return strncmp(id, import_id, n) == 0 && id[n] == '/';
+}
+
+/* Ids below an existing import are its own: a rebuilt scene imports first and adds after. */
+static bool check_free(const struct lum_txn *t, const char *id)
+{
+    const struct lum_table *table = &t->doc->table;
+    if (lum_table_find(table, id))
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id", "\"%s\" exists", id);
+    lum_id prefix;
+    for (size_t i = 0; id[i]; i++) {
+        prefix[i] = '\0';
+        const struct lum_table_slot *slot = id[i] == '/' ? lum_table_find(table, prefix) : NULL;
+        if (slot && slot->record->type == LUM_RECORD_IMPORT)
+            return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
+                                  "\"%s\": ids below \"%s\" belong to that import", id, prefix);
+        prefix[i] = id[i];
+    }
+    return true;
+}
+
+/* ---- ops ---- */
+
+static bool apply_set(struct lum_txn *t, const struct lum_op *op)
+{
+    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
+    if (!slot)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"", op->id);
+    if (slot->record->type == LUM_RECORD_IMPORT)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "id",
+                              "an import cannot be changed: remove it and import again, or set what it brought");
+    struct lum_record *after = lum_record_clone(slot->record);
+    if (!after)
+        return lum_proto_fail_memory(t->err);
+    bool ok = lum_record_set(after, op->path, op->value, t->err) && lum_txn_step(t, slot->record, after);
+    lum_record_unref(after);
+    return ok;
+}
+
+static const struct lum_import_children *children_of(const struct lum_import_children *children, size_t n,
+                                                     const char *id)
+{
+    for (size_t i = 0; i < n; i++)
+        if (strcmp(children[i].import_id, id) == 0)
+            return &children[i];
+    return NULL;
+}
+
+static bool any_below(const struct lum_table *table, const char *id)
+{
+    for (size_t i = 0; i < table->capacity; i++)
+        if (table->slots[i].record && lum_id_is_below(table->slots[i].record->id, id))
+            return true;
+    return false;
+}
+
+/* A copy of the import record that remembers what it made. */
+static struct lum_record *import_record(const struct lum_op *op, const struct lum_import_children *made)
+{
+    struct lum_record *import = lum_record_clone(op->record);
+    if (!import)
+        return NULL;
+    import->import.made = calloc(made->n ? made->n : 1, sizeof(*import->import.made));
+    if (!import->import.made) {
+        lum_record_unref(import);
+        return NULL;
+    }
+    for (; import->import.n_made < made->n; import->import.n_made++) {
+        struct lum_record *child = made->records[import->import.n_made];
+        memcpy(child->origin, op->id, sizeof child->origin);
+        import->import.made[import->import.n_made] = lum_record_ref(child);
+    }
+    return import;
+}
+
+static bool apply_import(struct lum_txn *t, const struct lum_op *op, const struct lum_import_children *made)
+{
+    if (!check_free(t, op->id))
+        return false;
+    if (any_below(&t->doc->table, op->id))
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
+                              "ids below \"%s\" are taken: import under another id", op->id);
+    if (!made)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "id", "imports are not available here");
+    struct lum_record *import = import_record(op, made);
+    if (!import)
+        return lum_proto_fail_memory(t->err);
+    bool ok = lum_txn_step(t, NULL, import);
+    for (size_t i = 0; i < made->n && ok; i++) {
+        struct lum_record *child = made->records[i];
+        if (!lum_id_is_below(child->id, op->id) || lum_table_find(&t->doc->table, child->id))
+            ok = lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
+                                "the import brought \"%s\", which is outside its name or there twice", child->id);
+        else
+            ok = lum_txn_step(t, NULL, child);
+    }
+    lum_record_unref(import);
+    return ok;
+}
+
+/* What the import made goes first, in an order in which nothing is in use any more. */
+static bool remove_children(struct lum_txn *t, const char *import_id)
+{
+    const struct lum_record **records;
+    size_t n = t->doc->table.n;
+    if (!lum_table_sorted(&t->doc->table, &records))
+        return lum_proto_fail_memory(t->err);
+    bool ok = true;
+    for (size_t i = n; i-- > 0 && ok;)
+        if (strcmp(records[i]->origin, import_id) == 0)
+            ok = lum_txn_step(t, (struct lum_record *)(uintptr_t)records[i], NULL);
+    free(records);
+    return ok;
+}
+
+static bool apply_remove(struct lum_txn *t, const struct lum_op *op)
+{
+    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
+    if (!slot)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"", op->id);
+    struct lum_record *r = slot->record;
+    if (r->type == LUM_RECORD_RENDER)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"render\" always exists");
+    if (r->type == LUM_RECORD_IMPORT && !remove_children(t, r->id))
+        return false;
+    return lum_txn_step(t, r, NULL);
+}
+
+bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,
+                        const struct lum_import_children *children, size_t n_children, struct lum_changes *ret_changes,
+                        struct lum_proto_error *err)
+{
+    struct lum_txn t = {.doc = doc, .err = err};
+    struct lum_changes changes;
+    bool ok = true;
+    size_t i = 0;
+    lum_history_settle(doc);
+    for (; i < ops->n && ok; i++) {
+        const struct lum_op *op = &ops->ops[i];
+        if (op->kind == LUM_OP_ADD)
+            ok = check_free(&t, op->id) && lum_txn_step(&t, NULL, op->record);
+        else if (op->kind == LUM_OP_SET)
+            ok = apply_set(&t, op);
+        else if (op->kind == LUM_OP_REMOVE)
+            ok = apply_remove(&t, op);
+        else
+            ok = apply_import(&t, op, children_of(children, n_children, op->id));
+    }
+    if (!ok) {
+        char prefix[32];
+        snprintf(prefix, sizeof prefix, "ops/%zu", i - 1);
+        lum_proto_prefix(err, prefix);
+        lum_txn_take_back(&t);
+        return false;
+    }
+    if (!lum_txn_end(&t, &changes))
+        return false;
+    doc->rev++;
+    if (!lum_history_note(doc, user, &changes)) {
+        lum_document_rollback(doc, &changes);
+        lum_changes_finish(&changes);
+        return lum_proto_fail_memory(err);
+    }
+    *ret_changes = changes;
+    return true;
+}
