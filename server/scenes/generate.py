@@ -15,6 +15,7 @@ class Scene:
     def __init__(self, kind="scene", **header):
         self.lines = [json.dumps({"lumend": 1, "kind": kind, **header})]
         self.made = set()
+        self.ids = set()
 
     def op(self, op, **fields):
         self.lines.append(json.dumps({"op": op, **fields}))
@@ -23,6 +24,8 @@ class Scene:
         self.lines.append(f"# {text}")
 
     def add(self, record, id, **fields):
+        assert id not in self.ids, f"{id} is taken: one name space for all types"
+        self.ids.add(id)
         self.op("add", type=record, id=id, **fields)
         return id
 
@@ -137,8 +140,8 @@ def furnace():
                            ("back", (0, 0, -1), (90, 0, 0)), ("front", (0, 0, 1), (-90, 0, 0)),
                            ("left", (-1, 0, 0), (0, 0, -90)), ("right", (1, 0, 0), (0, 0, 90))):
         s.object(name, "side", "glow", at, turn)
-    s.mesh("ball", "sphere", [0.6, 0.6, 0.6], segments=[48, 24])
-    s.object("ball", "ball", "glow", (0.2, -0.3, -0.3))
+    s.mesh("ball-mesh", "sphere", [0.6, 0.6, 0.6], segments=[48, 24])
+    s.object("ball", "ball-mesh", "glow", (0.2, -0.3, -0.3))
     s.add("camera", "main", position=[-0.5, 0.3, 0.9], target=[0.1, -0.2, -0.3], up=[0, 1, 0], vfov_deg=60)
     s.op("set", id="render", path="/max_depth", value=64)
     s.op("set", id="render", path="/exposure_ev", value=1.5)
@@ -258,21 +261,21 @@ def office():
             x += thick + 0.006 + (0.16 if seed % 11 == 0 else 0)
             k += 1
     # a plant in the corner: leaves on a spiral
-    s.mesh("pot", "cylinder", [0.36, 0.34, 0.36], segments=[48, 1])
-    s.object("plant-pot", "pot", "pot", (-2.55, 0.17, -2.1))
-    s.mesh("leaf", "sphere", [0.30, 0.015, 0.10], segments=[20, 8])
+    s.mesh("pot-mesh", "cylinder", [0.36, 0.34, 0.36], segments=[48, 1])
+    s.object("plant-pot", "pot-mesh", "pot", (-2.55, 0.17, -2.1))
+    s.mesh("leaf-mesh", "sphere", [0.30, 0.015, 0.10], segments=[20, 8])
     for k in range(26):
         a = k * 137.508
         lift = 0.42 + 0.034 * k
         reach = 0.15 + 0.11 * math.sin(math.pi * k / 26)
-        s.object(f"leaf-{k:02d}", "leaf", "leaf", (-2.55 + reach * math.cos(math.radians(a)), lift, -2.1 - reach * math.sin(math.radians(a))),
+        s.object(f"leaf-{k:02d}", "leaf-mesh", "leaf", (-2.55 + reach * math.cos(math.radians(a)), lift, -2.1 - reach * math.sin(math.radians(a))),
                  (0, a, 24 - k * 0.6))
-    s.mesh("waste-bin", "cylinder", [0.28, 0.34, 0.28], segments=[48, 1])
-    s.object("waste-bin", "waste-bin", "steel", (-0.15, 0.17, -1.3))
-    s.mesh("clock-rim", "torus", [0.36, 0.04, 0.36], segments=[64, 16])
-    s.object("clock-rim", "clock-rim", "black", (-0.9, 2.05, -d / 2 + 0.03), (90, 0, 0))
-    s.mesh("clock-face", "disc", [0.32, 0, 0.32], segments=[64, 1])
-    s.object("clock-face", "clock-face", "paper-white", (-0.9, 2.05, -d / 2 + 0.02), (90, 0, 0))
+    s.mesh("waste-bin-mesh", "cylinder", [0.28, 0.34, 0.28], segments=[48, 1])
+    s.object("waste-bin", "waste-bin-mesh", "steel", (-0.15, 0.17, -1.3))
+    s.mesh("clock-rim-mesh", "torus", [0.36, 0.04, 0.36], segments=[64, 16])
+    s.object("clock-rim", "clock-rim-mesh", "black", (-0.9, 2.05, -d / 2 + 0.03), (90, 0, 0))
+    s.mesh("clock-face-mesh", "disc", [0.32, 0, 0.32], segments=[64, 1])
+    s.object("clock-face", "clock-face-mesh", "paper-white", (-0.9, 2.05, -d / 2 + 0.02), (90, 0, 0))
     s.box("clock-hour", [0.012, 0.09, 0.004], "black", (-0.92, 2.08, -d / 2 + 0.035), (0, 0, 30))
     s.box("clock-minute", [0.008, 0.13, 0.004], "black", (-0.85, 2.02, -d / 2 + 0.035), (0, 0, -120))
 
@@ -300,15 +303,15 @@ def many_lights():
     s.material("cloth", [0.74, 0.72, 0.68])
     s.material("iron", [0.10, 0.10, 0.11], roughness=0.5, specular=0.8)
     s.material("marble", [0.76, 0.74, 0.70], roughness=0.4, specular=0.7)
-    s.mesh("ground", "quad", [26, 0, 26])
-    s.object("ground", "ground", "stone", (0, 0, 0))
+    s.mesh("ground-mesh", "quad", [26, 0, 26])
+    s.object("ground", "ground-mesh", "stone", (0, 0, 0))
     s.box("wall-north", [24, 6, 0.4], "plaster", (0, 3, -11))
     s.box("wall-west", [0.4, 6, 22], "plaster", (-12, 3, 0))
     s.box("wall-east", [0.4, 6, 22], "plaster", (12, 3, 0))
     s.mesh("column", "cylinder", [0.5, 3.6, 0.5], segments=[32, 1])
-    s.mesh("statue", "figure", [1.0, 2.4, 1.0])
+    s.mesh("statue-mesh", "figure", [1.0, 2.4, 1.0])
     s.box("statue-plinth", [1.3, 0.9, 1.3], "stone", (0, 0.45, -3.5))
-    s.object("statue", "statue", "marble", (0, 0.9 + 1.2, -3.5))
+    s.object("statue", "statue-mesh", "marble", (0, 0.9 + 1.2, -3.5))
     for k in range(7):
         x = -9 + 3 * k
         s.object(f"column-{k}", "column", "plaster", (x, 1.8, -9.2))
