@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "core/light/environment.h"
+
 struct lum_image *lum_image_ref(struct lum_image *image)
 {
     lum_refs_get(&image->refs);

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "core/light/environment.h"
+
 struct light_build {
     const struct lum_light_input *in;
     struct lum_light_part *part;

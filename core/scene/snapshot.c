@@ -211,10 +211,7 @@ bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float
                     *c = instance->mesh->uvs + 2 * (size_t)index[2];
         float w = 1.0f - u - v;
         struct lum_vec2 uv = {w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]};
-        const struct lum_texture *t = &m->base_color_tex;
-        uv = (struct lum_vec2){t->m[0][0] * uv.x + t->m[0][1] * uv.y + t->m[0][2],
-                               t->m[1][0] * uv.x + t->m[1][1] * uv.y + t->m[1][2]};
-        alpha *= lum_image_sample(t->image, uv, t->wrap_u, t->wrap_v).a;
+        alpha *= lum_texture_sample(&m->base_color_tex, uv).a;
     }
     return m->alpha_mode == LUM_ALPHA_MASK ? alpha >= m->alpha_cutoff : alpha > place_hash(object, prim, u, v);
 }

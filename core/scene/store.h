@@ -9,11 +9,6 @@
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
 
-/* light/environment.h */
-struct lum_env_map *lum_env_map_create(const struct lum_image *image);
-void lum_env_map_destroy(struct lum_env_map *map);
-double lum_env_map_mean_luminance(const struct lum_env_map *map);
-
 struct lum_entry {
     char id[LUM_ID_MAX + 1];
     uint32_t users; /* entries that refer to this one */
