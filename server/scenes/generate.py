@@ -77,14 +77,14 @@ def cornell_room(s, size=4.0):
 
 def cornell_statues(s):
     """Two statues of 24 000 triangles each, one mesh: the complexity of the thesis' Cornell scene (7.2.1)."""
-    s.material("marble", [0.78, 0.76, 0.72], roughness=0.45, specular=0.6)
-    s.material("bronze", [0.71, 0.48, 0.26], roughness=0.32, specular=1.0, metallic=1.0)
+    s.material("marble", [0.78, 0.76, 0.72])
+    s.material("terracotta", [0.66, 0.36, 0.20])
     s.material("plinth", [0.55, 0.53, 0.50])
     s.mesh("statue", "figure", [0.9, 2.1, 0.9])
     s.box("tall-plinth", [1.1, 0.75, 1.1], "plinth", (-0.8, 0.375, -0.75), (0, 18, 0))
     s.object("tall-statue", "statue", "marble", (-0.8, 0.75 + 1.05, -0.75), (0, 18, 0))
     s.box("short-plinth", [0.95, 0.25, 0.95], "plinth", (0.85, 0.125, 0.45), (0, -16, 0))
-    s.object("short-statue", "statue", "bronze", (0.85, 0.25 + 0.819, 0.45), (0, -28, 0), (0.78, 0.78, 0.78))
+    s.object("short-statue", "statue", "terracotta", (0.85, 0.25 + 0.819, 0.45), (0, -28, 0), (0.78, 0.78, 0.78))
 
 
 def cornell_camera(s):
@@ -97,8 +97,7 @@ def cornell():
     cornell_statues(s)
     s.add("light", "ceiling-panel", kind="quad", position=[0, 3.98, 0], u=[1.3, 0, 0], v=[0, 0, 1.05], flux_lm=11000,
           cct_k=3500, group="ceiling")
-    s.add("light", "accent", kind="spot", position=[1.7, 3.6, 1.7], direction=[-2.4, -2.2, -2.3], inner_cone_deg=10,
-          outer_cone_deg=19, intensity_cd=1400, cct_k=2700, group="accent")
+    s.add("light", "globe", kind="sphere", position=[-0.05, 0.30, 0.75], radius=0.14, flux_lm=900, cct_k=2400, group="globe")
     cornell_camera(s)
     s.op("set", id="render", path="/exposure_ev", value=7.6)
     return s
