@@ -189,6 +189,7 @@ export class App {
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
+            void this.ping();
         } catch (error) {
             this.report(error as Error);
         }

@@ -29,18 +29,14 @@ export function HelpDialog() {
                         <Icon name="close" />
                     </button>
                 </header>
-                <div class="help-columns">
-                    <dl>
-                        {POINTERS.map(([gesture, label]) => (
-                            <Entry key={gesture} name={gesture} label={label} />
-                        ))}
-                    </dl>
-                    <dl>
-                        {KEYMAP.map((k) => (
-                            <Entry key={k.label} name={k.shown} label={k.label} />
-                        ))}
-                    </dl>
-                </div>
+                <dl class="help-columns">
+                    {POINTERS.map(([gesture, label]) => (
+                        <Entry key={gesture} name={gesture} label={label} />
+                    ))}
+                    {KEYMAP.map((k) => (
+                        <Entry key={k.label} name={k.shown} label={k.label} />
+                    ))}
+                </dl>
             </div>
         </dialog>
     );

@@ -1,16 +1,6 @@
 import { useSignal } from '@preact/signals';
+import { idForAsset } from '../state/imports';
 import { useApp } from './context';
-
-/** "models/Big Room.glb" -> "big-room", made unique among the ids that exist. */
-export function idForAsset(asset: string, taken: (id: string) => boolean): string {
-    const file = asset.split('/').pop() ?? '';
-    const stem = file.replace(/\.[^.]*$/, '').toLowerCase();
-    const id = stem.replace(/[^a-z0-9_.-]+/g, '-').replace(/^-+|-+$/g, '').slice(0, 40) || 'import';
-    for (let n = 2; ; n++) {
-        const name = n === 2 ? id : `${id}-${n - 1}`;
-        if (!taken(name)) return name;
-    }
-}
 
 export function ImportPanel() {
     const app = useApp();

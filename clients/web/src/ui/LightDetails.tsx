@@ -3,7 +3,7 @@ import { number } from '../lib/format';
 import { kelvinScale } from '../lib/scale';
 import type { Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
-import type { SceneRecord } from '../protocol/types';
+import { stringOr, type SceneRecord } from '../protocol/types';
 import { colourOf, intensityOf, isPlaced, kindOf, positionOf } from '../state/lights';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
@@ -24,16 +24,16 @@ export function LightDetails({ light }: { light: SceneRecord }) {
     const { field, value, unit } = intensityOf(light);
     return (
         <div class="light-details">
-            <div class="fields">
-                <NumberField
-                    label="Intensity"
-                    value={value}
-                    unit={unit.symbol}
-                    min={0}
-                    onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
-                />
-                <span class="kind">{kindOf(light)}</span>
-            </div>
+            <p class="kind">
+                {kindOf(light)} light{light.group ? ` in group ${stringOr(light.group, '')}` : ''}
+            </p>
+            <NumberField
+                label="Intensity"
+                value={value}
+                unit={unit.symbol}
+                min={0}
+                onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
+            />
             <Colour light={light} />
             {isPlaced(light) && <Position light={light} />}
         </div>

@@ -12,7 +12,7 @@ export function TopBar() {
             <Logo />
             <span class={`link link-${state}`}>
                 <span class="link-dot" aria-hidden="true" />
-                {state === 'online' ? 'live' : state === 'refused' ? 'locked' : 'offline'}
+                <span class="link-text">{state === 'online' ? 'live' : state === 'refused' ? 'locked' : 'offline'}</span>
             </span>
             <nav class="tools" aria-label="Tools">
                 <Tool label="Undo (Z)" onClick={() => void app.edits.undo()}>
@@ -55,7 +55,7 @@ function Logo() {
                 <circle class="logo-lamp" cx="10" cy="5" r="3" />
                 <path class="logo-floor" d="M3 17h14" />
             </svg>
-            lumend
+            <span>lumend</span>
         </h1>
     );
 }

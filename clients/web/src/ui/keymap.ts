@@ -57,8 +57,8 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['z'], shift: true, shown: 'Shift + Z', label: 'Redo', run: (app) => void app.edits.redo() },
     { keys: ['o'], shown: 'O', label: 'Selected light on or off', run: toggleSelected },
     { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo(app.selectedLight.value) },
-    { keys: ['['], shown: '[', label: 'Darker by a third of a stop', run: (app) => expose(app, EV) },
-    { keys: [']'], shown: ']', label: 'Brighter by a third of a stop', run: (app) => expose(app, -EV) },
+    { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
+    { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
     { keys: ['escape'], shown: 'Esc', label: 'Select nothing', run: (app) => app.clearSelection() },
     { keys: ['?'], shown: '?', label: 'This help', run: (app) => (app.helpOpen.value = true) },
@@ -66,12 +66,12 @@ export const KEYMAP: readonly Key[] = [
 
 export const POINTERS: readonly [string, string][] = [
     ['Drag', 'Orbit'],
-    ['Right drag, Shift + drag', 'Pan'],
+    ['Right drag', 'Pan; so does Shift + drag'],
     ['Wheel, pinch', 'Move closer or away'],
     ['Click', 'What is there, and its illuminance'],
     ['Double click', 'Turn about that point'],
     ['Drag a lamp', 'Move it along the picture'],
-    ['Shift + drag a lamp', 'Move it at its height'],
+    ['Shift + drag it', 'Move it at its height'],
 ];
 
 /** Fields take their own keys; sliders and lists only the arrows and the like. */

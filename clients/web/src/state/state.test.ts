@@ -1,0 +1,100 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import type { Json, JsonObject } from '../protocol/rpc';
+import type { SceneRecord } from '../protocol/types';
+import { idForAsset } from './imports';
+import { intensityOf, Solo } from './lights';
+import { SceneMirror, withField } from './scene';
+import { viewSize } from './view';
+
+const OPS: Json = [
+    { op: 'add', type: 'camera', id: 'main', position: [0, 0, 5], target: [0, 0, 0] },
+    { op: 'add', type: 'light', id: 'key', kind: 'point', flux_lm: 800, on: true, position: [1, 2, 3] },
+    { op: 'add', type: 'light', id: 'fill', kind: 'point', flux_lm: 100, on: false },
+];
+
+function mirror(): SceneMirror {
+    const scene = new SceneMirror();
+    scene.load(OPS, 5);
+    return scene;
+}
+
+test('fields are set by path, without touching the old record', () => {
+    const record: SceneRecord = { type: 'object', id: 'o', transform: { translate: [1, 2, 3] }, visible: true };
+    assert.deepEqual(withField(record, '/transform/translate/1', 9)?.transform, { translate: [1, 9, 3] });
+    assert.equal(withField(record, '/visible', null)?.visible, null);
+    assert.deepEqual(record.transform, { translate: [1, 2, 3] });
+    for (const path of ['', '/', 'visible', '/transform/translate/3', '/transform/translate/x', '/visible/deeper/still']) {
+        assert.equal(withField(record, path, 1), null, path);
+    }
+});
+
+test('a scene is loaded and followed', () => {
+    const scene = mirror();
+    assert.deepEqual(scene.list('light').value, ['key', 'fill']);
+    assert.ok(scene.apply([{ op: 'set', id: 'key', path: '/flux_lm', value: 400 }], 6));
+    assert.equal(scene.record('key')?.flux_lm, 400);
+    assert.ok(scene.apply([{ op: 'remove', id: 'fill' }, { op: 'add', type: 'light', id: 'new', kind: 'spot' }], 7));
+    assert.deepEqual(scene.list('light').value, ['key', 'new']);
+    assert.equal(scene.record('fill'), undefined);
+    assert.equal(scene.rev.value, 7);
+});
+
+test('a gap or an op that does not fit asks for the whole scene again; an old one is ignored', () => {
+    const scene = mirror();
+    assert.equal(scene.apply([], 8), false);
+    assert.equal(scene.apply([{ op: 'set', id: 'nobody', path: '/on', value: true }], 6), false);
+    assert.equal(scene.apply([{ op: 'import', id: 'room', asset: 'room.glb' }], 6), false);
+    assert.equal(scene.apply([{ op: 'remove', id: 'key' }], 4), true);
+    assert.ok(scene.record('key'));
+});
+
+test('the user’s own value stays on screen while it travels, and falls back when refused', () => {
+    const scene = mirror();
+    scene.record('key');
+    scene.expect('key', '/flux_lm', 300);
+    assert.equal(scene.record('key')?.flux_lm, 300);
+    scene.apply([{ op: 'set', id: 'key', path: '/flux_lm', value: 790 }], 6); // an older value of ours comes back
+    assert.equal(scene.record('key')?.flux_lm, 300);
+    scene.settle('key', '/flux_lm', 300, false);
+    assert.equal(scene.record('key')?.flux_lm, 790);
+    scene.expect('key', '/flux_lm', 200);
+    scene.settle('key', '/flux_lm', 200, true);
+    assert.equal(scene.record('key')?.flux_lm, 200);
+});
+
+test('the unit is the field that is set; its slider reaches the value', () => {
+    const light = (fields: JsonObject): SceneRecord => ({ type: 'light', id: 'l', ...fields });
+    assert.equal(intensityOf(light({ flux_lm: null, intensity_cd: 1400 })).unit.symbol, 'cd');
+    const bright = intensityOf(light({ luminance_cd_m2: 1.6e9 }));
+    assert.equal(bright.unit.max, 1.6e9);
+    assert.equal(intensityOf(light({ illuminance_lx: 0.01 })).unit.min, 0.01);
+});
+
+test('solo switches the others off, and a second time brings back what was', () => {
+    const solo = new Solo();
+    const light = (id: string, on: boolean): SceneRecord => ({ type: 'light', id, on });
+    const off = solo.toggle('b', [light('a', true), light('b', false), light('c', true)]);
+    assert.deepEqual(off.map((o) => [o.id, (o as { value: Json }).value]), [['a', false], ['b', true], ['c', false]]);
+    const other = solo.toggle('c', [light('a', false), light('b', true), light('c', false)]);
+    assert.deepEqual(other.map((o) => [o.id, (o as { value: Json }).value]), [['b', false], ['c', true]]);
+    const back = solo.toggle('c', [light('a', false), light('b', false), light('c', true)]);
+    assert.deepEqual(back.map((o) => [o.id, (o as { value: Json }).value]), [['a', true]]);
+    assert.equal(solo.isSoloed('c'), false);
+});
+
+test('a view has whole pixels, the window’s shape, and stays within the budget', () => {
+    assert.deepEqual(viewSize(600, 400, 1, 1e6), [600, 400]);
+    for (const [w, h, ratio] of [[1046, 692, 1], [390, 340, 3], [5000, 100, 2], [0, 0, 1]] as const) {
+        const [x, y] = viewSize(w, h, ratio, 400000);
+        assert.ok(Number.isInteger(x) && Number.isInteger(y) && x >= 1 && y >= 1 && x <= 4096 && x * y <= 400000);
+        if (h > 0) assert.ok(Math.abs((x / y) * (h / w) - 1) < 2 / y, `${x}x${y}`);
+    }
+});
+
+test('ids for imports are made of what ids may hold, and are new', () => {
+    const taken = new Set(['big-room', 'big-room-2']);
+    assert.equal(idForAsset('models/Big Room.glb', (id) => taken.has(id)), 'big-room-3');
+    assert.equal(idForAsset('<b>.obj', () => false), 'b');
+    assert.equal(idForAsset('???', () => false), 'import');
+});
