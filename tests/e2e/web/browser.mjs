@@ -1,0 +1,109 @@
+// Chromium, and what the tests read from a page: pixels, messages, numbers.
+import { createRequire } from 'node:module';
+import { mkdtempSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+
+const { chromium } = createRequire(new URL('../../../clients/web/package.json', import.meta.url))('playwright-core');
+
+export const CHROMIUM = '/usr/bin/chromium';
+const FLAGS =
+    '--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync';
+
+export function launch() {
+    return chromium.launchPersistentContext(mkdtempSync(join(tmpdir(), 'lumend-chromium-')), {
+        executablePath: CHROMIUM,
+        headless: true,
+        viewport: { width: 1000, height: 640 },
+        args: FLAGS.split(' '),
+    });
+}
+
+/** A page that remembers its errors and its last sent and received camera_seq. */
+export async function open(context, url) {
+    const page = await context.newPage();
+    const watch = { errors: [], sentSeq: 0, shownSeq: 0 };
+    page.on('pageerror', (e) => watch.errors.push(e.message));
+    page.on('console', (m) => m.type() === 'error' && watch.errors.push(m.text()));
+    page.on('websocket', (socket) => {
+        socket.on('framesent', ({ payload }) => {
+            const seq = /"camera_seq":(\d+)/.exec(String(payload));
+            if (seq) watch.sentSeq = Number(seq[1]);
+        });
+        socket.on('framereceived', ({ payload }) => {
+            if (Buffer.isBuffer(payload) && payload.length >= 64) watch.shownSeq = payload.readUInt32LE(36);
+        });
+    });
+    await page.goto(url);
+    return { page, watch };
+}
+
+/** Waits until a frame of at least this revision with this many samples is on screen. */
+export async function settled(page, { spp = 8, rev = 0 } = {}) {
+    await page.waitForFunction(
+        ([wantedSpp, wantedRev]) => {
+            const number = (selector) => Number((document.querySelector(selector)?.textContent ?? '').replace(/\D/g, ''));
+            const converged = document.querySelector('.is-converged') !== null;
+            return number('.item-rev .item-value') >= wantedRev && (converged || number('.quality b') >= wantedSpp);
+        },
+        [spp, rev],
+        { timeout: 60000 },
+    );
+}
+
+export async function shownRev(page) {
+    return Number((await page.locator('.item-rev .item-value').textContent()).replace(/\D/g, ''));
+}
+
+/** Mean linear luminance of a part of the picture (fractions), and how many different colours it has. */
+export function measure(page, [x0, y0, x1, y1] = [0, 0, 1, 1]) {
+    return page.evaluate(
+        ([left, top, right, bottom]) => {
+            const canvas = document.querySelector('.picture');
+            const w = Math.max(1, Math.round((right - left) * canvas.width));
+            const h = Math.max(1, Math.round((bottom - top) * canvas.height));
+            const { data } = canvas
+                .getContext('2d')
+                .getImageData(Math.round(left * canvas.width), Math.round(top * canvas.height), w, h);
+            const linear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+            const colours = new Set();
+            let sum = 0;
+            for (let i = 0; i < data.length; i += 4) {
+                sum += 0.2126 * linear(data[i] / 255) + 0.7152 * linear(data[i + 1] / 255) + 0.0722 * linear(data[i + 2] / 255);
+                colours.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
+            }
+            return { mean: sum / (data.length / 4), colours: colours.size };
+        },
+        [x0, y0, x1, y1],
+    );
+}
+
+/** A small copy of the picture, to compare two of them. */
+export function thumbnail(page) {
+    return page.evaluate(() => {
+        const small = document.createElement('canvas');
+        small.width = 64;
+        small.height = 48;
+        const context = small.getContext('2d');
+        context.drawImage(document.querySelector('.picture'), 0, 0, 64, 48);
+        return [...context.getImageData(0, 0, 64, 48).data];
+    });
+}
+
+/** Root mean square difference, 0..255. */
+export function difference(a, b) {
+    return Math.sqrt(a.reduce((sum, v, i) => sum + (v - b[i]) ** 2, 0) / a.length);
+}
+
+/** Centre of an element in window pixels. */
+export async function centre(locator) {
+    const box = await locator.boundingBox();
+    return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+}
+
+export async function drag(page, from, to, steps = 8) {
+    await page.mouse.move(from.x, from.y);
+    await page.mouse.down();
+    await page.mouse.move(to.x, to.y, { steps });
+    await page.mouse.up();
+}
