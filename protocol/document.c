@@ -232,7 +232,7 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
     if (!lum_txn_end(&t, &changes))
         return false;
     doc->rev++;
-    if (!lum_history_note(doc, user, &changes)) {
+    if (!lum_history_note(doc, user, ops->undo_group, &changes)) {
         lum_document_rollback(doc, &changes);
         lum_changes_finish(&changes);
         return lum_proto_fail_memory(err);

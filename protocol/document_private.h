@@ -26,6 +26,7 @@ bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
 struct lum_history_entry {
     struct lum_history_entry *next; /* older */
     struct lum_changes changes;
+    lum_id group; /* lum_ops.undo_group */
     size_t n_bytes; /* of bulk data that it holds on to */
 };
 struct lum_history {
@@ -52,7 +53,7 @@ struct lum_document {
 
 void lum_history_settle(struct lum_document *doc);
 /* Takes note of an applied transaction; it becomes pending. False: memory is short. */
-bool lum_history_note(struct lum_document *doc, const char *user, const struct lum_changes *changes);
+bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes);
 void lum_history_finish(struct lum_document *doc);
 
 /* Names of an import and of what it made. */

@@ -29,6 +29,7 @@ struct lum_ops {
     struct lum_op *ops;
     size_t n;
     double *t_ms; /* replay records: time of each op; NULL in scenes and messages */
+    lum_id undo_group; /* a drag: successive transactions of one user with this name are one undo step; "": alone */
 };
 
 /* Bulk arrays an importer sends beside the JSON: {"positions":{"blob":3}}. */

@@ -59,6 +59,42 @@ static size_t bulk_bytes(const struct lum_record *r)
     return r && r->type == LUM_RECORD_IMAGE ? r->image.n_bytes : 0;
 }
 
+/* ---- groups: the steps of one drag are one entry ---- */
+
+static struct lum_change *change_that_left(const struct lum_changes *c, const struct lum_record *record)
+{
+    for (size_t i = 0; i < c->n; i++)
+        if (record && c->changes[i].after == record)
+            return &c->changes[i];
+    return NULL;
+}
+
+/* True when `next` goes on exactly where `e` stopped: each of its changes starts from a record that e left, so nobody
+ * else was there in between (records are immutable: the same pointer is the same state). */
+static bool continues(const struct lum_history_entry *e, const struct lum_history_entry *next)
+{
+    if (!e || !next->group[0] || strcmp(e->group, next->group) != 0)
+        return false;
+    for (size_t i = 0; i < next->changes.n; i++) {
+        const struct lum_change *c = &next->changes.changes[i];
+        if (!c->after || !change_that_left(&e->changes, c->before))
+            return false;
+    }
+    return true;
+}
+
+/* e then leads from its own start to where `next` ended. Allocates nothing; next is freed. */
+static void absorb(struct lum_history_entry *e, struct lum_history_entry *next)
+{
+    for (size_t i = 0; i < next->changes.n; i++) {
+        struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, step->before);
+        struct lum_record *left = whole->after;
+        whole->after = step->after;
+        step->after = left; /* freed with next */
+    }
+    entry_destroy(next);
+}
+
 /* ---- histories ---- */
 
 static void history_destroy(struct lum_history *h)
@@ -75,6 +111,10 @@ void lum_history_settle(struct lum_document *doc)
     switch (p.action) {
     case LUM_ACTION_APPLY:
         list_free(&p.history->redo);
+        if (continues(p.history->undo, p.entry)) {
+            absorb(p.history->undo, p.entry);
+            break;
+        }
         p.entry->next = p.history->undo;
         p.history->undo = p.entry;
         trim(p.history->undo);
@@ -145,7 +185,7 @@ static struct lum_history *make_history(struct lum_document *doc, const char *us
     return h;
 }
 
-bool lum_history_note(struct lum_document *doc, const char *user, const struct lum_changes *changes)
+bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes)
 {
     struct lum_history *h = make_history(doc, user);
     struct lum_history_entry *e = h ? calloc(1, sizeof *e) : NULL;
@@ -157,6 +197,7 @@ bool lum_history_note(struct lum_document *doc, const char *user, const struct l
         return false;
     }
     e->changes.n = changes->n;
+    snprintf(e->group, sizeof e->group, "%s", group);
     for (size_t i = 0; i < changes->n; i++) {
         const struct lum_change *c = &changes->changes[i];
         e->changes.changes[i] = (struct lum_change){c->before ? lum_record_ref(c->before) : NULL,

@@ -22,11 +22,16 @@ static bool read_scene_get(struct lum_json_reader *r, struct lum_command *c)
 
 static bool read_scene_apply(struct lum_json_reader *r, struct lum_command *c)
 {
+    lum_id undo_group = "";
     lum_json_id(r, "op_id", c->op_id);
+    lum_json_id(r, "undo_group", undo_group);
     c->has_base_rev = lum_json_u64(r, "base_rev", &c->base_rev);
     bool has_ops = lum_json_require(r, "ops");
     const struct cJSON *ops = lum_json_member(r, "ops");
-    return lum_json_end(r) && has_ops && lum_ops_from_json(ops, &c->ops, r->err);
+    if (!lum_json_end(r) || !has_ops || !lum_ops_from_json(ops, &c->ops, r->err))
+        return false;
+    memcpy(c->ops.undo_group, undo_group, sizeof undo_group);
+    return true;
 }
 
 /* The camera of a view: {position, target, up?, vfov_deg?}. */

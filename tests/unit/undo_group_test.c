@@ -1,0 +1,151 @@
+/* A drag is one undo step: successive transactions of one user with one undo_group are taken back together. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "protocol/document.h"
+
+static void read_op(const char *json, const char *group, struct lum_ops *ret_ops)
+{
+    struct lum_proto_error err;
+    char text[256];
+    int n = snprintf(text, sizeof text, "{\"lumend\":1,\"kind\":\"scene\"}\n%s\n", json);
+    if (!lum_ops_from_jsonl(text, (size_t)n, ret_ops, &err))
+        fail_msg("%s: %s: %s", json, err.path, err.text);
+    snprintf(ret_ops->undo_group, sizeof ret_ops->undo_group, "%s", group);
+}
+
+static void apply(struct lum_document *doc, const char *user, const char *group, const char *json)
+{
+    struct lum_proto_error err;
+    struct lum_ops ops;
+    struct lum_changes changes;
+    read_op(json, group, &ops);
+    if (!lum_document_apply(doc, user, &ops, NULL, 0, &changes, &err))
+        fail_msg("%s: %s: %s", json, err.path, err.text);
+    lum_changes_finish(&changes);
+    lum_ops_finish(&ops);
+}
+
+static void set_flux(struct lum_document *doc, const char *user, const char *group, int flux)
+{
+    char json[128];
+    snprintf(json, sizeof json, "{\"op\":\"set\",\"id\":\"key\",\"path\":\"/flux_lm\",\"value\":%d}", flux);
+    apply(doc, user, group, json);
+}
+
+static bool undo(struct lum_document *doc, const char *user)
+{
+    struct lum_changes changes;
+    struct lum_proto_error err;
+    bool ok = lum_document_undo(doc, user, &changes, &err);
+    if (ok)
+        lum_changes_finish(&changes);
+    return ok;
+}
+
+static bool redo(struct lum_document *doc, const char *user)
+{
+    struct lum_changes changes;
+    struct lum_proto_error err;
+    bool ok = lum_document_redo(doc, user, &changes, &err);
+    if (ok)
+        lum_changes_finish(&changes);
+    return ok;
+}
+
+static void expect_flux(const struct lum_document *doc, double flux)
+{
+    const struct lum_record *key = lum_document_find(doc, "key");
+    assert_non_null(key);
+    assert_float_equal(key->light.flux_lm.value, flux, 0.0);
+}
+
+static struct lum_document *create(void)
+{
+    struct lum_document *doc = lum_document_create();
+    assert_non_null(doc);
+    apply(doc, "ann", "", "{\"op\":\"add\",\"type\":\"light\",\"id\":\"key\",\"kind\":\"point\",\"flux_lm\":800}");
+    return doc;
+}
+
+static void drag_is_one_step(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    for (int flux = 700; flux >= 100; flux -= 100)
+        set_flux(doc, "ann", "drag-1", flux);
+    set_flux(doc, "ann", "drag-2", 50);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 100);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 800);
+    assert_true(redo(doc, "ann"));
+    expect_flux(doc, 100);
+    assert_true(redo(doc, "ann"));
+    expect_flux(doc, 50);
+    lum_document_destroy(doc);
+}
+
+static void without_a_group_each_is_a_step(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    set_flux(doc, "ann", "", 700);
+    set_flux(doc, "ann", "", 600);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 700);
+    lum_document_destroy(doc);
+}
+
+/* What somebody else did in between must not be taken back with the drag: the drag is cut there. */
+static void another_hand_cuts_the_drag(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    set_flux(doc, "ann", "drag", 700);
+    apply(doc, "bob", "", "{\"op\":\"set\",\"id\":\"key\",\"path\":\"/on\",\"value\":false}");
+    set_flux(doc, "ann", "drag", 600);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 700);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 800);
+    assert_false(lum_document_find(doc, "key")->light.on);
+    lum_document_destroy(doc);
+}
+
+static void rollback_leaves_the_group_as_it_was(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    struct lum_proto_error err;
+    struct lum_changes changes;
+    set_flux(doc, "ann", "drag", 700);
+    struct lum_ops ops;
+    read_op("{\"op\":\"set\",\"id\":\"key\",\"path\":\"/flux_lm\",\"value\":600}", "drag", &ops);
+    assert_true(lum_document_apply(doc, "ann", &ops, NULL, 0, &changes, &err));
+    lum_document_rollback(doc, &changes);
+    lum_changes_finish(&changes);
+    lum_ops_finish(&ops);
+    expect_flux(doc, 700);
+    assert_true(undo(doc, "ann"));
+    expect_flux(doc, 800);
+    lum_document_destroy(doc);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(drag_is_one_step),
+        cmocka_unit_test(without_a_group_each_is_a_step),
+        cmocka_unit_test(another_hand_cuts_the_drag),
+        cmocka_unit_test(rollback_leaves_the_group_as_it_was),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
