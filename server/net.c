@@ -191,11 +191,12 @@ static void finish_response(struct conn *c)
 static void fill_response(struct lum_net *net, struct conn *c, const char *path, size_t n_path)
 {
     char name[256];
-    c->head_only = false;
+    bool head = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
+    c->head_only = head;
     net->counters.http_requests++;
     if (!access_ok(net, c->wsi)) {
         lum_http_error(403, &c->response);
-    } else if (lws_hdr_total_length(c->wsi, WSI_TOKEN_GET_URI) <= 0) {
+    } else if (!head && lws_hdr_total_length(c->wsi, WSI_TOKEN_GET_URI) <= 0) {
         lum_http_error(405, &c->response);
     } else if (n_path >= sizeof name) {
         lum_http_error(404, &c->response);
@@ -230,7 +231,7 @@ static int send_head(struct lum_net *net, struct conn *c)
     for (size_t i = 0; lum_http_headers[i][0]; i++)
         if (add_header(wsi, lum_http_headers[i][0], lum_http_headers[i][1], &p, end))
             return -1;
-    if (!c->head_only && lws_add_http_header_content_length(wsi, r->n_bytes, &p, end))
+    if (r->status != HTTP_STATUS_NOT_MODIFIED && lws_add_http_header_content_length(wsi, r->n_bytes, &p, end))
         return -1;
     if (lws_finalize_http_header(wsi, &p, end) ||
         lws_write(wsi, start, (size_t)(p - start), LWS_WRITE_HTTP_HEADERS) < 0)
@@ -476,6 +477,9 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
         return confirm_upgrade(net, wsi);
+    case LWS_CALLBACK_RAW_ADOPT: /* CONNECT would turn the connection into a raw one, without any time limit */
+    case LWS_CALLBACK_RAW_RX:
+        return -1;
     case LWS_CALLBACK_HTTP:
         return http_request(net, wsi, c, in, len);
     case LWS_CALLBACK_HTTP_WRITEABLE:

@@ -2,7 +2,7 @@
 # LUMEND_WEB=OFF, one page that says how to build it.
 find_program(NPM npm)
 set(web_dir ${PROJECT_SOURCE_DIR}/clients/web)
-if(NPM AND EXISTS ${web_dir}/package.json)
+if(NPM)
     set(web_default ON)
 else()
     set(web_default OFF)

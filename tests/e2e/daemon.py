@@ -1,0 +1,100 @@
+"""Starts lumend for a test, waits for its ready line, and checks that it ended well."""
+import http.client
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import threading
+
+from wsclient import WAIT_S, WebSocket
+
+LUMEND = os.environ.get("LUMEND", "lumend")
+
+
+class Daemon:
+    """With `with`: at the end SIGTERM, and the exit status must be 0."""
+
+    def __init__(self, *options, wrapper=(), listen="127.0.0.1:0", threads=1, environment=None):
+        command = [*wrapper, LUMEND, "serve", "--listen", listen, "--threads", str(threads), "--scene",
+                   os.environ.get("LUMEND_TEST_SCENE", "cornell"), *options]
+        self.log = tempfile.TemporaryFile()
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log,
+                                        env={**os.environ, **(environment or {})})
+        self.ready_line = self._read_line()
+        match = re.fullmatch(r"lumend ready http://(\[[0-9a-f:]+\]|[0-9.]+):(\d+)/(?:#t=(\S+))?\n", self.ready_line)
+        if not match:
+            self.process.kill()
+            self.process.wait()
+            raise AssertionError(f"no ready line but {self.ready_line!r}; log:\n{self.read_log()}")
+        self.host, self.port, self.token = match[1], int(match[2]), match[3]
+
+    def _read_line(self):
+        timer = threading.Timer(10 * WAIT_S, self.process.kill)  # a hang must not hang the suite
+        timer.start()
+        line = self.process.stdout.readline().decode()
+        timer.cancel()
+        return line
+
+    def read_log(self):
+        self.log.seek(0)
+        return self.log.read().decode(errors="replace")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, value, traceback):
+        status = self.stop()
+        log = self.read_log()
+        self.log.close()
+        if status != 0 or "Sanitizer" in log or kind:
+            print(f"---- log of the daemon, exit status {status} ----\n{log}")
+        if kind is None:
+            assert status == 0, f"lumend ended with {status}"
+            assert "Sanitizer" not in log, "a sanitizer complained"
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            status = self.process.wait(2 * WAIT_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise AssertionError("SIGTERM did not end the daemon") from None
+        finally:
+            self.process.stdout.close()
+        return status
+
+    def connect(self, hello=True, **options):
+        ws = WebSocket(self.port, **options)
+        if hello:
+            ws.hello(self.token)
+        return ws
+
+    def get(self, path, headers=None, method="GET"):
+        """(status, headers, body)"""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
+        connection.request(method, path, headers=headers or {})
+        response = connection.getresponse()
+        body = response.read()
+        connection.close()
+        return response.status, {k.lower(): v for k, v in response.getheaders()}, body
+
+    def metric(self, name):
+        for line in self.get("/metrics")[2].decode().splitlines():
+            if line.startswith(f"lumend_{name} "):
+                return float(line.split()[1])
+        raise AssertionError(f"no metric {name}")
+
+    def assert_well(self):
+        """The daemon is up and correct for others."""
+        assert self.process.poll() is None, "the daemon is gone"
+        assert self.get("/healthz")[0] == 200
+        ws = self.connect()
+        assert "scene_rev" in ws.call("scene.get") if not os.environ.get("LUMEND_FAKE") else True
+        ws.close()
+
+    def rss_bytes(self):
+        with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
