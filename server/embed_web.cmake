@@ -5,11 +5,10 @@ if(WEB)
     # npm's own record of what it installed: older than the lock file, or absent, means that it must run
     if(NOT EXISTS ${WEB_DIR}/node_modules/.package-lock.json OR
        ${WEB_DIR}/package-lock.json IS_NEWER_THAN ${WEB_DIR}/node_modules/.package-lock.json)
-        # not `npm ci`: it refuses a lock file that lacks the optional packages of other platforms
-        execute_process(COMMAND ${NPM} install --no-save --no-audit --no-fund --loglevel=error
+        execute_process(COMMAND ${NPM} ci --no-audit --no-fund --loglevel=error
             WORKING_DIRECTORY ${WEB_DIR} OUTPUT_QUIET RESULT_VARIABLE failed)
         if(failed)
-            message(FATAL_ERROR "npm install failed in clients/web; -DLUMEND_WEB=OFF builds without the browser client")
+            message(FATAL_ERROR "npm ci failed in clients/web; -DLUMEND_WEB=OFF builds without the browser client")
         endif()
         file(TOUCH ${WEB_DIR}/node_modules/.package-lock.json)
     endif()

@@ -148,6 +148,10 @@ class WebSocket:
     def close(self):
         self.sock.close()
 
+    def __del__(self):
+        if hasattr(self, "sock"):
+            self.sock.close()
+
     # ---- frames and messages ----
 
     def recv_frame(self):

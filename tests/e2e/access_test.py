@@ -1,0 +1,217 @@
+"""Who may connect: token, Origin, Host, time to say hello; and what HTTP answers."""
+import os
+import tempfile
+import unittest
+
+from daemon import Daemon
+from wsclient import Closed, HandshakeFailed, RpcError, WebSocket, connect_tcp
+
+TOKEN = "a-token.of_20~characters"
+
+
+class Token(unittest.TestCase):
+    def setUp(self):
+        self.daemon = self.enterContext(Daemon())
+
+    def test_hello_gives_the_session_and_its_limits(self):
+        ws = WebSocket(self.daemon.port)
+        hello = ws.hello(self.daemon.token, client="me & you")
+        self.assertEqual(hello["protocol"], 1)
+        self.assertEqual(hello["role"], "edit")
+        self.assertRegex(hello["session"], r"^me___you\.[0-9-]+$")
+        self.assertEqual(hello["limits"]["message_bytes"], 8 << 20)
+        self.assertIsInstance(hello["scene_rev"], int)
+
+    def test_wrong_tokens_are_refused_and_closed(self):
+        right = self.daemon.token
+        for token in (None, "", "x", right[:-1], right + "x", "x" + right[1:], right[:-1] + "~", right.upper(), "y" * 256):
+            ws = WebSocket(self.daemon.port)
+            with self.assertRaises(RpcError) as caught:
+                ws.hello(token)
+            self.assertEqual(caught.exception.app, "not_authorised", token)
+            self.assertEqual(ws.wait_close(), 4001, token)
+        self.daemon.assert_well()
+
+    def test_token_of_a_wrong_type_is_an_error_and_not_a_login(self):
+        for token in (5, True, [], {}, [self.daemon.token], "z" * 257):
+            ws = WebSocket(self.daemon.port)
+            with self.assertRaises(RpcError) as caught:
+                ws.hello(token)
+            self.assertIn(caught.exception.code, (-32602, -32700), token)
+            with self.assertRaises(RpcError) as caught:
+                ws.call("scene.get")
+            self.assertEqual(caught.exception.app, "not_authorised")
+            self.assertIn("session", ws.hello(self.daemon.token))  # the connection lives, and may still say it right
+
+    def test_nothing_is_answered_before_hello(self):
+        ws = WebSocket(self.daemon.port)
+        for method in ("scene.get", "scene.apply", "view.open", "frame.ack", "stats.get", "nonsense"):
+            with self.assertRaises(RpcError) as caught:
+                ws.call(method, {})
+            self.assertEqual(caught.exception.app, "not_authorised", method)
+        self.assertIn("session", ws.hello(self.daemon.token))
+        with self.assertRaises(RpcError) as caught:
+            ws.hello(self.daemon.token)
+        self.assertEqual(caught.exception.app, "conflict")
+        ws.call("scene.get")
+
+    def test_no_hello_is_closed_and_others_go_on(self):
+        silent, chatty = WebSocket(self.daemon.port), WebSocket(self.daemon.port)
+        good = self.daemon.connect()
+        with self.assertRaises(Closed) as caught:
+            while True:  # talking without hello does not put off the deadline
+                try:
+                    chatty.call("scene.get")
+                except RpcError:
+                    pass
+        self.assertEqual(caught.exception.code, 4001)
+        self.assertEqual(silent.wait_close(), 4001)
+        good.call("scene.get")
+
+
+class OriginAndHost(unittest.TestCase):
+    def setUp(self):
+        self.daemon = self.enterContext(
+            Daemon("--allow-host", "render.example,other.example", "--allow-origin", "https://desk.example"))
+        self.port = self.daemon.port
+
+    def status(self, **options):
+        """Of a handshake and of a page with these headers: they must agree."""
+        headers = {"Host": options["host"] if "host" in options else f"127.0.0.1:{self.port}"}
+        if "origin" in options:
+            headers["Origin"] = options["origin"]
+        pages = {self.daemon.get(path, headers)[0] for path in ("/", "/metrics", "/healthz", "/readyz")}
+        self.assertEqual(len(pages), 1, options)
+        try:
+            WebSocket(self.port, **options).close()
+            status = 101
+        except HandshakeFailed as failed:
+            status = failed.status
+        self.assertEqual((pages.pop(), status), (200, 101) if status == 101 else (403, 403), options)
+        return status
+
+    def test_allowed(self):
+        port = self.port
+        for options in ({}, {"host": f"localhost:{port}"}, {"host": "LOCALHOST"}, {"host": f"[::1]:{port}"},
+                        {"host": "render.example"}, {"host": f"Other.Example:{port}"}, {"host": "127.1.2.3:1"},
+                        {"origin": f"http://127.0.0.1:{port}"},
+                        {"origin": f"http://localhost:{port}", "host": f"localhost:{port}"},
+                        {"origin": "https://render.example", "host": "render.example"},
+                        {"origin": "https://desk.example"}):
+            self.assertEqual(self.status(**options), 101, options)
+
+    def test_refused(self):
+        port = self.port
+        for options in ({"host": "evil.example"}, {"host": f"evil.example:{port}"}, {"host": "127.0.0.1.evil.example"},
+                        {"host": "render.example.evil.example"}, {"host": "xrender.example"}, {"host": "10.0.0.1"},
+                        {"host": "[fe80::1]"}, {"host": "localhost:port"}, {"host": "localhost:80:80"},
+                        {"host": "user@localhost"}, {"host": "[::1"}, {"host": "a" * 290},
+                        {"origin": "http://evil.example"}, {"origin": "null"}, {"origin": f"http://127.0.0.1:{port + 1}"},
+                        {"origin": f"http://localhost:{port}"}, {"origin": "http://127.0.0.1"},
+                        {"origin": f"ftp://127.0.0.1:{port}"}, {"origin": "https://desk.example.evil.example"},
+                        {"origin": "https://render.example"}, {"origin": f"http://127.0.0.1:{port}@evil.example"},
+                        {"origin": "http://" + "a" * 290}):
+            self.assertEqual(self.status(**options), 403, options)
+        self.daemon.assert_well()
+
+    def test_no_host_at_all(self):
+        sock = connect_tcp(self.port)
+        sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        self.assertIn(b" 403 ", sock.recv(100))
+
+
+class Pages(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = cls.enterClassContext(Daemon())
+
+    def test_the_client_and_its_security_headers(self):
+        status, headers, body = self.daemon.get("/")
+        self.assertEqual(status, 200)
+        self.assertIn(b"<html", body)
+        policy = headers["content-security-policy"]
+        for part in ("default-src 'none'", "script-src 'self'", "frame-ancestors 'none'", "base-uri 'none'"):
+            self.assertIn(part, policy)
+        self.assertNotIn("unsafe", policy)
+        self.assertEqual(headers["x-content-type-options"], "nosniff")
+        self.assertEqual(headers["referrer-policy"], "no-referrer")
+        self.assertNotIn("access-control-allow-origin", headers)
+        self.assertEqual(int(headers["content-length"]), len(body))
+        self.assertNotIn(self.daemon.token.encode(), body)
+
+    def test_etag(self):
+        _, headers, body = self.daemon.get("/")
+        self.assertEqual(self.daemon.get("/", {"If-None-Match": headers["etag"]})[::2], (304, b""))
+        self.assertEqual(self.daemon.get("/", {"If-None-Match": '"0"'})[::2], (200, body))
+
+    def test_head_has_the_headers_and_no_body(self):
+        status, headers, body = self.daemon.get("/", method="HEAD")
+        self.assertEqual((status, body), (200, b""))
+        self.assertEqual(headers["content-length"], self.daemon.get("/")[1]["content-length"])
+
+    def test_health_and_metrics(self):
+        self.assertEqual(self.daemon.get("/healthz")[0], 200)
+        self.assertEqual(self.daemon.get("/readyz")[0], 200)
+        status, headers, body = self.daemon.get("/metrics")
+        self.assertEqual(status, 200)
+        self.assertTrue(headers["content-type"].startswith("text/plain; version=0.0.4"))
+        for line in body.decode().splitlines():
+            self.assertRegex(line, r"^(# (HELP|TYPE) lumend_[a-z_]+ .+|lumend_[a-z_]+(\{.*\})? [0-9.e+-]+)$")
+        before = self.daemon.metric("sessions_total")
+        self.daemon.connect().close()
+        self.assertEqual(self.daemon.metric("sessions_total"), before + 1)
+
+    def test_what_is_not_there(self):
+        for path in ("/nothing", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/assets/", "/" + "a" * 300,
+                     "/index.html/", "/%00"):
+            self.assertIn(self.daemon.get(path)[0], (403, 404), path)
+        for method in ("POST", "PUT", "DELETE", "OPTIONS"):
+            self.assertEqual(self.daemon.get("/", method=method)[0], 405, method)
+
+
+class Start(unittest.TestCase):
+    def test_without_auth_the_url_has_no_fragment(self):
+        with Daemon("--no-auth") as daemon:
+            self.assertIsNone(daemon.token)
+            ws = WebSocket(daemon.port)
+            self.assertIn("session", ws.hello(None))
+
+    def test_token_file(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".token") as file:
+            file.write(TOKEN + "\n")
+            file.flush()
+            with Daemon("--token-file", file.name) as daemon:
+                self.assertEqual(daemon.token, TOKEN)
+                daemon.assert_well()
+            with Daemon(environment={"LUMEND_TOKEN_FILE": file.name}) as daemon:
+                self.assertEqual(daemon.token, TOKEN)
+            os.chmod(file.name, 0o666)
+            with self.assertRaisesRegex(AssertionError, "chmod 600"):
+                Daemon("--token-file", file.name)
+
+    def test_open_door_is_refused(self):
+        with self.assertRaisesRegex(AssertionError, "--no-auth is refused on 0.0.0.0"):
+            Daemon("--no-auth", listen="0.0.0.0:0")
+
+    def test_all_addresses_with_a_token(self):
+        with Daemon(listen="0.0.0.0:0") as daemon:
+            self.assertEqual(daemon.host, "127.0.0.1")
+            daemon.assert_well()
+
+    def test_ipv6(self):
+        try:
+            daemon = Daemon(listen="[::1]:0")
+        except AssertionError:
+            self.skipTest("no IPv6 here")
+        self.assertEqual(daemon.host, "[::1]")
+        self.assertEqual(daemon.stop(), 0)
+
+    def test_taken_port(self):
+        with Daemon() as daemon:
+            with self.assertRaisesRegex(AssertionError, f"cannot listen on 127.0.0.1 port {daemon.port}"):
+                Daemon(listen=f"127.0.0.1:{daemon.port}")
+            daemon.assert_well()
+
+
+if __name__ == "__main__":
+    unittest.main()
