@@ -37,6 +37,7 @@
 #define LUM_LIMIT_VIEW_PIXELS (1u << 23) /* film of 2 halves in double: 48 B a pixel = 400 MiB */
 #define LUM_LIMIT_VIEWS_PER_SESSION 8u
 #define LUM_LIMIT_VIEWS 64u
+#define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
 #define LUM_LIMIT_DEPTH 64u
 

@@ -41,7 +41,7 @@ enum lum_command_kind {
 struct lum_view_request {
     uint32_t view_id; /* update, close */
     bool has_camera, has_camera_id, has_size, has_codec, has_quality, has_method, has_camera_seq, has_exposure, has_tone_map,
-        has_spp, has_stats;
+        has_spp, has_stats, has_downscale, has_budget;
     double position[3], target[3], up[3], vfov_deg;
     lum_id camera_id;
     uint32_t w, h;
@@ -54,7 +54,7 @@ struct lum_view_request {
     char tone_map[12];          /* "": the scene's */
     uint32_t spp;
     bool stats; /* wants frame.stats; default true */
-    struct lum_opt budget_time_ms, budget_error;
+    struct lum_opt budget_time_ms, budget_error; /* both unset: none */
 };
 
 struct lum_command {
@@ -105,7 +105,7 @@ struct lum_director_config {
     uint32_t threads;
     bool deterministic;
     struct lum_log log;
-    /* Called from the director's thread when the outbox or a stream has something new; must only wake the net thread. */
+    /* Called from the director's threads when the outbox or a stream has something new; must only wake the net thread. */
     void (*wake_net)(void *user);
     void *wake_user;
 };

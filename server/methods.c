@@ -57,7 +57,8 @@ static bool read_camera(struct lum_json_reader *r, struct lum_view_request *v)
 static void read_budget(struct lum_json_reader *r, struct lum_view_request *v)
 {
     struct lum_json_reader budget;
-    if (!lum_json_object(r, "budget", &budget))
+    v->has_budget = lum_json_object(r, "budget", &budget);
+    if (!v->has_budget)
         return;
     lum_json_opt(&budget, "time_ms", 1.0, 60000.0, &v->budget_time_ms);
     lum_json_opt(&budget, "error", 1e-4, 10.0, &v->budget_error);
@@ -76,7 +77,8 @@ static void read_coding(struct lum_json_reader *r, struct lum_view_request *v)
     v->has_quality = lum_json_u32(r, "quality", 1, 100, &number);
     if (v->has_quality)
         v->quality = (uint8_t)number;
-    if (lum_json_u32(r, "downscale", 0, 2, &number))
+    v->has_downscale = lum_json_u32(r, "downscale", 0, 2, &number);
+    if (v->has_downscale)
         v->downscale = (uint8_t)number;
 }
 

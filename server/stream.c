@@ -197,7 +197,9 @@ static void next_locked(struct lum_stream *s, struct lum_stream_tile *ret_tile)
     header.camera_seq = frame->camera_seq;
     header.server_us = frame->server_us;
     header.error = frame->error;
-    header.flags &= ~(uint32_t)LUM_FRAME_LAST_TILE;
+    header.spp = frame->spp;
+    header.flags &= ~(uint32_t)(LUM_FRAME_LAST_TILE | LUM_FRAME_CONVERGED);
+    header.flags |= frame->flags & LUM_FRAME_CONVERGED;
     if (--s->n_to_send == 0)
         header.flags |= LUM_FRAME_LAST_TILE;
     slot->sent_version = slot->sending->header.frame_seq;

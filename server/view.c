@@ -198,12 +198,12 @@ static void merge(struct lum_view_request *a, const struct lum_view_request *b)
     TAKE(has_tone_map, tone_map)
     TAKE(has_spp, spp)
     TAKE(has_stats, stats)
+    TAKE(has_downscale, downscale)
+    TAKE(has_budget, budget_time_ms)
+    TAKE(has_budget, budget_error)
 #undef TAKE
     if (b->has_camera_id && !b->has_camera)
         a->has_camera = false; /* the named camera replaces the explicit one */
-    a->downscale = b->downscale;
-    a->budget_time_ms = b->budget_time_ms;
-    a->budget_error = b->budget_error;
 }
 
 bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
