@@ -18,11 +18,6 @@ static struct lum_rgb rgb(const double v[3])
     return lum_rgb((float)v[0], (float)v[1], (float)v[2]);
 }
 
-static double length3(const double v[3])
-{
-    return hypot(hypot(v[0], v[1]), v[2]);
-}
-
 /* Scales a colour to luminance 1. False when its luminance is not above 0. */
 static bool normalise_color(const double color[3], struct lum_rgb *ret_color)
 {
@@ -204,43 +199,19 @@ static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_
     return lum_fail(err, LUM_ERR_UNSUPPORTED, "kind", "lights of kind %s are not in this version", name);
 }
 
-/* Area that a flat or round emitter shows to someone straight in front of it, m2; 0: it has none. */
-static double facing_area(const struct lum_record_light *l, enum lum_light_kind kind)
-{
-    if (kind == LUM_LIGHT_QUAD) {
-        const double *u = l->u, *v = l->v;
-        double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-        return length3(n);
-    }
-    if (kind == LUM_LIGHT_DISC || kind == LUM_LIGHT_SPHERE)
-        return 3.14159265358979323846 * l->radius * l->radius;
-    return 0.0;
-}
-
-/* The size in the unit natural to the kind. d is complete but for its intensity. */
+/* The size in the unit natural to the kind; the record's validator has seen to it that only fitting ones are set. d is
+ * complete but for its intensity. */
 static enum lum_status light_intensity(const struct lum_record_light *l, const struct lum_light_desc *d,
                                        double *ret_intensity, struct lum_error *err)
 {
-    enum lum_light_kind kind = d->kind;
-    bool shines_from_a_point = kind == LUM_LIGHT_POINT || kind == LUM_LIGHT_SPOT;
-    double area = facing_area(l, kind);
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
-    if (l->intensity_cd.set && shines_from_a_point) {
-        *ret_intensity = l->intensity_cd.value;
-    } else if (l->intensity_cd.set && area > 0.0) {
-        *ret_intensity = l->intensity_cd.value / area; /* seen straight on: I = L A */
-    } else if (l->illuminance_lx.set && kind == LUM_LIGHT_DIRECTIONAL) {
-        *ret_intensity = l->illuminance_lx.value;
-    } else if (l->luminance_cd_m2.set && !shines_from_a_point && kind != LUM_LIGHT_DIRECTIONAL) {
-        *ret_intensity = l->luminance_cd_m2.value;
-    } else {
-        const char *field = l->intensity_cd.set      ? "intensity_cd"
-                            : l->illuminance_lx.set  ? "illuminance_lx"
-                            : l->luminance_cd_m2.set ? "luminance_cd_m2"
-                                                     : "flux_lm";
-        return lum_fail(err, LUM_ERR_INVALID, field, "a %s light cannot be given by its %s", l->kind, field);
-    }
+    const struct lum_opt *natural = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT ? &l->intensity_cd
+                                    : d->kind == LUM_LIGHT_DIRECTIONAL                      ? &l->illuminance_lx
+                                                                                            : &l->luminance_cd_m2;
+    if (!natural->set)
+        return lum_fail(err, LUM_ERR_INVALID, "kind", "a %s light needs a size in a unit of its kind", l->kind);
+    *ret_intensity = natural->value;
     return LUM_OK;
 }
 

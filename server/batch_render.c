@@ -63,11 +63,8 @@ static bool apply_edits(struct batch *b, size_t from, size_t n, struct lum_proto
     struct lum_changes changes;
     struct lum_edit edit = {EDITOR, &ops, expansion.children, expansion.n};
     bool ok = lum_world_apply(&b->world, &edit, &changes, err);
-    if (ok) {
+    if (ok)
         lum_changes_finish(&changes);
-        for (size_t i = 0; i < expansion.n; i++)
-            expansion.children[i].n = 0; /* the document's now */
-    }
     lum_expansion_finish(&expansion);
     return ok;
 }
@@ -106,12 +103,8 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
                               "there is no method %.40s (see: lumend methods)", o->method);
     if (o->has_seed)
         s.seed = o->seed;
-    if (o->spp)
-        s.max_spp = o->spp;
-    else if (o->time_s > 0.0 || o->error > 0.0)
-        s.max_spp = LUM_LIMIT_SPP;
-    else if (s.max_spp == 0)
-        s.max_spp = DEFAULT_SPP;
+    /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
+    s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (lum_snapshot_camera(b->world.snapshot, o->camera, &s.camera, &e)) {
         if (o->camera)
             return core_failed(&e, err);

@@ -101,7 +101,8 @@ static void count_record(void *user, const struct lum_record *r)
 static cJSON *scene_json(const struct lum_director *d)
 {
     uint64_t n[LUM_RECORD_TYPE_COUNT] = {0};
-    lum_document_each(d->world.doc, count_record, n);
+    if (!lum_document_each(d->world.doc, count_record, n))
+        return NULL;
     cJSON *o = cJSON_CreateObject();
     for (int t = 0; t < LUM_RECORD_TYPE_COUNT; t++)
         if (t != LUM_RECORD_RENDER)

@@ -60,8 +60,6 @@ static void apply(struct lum_director *d, struct lum_command *c, struct lum_expa
     }
     if (!change_world(d, c, expansion, &p->changes, &err))
         goto refused;
-    for (size_t i = 0; i < expansion->n; i++)
-        expansion->children[i].n = 0; /* the document's now */
     p->command = c;
     p->expansion = *expansion;
     p->scene_rev = lum_document_rev(d->world.doc);
@@ -199,20 +197,23 @@ static void pending_free(struct lum_pending *p)
     lum_free(p);
 }
 
-/* None of the edits can be shown: all are taken back, newest first, and refused. */
-static void roll_back(struct lum_director *d, const struct lum_error *e)
+/* Publishes. While that fails (memory, the ray tracer) the newest edit is taken back and refused, until the rest can be
+ * shown. */
+static bool publish_scene(struct lum_director *d)
 {
-    struct lum_proto_error err;
-    lum_apply_error(e, "", &err);
-    lum_log(&d->config.log, 0, "director", "the scene could not be published: %s", e->text);
-    while (d->pending) {
+    struct lum_error e;
+    while (d->pending && lum_world_commit(&d->world, &e)) {
         struct lum_pending *p = d->pending;
+        struct lum_proto_error err;
+        lum_log(&d->config.log, 0, "director", "an edit could not be shown and is taken back: %s", e.text);
+        lum_apply_error(&e, "", &err);
         d->pending = p->next;
         lum_world_rollback(&d->world, &p->changes);
         lum_director_refuse(d, p->command, &err);
         count(d, &d->metrics.edits_refused);
         pending_free(p);
     }
+    return d->pending != NULL;
 }
 
 static void announce(struct lum_director *d, const struct lum_pending *p)
@@ -245,13 +246,8 @@ static void count_scene(struct lum_director *d)
 
 void lum_director_commit(struct lum_director *d)
 {
-    if (!d->pending)
+    if (!publish_scene(d))
         return;
-    struct lum_error e;
-    if (lum_world_commit(&d->world, &e)) {
-        roll_back(d, &e);
-        return;
-    }
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
     struct lum_pending *oldest_first = NULL;
     int64_t received_ns = 0;

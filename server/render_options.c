@@ -21,7 +21,7 @@ const char lum_render_help[] =
     "  --size WxH           default 600x400\n"
     "  --frames N           a sequence; --out then holds %04d\n"
     "  --fps F              frames per second of the sequence (default 30)\n"
-    "  --spp N              samples a pixel\n"
+    "  --spp N              samples a pixel (default 64, or as many as --time or --error take)\n"
     "  --time S             stop each frame after S seconds\n"
     "  --error E            stop each frame at this relative error\n"
     "  --light-groups       a layer for each light group (EXR)\n"

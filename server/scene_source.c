@@ -174,7 +174,8 @@ static bool commit(struct lum_world *w, struct lum_proto_error *err)
 static bool add_what_a_model_lacks(struct lum_world *w, struct lum_proto_error *err)
 {
     bool has_camera = false;
-    lum_document_each(w->doc, note_camera, &has_camera);
+    if (!lum_document_each(w->doc, note_camera, &has_camera))
+        return lum_proto_fail_memory(err);
     return (has_camera || add_framing_camera(w, err)) && (w->snapshot->lights.n_lights > 0 || add_sky(w, err)) &&
            commit(w, err);
 }
@@ -220,12 +221,8 @@ static bool apply_source(struct lum_world *w, struct source *source, const struc
     struct lum_changes changes;
     struct lum_edit edit = {LOADER, &source->ops, expansion.children, expansion.n};
     bool ok = lum_world_apply(w, &edit, &changes, err);
-    if (ok) {
+    if (ok)
         lum_changes_finish(&changes);
-        /* the records are the document's now */
-        for (size_t i = 0; i < expansion.n; i++)
-            expansion.children[i].n = 0;
-    }
     lum_expansion_finish(&expansion);
     return ok && commit(w, err);
 }

@@ -52,8 +52,8 @@ static void rebuild_scene(struct lum_world *w)
 {
     struct rebuild b = {NULL, LUM_OK};
     b.status = lum_scene_create(w->device, &b.scene, NULL);
-    if (!b.status)
-        lum_document_each(w->doc, rebuild_one, &b);
+    if (!b.status && !lum_document_each(w->doc, rebuild_one, &b))
+        b.status = LUM_ERR_NOMEM;
     if (b.status) {
         lum_log(&w->log, 0, "world",
                 "the scene could not be rebuilt after a failed edit (%s); it shows its last good state",

@@ -29,7 +29,7 @@ void lum_world_finish(struct lum_world *world); /* accepts a zeroed or half-buil
 struct lum_edit {
     const char *user; /* who may undo it */
     const struct lum_ops *ops;
-    const struct lum_import_children *children; /* of its import ops; ownership of the records passes on success */
+    const struct lum_import_children *children; /* of its import ops; borrowed */
     size_t n_children;
 };
 /* All or nothing: the document's revision grows by one, or nothing changed and err says which op was refused. */

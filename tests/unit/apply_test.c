@@ -1,0 +1,163 @@
+/* Records to renderer: units and colours. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "protocol/json.h"
+#include "protocol/op.h"
+#include "server/apply.h"
+
+#define PI 3.14159265358979323846
+
+static void assert_near(double value, double expected, double relative)
+{
+    if (!(fabs(value - expected) <= relative * fabs(expected)))
+        fail_msg("%.17g is not %.17g within a relative %g", value, expected, relative);
+}
+
+/* The op of a JSON text; the caller finishes it. */
+static struct lum_op parse(const char *text)
+{
+    struct lum_proto_error err = {0};
+    struct lum_op op;
+    cJSON *json = lum_json_parse(text, strlen(text), &err);
+    if (!json || !lum_op_from_json(json, NULL, &op, &err))
+        fail_msg("%s: %s: %s", text, err.path, err.text);
+    cJSON_Delete(json);
+    return op;
+}
+
+static struct lum_light_desc light(const char *text)
+{
+    struct lum_op op = parse(text);
+    struct lum_light_desc d;
+    struct lum_error err = {0};
+    if (lum_apply_light(op.record, &d, &err))
+        fail_msg("%s: %s", text, err.text);
+    lum_op_finish(&op);
+    d.image = d.group = NULL; /* they were borrowed */
+    return d;
+}
+
+/* Doubles all along: a few ulps. */
+#define EXACT 1e-14
+
+static void flux_becomes_the_unit_of_the_kind(void **state)
+{
+    (void)state;
+    struct lum_light_desc d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"flux_lm\":1000}");
+    assert_near(d.intensity, 1000.0 / (4.0 * PI), EXACT);
+    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"quad\",\"u\":[2,0,0],\"v\":[0,0,3],\"flux_lm\":1000}");
+    assert_near(d.intensity, 1000.0 / (PI * 6.0), EXACT);
+    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"disc\",\"direction\":[0,-1,0],\"radius\":0.5,\"flux_lm\":1000}");
+    assert_near(d.intensity, 1000.0 / (PI * PI * 0.25), EXACT);
+    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"sphere\",\"radius\":0.5,\"flux_lm\":1000}");
+    assert_near(d.intensity, 1000.0 / (PI * 4.0 * PI * 0.25), EXACT);
+}
+
+/* A cone whose falloff has no width sends I through the solid angle 2 pi (1 - cos). The record wants inner < outer, so the
+ * outer is a thousandth of a degree more: 2 pi sin(30) 1.7e-5 rad more of partly lit cone, over 0.84 sr: 1e-4. */
+static void spot_flux_fills_its_cone(void **state)
+{
+    (void)state;
+    struct lum_light_desc d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"spot\",\"direction\":[0,-1,0],"
+                                    "\"inner_cone_deg\":30,\"outer_cone_deg\":30.001,\"flux_lm\":500}");
+    assert_near(d.intensity, 500.0 / (2.0 * PI * (1.0 - cos(PI / 6.0))), 1e-4);
+    assert_near(d.inner_cone_rad, PI / 6.0, EXACT);
+}
+
+static void natural_units_pass_through(void **state)
+{
+    (void)state;
+    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":80}").intensity, 80.0, 0.0);
+    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"directional\",\"direction\":[0,-1,0],"
+                      "\"illuminance_lx\":90000}").intensity, 90000.0, 0.0);
+    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"environment\",\"luminance_cd_m2\":5000}").intensity,
+                5000.0, 0.0);
+}
+
+/* Three floats rounded: 3 * 2^-24 of their sum. */
+#define FLOAT_SUM 2e-7
+
+static void colours_have_luminance_one(void **state)
+{
+    (void)state;
+    static const char *const lights[] = {
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"color\":[1,0,0]}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"color\":[0.2,0.5,0.9]}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":1500}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":2700}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":20000}",
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(lights); i++)
+        assert_near((double)lum_luminance(light(lights[i]).color), 1.0, FLOAT_SUM);
+    struct lum_rgb warm = light(lights[3]).color, cold = light(lights[4]).color;
+    assert_true(warm.r > warm.g && warm.g > warm.b);
+    assert_true(cold.r < cold.g && cold.g < cold.b);
+}
+
+static void black_emission_needs_no_colour(void **state)
+{
+    (void)state;
+    struct lum_op op = parse("{\"op\":\"add\",\"type\":\"material\",\"id\":\"m\",\"base_color\":[0.1,0.2,0.3],"
+                             "\"emission_color\":[0,0,0],\"attenuation_distance\":null}");
+    struct lum_material_desc m;
+    assert_int_equal(lum_apply_material(op.record, &m, NULL), LUM_OK);
+    assert_true(isinf(m.attenuation_distance_m));
+    assert_null(m.base_color_texture.image);
+    op.record->material.emission_cd_m2 = 5.0;
+    struct lum_error err;
+    assert_int_equal(lum_apply_material(op.record, &m, &err), LUM_ERR_INVALID);
+    assert_string_equal(err.field, "emission_color");
+    lum_op_finish(&op);
+}
+
+static void errors_name_their_op(void **state)
+{
+    (void)state;
+    struct lum_error e;
+    struct lum_proto_error err;
+    lum_fail(&e, LUM_ERR_INVALID, "radius", "radius must be above 0");
+    assert_false(lum_apply_error(&e, "ops/3", &err));
+    assert_string_equal(err.path, "ops/3/radius");
+    assert_string_equal(err.app, "invalid_value");
+    assert_int_equal(err.code, LUM_PROTO_BAD_PARAMS);
+}
+
+static void settings_check_the_method(void **state)
+{
+    (void)state;
+    struct lum_record *r = lum_record_create(LUM_RECORD_RENDER, "render");
+    assert_non_null(r);
+    struct lum_view_settings s = lum_view_settings_default();
+    struct lum_error err;
+    strcpy(r->render.method, "whitted");
+    r->render.max_depth = 5;
+    assert_int_equal(lum_apply_settings(r, &s, &err), LUM_OK);
+    assert_string_equal(s.method->name, "whitted");
+    assert_int_equal(s.max_depth, 5);
+    strcpy(r->render.method, "radiosity");
+    assert_int_equal(lum_apply_settings(r, &s, &err), LUM_ERR_UNSUPPORTED);
+    assert_string_equal(err.field, "method");
+    lum_record_unref(r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
+        cmocka_unit_test(spot_flux_fills_its_cone),
+        cmocka_unit_test(natural_units_pass_through),
+        cmocka_unit_test(colours_have_luminance_one),
+        cmocka_unit_test(black_emission_needs_no_colour),
+        cmocka_unit_test(errors_name_their_op),
+        cmocka_unit_test(settings_check_the_method),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

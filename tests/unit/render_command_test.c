@@ -1,0 +1,326 @@
+/* lumend render, compare, scenes and methods as a user calls them, in process. */
+#include <fcntl.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "core/image/exr.h"
+#include "core/method/method.h"
+#include "protocol/json.h"
+#include "server/commands.h"
+
+enum { MAX_ARGS = 24 };
+
+static char dir[64]; /* the test's own folder */
+
+static int make_dir(void **state)
+{
+    (void)state;
+    snprintf(dir, sizeof dir, "/tmp/lumend-test-XXXXXX");
+    return mkdtemp(dir) ? 0 : -1;
+}
+
+static int remove_dir(void **state)
+{
+    (void)state;
+    char command[128];
+    snprintf(command, sizeof command, "rm -r '%s'", dir);
+    return system(command);
+}
+
+/* A path in the folder; four of them live at a time. */
+static char *in_dir(const char *name)
+{
+    static char paths[4][128];
+    static int next;
+    char *p = paths[next++ % 4];
+    snprintf(p, sizeof paths[0], "%s/%s", dir, name);
+    return p;
+}
+
+/* The words of line become argv; a word that starts with @ is a file in the folder. */
+static int run(int (*command)(int, char **), const char *line)
+{
+    char text[512], *argv[MAX_ARGS + 1], owned[MAX_ARGS][128];
+    int argc = 0;
+    snprintf(text, sizeof text, "%s", line);
+    for (char *word = strtok(text, " "); word && argc < MAX_ARGS; word = strtok(NULL, " ")) {
+        snprintf(owned[argc], sizeof owned[0], "%s", word[0] == '@' ? in_dir(word + 1) : word);
+        argv[argc] = owned[argc];
+        argc++;
+    }
+    argv[argc] = NULL;
+    return command(argc, argv);
+}
+
+static char *read_text(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    assert_non_null(f);
+    char *text = calloc(1, 1 << 20);
+    assert_non_null(text);
+    assert_true(fread(text, 1, (1 << 20) - 1, f) > 0);
+    fclose(f);
+    return text;
+}
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    assert_true(fputs(text, f) >= 0);
+    assert_int_equal(fclose(f), 0);
+}
+
+static const float *channel(const struct lum_exr_image *im, const char *name)
+{
+    for (uint32_t i = 0; i < im->n_channels; i++)
+        if (strcmp(im->names[i], name) == 0)
+            return im->pixels + (size_t)i * im->w * im->h;
+    fail_msg("no channel %s", name);
+    return NULL;
+}
+
+static struct lum_exr_image read_exr(const char *name)
+{
+    struct lum_exr_image im;
+    struct lum_error err;
+    if (lum_exr_read(in_dir(name), 4096, 4096, &im, &err))
+        fail_msg("%s", err.text);
+    return im;
+}
+
+/* Emission 1 and albedo 1/2 everywhere: L = 1 / (1 - 1/2) = 2 in every pixel. Next-event estimation and Russian roulette make
+ * a sample noisy; the tolerance is five standard errors of the mean, which the samples themselves give. */
+static void furnace_has_its_closed_form(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render, "render --scene furnace --method path --size 48x32 --spp 64 --out @f.exr"), LUM_EXIT_OK);
+    struct lum_exr_image im = read_exr("f.exr");
+    size_t n = (size_t)im.w * im.h;
+    const float *r = channel(&im, "R"), *g = channel(&im, "G");
+    double sum = 0.0, square = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        sum += (double)r[i];
+        square += (double)r[i] * (double)r[i];
+        assert_true(fabsf(r[i] - g[i]) <= 1e-5f * r[i]); /* grey */
+    }
+    double mean = sum / (double)n, error = sqrt((square / (double)n - mean * mean) / (double)n);
+    if (!(fabs(mean - 2.0) <= 5.0 * error + 1e-6))
+        fail_msg("mean %.6f, standard error %.6f", mean, error);
+    const float *z = channel(&im, "Z"), *id = channel(&im, "id"), *nx = channel(&im, "N.X"), *ny = channel(&im, "N.Y"),
+                *nz = channel(&im, "N.Z"), *albedo = channel(&im, "albedo.R");
+    for (size_t i = 0; i < n; i++) {
+        double length = sqrt((double)nx[i] * (double)nx[i] + (double)ny[i] * (double)ny[i] + (double)nz[i] * (double)nz[i]);
+        assert_true(z[i] > 0.0f && z[i] < 3.4642f); /* inside the cube of side 2: at most its diagonal */
+        assert_true(id[i] >= 1.0f && id[i] <= 7.0f);
+        assert_true(fabs(length - 1.0) < 1e-5);
+        assert_true(fabsf(albedo[i] - 0.5f) < 1e-6f);
+    }
+    lum_exr_finish(&im);
+}
+
+static void threads_do_not_change_a_bit(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 1 --out @t1.exr"), LUM_EXIT_OK);
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 3 --out @t3.exr"), LUM_EXIT_OK);
+    struct lum_exr_image a = read_exr("t1.exr"), b = read_exr("t3.exr");
+    assert_int_equal(a.n_channels, b.n_channels);
+    assert_memory_equal(a.pixels, b.pixels, (size_t)a.w * a.h * a.n_channels * sizeof *a.pixels);
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --seed 7 --out @t3.exr"), LUM_EXIT_OK);
+    lum_exr_finish(&b);
+    b = read_exr("t3.exr");
+    assert_true(memcmp(channel(&a, "R"), channel(&b, "R"), (size_t)a.w * a.h * sizeof(float)) != 0);
+    lum_exr_finish(&a);
+    lum_exr_finish(&b);
+}
+
+static const cJSON *member(const cJSON *o, const char *key)
+{
+    const cJSON *m = cJSON_GetObjectItemCaseSensitive(o, key);
+    if (!m)
+        fail_msg("no member %s", key);
+    return m;
+}
+
+static void stats_hold_what_the_design_names(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render,
+                         "render --scene cornell --method whitted --size 40x30 --threads 2 --seed 5 --out @s.png --stats @s.json"),
+                     LUM_EXIT_OK);
+    char *text = read_text(in_dir("s.json"));
+    struct lum_proto_error err;
+    cJSON *o = lum_json_parse(text, strlen(text), &err);
+    assert_non_null(o);
+    assert_string_equal(member(o, "scene")->valuestring, "cornell");
+    assert_string_equal(member(o, "method")->valuestring, "whitted");
+    assert_int_equal(cJSON_GetArrayItem(member(o, "size"), 0)->valueint, 40);
+    assert_int_equal(member(o, "threads")->valueint, 2);
+    assert_int_equal(member(o, "seed")->valueint, 5);
+    assert_true(member(o, "peak_rss_kb")->valuedouble > 0.0);
+    member(o, "version");
+    member(o, "isa");
+    member(o, "setup_ms");
+    const cJSON *frame = cJSON_GetArrayItem(member(o, "frames"), 0);
+    static const char *const members[] = {"frame", "scene_rev", "ms", "cpu_ms", "stage_ms", "cache", "vpls", "error"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(members); i++)
+        member(frame, members[i]);
+    assert_int_equal(member(frame, "nonfinite")->valueint, 0);
+    assert_int_equal(member(frame, "bad_rays")->valueint, 0);
+    const cJSON *rays = member(frame, "rays"), *effects = member(frame, "effects");
+    for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+        member(rays, lum_ray_kind_names[i]);
+    assert_int_equal(member(rays, "primary")->valueint, 40 * 30); /* one a pixel */
+    assert_true(member(rays, "soft_shadow")->valuedouble > 0.0);
+    for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
+        const cJSON *e = member(effects, lum_effect_names[i]);
+        assert_true(strlen(member(e, "why")->valuestring) > 0);
+        if (!cJSON_IsTrue(member(e, "on")))
+            assert_true(member(e, "rays")->valuedouble == 0.0 && member(e, "ns")->valuedouble == 0.0);
+    }
+    cJSON_Delete(o);
+    free(text);
+}
+
+/* Ten frames a second: edits at 0, 100 and 150 ms show in frames 0, 1 and 2. */
+static void edits_follow_the_timeline(void **state)
+{
+    (void)state;
+    write_text(in_dir("e.jsonl"),
+               "{\"lumend\":1,\"kind\":\"replay\"}\n"
+               "{\"t_ms\":100,\"op\":\"set\",\"id\":\"globe\",\"path\":\"/on\",\"value\":false}\n"
+               "{\"t_ms\":100,\"op\":\"set\",\"id\":\"ceiling-panel\",\"path\":\"/flux_lm\",\"value\":1}\n"
+               "{\"t_ms\":150,\"op\":\"set\",\"id\":\"ceiling-panel\",\"path\":\"/on\",\"value\":false}\n");
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --edits @e.jsonl --method whitted --size 32x32 --frames 3 --fps 10 "
+                                         "--out @seq%04d.exr --stats @seq.json"),
+                     LUM_EXIT_OK);
+    double mean[3];
+    for (int f = 0; f < 3; f++) {
+        char name[32];
+        snprintf(name, sizeof name, "seq%04d.exr", f);
+        struct lum_exr_image im = read_exr(name);
+        mean[f] = 0.0;
+        for (size_t i = 0; i < 32 * 32; i++)
+            mean[f] += (double)channel(&im, "G")[i] / 1024.0;
+        lum_exr_finish(&im);
+    }
+    assert_true(mean[0] > 100.0 * mean[1] && mean[1] > 0.0 && mean[2] == 0.0);
+    char *text = read_text(in_dir("seq.json"));
+    struct lum_proto_error err;
+    cJSON *o = lum_json_parse(text, strlen(text), &err);
+    const cJSON *frames = member(o, "frames");
+    assert_int_equal(cJSON_GetArraySize(frames), 3);
+    double rev0 = member(cJSON_GetArrayItem(frames, 0), "scene_rev")->valuedouble;
+    /* the two edits of one instant are one transaction */
+    assert_true(member(cJSON_GetArrayItem(frames, 1), "scene_rev")->valuedouble == rev0 + 1.0);
+    assert_true(member(cJSON_GetArrayItem(frames, 2), "scene_rev")->valuedouble == rev0 + 2.0);
+    cJSON_Delete(o);
+    free(text);
+}
+
+static void mistakes_are_told_apart(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *line;
+        int status;
+    } cases[] = {
+        {"render", LUM_EXIT_USAGE},
+        {"render --scene cornell", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.jpg", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --size 10", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --size 0x10", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --spp 0", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --spp 1e3", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --frames 2", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --wat", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --spp", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png surplus", LUM_EXIT_USAGE},
+        {"render --scene no-such-scene --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene @no-such.jsonl --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --method radiosity --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --camera nobody --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --size 4x4 --spp 1 --out @no/such/folder.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --size 4x4 --spp 1 --edits @bad.jsonl --out @x.png", LUM_EXIT_FAILED},
+    };
+    write_text(in_dir("bad.jsonl"), "{\"lumend\":1,\"kind\":\"replay\"}\n"
+                                    "{\"t_ms\":0,\"op\":\"set\",\"id\":\"nobody\",\"path\":\"/on\",\"value\":false}\n");
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++)
+        if (run(lum_cmd_render, cases[i].line) != cases[i].status)
+            fail_msg("\"%s\" did not end with status %d", cases[i].line, cases[i].status);
+}
+
+static void write_exr(const char *name, float value)
+{
+    float pixels[4 * 4 * 3];
+    for (size_t i = 0; i < LUM_ARRAY_LEN(pixels); i++)
+        pixels[i] = value;
+    struct lum_exr_channel c[3] = {{"R", pixels, 3, false}, {"G", pixels + 1, 3, false}, {"B", pixels + 2, 3, false}};
+    assert_int_equal(lum_exr_write(in_dir(name), 4, 4, c, 3, NULL, 0, NULL), LUM_OK);
+}
+
+/* Runs compare with stdout in a file. */
+static cJSON *compare(const char *line, int *ret_status)
+{
+    fflush(stdout);
+    int saved = dup(STDOUT_FILENO), out = open(in_dir("stdout"), O_CREAT | O_TRUNC | O_RDWR, 0600);
+    dup2(out, STDOUT_FILENO);
+    *ret_status = run(lum_cmd_compare, line);
+    fflush(stdout);
+    dup2(saved, STDOUT_FILENO);
+    close(out);
+    close(saved);
+    if (*ret_status)
+        return NULL;
+    char *text = read_text(in_dir("stdout"));
+    cJSON *o = cJSON_Parse(text);
+    free(text);
+    return o;
+}
+
+/* x = 1.125 r with r = 1024, both exact: relMSE = 128^2 / (1024^2 + 0.01) = 1/64 to 1e-8. */
+static void compare_gives_closed_forms(void **state)
+{
+    (void)state;
+    int status;
+    write_exr("r.exr", 1024.0f);
+    write_exr("x.exr", 1152.0f);
+    cJSON *o = compare("compare @x.exr @r.exr --heatmap @heat.png", &status);
+    assert_int_equal(status, LUM_EXIT_OK);
+    assert_true(fabs(member(o, "relmse")->valuedouble - 1.0 / 64.0) < 1e-8);
+    assert_true(fabs(member(o, "rmse")->valuedouble - 128.0) < 1e-9);
+    assert_true(fabs(member(o, "smape")->valuedouble - 128.0 / (2176.0 + 0.01)) < 1e-12);
+    assert_int_equal(access(in_dir("heat.png"), R_OK), 0);
+    cJSON_Delete(o);
+    o = compare("compare @x.exr @r.exr --metric rmse", &status);
+    assert_null(cJSON_GetObjectItem(o, "relmse"));
+    member(o, "rmse");
+    cJSON_Delete(o);
+    compare("compare @x.exr", &status);
+    assert_int_equal(status, LUM_EXIT_USAGE);
+    compare("compare @x.exr @r.exr --metric flip", &status);
+    assert_int_equal(status, LUM_EXIT_USAGE);
+    compare("compare @x.exr @none.exr", &status);
+    assert_int_equal(status, LUM_EXIT_FAILED);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(furnace_has_its_closed_form),   cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(edits_follow_the_timeline),
+        cmocka_unit_test(mistakes_are_told_apart),       cmocka_unit_test(compare_gives_closed_forms),
+    };
+    return cmocka_run_group_tests(tests, make_dir, remove_dir);
+}
