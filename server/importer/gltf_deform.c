@@ -93,9 +93,22 @@ static bool read_skin(struct lum_gltf *g, uint32_t index, struct skin *ret_skin)
     return true;
 }
 
-/* Adds the weighted maps of set n ("JOINTS_0", "WEIGHTS_0") of each vertex to sums. */
+/* The weighted sum of the maps of a vertex's joints. */
+struct blend {
+    struct lum_affined sum;
+    double weight;
+};
+
+static void add_map(struct blend *b, const struct lum_affined *map, double weight)
+{
+    b->weight += weight;
+    for (int k = 0; k < 12; k++)
+        b->sum.m[k / 4][k % 4] += weight * map->m[k / 4][k % 4];
+}
+
+/* Adds set 0 or 1 ("JOINTS_0", "WEIGHTS_0") of each vertex. */
 static bool add_influences(struct lum_gltf *g, const cJSON *attributes, const struct skin *skin, int set,
-                           uint32_t n_vertices, struct lum_affined *sums)
+                           uint32_t n_vertices, struct blend *blends)
 {
     uint32_t joints_at = lum_gltf_index(g, attributes, set ? "JOINTS_1" : "JOINTS_0", LUM_GLTF_ACCESSORS);
     uint32_t weights_at = lum_gltf_index(g, attributes, set ? "WEIGHTS_1" : "WEIGHTS_0", LUM_GLTF_ACCESSORS);
@@ -113,8 +126,7 @@ static bool add_influences(struct lum_gltf *g, const cJSON *attributes, const st
         if (joints[i] >= skin->n)
             ok = lum_gltf_fail(g, LUM_ERR_INVALID, "joint %u of %u", joints[i], skin->n);
         else
-            for (int k = 0; k < 12; k++)
-                sums[i / 4].m[k / 4][k % 4] += (double)weights[i] * skin->joint_to_world[joints[i]].m[k / 4][k % 4];
+            add_map(&blends[i / 4], &skin->joint_to_world[joints[i]], (double)weights[i]);
     }
     lum_free(joints);
     lum_free(weights);
@@ -151,6 +163,24 @@ static void move_vertex(const struct lum_affined *a, struct lum_gltf_vertices *v
     n[2] = turned.z;
 }
 
+/* Weights stored in bytes do not sum to 1 exactly, so they are normalised; a vertex that no joint holds stays where it
+ * is. */
+static bool move_vertices(struct lum_gltf *g, struct blend *blends, struct lum_gltf_vertices *v)
+{
+    for (uint32_t i = 0; i < v->n; i++) {
+        struct blend *b = &blends[i];
+        if (!(b->weight > 0.0))
+            continue;
+        for (int k = 0; k < 12; k++)
+            b->sum.m[k / 4][k % 4] /= b->weight;
+        move_vertex(&b->sum, v, i);
+        const float *p = v->positions + 3 * (size_t)i;
+        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]))
+            return lum_gltf_fail(g, LUM_ERR_INVALID, "skinning moves vertex %u out of range", i);
+    }
+    return true;
+}
+
 /* After this the vertices are in the world: the node's own transform does not apply (glTF 2.0, 3.7.3.3). */
 bool lum_gltf_skin(struct lum_gltf *g, const cJSON *primitive, uint32_t index, struct lum_gltf_vertices *v)
 {
@@ -158,19 +188,13 @@ bool lum_gltf_skin(struct lum_gltf *g, const cJSON *primitive, uint32_t index, s
     struct skin skin = {0};
     if (!read_skin(g, index, &skin))
         return false;
-    struct lum_affined *sums = lum_calloc(v->n, sizeof *sums);
-    bool ok = sums != NULL;
+    struct blend *blends = lum_calloc(v->n, sizeof *blends);
+    bool ok = blends != NULL;
     if (!ok)
         lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory to skin %u vertices", v->n);
-    ok = ok && add_influences(g, attributes, &skin, 0, v->n, sums) &&
-         add_influences(g, attributes, &skin, 1, v->n, sums);
-    for (uint32_t i = 0; ok && i < v->n; i++) {
-        move_vertex(&sums[i], v, i);
-        const float *p = v->positions + 3 * (size_t)i;
-        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]))
-            ok = lum_gltf_fail(g, LUM_ERR_INVALID, "skinning moves vertex %u out of range", i);
-    }
-    lum_free(sums);
+    ok = ok && add_influences(g, attributes, &skin, 0, v->n, blends) &&
+         add_influences(g, attributes, &skin, 1, v->n, blends) && move_vertices(g, blends, v);
+    lum_free(blends);
     lum_free(skin.joint_to_world);
     return ok;
 }
