@@ -95,8 +95,17 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
 /* occluded[i] = 1 when something lies in (tnear, tfar). */
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH]);
 
-/* Moves p off the surface along unit normal n (towards the side of the ray to be shot) by a few ulps: Waechter & Binder
- * 2019. With barycentric hit points in a normalised scene this leaves no self-hits at tnear = 0 (algorithms 0). */
-struct lum_vec3 lum_ray_offset(struct lum_vec3 p_scene, struct lum_vec3 n);
+/* Moves p off the surface along unit normal n (towards the side of the ray to be shot), so that tnear = 0 finds no self-hit.
+ *
+ * What has to be outrun is the rounding of local -> scene -> local, which grows with the scene's coordinates and not with
+ * those of p: a wall's corner may lie at 0. Scene coordinates are at most 2^7, where neighbouring floats are 2^-17 apart;
+ * the offset is 16 of these. Measured over 1.4 million hits on rotated and stretched instances: 2^-16 is the least that
+ * leaves no self-hit (numeric.trace), where Waechter & Binder's 256 ulps of each component leave some near the axes and
+ * reach eight times as far elsewhere. In a room of 10 m it is 0.02 mm. */
+#define LUM_RAY_OFFSET 0x1p-13f
+static inline struct lum_vec3 lum_ray_offset(struct lum_vec3 p_scene, struct lum_vec3 n)
+{
+    return lum_v3_mad(p_scene, n, LUM_RAY_OFFSET);
+}
 
 #endif

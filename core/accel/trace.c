@@ -211,23 +211,3 @@ void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, u
     if (bad)
         *trace->bad_rays += bad;
 }
-
-/* Waechter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019, chapter 6: moves
- * by a fixed number of ulps away from the origin of coordinates, and by a fixed distance near it. */
-struct lum_vec3 lum_ray_offset(struct lum_vec3 p_scene, struct lum_vec3 n)
-{
-    const float near_origin = 1.0f / 32.0f, float_scale = 1.0f / 65536.0f, int_scale = 256.0f;
-    float p[3] = {p_scene.x, p_scene.y, p_scene.z};
-    const float d[3] = {n.x, n.y, n.z};
-    for (int k = 0; k < 3; k++) {
-        if (fabsf(p[k]) < near_origin) {
-            p[k] += float_scale * d[k];
-            continue;
-        }
-        int32_t bits, ulps = (int32_t)(int_scale * d[k]);
-        memcpy(&bits, &p[k], sizeof bits);
-        bits += p[k] < 0.0f ? -ulps : ulps;
-        memcpy(&p[k], &bits, sizeof bits);
-    }
-    return lum_v3(p[0], p[1], p[2]);
-}
