@@ -1,0 +1,181 @@
+"""Hostile connections: half-open, dribbling, too many, cut off in the middle. The others notice nothing."""
+import os
+import random
+import socket
+import struct
+import unittest
+
+from daemon import Daemon
+from wsclient import HandshakeFailed, TEXT, Closed, WebSocket, connect_tcp, frame
+
+PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
+SESSIONS = 64      # LUM_LIMIT_SESSIONS
+SEED = int(os.environ.get("SEED", "1"))
+
+
+def read_to_end(sock):
+    data = b""
+    try:
+        while chunk := sock.recv(1 << 16):
+            data += chunk
+    except ConnectionError:
+        pass
+    return data
+
+
+def reset(sock):
+    """Closes with RST instead of FIN."""
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    sock.close()
+
+
+class Abuse(unittest.TestCase):
+    def setUp(self):
+        self.daemon = self.enterContext(Daemon())
+        self.good = self.daemon.connect()
+
+    def tearDown(self):
+        self.good.call("scene.get")
+        self.daemon.assert_well()
+
+    def test_half_open_and_dribbling_headers_are_cut_off(self):
+        """All at once, because each takes the 10 s after which the server hangs up."""
+        socks = []
+        for start in (b"", b"G", b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ",
+                      b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"CONNECT / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                      b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000\r\n\r\nabc"):
+            sock = connect_tcp(self.daemon.port)
+            sock.sendall(start)
+            socks.append(sock)
+        dribble = connect_tcp(self.daemon.port)
+        dribble.settimeout(0.5)
+        cut = False
+        for byte in b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: " + b"a" * 200:  # the time-out is the pace
+            try:
+                dribble.sendall(bytes([byte]))
+                cut = dribble.recv(1) == b""
+            except TimeoutError:
+                continue
+            except ConnectionError:
+                cut = True
+            if cut:
+                break
+        self.assertTrue(cut, "a dribbled header was never cut off")
+        for sock in socks:
+            read_to_end(sock)  # ends, or the socket's own time-out fails the test
+            sock.close()
+
+    def test_huge_header(self):
+        sock = connect_tcp(self.daemon.port)
+        try:
+            sock.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"a" * 65536 + b"\r\n\r\n")
+        except ConnectionError:
+            pass
+        self.assertNotIn(b" 200 ", read_to_end(sock)[:20])
+
+    def test_garbage_instead_of_http(self):
+        rng = random.Random(SEED)
+        for _ in range(60):
+            sock = connect_tcp(self.daemon.port)
+            try:
+                sock.sendall(rng.randbytes(rng.randrange(1, 3000)) + b"\r\n\r\n")
+            except ConnectionError:
+                pass
+            reset(sock)
+
+    def test_other_upgrades_are_refused(self):
+        page = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        for upgrade in (b"foo", b"h2c", b"websocketx", b"web", b"", b"a" * 100, b"h2c, websocket"):
+            request = (b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade, HTTP2-Settings\r\n"
+                       b"HTTP2-Settings: AAMAAABkAAQAAP__\r\nUpgrade: " + upgrade + b"\r\n\r\n")
+            for before in (b"", page, page + page):  # also as a later request of a kept-alive connection
+                sock = connect_tcp(self.daemon.port)
+                sock.sendall(before)
+                for _ in range(before.count(b"\r\n\r\n")):
+                    answer = b""
+                    while b"\r\n\r\n" not in answer:
+                        answer += sock.recv(1)
+                    n_body = int(answer.lower().split(b"content-length: ")[1].split(b"\r\n")[0])
+                    while n_body:
+                        n_body -= len(sock.recv(n_body))
+                sock.sendall(request)
+                self.assertNotIn(b" 101 ", read_to_end(sock), upgrade)
+                sock.close()
+
+    def test_too_many_connections_of_one_address(self):
+        here = 1  # self.good
+        socks = []
+        for _ in range(PER_ADDRESS - here):
+            socks.append(connect_tcp(self.daemon.port))
+        over = connect_tcp(self.daemon.port)
+        self.assertEqual(read_to_end(over), b"")  # hung up at once: within the limit it would wait 10 s for a request
+        with self.assertRaises(HandshakeFailed):
+            WebSocket(self.daemon.port)
+        self.good.call("scene.get")
+        other = WebSocket(self.daemon.port, source="127.0.0.2")  # another address is not shut out
+        other.hello(self.daemon.token)
+        other.close()
+        for sock in socks:
+            sock.close()
+
+    def test_too_many_sessions(self):
+        sources = ["127.0.0.3", "127.0.0.4"]
+        sessions = []
+        for i in range(SESSIONS - 1):
+            ws = WebSocket(self.daemon.port, source=sources[i % 2])
+            ws.hello(self.daemon.token)
+            sessions.append(ws)
+        over = WebSocket(self.daemon.port, source="127.0.0.5")
+        over.send_request("session.hello", {"token": self.daemon.token})
+        self.assertEqual(over.wait_close(), 1013)
+        sessions.pop().close()
+        while True:  # the server learns of the close in its own time
+            ws = WebSocket(self.daemon.port, source="127.0.0.5")
+            try:
+                ws.send_request("session.hello", {"token": self.daemon.token})
+                ws.pump()
+            except Closed:
+                continue
+            if any("result" in reply for reply in ws.replies.values()):
+                break
+
+    def test_silent_guests_do_not_take_the_seats(self):
+        """Connections that have not said hello do not count as sessions."""
+        guests = [WebSocket(self.daemon.port, source=f"127.0.0.{3 + i % 3}") for i in range(SESSIONS + 10)]
+        ws = WebSocket(self.daemon.port, source="127.0.0.9")
+        self.assertIn("session", ws.hello(self.daemon.token))
+        for guest in guests:
+            reset(guest.sock)
+
+    def test_cut_off_everywhere(self):
+        """Connections that end at every kind of bad moment, most by RST."""
+        rng = random.Random(SEED)
+        request = frame(TEXT, b'{"jsonrpc":"2.0","id":1,"method":"scene.get"}')
+        opening = frame(TEXT, b'{"jsonrpc":"2.0","id":2,"method":"view.open","params":{"size":[256,256],"camera_id":"main"}}')
+        for i in range(60):
+            ws = self.daemon.connect()
+            data = rng.choice([request, opening, opening + request, request * 5, frame(TEXT, b"x" * 100000)])
+            ws.send_raw(data[:rng.randrange(len(data) + 1)])
+            if i % 3 == 0 and data.startswith(opening):
+                ws.sock.settimeout(0.05)
+                try:
+                    ws.pump()
+                except (TimeoutError, Closed):
+                    pass
+            if i % 2:
+                reset(ws.sock)
+            else:
+                ws.close()
+
+    def test_sessions_leave_nothing_behind(self):
+        for _ in range(30):
+            ws = self.daemon.connect()
+            ws.call("view.open", {"size": [64, 64], "camera_id": "main"})
+            ws.close()
+        while self.daemon.metric("sessions") > 1 or (
+                not os.environ.get("LUMEND_FAKE") and self.daemon.metric("views") > 0):
+            pass
+
+
+if __name__ == "__main__":
+    unittest.main()

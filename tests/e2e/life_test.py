@@ -1,0 +1,151 @@
+"""Start, stop, options, and what people read."""
+import os
+import re
+import signal
+import socket
+import subprocess
+import unittest
+
+from daemon import LUMEND, Daemon
+from wsclient import BINARY, WAIT_S, Closed, WebSocket, connect_tcp
+
+
+def run(*arguments, environment=None):
+    return subprocess.run([LUMEND, *arguments], capture_output=True, text=True, timeout=2 * WAIT_S, check=False,
+                          env={**os.environ, **(environment or {})})
+
+
+class Stop(unittest.TestCase):
+    def test_drain(self):
+        """SIGTERM: everyone is told, replies under way arrive, code 1012, exit status 0."""
+        with Daemon() as daemon:
+            sessions = [daemon.connect() for _ in range(5)]
+            sessions[0].call("view.open", {"size": [64, 64], "camera_id": "main"})
+            guest = WebSocket(daemon.port)
+            daemon.process.send_signal(signal.SIGTERM)
+            for ws in sessions:
+                ws.wait_notification("session.closing")
+                self.assertEqual(ws.wait_close(), 1012)
+            self.assertEqual(guest.wait_close(), 1012)
+            self.assertEqual(daemon.process.wait(WAIT_S), 0)
+
+    def test_drain_does_not_wait_for_a_peer_that_does_not_read(self):
+        with Daemon() as daemon:
+            deaf = daemon.connect(rcvbuf=4096)
+            deaf.call("view.open", {"size": [512, 512], "camera_id": "main", "codec": "rgba8"})
+            daemon.process.send_signal(signal.SIGTERM)
+            self.assertEqual(daemon.process.wait(WAIT_S), 0)
+
+    def test_nobody_new_while_draining(self):
+        with Daemon() as daemon:
+            deaf = daemon.connect(rcvbuf=4096)  # keeps the drain open for a while
+            deaf.call("view.open", {"size": [512, 512], "camera_id": "main", "codec": "rgba8"})
+            ws = daemon.connect()
+            daemon.process.send_signal(signal.SIGTERM)
+            ws.wait_notification("session.closing")
+            try:
+                sock = connect_tcp(daemon.port)
+                self.assertEqual(sock.recv(1), b"")
+            except ConnectionError:
+                pass  # gone already
+
+    def test_interrupt_stops_too(self):
+        with Daemon() as daemon:
+            daemon.process.send_signal(signal.SIGINT)
+            self.assertEqual(daemon.process.wait(WAIT_S), 0)
+
+    def test_two_daemons_one_after_the_other_on_one_port(self):
+        with Daemon() as first:
+            port = first.port
+            ws = first.connect()  # leaves a socket in TIME_WAIT on the server's side
+            self.assertEqual(first.stop(), 0)
+            self.assertEqual(ws.wait_close(), 1012)
+        with Daemon(listen=f"127.0.0.1:{port}") as second:
+            self.assertEqual(second.port, port)
+
+
+class Ready(unittest.TestCase):
+    def test_stdout_is_one_line(self):
+        with Daemon() as daemon:
+            daemon.connect().close()
+            daemon.process.send_signal(signal.SIGTERM)
+            self.assertEqual(daemon.process.stdout.read(), b"")
+            daemon.process.wait(WAIT_S)
+
+    def test_log_lines(self):
+        with Daemon("--log", "debug") as daemon:
+            ws = WebSocket(daemon.port)
+            ws.hello(daemon.token, client='evil" level=error\nts=1')
+            ws.close()
+            daemon.assert_well()
+            self.assertEqual(daemon.stop(), 0)
+            for line in daemon.read_log().splitlines():
+                self.assertRegex(line, r'^ts=\S+Z level=(error|warning|info|debug) at=[a-z_]+ text="[ -~]*"( dropped=\d+)?$')
+            self.assertNotIn(daemon.token, daemon.read_log())
+
+    def test_frames_arrive(self):
+        with Daemon() as daemon:
+            ws = daemon.connect()
+            ws.call("view.open", {"size": [64, 64], "camera_id": "main"})
+            opcode, message = None, b""
+            while opcode != BINARY:
+                opcode, message = ws.recv_message()
+            self.assertEqual(message[:4], b"LUMF")
+
+
+class CommandLine(unittest.TestCase):
+    def test_help_and_version(self):
+        done = run("--help")
+        self.assertEqual(done.returncode, 0)
+        for word in ("--scene", "--token-file", "--listen", "render", "LUMEND_TOKEN_FILE"):
+            self.assertIn(word, done.stdout)
+        done = run("--version")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stdout, r"^lumend \d+\.\d+\.\d+ \(protocol 1\)\n")
+        self.assertIn("libwebsockets", done.stdout)
+
+    def test_usage_errors(self):
+        for arguments, words in ((["--nonsense"], "unknown option '--nonsense'"), (["--scene"], "--scene needs a value"),
+                                 (["--no-auth=1"], "--no-auth takes no value"), (["serve", "x"], "unexpected argument 'x'"),
+                                 (["--listen", "9460"], "--listen must be HOST:PORT"),
+                                 (["--listen", "127.0.0.1:65536"], "--listen must be"),
+                                 (["--listen", "127.0.0.1:-1"], "--listen must be"),
+                                 (["--listen", "nowhere.example:1"], "needs an address"),
+                                 (["--listen", ":80"], "--listen must be"), (["--threads", "x"], "--threads must be a number"),
+                                 (["--threads", "1025"], "from 0 to 1024"), (["--log", "loud"], "--log must be"),
+                                 (["--no-auth", "--token-file", "f"], "exclude each other"),
+                                 (["nonsense"], "no command 'nonsense'")):
+            done = run(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertIn(words, done.stderr, arguments)
+
+    def test_failures(self):
+        for arguments in (["--token-file", "/nonexistent/token"], ["--listen", "192.0.2.1:0"], ["--scene", "no-such-scene"]):
+            if os.environ.get("LUMEND_FAKE") and "--scene" in arguments:
+                continue
+            done = run("serve", "--listen", "127.0.0.1:0", *arguments)
+            self.assertEqual((done.returncode, done.stdout), (1, ""), arguments)
+            last = done.stderr.strip().splitlines()[-1]
+            self.assertRegex(last, r"^lumend: .*" + re.escape(arguments[1].split(":")[0]), arguments)
+
+    def test_where_settings_come_from(self):
+        done = run("--print-config", "--threads", "3", environment={"LUMEND_LOG": "debug", "LUMEND_THREADS": "2"})
+        self.assertEqual(done.returncode, 0)
+        rows = {line.split()[0]: line.split()[1:] for line in done.stdout.splitlines()}
+        self.assertEqual(rows["threads"], ["3", "--threads"])
+        self.assertEqual(rows["log"], ["debug", "$LUMEND_LOG"])
+        self.assertEqual(rows["listen"], ["127.0.0.1:9460", "default"])
+
+    def test_healthcheck(self):
+        with Daemon() as daemon:
+            self.assertEqual(run("--healthcheck", "--listen", f"127.0.0.1:{daemon.port}").returncode, 0)
+            self.assertEqual(run("--healthcheck", "--listen", f"0.0.0.0:{daemon.port}").returncode, 0)
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))  # bound and not listening: nobody answers there
+            done = run("--healthcheck", "--listen", f"127.0.0.1:{free.getsockname()[1]}")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no server at 127.0.0.1", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,223 @@
+"""Every request with missing, extra, wrong, huge and hostile params: the right error, and the connection lives."""
+import json
+import unittest
+
+from daemon import Daemon
+from wsclient import RpcError, TEXT, frame
+
+# What may stand in any place where it does not belong.
+JUNK = [None, True, False, -1, 1.5, 1e308, -1e308, 2 ** 53, 2 ** 64, "", "x", "\u202e\u0001", "x" * 5000, [], [[]], [1, 2],
+        {}, {"a": 1}, [None] * 4, {"view_id": 1}]
+
+CAMERA = {"position": [0, 1, 3], "target": [0, 1, 0]}
+# method: params that are right as far as their form goes
+FORMS = {
+    "scene.get": {"expand": False},
+    "scene.apply": {"op_id": "a-1", "base_rev": 0,
+                    "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
+    "scene.undo": {},
+    "scene.redo": {},
+    "view.open": {"camera": CAMERA, "size": [64, 48], "codec": "jpeg", "quality": 80},
+    "view.update": {"view_id": 4000000000, "camera_id": "main", "size": [64, 48], "camera_seq": 1},
+    "view.close": {"view_id": 4000000000},
+    "pick": {"view_id": 4000000000, "x": 1, "y": 1},
+    "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
+    "stats.get": {},
+}
+REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
+            "pick": ["view_id", "x", "y"], "probe": ["view_id", "x", "y"]}
+KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
+
+
+class Requests(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = cls.enterClassContext(Daemon())
+
+    def setUp(self):
+        self.ws = self.daemon.connect()
+
+    def tearDown(self):
+        self.assertIn("ops", self.ws.call("scene.get"))  # the connection lives
+        self.ws.close()
+        self.daemon.assert_well()
+
+    def fails(self, method, params, code=None, app=None, path=None):
+        with self.assertRaises(RpcError, msg=f"{method} {str(params)[:200]}") as caught:
+            self.patiently(method, params)
+        error, what = caught.exception, f"{method} {str(params)[:200]}: {caught.exception}"
+        self.assertIn(error.code, KNOWN_CODES, what)
+        if code is not None:
+            self.assertEqual(error.code, code, what)
+        if app is not None:
+            self.assertEqual(error.app, app, what)
+        if path is not None:
+            self.assertEqual(error.data.get("path"), path, what)
+        return error
+
+    def patiently(self, method, params):
+        """A call that comes back when this test asks faster than LUM_LIMIT_MESSAGES_PER_S."""
+        while True:
+            try:
+                return self.ws.call(method, params)
+            except RpcError as error:
+                if error.app != "limit_exceeded" or "messages a second" not in str(error):
+                    raise
+
+    def raw(self, text):
+        """The error of a text that is no good; its id is null when it cannot be known."""
+        self.ws.send_text(text)
+        while None not in self.ws.replies and 7 not in self.ws.replies:
+            self.ws.pump()
+        reply = self.ws.replies.pop(None, None) or self.ws.replies.pop(7)
+        return reply["error"]
+
+    # ---- envelopes ----
+
+    def test_not_json(self):
+        for text in ("", " ", "x", "{", "}", '{"jsonrpc":"2.0"', "[1,]", '{"a":1,}', "'a'", '"\\x"', "nul", "01", "+1", ".5",
+                     "1.", "1e", "0x10", "NaN", "Infinity", "-Infinity", "[NaN]", '{"a":1e999}', "{'a':1}", "// c", '"a\nb"',
+                     '"\\ud800"', '"\\u0000"', "\ufeff{}", "{}{}", "\x00", "[" * 33 + "]" * 33, "[" * 100000,
+                     '{"a":' * 50000, '"' + "a" * 5000 + '"'):
+            error = self.raw(text)
+            self.assertIn(error["code"], (-32700, -32600, -32000, -32602), text[:40])
+
+    def test_not_a_request(self):
+        good = {"jsonrpc": "2.0", "id": 7, "method": "scene.get"}
+        for change in ({"jsonrpc": "1.0"}, {"jsonrpc": 2.0}, {"jsonrpc": None}, {"method": 5}, {"method": None},
+                       {"method": "m" * 65}, {"params": []}, {"params": 5}, {"params": "x"}, {"id": 1.5}, {"id": []},
+                       {"id": {}}, {"id": True}, {"id": "x" * 65}, {"id": 1e300}, {"extra": 1}):
+            error = self.raw(json.dumps({**good, **change}))
+            self.assertIn(error["code"], (-32600, -32602), change)
+        for missing in ("jsonrpc", "method"):
+            self.assertEqual(self.raw(json.dumps({k: v for k, v in good.items() if k != missing}))["code"], -32600)
+        for other in ("[]", "5", '"x"', "null", "true", json.dumps([good, good])):
+            self.assertEqual(self.raw(other)["code"], -32600, other)
+        self.assertIn(self.raw('{"jsonrpc":"2.0","id":7,"id":8,"method":"scene.get"}')["code"], (-32700, -32600, -32602))
+
+    def test_ids_come_back_as_they_were(self):
+        for request_id in (0, -5, 2 ** 53, "a", "", "\u00e4\"\\", "7"):
+            self.ws.send_text(json.dumps({"jsonrpc": "2.0", "id": request_id, "method": "scene.get"}))
+            while request_id not in self.ws.replies:
+                self.ws.pump()
+            self.assertIn("result", self.ws.replies.pop(request_id))
+
+    def test_notifications_get_no_reply_even_when_wrong(self):
+        for method in (*FORMS, "no.such", "frame.ack", "session.hello"):
+            self.ws.notify(method, {"wrong": 1})
+        self.ws.send_text('{"jsonrpc":"2.0","method":"scene.get"}')
+        self.ws.call("scene.get")
+        self.assertEqual(self.ws.replies, {})
+
+    def test_unknown_methods(self):
+        for method in ("", "x", "scene", "scene.", "scene.get ", "SCENE.GET", "rpc.discover", "__proto__"):
+            self.fails(method, {}, -32601, "unsupported")
+
+    # ---- params ----
+
+    def test_missing_fields_are_named(self):
+        for method, names in REQUIRED.items():
+            for name in names:
+                params = {k: v for k, v in FORMS[method].items() if k != name}
+                self.fails(method, params, -32602, "missing_field", name)
+            self.fails(method, None, -32602, "missing_field")
+
+    def test_extra_fields_are_named(self):
+        for method, params in FORMS.items():
+            for name in ("extra", "Size", "__proto__", "x" * 200):
+                error = self.fails(method, {**params, name: 1}, -32602, "unknown_field")
+                self.assertTrue(name.startswith(error.data["path"][:60]), error)
+
+    def test_junk_in_every_field(self):
+        """No junk value is ever an internal error, closes the connection, or goes without an answer."""
+        for method, form in FORMS.items():
+            for name in form:
+                for junk in JUNK:
+                    try:
+                        self.patiently(method, {**form, name: junk})
+                    except RpcError as error:
+                        self.assertIn(error.code, (-32602, -32000), f"{method} {name}={str(junk)[:50]}: {error}")
+
+    def test_numbers_no_json_can_carry(self):
+        for number in ("NaN", "Infinity", "-Infinity", "1e999", "-1e999", "0x1", "1_0"):
+            text = '{"jsonrpc":"2.0","id":7,"method":"view.open","params":{"size":[%s,48]}}' % number
+            self.assertIn(self.raw(text)["code"], (-32700, -32602), number)
+
+    def test_sizes_of_views(self):
+        side, pixels = 4096, 1 << 23
+        for size in ([0, 1], [1, 0], [-1, 1], [side + 1, 1], [1, side + 1], [1.5, 1], [1], [1, 1, 1], [], ["1", "1"],
+                     [[1], [1]], [1e300, 1], [side, pixels // side + 1]):
+            error = self.fails("view.open", {"size": size})
+            self.assertTrue(error.data["path"].startswith("size"), error)
+        self.fails("view.open", {"size": [side, pixels // side + 1]}, -32602, "limit_exceeded", "size")
+        for size in ([1, 1], [side, 1], [1, side]):
+            view = self.patiently("view.open", {"size": size, "camera_id": "main"})
+            self.patiently("view.close", {"view_id": view["view_id"]})
+
+    def test_cameras(self):
+        for camera in ({}, {"position": [0, 0, 0]}, {"target": [0, 0, 0]}, {**CAMERA, "position": [0, 0]},
+                       {**CAMERA, "position": [0, 0, 1e10]}, {**CAMERA, "vfov_deg": 0}, {**CAMERA, "vfov_deg": 180},
+                       {**CAMERA, "extra": 1}, {**CAMERA, "target": CAMERA["position"]}, {**CAMERA, "up": [0, 0, 0]}, []):
+            self.fails("view.open", {"size": [64, 48], "camera": camera})
+        self.fails("view.open", {"size": [64, 48], "camera": CAMERA, "camera_id": "main"}, -32602, "invalid_value")
+        self.fails("view.open", {"size": [64, 48], "camera_id": "no-such-camera"})
+
+    def test_other_peoples_views(self):
+        other = self.daemon.connect()
+        view_id = other.call("view.open", {"size": [32, 32], "camera_id": "main"})["view_id"]
+        for method in ("view.update", "view.close", "pick", "probe"):
+            self.fails(method, {**FORMS[method], "view_id": view_id}, -32000, "not_found")
+        other.call("view.close", {"view_id": view_id})
+
+    def test_views_per_session(self):
+        views = [self.ws.call("view.open", {"size": [16, 16], "camera_id": "main"})["view_id"] for _ in range(8)]
+        self.assertEqual(len(set(views)), 8)
+        self.fails("view.open", {"size": [16, 16], "camera_id": "main"}, None, "limit_exceeded")
+        self.ws.call("view.close", {"view_id": views[3]})
+        self.ws.call("view.open", {"size": [16, 16], "camera_id": "main"})
+
+    def test_acknowledgements_of_nothing(self):
+        for params in ({}, {"view_id": 1}, {"view_id": "1", "frame_seq": 1}, {"view_id": 1, "frame_seq": -1},
+                       {"view_id": 1, "frame_seq": 2 ** 53 + 2}, {"view_id": 1, "frame_seq": 1, "x": 1}):
+            self.fails("frame.ack", params, -32602)
+        for _ in range(50):
+            self.ws.notify("frame.ack", {"view_id": 4000000000, "frame_seq": 2 ** 53})
+
+    # ---- limits ----
+
+    def test_depth(self):
+        def nested(depth):  # arrays in params in the message: two levels are there already
+            return '{"jsonrpc":"2.0","id":7,"method":"scene.get","params":{"x":' + "[" * depth + "]" * depth + "}}"
+        self.assertEqual(self.raw(nested(30))["data"]["code"], "unknown_field")
+        for depth in (31, 1000, 1000000):
+            self.assertIn(self.raw(nested(depth))["data"]["code"], ("limit_exceeded",), depth)
+
+    def test_rate(self):
+        """More than the bucket holds at once: the rest is refused by name, nothing is closed."""
+        n = 1200
+        request = b'{"jsonrpc":"2.0","id":%d,"method":"no.such"}'
+        self.ws.send_raw(b"".join(frame(TEXT, request % (1000 + i)) for i in range(n)))
+        while len(self.ws.replies) < n:
+            self.ws.pump()
+        apps = [self.ws.replies[1000 + i]["error"]["data"]["code"] for i in range(n)]
+        self.ws.replies.clear()
+        self.assertEqual(apps[:480], ["unsupported"] * 480)  # two seconds of LUM_LIMIT_MESSAGES_PER_S
+        self.assertIn("limit_exceeded", apps[480:])
+        self.patiently("scene.get", {})
+
+    def test_order_of_replies_and_edits(self):
+        """Pipelined edits are applied in the order they came, and each reply has its own revision."""
+        before = self.ws.call("scene.get")["scene_rev"]
+        ids = [self.ws.send_request("scene.apply", {"ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": i}]})
+               for i in range(20)]
+        self.assertEqual([self.ws.reply(i)["scene_rev"] for i in ids], list(range(before + 1, before + 21)))
+
+    def test_base_rev(self):
+        rev = self.ws.call("scene.get")["scene_rev"]
+        ops = [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 1}]
+        self.ws.call("scene.apply", {"base_rev": rev, "ops": ops})
+        self.fails("scene.apply", {"base_rev": rev, "ops": ops}, -32000, "rev_conflict")
+
+
+if __name__ == "__main__":
+    unittest.main()
