@@ -1,0 +1,393 @@
+/* Sessions without sockets: hello, order of sending, bounds, and what happens when the director is full or gone ahead.
+ * This file is the director: it records what is posted and plays its outbox. */
+#define _GNU_SOURCE
+#include <stdarg.h>
+#include <setjmp.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/session.h"
+
+#define TOKEN "0123456789abcdef0123"
+
+/* ---- a director for tests ---- */
+
+struct lum_director {
+    struct lum_command *posted[64];
+    unsigned n_posted, capacity;
+    struct lum_out *first, **last;
+};
+
+struct lum_command *lum_command_create(enum lum_command_kind kind)
+{
+    struct lum_command *c = lum_calloc(1, sizeof *c);
+    if (c)
+        c->kind = kind;
+    return c;
+}
+
+void lum_command_destroy(struct lum_command *c)
+{
+    if (!c)
+        return;
+    free(c->rpc_id);
+    lum_ops_finish(&c->ops);
+    lum_free(c);
+}
+
+void lum_out_destroy(struct lum_out *o)
+{
+    free(o->text);
+    lum_stream_unref(o->stream);
+    lum_free(o);
+}
+
+bool lum_director_post(struct lum_director *d, struct lum_command *c)
+{
+    if (d->n_posted == d->capacity)
+        return false;
+    d->posted[d->n_posted++] = c;
+    return true;
+}
+
+struct lum_out *lum_director_take_outbox(struct lum_director *d)
+{
+    struct lum_out *first = d->first;
+    d->first = NULL;
+    d->last = &d->first;
+    return first;
+}
+
+uint64_t lum_director_scene_rev(const struct lum_director *d)
+{
+    (void)d;
+    return 41;
+}
+
+static struct lum_out *push(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref ref,
+                            const char *text)
+{
+    struct lum_out *o = lum_calloc(1, sizeof *o);
+    assert_non_null(o);
+    o->kind = kind;
+    o->session = ref;
+    o->text = text ? strdup(text) : NULL;
+    *d->last = o;
+    d->last = &o->next;
+    return o;
+}
+
+/* ---- fixture ---- */
+
+struct fixture {
+    struct lum_director director;
+    struct lum_auth auth;
+    struct lum_net_counters counters;
+    struct lum_sessions *sessions;
+    struct lum_session *s; /* has said hello */
+    struct lum_session_ref ref;
+};
+
+static void forget_posted(struct fixture *f)
+{
+    for (unsigned i = 0; i < f->director.n_posted; i++)
+        lum_command_destroy(f->director.posted[i]);
+    f->director.n_posted = 0;
+}
+
+static void receive(struct lum_session *s, const char *text)
+{
+    lum_session_receive(s, text, strlen(text));
+}
+
+/* The next message as a string that the caller frees; NULL: none. */
+static char *next_text(struct lum_session *s)
+{
+    struct lum_message m;
+    if (!lum_session_next(s, &m))
+        return NULL;
+    assert_false(m.binary);
+    char *text = calloc(1, m.n_body + 1);
+    assert_non_null(text);
+    memcpy(text, m.body, m.n_body);
+    lum_session_sent(s);
+    return text;
+}
+
+static void expect_text(struct lum_session *s, const char *part)
+{
+    char *text = next_text(s);
+    assert_non_null(text);
+    if (!strstr(text, part))
+        fail_msg("\"%s\" does not hold \"%s\"", text, part);
+    free(text);
+}
+
+static struct lum_session *open_greeted(struct fixture *f)
+{
+    struct lum_session *s = lum_session_open(f->sessions);
+    assert_non_null(s);
+    receive(s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"session.hello\",\"params\":{\"token\":\"" TOKEN "\"}}");
+    expect_text(s, "\"scene_rev\":41");
+    assert_true(lum_session_greeted(s));
+    return s;
+}
+
+static int set_up(void **state)
+{
+    struct fixture *f = calloc(1, sizeof *f);
+    f->director.capacity = LUM_ARRAY_LEN(f->director.posted);
+    f->director.last = &f->director.first;
+    f->auth.required = true;
+    strcpy(f->auth.token, TOKEN);
+    const struct lum_sessions_config config = {.director = &f->director, .auth = &f->auth, .counters = &f->counters};
+    assert_int_equal(lum_sessions_create(&config, &f->sessions, NULL), LUM_OK);
+    f->s = open_greeted(f);
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"scene.undo\"}"); /* a command tells the session's name */
+    f->ref = f->director.posted[0]->session;
+    forget_posted(f);
+    *state = f;
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    struct fixture *f = *state;
+    lum_sessions_destroy(f->sessions);
+    forget_posted(f);
+    for (struct lum_out *o = lum_director_take_outbox(&f->director), *next; o; o = next) {
+        next = o->next;
+        lum_out_destroy(o);
+    }
+    free(f);
+    return 0;
+}
+
+/* ---- tests ---- */
+
+static void test_requests_become_commands(void **state)
+{
+    struct fixture *f = *state;
+    receive(f->s,
+            "{\"jsonrpc\":\"2.0\",\"id\":\"a\",\"method\":\"pick\",\"params\":{\"view_id\":7,\"x\":3,\"y\":4.5}}");
+    assert_int_equal(f->director.n_posted, 1);
+    const struct lum_command *c = f->director.posted[0];
+    assert_int_equal(c->kind, LUM_CMD_PICK);
+    assert_int_equal(c->view_id, 7);
+    assert_true(c->x == 3.0 && c->y == 4.5);
+    assert_string_equal(c->rpc_id, "\"a\"");
+    assert_int_equal(c->session.slot, lum_session_slot(f->s));
+    assert_true(c->received_ns > 0);
+    assert_false(lum_session_pending(f->s));
+}
+
+static void test_a_full_inbox_is_said(void **state)
+{
+    struct fixture *f = *state;
+    f->director.capacity = 0;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"scene.undo\"}");
+    expect_text(f->s, "\"code\":\"busy\"");
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"scene.undo\"}"); /* a notification: lost in silence */
+    assert_null(next_text(f->s));
+    f->director.capacity = 64;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":3,\"method\":\"scene.undo\"}");
+    assert_int_equal(f->director.n_posted, 1);
+}
+
+static void test_the_director_learns_of_a_close_even_when_it_was_full(void **state)
+{
+    struct fixture *f = *state;
+    f->director.capacity = 0;
+    lum_session_close(f->s);
+    lum_sessions_deliver(f->sessions);
+    assert_int_equal(f->director.n_posted, 0);
+    struct lum_session *other = lum_session_open(f->sessions);
+    assert_int_not_equal(lum_session_slot(other), f->ref.slot); /* the slot is kept until then */
+    f->director.capacity = 64;
+    lum_sessions_deliver(f->sessions);
+    assert_int_equal(f->director.n_posted, 1);
+    assert_int_equal(f->director.posted[0]->kind, LUM_CMD_SESSION_CLOSED);
+    assert_int_equal(f->director.posted[0]->session.generation, f->ref.generation);
+    lum_sessions_deliver(f->sessions);
+    assert_int_equal(f->director.n_posted, 1);
+}
+
+static void test_answers_for_those_who_left_reach_nobody(void **state)
+{
+    struct fixture *f = *state;
+    lum_session_close(f->s);
+    struct lum_session *next = open_greeted(f);
+    assert_int_equal(lum_session_slot(next), f->ref.slot); /* the slot is used again, by another generation */
+    push(&f->director, LUM_OUT_TEXT, f->ref, "\"for the one before\"");
+    push(&f->director, LUM_OUT_VIEW_OPENED, f->ref, NULL)->stream = lum_stream_create(1, 1);
+    push(&f->director, LUM_OUT_TEXT, (struct lum_session_ref){.slot = UINT32_MAX}, "\"for nobody\"");
+    lum_sessions_deliver(f->sessions);
+    assert_null(next_text(next));
+}
+
+static void test_broadcasts_go_to_those_who_said_hello(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *guest = lum_session_open(f->sessions), *other = open_greeted(f);
+    push(&f->director, LUM_OUT_BROADCAST, (struct lum_session_ref){0}, "\"news\"");
+    lum_sessions_deliver(f->sessions);
+    expect_text(f->s, "news");
+    expect_text(other, "news");
+    assert_null(next_text(guest));
+}
+
+static struct lum_stream *add_view(struct fixture *f, uint32_t view_id)
+{
+    struct lum_stream *stream = lum_stream_create(view_id, 2);
+    push(&f->director, LUM_OUT_VIEW_OPENED, f->ref, NULL)->stream = lum_stream_ref(stream);
+    lum_sessions_deliver(f->sessions);
+    return stream;
+}
+
+static void publish(struct lum_stream *stream, uint64_t seq)
+{
+    struct lum_blob_tile *tiles[2];
+    for (int i = 0; i < 2; i++) {
+        tiles[i] = lum_blob_tile_create(4);
+        tiles[i]->header =
+            (struct lum_frame_header){.kind = LUM_FRAME_TILE, .frame_seq = seq, .view_id = lum_stream_view_id(stream)};
+    }
+    assert_true(lum_stream_publish(stream, seq, tiles));
+}
+
+/* The view of the next message, which must be a tile. */
+static uint32_t next_view(struct lum_session *s)
+{
+    struct lum_message m;
+    struct lum_frame_header header;
+    uint8_t bytes[LUM_FRAME_HEADER_BYTES + 4];
+    size_t offset;
+    assert_true(lum_session_next(s, &m));
+    assert_true(m.binary);
+    assert_int_equal(m.n_body, 4);
+    memcpy(bytes, m.head, sizeof m.head);
+    memcpy(bytes + sizeof m.head, m.body, 4);
+    assert_true(lum_frame_decode(bytes, sizeof bytes, &header, &offset));
+    lum_session_sent(s);
+    return header.view_id;
+}
+
+static void test_text_before_tiles_and_views_in_turn(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_stream *a = add_view(f, 10), *b = add_view(f, 20);
+    publish(a, 1);
+    publish(b, 1);
+    push(&f->director, LUM_OUT_TEXT, f->ref, "\"reply\"");
+    assert_int_equal(next_view(f->s), 10);
+    lum_sessions_deliver(f->sessions);
+    expect_text(f->s, "reply"); /* in the middle of a frame, between two tiles */
+    assert_int_equal(next_view(f->s), 20);
+    assert_int_equal(next_view(f->s), 10);
+    assert_int_equal(next_view(f->s), 20);
+    assert_false(lum_session_pending(f->s));
+    lum_stream_unref(a);
+    lum_stream_unref(b);
+}
+
+static void test_acknowledgements_wake_the_director(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_stream *stream = add_view(f, 10);
+    for (uint64_t seq = 1; seq <= LUM_LIMIT_UNACKED_FRAMES; seq++) {
+        publish(stream, seq);
+        next_view(f->s);
+        next_view(f->s);
+    }
+    forget_posted(f);
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":11,\"frame_seq\":1}}");
+    assert_int_equal(f->director.n_posted, 0);
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");
+    assert_int_equal(f->director.n_posted, 1);
+    assert_int_equal(f->director.posted[0]->kind, LUM_CMD_WAKE);
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");
+    assert_int_equal(f->director.n_posted, 1);
+    assert_null(next_text(f->s));
+    lum_stream_unref(stream);
+}
+
+static void test_closed_views_are_forgotten(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_stream *stream = add_view(f, 10);
+    publish(stream, 1);
+    assert_true(lum_session_pending(f->s));
+    push(&f->director, LUM_OUT_VIEW_CLOSED, f->ref, NULL)->view_id = 10;
+    lum_sessions_deliver(f->sessions);
+    assert_false(lum_session_pending(f->s));
+    lum_stream_unref(stream);
+}
+
+static void test_the_queue_of_one_who_does_not_read_is_bounded(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *other = open_greeted(f);
+    const size_t n_text = 1u << 20;
+    char *text = malloc(n_text + 1);
+    memset(text, 'x', n_text);
+    text[n_text] = '\0';
+    for (unsigned i = 0; i <= LUM_LIMIT_CONTROL_QUEUE_BYTES / n_text; i++) {
+        assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_NONE);
+        push(&f->director, LUM_OUT_BROADCAST, f->ref, text);
+        lum_sessions_deliver(f->sessions);
+        free(next_text(other)); /* this one reads */
+    }
+    assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_SLOW);
+    assert_int_equal(lum_session_close_now(other), LUM_CLOSE_NONE);
+    free(text);
+}
+
+static void test_drain(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *guest = lum_session_open(f->sessions);
+    push(&f->director, LUM_OUT_TEXT, f->ref, "\"reply\"");
+    lum_sessions_deliver(f->sessions);
+    lum_sessions_begin_drain(f->sessions);
+    assert_int_equal(lum_session_close_now(guest), LUM_CLOSE_RESTART);
+    assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_NONE); /* text first */
+    expect_text(f->s, "reply");
+    expect_text(f->s, "session.closing");
+    assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_RESTART);
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"scene.undo\"}"); /* too late */
+    assert_int_equal(f->director.n_posted, 0);
+    assert_int_equal(lum_session_close_now(lum_session_open(f->sessions)), LUM_CLOSE_RESTART);
+}
+
+static void test_table_is_bounded(void **state)
+{
+    struct fixture *f = *state;
+    for (unsigned i = 1; i < LUM_LIMIT_CONNECTIONS; i++)
+        assert_non_null(lum_session_open(f->sessions));
+    assert_null(lum_session_open(f->sessions));
+    lum_session_close(f->s);
+    assert_non_null(lum_session_open(f->sessions));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_requests_become_commands, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_a_full_inbox_is_said, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_the_director_learns_of_a_close_even_when_it_was_full, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_answers_for_those_who_left_reach_nobody, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_broadcasts_go_to_those_who_said_hello, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_text_before_tiles_and_views_in_turn, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_acknowledgements_wake_the_director, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
