@@ -18,7 +18,7 @@ uint32_t lum_table_lower_bound(const struct lum_table *table, const char *id)
     return lo;
 }
 
-struct lum_entry *lum_table_find(const struct lum_table *table, const char *id)
+struct lum_entry *lum_entry_find(const struct lum_table *table, const char *id)
 {
     uint32_t i = lum_table_lower_bound(table, id);
     return i < table->n && strcmp(table->rows[i]->id, id) == 0 ? table->rows[i] : NULL;
@@ -63,7 +63,7 @@ enum lum_status lum_table_open(struct lum_table *table, const char *id, size_t e
     enum lum_status status = check_id(id, err);
     if (status != LUM_OK)
         return status;
-    struct lum_entry *entry = lum_table_find(table, id);
+    struct lum_entry *entry = lum_entry_find(table, id);
     if (!entry) {
         status = reserve_row(table, err);
         if (status != LUM_OK)
@@ -89,7 +89,7 @@ void lum_table_keep(struct lum_table *table, struct lum_entry *entry)
 
 void lum_table_drop(struct lum_table *table, struct lum_entry *entry)
 {
-    if (lum_table_find(table, entry->id) != entry)
+    if (lum_entry_find(table, entry->id) != entry)
         lum_free(entry);
 }
 
@@ -103,7 +103,7 @@ static const char *const entity_names[LUM_ENTITY_COUNT] = {
 enum lum_status lum_scene_lookup(const struct lum_scene *scene, enum lum_entity kind, const char *id, const char *field,
                                  struct lum_entry **ret_entry, struct lum_error *err)
 {
-    struct lum_entry *entry = id ? lum_table_find(&scene->tables[kind], id) : NULL;
+    struct lum_entry *entry = id ? lum_entry_find(&scene->tables[kind], id) : NULL;
     if (!entry)
         return lum_fail(err, LUM_ERR_NOT_FOUND, field, "there is no %s \"%.*s\"", entity_names[kind], LUM_ID_MAX,
                         id ? id : "");

@@ -73,7 +73,7 @@ struct lum_scene {
 
 /* store.c */
 uint32_t lum_table_lower_bound(const struct lum_table *table, const char *id);
-struct lum_entry *lum_table_find(const struct lum_table *table, const char *id); /* NULL: none */
+struct lum_entry *lum_entry_find(const struct lum_table *table, const char *id); /* NULL: none */
 /* The entry named id, or a fresh zeroed one of entry_size that lum_table_keep will insert without failing. */
 enum lum_status lum_table_open(struct lum_table *table, const char *id, size_t entry_size, struct lum_entry **ret_entry,
                                struct lum_error *err);
