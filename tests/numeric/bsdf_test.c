@@ -105,13 +105,13 @@ static bool is_transmitted(const struct lum_bsdf_sample *s)
 
 /* ---- sampling against pdf ---- */
 
-enum { ROWS = 24, COLUMNS = 32, SAMPLES = 100000 };
+enum { ROWS = 16, COLUMNS = 24, SAMPLES = 50000 };
 
 /* Sampled directions against the integral of the pdf over cells of theta and phi; what was absorbed has a cell of its
  * own, which must hold 1 - the integral. Delta samples count as their own probability, known from their number. */
 static double sampling_p_value(const struct lum_material *m, bool backface, double cos_o, struct rng *r)
 {
-    const int sub = 24; /* a lobe of alpha 0.09 at grazing is a tenth of a cell across */
+    const int sub = 20; /* a lobe of alpha 0.09 at grazing is a sixth of a cell across */
     static struct chi2_cell cell[ROWS * COLUMNS + 1];
     struct lum_surface s = surface(backface);
     struct lum_vec3 wo = direction(cos_o, 0.4);
