@@ -107,11 +107,38 @@ static bool is_transmitted(const struct lum_bsdf_sample *s)
 
 enum { ROWS = 16, COLUMNS = 24, SAMPLES = 50000 };
 
+/* Samples expected in cell i: midpoint rule on sub x sub points. */
+static double expected_by(const struct lum_bsdf *b, struct lum_vec3 wo, int i, int sub)
+{
+    double sum = 0.0;
+    for (int k = 0; k < sub * sub; k++) {
+        double theta = (i / COLUMNS + (k / sub + 0.5) / sub) / ROWS * LUM_PI_D;
+        double phi = (i % COLUMNS + (k % sub + 0.5) / sub) / COLUMNS * 2.0 * LUM_PI_D;
+        float pdf;
+        lum_bsdf_eval(b, wo, direction(cos(theta), phi), &pdf);
+        sum += (double)pdf * sin(theta);
+    }
+    return sum * 2.0 * LUM_PI_D * LUM_PI_D / (ROWS * COLUMNS * sub * sub) * SAMPLES;
+}
+
+/* Doubled until it changes by far less than the cell's own statistical error. (Refraction ends along a line of equal
+ * theta, where convergence is slow.) */
+static double expected_in(const struct lum_bsdf *b, struct lum_vec3 wo, int i)
+{
+    double before = expected_by(b, wo, i, 6);
+    for (int sub = 12; sub <= 192; sub *= 2) {
+        double now = expected_by(b, wo, i, sub), change = fabs(now - before);
+        before = now;
+        if (change < 0.05 * sqrt(now) + 0.01)
+            break;
+    }
+    return before;
+}
+
 /* Sampled directions against the integral of the pdf over cells of theta and phi; what was absorbed has a cell of its
- * own, which must hold 1 - the integral. Delta samples count as their own probability, known from their number. */
+ * own, which must hold 1 - the integral. Delta samples count as absorbed. */
 static double sampling_p_value(const struct lum_material *m, bool backface, double cos_o, struct rng *r)
 {
-    const int sub = 20; /* a lobe of alpha 0.09 at grazing is a sixth of a cell across */
     static struct chi2_cell cell[ROWS * COLUMNS + 1];
     struct lum_surface s = surface(backface);
     struct lum_vec3 wo = direction(cos_o, 0.4);
@@ -119,15 +146,7 @@ static double sampling_p_value(const struct lum_material *m, bool backface, doub
     lum_bsdf_init(&b, m, &s, wo);
     double total = 0.0, lost = 0.0;
     for (int i = 0; i < ROWS * COLUMNS; i++) {
-        double sum = 0.0;
-        for (int k = 0; k < sub * sub; k++) {
-            double theta = (i / COLUMNS + (k / sub + 0.5) / sub) / ROWS * LUM_PI_D;
-            double phi = (i % COLUMNS + (k % sub + 0.5) / sub) / COLUMNS * 2.0 * LUM_PI_D;
-            float pdf;
-            lum_bsdf_eval(&b, wo, direction(cos(theta), phi), &pdf);
-            sum += (double)pdf * sin(theta);
-        }
-        cell[i] = (struct chi2_cell){sum * 2.0 * LUM_PI_D * LUM_PI_D / (ROWS * COLUMNS * sub * sub) * SAMPLES, 0.0};
+        cell[i] = (struct chi2_cell){expected_in(&b, wo, i), 0.0};
         total += cell[i].expected;
     }
     for (int i = 0; i < SAMPLES; i++) {
