@@ -118,14 +118,11 @@ static struct lum_rgb divide(struct lum_rgb c, float by)
     return lum_rgb(c.r / by, c.g / by, c.b / by);
 }
 
-/* A sample of a lobe with spread, weighted by the whole mixture. What a tilted facet sends to the wrong side of the
- * surface would hit the next facet: it is lost, as in the pdf. */
+/* A sample of a lobe with spread, weighted by the whole mixture. */
 static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 i, enum lum_lobe lobe,
                           struct lum_bsdf_sample *ret_sample)
 {
     struct lum_bsdf_sample s = {.wi = lum_frame_to_scene(&b->frame, i), .lobe = lobe};
-    if (lobe == LUM_LOBE_GLOSSY_TRANSMIT ? i.z >= 0.0f : i.z <= 0.0f)
-        return false;
     struct lum_rgb f = lum_bsdf_eval(b, wo, s.wi, &s.pdf_sa);
     if (!(s.pdf_sa > 0.0f) || lum_rgb_black(f))
         return false;
@@ -205,4 +202,19 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (f.reflect_prob < 0.0f || lum_rgb_black(f.transmit))
         return false;
     return sample_transmission(b, wo, &h, divide(f.transmit, facet_prob * (1.0f - f.reflect_prob)), ret_sample);
+}
+
+uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2])
+{
+    if (lum_dot(b->ng, b->ng) == 0.0f)
+        return 0;
+    const struct lum_vec3 h = lum_v3(0.0f, 0.0f, 1.0f);
+    struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
+    struct facet f = facet_at(b, o.z);
+    uint32_t n = 0;
+    if (b->alpha == 0.0f && !lum_rgb_black(f.reflect))
+        n += sample_reflection(b, wo, mirrored(o, h, o.z), f.reflect, &ret_lobes[n]);
+    if ((b->alpha == 0.0f || b->eta == 1.0f) && !lum_rgb_black(f.transmit))
+        n += sample_transmission(b, wo, &h, f.transmit, &ret_lobes[n]);
+    return n;
 }

@@ -29,6 +29,13 @@ bool lum_material_is_specular(const struct lum_material *m)
     return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
 }
 
+struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance)
+{
+    if (m->thin || !(m->transmission > 0.0f) || lum_rgb_black(m->sigma_a))
+        return lum_grey(1.0f);
+    return lum_rgb(expf(-m->sigma_a.r * distance), expf(-m->sigma_a.g * distance), expf(-m->sigma_a.b * distance));
+}
+
 static struct lum_rgb base_color(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color)
 {
     struct lum_rgb tex = lum_texture_sample(&m->base_color_tex, uv).rgb;

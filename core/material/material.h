@@ -57,6 +57,9 @@ struct lum_material {
  * texture sets the roughness it is never below LUM_ALPHA_MIN, so that this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
 
+/* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no inside. */
+struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);
+
 /* Radiance that the surface emits at uv, both sides; an unlit material: its colour times 1 cd/m2. */
 struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color);
 
@@ -99,6 +102,10 @@ struct lum_bsdf_sample {
 /* u: picks the direction, u_lobe: picks the lobe. False: absorbed. */
 bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
                      struct lum_bsdf_sample *ret_sample);
+
+/* All delta lobes at once, for methods that follow every branch: weights are of the lobes themselves, not divided by the
+ * probability of choosing one. Returns how many. */
+uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2]);
 
 /* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);

@@ -47,6 +47,8 @@ struct lum_demand {
 };
 struct lum_snapshot;
 void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand);
+/* Anti-aliasing is the view's choice, not the scene's. */
+void lum_demand_antialias(struct lum_demand *demand, bool on);
 
 struct lum_estimator; /* render/frame.h */
 

@@ -1,0 +1,344 @@
+#include "core/estimator/layers.h"
+
+#include <string.h>
+
+#include "core/estimator/direct.h"
+
+static void finish_layer(struct lum_layer *l)
+{
+    lum_free(l->seen);
+    lum_free(l->response);
+    lum_free(l->state);
+    *l = (struct lum_layer){0};
+}
+
+void lum_layers_finish(struct lum_layers *l)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        finish_layer(&l->layers[i]);
+    finish_layer(&l->shared);
+    lum_free(l->layers);
+    lum_free(l->layer_of);
+    lum_free(l->unit_lights);
+    lum_free(l->unit_materials);
+    *l = (struct lum_layers){0};
+}
+
+/* FNV-1a. */
+static uint32_t hash_id(const char *id)
+{
+    uint32_t h = 2166136261u;
+    for (; *id; id++)
+        h = (h ^ (uint8_t)*id) * 16777619u;
+    return h;
+}
+
+static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+/* True when light b sends its light along the same paths as a: power and switch aside. */
+static bool same_shape(const struct lum_light *a, const struct lum_light *b)
+{
+    if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
+        return false;
+    return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
+           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->cos_inner == b->cos_inner &&
+           a->cos_outer == b->cos_outer && a->instance == b->instance && a->shape == b->shape &&
+           a->camera_visible == b->camera_visible;
+}
+
+/* Lowers every tile to at most this state. */
+static void lower(struct lum_layer *l, uint32_t n_tiles, enum lum_layer_state state)
+{
+    for (uint32_t t = 0; l->state && t < n_tiles; t++)
+        if (l->state[t] > state)
+            l->state[t] = (uint8_t)state;
+}
+
+static void lower_all(struct lum_layers *l, enum lum_layer_state state)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        lower(&l->layers[i], l->n_tiles, state);
+    lower(&l->shared, l->n_tiles, LUM_LAYER_EMPTY); /* has no bits to fall back on */
+}
+
+/* Forgets layers whose light is gone or emits along other paths, and finds the others' new index. */
+static void match_lights(struct lum_layers *l, const struct lum_light_table *lights)
+{
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        layer->index = LUM_NO_OBJECT;
+        for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
+            if (strcmp(lights->lights[i].id, layer->light.id) == 0)
+                layer->index = i;
+        if (layer->index == LUM_NO_OBJECT) {
+            finish_layer(layer);
+            continue;
+        }
+        if (!same_shape(&layer->light, &lights->lights[layer->index]))
+            lower(layer, l->n_tiles, LUM_LAYER_EMPTY);
+        layer->light = lights->lights[layer->index];
+        l->layers[kept++] = *layer;
+    }
+    for (uint32_t k = kept; k < l->n_layers; k++)
+        l->layers[k] = (struct lum_layer){0}; /* moved down */
+    l->n_layers = kept;
+}
+
+static bool init_layer(struct lum_layer *layer, uint32_t n_tiles, bool with_seen)
+{
+    size_t n = (size_t)n_tiles * LUM_TILE_PIXELS;
+    layer->response = lum_calloc(n, sizeof *layer->response);
+    layer->state = lum_calloc(n_tiles, 1);
+    layer->seen = with_seen ? lum_calloc(n, sizeof *layer->seen) : NULL;
+    if (layer->response && layer->state && (layer->seen || !with_seen))
+        return true;
+    finish_layer(layer);
+    return false;
+}
+
+static size_t layers_that_fit(uint32_t n_tiles)
+{
+    return LUM_LAYERS_BYTES / ((size_t)n_tiles * LUM_TILE_PIXELS * (sizeof(struct lum_seen) + sizeof(struct lum_rgb)));
+}
+
+/* A layer for each shining light that has none, within the budget. False: memory is short. */
+static bool add_layers(struct lum_layers *l, const struct lum_light_table *lights)
+{
+    for (uint32_t i = 0; i < lights->n_lights; i++)
+        l->layer_of[i] = LUM_NO_OBJECT;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        l->layer_of[l->layers[k].index] = k;
+    size_t room = layers_that_fit(l->n_tiles);
+    for (uint32_t a = 0; a < lights->n_active && l->n_layers < room && l->n_layers < l->capacity; a++) {
+        uint32_t i = lights->active[a];
+        if (l->layer_of[i] != LUM_NO_OBJECT)
+            continue;
+        struct lum_layer *layer = &l->layers[l->n_layers];
+        if (!init_layer(layer, l->n_tiles, true))
+            return false;
+        layer->light = lights->lights[i];
+        layer->salt = hash_id(layer->light.id);
+        layer->index = i;
+        l->layer_of[i] = l->n_layers++;
+    }
+    return true;
+}
+
+static bool any_unlit(const struct lum_snapshot *s)
+{
+    for (uint32_t i = 0; i < s->n_materials; i++)
+        if (s->materials[i].unlit)
+            return true;
+    return false;
+}
+
+static bool update_shared(struct lum_layers *l, const struct lum_snapshot *s)
+{
+    l->shared_on = any_unlit(s);
+    for (uint32_t a = 0; a < s->lights.n_active; a++)
+        l->shared_on = l->shared_on || l->layer_of[s->lights.active[a]] == LUM_NO_OBJECT;
+    if (l->shared_on && !l->shared.response)
+        return init_layer(&l->shared, l->n_tiles, false);
+    return true;
+}
+
+/* Arrays by light, grown when the table grew. */
+static bool reserve(struct lum_layers *l, uint32_t n_lights)
+{
+    if (n_lights <= l->capacity)
+        return true;
+    struct lum_layer *layers = lum_calloc(n_lights, sizeof *layers);
+    uint32_t *layer_of = lum_calloc(n_lights, sizeof *layer_of);
+    struct lum_light *unit = lum_calloc(n_lights, sizeof *unit);
+    if (!layers || !layer_of || !unit) {
+        lum_free(layers);
+        lum_free(layer_of);
+        lum_free(unit);
+        return false;
+    }
+    if (l->n_layers)
+        memcpy(layers, l->layers, l->n_layers * sizeof *layers);
+    lum_free(l->layers);
+    lum_free(l->layer_of);
+    lum_free(l->unit_lights);
+    l->layers = layers;
+    l->layer_of = layer_of;
+    l->unit_lights = unit;
+    l->capacity = n_lights;
+    return true;
+}
+
+static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
+{
+    if (s->n_materials > l->material_capacity) {
+        struct lum_material *m = lum_calloc(s->n_materials, sizeof *m);
+        if (!m)
+            return false;
+        lum_free(l->unit_materials);
+        l->unit_materials = m;
+        l->material_capacity = s->n_materials;
+    }
+    for (uint32_t i = 0; i < s->n_materials; i++) {
+        l->unit_materials[i] = s->materials[i];
+        if (!lum_rgb_black(s->materials[i].emission))
+            l->unit_materials[i].emission = lum_grey(1.0f);
+    }
+    for (uint32_t i = 0; i < s->lights.n_lights; i++) {
+        l->unit_lights[i] = s->lights.lights[i];
+        l->unit_lights[i].power = lum_grey(1.0f);
+        l->unit_lights[i].on = true;
+    }
+    memcpy(&l->unit, s, sizeof l->unit);
+    l->unit.lights.lights = l->unit_lights;
+    l->unit.materials = l->unit_materials;
+    return true;
+}
+
+/* What the kinds of edit since the last update make stale. */
+static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
+{
+    const struct lum_view_settings *set = pass->settings;
+    const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
+    if (gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry ||
+        set->shadow_samples != l->shadow_samples || set->seed != l->seed)
+        lower_all(l, LUM_LAYER_EMPTY);
+    else if (now->material != was->material || set->max_depth != l->max_depth)
+        lower_all(l, LUM_LAYER_SEEN);
+    if (now->light_shape != was->light_shape)
+        match_lights(l, &pass->snapshot->lights);
+    if (now->light_shape != was->light_shape || now->light_power != was->light_power)
+        lower(&l->shared, l->n_tiles, LUM_LAYER_EMPTY);
+    l->versions = *now;
+    l->gbuffer_stamp = gbuffer_stamp;
+    l->shadow_samples = set->shadow_samples;
+    l->seed = set->seed;
+    l->max_depth = set->max_depth;
+}
+
+enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp,
+                                  struct lum_error *err)
+{
+    if (l->n_tiles != pass->tiling.n) {
+        lum_layers_finish(l);
+        l->n_tiles = pass->tiling.n;
+    }
+    mark_stale(l, pass, gbuffer_stamp);
+    const struct lum_snapshot *s = pass->snapshot;
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, &s->lights) || !update_shared(l, s) || !make_unit(l, s)) {
+        lum_layers_finish(l);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
+    }
+    return LUM_OK;
+}
+
+/* ---- per tile ---- */
+
+/* Layer that light i adds to. */
+static struct lum_layer *layer_for(struct lum_layers *l, uint32_t light)
+{
+    return l->layer_of[light] == LUM_NO_OBJECT ? &l->shared : &l->layers[l->layer_of[light]];
+}
+
+/* Iterates over the layers that show, with *inout_a from 0; NULL ends. The shared one comes last. */
+static struct lum_layer *next_layer(const struct lum_pass *pass, uint32_t *inout_a)
+{
+    struct lum_layers *l = pass->layers;
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    while (*inout_a < lights->n_active) {
+        uint32_t k = l->layer_of[lights->active[(*inout_a)++]];
+        if (k != LUM_NO_OBJECT)
+            return &l->layers[k];
+    }
+    return (*inout_a)++ == lights->n_active && l->shared_on ? &l->shared : NULL;
+}
+
+bool lum_layers_reached(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));)
+        if (layer->state[tile] < state)
+            return false;
+    return true;
+}
+
+void lum_layers_reach(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));)
+        if (layer->state[tile] < state)
+            layer->state[tile] = (uint8_t)state;
+}
+
+void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));) {
+        if (layer->state[tile] >= state)
+            continue;
+        memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
+            memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
+    }
+}
+
+void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum_emission *e,
+                    enum lum_layer_state state)
+{
+    struct lum_layers *l = pass->layers;
+    struct lum_layer *layer = e->light == LUM_NO_OBJECT ? &l->shared : layer_for(l, e->light);
+    if (!layer->state || layer->state[tile] >= state)
+        return;
+    struct lum_rgb radiance = e->per_power;
+    if (layer == &l->shared && e->light != LUM_NO_OBJECT)
+        radiance = lum_rgb_mul(radiance, pass->snapshot->lights.lights[e->light].power);
+    struct lum_rgb *sum = &layer->response[(size_t)tile * LUM_TILE_PIXELS + e->slot];
+    *sum = lum_rgb_add(*sum, radiance);
+}
+
+void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                      enum lum_layer_state state, struct lum_counters *counters)
+{
+    struct lum_layers *l = pass->layers;
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    for (uint32_t a = 0; a < lights->n_active; a++) {
+        uint32_t light = lights->active[a];
+        struct lum_layer *layer = layer_for(l, light);
+        if (layer->state[tile] >= state)
+            continue;
+        bool shared = layer == &l->shared;
+        lum_direct_light(&(struct lum_direct){
+            .snapshot = shared ? pass->snapshot : &l->unit,
+            .light = light,
+            .salt = shared ? hash_id(lights->lights[light].id) : layer->salt,
+            .n_samples = pass->settings->shadow_samples,
+            .vertices = vertices,
+            .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
+            .response = layer->response + first,
+            .counters = counters,
+        });
+    }
+}
+
+void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance)
+{
+    const struct lum_layers *l = pass->layers;
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    for (uint32_t i = 0; i < n_pixels; i++)
+        ret_radiance[i] = l->shared_on ? l->shared.response[first + i] : lum_grey(0.0f);
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    for (uint32_t a = 0; a < lights->n_active; a++) {
+        uint32_t light = lights->active[a], k = l->layer_of[light];
+        if (k == LUM_NO_OBJECT)
+            continue;
+        const struct lum_rgb *response = l->layers[k].response + first;
+        struct lum_rgb power = lights->lights[light].power;
+        for (uint32_t i = 0; i < n_pixels; i++)
+            ret_radiance[i] = lum_rgb_add(ret_radiance[i], lum_rgb_mul(response[i], power));
+    }
+}

@@ -1,0 +1,100 @@
+/* Light by light buffers of a deferred view: what makes relighting free of rays.
+ *
+ * Light is linear, so a picture is the sum over its lights of power times response, where a light's response is the
+ * radiance that it would give at power 1. A layer keeps, for one light and every pixel, which of its shadow samples were
+ * traced and which of them see the light (visibility: geometry only), and the response (visibility, geometry and
+ * materials). Then
+ *   - another colour, intensity or switch of a light is another sum: no ray, no shading;
+ *   - another material is another response from the same visibility bits: no shadow ray, except for samples that nobody
+ *     needed before;
+ *   - a moved light drops its own layer only.
+ * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
+ *
+ * A layer takes 16 bytes a pixel. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
+ * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
+ * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
+ * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too. */
+#ifndef LUM_CORE_ESTIMATOR_LAYERS_H
+#define LUM_CORE_ESTIMATOR_LAYERS_H
+
+#include "core/render/frame.h"
+
+#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 69 lights */
+
+/* What a tile of a layer holds; each step includes the ones before. */
+enum lum_layer_state {
+    LUM_LAYER_EMPTY,
+    LUM_LAYER_SEEN,     /* visibility bits */
+    LUM_LAYER_DIRECT,   /* + response of surfaces that the eye sees */
+    LUM_LAYER_COMPLETE, /* + response seen in mirrors and through glass */
+};
+
+/* Shadow samples of a pixel: bit k is sample k. A sample that could not contribute is not traced. */
+struct lum_seen {
+    uint16_t traced, visible;
+};
+
+struct lum_layer {
+    struct lum_light light;   /* as it was when last checked; its id names the layer */
+    uint32_t salt;            /* hash of the id: decorrelates the samples of different lights, whatever their index */
+    uint32_t index;           /* in the present light table */
+    struct lum_seen *seen;    /* per pixel, tile by tile; NULL in the shared layer */
+    struct lum_rgb *response; /* same; in the shared layer: radiance */
+    uint8_t *state;           /* enum lum_layer_state per tile */
+};
+
+struct lum_layers {
+    /* what the buffers depend on, as of the last lum_layers_update */
+    struct lum_versions versions;
+    uint32_t n_tiles, shadow_samples, seed, max_depth;
+    uint64_t gbuffer_stamp;
+    /* by layer */
+    struct lum_layer *layers;
+    uint32_t n_layers;
+    struct lum_layer shared;
+    bool shared_on;
+    /* by light of the present snapshot */
+    uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
+    uint32_t capacity;  /* of layers, layer_of and unit_lights */
+    /* The present snapshot with every light on at power 1 and every emission 1: what responses are made with. Borrows
+     * everything but these two arrays. */
+    struct lum_snapshot unit;
+    struct lum_light *unit_lights;
+    struct lum_material *unit_materials;
+    uint32_t material_capacity;
+};
+
+void lum_layers_finish(struct lum_layers *layers);
+
+/* Brings the set of layers in line with the snapshot and marks as stale what it changed. gbuffer_stamp: changes whenever the
+ * G-buffer does. On failure the layers are empty, but usable. */
+LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const struct lum_pass *pass,
+                                               uint64_t gbuffer_stamp, struct lum_error *err);
+
+/* ---- per tile; thread: the worker that has the tile ---- */
+
+/* True when every layer that shows has reached state in this tile. */
+bool lum_layers_reached(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state);
+/* Says so. */
+void lum_layers_reach(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state);
+/* Makes the tile black in layers that have not reached state. */
+void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state);
+
+/* The following add to layers that have not reached state only. Radiance that the pixel receives from emitter `light` (or,
+ * LUM_NO_OBJECT, from a surface that shines without being a light): per unit of power. */
+struct lum_emission {
+    uint32_t slot, light;
+    struct lum_rgb per_power;
+};
+void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum_emission *e, enum lum_layer_state state);
+
+/* Direct light at vertices of the tile. For LUM_LAYER_DIRECT these are what the eye sees, one per pixel, and visibility is
+ * used and kept. */
+struct lum_vertices;
+void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                      enum lum_layer_state state, struct lum_counters *counters);
+
+/* Radiance of the pixels of a tile: the sum over lights. */
+void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance);
+
+#endif

@@ -1,0 +1,249 @@
+/* Unbiased path tracing: one light picked per vertex (next-event estimation) combined with BSDF sampling by the power
+ * heuristic (Veach 1995), Russian roulette on throughput, no clamping.
+ *
+ * A wave goes through two batches per bounce: closest hits of all living paths, then the shadow rays that their
+ * vertices asked for. Dead paths are squeezed out as vertices are shaded: path i is read before a path j <= i is
+ * written. */
+#include "core/estimator/path.h"
+
+#include <string.h>
+
+#define ROULETTE_DEPTH 3u /* bounces before roulette starts: the first ones carry most of the energy */
+
+/* Sampler pairs: 0 is the pixel filter; each vertex then takes four. */
+enum { PAIR_PIXEL = 0, PAIR_PICK = 1, PAIR_LIGHT, PAIR_BSDF, PAIR_ROULETTE, PAIRS_PER_VERTEX = 4 };
+
+static uint32_t pair_at(uint32_t depth, uint32_t pair)
+{
+    return pair + depth * PAIRS_PER_VERTEX;
+}
+
+static float power_heuristic(float pdf_a, float pdf_b)
+{
+    /* As a ratio: squares of pdfs of tiny lights overflow. */
+    if (!(pdf_a > 0.0f))
+        return 0.0f;
+    float r = pdf_b / pdf_a;
+    return 1.0f / (1.0f + r * r);
+}
+
+static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
+{
+    switch (lobe) {
+    case LUM_LOBE_DIFFUSE:
+        return LUM_RAY_INDIRECT_DIFFUSE;
+    case LUM_LOBE_GLOSSY:
+        return LUM_RAY_GLOSSY;
+    case LUM_LOBE_REFLECT:
+        return LUM_RAY_REFLECTION;
+    case LUM_LOBE_TRANSMIT:
+    case LUM_LOBE_GLOSSY_TRANSMIT:
+        break;
+    }
+    return LUM_RAY_TRANSMISSION;
+}
+
+/* Light picked and sampled from a vertex; queues its shadow ray. */
+static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct lum_bsdf *b, struct lum_vec3 p,
+                        struct lum_vec3 wo, float u_pick, uint32_t depth)
+{
+    float prob;
+    uint32_t light = lum_lights_pick(&w->snapshot->lights, &u_pick, &prob);
+    if (light == LUM_NO_OBJECT)
+        return;
+    struct lum_light_sample ls;
+    struct lum_vec2 u = lum_sampler_2d(&path->sampler, pair_at(depth, PAIR_LIGHT));
+    if (!lum_light_sample_at(w->snapshot, light, p, u, &ls))
+        return;
+    float bsdf_pdf_sa;
+    struct lum_rgb f = lum_bsdf_eval(b, wo, ls.wi, &bsdf_pdf_sa);
+    if (lum_rgb_black(f))
+        return;
+    bool delta = !(ls.pdf_sa > 0.0f);
+    float pdf = delta ? prob : prob * ls.pdf_sa;
+    float weight = delta ? 1.0f : power_heuristic(pdf, bsdf_pdf_sa);
+    struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
+    if (lum_rgb_black(value))
+        return;
+    uint32_t i = w->shadow_rays.n;
+    if (!lum_shadow_ray(&w->shadow_rays, p, b->ng, ls.wi, ls.distance)) {
+        w->radiance[path->slot] = lum_rgb_add(w->radiance[path->slot], value);
+        return;
+    }
+    w->shadow_value[i] = value;
+    w->shadow_slot[i] = path->slot;
+    w->shadow_kind[i] = (uint8_t)lum_light_ray_kind(&w->snapshot->lights.lights[light]);
+}
+
+static void trace_shadows(struct lum_wave *w)
+{
+    if (w->shadow_rays.n == 0)
+        return;
+    struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
+    lum_trace_any(&trace, &w->shadow_rays, w->occluded);
+    for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
+        w->counters->rays[w->shadow_kind[i]]++;
+        if (!w->occluded[i]) {
+            struct lum_rgb *sum = &w->radiance[w->shadow_slot[i]];
+            *sum = lum_rgb_add(*sum, w->shadow_value[i]);
+        }
+    }
+    w->shadow_rays.n = 0;
+}
+
+/* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. */
+static bool roulette(struct lum_path *path, uint32_t depth)
+{
+    if (depth < ROULETTE_DEPTH)
+        return true;
+    float survive = fminf(lum_rgb_max(path->throughput), 1.0f);
+    if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
+        return false;
+    path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
+    return true;
+}
+
+/* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
+static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_bsdf *b, struct lum_vec3 p,
+                    struct lum_vec3 wo, uint32_t depth)
+{
+    struct lum_vec2 pick = lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_PICK));
+    queue_light(w, &path, b, p, wo, pick.x, depth);
+    struct lum_bsdf_sample bs;
+    if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_BSDF)), pick.y, &bs))
+        return;
+    if (w->snapshot->lights.n_active == 0 && bs.pdf_sa > 0.0f)
+        return; /* only a mirror could show something that shines without being a light */
+    path.throughput = lum_rgb_mul(path.throughput, bs.weight);
+    if (lum_rgb_black(path.throughput) || !roulette(&path, depth))
+        return;
+    path.p = p;
+    path.pdf_sa = bs.pdf_sa;
+    w->counters->rays[bounce_kind(bs.lobe)]++;
+    w->path[w->rays.n] = path;
+    lum_rays_push(&w->rays, lum_ray_offset(p, lum_dot(bs.wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng)), bs.wi,
+                  INFINITY);
+}
+
+/* Weight of emission that was met by a sampled ray, against the light sampling at the vertex before. */
+static float emission_weight(const struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_vec3 d,
+                             const struct lum_surface *s)
+{
+    if (!(path->pdf_sa > 0.0f))
+        return 1.0f;
+    struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
+    float pdf = w->snapshot->lights.pick_pdf[light] * lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
+    return power_heuristic(path->pdf_sa, pdf);
+}
+
+static void add(struct lum_wave *w, const struct lum_path *path, struct lum_rgb radiance, float weight)
+{
+    struct lum_rgb *sum = &w->radiance[path->slot];
+    *sum = lum_rgb_add(*sum, lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight));
+}
+
+static void add_background(struct lum_wave *w, const struct lum_path *path, struct lum_vec3 d, bool eye)
+{
+    const struct lum_light_table *lights = &w->snapshot->lights;
+    if (lights->environment != LUM_NO_OBJECT)
+        add(w, path, lum_lights_background(lights, d, eye), emission_weight(w, path, lights->environment, d, NULL));
+}
+
+/* Ray i of the batch came back: emission, then scattering. */
+static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
+{
+    struct lum_path path = w->path[i];
+    struct lum_vec3 d = lum_rays_direction(&w->rays, i);
+    if (w->hits.object[i] == LUM_NO_OBJECT) {
+        add_background(w, &path, d, depth == 0);
+        return;
+    }
+    const struct lum_snapshot *snapshot = w->snapshot;
+    struct lum_surface s;
+    lum_snapshot_surface(snapshot, &w->hits, i, d, &s);
+    if (s.instance == LUM_NO_OBJECT) {
+        add(w, &path, lum_light_emitted(&snapshot->lights.lights[s.light], s.ng, s.backface),
+            emission_weight(w, &path, s.light, d, &s));
+        return;
+    }
+    const struct lum_material *m = &snapshot->materials[s.material];
+    if (s.backface)
+        path.throughput = lum_rgb_mul(path.throughput, lum_material_transmittance(m, w->hits.t[i]));
+    struct lum_vec3 wo = lum_v3_neg(d);
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &s, wo);
+    if (!lum_rgb_black(b.emission)) {
+        if (s.light != LUM_NO_OBJECT)
+            add(w, &path, b.emission, emission_weight(w, &path, s.light, d, &s));
+        else if (!(path.pdf_sa > 0.0f)) /* an unlit surface is shown to the eye and in mirrors, it lights nothing */
+            add(w, &path, b.emission, 1.0f);
+    }
+    if (depth < w->max_depth)
+        scatter(w, path, &b, s.p, wo, depth);
+}
+
+void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
+                      struct lum_vec3 d)
+{
+    w->path[w->rays.n] = (struct lum_path){.throughput = lum_grey(1.0f), .slot = slot, .sampler = sampler};
+    lum_rays_push(&w->rays, o, d, INFINITY);
+}
+
+void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                         const struct lum_bsdf *bsdf, struct lum_vec3 wo)
+{
+    struct lum_path path = {.throughput = lum_grey(1.0f), .slot = slot, .sampler = sampler};
+    scatter(w, path, bsdf, p, wo, 0);
+}
+
+void lum_wave_run(struct lum_wave *w, uint32_t depth)
+{
+    trace_shadows(w);
+    for (; w->rays.n > 0; depth++) {
+        uint32_t n = w->rays.n;
+        struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
+        if (depth == 0) {
+            trace = lum_trace_of_eye(w->snapshot, w->counters);
+            w->counters->rays[LUM_RAY_PRIMARY] += n;
+        }
+        lum_trace_closest(&trace, &w->rays, &w->hits);
+        w->rays.n = 0;
+        for (uint32_t i = 0; i < n; i++)
+            shade(w, i, depth);
+        trace_shadows(w);
+    }
+}
+
+static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    const struct lum_view_settings *settings = pass->settings;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    uint32_t sample = pass->tile_spp[tile];
+    if (sample >= pass->target_spp)
+        return;
+    struct lum_wave w;
+    w.snapshot = pass->snapshot;
+    w.counters = counters;
+    w.max_depth = settings->max_depth;
+    w.rays.n = w.shadow_rays.n = 0;
+    memset(w.radiance, 0, sizeof w.radiance);
+    for (uint32_t y = 0; y < r.h; y++)
+        for (uint32_t x = 0; x < r.w; x++) {
+            struct lum_sampler sampler = lum_sampler_at(r.x + x, r.y + y, sample, settings->seed);
+            struct lum_vec2 at = {0.5f, 0.5f};
+            if (settings->antialias)
+                at = lum_sampler_2d(&sampler, PAIR_PIXEL);
+            struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)(r.x + x) + at.x, (float)(r.y + y) + at.y);
+            lum_wave_add_eye(&w, y * r.w + x, sampler, pass->eye.o, d);
+        }
+    lum_wave_run(&w, 0);
+    for (uint32_t y = 0; y < r.h; y++)
+        for (uint32_t x = 0; x < r.w; x++) {
+            if (sample == 0)
+                lum_film_reset_pixel(pass->film, r.x + x, r.y + y);
+            lum_film_add(pass->film, r.x + x, r.y + y, sample, w.radiance[y * r.w + x], &counters->nonfinite);
+        }
+    pass->tile_spp[tile] = sample + 1;
+}
+
+const struct lum_estimator lum_estimator_path = {"path", LUM_STAGE_PATH, path_tile};

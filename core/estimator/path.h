@@ -1,0 +1,42 @@
+/* Wavefront path tracing of up to one ray batch of paths; used by the `path` estimator and by light probes. */
+#ifndef LUM_CORE_ESTIMATOR_PATH_H
+#define LUM_CORE_ESTIMATOR_PATH_H
+
+#include "core/render/frame.h"
+
+/* What a path carries from one vertex to the next. */
+struct lum_path {
+    struct lum_rgb throughput;
+    struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
+    float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
+    uint32_t slot;       /* where its radiance is summed */
+    struct lum_sampler sampler;
+};
+
+/* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
+struct lum_wave {
+    const struct lum_snapshot *snapshot;
+    struct lum_counters *counters;
+    uint32_t max_depth;
+    struct lum_rays rays;
+    struct lum_hits hits;
+    struct lum_path path[LUM_RAY_BATCH];
+    struct lum_rays shadow_rays;
+    struct lum_rgb shadow_value[LUM_RAY_BATCH];
+    uint32_t shadow_slot[LUM_RAY_BATCH];
+    uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
+    struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
+};
+
+/* Starts path number slot with a ray from the eye. */
+void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o, struct lum_vec3 d);
+
+/* Starts path number slot at a surface point as if a ray had hit it; wo is unit. radiance[slot] becomes what the point
+ * sends towards wo, without emission. Call lum_wave_run with depth 1 afterwards. */
+void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                         const struct lum_bsdf *bsdf, struct lum_vec3 wo);
+
+/* Traces all paths to their end. depth: segments they have behind them (0: eye rays, 1: after lum_wave_add_vertex). */
+void lum_wave_run(struct lum_wave *w, uint32_t depth);
+
+#endif

@@ -1,0 +1,166 @@
+/* Mirrors and glass, as Whitted (1980): from each pixel that shows a specular surface, both branches are followed by
+ * closest hits to where light is scattered with spread, which is then shaded with direct light. Deterministic: nothing
+ * is sampled but the shadows.
+ *
+ * Branches wait on a stack, sorted by depth; the deepest are traced first, a batch of one depth at a time. A depth gets
+ * at most two branches for each of a batch of parents, and only when it is empty: 512 at the deepest and 256 left
+ * behind at each depth above are all that ever wait. */
+#include "core/estimator/direct.h"
+
+#define BRANCH_DEPTH 10u        /* segments; a glass ball in a mirror room takes 8 */
+#define BRANCH_MIN (1.0f / 512) /* of the pixel: half a step of 8 bits; a lesser branch is dropped */
+#define STACK_MAX ((BRANCH_DEPTH + 1) * LUM_RAY_BATCH)
+
+struct branch {
+    struct lum_vec3 o, d;
+    struct lum_rgb weight;
+    uint32_t slot, depth; /* depth: segments up to its end */
+};
+
+/* About 260 KiB: lives on a worker's stack. */
+struct tree {
+    const struct lum_pass *pass;
+    struct lum_counters *counters;
+    uint32_t tile, max_depth, n_branches;
+    struct branch branches[STACK_MAX], batch[LUM_RAY_BATCH];
+    struct lum_rays rays;
+    struct lum_hits hits;
+    struct lum_vertices vertices;
+};
+
+static void shade_vertices(struct tree *t)
+{
+    lum_layers_light(t->pass, t->tile, &t->vertices, LUM_LAYER_COMPLETE, t->counters);
+    t->vertices.n = 0;
+}
+
+static void push_branches(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
+                          const struct branch *from)
+{
+    struct lum_bsdf_sample lobes[2];
+    if (from->depth >= t->max_depth)
+        return;
+    uint32_t n = lum_bsdf_delta_lobes(b, wo, lobes);
+    for (uint32_t i = 0; i < n; i++) {
+        struct lum_rgb weight = lum_rgb_mul(from->weight, lobes[i].weight);
+        if (!(lum_rgb_max(weight) >= BRANCH_MIN))
+            continue;
+        struct lum_vec3 side = lum_dot(lobes[i].wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng);
+        t->branches[t->n_branches++] =
+            (struct branch){lum_ray_offset(p, side), lobes[i].wi, weight, from->slot, from->depth + 1};
+        t->counters->rays[lobes[i].lobe == LUM_LOBE_REFLECT ? LUM_RAY_REFLECTION : LUM_RAY_TRANSMISSION]++;
+    }
+}
+
+static void add_emission(struct tree *t, const struct branch *from, uint32_t light, struct lum_rgb per_power)
+{
+    struct lum_emission e = {from->slot, light, lum_rgb_mul(from->weight, per_power)};
+    lum_layers_add(t->pass, t->tile, &e, LUM_LAYER_COMPLETE);
+}
+
+/* The vertex is shaded with direct light, if light from there still fits the depth. */
+static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
+                         const struct branch *from, uint32_t number)
+{
+    if (!lum_bsdf_spreads(b) || from->depth >= t->max_depth)
+        return;
+    if (t->vertices.n == LUM_RAY_BATCH)
+        shade_vertices(t);
+    struct lum_vertices *v = &t->vertices;
+    uint32_t i = v->n;
+    struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
+    v->bsdf[i] = *b;
+    /* each vertex behind the pixel has samples of its own */
+    uint32_t seed =
+        lum_sampler_at(r.x + from->slot % r.w, r.y + from->slot / r.w, 0, t->pass->settings->seed).pixel_seed;
+    lum_vertices_push(v, from->slot, p, wo, lum_hash_combine(seed, number));
+    v->weight[i] = from->weight;
+}
+
+/* A branch ended on hit i of the batch. */
+static void visit(struct tree *t, uint32_t i, uint32_t number)
+{
+    const struct lum_snapshot *unit = &t->pass->layers->unit;
+    struct branch from = t->batch[i];
+    if (t->hits.object[i] == LUM_NO_OBJECT) {
+        if (unit->lights.environment != LUM_NO_OBJECT)
+            add_emission(t, &from, unit->lights.environment, lum_lights_background(&unit->lights, from.d, false));
+        return;
+    }
+    struct lum_surface s;
+    lum_snapshot_surface(unit, &t->hits, i, from.d, &s);
+    if (s.instance == LUM_NO_OBJECT) {
+        add_emission(t, &from, s.light, lum_light_emitted(&unit->lights.lights[s.light], s.ng, s.backface));
+        return;
+    }
+    const struct lum_material *m = &unit->materials[s.material];
+    if (s.backface)
+        from.weight = lum_rgb_mul(from.weight, lum_material_transmittance(m, t->hits.t[i]));
+    struct lum_vec3 wo = lum_v3_neg(from.d);
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &s, wo);
+    if (!lum_rgb_black(b.emission))
+        add_emission(t, &from, s.light, b.emission);
+    queue_vertex(t, &b, s.p, wo, &from, number);
+    push_branches(t, &b, s.p, wo, &from);
+}
+
+/* First vertices: what the eye sees, as in the G-buffer. Their own direct light is the shadow estimator's. */
+static void plant(struct tree *t)
+{
+    const struct lum_snapshot *unit = &t->pass->layers->unit;
+    const struct lum_hits *hits = &t->pass->gbuffer->tiles[t->tile];
+    lum_tile_center_rays(t->pass, t->tile, &t->rays);
+    for (uint32_t i = 0; i < t->rays.n; i++) {
+        if (hits->object[i] >= unit->n_instances) /* background and emitters */
+            continue;
+        const struct lum_material *m = &unit->materials[unit->instances[hits->object[i]].material];
+        if (!lum_material_is_specular(m))
+            continue;
+        struct lum_vec3 d = lum_rays_direction(&t->rays, i), wo = lum_v3_neg(d);
+        struct lum_surface s;
+        struct lum_bsdf b;
+        lum_snapshot_surface(unit, hits, i, d, &s);
+        lum_bsdf_init(&b, m, &s, wo);
+        struct branch root = {.weight = lum_grey(1.0f), .slot = i};
+        push_branches(t, &b, s.p, wo, &root);
+    }
+}
+
+/* Takes a batch of the deepest branches off the stack. */
+static uint32_t pop_batch(struct tree *t)
+{
+    uint32_t n = 0, depth = t->branches[t->n_branches - 1].depth;
+    t->rays.n = 0;
+    while (n < LUM_RAY_BATCH && t->n_branches > 0 && t->branches[t->n_branches - 1].depth == depth) {
+        t->batch[n] = t->branches[--t->n_branches];
+        lum_rays_push(&t->rays, t->batch[n].o, t->batch[n].d, INFINITY);
+        n++;
+    }
+    return n;
+}
+
+static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE))
+        return;
+    struct tree t;
+    t.pass = pass;
+    t.counters = counters;
+    t.tile = tile;
+    t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
+    t.n_branches = t.vertices.n = 0;
+    plant(&t);
+    uint32_t number = 0;
+    while (t.n_branches > 0) {
+        uint32_t n = pop_batch(&t);
+        struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
+        lum_trace_closest(&trace, &t.rays, &t.hits);
+        for (uint32_t i = 0; i < n; i++)
+            visit(&t, i, ++number);
+    }
+    shade_vertices(&t);
+    lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
+}
+
+const struct lum_estimator lum_estimator_specular = {"specular", LUM_STAGE_SPECULAR, specular_tile};

@@ -1,0 +1,73 @@
+#include "core/method/method.h"
+
+#include <string.h>
+
+#include "core/render/frame.h"
+
+const char *const lum_effect_names[LUM_EFFECT_COUNT] = {
+    [LUM_EFFECT_DIRECT] = "direct",           [LUM_EFFECT_SOFT_SHADOW] = "soft_shadow",
+    [LUM_EFFECT_ENVIRONMENT] = "environment", [LUM_EFFECT_INDIRECT_DIFFUSE] = "indirect_diffuse",
+    [LUM_EFFECT_REFLECTION] = "reflection",   [LUM_EFFECT_TRANSMISSION] = "transmission",
+    [LUM_EFFECT_GLOSSY] = "glossy",           [LUM_EFFECT_MEDIA] = "media",
+    [LUM_EFFECT_ANTIALIAS] = "antialias",
+};
+
+const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
+    [LUM_RAY_PRIMARY] = "primary",
+    [LUM_RAY_DIRECT] = "direct",
+    [LUM_RAY_SOFT_SHADOW] = "soft_shadow",
+    [LUM_RAY_ENVIRONMENT] = "environment",
+    [LUM_RAY_INDIRECT_DIFFUSE] = "indirect_diffuse",
+    [LUM_RAY_REFLECTION] = "reflection",
+    [LUM_RAY_TRANSMISSION] = "transmission",
+    [LUM_RAY_GLOSSY] = "glossy",
+    [LUM_RAY_MEDIA] = "media",
+    [LUM_RAY_ANTIALIAS] = "antialias",
+    [LUM_RAY_VPL] = "vpl",
+    [LUM_RAY_PROBE] = "probe",
+};
+
+static const struct lum_method methods[] = {
+    {
+        .name = "whitted",
+        .summary = "primary rays, direct light with shadows, mirror and glass; no indirect light",
+        .serves =
+            {
+                [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow,
+                [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
+                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
+            },
+    },
+    {
+        .name = "path",
+        .summary = "unbiased path tracing with next-event estimation: the reference",
+        .progressive = true,
+        .serves =
+            {
+                [LUM_EFFECT_DIRECT] = &lum_estimator_path,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_path,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_path,
+                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_path,
+                [LUM_EFFECT_REFLECTION] = &lum_estimator_path,
+                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_path,
+                [LUM_EFFECT_GLOSSY] = &lum_estimator_path,
+                [LUM_EFFECT_ANTIALIAS] = &lum_estimator_path,
+            },
+    },
+};
+
+const struct lum_method *lum_methods(size_t *ret_n)
+{
+    *ret_n = LUM_ARRAY_LEN(methods);
+    return methods;
+}
+
+const struct lum_method *lum_method_find(const char *name)
+{
+    for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++)
+        if (strcmp(methods[i].name, name) == 0)
+            return &methods[i];
+    return NULL;
+}

@@ -1,0 +1,153 @@
+/* What an estimator gets to work on: one pass of one view, cut into tiles. Internal to core. */
+#ifndef LUM_CORE_RENDER_FRAME_H
+#define LUM_CORE_RENDER_FRAME_H
+
+#include "core/math/sampler.h"
+#include "core/render/view.h"
+
+/* A tile is one ray batch: up to 16 x 16 pixels, row by row. Tiles at the right and lower edge are smaller. */
+#define LUM_TILE_SIDE 16u
+#define LUM_TILE_PIXELS (LUM_TILE_SIDE * LUM_TILE_SIDE)
+_Static_assert(LUM_TILE_PIXELS == LUM_RAY_BATCH, "a tile is a ray batch");
+
+/* Counters of one worker; summed after the pass, so that no worker touches another's cache line. */
+struct lum_counters {
+    _Alignas(LUM_CACHE_LINE) uint64_t rays[LUM_RAY_KIND_COUNT];
+    uint64_t tiles[LUM_EFFECT_COUNT];
+    int64_t ns[LUM_EFFECT_COUNT];
+    uint64_t nonfinite, bad_rays;
+};
+
+/* The camera in scene space. */
+struct lum_eye {
+    struct lum_vec3 o;
+    struct lum_frame frame; /* t right, b up, n forward */
+    float per_pixel;        /* size of a pixel on the plane at distance 1 */
+    float w, h;
+};
+/* LUM_ERR_INVALID when the camera is not finite, looks nowhere, or its angle is out of 1..179 degrees. */
+LUM_MUST_USE enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *camera,
+                                          const struct lum_normalisation *norm, uint32_t w, uint32_t h,
+                                          struct lum_error *err);
+/* Unit direction through film position (x, y); pixel (i, j) covers [i, i + 1) x [j, j + 1). The arithmetic is such that
+ * pictures of different width (or height, at equal per_pixel) see the very same rays where they overlap. */
+static inline struct lum_vec3 lum_eye_direction(const struct lum_eye *eye, float x, float y)
+{
+    float sx = (2.0f * x - eye->w) * 0.5f * eye->per_pixel, sy = (eye->h - 2.0f * y) * 0.5f * eye->per_pixel;
+    return lum_normalize(lum_v3_mad(lum_v3_mad(eye->frame.n, eye->frame.t, sx), eye->frame.b, sy));
+}
+
+/* Where tiles lie in a picture. */
+struct lum_tiling {
+    uint32_t w, h, nx, ny, n;
+};
+struct lum_tile_rect {
+    uint32_t x, y, w, h;
+};
+struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h);
+struct lum_tile_rect lum_tile_at(const struct lum_tiling *tiling, uint32_t tile);
+
+/* First hits through pixel centres, one batch per tile. */
+struct lum_gbuffer {
+    struct lum_hits *tiles;
+    uint8_t *done;  /* per tile */
+    uint64_t stamp; /* changes with what the buffer shows */
+    /* what it shows */
+    struct lum_camera camera;
+    uint64_t geometry;
+};
+
+struct lum_layers;
+
+/* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
+struct lum_pass {
+    const struct lum_snapshot *snapshot;
+    const struct lum_view_settings *settings;
+    struct lum_eye eye;
+    struct lum_tiling tiling;
+    struct lum_gbuffer *gbuffer; /* deferred methods */
+    struct lum_layers *layers;   /* deferred methods: light by light buffers (estimator/layers.h) */
+    struct lum_film *film;
+    uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
+    uint32_t target_spp;         /* tiles that have as many are left alone */
+};
+
+/* The arrays behind struct lum_aovs; made on demand. */
+struct lum_aov_buffers {
+    struct lum_rgb *albedo;
+    struct lum_vec3 *normal_world;
+    float *depth_m;
+    uint32_t *instance;
+    uint64_t stamp, material; /* of the G-buffer and materials they show */
+};
+void lum_aov_finish(struct lum_aov_buffers *aov);
+/* The G-buffer is complete. */
+LUM_MUST_USE enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const struct lum_pass *pass, struct lum_pool *pool,
+                                            struct lum_error *err);
+
+/* A stage of a pass: what is stale in a tile is made anew. Thread: one worker per tile; the counters are its own. */
+struct lum_estimator {
+    const char *name;
+    enum lum_stage stage;
+    void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
+};
+
+extern const struct lum_estimator lum_stage_gbuffer;      /* deferred: first hits */
+extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to film */
+extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
+extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
+extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
+
+/* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */
+void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays);
+
+/* A shadow ray from p on a surface (normal ng) to a light at distance along wi; false when there is no room for an
+ * occluder between the two. */
+bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng, struct lum_vec3 wi, float distance);
+
+static inline struct lum_trace lum_trace_of(const struct lum_snapshot *s, struct lum_counters *counters)
+{
+    return (struct lum_trace){.top = s->top, .alpha = s->has_alpha ? &s->alpha : NULL, .bad_rays = &counters->bad_rays};
+}
+/* Of rays that start at the eye, neighbours together. */
+static inline struct lum_trace lum_trace_of_eye(const struct lum_snapshot *s, struct lum_counters *counters)
+{
+    struct lum_trace trace = lum_trace_of(s, counters);
+    trace.camera = trace.coherent = true;
+    return trace;
+}
+
+static inline void lum_rays_push(struct lum_rays *r, struct lum_vec3 o, struct lum_vec3 d, float tfar)
+{
+    uint32_t i = r->n++;
+    r->ox[i] = o.x;
+    r->oy[i] = o.y;
+    r->oz[i] = o.z;
+    r->dx[i] = d.x;
+    r->dy[i] = d.y;
+    r->dz[i] = d.z;
+    r->tnear[i] = 0.0f;
+    r->tfar[i] = tfar;
+}
+
+static inline struct lum_vec3 lum_rays_direction(const struct lum_rays *r, uint32_t i)
+{
+    return lum_v3(r->dx[i], r->dy[i], r->dz[i]);
+}
+
+/* The kind of ray that serves an effect: both enumerations are in the same order but for primary rays. */
+static inline enum lum_ray_kind lum_effect_ray_kind(enum lum_effect e)
+{
+    return (enum lum_ray_kind)((int)e + LUM_RAY_DIRECT);
+}
+_Static_assert((int)LUM_RAY_ANTIALIAS - LUM_RAY_DIRECT == (int)LUM_EFFECT_ANTIALIAS, "effects and ray kinds in step");
+
+/* The kind of shadow ray that a light asks for. */
+static inline enum lum_ray_kind lum_light_ray_kind(const struct lum_light *l)
+{
+    if (l->kind == LUM_EMIT_ENVIRONMENT)
+        return LUM_RAY_ENVIRONMENT;
+    return l->delta ? LUM_RAY_DIRECT : LUM_RAY_SOFT_SHADOW;
+}
+
+#endif

@@ -1,0 +1,33 @@
+/* The deferred pipeline's first and last stage: first hits through pixel centres, and the sum of the layers. */
+#include "core/estimator/layers.h"
+
+static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    struct lum_gbuffer *g = pass->gbuffer;
+    if (g->done[tile])
+        return;
+    struct lum_rays rays;
+    lum_tile_center_rays(pass, tile, &rays);
+    counters->rays[LUM_RAY_PRIMARY] += rays.n;
+    struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
+    lum_trace_closest(&trace, &rays, &g->tiles[tile]);
+    g->done[tile] = 1;
+}
+
+static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    if (pass->tile_spp[tile] >= pass->target_spp)
+        return;
+    struct lum_rgb radiance[LUM_TILE_PIXELS];
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    lum_layers_sum(pass, tile, r.w * r.h, radiance);
+    for (uint32_t y = 0; y < r.h; y++)
+        for (uint32_t x = 0; x < r.w; x++) {
+            lum_film_reset_pixel(pass->film, r.x + x, r.y + y);
+            lum_film_add(pass->film, r.x + x, r.y + y, 0, radiance[y * r.w + x], &counters->nonfinite);
+        }
+    pass->tile_spp[tile] = pass->target_spp;
+}
+
+const struct lum_estimator lum_stage_gbuffer = {"gbuffer", LUM_STAGE_GBUFFER, gbuffer_tile};
+const struct lum_estimator lum_stage_composite = {"composite", LUM_STAGE_COMPOSITE, composite_tile};
