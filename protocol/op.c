@@ -232,3 +232,18 @@ struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk)
     cJSON_Delete(op);
     return NULL;
 }
+
+struct cJSON *lum_op_to_json(const struct lum_op *op)
+{
+    if (op->kind == LUM_OP_ADD || op->kind == LUM_OP_IMPORT)
+        return lum_record_to_json(op->record, false);
+    cJSON *json = cJSON_CreateObject();
+    bool set = op->kind == LUM_OP_SET;
+    bool ok = lum_json_add_string(json, "op", set ? "set" : "remove") && lum_json_add_string(json, "id", op->id) &&
+              (!set || (lum_json_add_string(json, "path", op->path) &&
+                        lum_json_add(json, "value", cJSON_Duplicate(op->value, true))));
+    if (ok)
+        return json;
+    cJSON_Delete(json);
+    return NULL;
+}

@@ -57,6 +57,9 @@ void lum_ops_finish(struct lum_ops *ops);
  * ("n_triangles"), for lists shown to people. NULL when memory is short. */
 struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk);
 
+/* The op as it is sent or stored. NULL when memory is short. */
+struct cJSON *lum_op_to_json(const struct lum_op *op);
+
 /* Writes one field of *record from JSON value; the record's other fields keep their values. On failure it may be half
  * changed: work on a clone. */
 bool lum_record_set(struct lum_record *record, const char *path, const struct cJSON *value, struct lum_proto_error *err);
