@@ -370,7 +370,7 @@ static bool set_method(struct lum_director *d, struct lum_proto_error *err)
 
 static enum lum_status load(struct lum_director *d, struct lum_error *err)
 {
-    struct lum_import_config import = {d->config.importer, d->config.assets_dir, d->config.log};
+    struct lum_import_config import = {.importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_proto_error e;
     if (!lum_scene_load(&d->world, d->config.scene, &import, &e))
         return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s%s%s", d->config.scene, e.path, e.path[0] ? ": " : "",

@@ -129,7 +129,7 @@ static void *import_main(void *arg)
     struct lum_import_job *job = arg;
     struct lum_director *d = job->director;
     pthread_setname_np(pthread_self(), "lum-import");
-    struct lum_import_config config = {d->config.importer, d->config.assets_dir, d->config.log};
+    struct lum_import_config config = {.importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
     job->ok = lum_ops_expand(&context, &job->command->ops, &job->expansion, &job->error);
     atomic_store_explicit(&job->done, true, memory_order_release);

@@ -129,11 +129,9 @@ static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, s
     struct collector *c = user;
     switch (kind) {
     case LUM_CHUNK_BLOB:
-        if (c->n_blobs == MAX_BLOBS) {
-            free(bytes);
+        if (c->n_blobs == MAX_BLOBS)
             return lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset",
                                   "the importer's output is damaged");
-        }
         c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n};
         return true;
     case LUM_CHUNK_OP:
@@ -167,6 +165,7 @@ static bool run_importer(const struct lum_import_config *config, struct lum_impo
     char path[PATH_MAX];
     run->importer = find_importer(config, path);
     run->assets_dir = config->assets_dir;
+    run->cpu_s = config->cpu_s ? config->cpu_s : LUM_LIMIT_IMPORT_CPU_S;
     run->log = &config->log;
     run->chunk = take_chunk;
     run->user = c;

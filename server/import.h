@@ -24,6 +24,7 @@ enum lum_import_chunk { LUM_CHUNK_OP = 1, LUM_CHUNK_BLOB, LUM_CHUNK_PROGRESS, LU
 struct lum_import_config {
     const char *importer;   /* path of lumend-import; NULL: beside the running program */
     const char *assets_dir; /* asset names are resolved below this directory, never above */
+    uint32_t cpu_s;         /* CPU time that one import may take; 0: LUM_LIMIT_IMPORT_CPU_S */
     struct lum_log log;
 };
 

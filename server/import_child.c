@@ -81,7 +81,10 @@ static int spawn(struct child *c, const int theirs[STREAMS])
         e = posix_spawnattr_setsigmask(&attr, &none);
     if (!e)
         e = posix_spawnattr_setsigdefault(&attr, &all);
-    char *const argv[] = {(char *)"lumend-import", (char *)c->run->kind, (char *)c->name, (char *)c->run->id, NULL};
+    char cpu_s[16];
+    snprintf(cpu_s, sizeof cpu_s, "%u", c->run->cpu_s);
+    char *const argv[] = {
+        (char *)"lumend-import", (char *)c->run->kind, (char *)c->name, (char *)c->run->id, cpu_s, NULL};
     char *const envp[] = {NULL};
     if (!e)
         e = posix_spawn(&c->pid, c->run->importer, &actions, &attr, argv, envp);
@@ -301,7 +304,7 @@ static bool explain_signal(struct child *c, int sig)
 {
     char text[96];
     if (sig == SIGXCPU)
-        snprintf(text, sizeof text, "timed out after %u s of CPU", LUM_LIMIT_IMPORT_CPU_S);
+        snprintf(text, sizeof text, "timed out after %u s of CPU", c->run->cpu_s);
     else if (sig == SIGSYS)
         snprintf(text, sizeof text, "the importer tried something its sandbox forbids (signal %d)", sig);
     else

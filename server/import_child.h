@@ -10,6 +10,7 @@ struct lum_import_run {
     const char *assets_dir;
     const char *kind;       /* "model" or "image" */
     const char *asset, *id;
+    uint32_t cpu_s;
     const _Atomic bool *cancel; /* may be NULL */
     const struct lum_log *log;
     /* Called for each op, blob, progress and warning chunk. bytes are the callee's to free() when it returns true and the kind is

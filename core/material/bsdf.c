@@ -118,11 +118,14 @@ static struct lum_rgb divide(struct lum_rgb c, float by)
     return lum_rgb(c.r / by, c.g / by, c.b / by);
 }
 
-/* A sample of a lobe with spread, weighted by the whole mixture. */
+/* A sample of a lobe with spread, weighted by the whole mixture. What a tilted facet sends to the wrong side of the
+ * surface would hit the next facet: it is lost, as in the pdf. */
 static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 i, enum lum_lobe lobe,
                           struct lum_bsdf_sample *ret_sample)
 {
     struct lum_bsdf_sample s = {.wi = lum_frame_to_scene(&b->frame, i), .lobe = lobe};
+    if (lobe == LUM_LOBE_GLOSSY_TRANSMIT ? i.z >= 0.0f : i.z <= 0.0f)
+        return false;
     struct lum_rgb f = lum_bsdf_eval(b, wo, s.wi, &s.pdf_sa);
     if (!(s.pdf_sa > 0.0f) || lum_rgb_black(f))
         return false;

@@ -1,4 +1,4 @@
-/* Tabulated albedo of the GGX lobe; tests/numeric/ggx_albedo_test.c computes it anew by quadrature and compares. */
+/* Tabulated albedo of the GGX lobe; tests/numeric/ggx_test.c computes it anew by quadrature and compares. */
 #include "core/material/ggx.h"
 
 #include <stddef.h>

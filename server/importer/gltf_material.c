@@ -110,7 +110,7 @@ static void read_specular_glossiness(struct lum_gltf *g, const cJSON *ext, struc
 
 static void read_dielectric(struct lum_gltf *g, const cJSON *o, struct look *m)
 {
-    static const double ior_range[2] = {1.0, 4.0}, color_range[2] = {0.0, 1.0};
+    static const double ior_range[2] = {1.0, 4.0}, color_range[2] = {0.0, 100.0};
     const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_ior");
     if (ext)
         m->ior = lum_gltf_clamped(g, ext, "ior", 1.5, ior_range);

@@ -2,14 +2,16 @@
  * lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3, and reads nothing
  * before it has shut itself in.
  *
- *   lumend-import model NAME ID     records named ID/...
- *   lumend-import image NAME ID     one image record named ID
+ *   lumend-import model NAME ID CPU_S     records named ID/...
+ *   lumend-import image NAME ID CPU_S     one image record named ID
  *
  * For people: lumend-import --to-jsonl FILE prints what lumend would get, as a .jsonl scene. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
+#include "protocol/limits.h"
 #include "server/importer/image.h"
 #include "server/importer/importer.h"
 #include "server/importer/sandbox.h"
@@ -73,18 +75,21 @@ int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "--to-jsonl") == 0)
         return lum_to_jsonl(argv[2]);
-    if (argc != 4 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0)) {
+    unsigned long cpu_s = argc == 5 ? strtoul(argv[4], NULL, 10) : 0;
+    if (cpu_s < 1 || cpu_s > 86400 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0)) {
         fputs("usage: lumend-import --to-jsonl FILE\n"
-              "   or: lumend-import model|image NAME ID, run by lumend, which hands out files on descriptor 3\n",
+              "   or: lumend-import model|image NAME ID CPU_S, run by lumend, which hands out files on descriptor 3\n",
               stderr);
         return 2;
     }
     struct lum_importer im = {.emit = {.fd = 1}, .files = {FILE_SOCKET}, .asset = argv[2]};
     struct lum_error err = {0};
     lum_names_init(&im.names, argv[3]);
-    enum lum_status status = lum_sandbox_enter(FILE_SOCKET, &err);
+    enum lum_status status = lum_sandbox_enter(FILE_SOCKET, (unsigned)cpu_s, &err);
     if (!status)
         status = run(&im, argv[1], argv[3], &err);
+    if (status == LUM_ERR_NOMEM)
+        snprintf(err.text, sizeof err.text, "needed more than %llu GiB", LUM_LIMIT_IMPORT_MEMORY_BYTES >> 30);
     if (status)
         lum_emit_error(&im.emit, error_code(status), err.text);
     else

@@ -36,12 +36,12 @@ static bool limit(int resource, rlim_t soft, rlim_t hard)
     return setrlimit(resource, &r) == 0;
 }
 
-static bool set_limits(void)
+static bool set_limits(unsigned cpu_s)
 {
     /* CPU: SIGXCPU at the soft limit says what happened; the hard one kills. */
     return (SANITIZED || limit(RLIMIT_AS, LUM_LIMIT_IMPORT_MEMORY_BYTES, LUM_LIMIT_IMPORT_MEMORY_BYTES)) &&
-           limit(RLIMIT_CPU, LUM_LIMIT_IMPORT_CPU_S, LUM_LIMIT_IMPORT_CPU_S + 1) && limit(RLIMIT_FSIZE, 0, 0) &&
-           limit(RLIMIT_NOFILE, MAX_FDS, MAX_FDS) && limit(RLIMIT_CORE, 0, 0);
+           limit(RLIMIT_CPU, cpu_s, cpu_s + 1) && limit(RLIMIT_FSIZE, 0, 0) && limit(RLIMIT_NOFILE, MAX_FDS, MAX_FDS) &&
+           limit(RLIMIT_CORE, 0, 0);
 }
 
 /* System calls that memory, threads' locks, the clock, the three streams and the file socket need. */
@@ -115,7 +115,7 @@ static int filter_calls(int socket_fd)
     return e;
 }
 
-enum lum_status lum_sandbox_enter(int keep_fd, struct lum_error *err)
+enum lum_status lum_sandbox_enter(int keep_fd, unsigned cpu_s, struct lum_error *err)
 {
     clearenv();
     if (close_range((unsigned)keep_fd + 1, ~0u, 0))
@@ -123,7 +123,7 @@ enum lum_status lum_sandbox_enter(int keep_fd, struct lum_error *err)
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) ||
         prctl(PR_SET_DUMPABLE, SANITIZED, 0, 0, 0))
         return lum_fail(err, LUM_ERR_INTERNAL, "", "sandbox: prctl failed: %s", strerror(errno));
-    if (!set_limits())
+    if (!set_limits(cpu_s))
         return lum_fail(err, LUM_ERR_INTERNAL, "", "sandbox: setting limits failed: %s", strerror(errno));
     int e = SANITIZED ? 0 : filter_calls(keep_fd);
     if (e)

@@ -7,6 +7,6 @@
 
 /* Descriptors above keep_fd are closed. The parent's death kills this process. In builds with sanitizers the system call
  * filter and the memory limit stay off: their runtimes need both. */
-LUM_MUST_USE enum lum_status lum_sandbox_enter(int keep_fd, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_sandbox_enter(int keep_fd, unsigned cpu_s, struct lum_error *err);
 
 #endif

@@ -1,0 +1,632 @@
+/* The BSDF: sampling against its pdf, energy, reciprocity, limits, hostile input. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "core/material/material.h"
+#include "core/math/sampler.h"
+#include "core/scene/snapshot.h"
+#include "tests/numeric/stats.h"
+
+static struct lum_material plain(float roughness)
+{
+    return (struct lum_material){
+        .base_color = {1.0f, 1.0f, 1.0f},
+        .specular_color = {1.0f, 1.0f, 1.0f},
+        .roughness = roughness,
+        .ior = 1.5f,
+        .specular = 1.0f,
+        .normal_scale = 1.0f,
+        .alpha = 1.0f,
+    };
+}
+
+static struct lum_material matte(void)
+{
+    struct lum_material m = plain(1.0f);
+    m.specular = 0.0f;
+    return m;
+}
+
+static struct lum_material metal(float roughness)
+{
+    struct lum_material m = plain(roughness);
+    m.metallic = 1.0f;
+    return m;
+}
+
+static struct lum_material glass(float roughness, float ior)
+{
+    struct lum_material m = plain(roughness);
+    m.transmission = 1.0f;
+    m.ior = ior;
+    return m;
+}
+
+/* Every branch of the mix. */
+static struct lum_material variant(int i, float roughness)
+{
+    struct lum_material m = plain(roughness);
+    switch (i) {
+    case 0:
+        return m;
+    case 1:
+        return metal(roughness);
+    case 2:
+        return glass(roughness, 1.5f);
+    case 3:
+        m = glass(roughness, 1.5f);
+        m.thin = true;
+        return m;
+    case 4: /* half of everything */
+        m.metallic = m.transmission = m.specular = 0.5f;
+        m.base_color = lum_rgb(0.9f, 0.5f, 0.1f);
+        return m;
+    case 5:
+        m.ior = 4.0f;
+        m.specular_color = lum_rgb(2.0f, 1.0f, 0.2f);
+        return m;
+    case 6:
+        m = glass(roughness, 2.4f);
+        m.transmission = 0.7f;
+        m.specular = 0.3f;
+        return m;
+    case 7:
+        m = glass(roughness, 1.0f);
+        m.transmission = 0.5f;
+        return m;
+    default:
+        return matte();
+    }
+}
+enum { N_VARIANTS = 9 };
+
+static struct lum_surface surface(bool backface)
+{
+    struct lum_vec3 up = {0.0f, 0.0f, 1.0f};
+    return (struct lum_surface){
+        .ng = up, .ns = up, .backface = backface, .vertex_color = {1.0f, 1.0f, 1.0f}, .instance = LUM_NO_OBJECT};
+}
+
+static struct lum_vec3 direction(double cos_theta, double phi)
+{
+    double s = sqrt(fmax(0.0, 1.0 - cos_theta * cos_theta));
+    return lum_v3((float)(s * cos(phi)), (float)(s * sin(phi)), (float)cos_theta);
+}
+
+static bool is_transmitted(const struct lum_bsdf_sample *s)
+{
+    return s->lobe == LUM_LOBE_TRANSMIT || s->lobe == LUM_LOBE_GLOSSY_TRANSMIT;
+}
+
+/* ---- sampling against pdf ---- */
+
+enum { ROWS = 16, COLUMNS = 24, SAMPLES = 50000 };
+
+/* Samples expected in cell i: midpoint rule on sub x sub points. */
+static double expected_by(const struct lum_bsdf *b, struct lum_vec3 wo, int i, int sub)
+{
+    double sum = 0.0;
+    for (int k = 0; k < sub * sub; k++) {
+        double theta = (i / COLUMNS + (k / sub + 0.5) / sub) / ROWS * LUM_PI_D;
+        double phi = (i % COLUMNS + (k % sub + 0.5) / sub) / COLUMNS * 2.0 * LUM_PI_D;
+        float pdf;
+        lum_bsdf_eval(b, wo, direction(cos(theta), phi), &pdf);
+        sum += (double)pdf * sin(theta);
+    }
+    return sum * 2.0 * LUM_PI_D * LUM_PI_D / (ROWS * COLUMNS * sub * sub) * SAMPLES;
+}
+
+/* Doubled until it changes by far less than the cell's own statistical error. (Refraction ends along a line of equal
+ * theta, where convergence is slow.) */
+static double expected_in(const struct lum_bsdf *b, struct lum_vec3 wo, int i)
+{
+    double before = expected_by(b, wo, i, 6);
+    for (int sub = 12; sub <= 192; sub *= 2) {
+        double now = expected_by(b, wo, i, sub), change = fabs(now - before);
+        before = now;
+        if (change < 0.05 * sqrt(now) + 0.01)
+            break;
+    }
+    return before;
+}
+
+/* Sampled directions against the integral of the pdf over cells of theta and phi; what was absorbed has a cell of its
+ * own, which must hold 1 - the integral. Delta samples count as absorbed. */
+static double sampling_p_value(const struct lum_material *m, bool backface, double cos_o, struct rng *r)
+{
+    static struct chi2_cell cell[ROWS * COLUMNS + 1];
+    struct lum_surface s = surface(backface);
+    struct lum_vec3 wo = direction(cos_o, 0.4);
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &s, wo);
+    double total = 0.0, lost = 0.0;
+    for (int i = 0; i < ROWS * COLUMNS; i++) {
+        cell[i] = (struct chi2_cell){expected_in(&b, wo, i), 0.0};
+        total += cell[i].expected;
+    }
+    for (int i = 0; i < SAMPLES; i++) {
+        struct lum_vec2 u = {(float)rng_unit(r), (float)rng_unit(r)};
+        struct lum_bsdf_sample bs;
+        if (!lum_bsdf_sample(&b, wo, u, (float)rng_unit(r), &bs) || bs.pdf_sa == 0.0f) {
+            lost += 1.0;
+            continue;
+        }
+        int row = (int)fmin(acos((double)bs.wi.z) / LUM_PI_D * ROWS, ROWS - 1);
+        double phi = atan2((double)bs.wi.y, (double)bs.wi.x) / (2.0 * LUM_PI_D);
+        int column = (int)fmin((phi < 0.0 ? phi + 1.0 : phi) * COLUMNS, COLUMNS - 1);
+        cell[row * COLUMNS + column].observed += 1.0;
+    }
+    cell[ROWS * COLUMNS] = (struct chi2_cell){fmax(SAMPLES - total, 0.0), lost};
+    return chi2_p_value(cell, ROWS * COLUMNS + 1);
+}
+
+static void samples_follow_the_pdf(void **state)
+{
+    (void)state;
+    static const float roughness[] = {0.3f, 0.8f};
+    static const double cosines[] = {0.95, 0.5, 0.08};
+    int tests = N_VARIANTS * 2 * 2 * 3;
+    struct rng r = {1};
+    for (int v = 0; v < N_VARIANTS; v++)
+        for (int back = 0; back < 2; back++)
+            for (int k = 0; k < 2; k++)
+                for (int c = 0; c < 3; c++) {
+                    struct lum_material m = variant(v, roughness[k]);
+                    double p = sampling_p_value(&m, back, cosines[c], &r);
+                    if (p < sidak(0.01, tests))
+                        fail_msg("material %d, roughness %g, cos %g, back %d: p = %g", v, (double)roughness[k],
+                                 cosines[c], back, p);
+                }
+}
+
+/* E over samples of 1 / pdf = the solid angle where the pdf is not 0: with samples of the base it is 2 pi. Also the
+ * weight of every sample is f |cos| / pdf of its own direction. */
+static void weights_are_value_over_pdf(void **state)
+{
+    (void)state;
+    struct rng r = {5};
+    for (int i = 0; i < 100000; i++) {
+        struct lum_material m = variant(i % N_VARIANTS, (float)rng_unit(&r));
+        struct lum_surface s = surface(i % 2);
+        struct lum_vec3 wo = direction(rng_unit(&r), 1.0);
+        struct lum_bsdf b;
+        struct lum_bsdf_sample bs;
+        lum_bsdf_init(&b, &m, &s, wo);
+        if (!lum_bsdf_sample(&b, wo, (struct lum_vec2){(float)rng_unit(&r), (float)rng_unit(&r)}, (float)rng_unit(&r),
+                             &bs))
+            continue;
+        float pdf;
+        struct lum_rgb f = lum_bsdf_eval(&b, wo, bs.wi, &pdf);
+        if (bs.pdf_sa == 0.0f) {
+            assert_true(bs.lobe == LUM_LOBE_REFLECT || bs.lobe == LUM_LOBE_TRANSMIT);
+            continue;
+        }
+        assert_true(pdf == bs.pdf_sa);
+        assert_true(fabsf(f.g - bs.weight.g * pdf) <= 1e-5f * f.g);
+    }
+}
+
+/* ---- energy ---- */
+
+/* Energy returned of what arrives from wo: weights with the eta^2 of radiance taken out again. */
+static struct mean albedo(const struct lum_material *m, bool backface, double cos_o, uint32_t n)
+{
+    struct lum_surface s = surface(backface);
+    struct lum_vec3 wo = direction(cos_o, 0.3);
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &s, wo);
+    struct mean sum = {0};
+    for (uint32_t i = 0; i < n; i++) {
+        struct lum_sampler q = lum_sampler_at(0, 0, i, 17);
+        struct lum_bsdf_sample bs;
+        if (!lum_bsdf_sample(&b, wo, lum_sampler_2d(&q, 0), lum_sampler_1d(&q, 1), &bs)) {
+            mean_add(&sum, 0.0);
+            continue;
+        }
+        bool bent = is_transmitted(&bs) && !b.thin;
+        mean_add(&sum, (double)lum_rgb_max(bs.weight) / (bent ? (double)(b.eta * b.eta) : 1.0));
+    }
+    return sum;
+}
+
+/* A surface in a uniform field never returns more than arrives: 1.01 as pbrt allows, and 4 standard errors. */
+static void no_material_creates_energy(void **state)
+{
+    (void)state;
+    static const double cosines[] = {1.0, 0.7, 0.3, 0.1, 0.02, 0.003, 1e-4, 1e-6};
+    static const double alphas[] = {1e-6, 0.99e-3, 1.01e-3, 2e-3, 5e-3, 0.02, 0.1, 0.3, 1.0};
+    double worst = 0.0;
+    for (int v = 0; v < N_VARIANTS; v++)
+        for (int back = 0; back < 2; back++)
+            for (size_t a = 0; a < LUM_ARRAY_LEN(alphas); a++)
+                for (size_t c = 0; c < LUM_ARRAY_LEN(cosines); c++) {
+                    struct lum_material m = variant(v, (float)sqrt(alphas[a]));
+                    struct mean e = albedo(&m, back, cosines[c], 2048);
+                    worst = fmax(worst, e.mean - 4.0 * mean_stderr(&e));
+                    if (e.mean > 1.01 + 4.0 * mean_stderr(&e))
+                        fail_msg("material %d, alpha %g, cos %g, back %d: albedo %.4f +- %.4f", v, alphas[a],
+                                 cosines[c], back, e.mean, mean_stderr(&e));
+                }
+    print_message("highest albedo, less 4 standard errors: %.4f\n", worst);
+}
+
+/* Smooth coat over a white base: nothing is lost either. Exact but for the table and the sampling. */
+static void white_under_a_coat_stays_white(void **state)
+{
+    (void)state;
+    for (double cos_o = 0.05; cos_o <= 1.0; cos_o += 0.05) {
+        struct lum_material m = plain(0.0f);
+        struct mean e = albedo(&m, false, cos_o, 4096);
+        if (fabs(e.mean - 1.0) > 0.005 + 4.0 * mean_stderr(&e))
+            fail_msg("cos %g: %.4f +- %.4f", cos_o, e.mean, mean_stderr(&e));
+    }
+}
+
+static void matte_weight_is_its_albedo_exactly(void **state)
+{
+    (void)state;
+    struct rng r = {2};
+    struct lum_material m = matte();
+    struct lum_surface s = surface(false);
+    for (int i = 0; i < 200000; i++) {
+        if (i == 100000)
+            m.base_color = lum_rgb(0.1f, 0.3f, 0.7f);
+        struct lum_vec3 wo = direction(1.0 - rng_unit(&r), 6.0 * rng_unit(&r));
+        struct lum_bsdf b;
+        struct lum_bsdf_sample bs;
+        lum_bsdf_init(&b, &m, &s, wo);
+        struct lum_vec2 u = {(float)(rng_u64(&r) >> 40) * 0x1p-24f, (float)(rng_u64(&r) >> 40) * 0x1p-24f};
+        if (!lum_bsdf_sample(&b, wo, u, (float)(rng_u64(&r) >> 40) * 0x1p-24f, &bs)) {
+            assert_true(u.x == 0.0f || u.y == 0.0f); /* the rim of the disc, where the cosine is 0 */
+            continue;
+        }
+        assert_memory_equal(&bs.weight, &m.base_color, sizeof bs.weight);
+    }
+}
+
+/* ---- reciprocity ---- */
+
+/* f(wo, wi) = f(wi, wo); across an interface f / n^2 of the side it goes to (radiance): Walter et al. 2007. */
+static void scattering_is_reciprocal(void **state)
+{
+    (void)state;
+    struct rng r = {9};
+    int transmitted = 0;
+    for (int i = 0; i < 200000; i++) {
+        struct lum_material m = variant(i % N_VARIANTS, (float)(0.2 + 0.8 * rng_unit(&r)));
+        bool back = (i / N_VARIANTS) % 2;
+        struct lum_vec3 wo = direction(0.02 + 0.98 * rng_unit(&r), 6.3 * rng_unit(&r));
+        struct lum_vec3 wi = direction(0.02 + 0.98 * rng_unit(&r), 6.3 * rng_unit(&r));
+        bool through = i % 3 == 0;
+        if (through)
+            wi = lum_v3_neg(wi);
+        struct lum_surface s_o = surface(back), s_i = surface(back != through);
+        if (through)
+            s_i.ng = s_i.ns = lum_v3_neg(s_i.ng);
+        struct lum_bsdf b_o, b_i;
+        float pdf;
+        lum_bsdf_init(&b_o, &m, &s_o, wo);
+        lum_bsdf_init(&b_i, &m, &s_i, wi);
+        struct lum_rgb f_o = lum_bsdf_eval(&b_o, wo, wi, &pdf), f_i = lum_bsdf_eval(&b_i, wi, wo, &pdf);
+        double a = (double)f_o.g / fabs((double)wi.z), b = (double)f_i.g / fabs((double)wo.z);
+        if (through && !m.thin)
+            a /= (double)(b_o.eta * b_o.eta);
+        transmitted += through && a > 0.0;
+        /* half vectors are exact to some 2^-21, alpha^2 >= 2^-9.3: 2^-11 relative in D. Near the critical angle
+         * 1 - F falls as the root of what is left: it is known to 2^-11 */
+        if (fabs(a - b) > 2e-3 * fmax(a, b) + (through ? 1e-3 : 1e-5))
+            fail_msg("material %d (back %d): wo %g %g %g, wi %g %g %g: %g and %g", i % N_VARIANTS, back, (double)wo.x,
+                     (double)wo.y, (double)wo.z, (double)wi.x, (double)wi.y, (double)wi.z, a, b);
+    }
+    assert_true(transmitted > 1000);
+}
+
+/* ---- Fresnel ---- */
+
+static void fresnel_is_a_fraction(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 1000; i++) {
+        float eta = (float)pow(10.0, -1.0 + 2.0 * i / 999.0);
+        for (int k = 0; k < 1000; k++) {
+            float f = lum_fresnel_dielectric((float)k / 999.0f, eta);
+            if (!(f >= 0.0f && f <= 1.0f))
+                fail_msg("F(%d / 999, %g) = %g", k, (double)eta, (double)f);
+        }
+    }
+    static const float hostile[] = {0.0f, -1.0f, NAN, INFINITY, 1e38f, 1e-38f};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(hostile); i++)
+        for (size_t k = 0; k < LUM_ARRAY_LEN(hostile); k++) {
+            float f = lum_fresnel_dielectric(hostile[i], hostile[k]);
+            assert_true(f >= 0.0f && f <= 1.0f);
+        }
+}
+
+static void fresnel_has_its_closed_forms(void **state)
+{
+    (void)state;
+    for (double n = 1.05; n <= 4.0; n += 0.05) {
+        double f0 = pow((n - 1.0) / (n + 1.0), 2.0);
+        /* rounding of 1 - eta, amplified by 1 / (n - 1) */
+        assert_true(fabs((double)lum_fresnel_dielectric(1.0f, (float)(1.0 / n)) - f0) < 1e-6);
+        assert_true(fabs((double)lum_fresnel_dielectric(1.0f, (float)n) - f0) < 1e-6);
+        assert_true(lum_fresnel_dielectric(0.0f, (float)(1.0 / n)) == 1.0f);
+        double critical = sqrt(1.0 - 1.0 / (n * n));
+        assert_true(lum_fresnel_dielectric((float)(critical * 0.999), (float)n) == 1.0f);
+        assert_true(lum_fresnel_dielectric((float)(critical * 1.01), (float)n) < 1.0f);
+        /* Brewster's angle tan = n: half of the reflection of the s polarisation alone, ((n^2 - 1) / (n^2 + 1))^2 */
+        double s = (n * n - 1.0) / (n * n + 1.0), cos_b = 1.0 / sqrt(1.0 + n * n);
+        assert_true(fabs((double)lum_fresnel_dielectric((float)cos_b, (float)(1.0 / n)) - 0.5 * s * s) < 1e-6);
+    }
+    assert_true(lum_fresnel_dielectric(0.0f, 1.0f) == 0.0f);
+}
+
+/* Stokes: seen along the reversed refracted ray the interface reflects the same. */
+static void fresnel_reverses(void **state)
+{
+    (void)state;
+    for (double n = 1.1; n < 4.0; n += 0.1)
+        for (double c = 0.05; c <= 1.0; c += 0.01) {
+            double cos_t = sqrt(1.0 - (1.0 - c * c) / (n * n));
+            double there = (double)lum_fresnel_dielectric((float)c, (float)(1.0 / n));
+            double back = (double)lum_fresnel_dielectric((float)cos_t, (float)n);
+            /* inside, the cosine's rounding is amplified by n^2 cos_t / c */
+            assert_true(fabs(there - back) < 1e-6 * n * n / c);
+        }
+}
+
+/* ---- limits ---- */
+
+/* Rough metal tends to the mirror: energy and mean direction get nearer with every step of alpha. */
+static void mirror_is_the_limit(void **state)
+{
+    (void)state;
+    struct lum_surface s = surface(false);
+    struct lum_vec3 wo = direction(0.6, 0.0), mirror = lum_v3(-wo.x, -wo.y, wo.z);
+    double before = INFINITY;
+    for (double alpha = 0.5; alpha > 5e-4; alpha *= 0.5) {
+        struct lum_material m = metal((float)sqrt(alpha));
+        struct lum_bsdf b;
+        lum_bsdf_init(&b, &m, &s, wo);
+        double energy = 0.0, spread = 0.0;
+        enum { n = 4096 };
+        for (uint32_t i = 0; i < n; i++) {
+            struct lum_sampler q = lum_sampler_at(1, 0, i, 17);
+            struct lum_bsdf_sample bs;
+            if (!lum_bsdf_sample(&b, wo, lum_sampler_2d(&q, 0), 0.5f, &bs))
+                continue;
+            energy += (double)bs.weight.g / n;
+            spread += (double)bs.weight.g * (double)lum_length(lum_v3_sub(bs.wi, mirror)) / n;
+        }
+        double distance = (1.0 - energy) + spread;
+        if (distance > before)
+            fail_msg("alpha %g is farther from the mirror (%g) than twice that (%g)", alpha, distance, before);
+        before = distance;
+    }
+    assert_true(before == 0.0 || before < 5e-3);
+}
+
+/* L out of a slab of clear glass in a uniform field: 1, by following radiance through both faces. */
+static void slab_keeps_the_field(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 4; k++) {
+        struct lum_material m = glass(0.0f, k == 3 ? 2.4f : 1.5f);
+        double cos_o = k == 0 ? 1.0 : k == 1 ? 0.5 : 0.05;
+        struct mean sum = {0};
+        for (uint32_t i = 0; i < 20000; i++) {
+            struct lum_vec3 wo = direction(cos_o, 0.2);
+            double weight = 1.0;
+            bool inside = false, out = false;
+            for (uint32_t bounce = 0; bounce < 200 && !out; bounce++) {
+                struct lum_surface s = surface(inside);
+                if (wo.z < 0.0f)
+                    s.ng = s.ns = lum_v3_neg(s.ng);
+                struct lum_bsdf b;
+                struct lum_bsdf_sample bs;
+                struct lum_sampler q = lum_sampler_at(0, 0, i, 3);
+                lum_bsdf_init(&b, &m, &s, wo);
+                assert_true(
+                    lum_bsdf_sample(&b, wo, lum_sampler_2d(&q, 2 * bounce), lum_sampler_1d(&q, 2 * bounce + 1), &bs));
+                weight *= (double)bs.weight.g;
+                inside = inside != is_transmitted(&bs);
+                out = !inside;
+                wo = lum_v3_neg(bs.wi); /* the next face sees what goes on along wi */
+            }
+            mean_add(&sum, weight);
+        }
+        /* weights are 1 up to the rounding of eta^2 and 1 / eta^2 */
+        assert_true(fabs(sum.mean - 1.0) < 1e-5);
+    }
+}
+
+static void equal_media_are_not_there(void **state)
+{
+    (void)state;
+    struct rng r = {4};
+    for (int i = 0; i < 20000; i++) {
+        struct lum_material m = glass((float)rng_unit(&r), 1.0f);
+        m.thin = i % 2;
+        struct lum_surface s = surface((i / 2) % 2);
+        struct lum_vec3 wo = direction(1.0 - rng_unit(&r), 6.0 * rng_unit(&r)), back = lum_v3_neg(wo);
+        struct lum_bsdf b;
+        struct lum_bsdf_sample bs;
+        lum_bsdf_init(&b, &m, &s, wo);
+        assert_true(lum_bsdf_sample(&b, wo, (struct lum_vec2){(float)rng_unit(&r), 0.3f}, (float)rng_unit(&r), &bs));
+        assert_true(bs.lobe == LUM_LOBE_TRANSMIT && bs.pdf_sa == 0.0f);
+        assert_memory_equal(&bs.wi, &back, sizeof back);
+        assert_true(bs.weight.r == 1.0f && bs.weight.g == 1.0f && bs.weight.b == 1.0f);
+    }
+}
+
+/* ---- sides ---- */
+
+/* With a bent normal nothing goes through the surface, and wo stays above the frame. */
+static void light_stays_on_its_geometric_side(void **state)
+{
+    (void)state;
+    struct rng r = {8};
+    for (int i = 0; i < 200000; i++) {
+        struct lum_material m = variant(i % N_VARIANTS, (float)rng_unit(&r));
+        struct lum_surface s = surface(false);
+        s.ns = direction(rng_unit(&r), 6.3 * rng_unit(&r));
+        struct lum_vec3 wo = direction(1e-6 + rng_unit(&r), 6.3 * rng_unit(&r));
+        struct lum_bsdf b;
+        struct lum_bsdf_sample bs;
+        lum_bsdf_init(&b, &m, &s, wo);
+        assert_true(lum_dot(b.frame.n, wo) > 0.0f);
+        if (lum_bsdf_sample(&b, wo, (struct lum_vec2){(float)rng_unit(&r), (float)rng_unit(&r)}, (float)rng_unit(&r),
+                            &bs))
+            assert_true(is_transmitted(&bs) ? bs.wi.z < 0.0f : bs.wi.z > 0.0f);
+        struct lum_vec3 below = direction(-rng_unit(&r), 6.3 * rng_unit(&r));
+        float pdf;
+        struct lum_rgb f = lum_bsdf_eval(&b, wo, below, &pdf);
+        if (m.transmission == 0.0f)
+            assert_true(lum_rgb_black(f) && pdf == 0.0f);
+    }
+}
+
+static void wrong_side_is_turned(void **state)
+{
+    (void)state;
+    struct lum_material m = plain(0.5f);
+    struct lum_surface s = surface(false);
+    struct lum_vec3 down = {0.0f, 0.0f, -1.0f}, flat = {1.0f, 0.0f, 0.0f};
+    struct lum_bsdf b;
+    float pdf;
+    lum_bsdf_init(&b, &m, &s, down);
+    assert_true(lum_bsdf_eval(&b, down, down, &pdf).g > 0.0f && pdf > 0.0f);
+    lum_bsdf_init(&b, &m, &s, flat);
+    struct lum_bsdf_sample bs;
+    assert_false(lum_bsdf_sample(&b, flat, (struct lum_vec2){0.5f, 0.5f}, 0.5f, &bs));
+    assert_true(lum_rgb_black(lum_bsdf_eval(&b, flat, s.ng, &pdf)) && pdf == 0.0f);
+}
+
+static void unlit_shines_and_reflects_nothing(void **state)
+{
+    (void)state;
+    struct lum_material m = plain(0.5f);
+    m.unlit = true;
+    m.base_color = lum_rgb(0.2f, 0.4f, 0.6f);
+    struct lum_surface s = surface(false);
+    s.vertex_color = lum_rgb(0.5f, 0.5f, 0.5f);
+    struct lum_bsdf b;
+    struct lum_bsdf_sample bs;
+    lum_bsdf_init(&b, &m, &s, s.ng);
+    assert_true(b.emission.r == 0.1f && b.emission.g == 0.2f && b.emission.b == 0.3f);
+    assert_false(lum_bsdf_sample(&b, s.ng, (struct lum_vec2){0.5f, 0.5f}, 0.5f, &bs));
+    assert_false(lum_material_is_specular(&m));
+}
+
+static void specular_materials_are_named(void **state)
+{
+    (void)state;
+    struct lum_material m = matte();
+    assert_false(lum_material_is_specular(&m));
+    m.roughness = 0.0f;
+    assert_false(lum_material_is_specular(&m)); /* no coat */
+    m = plain(0.03f);
+    assert_true(lum_material_is_specular(&m));
+    m = plain(0.04f);
+    assert_false(lum_material_is_specular(&m));
+    m = glass(1.0f, 1.5f);
+    assert_true(lum_material_is_specular(&m));
+    m.metallic = 1.0f;
+    assert_false(lum_material_is_specular(&m));
+}
+
+/* ---- hostile input ---- */
+
+static float pick_hostile(struct rng *r, const float *values, size_t n)
+{
+    return rng_unit(r) < 0.5 ? (float)rng_unit(r) : values[rng_u64(r) % n];
+}
+
+static struct lum_vec3 pick_direction(struct rng *r, struct lum_vec3 n)
+{
+    switch (rng_u64(r) % 8) {
+    case 0:
+        return n;
+    case 1:
+        return lum_v3_neg(n);
+    case 2: { /* in the surface, up to rounding */
+        struct lum_frame f = lum_frame_from_normal(n);
+        return rng_unit(r) < 0.5 ? f.t : lum_normalize(lum_v3_mad(f.b, n, 1e-7f));
+    }
+    default:
+        return direction(2.0 * rng_unit(r) - 1.0, 6.3 * rng_unit(r));
+    }
+}
+
+static void nothing_is_ever_not_finite(void **state)
+{
+    (void)state;
+    static const float unit_values[] = {0.0f, 1.0f, 1e-30f, 0.0316227f, 0.0316228f, 0.99999994f, NAN, 2.0f, -1.0f};
+    static const float iors[] = {1.0f, 1.0000001f, 1.0001f, 1.00025f, 4.0f, 0.0f, NAN, 100.0f};
+    struct rng r = {6};
+    uint64_t bad = 0;
+    for (int i = 0; i < 1000000; i++) {
+        size_t n = LUM_ARRAY_LEN(unit_values);
+        struct lum_material m = plain(pick_hostile(&r, unit_values, n));
+        m.metallic = pick_hostile(&r, unit_values, n);
+        m.transmission = pick_hostile(&r, unit_values, n);
+        m.specular = pick_hostile(&r, unit_values, n);
+        m.base_color.g = pick_hostile(&r, unit_values, n);
+        m.specular_color.b = pick_hostile(&r, unit_values, n);
+        m.ior = pick_hostile(&r, iors, LUM_ARRAY_LEN(iors));
+        m.thin = rng_u64(&r) & 1;
+        struct lum_surface s = surface(rng_u64(&r) & 1);
+        s.ng = direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r));
+        s.ns = pick_direction(&r, s.ng);
+        if (rng_u64(&r) % 16 == 0)
+            s.ns = lum_v3(0.0f, 0.0f, 0.0f);
+        struct lum_vec3 wo = pick_direction(&r, s.ng), wi = pick_direction(&r, s.ng);
+        struct lum_bsdf b;
+        struct lum_bsdf_sample bs = {0};
+        lum_bsdf_init(&b, &m, &s, wo);
+        float pdf;
+        struct lum_rgb f = lum_bsdf_eval(&b, wo, wi, &pdf);
+        bool ok = lum_rgb_finite(f) && isfinite(pdf) && pdf >= 0.0f && f.r >= 0.0f && f.g >= 0.0f && f.b >= 0.0f;
+        struct lum_vec2 u = {pick_hostile(&r, unit_values, 3), pick_hostile(&r, unit_values, 3)};
+        u.x = u.x < 1.0f ? u.x : 0.99999994f, u.y = u.y < 1.0f ? u.y : 0.99999994f;
+        if (lum_bsdf_sample(&b, wo, u, (float)rng_unit(&r) * 0.99999994f, &bs))
+            ok = ok && lum_v3_finite(bs.wi) && lum_rgb_finite(bs.weight) && isfinite(bs.pdf_sa) &&
+                 fabsf(lum_length(bs.wi) - 1.0f) < 1e-4f;
+        struct lum_rgb a = lum_bsdf_albedo(&b);
+        ok = ok && lum_rgb_finite(a) && lum_rgb_max(a) <= 1.0f;
+        if (!ok && bad++ == 0)
+            print_message("case %d: roughness %g metallic %g transmission %g ior %g: f %g pdf %g weight %g\n", i,
+                          (double)m.roughness, (double)m.metallic, (double)m.transmission, (double)m.ior, (double)f.g,
+                          (double)pdf, (double)bs.weight.g);
+    }
+    assert_int_equal(bad, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(samples_follow_the_pdf),
+        cmocka_unit_test(weights_are_value_over_pdf),
+        cmocka_unit_test(no_material_creates_energy),
+        cmocka_unit_test(white_under_a_coat_stays_white),
+        cmocka_unit_test(matte_weight_is_its_albedo_exactly),
+        cmocka_unit_test(scattering_is_reciprocal),
+        cmocka_unit_test(fresnel_is_a_fraction),
+        cmocka_unit_test(fresnel_has_its_closed_forms),
+        cmocka_unit_test(fresnel_reverses),
+        cmocka_unit_test(mirror_is_the_limit),
+        cmocka_unit_test(slab_keeps_the_field),
+        cmocka_unit_test(equal_media_are_not_there),
+        cmocka_unit_test(light_stays_on_its_geometric_side),
+        cmocka_unit_test(wrong_side_is_turned),
+        cmocka_unit_test(unlit_shines_and_reflects_nothing),
+        cmocka_unit_test(specular_materials_are_named),
+        cmocka_unit_test(nothing_is_ever_not_finite),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
