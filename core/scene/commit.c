@@ -29,6 +29,12 @@ static bool same_emitter_shapes(const struct lum_light_part *a, const struct lum
     return a->n_shapes == b->n_shapes && memcmp(a->shapes, b->shapes, a->n_shapes * sizeof *a->shapes) == 0;
 }
 
+static bool same_lights(const struct lum_light_part *a, const struct lum_light_part *b)
+{
+    return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0 && same_emitter_shapes(a, b) &&
+           memcmp(&a->bounds, &b->bounds, sizeof a->bounds) == 0;
+}
+
 static bool same_cameras(const struct lum_camera_part *a, const struct lum_camera_part *b)
 {
     return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
@@ -91,8 +97,8 @@ static void share_parts(struct commit *c)
     if (!c->last)
         return;
     struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
-    c->same_shapes = lum_lights_same_shape(p->lights, former->lights);
-    c->same_power = lum_lights_same_power(p->lights, former->lights);
+    c->same_shapes = lum_lights_same_shape(p, former);
+    c->same_power = lum_lights_same_power(p, former);
     if (same_instances(p->instances, former->instances)) {
         lum_instance_part_unref(p->instances);
         p->instances = former->instances;
@@ -109,7 +115,7 @@ static void share_parts(struct commit *c)
         p->cameras = former->cameras;
         lum_refs_get(&p->cameras->refs);
     }
-    if (c->same_shapes && c->same_power && p->lights->table.scene_radius == former->lights->table.scene_radius) {
+    if (same_lights(p->lights, former->lights)) {
         lum_light_part_unref(p->lights);
         p->lights = former->lights;
         lum_refs_get(&p->lights->refs);
@@ -176,12 +182,18 @@ static bool same_but_emission(const struct lum_material_part *a, const struct lu
     return true;
 }
 
-static bool same_assignment(const struct lum_instance_part *a, const struct lum_instance_part *b)
+/* Every object that is in both has the same material. */
+static bool same_assignment(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
 {
-    for (uint32_t i = 0; a->n == b->n && i < a->n; i++)
-        if (a->items[i].material != b->items[i].material)
+    for (uint32_t i = 0, j = 0; i < a->instances->n && j < b->instances->n;) {
+        const struct lum_instance *x = &a->instances->items[i], *y = &b->instances->items[j];
+        int order = strcmp(x->id, y->id);
+        if (order == 0 && strcmp(a->materials->items[x->material].id, b->materials->items[y->material].id) != 0)
             return false;
-    return a->n == b->n;
+        i += order <= 0;
+        j += order >= 0;
+    }
+    return true;
 }
 
 static bool same_emission_textures(const struct lum_material_part *a, const struct lum_material_part *b)
@@ -203,7 +215,7 @@ static struct lum_versions count_versions(const struct commit *c)
     bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
     bool same_power = c->same_power && (c->shared_materials || same_emission_textures(p->materials, former->materials));
     v.geometry += !same_geometry;
-    v.material += !(same_material && same_assignment(p->instances, former->instances));
+    v.material += !(same_material && same_assignment(p, former));
     v.light_shape += !c->same_shapes;
     v.light_power += !same_power;
     return v;

@@ -413,31 +413,42 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
 
 /* ---- comparison ---- */
 
-bool lum_lights_same_shape(const struct lum_light_part *a, const struct lum_light_part *b)
+/* A mesh emitter is where its instance is; the number of that instance does not matter. */
+static bool same_place(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b, uint32_t i)
 {
-    if (a->n != b->n)
+    const struct lum_light *x = &a->lights->items[i], *y = &b->lights->items[i];
+    if (x->kind != LUM_EMIT_MESH || y->kind != LUM_EMIT_MESH)
+        return x->kind == y->kind;
+    return memcmp(&a->instances->items[x->instance].local_to_scene, &b->instances->items[y->instance].local_to_scene,
+                  sizeof(struct lum_affine)) == 0;
+}
+
+bool lum_lights_same_shape(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
+{
+    if (a->lights->n != b->lights->n)
         return false;
-    for (uint32_t i = 0; i < a->n; i++) {
+    for (uint32_t i = 0; i < a->lights->n; i++) {
         struct lum_light x[2];
-        memcpy(&x[0], &a->items[i], sizeof x[0]);
-        memcpy(&x[1], &b->items[i], sizeof x[1]);
+        memcpy(&x[0], &a->lights->items[i], sizeof x[0]);
+        memcpy(&x[1], &b->lights->items[i], sizeof x[1]);
         for (int k = 0; k < 2; k++) {
             memset(&x[k].power, 0, sizeof x[k].power);
             memset(x[k].group, 0, sizeof x[k].group);
+            x[k].instance = 0;
             x[k].on = false;
         }
-        if (memcmp(&x[0], &x[1], sizeof x[0]) != 0)
+        if (memcmp(&x[0], &x[1], sizeof x[0]) != 0 || !same_place(a, b, i))
             return false;
     }
     return true;
 }
 
-bool lum_lights_same_power(const struct lum_light_part *a, const struct lum_light_part *b)
+bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
 {
-    if (a->n != b->n)
+    if (a->lights->n != b->lights->n)
         return false;
-    for (uint32_t i = 0; i < a->n; i++) {
-        const struct lum_light *x = &a->items[i], *y = &b->items[i];
+    for (uint32_t i = 0; i < a->lights->n; i++) {
+        const struct lum_light *x = &a->lights->items[i], *y = &b->lights->items[i];
         if (memcmp(&x->power, &y->power, sizeof x->power) != 0 || x->on != y->on || strcmp(x->group, y->group) != 0)
             return false;
     }

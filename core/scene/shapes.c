@@ -214,8 +214,8 @@ static void tube_at(const void *ctx, struct lum_grid_point *g)
     double phi = two_pi * g->u;
     struct lum_vec3d hub = {cos(t->p * phi), 0.0, sin(t->p * phi)};
     struct lum_vec3d out = t->q == 0.0 ? hub : (struct lum_vec3d){c.x - hub.x, c.y, c.z - hub.z};
-    struct lum_vec3d side = unit_d(cross_d(along, out));
-    out = cross_d(side, along);
+    struct lum_vec3d side = unit_d(cross_d(out, along));
+    out = cross_d(along, side);
     double x = cos(two_pi * g->v), y = sin(two_pi * g->v);
     g->n = (struct lum_vec3d){x * out.x + y * side.x, x * out.y + y * side.y, x * out.z + y * side.z};
     g->p = (struct lum_vec3d){c.x + t->radius * g->n.x, c.y + t->radius * g->n.y, c.z + t->radius * g->n.z};

@@ -187,8 +187,9 @@ struct lum_light_input {
     const struct lum_bounds *bounds; /* of the instances */
 };
 enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_light_part **ret_part, struct lum_error *err);
-bool lum_lights_same_shape(const struct lum_light_part *a, const struct lum_light_part *b);
-bool lum_lights_same_power(const struct lum_light_part *a, const struct lum_light_part *b);
+/* Nothing added, removed, moved or reshaped; nothing brighter, dimmer, switched or regrouped. */
+bool lum_lights_same_shape(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
+bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
 
 /* snapshot.c: alpha test of a candidate hit; user is the snapshot (struct lum_accel_alpha). */
 bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float u, float v);
