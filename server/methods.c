@@ -2,10 +2,11 @@
 
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 #include "protocol/json.h"
 #include "protocol/rpc.h"
 
-#define DEFAULT_VFOV_DEG 45.0
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
 
 static bool read_nothing(struct lum_json_reader *r, struct lum_command *c)
@@ -34,24 +35,48 @@ static bool read_scene_apply(struct lum_json_reader *r, struct lum_command *c)
     return true;
 }
 
-/* The camera of a view: {position, target, up?, vfov_deg?}. */
+/* {"op":"add","type":"camera","id":"view", and the members of camera}: a view's camera has the fields, the defaults and
+ * the checks of a camera in the scene. NULL when memory is short. */
+static struct cJSON *camera_op(const struct cJSON *camera)
+{
+    struct cJSON *op = cJSON_CreateObject();
+    bool ok = lum_json_add_string(op, "op", "add") && lum_json_add_string(op, "type", "camera") &&
+              lum_json_add_string(op, "id", "view");
+    for (const struct cJSON *m = camera->child; m && ok; m = m->next)
+        ok = lum_json_add(op, m->string, cJSON_Duplicate(m, true));
+    if (ok)
+        return op;
+    cJSON_Delete(op);
+    return NULL;
+}
+
+static bool parse_camera(const struct cJSON *camera, struct lum_view_request *v, struct lum_proto_error *err)
+{
+    struct lum_op op;
+    if (!cJSON_IsObject(camera))
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "camera", "camera must be an object");
+    struct cJSON *json = camera_op(camera);
+    bool ok =
+        json ? lum_op_from_json(json, NULL, &op, err) || lum_proto_prefix(err, "camera") : lum_proto_fail_memory(err);
+    cJSON_Delete(json);
+    if (!ok)
+        return false;
+    const struct lum_record_camera *c = &op.record->camera;
+    memcpy(v->position, c->position, sizeof v->position);
+    memcpy(v->target, c->target, sizeof v->target);
+    memcpy(v->up, c->up, sizeof v->up);
+    v->vfov_deg = c->vfov_deg;
+    lum_op_finish(&op);
+    return true;
+}
+
 static bool read_camera(struct lum_json_reader *r, struct lum_view_request *v)
 {
-    struct lum_json_reader camera;
-    if (!lum_json_object(r, "camera", &camera))
+    const struct cJSON *camera = lum_json_member(r, "camera");
+    if (!camera || r->failed)
         return false;
-    v->up[1] = 1.0;
-    v->vfov_deg = DEFAULT_VFOV_DEG;
-    if (lum_json_require(&camera, "position") && lum_json_require(&camera, "target")) {
-        lum_json_numbers(&camera, "position", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->position);
-        lum_json_numbers(&camera, "target", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->target);
-    }
-    lum_json_numbers(&camera, "up", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, v->up);
-    lum_json_number(&camera, "vfov_deg", 0.1, 179.0, &v->vfov_deg);
-    if (lum_json_end(&camera))
-        return true;
-    r->failed = true;
-    return false;
+    r->failed = !parse_camera(camera, v, r->err);
+    return !r->failed;
 }
 
 static void read_budget(struct lum_json_reader *r, struct lum_view_request *v)

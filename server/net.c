@@ -356,6 +356,7 @@ static int ws_receive(struct conn *c, const char *bytes, size_t n)
 {
     struct lws *wsi = c->wsi;
     size_t max = lum_session_max_bytes(c->session);
+    lws_validity_confirmed(wsi); /* a pong may be stuck behind tiles on a slow line; who talks is alive all the same */
     if (lws_frame_is_binary(wsi))
         return close_with(c, LUM_CLOSE_UNSUPPORTED);
     /* What this fragment declares still to come counts too: no need to receive it all first. */

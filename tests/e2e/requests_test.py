@@ -141,7 +141,7 @@ class Requests(unittest.TestCase):
     def test_numbers_no_json_can_carry(self):
         for number in ("NaN", "Infinity", "-Infinity", "1e999", "-1e999", "0x1", "1_0"):
             text = '{"jsonrpc":"2.0","id":7,"method":"view.open","params":{"size":[%s,48]}}' % number
-            self.assertIn(self.raw(text)["code"], (-32700, -32602), number)
+            self.assertIn(self.raw(text)["code"], (-32700, -32602, -32600), number)
 
     def test_sizes_of_views(self):
         side, pixels = 4096, 1 << 23
@@ -201,8 +201,8 @@ class Requests(unittest.TestCase):
             self.ws.pump()
         apps = [self.ws.replies[1000 + i]["error"]["data"]["code"] for i in range(n)]
         self.ws.replies.clear()
-        self.assertEqual(apps[:480], ["unsupported"] * 480)  # two seconds of LUM_LIMIT_MESSAGES_PER_S
-        self.assertIn("limit_exceeded", apps[480:])
+        self.assertEqual(apps[:479], ["unsupported"] * 479)  # two seconds of LUM_LIMIT_MESSAGES_PER_S, less hello
+        self.assertIn("limit_exceeded", apps[479:])
         self.patiently("scene.get", {})
 
     def test_order_of_replies_and_edits(self):

@@ -92,6 +92,7 @@ class WebSocket:
         self.notifications = []
         self.binaries = []
         self.pongs = []
+        self.parts, self.part_opcode = [], None
         self.answer_pings = pong
         self._handshake(port, origin, host, path, subprotocol, headers)
 
@@ -132,13 +133,6 @@ class WebSocket:
             raise Closed()
         self.buffer += data
 
-    def _take(self, n):
-        while len(self.buffer) < n:
-            self._more()
-        out = bytes(self.buffer[:n])
-        del self.buffer[:n]
-        return out
-
     def send_raw(self, data):
         try:
             self.sock.sendall(data)
@@ -154,36 +148,71 @@ class WebSocket:
 
     # ---- frames and messages ----
 
-    def recv_frame(self):
-        first, second = self._take(2)
+    def _buffered_frame(self):
+        """(fin, opcode, payload) of the frame at the head of the buffer, or None while it is not all there."""
+        buffer = self.buffer
+        if len(buffer) < 2:
+            return None
+        first, second = buffer[0], buffer[1]
         assert not second & 0x80, "a server must not mask"
         assert not first & 0x70, "reserved bits set"
-        n = second & 0x7F
-        if n == 126:
-            n = struct.unpack("!H", self._take(2))[0]
-        elif n == 127:
-            n = struct.unpack("!Q", self._take(8))[0]
-        return bool(first & 0x80), first & 0x0F, self._take(n)
+        n, at = second & 0x7F, 2
+        if n >= 126:
+            at = 4 if n == 126 else 10
+            if len(buffer) < at:
+                return None
+            n = int.from_bytes(buffer[2:at], "big")
+        if len(buffer) < at + n:
+            return None
+        payload = bytes(buffer[at:at + n])
+        del buffer[:at + n]
+        return bool(first & 0x80), first & 0x0F, payload
+
+    def _message_of(self, received):
+        """Takes a frame in; (opcode, payload) when it completes a data message, else None. Raises Closed."""
+        fin, opcode, payload = received
+        if opcode == CLOSE:
+            code = int.from_bytes(payload[:2], "big") if len(payload) >= 2 else None
+            raise Closed(code, payload[2:].decode(errors="replace"))
+        if opcode == PING:
+            if self.answer_pings:
+                self.send_raw(frame(PONG, payload))
+        elif opcode == PONG:
+            self.pongs.append(payload)
+        else:
+            assert (opcode == CONTINUATION) == (self.part_opcode is not None), "bad fragmentation"
+            self.part_opcode = opcode if self.part_opcode is None else self.part_opcode
+            self.parts.append(payload)
+            if fin:
+                message = self.part_opcode, b"".join(self.parts)
+                self.parts, self.part_opcode = [], None
+                return message
+        return None
 
     def recv_message(self):
         """(opcode, payload) of the next data message; answers pings on the way. Raises Closed."""
-        parts, opcode = [], None
         while True:
-            fin, op, payload = self.recv_frame()
-            if op == CLOSE:
-                code = struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None
-                raise Closed(code, payload[2:].decode(errors="replace"))
-            if op == PING:
-                if self.answer_pings:
-                    self.send_raw(frame(PONG, payload))
-            elif op == PONG:
-                self.pongs.append(payload)
-            else:
-                assert (op == CONTINUATION) == (opcode is not None), "bad fragmentation"
-                opcode = op if opcode is None else opcode
-                parts.append(payload)
-                if fin:
-                    return opcode, b"".join(parts)
+            received = self._buffered_frame()
+            if received is None:
+                self._more()
+                continue
+            message = self._message_of(received)
+            if message:
+                return message
+
+    def sip(self, n_bytes):
+        """Reads at most n_bytes, does not wait, and files the messages that are complete: a slow line."""
+        self.sock.settimeout(0)
+        try:
+            self.buffer += self.sock.recv(n_bytes)
+        except BlockingIOError:
+            pass
+        finally:
+            self.sock.settimeout(WAIT_S)
+        while (received := self._buffered_frame()) is not None:
+            message = self._message_of(received)
+            if message:
+                self._file(*message)
 
     def send_text(self, text):
         self.send_raw(frame(TEXT, text.encode() if isinstance(text, str) else text))
@@ -200,7 +229,9 @@ class WebSocket:
 
     def pump(self):
         """Takes one message and files it."""
-        opcode, payload = self.recv_message()
+        self._file(*self.recv_message())
+
+    def _file(self, opcode, payload):
         if opcode == BINARY:
             self.binaries.append(payload)
             return
