@@ -51,23 +51,27 @@ static struct lum_light_desc light(const char *text)
 static void flux_becomes_the_unit_of_the_kind(void **state)
 {
     (void)state;
-    struct lum_light_desc d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"flux_lm\":1000}");
+    struct lum_light_desc d =
+        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"flux_lm\":1000}");
     assert_near(d.intensity, 1000.0 / (4.0 * PI), EXACT);
-    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"quad\",\"u\":[2,0,0],\"v\":[0,0,3],\"flux_lm\":1000}");
+    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"quad\",\"u\":[2,0,0],\"v\":[0,0,3],\"flux_"
+              "lm\":1000}");
     assert_near(d.intensity, 1000.0 / (PI * 6.0), EXACT);
-    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"disc\",\"direction\":[0,-1,0],\"radius\":0.5,\"flux_lm\":1000}");
+    d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"disc\",\"direction\":[0,-1,0],\"radius\":0.5,"
+              "\"flux_lm\":1000}");
     assert_near(d.intensity, 1000.0 / (PI * PI * 0.25), EXACT);
     d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"sphere\",\"radius\":0.5,\"flux_lm\":1000}");
     assert_near(d.intensity, 1000.0 / (PI * 4.0 * PI * 0.25), EXACT);
 }
 
-/* A cone whose falloff has no width sends I through the solid angle 2 pi (1 - cos). The record wants inner < outer, so the
- * outer is a thousandth of a degree more: 2 pi sin(30) 1.7e-5 rad more of partly lit cone, over 0.84 sr: 1e-4. */
+/* A cone whose falloff has no width sends I through the solid angle 2 pi (1 - cos). The record wants inner < outer, so
+ * the outer is a thousandth of a degree more: 2 pi sin(30) 1.7e-5 rad more of partly lit cone, over 0.84 sr: 1e-4. */
 static void spot_flux_fills_its_cone(void **state)
 {
     (void)state;
-    struct lum_light_desc d = light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"spot\",\"direction\":[0,-1,0],"
-                                    "\"inner_cone_deg\":30,\"outer_cone_deg\":30.001,\"flux_lm\":500}");
+    struct lum_light_desc d =
+        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"spot\",\"direction\":[0,-1,0],"
+              "\"inner_cone_deg\":30,\"outer_cone_deg\":30.001,\"flux_lm\":500}");
     assert_near(d.intensity, 500.0 / (2.0 * PI * (1.0 - cos(PI / 6.0))), 1e-4);
     assert_near(d.inner_cone_rad, PI / 6.0, EXACT);
 }
@@ -75,11 +79,17 @@ static void spot_flux_fills_its_cone(void **state)
 static void natural_units_pass_through(void **state)
 {
     (void)state;
-    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":80}").intensity, 80.0, 0.0);
+    assert_near(
+        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":80}").intensity,
+        80.0, 0.0);
     assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"directional\",\"direction\":[0,-1,0],"
-                      "\"illuminance_lx\":90000}").intensity, 90000.0, 0.0);
-    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"environment\",\"luminance_cd_m2\":5000}").intensity,
-                5000.0, 0.0);
+                      "\"illuminance_lx\":90000}")
+                    .intensity,
+                90000.0, 0.0);
+    assert_near(
+        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"environment\",\"luminance_cd_m2\":5000}")
+            .intensity,
+        5000.0, 0.0);
 }
 
 /* Three floats rounded: 3 * 2^-24 of their sum. */
@@ -90,8 +100,9 @@ static void colours_have_luminance_one(void **state)
     (void)state;
     static const char *const lights[] = {
         "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"color\":[1,0,0]}",
-        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"color\":[0.2,0.5,0.9]}",
-        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":1500}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"color\":[0.2,0.5,0.9]"
+        "}",
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":1700}",
         "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":2700}",
         "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":1,\"cct_k\":20000}",
     };
@@ -151,12 +162,9 @@ static void settings_check_the_method(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
-        cmocka_unit_test(spot_flux_fills_its_cone),
-        cmocka_unit_test(natural_units_pass_through),
-        cmocka_unit_test(colours_have_luminance_one),
-        cmocka_unit_test(black_emission_needs_no_colour),
-        cmocka_unit_test(errors_name_their_op),
+        cmocka_unit_test(flux_becomes_the_unit_of_the_kind), cmocka_unit_test(spot_flux_fills_its_cone),
+        cmocka_unit_test(natural_units_pass_through),        cmocka_unit_test(colours_have_luminance_one),
+        cmocka_unit_test(black_emission_needs_no_colour),    cmocka_unit_test(errors_name_their_op),
         cmocka_unit_test(settings_check_the_method),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

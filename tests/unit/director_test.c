@@ -1,5 +1,6 @@
-/* The director without sockets: commands in, texts and frames out. Nothing sleeps: waiting ends when the director wakes the
- * "net thread", or with ctest's own time limit. */
+/* The director without sockets: commands in, texts and frames out. Nothing sleeps: waiting ends when the director wakes
+ * the "net thread", or with ctest's own time limit. */
+#define _GNU_SOURCE /* mkdtemp, mkstemps */
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -224,8 +225,8 @@ static struct lum_frame_header next_frame(struct client *c, uint8_t *pixels)
         }
         if (pixels && t.header.codec == LUM_CODEC_RGBA8)
             for (uint32_t y = 0; y < t.header.h; y++)
-                memcpy(pixels + ((size_t)(t.header.y + y) * W + t.header.x) * 4, t.blob->bytes + (size_t)y * t.header.w * 4,
-                       (size_t)t.header.w * 4);
+                memcpy(pixels + ((size_t)(t.header.y + y) * W + t.header.x) * 4,
+                       t.blob->bytes + (size_t)y * t.header.w * 4, (size_t)t.header.w * 4);
         lum_blob_tile_unref(t.blob);
         if (t.header.flags & LUM_FRAME_LAST_TILE) {
             lum_stream_ack(s, t.header.frame_seq);
@@ -275,7 +276,8 @@ static void an_edit_shows_under_its_revision(void **state)
     open_view(c, LUM_CODEC_RGBA8);
     uint64_t before = lum_director_scene_rev(c->director);
     converged_frame(c, before, bright);
-    uint64_t rev = scene_rev_of(ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]")));
+    uint64_t rev = scene_rev_of(
+        ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]")));
     assert_int_equal(rev, before + 1);
     assert_int_equal(lum_director_scene_rev(c->director), rev);
     converged_frame(c, rev, dark);
@@ -346,8 +348,9 @@ static void undo_and_redo_bring_the_picture_back(void **state)
     static uint8_t first[W * H * 4], moved[W * H * 4], undone[W * H * 4], redone[W * H * 4];
     open_view(c, LUM_CODEC_RGBA8);
     converged_frame(c, 0, first);
-    uint64_t rev = scene_rev_of(
-        ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"floor\",\"path\":\"/transform/translate\",\"value\":[0,0.5,0]}]")));
+    uint64_t rev = scene_rev_of(ask(
+        c,
+        apply_command(c, "[{\"op\":\"set\",\"id\":\"floor\",\"path\":\"/transform/translate\",\"value\":[0,0.5,0]}]")));
     memcpy(moved, first, sizeof moved); /* tiles that do not change are not sent */
     converged_frame(c, rev, moved);
     assert_memory_not_equal(first, moved, sizeof first);
@@ -369,7 +372,8 @@ static char *scene_text_of(struct client *c)
     return text;
 }
 
-/* The second op of each is refused: by the document (no such id), and by the renderer (media are not in this version). */
+/* The second op of each is refused: by the document (no such id), and by the renderer (media are not in this version).
+ */
 static void edits_are_all_or_nothing(void **state)
 {
     struct client *c = *state;
@@ -430,7 +434,8 @@ static void requests_that_name_nothing_are_refused(void **state)
     cmd->view = (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_method = true, .method = "magic"};
     assert_refused(ask(c, cmd), "invalid_value", "method");
     cmd = command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_camera_id = true, .camera_id = "nobody"};
+    cmd->view =
+        (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_camera_id = true, .camera_id = "nobody"};
     assert_refused(ask(c, cmd), "not_found", "camera_id");
     uint32_t id = open_view(c, LUM_CODEC_JPEG);
     cmd = command(c, LUM_CMD_VIEW_CLOSE);

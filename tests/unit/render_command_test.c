@@ -1,4 +1,5 @@
 /* lumend render, compare, scenes and methods as a user calls them, in process. */
+#define _GNU_SOURCE /* mkdtemp, mkstemps */
 #include <fcntl.h>
 #include <math.h>
 #include <setjmp.h>
@@ -99,12 +100,14 @@ static struct lum_exr_image read_exr(const char *name)
     return im;
 }
 
-/* Emission 1 and albedo 1/2 everywhere: L = 1 / (1 - 1/2) = 2 in every pixel. Next-event estimation and Russian roulette make
- * a sample noisy; the tolerance is five standard errors of the mean, which the samples themselves give. */
+/* Emission 1 and albedo 1/2 everywhere: L = 1 / (1 - 1/2) = 2 in every pixel. Next-event estimation and Russian
+ * roulette make a sample noisy; the tolerance is five standard errors of the mean, which the samples themselves give.
+ */
 static void furnace_has_its_closed_form(void **state)
 {
     (void)state;
-    assert_int_equal(run(lum_cmd_render, "render --scene furnace --method path --size 48x32 --spp 64 --out @f.exr"), LUM_EXIT_OK);
+    assert_int_equal(run(lum_cmd_render, "render --scene furnace --method path --size 48x32 --spp 64 --out @f.exr"),
+                     LUM_EXIT_OK);
     struct lum_exr_image im = read_exr("f.exr");
     size_t n = (size_t)im.w * im.h;
     const float *r = channel(&im, "R"), *g = channel(&im, "G");
@@ -120,7 +123,8 @@ static void furnace_has_its_closed_form(void **state)
     const float *z = channel(&im, "Z"), *id = channel(&im, "id"), *nx = channel(&im, "N.X"), *ny = channel(&im, "N.Y"),
                 *nz = channel(&im, "N.Z"), *albedo = channel(&im, "albedo.R");
     for (size_t i = 0; i < n; i++) {
-        double length = sqrt((double)nx[i] * (double)nx[i] + (double)ny[i] * (double)ny[i] + (double)nz[i] * (double)nz[i]);
+        double length =
+            sqrt((double)nx[i] * (double)nx[i] + (double)ny[i] * (double)ny[i] + (double)nz[i] * (double)nz[i]);
         assert_true(z[i] > 0.0f && z[i] < 3.4642f); /* inside the cube of side 2: at most its diagonal */
         assert_true(id[i] >= 1.0f && id[i] <= 7.0f);
         assert_true(fabs(length - 1.0) < 1e-5);
@@ -132,12 +136,15 @@ static void furnace_has_its_closed_form(void **state)
 static void threads_do_not_change_a_bit(void **state)
 {
     (void)state;
-    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 1 --out @t1.exr"), LUM_EXIT_OK);
-    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 3 --out @t3.exr"), LUM_EXIT_OK);
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 1 --out @t1.exr"),
+                     LUM_EXIT_OK);
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --threads 3 --out @t3.exr"),
+                     LUM_EXIT_OK);
     struct lum_exr_image a = read_exr("t1.exr"), b = read_exr("t3.exr");
     assert_int_equal(a.n_channels, b.n_channels);
     assert_memory_equal(a.pixels, b.pixels, (size_t)a.w * a.h * a.n_channels * sizeof *a.pixels);
-    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --seed 7 --out @t3.exr"), LUM_EXIT_OK);
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --size 61x37 --spp 2 --seed 7 --out @t3.exr"),
+                     LUM_EXIT_OK);
     lum_exr_finish(&b);
     b = read_exr("t3.exr");
     assert_true(memcmp(channel(&a, "R"), channel(&b, "R"), (size_t)a.w * a.h * sizeof(float)) != 0);
@@ -156,9 +163,10 @@ static const cJSON *member(const cJSON *o, const char *key)
 static void stats_hold_what_the_design_names(void **state)
 {
     (void)state;
-    assert_int_equal(run(lum_cmd_render,
-                         "render --scene cornell --method whitted --size 40x30 --threads 2 --seed 5 --out @s.png --stats @s.json"),
-                     LUM_EXIT_OK);
+    assert_int_equal(
+        run(lum_cmd_render,
+            "render --scene cornell --method whitted --size 40x30 --threads 2 --seed 5 --out @s.png --stats @s.json"),
+        LUM_EXIT_OK);
     char *text = read_text(in_dir("s.json"));
     struct lum_proto_error err;
     cJSON *o = lum_json_parse(text, strlen(text), &err);
@@ -202,8 +210,9 @@ static void edits_follow_the_timeline(void **state)
                "{\"t_ms\":100,\"op\":\"set\",\"id\":\"globe\",\"path\":\"/on\",\"value\":false}\n"
                "{\"t_ms\":100,\"op\":\"set\",\"id\":\"ceiling-panel\",\"path\":\"/flux_lm\",\"value\":1}\n"
                "{\"t_ms\":150,\"op\":\"set\",\"id\":\"ceiling-panel\",\"path\":\"/on\",\"value\":false}\n");
-    assert_int_equal(run(lum_cmd_render, "render --scene cornell --edits @e.jsonl --method whitted --size 32x32 --frames 3 --fps 10 "
-                                         "--out @seq%04d.exr --stats @seq.json"),
+    assert_int_equal(run(lum_cmd_render,
+                         "render --scene cornell --edits @e.jsonl --method whitted --size 32x32 --frames 3 --fps 10 "
+                         "--out @seq%04d.exr --stats @seq.json"),
                      LUM_EXIT_OK);
     double mean[3];
     for (int f = 0; f < 3; f++) {
@@ -318,9 +327,9 @@ static void compare_gives_closed_forms(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(furnace_has_its_closed_form),   cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(edits_follow_the_timeline),
-        cmocka_unit_test(mistakes_are_told_apart),       cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
