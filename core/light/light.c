@@ -21,7 +21,7 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
     float below = lo > 0 ? t->active_cdf[lo - 1] : 0.0f, width = t->active_cdf[lo] - below;
     if (!(width > 0.0f))
         return LUM_NO_OBJECT;
-    *inout_u = fminf(fmaxf(0.0f, (*inout_u - below) / width), 0x1.fffffep-1f);
+    *inout_u = lum_clamp((*inout_u - below) / width, 0.0f, 0x1.fffffep-1f);
     *ret_prob = t->pick_pdf[t->active[lo]];
     return t->active[lo];
 }
@@ -45,7 +45,7 @@ static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lu
     float share = l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, -lum_dot(wi, l->n)) : 1.0f;
     if (!(share > 0.0f))
         return false;
-    float near = fmaxf(r, LUM_POINT_LIGHT_NEAR);
+    float near = lum_max(r, LUM_POINT_LIGHT_NEAR);
     *ret = (struct lum_light_sample){wi, r, lum_rgb_scale(l->power, share / (near * near)), 0.0f};
     return true;
 }
@@ -133,8 +133,8 @@ static bool sample_sphere(const struct lum_light *l, struct lum_vec3 p, struct l
     struct lum_vec3 d = lum_v3_sub(l->p, p), w = lum_warp_cone(u, omc);
     struct lum_frame f = lum_frame_from_normal(lum_normalize(d));
     float c = lum_length(d), beside = c * c * (w.x * w.x + w.y * w.y);
-    float distance = c * w.z - sqrtf(fmaxf(0.0f, l->radius * l->radius - beside));
-    *ret = (struct lum_light_sample){lum_frame_to_scene(&f, w), fmaxf(0.0f, distance), l->power, pdf};
+    float distance = c * w.z - sqrtf(lum_max(l->radius * l->radius - beside, 0.0f));
+    *ret = (struct lum_light_sample){lum_frame_to_scene(&f, w), lum_max(distance, 0.0f), l->power, pdf};
     return true;
 }
 
@@ -174,7 +174,7 @@ static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l,
     float below = t > 0 ? l->tri_cdf[t - 1] : 0.0f, width = l->tri_cdf[t] - below;
     if (!(width > 0.0f))
         return false;
-    struct lum_vec2 b = lum_warp_triangle((struct lum_vec2){fminf((x - below) / width, 1.0f), u.y});
+    struct lum_vec2 b = lum_warp_triangle((struct lum_vec2){lum_min((x - below) / width, 1.0f), u.y});
 
     const uint32_t *tri = mesh->indices + 3 * (size_t)t;
     struct lum_vec3 v[3];

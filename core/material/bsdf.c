@@ -5,20 +5,19 @@
  * sampled weight is f |cos| / pdf by construction. */
 #include "core/material/material.h"
 
-#include "core/material/ggx.h"
 #include "core/math/warp.h"
 
 float lum_fresnel_dielectric(float cos_i, float eta)
 {
     if (eta == 1.0f)
         return 0.0f;
-    float c = fminf(fmaxf(cos_i, 0.0f), 1.0f);
+    float c = lum_clamp(cos_i, 0.0f, 1.0f);
     float sin2_t = eta * eta * (1.0f - c * c);
     if (!(sin2_t < 1.0f))
         return 1.0f;
     float t = sqrtf(1.0f - sin2_t);
     float s = (eta * c - t) / (eta * c + t), p = (c - eta * t) / (c + eta * t);
-    return fminf(1.0f, 0.5f * (s * s + p * p));
+    return lum_min(0.5f * (s * s + p * p), 1.0f);
 }
 
 /* What a facet reflects and transmits of light that meets it at cosine c. */
@@ -29,17 +28,17 @@ struct facet {
 
 static struct facet facet_at(const struct lum_bsdf *b, float c)
 {
-    float m = 1.0f - fminf(c, 1.0f), schlick = m * m * m * m * m;
+    float m = 1.0f - lum_min(c, 1.0f), schlick = m * m * m * m * m;
     struct facet f = {.reflect = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick), lum_grey(b->f90 * schlick))};
     if (b->glass > 0.0f) {
         /* The exact Fresnel, stretched to run from f0 to f90 as Schlick's does. All is reflected beyond the critical
          * angle. */
         float exact = lum_fresnel_dielectric(c, b->eta), r = (1.0f - b->eta) / (1.0f + b->eta), normal = r * r;
-        float w = exact < 1.0f ? fmaxf(0.0f, (exact - normal) / (1.0f - normal)) : 1.0f;
+        float w = exact < 1.0f ? lum_max((exact - normal) / (1.0f - normal), 0.0f) : 1.0f;
         float f90 = exact < 1.0f ? b->glass_f90 : 1.0f;
         struct lum_rgb glass = lum_rgb_add(lum_rgb_scale(b->glass_f0, 1.0f - w), lum_grey(f90 * w));
         f.reflect = lum_rgb_mad(f.reflect, glass, b->glass);
-        f.transmit = lum_rgb_scale(b->transmit, fmaxf(0.0f, 1.0f - lum_rgb_max(glass)));
+        f.transmit = lum_rgb_scale(b->transmit, lum_max(1.0f - lum_rgb_max(glass), 0.0f));
     }
     float reflect = lum_luminance(f.reflect), both = reflect + lum_luminance(f.transmit);
     f.reflect_prob = both > 0.0f ? reflect / both : -1.0f;
@@ -51,8 +50,8 @@ static struct lum_rgb base_albedo(const struct lum_bsdf *b, float cos_i)
 {
     if (b->coat_f0 == 0.0f && b->coat_f90 == 0.0f)
         return b->diffuse;
-    struct lum_ggx_albedo e = lum_ggx_albedo(cos_i, b->alpha);
-    float through = fmaxf(0.0f, 1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias));
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
+    float through = lum_max(1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias), 0.0f);
     return lum_rgb_scale(b->diffuse, through * b->coat_norm);
 }
 
@@ -144,7 +143,7 @@ static struct lum_vec3 mirrored(struct lum_vec3 o, struct lum_vec3 h, float cos_
 /* Refracted direction; the facet transmits, so cos_t exists. */
 static struct lum_vec3 refracted(struct lum_vec3 o, struct lum_vec3 h, float cos_o, float eta)
 {
-    float cos_t = sqrtf(fmaxf(0.0f, 1.0f - eta * eta * (1.0f - cos_o * cos_o)));
+    float cos_t = sqrtf(lum_max(1.0f - eta * eta * (1.0f - cos_o * cos_o), 0.0f));
     return lum_normalize(lum_v3_mad(lum_v3_mul(o, -eta), h, eta * cos_o - cos_t));
 }
 

@@ -4,6 +4,8 @@
 #ifndef LUM_CORE_MATERIAL_GGX_H
 #define LUM_CORE_MATERIAL_GGX_H
 
+#include <stdint.h>
+
 #include "core/math/vec.h"
 
 /* Density of facet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x and y: no
@@ -41,18 +43,25 @@ static inline struct lum_vec3 lum_ggx_sample_visible(struct lum_vec3 o, float al
     struct lum_vec3 w = lum_normalize(lum_v3(o.x * alpha, o.y * alpha, o.z));
     float phi = 2.0f * LUM_PI * u.x;
     float z = (1.0f - u.y) * (1.0f + w.z) - w.z;
-    float s = sqrtf(fmaxf(0.0f, 1.0f - z * z));
+    float s = sqrtf(lum_max(1.0f - z * z, 0.0f));
     struct lum_vec3 c = lum_v3(s * cosf(phi) + w.x, s * sinf(phi) + w.y, z + w.z);
-    return lum_normalize(lum_v3(c.x * alpha, c.y * alpha, fmaxf(0.0f, c.z)));
+    return lum_normalize(lum_v3(c.x * alpha, c.y * alpha, lum_max(c.z, 0.0f)));
 }
 
+/* Row of the albedo table for a roughness: looked up once for a surface, used for every direction. */
+struct lum_ggx_row {
+    uint32_t i;
+    float w; /* of row i + 1; below 0: a mirror */
+};
+struct lum_ggx_row lum_ggx_row(float alpha); /* 0: the mirror */
+
 /* Directional albedo of single-scattering reflection with Schlick's Fresnel, as f0 * scale + f90 * bias.
- * cos_o = the cosine; _mean: averaged over the hemisphere with weight 2 cos. alpha 0: the mirror. Interpolated from a table,
- * within 0.01 everywhere, 0.002 on average. */
+ * cos_o = the cosine; _mean: averaged over the hemisphere with weight 2 cos. Interpolated from a table, within 0.01
+ * everywhere, 0.002 on average. */
 struct lum_ggx_albedo {
     float scale, bias;
 };
-struct lum_ggx_albedo lum_ggx_albedo(float cos_o, float alpha);
-struct lum_ggx_albedo lum_ggx_albedo_mean(float alpha);
+struct lum_ggx_albedo lum_ggx_albedo(struct lum_ggx_row row, float cos_o);
+struct lum_ggx_albedo lum_ggx_albedo_mean(struct lum_ggx_row row);
 
 #endif

@@ -149,14 +149,17 @@ struct node {
 
 static struct node node_at(float x)
 {
-    x = fminf(fmaxf(x, 0.0f), 1.0f) * (float)(NODES - 1);
+    x = lum_clamp(x, 0.0f, 1.0f) * (float)(NODES - 1);
     uint32_t i = (uint32_t)x < NODES - 2 ? (uint32_t)x : NODES - 2;
     return (struct node){i, x - (float)i};
 }
 
-static struct node alpha_node(float alpha)
+struct lum_ggx_row lum_ggx_row(float alpha)
 {
-    return node_at(1.0f + log10f(alpha) * (1.0f / 3.0f));
+    if (alpha < LUM_ALPHA_MIN)
+        return (struct lum_ggx_row){0, -1.0f};
+    struct node n = node_at(1.0f + log10f(alpha) * (1.0f / 3.0f));
+    return (struct lum_ggx_row){n.i, n.w};
 }
 
 static float mix(float a, float b, float w)
@@ -170,26 +173,25 @@ static struct lum_ggx_albedo from_ab(float a, float b)
     return (struct lum_ggx_albedo){a - b, b};
 }
 
-struct lum_ggx_albedo lum_ggx_albedo(float cos_o, float alpha)
+struct lum_ggx_albedo lum_ggx_albedo(struct lum_ggx_row row, float cos_o)
 {
-    float c = fminf(fmaxf(cos_o, 0.0f), 1.0f);
-    if (alpha < LUM_ALPHA_MIN) {
+    float c = lum_clamp(cos_o, 0.0f, 1.0f);
+    if (row.w < 0.0f) {
         float m = 1.0f - c;
         return from_ab(1.0f, m * m * m * m * m);
     }
-    struct node r = alpha_node(alpha), m = node_at(sqrtf(sqrtf(c)));
-    const float(*lo)[2] = &albedo_table[r.i][m.i], (*hi)[2] = &albedo_table[r.i + 1][m.i];
+    struct node n = node_at(sqrtf(sqrtf(c)));
+    const float(*lo)[2] = &albedo_table[row.i][n.i], (*hi)[2] = &albedo_table[row.i + 1][n.i];
     float ab[2];
     for (int k = 0; k < 2; k++)
-        ab[k] = mix(mix(lo[0][k], lo[1][k], m.w), mix(hi[0][k], hi[1][k], m.w), r.w);
+        ab[k] = mix(mix(lo[0][k], lo[1][k], n.w), mix(hi[0][k], hi[1][k], n.w), row.w);
     return from_ab(ab[0], ab[1]);
 }
 
-struct lum_ggx_albedo lum_ggx_albedo_mean(float alpha)
+struct lum_ggx_albedo lum_ggx_albedo_mean(struct lum_ggx_row row)
 {
-    if (alpha < LUM_ALPHA_MIN)
+    if (row.w < 0.0f)
         return from_ab(1.0f, 1.0f / 21.0f); /* 2 * integral of (1 - c)^5 c */
-    struct node r = alpha_node(alpha);
-    const float *lo = mean_table[r.i], *hi = mean_table[r.i + 1];
-    return from_ab(mix(lo[0], hi[0], r.w), mix(lo[1], hi[1], r.w));
+    const float *lo = mean_table[row.i], *hi = mean_table[row.i + 1];
+    return from_ab(mix(lo[0], hi[0], row.w), mix(lo[1], hi[1], row.w));
 }

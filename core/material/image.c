@@ -18,7 +18,7 @@ static float texel_coordinate(float x, uint32_t n, enum lum_wrap wrap)
         x = x > 1.0f ? 2.0f - x : x;
         break;
     case LUM_WRAP_CLAMP:
-        x = fminf(fmaxf(x, 0.0f), 1.0f);
+        x = lum_clamp(x, 0.0f, 1.0f);
         break;
     }
     return x * (float)n;

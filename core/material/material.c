@@ -1,17 +1,15 @@
 /* From a material's parameters and textures to the BSDF at a point. */
 #include "core/material/material.h"
 
-#include "core/material/ggx.h"
 #include "core/scene/snapshot.h"
 
 /* Indices of refraction closer to 1 than this count as equal: the half vector of refraction, whose length is about
  * |1 - eta|, would be wrong by more than LUM_ALPHA_MIN. */
 #define MATCHED_IOR 0x1p-12f
 
-/* Also turns NaN into 1. */
 static float clamp01(float x)
 {
-    return fmaxf(0.0f, fminf(1.0f, x));
+    return lum_clamp(x, 0.0f, 1.0f);
 }
 
 static struct lum_rgb clamp01_rgb(struct lum_rgb c)
@@ -73,7 +71,7 @@ static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct 
 static struct lum_vec3 normal_facing(struct lum_vec3 ns, struct lum_vec3 ng, struct lum_vec3 wo)
 {
     float cos_g = lum_dot(wo, ng), cos_s = lum_dot(wo, ns);
-    float least = fminf(cos_g, 0x1p-7f); /* below half a degree of grazing */
+    float least = lum_min(cos_g, 0x1p-7f); /* below half a degree of grazing */
     if (!(cos_s < least) && lum_dot(ns, ns) > 0.0f)
         return ns;
     struct lum_vec3 n = lum_normalize(lum_v3_mad(ns, ng, (least - cos_s) / cos_g));
@@ -110,14 +108,14 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
     if (b->alpha < LUM_ALPHA_MIN)
         b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
 
-    float ior = fmaxf(1.0f, m->ior), r = (ior - 1.0f) / (ior + 1.0f), specular = clamp01(m->specular);
+    float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f), specular = clamp01(m->specular);
     bool matched = ior - 1.0f < MATCHED_IOR;
     b->thin = m->thin;
     b->eta = matched ? 1.0f : s->backface && !m->thin ? ior : 1.0f / ior;
     struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, matched ? 0.0f : r * r));
     f0 = lum_rgb_scale(f0, specular);
 
-    coated = fmaxf(0.0f, coated);
+    coated = lum_max(coated, 0.0f);
     b->diffuse = lum_rgb_scale(base, coated);
     b->f0 = lum_rgb_mad(lum_rgb_scale(base, metal), f0, coated);
     b->f90 = metal + coated * specular;
@@ -132,11 +130,16 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
 /* Share of light that the coat leaves to the base, and the probabilities of sampling them. */
 static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
 {
-    float cos_o = lum_dot(b->frame.n, wo);
-    struct lum_ggx_albedo e = lum_ggx_albedo(cos_o, b->alpha), mean = lum_ggx_albedo_mean(b->alpha);
+    if (b->f90 == 0.0f && b->glass == 0.0f && lum_rgb_black(b->f0)) { /* matte: no interface */
+        b->coat_norm = 1.0f;
+        b->diffuse_prob = lum_rgb_black(b->diffuse) ? 0.0f : 1.0f;
+        return;
+    }
+    b->row = lum_ggx_row(b->alpha);
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, lum_dot(b->frame.n, wo)), mean = lum_ggx_albedo_mean(b->row);
     float through = 1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias);
     float through_mean = 1.0f - (b->coat_f0 * mean.scale + b->coat_f90 * mean.bias);
-    b->coat_norm = through_mean > 0.0f ? fmaxf(0.0f, through) / through_mean : 0.0f;
+    b->coat_norm = through_mean > 0.0f ? lum_max(through, 0.0f) / through_mean : 0.0f;
     if (b->coat_norm == 0.0f)
         b->diffuse = lum_grey(0.0f);
 

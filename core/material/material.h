@@ -12,6 +12,7 @@
 #define LUM_CORE_MATERIAL_MATERIAL_H
 
 #include "core/base/base.h"
+#include "core/material/ggx.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
 
@@ -80,6 +81,7 @@ struct lum_bsdf {
     float coat_norm;         /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
     float diffuse_prob;      /* probability that a sample is of the diffuse base, by albedo */
     float alpha;             /* GGX roughness; 0: delta */
+    struct lum_ggx_row row;  /* of alpha */
     float eta;               /* n on wo's side / n on the other. 1: nothing bends, transmission is delta */
     bool thin;
     struct lum_rgb emission; /* towards wo */

@@ -32,6 +32,12 @@ struct lum_affined {
     double m[3][4];
 };
 
+/* One instruction each, where fminf and fmaxf are calls. b when either is NaN. */
+static inline float lum_min(float a, float b) { return a < b ? a : b; }
+static inline float lum_max(float a, float b) { return a > b ? a : b; }
+/* NaN becomes lo. */
+static inline float lum_clamp(float x, float lo, float hi) { return lum_min(lum_max(x, lo), hi); }
+
 static inline struct lum_vec3 lum_v3(float x, float y, float z) { return (struct lum_vec3){x, y, z}; }
 static inline struct lum_vec3 lum_v3_add(struct lum_vec3 a, struct lum_vec3 b) { return lum_v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline struct lum_vec3 lum_v3_sub(struct lum_vec3 a, struct lum_vec3 b) { return lum_v3(a.x - b.x, a.y - b.y, a.z - b.z); }
@@ -48,7 +54,7 @@ static inline float lum_length(struct lum_vec3 a) { return sqrtf(lum_dot(a, a));
 /* The zero vector stays zero: never a NaN. Scales first, so that tiny and huge vectors do not under- or overflow. */
 static inline struct lum_vec3 lum_normalize(struct lum_vec3 a)
 {
-    float m = fmaxf(fabsf(a.x), fmaxf(fabsf(a.y), fabsf(a.z)));
+    float m = lum_max(fabsf(a.x), lum_max(fabsf(a.y), fabsf(a.z)));
     if (!(m > 0.0f) || !isfinite(m))
         return lum_v3(0.0f, 0.0f, 0.0f);
     a = lum_v3(a.x / m, a.y / m, a.z / m);
@@ -62,7 +68,7 @@ static inline struct lum_rgb lum_rgb_add(struct lum_rgb a, struct lum_rgb b) { r
 static inline struct lum_rgb lum_rgb_mul(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r * b.r, a.g * b.g, a.b * b.b); }
 static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s) { return lum_rgb(a.r * s, a.g * s, a.b * s); }
 static inline struct lum_rgb lum_rgb_mad(struct lum_rgb a, struct lum_rgb b, float s) { return lum_rgb(a.r + b.r * s, a.g + b.g * s, a.b + b.b * s); }
-static inline float lum_rgb_max(struct lum_rgb a) { return fmaxf(a.r, fmaxf(a.g, a.b)); }
+static inline float lum_rgb_max(struct lum_rgb a) { return lum_max(a.r, lum_max(a.g, a.b)); }
 static inline bool lum_rgb_black(struct lum_rgb a) { return !(a.r > 0.0f || a.g > 0.0f || a.b > 0.0f); }
 static inline bool lum_rgb_finite(struct lum_rgb a) { return isfinite(a.r) && isfinite(a.g) && isfinite(a.b); }
 /* Luminance of linear Rec.709 (IEC 61966-2-1), so that Y of a radiance is cd/m2. */

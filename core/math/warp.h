@@ -20,14 +20,14 @@ static inline struct lum_vec2 lum_warp_disc(struct lum_vec2 u)
 static inline struct lum_vec3 lum_warp_cosine(struct lum_vec2 u)
 {
     struct lum_vec2 d = lum_warp_disc(u);
-    return lum_v3(d.x, d.y, sqrtf(fmaxf(0.0f, 1.0f - d.x * d.x - d.y * d.y)));
+    return lum_v3(d.x, d.y, sqrtf(lum_max(1.0f - d.x * d.x - d.y * d.y, 0.0f)));
 }
 
 /* Directions within an angle of +z, given one_minus_cos of that angle in (0, 2], which stays exact for narrow cones.
  * pdf_sa = 1 / (2 pi one_minus_cos). */
 static inline struct lum_vec3 lum_warp_cone(struct lum_vec2 u, float one_minus_cos)
 {
-    float omc = u.x * one_minus_cos, s = sqrtf(fmaxf(0.0f, omc * (2.0f - omc))), phi = 2.0f * LUM_PI * u.y;
+    float omc = u.x * one_minus_cos, s = sqrtf(lum_max(omc * (2.0f - omc), 0.0f)), phi = 2.0f * LUM_PI * u.y;
     return lum_v3(s * cosf(phi), s * sinf(phi), 1.0f - omc);
 }
 

@@ -464,6 +464,32 @@ static void equal_media_are_not_there(void **state)
     }
 }
 
+/* All delta lobes of clear glass together return what arrives; metal has one, rough surfaces none. */
+static void delta_lobes_share_the_light(void **state)
+{
+    (void)state;
+    struct rng r = {10};
+    for (int i = 0; i < 10000; i++) {
+        struct lum_material m = glass(0.0f, (float)(1.0 + 2.0 * rng_unit(&r)));
+        m.thin = i % 3 == 0;
+        struct lum_surface s = surface(i % 2);
+        struct lum_vec3 wo = direction(1.0 - rng_unit(&r), 6.0 * rng_unit(&r));
+        struct lum_bsdf b;
+        struct lum_bsdf_sample lobe[2];
+        lum_bsdf_init(&b, &m, &s, wo);
+        uint32_t n = lum_bsdf_delta_lobes(&b, wo, lobe);
+        double sum = 0.0;
+        for (uint32_t k = 0; k < n; k++) {
+            double bent = is_transmitted(&lobe[k]) && !m.thin ? (double)(b.eta * b.eta) : 1.0;
+            sum += (double)lobe[k].weight.g / bent;
+        }
+        assert_true(fabs(sum - 1.0) < 1e-5);
+        m = i % 2 ? metal(0.0f) : plain(0.5f);
+        lum_bsdf_init(&b, &m, &s, wo);
+        assert_int_equal(lum_bsdf_delta_lobes(&b, wo, lobe), i % 2);
+    }
+}
+
 /* ---- sides ---- */
 
 /* With a bent normal nothing goes through the surface, and wo stays above the frame. */
@@ -622,6 +648,7 @@ int main(void)
         cmocka_unit_test(mirror_is_the_limit),
         cmocka_unit_test(slab_keeps_the_field),
         cmocka_unit_test(equal_media_are_not_there),
+        cmocka_unit_test(delta_lobes_share_the_light),
         cmocka_unit_test(light_stays_on_its_geometric_side),
         cmocka_unit_test(wrong_side_is_turned),
         cmocka_unit_test(unlit_shines_and_reflects_nothing),
