@@ -1,7 +1,7 @@
 /* lumend: subcommands, and the life of the daemon.
  *
- * Start:  options -> log -> token -> listening socket (a taken port is found before a long load) -> director (loads the
- *         scene, starts the renderer) -> sessions -> signal thread -> ready line on stdout.
+ * Start:  options -> log -> token -> listening socket (a taken port is found before a long load) -> signal thread ->
+ *         director (loads the scene, starts the renderer) -> sessions -> ready line on stdout.
  * Run:    the main thread is the net thread. The director is a thread of its own, and starts the worker pool and, for
  * an import, a child process. Stop:   the signal thread sees SIGTERM or SIGINT: lum_net_stop. The net thread refuses
  * connections, sends session.closing, closes every session, and returns. Then in reverse order of the start: sessions,
@@ -159,35 +159,44 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
     return lum_director_create(&config, ret_director, err);
 }
 
+/* From the director to the end of the run; net and the signal thread are there. */
+static enum lum_status run(const struct lum_options *o, const struct lum_auth *auth, struct lum_log log,
+                           struct lum_net *net, struct lum_error *err)
+{
+    struct lum_director *director = NULL;
+    struct lum_sessions *sessions = NULL;
+    enum lum_status status = make_director(o, log, net, &director, err);
+    if (status)
+        return status;
+    const struct lum_sessions_config config = {
+        .director = director, .auth = auth, .counters = lum_net_counters(net), .log = log};
+    status = lum_sessions_create(&config, &sessions, err);
+    if (!status) {
+        print_ready(o, lum_net_port(net), auth);
+        lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
+        lum_net_run(net, sessions, director);
+        lum_log(&log, LUM_LOG_INFO, "main", "stopped");
+    }
+    lum_sessions_destroy(sessions);
+    lum_director_destroy(director);
+    return status;
+}
+
 static enum lum_status serve(const struct lum_options *o, struct lum_log log, struct lum_error *err)
 {
     struct lum_auth auth;
     struct lum_net *net = NULL;
-    struct lum_director *director = NULL;
-    struct lum_sessions *sessions = NULL;
     struct signal_watch watch;
     signals_block(&watch);
     enum lum_status status = make_auth(o, &auth, err);
-    if (status)
+    if (status || (status = make_net(o, log, &net, err)))
         return status;
-    if ((status = make_net(o, log, &net, err)) || (status = make_director(o, log, net, &director, err)))
-        goto done;
-    const struct lum_sessions_config config = {
-        .director = director, .auth = &auth, .counters = lum_net_counters(net), .log = log};
-    if ((status = lum_sessions_create(&config, &sessions, err)))
-        goto done;
-    if (!signals_begin(&watch, net)) {
+    if (signals_begin(&watch, net)) {
+        status = run(o, &auth, log, net, err);
+        signals_finish(&watch);
+    } else {
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
-        goto done;
     }
-    print_ready(o, lum_net_port(net), &auth);
-    lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
-    lum_net_run(net, sessions, director);
-    lum_log(&log, LUM_LOG_INFO, "main", "stopped");
-    signals_finish(&watch);
-done:
-    lum_sessions_destroy(sessions);
-    lum_director_destroy(director);
     lum_net_destroy(net);
     return status;
 }

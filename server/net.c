@@ -52,7 +52,8 @@ struct conn {
     struct lum_session *session; /* NULL: not a WebSocket */
     char *rx;
     size_t n_rx, rx_capacity;
-    bool sending, last_fragment_sent;
+    bool closing; /* close_soon was called */
+    bool sending; /* message is on its way */
     struct lum_message message;
     size_t message_sent; /* of head and body together */
 };
@@ -301,7 +302,9 @@ static int close_with(struct conn *c, enum lum_close code)
 /* Ends the connection from outside its own callbacks: at its next WRITEABLE, or by force when that does not come. */
 static void close_soon(struct conn *c)
 {
-    lws_set_timeout(c->wsi, PENDING_TIMEOUT_USER_REASON_BASE, CLOSE_GRACE_S);
+    if (!c->closing) /* once: the grace must not begin anew with every wake-up */
+        lws_set_timeout(c->wsi, PENDING_TIMEOUT_USER_REASON_BASE, CLOSE_GRACE_S);
+    c->closing = true;
     lws_callback_on_writable(c->wsi);
 }
 
