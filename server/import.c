@@ -70,13 +70,16 @@ static bool take_op(struct collector *c, const uint8_t *text, size_t n, struct l
     struct lum_op op = {0};
     struct cJSON *json = lum_json_parse((const char *)text, n, err);
     bool ok = json && lum_op_from_json(json, &blobs, &op, err);
-    cJSON_Delete(json);
     drop_blobs(c);
     if (!ok) { /* the path names a field of a record that the caller never wrote */
+        const cJSON *id = cJSON_GetObjectItemCaseSensitive(json, "id");
         struct lum_proto_error why = *err;
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "%.24s: %.200s",
-                              op.id[0] ? op.id : "a part", why.text);
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "%.64s: %.160s",
+                       cJSON_IsString(id) ? id->valuestring : "the importer's output is damaged", why.text);
+        cJSON_Delete(json);
+        return false;
     }
+    cJSON_Delete(json);
     if (op.kind != LUM_OP_ADD || strncmp(op.id, c->prefix, strlen(c->prefix)) != 0)
         ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "the importer's output is damaged");
     if (ok && c->result.n_records >= LUM_LIMIT_RECORDS)

@@ -34,7 +34,9 @@ static exr_context_initializer_t quiet_initializer(char message[MESSAGE_MAX])
 static enum lum_status exr_fail(struct lum_error *err, const char *verb, const char *path, exr_result_t r,
                                 const char *message)
 {
-    enum lum_status status = r == EXR_ERR_OUT_OF_MEMORY ? LUM_ERR_NOMEM : LUM_ERR_IO;
+    enum lum_status status = r == EXR_ERR_OUT_OF_MEMORY             ? LUM_ERR_NOMEM
+                             : r == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? LUM_ERR_UNSUPPORTED /* DWAA, DWAB */
+                                                                    : LUM_ERR_IO;
     return lum_fail(err, status, "path", "cannot %s %s: %s", verb, path,
                     message[0] ? message : exr_get_default_error_message(r));
 }

@@ -26,6 +26,8 @@ enum lum_status lum_exr_decode(const struct lum_bytes *file, struct lum_texels *
     static const uint32_t max_size[2] = {LUM_LIMIT_IMAGE_SIDE, LUM_LIMIT_IMAGE_SIDE};
     struct lum_exr_image image;
     enum lum_status status = lum_exr_read_memory(file->data, file->n, max_size, &image, err);
+    if (status == LUM_ERR_NOMEM) /* OpenEXR says so of damaged PIZ data as well */
+        return lum_fail(err, LUM_ERR_INVALID, "", "EXR: damaged, or too large to be decoded");
     if (status)
         return status;
     const float *grey = find_plane(&image, "Y");

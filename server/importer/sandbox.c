@@ -24,6 +24,16 @@
 #define SANITIZED 0
 #endif
 
+#if SANITIZED
+/* The environment is empty here, so the sanitizers' settings are compiled in: memory that is refused is NULL, as under
+ * RLIMIT_AS. */
+const char *__asan_default_options(void);
+const char *__asan_default_options(void)
+{
+    return "allocator_may_return_null=1:max_allocation_size_mb=4096:detect_leaks=1";
+}
+#endif
+
 #define MAX_FDS 16 /* three streams, the file socket, and what is being read */
 
 static bool limit(int resource, rlim_t soft, rlim_t hard)
