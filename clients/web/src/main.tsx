@@ -4,7 +4,6 @@ import { takeToken } from './state/token';
 import './style/main.css';
 import { AppContext } from './ui/context';
 import { Layout } from './ui/Layout';
-import { applyTheme } from './ui/theme';
 
 function socketUrl(): string {
     const url = new URL('ws', location.href);
@@ -13,7 +12,6 @@ function socketUrl(): string {
     return url.href;
 }
 
-applyTheme();
 const app = new App(socketUrl(), takeToken());
 render(
     <AppContext.Provider value={app}>

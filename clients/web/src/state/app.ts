@@ -22,6 +22,11 @@ export interface Reading {
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
+export interface Progress {
+    stage: string;
+    fraction: number;
+}
+
 const PROBE_SAMPLES = 512;
 /** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
 const PROBE_DELAY_MS = 250;
@@ -33,6 +38,10 @@ export class App {
     readonly methods = signal<readonly string[]>([]);
     readonly selectedLight = signal<string | null>(null);
     readonly reading = signal<Reading | null>(null);
+    /** Of the import that this client asked for; null: none runs, or nothing was heard of it yet. */
+    readonly importProgress = signal<Progress | null>(null);
+    /** What somebody else just changed; count tells one such edit from the next. */
+    readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
     /** Draw lamp markers over the picture. */
     readonly markers = signal(true);
@@ -51,6 +60,7 @@ export class App {
         return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
     });
     private readonly link: Connection;
+    private user = '';
     private rpc: Rpc | null = null;
     private picture: Picture | null = null;
     private cameraChosen = false;
@@ -182,6 +192,7 @@ export class App {
 
     private async online(rpc: Rpc, hello: JsonObject): Promise<void> {
         this.rpc = rpc;
+        this.user = stringOr(hello.session, '');
         this.picture?.reset();
         this.readMethods(hello);
         try {
@@ -208,9 +219,17 @@ export class App {
             if (!this.scene.apply(params.ops, numberOr(params.scene_rev, 0))) {
                 void this.reload().catch((error: Error) => this.report(error));
             }
+            if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
+        } else if (method === 'import.progress') {
+            this.importProgress.value = { stage: stringOr(params.stage, ''), fraction: numberOr(params.fraction, 0) };
         }
+    }
+
+    private othersEdited(ops: Json | undefined): void {
+        const ids = (Array.isArray(ops) ? ops : []).map((op) => (isObject(op) ? stringOr(op.id, '') : ''));
+        this.touchedByOthers.value = { ids: new Set(ids), count: this.touchedByOthers.value.count + 1 };
     }
 
     private binary(message: ArrayBuffer): void {

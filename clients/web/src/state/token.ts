@@ -1,24 +1,17 @@
 /** The access token: from the address once, then only in this tab's session storage, so that it is not shared by accident. */
+import { recall, remember } from '../lib/store';
 
 const KEY = 'lumend.token';
 
 export function takeToken(): string | null {
     const match = /[#&]t=([^&]+)/.exec(location.hash);
-    if (match) {
-        keepToken(decodeURIComponent(match[1]!));
-        history.replaceState(null, '', location.pathname + location.search);
-    }
-    try {
-        return sessionStorage.getItem(KEY);
-    } catch {
-        return match ? decodeURIComponent(match[1]!) : null;
-    }
+    if (!match) return recall('sessionStorage', KEY);
+    const token = decodeURIComponent(match[1]!);
+    keepToken(token);
+    history.replaceState(null, '', location.pathname + location.search);
+    return token;
 }
 
 export function keepToken(token: string): void {
-    try {
-        sessionStorage.setItem(KEY, token);
-    } catch {
-        // Storage is switched off: the token lives as long as the page.
-    }
+    remember('sessionStorage', KEY, token);
 }

@@ -5,6 +5,7 @@
  * camera, and the time from a movement to its picture is measured.
  */
 import { computed, signal } from '@preact/signals';
+import { recall, remember } from '../lib/store';
 import { Pacer } from '../lib/pacer';
 import type { FrameHeader } from '../protocol/frame';
 import type { Json, JsonObject } from '../protocol/rpc';
@@ -37,6 +38,20 @@ export interface ViewSettings {
     stream: Stream;
 }
 
+const KEY = 'lumend.view';
+
+/** How fine and over how thin a line is a matter of this machine, and remembered; the rest belongs to the scene. */
+function rememberedSettings(): ViewSettings {
+    const [resolution, stream] = (recall('localStorage', KEY) ?? '').split(' ');
+    return {
+        method: null,
+        exposure: null,
+        toneMap: null,
+        resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
+        stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
+    };
+}
+
 /** LUM_LIMIT_VIEW_SIDE */
 const MAX_SIDE = 4096;
 /** Poses of cameras that no frame has shown yet; a server that is this far behind has skipped the older ones. */
@@ -59,13 +74,7 @@ interface Sent {
 
 export class ViewLink {
     readonly orbit = signal<Orbit>(orbitFromPose(DEFAULT_POSE));
-    readonly settings = signal<ViewSettings>({
-        method: null,
-        exposure: null,
-        toneMap: null,
-        resolution: 'balanced',
-        stream: 'jpeg',
-    });
+    readonly settings = signal<ViewSettings>(rememberedSettings());
     /** The camera of the frame on screen. */
     readonly shownPose = signal<CameraPose>(DEFAULT_POSE);
     readonly cssSize = signal<[number, number]>([1, 1]);
@@ -96,7 +105,9 @@ export class ViewLink {
     }
 
     change(settings: Partial<ViewSettings>): void {
-        this.settings.value = { ...this.settings.value, ...settings };
+        const next = { ...this.settings.value, ...settings };
+        this.settings.value = next;
+        remember('localStorage', KEY, `${next.resolution} ${next.stream}`);
         this.fit(window.devicePixelRatio);
         this.mark('settings');
     }

@@ -13,6 +13,7 @@ export function ImportPanel() {
         const id = idForAsset(name, (taken) => app.scene.peek(taken) !== undefined);
         const done = await app.edits.transaction([{ op: 'import', id, asset: name }]);
         busy.value = false;
+        app.importProgress.value = null;
         if (!done) return;
         asset.value = '';
         app.toasts.info(`Imported ${name} as ${id}`);
@@ -43,7 +44,18 @@ export function ImportPanel() {
                     {busy.value ? 'Importing…' : 'Import'}
                 </button>
             </form>
+            {busy.value && <ImportProgress />}
             <p class="hint">A file in the server's asset folder: glTF, GLB, OBJ, FBX …</p>
         </section>
+    );
+}
+
+function ImportProgress() {
+    const progress = useApp().importProgress.value;
+    return (
+        <label class="progress">
+            <span>{progress?.stage ?? 'starting'}</span>
+            <progress max="1" value={progress?.fraction} />
+        </label>
     );
 }

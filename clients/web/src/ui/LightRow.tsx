@@ -45,6 +45,7 @@ export function LightRow({ id }: { id: string }) {
                 onEnd={() => app.edits.endGesture()}
             />
             {selected && <LightDetails light={light} />}
+            <OthersMark id={id} />
         </li>
     );
 }
@@ -83,4 +84,10 @@ function SoloButton({ id }: { id: string }) {
             S
         </button>
     );
+}
+
+/** Lights up for a moment when somebody else edits this light. A new key restarts the animation. */
+function OthersMark({ id }: { id: string }) {
+    const { ids, count } = useApp().touchedByOthers.value;
+    return ids.has(id) ? <span key={count} class="others-mark" aria-hidden="true" /> : null;
 }

@@ -36,7 +36,7 @@ export function TopBar() {
                     <Icon name="lamp" />
                 </Tool>
                 <span class="gap" />
-                <Tool label="High contrast" pressed={theme.name === 'contrast'} onClick={theme.toggle}>
+                <Tool label="High contrast" pressed={theme.contrast} onClick={theme.toggle}>
                     <Icon name="contrast" />
                 </Tool>
                 <Tool label="Keys and gestures (?)" onClick={() => (app.helpOpen.value = true)}>

@@ -1,35 +1,23 @@
 /** Dark or high contrast; the system's wish until the user chooses. */
-import { signal } from '@preact/signals';
+import { effect, signal } from '@preact/signals';
+import { recall, remember } from '../lib/store';
 
-export type Theme = 'dark' | 'contrast';
 const KEY = 'lumend.theme';
+const stored = recall('localStorage', KEY);
 
-function stored(): Theme | null {
-    try {
-        const value = localStorage.getItem(KEY);
-        return value === 'dark' || value === 'contrast' ? value : null;
-    } catch {
-        return null;
-    }
-}
+/** True: high contrast. */
+const contrast = signal(stored ? stored === 'contrast' : matchMedia('(prefers-contrast: more)').matches);
 
-const current = signal<Theme>(stored() ?? (matchMedia('(prefers-contrast: more)').matches ? 'contrast' : 'dark'));
+effect(() => {
+    document.documentElement.dataset.theme = contrast.value ? 'contrast' : 'dark';
+});
 
-export function applyTheme(): void {
-    document.documentElement.dataset.theme = current.peek();
-}
-
-export function useTheme(): { name: Theme; toggle(): void } {
+export function useTheme(): { contrast: boolean; toggle(): void } {
     return {
-        name: current.value,
+        contrast: contrast.value,
         toggle: () => {
-            current.value = current.value === 'dark' ? 'contrast' : 'dark';
-            try {
-                localStorage.setItem(KEY, current.value);
-            } catch {
-                // Not remembered, that is all.
-            }
-            applyTheme();
+            contrast.value = !contrast.value;
+            remember('localStorage', KEY, contrast.value ? 'contrast' : 'dark');
         },
     };
 }
