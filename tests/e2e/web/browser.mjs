@@ -38,21 +38,24 @@ export async function open(context, url) {
     return { page, watch };
 }
 
-/** Waits until a frame of at least this revision with this many samples is on screen. */
-export async function settled(page, { spp = 8, rev = 0 } = {}) {
+/** Waits until the newest change of the view and revision `rev` are on screen, with `spp` samples per pixel. */
+export async function settled({ page, watch }, { spp = 8, rev = 0 } = {}) {
+    // What the page decided to send in this frame has left it two frames later.
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
     await page.waitForFunction(
-        ([wantedSpp, wantedRev]) => {
-            const number = (selector) => Number((document.querySelector(selector)?.textContent ?? '').replace(/\D/g, ''));
-            const converged = document.querySelector('.is-converged') !== null;
-            return number('.item-rev .item-value') >= wantedRev && (converged || number('.quality b') >= wantedSpp);
+        ([wantedSpp, wantedRev, wantedCamera]) => {
+            const { rev: shown = -1, camera = -1 } = document.querySelector('.picture').dataset;
+            const samples = Number((document.querySelector('.quality b')?.textContent ?? '').replace(/\D/g, ''));
+            const enough = document.querySelector('.is-converged') !== null || samples >= wantedSpp;
+            return Number(shown) >= wantedRev && Number(camera) >= wantedCamera && enough;
         },
-        [spp, rev],
+        [spp, rev, watch.sentSeq],
         { timeout: 60000 },
     );
 }
 
 export async function shownRev(page) {
-    return Number((await page.locator('.item-rev .item-value').textContent()).replace(/\D/g, ''));
+    return Number(await page.locator('.picture').getAttribute('data-rev'));
 }
 
 /** Mean linear luminance of a part of the picture (fractions), and how many different colours it has. */

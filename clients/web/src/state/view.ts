@@ -1,8 +1,8 @@
 /**
  * This client's view: its camera, size and settings, and the messages that keep the server's copy the same.
  *
- * Camera changes are numbered. Every frame echoes the number of the camera it shows, so overlays are drawn with exactly that
- * camera, and the time from a movement to its picture is measured.
+ * Every change is numbered by camera_seq. Every frame echoes the number of the change it shows, so overlays are drawn with
+ * exactly that camera, and the time from a movement to its picture is measured.
  */
 import { computed, signal } from '@preact/signals';
 import { recall, remember } from '../lib/store';
@@ -124,7 +124,13 @@ export class ViewLink {
         this.viewId = null;
         this.opening = true;
         try {
-            const reply = await this.call('view.open', { ...this.cameraParams(), size: this.size.value, ...this.settingParams() });
+            this.dirty = { camera: false, size: false, settings: false };
+            const reply = await this.call('view.open', {
+                ...this.numbered(),
+                camera: this.pose(),
+                size: this.size.value,
+                ...this.settingParams(),
+            });
             this.viewId = Number(reply.view_id);
         } finally {
             this.opening = false;
@@ -161,8 +167,8 @@ export class ViewLink {
         if (this.viewId === null) return;
         const { camera, size, settings } = this.dirty;
         this.dirty = { camera: false, size: false, settings: false };
-        const params: JsonObject = { view_id: this.viewId };
-        if (camera) Object.assign(params, this.cameraParams());
+        const params: JsonObject = { view_id: this.viewId, ...this.numbered() };
+        if (camera) params.camera = this.pose();
         if (size) params.size = this.size.value;
         if (settings) Object.assign(params, this.settingParams());
         try {
@@ -172,11 +178,15 @@ export class ViewLink {
         }
     }
 
-    private cameraParams(): JsonObject {
-        const pose = poseFromOrbit(this.orbit.value);
-        this.sent.set(++this.cameraSeq, { pose, at: performance.now() });
+    private pose(): Json {
+        return poseFromOrbit(this.orbit.value) as unknown as Json;
+    }
+
+    /** The number of the change that is being sent, and a note of the camera that goes with it. */
+    private numbered(): JsonObject {
+        this.sent.set(++this.cameraSeq, { pose: poseFromOrbit(this.orbit.value), at: performance.now() });
         if (this.sent.size > MAX_POSES) this.sent.delete(this.sent.keys().next().value!);
-        return { camera: pose as unknown as Json, camera_seq: this.cameraSeq };
+        return { camera_seq: this.cameraSeq };
     }
 
     private settingParams(): JsonObject {

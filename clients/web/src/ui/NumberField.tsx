@@ -19,6 +19,7 @@ export function NumberField({ label, value, unit, min, step, onCommit }: Props) 
             <span class="number-label">{label}</span>
             <input
                 type="number"
+                aria-label={label}
                 value={value}
                 min={min}
                 step={step ?? 'any'}

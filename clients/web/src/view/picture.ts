@@ -70,6 +70,8 @@ export class Picture {
                 const bitmap = pixels[i];
                 if (bitmap) context.drawImage(bitmap, x, y, w, h); // a downscaled tile is stretched here
             });
+            // What is on screen, readable from outside: tests wait for it.
+            Object.assign(this.canvas.dataset, { frame: last.frameSeq, rev: last.sceneRev, camera: last.cameraSeq });
             this.onDrawn(last);
         }
         for (const bitmap of pixels) bitmap?.close();
