@@ -129,6 +129,21 @@ static cJSON *view_json(const struct lum_server_view *v)
     return o;
 }
 
+/* What a client may ask for as "method". */
+static cJSON *methods_json(void)
+{
+    size_t n;
+    const struct lum_method *table = lum_methods(&n);
+    cJSON *list = cJSON_CreateArray();
+    for (size_t i = 0; i < n; i++) {
+        cJSON *m = cJSON_CreateObject();
+        lum_json_add_string(m, "name", table[i].name);
+        lum_json_add_string(m, "summary", table[i].summary);
+        lum_json_add(list, NULL, m);
+    }
+    return list;
+}
+
 void lum_director_stats(struct lum_director *d, const struct lum_command *c)
 {
     cJSON *o = cJSON_CreateObject(), *views = cJSON_CreateArray();
@@ -140,6 +155,7 @@ void lum_director_stats(struct lum_director *d, const struct lum_command *c)
     lum_json_add_number(o, "scene_rev", (double)lum_document_rev(d->world.doc));
     lum_json_add_string(o, "scene_name", d->config.scene);
     lum_json_add(o, "scene", scene_json(d));
+    lum_json_add(o, "methods", methods_json());
     for (const struct lum_server_view *v = d->views; v; v = v->next)
         lum_json_add(views, NULL, view_json(v));
     lum_json_add(o, "views", views);

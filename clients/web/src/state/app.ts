@@ -22,6 +22,11 @@ export interface Reading {
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
+export interface Method {
+    name: string;
+    summary: string;
+}
+
 export interface Progress {
     stage: string;
     fraction: number;
@@ -35,7 +40,7 @@ const TICK_MS = 400;
 
 export class App {
     readonly connection = signal<ConnectionState>({ at: 'connecting' });
-    readonly methods = signal<readonly string[]>([]);
+    readonly methods = signal<readonly Method[]>([]);
     readonly selectedLight = signal<string | null>(null);
     readonly reading = signal<Reading | null>(null);
     /** Of the import that this client asked for; null: none runs, or nothing was heard of it yet. */
@@ -63,6 +68,7 @@ export class App {
     private user = '';
     private rpc: Rpc | null = null;
     private picture: Picture | null = null;
+    private ackedSeq = 0;
     private cameraChosen = false;
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
     private probeTimer = 0;
@@ -194,13 +200,13 @@ export class App {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.picture?.reset();
-        this.readMethods(hello);
         try {
             await this.reload();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
             void this.ping();
+            this.methods.value = methodsIn((await rpc.call('stats.get')).methods);
         } catch (error) {
             this.report(error as Error);
         }
@@ -254,6 +260,7 @@ export class App {
         const rpc = this.rpc;
         if (document.hidden) await visible();
         rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq });
+        this.ackedSeq = last.frameSeq;
     }
 
     private accepted(rev: number, sentAt: number): void {
@@ -263,21 +270,18 @@ export class App {
         else this.awaitedEdit ??= { rev, sentAt };
     }
 
+    /** A second acknowledgement of the same frame means nothing, and is answered at once, whatever the renderer is doing. */
     private async ping(): Promise<void> {
         const rpc = this.rpc;
-        if (!rpc || document.hidden) return;
+        const viewId = this.view.viewId;
+        if (!rpc || viewId === null || document.hidden) return;
         const start = performance.now();
         try {
-            this.readMethods(await rpc.call('stats.get'));
+            await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.ackedSeq });
             this.meter.roundTripMs.value = performance.now() - start;
         } catch (error) {
             this.report(error as Error);
         }
-    }
-
-    private readMethods(reply: JsonObject): void {
-        const names = namesIn(reply.methods);
-        if (names.length > 0 && names.join() !== this.methods.value.join()) this.methods.value = names;
     }
 
     /* ---- light meter ---- */
@@ -319,10 +323,9 @@ function visible(): Promise<void> {
     });
 }
 
-/** ["path", ...] or [{"name":"path"}, ...] */
-function namesIn(list: Json | undefined): string[] {
-    if (!Array.isArray(list)) return [];
-    return list.map((m) => (isObject(m) ? stringOr(m.name, '') : stringOr(m, ''))).filter((name) => name !== '');
+function methodsIn(list: Json | undefined): Method[] {
+    const rows = Array.isArray(list) ? list.filter(isObject) : [];
+    return rows.map((m) => ({ name: stringOr(m.name, ''), summary: stringOr(m.summary, '') }));
 }
 
 function poseOf(camera: SceneRecord | undefined): CameraPose {

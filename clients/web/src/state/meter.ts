@@ -4,7 +4,7 @@ import { History, RateWindow } from '../lib/window';
 import type { FrameHeader } from '../protocol/frame';
 import { Flag } from '../protocol/frame';
 import { isObject, type JsonObject } from '../protocol/rpc';
-import { numberOr } from '../protocol/types';
+import { numberOr, stringOr } from '../protocol/types';
 
 const HISTORY = 120;
 const WINDOW_MS = 1500;
@@ -32,6 +32,8 @@ export interface ServerNumbers {
     ms: number;
     raysPerSecond: number;
     effects: Effect[];
+    /** What rendered the frame; "" when the server did not say. */
+    method: string;
     /** What "automatic" exposure currently is; null: the server did not say. */
     exposureEv: number | null;
 }
@@ -83,6 +85,7 @@ export class Meter {
             ms,
             raysPerSecond: ms > 0 ? (1000 * rays) / ms : 0,
             effects: isObject(params.effects) ? effectsOf(params.effects) : [],
+            method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
         };
         this.frameHistory.push(ms);

@@ -63,7 +63,8 @@ export class SceneMirror {
     load(ops: Json | undefined, rev: number): void {
         batch(() => {
             const old = this.confirmed;
-            this.confirmed = new Map();
+            // The settings record always exists; ops only say where it differs from what the server does by itself.
+            this.confirmed = new Map([['render', { type: 'render', id: 'render' }]]);
             for (const op of Array.isArray(ops) ? ops : []) if (isObject(op)) this.applyOne(op);
             for (const id of new Set([...old.keys(), ...this.confirmed.keys()])) this.refresh(id);
             this.relist();

@@ -35,8 +35,9 @@ export function ViewPanel() {
                 />
                 <Choice
                     label="Method"
-                    value={settings.method ?? stringOr(render?.method, '')}
-                    options={app.methods.value.map((m) => [m, m])}
+                    value={settings.method ?? app.meter.server.value?.method ?? ''}
+                    options={app.methods.value.map((m) => [m.name, m.name])}
+                    titles={new Map(app.methods.value.map((m) => [m.name, m.summary]))}
                     onChange={(method) => app.view.change({ method })}
                 />
                 <Choice
@@ -95,18 +96,20 @@ interface ChoiceProps {
     label: string;
     value: string;
     options: [string, string][];
+    /** What an option means, where its name does not say it. */
+    titles?: ReadonlyMap<string, string>;
     onChange(value: string): void;
 }
 
-function Choice({ label, value, options, onChange }: ChoiceProps) {
+function Choice({ label, value, options, titles, onChange }: ChoiceProps) {
     const known = options.some(([key]) => key === value);
     return (
         <label class="choice">
             <span class="field-label">{label}</span>
-            <select value={value} onChange={(e) => onChange(e.currentTarget.value)}>
+            <select value={value} title={titles?.get(value)} onChange={(e) => onChange(e.currentTarget.value)}>
                 {!known && <option value={value}>{value || 'default'}</option>}
                 {options.map(([key, name]) => (
-                    <option key={key} value={key}>
+                    <option key={key} value={key} title={titles?.get(key)}>
                         {name}
                     </option>
                 ))}
