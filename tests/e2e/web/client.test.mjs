@@ -6,6 +6,10 @@ import { centre, difference, drag, launch, measure, open, settled, shownRev, thu
 import { Daemon } from './daemon.mjs';
 
 const daemon = new Daemon(fileURLToPath(new URL('room.jsonl', import.meta.url)));
+/** A pixel of 8 path-traced samples is off by about a half (relative standard deviation, measured); the mean over the 14 000
+ * pixels of the wall by 0.4 %, a ratio of two by 0.6 %. Rounding to 8 bits adds at most as much. Three of that: 4 %. */
+const SAMPLES = 8;
+const TOLERANCE = 0.04;
 let context;
 /** The page and what was seen on its wire. */
 let tab;
@@ -36,7 +40,7 @@ async function select(p, id) {
 }
 
 /** Does something to the scene, and waits until the picture shows it. */
-async function edit(action, spp = 16) {
+async function edit(action, spp = 4) {
     const rev = await shownRev(page);
     await action();
     await settled(tab, { rev: rev + 1, spp });
@@ -75,19 +79,18 @@ test('halving a light halves what it lights', async () => {
     await edit(() => field(page, 'accent', 'accent on').click());
     for (let i = 0; i < 3; i++) await page.keyboard.press('[');
     await select(page, 'ceiling-panel');
-    const wall = [0.42, 0.28, 0.58, 0.4];
-    await settled(tab, { spp: 64 });
+    const wall = [0.35, 0.2, 0.65, 0.5];
+    await settled(tab, { spp: SAMPLES });
     const full = (await measure(page, wall)).mean;
     await edit(async () => {
-        await field(page, 'ceiling-panel', 'Intensity').fill('5500');
+        await field(page, 'ceiling-panel', 'Intensity').fill('4500');
         await page.keyboard.press('Enter');
-    }, 64);
+    }, SAMPLES);
     const half = (await measure(page, wall)).mean;
-    // Noise of 64 samples over some thousand pixels is under 1 %; 8-bit rounding at this level is under 1 %.
-    assert.ok(Math.abs(half / full - 0.5) < 0.02, `${half} / ${full} = ${half / full}`);
-    await edit(() => page.locator('.stage').press('z'), 64);
+    assert.ok(Math.abs(half / full - 0.5) < TOLERANCE, `${half} / ${full} = ${half / full}`);
+    await edit(() => page.locator('.stage').press('z'), SAMPLES);
     const again = (await measure(page, wall)).mean;
-    assert.ok(Math.abs(again / full - 1) < 0.03, `after undo ${again}, before ${full}`);
+    assert.ok(Math.abs(again / full - 1) < TOLERANCE, `after undo ${again}, before ${full}`);
     await edit(() => page.locator('.stage').press('z'));
     assert.equal(await field(page, 'accent', 'accent on').getAttribute('aria-checked'), 'true');
     await page.getByLabel('Tone map').selectOption('agx');
@@ -127,7 +130,8 @@ test('a lamp is dragged in the picture, and put back by one undo', async () => {
     assert.ok(moved[0] < start[0] - 0.3 && moved[1] < start[1] - 0.1, `from ${start} to ${moved}`);
     const at = await centre(marker);
     assert.ok(Math.hypot(at.x - (c.x - 180), at.y - (c.y + 60)) < 3, 'the marker is where it was let go');
-    assert.ok(difference(before, await thumbnail(page)) > 2, 'the light falls elsewhere');
+    const changed = difference(before, await thumbnail(page));
+    assert.ok(changed > 2, `the light falls elsewhere: rms difference ${changed}`);
     await edit(() => page.locator('.stage').press('z'));
     assert.deepEqual(await position(), start);
     await edit(() => page.locator('.stage').press('Shift+Z'));
