@@ -1,6 +1,7 @@
 #include "core/light/environment.h"
 
 #include "core/material/material.h"
+#include "core/math/cdf.h"
 
 struct lum_env_map {
     const struct lum_image *image;
@@ -124,21 +125,14 @@ struct lum_rgb lum_env_map_radiance(const struct lum_env_map *map, struct lum_ve
     return lum_image_sample(map->image, to_uv(d), LUM_WRAP_REPEAT, LUM_WRAP_CLAMP).rgb;
 }
 
-/* First i with u < cdf[i], so that an entry of probability 0 is never found; the probability of i, and u made fresh. */
-static uint32_t find(const float *cdf, uint32_t n, float *inout_u, float *ret_prob)
+/* Picks an entry by u; its probability, and u made fresh. */
+static uint32_t pick(const float *cdf, uint32_t n, float *inout_u, float *ret_prob)
 {
-    uint32_t lo = 0, hi = n - 1;
-    while (lo < hi) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        if (*inout_u < cdf[mid])
-            hi = mid;
-        else
-            lo = mid + 1;
-    }
-    float below = lo > 0 ? cdf[lo - 1] : 0.0f;
-    *ret_prob = cdf[lo] - below;
+    float below;
+    uint32_t i = lum_cdf_find(cdf, n, *inout_u, &below);
+    *ret_prob = cdf[i] - below;
     *inout_u = (*inout_u - below) / *ret_prob;
-    return lo;
+    return i;
 }
 
 /* Constant density of a texel of row y that is picked with probability prob. */
@@ -153,8 +147,8 @@ bool lum_env_map_sample(const struct lum_env_map *map, struct lum_vec2 u, struct
     if (!(map->row_cdf[map->h - 1] > 0.0f))
         return false;
     float row_prob, column_prob;
-    uint32_t y = find(map->row_cdf, map->h, &u.y, &row_prob);
-    uint32_t x = find(map->column_cdf + (size_t)y * map->w, map->w, &u.x, &column_prob);
+    uint32_t y = pick(map->row_cdf, map->h, &u.y, &row_prob);
+    uint32_t x = pick(map->column_cdf + (size_t)y * map->w, map->w, &u.x, &column_prob);
     double top = row_cos(y, map->h), bottom = row_cos(y + 1, map->h), c = top + (double)u.y * (bottom - top);
     double s = sqrt(fmax(0.0, 1.0 - c * c));
     double phi = 2.0 * LUM_PI_D * (((double)x + (double)u.x) / (double)map->w - 0.5);

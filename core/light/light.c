@@ -3,6 +3,7 @@
 #include "core/light/environment.h"
 #include "core/light/rect.h"
 #include "core/material/material.h"
+#include "core/math/cdf.h"
 #include "core/math/warp.h"
 #include "core/scene/snapshot.h"
 
@@ -10,20 +11,14 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
 {
     if (t->n_active == 0)
         return LUM_NO_OBJECT;
-    uint32_t lo = 0, hi = t->n_active - 1;
-    while (lo < hi) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        if (*inout_u < t->active_cdf[mid])
-            hi = mid;
-        else
-            lo = mid + 1;
-    }
-    float below = lo > 0 ? t->active_cdf[lo - 1] : 0.0f, width = t->active_cdf[lo] - below;
+    float below;
+    uint32_t i = lum_cdf_find(t->active_cdf, t->n_active, *inout_u, &below);
+    float width = t->active_cdf[i] - below;
     if (!(width > 0.0f))
         return LUM_NO_OBJECT;
     *inout_u = lum_clamp((*inout_u - below) / width, 0.0f, 0x1.fffffep-1f);
-    *ret_prob = t->pick_pdf[t->active[lo]];
-    return t->active[lo];
+    *ret_prob = t->pick_pdf[t->active[i]];
+    return t->active[i];
 }
 
 float lum_spot_falloff(const struct lum_light *spot, float cos_angle)
@@ -138,20 +133,6 @@ static bool sample_sphere(const struct lum_light *l, struct lum_vec3 p, struct l
     return true;
 }
 
-/* First triangle whose inclusive sum of areas is above x, so that one without area is never found. */
-static uint32_t find_triangle(const float *cdf, uint32_t n, float x)
-{
-    uint32_t lo = 0, hi = n - 1;
-    while (lo < hi) {
-        uint32_t mid = lo + (hi - lo) / 2;
-        if (x < cdf[mid])
-            hi = mid;
-        else
-            lo = mid + 1;
-    }
-    return lo;
-}
-
 static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri, struct lum_vec2 b)
 {
     if (!mesh->uvs)
@@ -169,9 +150,9 @@ static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l,
     const struct lum_mesh *mesh = instance->mesh;
     if (mesh->n_triangles == 0)
         return false;
-    float x = u.x * l->tri_cdf[mesh->n_triangles - 1];
-    uint32_t t = find_triangle(l->tri_cdf, mesh->n_triangles, x);
-    float below = t > 0 ? l->tri_cdf[t - 1] : 0.0f, width = l->tri_cdf[t] - below;
+    float x = u.x * l->tri_cdf[mesh->n_triangles - 1], below;
+    uint32_t t = lum_cdf_find(l->tri_cdf, mesh->n_triangles, x, &below);
+    float width = l->tri_cdf[t] - below;
     if (!(width > 0.0f))
         return false;
     struct lum_vec2 b = lum_warp_triangle((struct lum_vec2){lum_min((x - below) / width, 1.0f), u.y});

@@ -282,6 +282,36 @@ static void mesh_is_sampled_evenly_over_area(void **state)
         fail_msg("p = %g", p_value);
 }
 
+/* A sampled point of a textured emitter shines as its own texel. */
+static void mesh_emission_is_textured(void **state)
+{
+    (void)state;
+    static const float ramp[3 * 2] = {0.0f, 0.0f, 0.0f, 1.0f, 1.0f, 1.0f};
+    struct lum_image image = {.texel = LUM_TEXEL_RGB32F, .width = 2, .height = 1, .pixels = ramp};
+    struct mesh_light m;
+    mesh_light_init(&m);
+    float uvs[10];
+    for (int i = 0; i < 5; i++) { /* u from a quarter to three quarters, where the ramp is linear, over x from 0 to 2 */
+        uvs[2 * i] = 0.25f + 0.25f * m.positions[3 * i];
+        uvs[2 * i + 1] = 0.5f;
+    }
+    m.mesh.uvs = uvs;
+    m.light.power = m.material.emission = lum_rgb(30.0f, 20.0f, 10.0f);
+    m.material.emission_tex =
+        (struct lum_texture){.image = &image, .m = {{1, 0, 0}, {0, 1, 0}}, .wrap_u = LUM_WRAP_CLAMP};
+    struct rng r = {11};
+    struct lum_vec3 p = {1.0f, 0.5f, 0.0f};
+    for (int i = 0; i < 10000; i++) {
+        struct lum_light_sample ls;
+        struct lum_vec2 u = {(float)(rng_u64(&r) >> 40) * 0x1p-24f, (float)(rng_u64(&r) >> 40) * 0x1p-24f};
+        assert_true(lum_light_sample_at(&m.snapshot, 0, p, u, &ls));
+        float x = lum_v3_mad(p, ls.wi, ls.distance).x; /* scene: 2 x + 1 */
+        struct lum_vec2 uv = {0.25f + 0.125f * (x - 1.0f), 0.5f};
+        struct lum_rgb want = lum_material_emission(&m.material, uv, lum_grey(1.0f));
+        assert_true(fabsf(ls.radiance.r - want.r) < 1e-3f && fabsf(ls.radiance.b - want.b) < 1e-3f);
+    }
+}
+
 static void lights_are_picked_as_the_table_says(void **state)
 {
     (void)state;
@@ -641,6 +671,7 @@ int main(void)
         cmocka_unit_test(area_lights_follow_their_pdf),
         cmocka_unit_test(sphere_fills_its_cone_evenly),
         cmocka_unit_test(mesh_is_sampled_evenly_over_area),
+        cmocka_unit_test(mesh_emission_is_textured),
         cmocka_unit_test(lights_are_picked_as_the_table_says),
         cmocka_unit_test(quad_irradiance_is_lamberts),
         cmocka_unit_test(quad_irradiance_holds_at_grazing),
