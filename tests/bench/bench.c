@@ -1,0 +1,109 @@
+#define _GNU_SOURCE
+#include "tests/bench/bench.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "server/scene_source.h"
+
+static const struct lum_bench benches[] = {
+    {"rays", "rays per second against raw Embree traversal on the same scene", lum_bench_rays},
+    {"stream", "edit to first frame, as percentiles, through a real daemon and client", lum_bench_stream},
+    {"export", "the scene's geometry as OBJ, for comparison with other renderers", lum_bench_export},
+};
+
+static int usage(FILE *to, int status)
+{
+    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE]\n\nstudies:\n");
+    for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
+        fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
+    fprintf(to, "\n--quick shows that a study works; its figures are not for quoting.\n");
+    return status;
+}
+
+FILE *lum_bench_open(const struct lum_bench_options *options, const char *name)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", options->out, name);
+    FILE *f = fopen(path, "w");
+    if (!f)
+        fprintf(stderr, "lumend-bench: cannot write %s: %s\n", path, strerror(errno));
+    return f;
+}
+
+bool lum_bench_world(const struct lum_bench_options *options, uint32_t threads, struct lum_world *ret_world)
+{
+    struct lum_error err = {0};
+    struct lum_proto_error perr = {0};
+    struct lum_import_config import = {0};
+    memset(ret_world, 0, sizeof *ret_world);
+    if (lum_world_init(ret_world, threads, NULL, &err) != LUM_OK) {
+        fprintf(stderr, "lumend-bench: %s\n", err.text);
+        return false;
+    }
+    if (!lum_scene_load(ret_world, options->scene, &import, &perr)) {
+        fprintf(stderr, "lumend-bench: %s: %s\n", options->scene, perr.text);
+        lum_world_finish(ret_world);
+        return false;
+    }
+    return true;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double lum_bench_quantile(double *values, size_t n, double q)
+{
+    if (n == 0)
+        return 0.0;
+    qsort(values, n, sizeof *values, compare_doubles);
+    double at = q * (double)(n - 1);
+    size_t i = (size_t)at;
+    return i + 1 < n ? values[i] + (at - (double)i) * (values[i + 1] - values[i]) : values[n - 1];
+}
+
+/* The directory of the running program, where the others are too. */
+static bool own_directory(char *ret_dir, size_t size)
+{
+    ssize_t n = readlink("/proc/self/exe", ret_dir, size - 1);
+    if (n <= 0)
+        return false;
+    ret_dir[n] = 0;
+    char *slash = strrchr(ret_dir, '/');
+    if (slash)
+        *slash = 0;
+    return slash != NULL;
+}
+
+int main(int argc, char **argv)
+{
+    char bin[4096];
+    struct lum_bench_options options = {.scene = "cornell", .bin = bin};
+    if (argc < 2 || strcmp(argv[1], "--help") == 0)
+        return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--quick") == 0)
+            options.quick = true;
+        else if (strcmp(argv[i], "--out") == 0 && i + 1 < argc)
+            options.out = argv[++i];
+        else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
+            options.scene = argv[++i];
+        else
+            return fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", argv[i]), usage(stderr, 2);
+    }
+    if (!options.out)
+        return fprintf(stderr, "lumend-bench: --out DIR is missing\n"), 2;
+    if (!own_directory(bin, sizeof bin) || (mkdir(options.out, 0777) != 0 && errno != EEXIST))
+        return fprintf(stderr, "lumend-bench: cannot make %s: %s\n", options.out, strerror(errno)), 1;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
+        if (strcmp(argv[1], benches[i].name) == 0)
+            return benches[i].run(&options);
+    fprintf(stderr, "lumend-bench: no study '%s'\n", argv[1]);
+    return usage(stderr, 2);
+}

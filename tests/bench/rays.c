@@ -1,0 +1,325 @@
+/* Rays per second: our traversal calls against bare Embree on the same scene and the same rays, and a path traced pass.
+ *
+ * The rays are what a path tracer shoots: primary rays of a 512 x 512 picture in 16 x 16 tiles, cosine-distributed
+ * bounce rays from what they hit, and shadow rays from there to a light. "Embree" is rtcIntersect16 or rtcOccluded16
+ * over packets prepared beforehand: nothing is paid for but traversal and one copy of the packet, which the call
+ * overwrites. "lumend" is lum_trace_closest or lum_trace_any over the batches that estimators use: gate, packing,
+ * unpacking.
+ *
+ * One thread, CPU time, the two in turn (A B B A); the ratio is the median over pairs with a 95 % bootstrap interval.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/accel/embree.h"
+#include "core/math/sampler.h"
+#include "core/math/warp.h"
+#include "core/render/view.h"
+#include "tests/bench/bench.h"
+
+#define SIDE 512u
+#define TILE 16u
+#define N_BATCHES (SIDE / TILE * SIDE / TILE)
+
+enum kind { PRIMARY, BOUNCE, SHADOW, N_KINDS };
+static const char *const kind_names[N_KINDS] = {"primary", "bounce", "shadow"};
+
+/* Embree 4 and 3 differ in how a query's context is given. */
+#if RTC_VERSION_MAJOR >= 4
+struct query {
+    struct RTCRayQueryContext context;
+    struct RTCIntersectArguments intersect;
+    struct RTCOccludedArguments occluded;
+};
+#else
+struct query {
+    struct RTCIntersectContext context;
+};
+#endif
+
+struct study {
+    struct lum_world world;
+    struct lum_rays *rays[N_KINDS]; /* N_BATCHES each */
+    struct RTCRayHit16 *packets[N_KINDS];
+    size_t n_packets[N_KINDS];
+    uint64_t n_rays[N_KINDS];
+};
+
+static void camera_rays(const struct lum_snapshot *s, const struct lum_camera *c, uint32_t batch, struct lum_rays *r)
+{
+    double k = s->norm.scale;
+    struct lum_vec3 eye =
+        lum_v3((float)((c->position.x - s->norm.centre.x) * k), (float)((c->position.y - s->norm.centre.y) * k),
+               (float)((c->position.z - s->norm.centre.z) * k));
+    struct lum_vec3 ahead =
+        lum_normalize(lum_v3((float)(c->target.x - c->position.x), (float)(c->target.y - c->position.y),
+                             (float)(c->target.z - c->position.z)));
+    struct lum_vec3 right = lum_normalize(lum_cross(ahead, lum_v3((float)c->up.x, (float)c->up.y, (float)c->up.z)));
+    struct lum_vec3 up = lum_cross(right, ahead);
+    float half = tanf((float)c->vfov_deg * LUM_PI / 360.0f);
+    uint32_t x0 = batch % (SIDE / TILE) * TILE, y0 = batch / (SIDE / TILE) * TILE;
+    r->n = LUM_RAY_BATCH;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+        float x = ((float)(x0 + i % TILE) + 0.5f) / (float)SIDE * 2.0f - 1.0f;
+        float y = 1.0f - ((float)(y0 + i / TILE) + 0.5f) / (float)SIDE * 2.0f;
+        struct lum_vec3 d = lum_normalize(lum_v3_mad(lum_v3_mad(ahead, right, x * half), up, y * half));
+        r->ox[i] = eye.x, r->oy[i] = eye.y, r->oz[i] = eye.z;
+        r->dx[i] = d.x, r->dy[i] = d.y, r->dz[i] = d.z;
+        r->tnear[i] = 0.0f, r->tfar[i] = INFINITY;
+    }
+}
+
+static void push(struct lum_rays *r, struct lum_vec3 o, struct lum_vec3 d, float tfar)
+{
+    uint32_t i = r->n++;
+    r->ox[i] = o.x, r->oy[i] = o.y, r->oz[i] = o.z;
+    r->dx[i] = d.x, r->dy[i] = d.y, r->dz[i] = d.z;
+    r->tnear[i] = 0.0f, r->tfar[i] = tfar;
+}
+
+/* From what the primary rays of a batch hit: one bounce ray and one shadow ray each. */
+static void secondary_rays(struct study *st, uint32_t batch)
+{
+    const struct lum_snapshot *s = st->world.snapshot;
+    const struct lum_rays *primary = &st->rays[PRIMARY][batch];
+    struct lum_rays *bounce = &st->rays[BOUNCE][batch], *shadow = &st->rays[SHADOW][batch];
+    struct lum_hits hits;
+    uint64_t bad = 0;
+    struct lum_trace trace = {.top = s->top, .coherent = true, .bad_rays = &bad};
+    lum_trace_closest(&trace, primary, &hits);
+    bounce->n = shadow->n = 0;
+    for (uint32_t i = 0; i < primary->n; i++) {
+        if (hits.object[i] == LUM_NO_OBJECT)
+            continue;
+        struct lum_surface surface;
+        struct lum_sampler sampler = lum_sampler_at(batch, i, 0, 1);
+        lum_snapshot_surface(s, &hits, i, lum_v3(primary->dx[i], primary->dy[i], primary->dz[i]), &surface);
+        struct lum_frame frame = lum_frame_from_normal(surface.ng);
+        struct lum_vec3 p = lum_ray_offset(surface.p, surface.ng);
+        push(bounce, p, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
+        float u = lum_sampler_1d(&sampler, 1), prob;
+        struct lum_light_sample ls;
+        uint32_t light = lum_lights_pick(&s->lights, &u, &prob);
+        if (light != LUM_NO_OBJECT && lum_light_sample_at(s, light, p, lum_sampler_2d(&sampler, 2), &ls))
+            push(shadow, p, ls.wi, isinf(ls.distance) ? INFINITY : ls.distance * 0.999f);
+    }
+}
+
+static void packet_of(const struct lum_rays *r, uint32_t first, struct RTCRayHit16 *p)
+{
+    memset(p, 0, sizeof *p);
+    for (uint32_t k = 0; k < 16; k++) {
+        uint32_t i = first + k < r->n ? first + k : r->n - 1;
+        p->ray.org_x[k] = r->ox[i], p->ray.org_y[k] = r->oy[i], p->ray.org_z[k] = r->oz[i];
+        p->ray.dir_x[k] = r->dx[i], p->ray.dir_y[k] = r->dy[i], p->ray.dir_z[k] = r->dz[i];
+        p->ray.tnear[k] = r->tnear[i], p->ray.tfar[k] = r->tfar[i];
+        p->ray.mask[k] = LUM_MASK_ALL;
+        p->hit.geomID[k] = p->hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+    }
+}
+
+static bool make_packets(struct study *st, enum kind kind)
+{
+    size_t n = 0;
+    for (uint32_t b = 0; b < N_BATCHES; b++)
+        n += (st->rays[kind][b].n + 15u) / 16u, st->n_rays[kind] += st->rays[kind][b].n;
+    st->packets[kind] = lum_calloc(n, sizeof *st->packets[kind]);
+    if (!st->packets[kind])
+        return false;
+    for (uint32_t b = 0; b < N_BATCHES; b++)
+        for (uint32_t first = 0; first < st->rays[kind][b].n; first += 16)
+            packet_of(&st->rays[kind][b], first, &st->packets[kind][st->n_packets[kind]++]);
+    return true;
+}
+
+static void trace_packet(RTCScene scene, enum kind kind, struct query *q, struct RTCRayHit16 *p)
+{
+    static const _Alignas(64) int valid[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+#if RTC_VERSION_MAJOR >= 4
+    if (kind == SHADOW)
+        rtcOccluded16(valid, scene, &p->ray, &q->occluded);
+    else
+        rtcIntersect16(valid, scene, p, &q->intersect);
+#else
+    if (kind == SHADOW)
+        rtcOccluded16(valid, scene, &q->context, &p->ray);
+    else
+        rtcIntersect16(valid, scene, &q->context, p);
+#endif
+}
+
+static void init_query(struct query *q, bool coherent)
+{
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&q->context);
+    rtcInitIntersectArguments(&q->intersect);
+    rtcInitOccludedArguments(&q->occluded);
+    q->intersect.context = q->occluded.context = &q->context;
+    if (coherent)
+        q->intersect.flags = q->occluded.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+#else
+    rtcInitIntersectContext(&q->context);
+    if (coherent)
+        q->context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+#endif
+}
+
+/* Seconds of CPU for one sweep over all rays of a kind. */
+static double sweep_embree(const struct study *st, enum kind kind)
+{
+    struct query q;
+    init_query(&q, kind == PRIMARY);
+    int64_t begin = lum_cpu_clock_ns();
+    for (size_t i = 0; i < st->n_packets[kind]; i++) {
+        _Alignas(64) struct RTCRayHit16 p = st->packets[kind][i];
+        trace_packet(st->world.snapshot->top->scene, kind, &q, &p);
+    }
+    return (double)(lum_cpu_clock_ns() - begin) * 1e-9;
+}
+
+static double sweep_lumend(const struct study *st, enum kind kind)
+{
+    uint64_t bad = 0;
+    struct lum_trace trace = {.top = st->world.snapshot->top, .coherent = kind == PRIMARY, .bad_rays = &bad};
+    static struct lum_hits hits;
+    uint8_t occluded[LUM_RAY_BATCH];
+    int64_t begin = lum_cpu_clock_ns();
+    for (uint32_t b = 0; b < N_BATCHES; b++) {
+        if (kind == SHADOW)
+            lum_trace_any(&trace, &st->rays[kind][b], occluded);
+        else
+            lum_trace_closest(&trace, &st->rays[kind][b], &hits);
+    }
+    return (double)(lum_cpu_clock_ns() - begin) * 1e-9;
+}
+
+struct ratio {
+    double embree_mrays, lumend_mrays, median, lo, hi;
+};
+
+/* 95 % interval of the median by 2 000 resamples with a fixed seed. */
+static void bootstrap(const double *ratios, size_t n, struct ratio *ret)
+{
+    enum { RESAMPLES = 2000, MAX = 128 };
+    static double medians[RESAMPLES], draw[MAX];
+    uint32_t seed = 1;
+    for (size_t r = 0; r < RESAMPLES; r++) {
+        for (size_t i = 0; i < n; i++)
+            draw[i] = ratios[(seed = lum_hash_u32(seed + (uint32_t)i)) % n];
+        medians[r] = lum_bench_quantile(draw, n, 0.5);
+    }
+    ret->lo = lum_bench_quantile(medians, RESAMPLES, 0.025);
+    ret->hi = lum_bench_quantile(medians, RESAMPLES, 0.975);
+}
+
+static struct ratio measure(const struct study *st, enum kind kind, size_t pairs)
+{
+    double embree[64], lumend[64], ratios[64];
+    sweep_embree(st, kind), sweep_lumend(st, kind); /* warm-up */
+    for (size_t i = 0; i < pairs; i++) {
+        double a1 = sweep_embree(st, kind), b1 = sweep_lumend(st, kind), b2 = sweep_lumend(st, kind),
+               a2 = sweep_embree(st, kind);
+        embree[i] = a1 + a2;
+        lumend[i] = b1 + b2;
+        ratios[i] = embree[i] / lumend[i];
+    }
+    struct ratio r;
+    bootstrap(ratios, pairs, &r);
+    r.median = lum_bench_quantile(ratios, pairs, 0.5);
+    double rays = 2.0 * (double)st->n_rays[kind] * 1e-6;
+    r.embree_mrays = rays / lum_bench_quantile(embree, pairs, 0.5);
+    r.lumend_mrays = rays / lum_bench_quantile(lumend, pairs, 0.5);
+    return r;
+}
+
+/* A path traced pass: all its rays over all its CPU time, shading included. */
+static bool path_pass(struct study *st, size_t passes, double *ret_mrays, double *ret_rays_per_sample)
+{
+    struct lum_view *view = NULL;
+    struct lum_error err = {0};
+    struct lum_view_settings settings = lum_view_settings_default();
+    double best = 0.0;
+    uint64_t rays = 0;
+    bool ok = lum_snapshot_camera(st->world.snapshot, NULL, &settings.camera, &err) == LUM_OK &&
+              lum_view_create(st->world.pool, &view, &err) == LUM_OK;
+    settings.w = settings.h = SIDE;
+    for (size_t i = 0; ok && i < passes; i++) {
+        struct lum_pass_stats stats;
+        ok = lum_view_pass(view, st->world.snapshot, &settings, NULL, &stats, &err) == LUM_OK;
+        rays = 0;
+        for (size_t k = 0; k < LUM_RAY_KIND_COUNT; k++)
+            rays += stats.rays[k];
+        if (ok && i > 0)
+            best = fmax(best, (double)rays / stats.cpu_ms * 1e-3);
+    }
+    if (!ok)
+        fprintf(stderr, "lumend-bench: %s\n", err.text);
+    lum_view_destroy(view);
+    *ret_mrays = best;
+    *ret_rays_per_sample = (double)rays / (SIDE * SIDE);
+    return ok;
+}
+
+static bool prepare(struct study *st)
+{
+    struct lum_camera camera;
+    struct lum_error err = {0};
+    if (lum_snapshot_camera(st->world.snapshot, NULL, &camera, &err) != LUM_OK) {
+        fprintf(stderr, "lumend-bench: %s\n", err.text);
+        return false;
+    }
+    for (int k = 0; k < N_KINDS; k++)
+        if (!(st->rays[k] = lum_calloc(N_BATCHES, sizeof *st->rays[k])))
+            return false;
+    for (uint32_t b = 0; b < N_BATCHES; b++) {
+        camera_rays(st->world.snapshot, &camera, b, &st->rays[PRIMARY][b]);
+        secondary_rays(st, b);
+    }
+    return make_packets(st, PRIMARY) && make_packets(st, BOUNCE) && make_packets(st, SHADOW);
+}
+
+static void report(const struct lum_bench_options *o, const struct ratio *r, double path_mrays, double per_sample,
+                   FILE *csv)
+{
+    printf("%s, one thread, %u x %u\n%-10s %14s %14s %10s  95 %% interval\n", o->scene, SIDE, SIDE, "rays",
+           "Embree Mray/s", "lumend Mray/s", "ratio");
+    fprintf(csv, "kind,embree_mrays_s,lumend_mrays_s,ratio,ratio_lo,ratio_hi\n");
+    for (int k = 0; k < N_KINDS; k++) {
+        printf("%-10s %14.2f %14.2f %10.3f  [%.3f, %.3f]\n", kind_names[k], r[k].embree_mrays, r[k].lumend_mrays,
+               r[k].median, r[k].lo, r[k].hi);
+        fprintf(csv, "%s,%.4f,%.4f,%.4f,%.4f,%.4f\n", kind_names[k], r[k].embree_mrays, r[k].lumend_mrays, r[k].median,
+                r[k].lo, r[k].hi);
+    }
+    printf("%-10s %14s %14.2f   (%.1f rays a sample, shading included)\n", "path", "", path_mrays, per_sample);
+    fprintf(csv, "path,,%.4f,,,\n", path_mrays);
+}
+
+int lum_bench_rays(const struct lum_bench_options *options)
+{
+    struct study st = {0};
+    struct ratio ratios[N_KINDS];
+    double path_mrays = 0.0, per_sample = 0.0;
+    int status = 1;
+    FILE *csv = NULL;
+    if (!lum_bench_world(options, 1, &st.world))
+        return 1;
+    lum_thread_init_fp();
+    if (!prepare(&st) || !(csv = lum_bench_open(options, "rays.csv")))
+        goto out;
+    for (enum kind k = PRIMARY; k < N_KINDS; k++)
+        ratios[k] = measure(&st, k, options->quick ? 4 : 24);
+    if (!path_pass(&st, options->quick ? 3 : 8, &path_mrays, &per_sample))
+        goto out;
+    report(options, ratios, path_mrays, per_sample, csv);
+    status = 0;
+out:
+    if (csv && fclose(csv) != 0)
+        status = 1;
+    for (int k = 0; k < N_KINDS; k++) {
+        lum_free(st.rays[k]);
+        lum_free(st.packets[k]);
+    }
+    lum_world_finish(&st.world);
+    return status;
+}
