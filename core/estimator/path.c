@@ -52,7 +52,9 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     if (light == LUM_NO_OBJECT)
         return;
     struct lum_light_sample ls;
-    struct lum_vec2 u = lum_sampler_2d(&path->sampler, pair_at(depth, PAIR_LIGHT));
+    struct lum_vec2 u = {0.5f, 0.5f};
+    if (!w->snapshot->lights.lights[light].delta)
+        u = lum_sampler_2d(&path->sampler, pair_at(depth, PAIR_LIGHT));
     if (!lum_light_sample_at(w->snapshot, light, p, u, &ls))
         return;
     float bsdf_pdf_sa;
@@ -107,7 +109,9 @@ static bool roulette(struct lum_path *path, uint32_t depth)
 static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_bsdf *b, struct lum_vec3 p,
                     struct lum_vec3 wo, uint32_t depth)
 {
-    struct lum_vec2 pick = lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_PICK));
+    struct lum_vec2 pick = {0.5f, 0.5f};
+    if (w->snapshot->lights.n_active > 1 || b->diffuse_prob < 1.0f) /* there is something to choose */
+        pick = lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_PICK));
     queue_light(w, &path, b, p, wo, pick.x, depth);
     struct lum_bsdf_sample bs;
     if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_BSDF)), pick.y, &bs))

@@ -128,9 +128,18 @@ static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct l
     struct lum_rgb f = lum_bsdf_eval(b, wo, s.wi, &s.pdf_sa);
     if (!(s.pdf_sa > 0.0f) || lum_rgb_black(f))
         return false;
-    /* The base alone: the cosines cancel, and the weight is its albedo without rounding. */
-    s.weight = b->diffuse_prob == 1.0f ? base_albedo(b, lum_dot(b->frame.n, s.wi)) : divide(f, s.pdf_sa);
+    s.weight = divide(f, s.pdf_sa);
     *ret_sample = s;
+    return true;
+}
+
+/* A sample of a matte surface: the cosines cancel, and the weight is the albedo without rounding. */
+static bool sample_matte(const struct lum_bsdf *b, struct lum_vec3 i, struct lum_bsdf_sample *ret_sample)
+{
+    struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
+    if (!(i.z > 0.0f && lum_dot(wi, b->ng) > 0.0f))
+        return false;
+    *ret_sample = (struct lum_bsdf_sample){wi, base_albedo(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
     return true;
 }
 
@@ -187,6 +196,8 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
 {
     if (lum_dot(b->ng, b->ng) == 0.0f)
         return false;
+    if (b->diffuse_prob == 1.0f)
+        return sample_matte(b, lum_warp_cosine(u), ret_sample);
     if (u_lobe < b->diffuse_prob)
         return finish_spread(b, wo, lum_warp_cosine(u), LUM_LOBE_DIFFUSE, ret_sample);
     u_lobe = (u_lobe - b->diffuse_prob) / (1.0f - b->diffuse_prob);

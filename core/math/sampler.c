@@ -24,11 +24,10 @@ struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uin
 
 static uint32_t reverse_bits(uint32_t x)
 {
-    x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
-    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+    x = __builtin_bswap32(x);
     x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
-    x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
-    return x >> 16 | x << 16;
+    x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+    return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
 }
 
 /* Laine-Karras permutation: each output bit depends only on the bits below it, so that on a bit-reversed number it is a

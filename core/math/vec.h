@@ -54,6 +54,9 @@ static inline float lum_length(struct lum_vec3 a) { return sqrtf(lum_dot(a, a));
 /* The zero vector stays zero: never a NaN. Scales first, so that tiny and huge vectors do not under- or overflow. */
 static inline struct lum_vec3 lum_normalize(struct lum_vec3 a)
 {
+    float l2 = lum_dot(a, a);
+    if (l2 > 0x1p-80f && l2 < 0x1p80f) /* no square of a component was lost that matters */
+        return lum_v3_mul(a, 1.0f / sqrtf(l2));
     float m = lum_max(fabsf(a.x), lum_max(fabsf(a.y), fabsf(a.z)));
     if (!(m > 0.0f) || !isfinite(m))
         return lum_v3(0.0f, 0.0f, 0.0f);
