@@ -120,19 +120,24 @@ void lum_director_ring(struct lum_director *d)
     pthread_mutex_unlock(&d->lock);
 }
 
-/* Does this make the running pass obsolete? */
-static bool outdates(const struct lum_command *c, uint32_t rendering)
+/* Does this make the running pass obsolete? Whatever the client of that view asks for that is not a drag does so at
+ * once: it may be its way out of a method that is too slow. Edits and cameras leave a shielded pass alone. */
+static bool outdates_locked(const struct lum_director *d, const struct lum_command *c)
 {
+    const struct lum_server_view *v = d->rendering;
+    bool shielded = lum_clock_ns() < d->shielded_until_ns;
     switch (c->kind) {
     case LUM_CMD_SCENE_APPLY:
     case LUM_CMD_SCENE_UNDO:
     case LUM_CMD_SCENE_REDO:
     case LUM_CMD_VIEW_OPEN: /* a new client waits for its first picture */
-    case LUM_CMD_SESSION_CLOSED:
-        return true;
+        return !shielded;
     case LUM_CMD_VIEW_UPDATE:
+        return c->view.view_id == v->id && (!shielded || c->view.has_method || c->view.has_size);
     case LUM_CMD_VIEW_CLOSE:
-        return c->view.view_id == rendering;
+        return c->view.view_id == v->id;
+    case LUM_CMD_SESSION_CLOSED:
+        return c->session.slot == v->session.slot && c->session.generation == v->session.generation;
     default:
         return false;
     }
@@ -153,7 +158,7 @@ bool lum_director_post(struct lum_director *d, struct lum_command *c)
         *d->inbox_tail = c;
         d->inbox_tail = &c->next;
         d->n_inbox++;
-        if (d->rendering && outdates(c, d->rendering))
+        if (d->rendering && outdates_locked(d, c))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
     }
@@ -370,7 +375,8 @@ static bool set_method(struct lum_director *d, struct lum_proto_error *err)
 
 static enum lum_status load(struct lum_director *d, struct lum_error *err)
 {
-    struct lum_import_config import = {.importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+    struct lum_import_config import = {
+        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_proto_error e;
     if (!lum_scene_load(&d->world, d->config.scene, &import, &e))
         return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s%s%s", d->config.scene, e.path, e.path[0] ? ": " : "",

@@ -69,7 +69,8 @@ struct lum_director {
     uint32_t n_inbox;
     struct lum_out *outbox, **outbox_tail;
     bool rung, stop;
-    uint32_t rendering; /* id of the view in a pass that may be cancelled, or 0 */
+    const struct lum_server_view *rendering; /* in a pass; its id and session do not change */
+    int64_t shielded_until_ns;               /* that pass is the first after a change: edits let it be until then */
     struct lum_director_metrics metrics;
 
     /* any thread */

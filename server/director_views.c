@@ -8,6 +8,7 @@
 #include "protocol/json.h"
 #include "protocol/rpc.h"
 
+#define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
 #define WAITED_LONG_NS 250000000ll /* a view that others keep from rendering for so long goes first */
 
 /* ---- requests ---- */
@@ -252,7 +253,8 @@ static bool begin_pass(struct lum_director *d, const struct lum_server_view *v)
     bool go = !d->stop && (v->stale || !d->inbox);
     if (go) {
         atomic_store_explicit(&d->cancel, false, memory_order_relaxed);
-        d->rendering = v->stale ? 0 : v->id;
+        d->rendering = v;
+        d->shielded_until_ns = v->stale ? lum_clock_ns() + SHIELD_NS : 0;
     }
     pthread_mutex_unlock(&d->lock);
     return go;
@@ -261,7 +263,7 @@ static bool begin_pass(struct lum_director *d, const struct lum_server_view *v)
 static void end_pass(struct lum_director *d, const struct lum_pass_stats *pass)
 {
     pthread_mutex_lock(&d->lock);
-    d->rendering = 0;
+    d->rendering = NULL;
     if (pass) {
         d->metrics.passes++;
         d->metrics.last_pass_ms = pass->ms;
