@@ -12,33 +12,43 @@ const char *const lum_tone_map_names[] = {"agx", "aces", "reinhard", "none", NUL
 /* Over this every map is at its limit in 8 bits; bounding here keeps the rational fits finite. */
 #define EXPOSED_MAX 1e9f
 #define MIDDLE_GREY 0.18
+#define EXPOSURE_BLOCK 8u /* pixels a side */
 
 double lum_exposure_white(double ev100)
 {
     return 1.2 * exp2(ev100);
 }
 
+/* Mean luminance of the block whose corner is x, y; 0 where it is not finite. */
+static double block_luminance(const struct lum_film *film, uint32_t x, uint32_t y)
+{
+    double sum = 0.0, n = 0.0;
+    for (uint32_t j = y; j < y + EXPOSURE_BLOCK && j < film->h; j++)
+        for (uint32_t i = x; i < x + EXPOSURE_BLOCK && i < film->w; i++, n += 1.0)
+            sum += (double)lum_luminance(lum_film_mean(film, i, j));
+    return isfinite(sum) ? sum / n : 0.0;
+}
+
+/* The logarithm is taken of blocks, not of pixels: in a picture of few samples many pixels are still black by chance.
+ * What is black in truth (four decades below the mean of the picture) has no say. */
 double lum_exposure_auto(const struct lum_film *film)
 {
-    size_t n = (size_t)film->w * film->h;
-    double brightest = 0.0;
-    for (uint32_t y = 0; y < film->h; y++)
-        for (uint32_t x = 0; x < film->w; x++) {
-            double l = (double)lum_luminance(lum_film_mean(film, x, y));
-            if (isfinite(l))
-                brightest = fmax(brightest, l);
-        }
-    if (!(brightest > 0.0))
+    double sum = 0.0, n = 0.0;
+    for (uint32_t y = 0; y < film->h; y += EXPOSURE_BLOCK)
+        for (uint32_t x = 0; x < film->w; x += EXPOSURE_BLOCK, n += 1.0)
+            sum += block_luminance(film, x, y);
+    if (!(sum > 0.0))
         return 0.0;
-    /* Black pixels must not drag the logarithm to minus infinity: six decades below the brightest is a display's black
-     * many times over (algorithms D34). */
-    double floor_l = fmax(1e-6 * brightest, (double)FLT_MIN), sum = 0.0;
-    for (uint32_t y = 0; y < film->h; y++)
-        for (uint32_t x = 0; x < film->w; x++) {
-            double l = (double)lum_luminance(lum_film_mean(film, x, y));
-            sum += log2(isfinite(l) ? fmax(l, floor_l) : brightest);
+    double black = 1e-4 * sum / n, log_sum = 0.0, n_lit = 0.0;
+    for (uint32_t y = 0; y < film->h; y += EXPOSURE_BLOCK)
+        for (uint32_t x = 0; x < film->w; x += EXPOSURE_BLOCK) {
+            double l = block_luminance(film, x, y);
+            if (l > black) {
+                log_sum += log2(l);
+                n_lit += 1.0;
+            }
         }
-    return sum / (double)n - log2(MIDDLE_GREY * lum_exposure_white(0.0));
+    return log_sum / n_lit - log2(MIDDLE_GREY * lum_exposure_white(0.0));
 }
 
 /* NaN and negative values give 0. */

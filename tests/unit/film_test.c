@@ -145,8 +145,10 @@ static void auto_exposure_guards(void **state)
     assert_true(isfinite(auto_of(8, 8, 0.0f, 1e6f)));
     assert_true(isfinite(auto_of(8, 8, 1e-38f, 1e-38f)));
     assert_true(isfinite(auto_of(8, 8, FLT_MAX, FLT_MAX)));
-    /* Black pixels count as six decades below the brightest, no less: 63 of 64 black moves it by at most 20 stops. */
-    assert_true(one - auto_of(8, 8, 0.0f, 100.0f) < 20.0);
+    /* Pixels that are black by chance: one lit pixel of a block of 64 exposes for the block's mean, 6 stops below. */
+    assert_true(fabs(auto_of(8, 8, 0.0f, 100.0f) - (one - 6.0)) < 1e-9);
+    /* Black blocks have no say: one of four lit exposes as the lit one alone. */
+    assert_true(fabs(auto_of(16, 16, 0.0f, 100.0f) - (one - 6.0)) < 1e-9);
 }
 
 static void film_survives_short_memory(void **state)
