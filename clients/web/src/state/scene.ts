@@ -8,8 +8,12 @@ import { batch, signal, type ReadonlySignal, type Signal } from '@preact/signals
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { stringOr, type SceneRecord } from '../protocol/types';
 
-/** A copy of the record with one field changed; null when the path does not fit it. Path: "/transform/translate/1". */
+/**
+ * A copy of the record with one field changed; null when the path does not fit it. Path: "/transform/translate/1". The path
+ * "" stands for all fields at once: what value does not name is not set any more.
+ */
 export function withField(record: SceneRecord, path: string, value: Json): SceneRecord | null {
+    if (path === '') return isObject(value) ? { ...value, type: record.type, id: record.id } : null;
     const keys = path.split('/').slice(1);
     if (keys.length === 0 || keys.some((k) => k === '')) return null;
     return replaceIn(record, keys, value) as SceneRecord | null;
@@ -120,13 +124,18 @@ export class SceneMirror {
         }
         if (op.op === 'remove') {
             this.confirmed.delete(id);
-            return true;
+            return !this.isImport(id); // what an import brought goes with it, unnamed
         }
         const record = this.confirmed.get(id);
         if (op.op !== 'set' || !record || typeof op.path !== 'string') return false;
         const changed = withField(record, op.path, op.value ?? null);
         if (changed) this.confirmed.set(id, changed);
         return changed !== null;
+    }
+
+    private isImport(id: string): boolean {
+        for (const other of this.confirmed.keys()) if (other.startsWith(`${id}/`)) return true;
+        return false;
     }
 
     private signalOf(id: string): Signal<SceneRecord | undefined> {

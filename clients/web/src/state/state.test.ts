@@ -24,7 +24,9 @@ test('fields are set by path, without touching the old record', () => {
     assert.deepEqual(withField(record, '/transform/translate/1', 9)?.transform, { translate: [1, 9, 3] });
     assert.equal(withField(record, '/visible', null)?.visible, null);
     assert.deepEqual(record.transform, { translate: [1, 2, 3] });
-    for (const path of ['', '/', 'visible', '/transform/translate/3', '/transform/translate/x', '/visible/deeper/still']) {
+    assert.deepEqual(withField(record, '', { visible: false }), { type: 'object', id: 'o', visible: false });
+    assert.equal(withField(record, '', 3), null);
+    for (const path of ['/', 'visible', '/transform/translate/3', '/transform/translate/x', '/visible/deeper/still']) {
         assert.equal(withField(record, path, 1), null, path);
     }
 });
@@ -47,6 +49,8 @@ test('a gap or an op that does not fit asks for the whole scene again; an old on
     assert.equal(scene.apply([{ op: 'import', id: 'room', asset: 'room.glb' }], 6), false);
     assert.equal(scene.apply([{ op: 'remove', id: 'key' }], 4), true);
     assert.ok(scene.record('key'));
+    scene.apply([{ op: 'add', type: 'light', id: 'room/lamp' }], 6);
+    assert.equal(scene.apply([{ op: 'remove', id: 'room' }], 7), false);
 });
 
 test('the user’s own value stays on screen while it travels, and falls back when refused', () => {

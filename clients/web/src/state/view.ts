@@ -69,7 +69,8 @@ export function viewSize(cssW: number, cssH: number, ratio: number, pixels: numb
 
 interface Sent {
     pose: CameraPose;
-    at: number;
+    /** null: the view was opened with it, and nobody's hand moved. */
+    at: number | null;
 }
 
 export class ViewLink {
@@ -126,7 +127,7 @@ export class ViewLink {
         try {
             this.dirty = { camera: false, size: false, settings: false };
             const reply = await this.call('view.open', {
-                ...this.numbered(),
+                ...this.numbered(null),
                 camera: this.pose(),
                 size: this.size.value,
                 ...this.settingParams(),
@@ -148,14 +149,13 @@ export class ViewLink {
         return this.opening || viewId === this.viewId;
     }
 
-    /** A frame is on screen. Returns how long ago its camera was sent, null when it shows one that was shown before. */
+    /** A frame is on screen. Returns how long ago its change was sent, null when it shows one that was shown before. */
     drawn(h: FrameHeader): number | null {
         const sent = this.sent.get(h.cameraSeq);
         if (!sent) return null;
         this.shownPose.value = sent.pose;
-        const latency = performance.now() - sent.at;
         for (const seq of this.sent.keys()) if (seq <= h.cameraSeq) this.sent.delete(seq);
-        return latency;
+        return sent.at === null ? null : performance.now() - sent.at;
     }
 
     private mark(what: 'camera' | 'size' | 'settings'): void {
@@ -167,7 +167,7 @@ export class ViewLink {
         if (this.viewId === null) return;
         const { camera, size, settings } = this.dirty;
         this.dirty = { camera: false, size: false, settings: false };
-        const params: JsonObject = { view_id: this.viewId, ...this.numbered() };
+        const params: JsonObject = { view_id: this.viewId, ...this.numbered(performance.now()) };
         if (camera) params.camera = this.pose();
         if (size) params.size = this.size.value;
         if (settings) Object.assign(params, this.settingParams());
@@ -183,8 +183,8 @@ export class ViewLink {
     }
 
     /** The number of the change that is being sent, and a note of the camera that goes with it. */
-    private numbered(): JsonObject {
-        this.sent.set(++this.cameraSeq, { pose: poseFromOrbit(this.orbit.value), at: performance.now() });
+    private numbered(at: number | null): JsonObject {
+        this.sent.set(++this.cameraSeq, { pose: poseFromOrbit(this.orbit.value), at });
         if (this.sent.size > MAX_POSES) this.sent.delete(this.sent.keys().next().value!);
         return { camera_seq: this.cameraSeq };
     }

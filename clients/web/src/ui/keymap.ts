@@ -66,6 +66,7 @@ export const KEYMAP: readonly Key[] = [
 
 export const POINTERS: readonly [string, string][] = [
     ['Drag', 'Orbit'],
+    ['Ctrl + drag', 'Look around'],
     ['Right drag', 'Pan; so does Shift + drag'],
     ['Wheel, pinch', 'Move closer or away'],
     ['Click', 'What is there, and its illuminance'],

@@ -56,6 +56,18 @@ test('positive yaw moves the eye to the right, positive pitch up', () => {
     assert.ok(dot(sub(camera.poseFromOrbit(camera.turn(o, 0, 0.1)).position, before.position), up) > 0);
 });
 
+test('looking around keeps the eye and the distance, and turns the view to where it says', () => {
+    for (const pose of POSES) {
+        const o = camera.orbitFromPose(pose);
+        const right = camera.poseFromOrbit(camera.look(o, 0.2, 0));
+        closeVec(right.position, pose.position);
+        close(length(sub(right.target, right.position)), o.distance);
+        assert.ok(camera.project(right, 1, pose.target)!.x < 0.5, 'what was in the middle is left of it');
+        const up = camera.poseFromOrbit(camera.look(o, 0, 0.1));
+        assert.ok(camera.project(up, 1, pose.target)!.y > 0.5, 'or below it');
+    }
+});
+
 test('pitch stops short of the poles, where the basis stays orthonormal', () => {
     for (const pitch of [10, -10]) {
         const p = camera.poseFromOrbit(camera.turn(camera.orbitFromPose(POSES[0]!), 1, pitch));

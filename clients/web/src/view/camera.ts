@@ -70,6 +70,13 @@ export function turn(o: Orbit, yaw: number, pitch: number): Orbit {
     return { ...o, yaw: wrapped, pitch: clamp(o.pitch + pitch, -MAX_PITCH, MAX_PITCH) };
 }
 
+/** Turns the head instead: the eye stays, the target moves. Angles as in turn(). */
+export function look(o: Orbit, yaw: number, pitch: number): Orbit {
+    const eye = poseFromOrbit(o).position;
+    const turned = turn(o, -yaw, -pitch);
+    return { ...turned, target: add(turned.target, sub(eye, poseFromOrbit(turned).position)) };
+}
+
 /** Moves the target so that the point under the pointer stays there; dx and dy in fractions of the picture's height. */
 export function pan(o: Orbit, dx: number, dy: number): Orbit {
     const { right, up } = basis(poseFromOrbit(o));

@@ -1,8 +1,8 @@
 /**
- * Pointers on the picture. Left drag orbits, right or middle drag and Shift pan, the wheel and a pinch zoom, two fingers pan;
- * a press without movement is a click.
+ * Pointers on the picture. Left drag orbits, with Ctrl it looks around, right or middle drag and Shift pan, the wheel and a
+ * pinch zoom, two fingers pan; a press without movement is a click.
  */
-import { pan, turn, zoom, type Orbit } from './camera';
+import { look, pan, turn, zoom, type Orbit } from './camera';
 
 export interface NavigationHost {
     orbit(): Orbit;
@@ -14,6 +14,8 @@ export interface NavigationHost {
 
 /** Half a turn for a drag over the height of the picture. */
 const TURN_PER_HEIGHT = Math.PI;
+/** About the vertical field of view of a usual camera: what is under the pointer stays there. */
+const LOOK_PER_HEIGHT = Math.PI / 4;
 /** A notch of a usual wheel (120 units) is a step of 15 %. */
 const ZOOM_PER_UNIT = Math.log(1.15) / 120;
 const UNITS_PER_LINE = 40;
@@ -28,7 +30,7 @@ interface Contact {
 export class Navigation {
     private readonly contacts = new Map<number, Contact>();
     private travelled = 0;
-    private panning = false;
+    private mode: 'orbit' | 'look' | 'pan' = 'orbit';
 
     constructor(
         private readonly element: HTMLElement,
@@ -47,7 +49,8 @@ export class Navigation {
         this.element.setPointerCapture(e.pointerId);
         if (this.contacts.size === 0) this.travelled = 0;
         this.contacts.set(e.pointerId, { x: e.clientX, y: e.clientY });
-        this.panning = e.button === 1 || e.button === 2 || e.shiftKey;
+        if (e.button === 1 || e.button === 2 || e.shiftKey) this.mode = 'pan';
+        else this.mode = e.ctrlKey ? 'look' : 'orbit';
         if (this.contacts.size > 1) this.travelled = Infinity; // two fingers never click
     }
 
@@ -64,7 +67,8 @@ export class Navigation {
         const fingers = this.contacts.size;
         let orbit = this.host.orbit();
         if (fingers > 1) orbit = zoom(orbit, before / Math.max(1, this.spread()));
-        if (fingers > 1 || this.panning) orbit = pan(orbit, dx / height / fingers, dy / height / fingers);
+        if (fingers > 1 || this.mode === 'pan') orbit = pan(orbit, dx / height / fingers, dy / height / fingers);
+        else if (this.mode === 'look') orbit = look(orbit, (-dx / height) * LOOK_PER_HEIGHT, (dy / height) * LOOK_PER_HEIGHT);
         else orbit = turn(orbit, (-dx / height) * TURN_PER_HEIGHT, (dy / height) * TURN_PER_HEIGHT);
         this.host.moveTo(orbit);
     }
