@@ -8,6 +8,7 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json_scan.h"
+#include "protocol/utf8.h"
 
 /* ---- text to tree ---- */
 
@@ -106,20 +107,35 @@ static void put_number(struct text *t, double v)
     put(t, s, strlen(s));
 }
 
+/* Length of the run at s that needs no escape. */
+static size_t plain_length(const char *s, const char *end)
+{
+    size_t n = 0;
+    while (s + n < end && (unsigned char)s[n] >= 0x20 && s[n] != '"' && s[n] != '\\') {
+        size_t length = lum_utf8_length((const uint8_t *)s + n, (const uint8_t *)end);
+        if (length == 0)
+            break;
+        n += length;
+    }
+    return n;
+}
+
+/* What is not UTF-8 becomes U+FFFD: names cut to a buffer's size may end within a character, and a WebSocket text that
+ * is not UTF-8 would cost the connection. */
 static void put_string(struct text *t, const char *s)
 {
+    const char *end = s + strlen(s);
     put(t, "\"", 1);
     for (;;) {
-        size_t plain = 0;
-        while ((unsigned char)s[plain] >= 0x20 && s[plain] != '"' && s[plain] != '\\')
-            plain++;
+        size_t plain = plain_length(s, end);
         put(t, s, plain);
         s += plain;
-        if (*s == '\0')
+        if (s == end)
             break;
         char escape[8];
-        int n = *s == '"' || *s == '\\' ? snprintf(escape, sizeof escape, "\\%c", *s)
-                                        : snprintf(escape, sizeof escape, "\\u%04x", (unsigned)*s);
+        int n = *s == '"' || *s == '\\'    ? snprintf(escape, sizeof escape, "\\%c", *s)
+                : (unsigned char)*s < 0x20 ? snprintf(escape, sizeof escape, "\\u%04x", (unsigned)*s)
+                                           : snprintf(escape, sizeof escape, "\\ufffd");
         put(t, escape, (size_t)n);
         s++;
     }

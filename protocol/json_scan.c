@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "protocol/limits.h"
+#include "protocol/utf8.h"
 
 struct scanner {
     const uint8_t *begin, *p, *end;
@@ -21,39 +22,6 @@ static bool syntax(const struct scanner *s, const char *what)
 static bool over_limit(const struct scanner *s, const char *what, unsigned limit)
 {
     return lum_proto_fail(s->err, LUM_PROTO_BAD_REQUEST, "limit_exceeded", "", "more than %u %s", limit, what);
-}
-
-/* Length of the well-formed UTF-8 sequence at p (Unicode 15, table 3-7), or 0. */
-static size_t utf8_length(const uint8_t *p, const uint8_t *end)
-{
-    uint8_t lo = 0x80, hi = 0xbf;
-    size_t n;
-    if (p[0] < 0x80)
-        return 1;
-    if (p[0] >= 0xc2 && p[0] <= 0xdf)
-        n = 2;
-    else if (p[0] >= 0xe0 && p[0] <= 0xef)
-        n = 3;
-    else if (p[0] >= 0xf0 && p[0] <= 0xf4)
-        n = 4;
-    else
-        return 0;
-    if ((size_t)(end - p) < n)
-        return 0;
-    if (p[0] == 0xe0)
-        lo = 0xa0; /* shorter forms exist */
-    else if (p[0] == 0xed)
-        hi = 0x9f; /* surrogates */
-    else if (p[0] == 0xf0)
-        lo = 0x90;
-    else if (p[0] == 0xf4)
-        hi = 0x8f; /* beyond U+10FFFF */
-    if (p[1] < lo || p[1] > hi)
-        return 0;
-    for (size_t i = 2; i < n; i++)
-        if (p[i] < 0x80 || p[i] > 0xbf)
-            return 0;
-    return n;
 }
 
 static bool is_hex(uint8_t c)
@@ -88,7 +56,7 @@ static bool scan_string(struct scanner *s)
         }
         if (*s->p < 0x20)
             return syntax(s, "control character in a string");
-        size_t n = utf8_length(s->p, s->end);
+        size_t n = lum_utf8_length(s->p, s->end);
         if (n == 0)
             return syntax(s, "not UTF-8");
         s->p += n;

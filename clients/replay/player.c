@@ -25,7 +25,7 @@ struct player {
     uint32_t view_id, camera_seq;
     uint32_t frame_server_us; /* largest of the frame's tiles so far */
     int64_t first_frame_ns;
-    bool failed;
+    bool open, failed;
     char reason[256];
 };
 
@@ -156,6 +156,7 @@ static bool step(struct player *p, int64_t deadline_ns)
     case WS_TIMEOUT:
         return false;
     case WS_OPEN:
+        p->open = true;
         break;
     }
     return !p->failed;
@@ -185,6 +186,15 @@ static bool call(struct player *p, const char *method, cJSON *params)
             return fail(p, "no reply to %s", method);
         }
     return p->reply != NULL;
+}
+
+static bool wait_until_open(struct player *p)
+{
+    int64_t deadline = timeout_at(p);
+    while (!p->open)
+        if (!step(p, deadline))
+            return fail(p, "%s does not answer", p->options->url);
+    return true;
 }
 
 static bool hello(struct player *p)
@@ -361,8 +371,8 @@ bool player_run(const struct player_options *options, const struct lum_ops *ops,
               (p.ws = ws_connect(options->url, "lumend.v1", &reason)) != NULL;
     if (!ok)
         fail(&p, "%s", reason);
-    ok = ok && hello(&p) && (options->orbit == 0 || read_camera(&p, &orbit)) && open_view(&p) && play(&p, ops) &&
-         (options->orbit == 0 || turn(&p, &orbit));
+    ok = ok && wait_until_open(&p) && hello(&p) && (options->orbit == 0 || read_camera(&p, &orbit)) && open_view(&p) &&
+         play(&p, ops) && (options->orbit == 0 || turn(&p, &orbit));
     snprintf(ret_reason, 256, "%s", p.reason);
     cJSON_Delete(p.reply);
     ws_destroy(p.ws);

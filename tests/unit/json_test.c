@@ -213,6 +213,37 @@ static void texts_come_back(void **state)
     cJSON_Delete(json);
 }
 
+/* A name cut within a character must not make a text that is not UTF-8. */
+static void texts_are_utf8(void **state)
+{
+    static const struct {
+        const char *in, *out;
+    } cases[] = {{"a\xc3", "\"a\\ufffd\""}, {"\xff\xfe", "\"\\ufffd\\ufffd\""}, {"\xe2\x82z", "\"\\ufffd\\ufffdz\""}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        cJSON *json = cJSON_CreateString(cases[i].in);
+        char *text = lum_json_print(json, NULL);
+        assert_string_equal(text, cases[i].out);
+        free(text);
+        cJSON_Delete(json);
+    }
+    const char name[] = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"m\",\"";
+    for (int shift = 0; shift < 3; shift++) { /* three-byte characters, cut at every place */
+        char request[512], key[201] = "xx";
+        key[shift] = '\0';
+        for (int i = 0; i < 60; i++)
+            strcat(key, "\xe2\x82\xac");
+        snprintf(request, sizeof request, "%s%s\":1}", name, key);
+        struct lum_rpc rpc;
+        struct lum_proto_error err;
+        assert_false(lum_rpc_parse(request, strlen(request), &rpc, &err));
+        char *text = lum_rpc_error(rpc.id, &err);
+        assert_true(parses(text, strlen(text), NULL));
+        free(text);
+        lum_rpc_finish(&rpc);
+    }
+}
+
 static void reader_reads(void **state)
 {
     (void)state;
@@ -419,6 +450,7 @@ int main(void)
         cmocka_unit_test(large_arrays_are_linear),
         cmocka_unit_test(numbers_come_back),
         cmocka_unit_test(texts_come_back),
+        cmocka_unit_test(texts_are_utf8),
         cmocka_unit_test(reader_reads),
         cmocka_unit_test(reader_refuses),
         cmocka_unit_test(ids),
