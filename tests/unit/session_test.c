@@ -1,5 +1,5 @@
 /* Sessions without sockets: hello, order of sending, bounds, and what happens when the director is full or gone ahead.
- * This file is the director: it records what is posted and plays its outbox. */
+ * The director is a fake that records what is posted and plays its outbox. */
 #define _GNU_SOURCE
 #include <stdarg.h>
 #include <setjmp.h>
@@ -12,62 +12,9 @@
 #include <string.h>
 
 #include "server/session.h"
+#include "tests/support/fake_director.h"
 
 #define TOKEN "0123456789abcdef0123"
-
-/* ---- a director for tests ---- */
-
-struct lum_director {
-    struct lum_command *posted[64];
-    unsigned n_posted, capacity;
-    struct lum_out *first, **last;
-};
-
-struct lum_command *lum_command_create(enum lum_command_kind kind)
-{
-    struct lum_command *c = lum_calloc(1, sizeof *c);
-    if (c)
-        c->kind = kind;
-    return c;
-}
-
-void lum_command_destroy(struct lum_command *c)
-{
-    if (!c)
-        return;
-    free(c->rpc_id);
-    lum_ops_finish(&c->ops);
-    lum_free(c);
-}
-
-void lum_out_destroy(struct lum_out *o)
-{
-    free(o->text);
-    lum_stream_unref(o->stream);
-    lum_free(o);
-}
-
-bool lum_director_post(struct lum_director *d, struct lum_command *c)
-{
-    if (d->n_posted == d->capacity)
-        return false;
-    d->posted[d->n_posted++] = c;
-    return true;
-}
-
-struct lum_out *lum_director_take_outbox(struct lum_director *d)
-{
-    struct lum_out *first = d->first;
-    d->first = NULL;
-    d->last = &d->first;
-    return first;
-}
-
-uint64_t lum_director_scene_rev(const struct lum_director *d)
-{
-    (void)d;
-    return 41;
-}
 
 static struct lum_out *push(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref ref,
                             const char *text)
@@ -92,13 +39,6 @@ struct fixture {
     struct lum_session *s; /* has said hello */
     struct lum_session_ref ref;
 };
-
-static void forget_posted(struct fixture *f)
-{
-    for (unsigned i = 0; i < f->director.n_posted; i++)
-        lum_command_destroy(f->director.posted[i]);
-    f->director.n_posted = 0;
-}
 
 static void receive(struct lum_session *s, const char *text)
 {
@@ -141,8 +81,7 @@ static struct lum_session *open_greeted(struct fixture *f)
 static int set_up(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);
-    f->director.capacity = LUM_ARRAY_LEN(f->director.posted);
-    f->director.last = &f->director.first;
+    fake_director_init(&f->director);
     f->auth.required = true;
     strcpy(f->auth.token, TOKEN);
     const struct lum_sessions_config config = {.director = &f->director, .auth = &f->auth, .counters = &f->counters};
@@ -150,7 +89,7 @@ static int set_up(void **state)
     f->s = open_greeted(f);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"scene.undo\"}"); /* a command tells the session's name */
     f->ref = f->director.posted[0]->session;
-    forget_posted(f);
+    fake_director_forget(&f->director);
     *state = f;
     return 0;
 }
@@ -159,11 +98,7 @@ static int tear_down(void **state)
 {
     struct fixture *f = *state;
     lum_sessions_destroy(f->sessions);
-    forget_posted(f);
-    for (struct lum_out *o = lum_director_take_outbox(&f->director), *next; o; o = next) {
-        next = o->next;
-        lum_out_destroy(o);
-    }
+    fake_director_finish(&f->director);
     free(f);
     return 0;
 }
@@ -304,7 +239,7 @@ static void test_acknowledgements_wake_the_director(void **state)
         next_view(f->s);
         next_view(f->s);
     }
-    forget_posted(f);
+    fake_director_forget(&f->director);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":11,\"frame_seq\":1}}");
     assert_int_equal(f->director.n_posted, 0);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");

@@ -1,0 +1,73 @@
+#include "tests/support/fake_director.h"
+
+#include <stdlib.h>
+
+#include "core/base/base.h"
+
+struct lum_command *lum_command_create(enum lum_command_kind kind)
+{
+    struct lum_command *c = lum_calloc(1, sizeof *c);
+    if (c)
+        c->kind = kind;
+    return c;
+}
+
+void lum_command_destroy(struct lum_command *c)
+{
+    if (!c)
+        return;
+    free(c->rpc_id);
+    lum_ops_finish(&c->ops);
+    lum_free(c);
+}
+
+void lum_out_destroy(struct lum_out *o)
+{
+    free(o->text);
+    lum_stream_unref(o->stream);
+    lum_free(o);
+}
+
+bool lum_director_post(struct lum_director *d, struct lum_command *c)
+{
+    if (d->n_posted == d->capacity)
+        return false;
+    d->posted[d->n_posted++] = c;
+    return true;
+}
+
+struct lum_out *lum_director_take_outbox(struct lum_director *d)
+{
+    struct lum_out *first = d->first;
+    d->first = NULL;
+    d->last = &d->first;
+    return first;
+}
+
+uint64_t lum_director_scene_rev(const struct lum_director *d)
+{
+    (void)d;
+    return 41;
+}
+
+void fake_director_init(struct lum_director *d)
+{
+    *d = (struct lum_director){.capacity = LUM_ARRAY_LEN(d->posted)};
+    d->last = &d->first;
+}
+
+void fake_director_forget(struct lum_director *d)
+{
+    for (unsigned i = 0; i < d->n_posted; i++)
+        lum_command_destroy(d->posted[i]);
+    d->n_posted = 0;
+}
+
+void fake_director_finish(struct lum_director *d)
+{
+    fake_director_forget(d);
+    for (struct lum_out *o = lum_director_take_outbox(d), *next; o; o = next) {
+        next = o->next;
+        lum_out_destroy(o);
+    }
+}

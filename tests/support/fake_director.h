@@ -1,0 +1,18 @@
+/* A director that only records: for tests of what stands before it, without a renderer. It defines the functions of
+ * server/director.h that sessions call, so a program links this library instead of the real one's objects. */
+#ifndef LUM_TESTS_SUPPORT_FAKE_DIRECTOR_H
+#define LUM_TESTS_SUPPORT_FAKE_DIRECTOR_H
+
+#include "server/director.h"
+
+struct lum_director {
+    struct lum_command *posted[64]; /* owned */
+    unsigned n_posted, capacity;    /* capacity: how many posts are taken before the inbox is full */
+    struct lum_out *first, **last;  /* what the next take_outbox gives */
+};
+
+void fake_director_init(struct lum_director *d);
+void fake_director_finish(struct lum_director *d);
+void fake_director_forget(struct lum_director *d); /* frees what was posted */
+
+#endif
