@@ -192,6 +192,9 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
 
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
 {
+    struct lum_trace incoherent = *trace;
+    incoherent.coherent = false; /* accel.h */
+    trace = &incoherent;
     struct filter_context context;
     filter_context_init(&context, trace);
     uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
