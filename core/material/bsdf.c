@@ -1,8 +1,8 @@
 /* Evaluation and sampling of the BSDF. Local directions: z is the shading normal, wo is above.
  *
- * Sampling: the diffuse base with probability diffuse_prob, else a facet of the interface, which then reflects or
- * transmits in proportion to what it does there. lum_bsdf_eval gives the pdf of the whole mixture, so that every
- * sampled weight is f |cos| / pdf by construction. */
+ * Sampling: what is cosine-shaped (base, multiple scattering) with probability diffuse_prob, else a facet of the
+ * interface, which then reflects or transmits in proportion to what it does there. lum_bsdf_eval gives the pdf of the
+ * whole mixture, so that every sampled weight is f |cos| / pdf by construction. */
 #include "core/material/material.h"
 
 #include "core/math/warp.h"
@@ -45,14 +45,15 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
     return f;
 }
 
-/* The diffuse base under its coat, but for the cosine: albedo dimmed on the way in and out. */
-static struct lum_rgb base_albedo(const struct lum_bsdf *b, float cos_i)
+/* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
+static struct lum_rgb cosine_albedo(const struct lum_bsdf *b, float cos_i)
 {
-    if (b->coat_f0 == 0.0f && b->coat_f90 == 0.0f)
-        return b->diffuse;
+    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
+        return b->diffuse; /* matte: exactly */
     struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
-    float through = lum_max(1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias), 0.0f);
-    return lum_rgb_scale(b->diffuse, through * b->coat_norm);
+    float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+    float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
+    return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
 /* Adds scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. */
@@ -99,7 +100,7 @@ struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struc
     if (i.z > 0.0f && side > 0.0f) {
         if (b->diffuse_prob > 0.0f) {
             float c = i.z * LUM_INV_PI;
-            sum = lum_rgb_scale(base_albedo(b, i.z), c);
+            sum = lum_rgb_scale(cosine_albedo(b, i.z), c);
             *ret_pdf_sa = b->diffuse_prob * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
@@ -139,7 +140,7 @@ static bool sample_matte(const struct lum_bsdf *b, struct lum_vec3 i, struct lum
     struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
     if (!(i.z > 0.0f && lum_dot(wi, b->ng) > 0.0f))
         return false;
-    *ret_sample = (struct lum_bsdf_sample){wi, base_albedo(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
+    *ret_sample = (struct lum_bsdf_sample){wi, cosine_albedo(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
     return true;
 }
 
@@ -199,7 +200,8 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (b->diffuse_prob == 1.0f)
         return sample_matte(b, lum_warp_cosine(u), ret_sample);
     if (u_lobe < b->diffuse_prob)
-        return finish_spread(b, wo, lum_warp_cosine(u), LUM_LOBE_DIFFUSE, ret_sample);
+        return finish_spread(b, wo, lum_warp_cosine(u), lum_rgb_black(b->diffuse) ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,
+                             ret_sample);
     u_lobe = (u_lobe - b->diffuse_prob) / (1.0f - b->diffuse_prob);
 
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);

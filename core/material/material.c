@@ -123,30 +123,53 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
     b->glass_f0 = f0;
     b->glass_f90 = specular;
     b->transmit = lum_rgb_scale(base, glass);
-    b->coat_f0 = lum_rgb_max(f0);
-    b->coat_f90 = specular;
 }
 
-/* Share of light that the coat leaves to the base, and the probabilities of sampling them. */
+/* Fresnel reflectance of light that met two or more facets, from the mean reflectance and the mean albedo a of one
+ * meeting (Kulla & Conty 2017). 1 / 21: mean of Schlick's (1 - c)^5. */
+static float multiple_fresnel(float f0, float f90, float a)
+{
+    float f = f0 + (f90 - f0) * (1.0f / 21.0f);
+    return f * f * a / (1.0f - f * (1.0f - a));
+}
+
+/* 1 - E at one direction, or its mean. */
+static float through_coat(const struct lum_bsdf *b, struct lum_ggx_albedo e)
+{
+    return lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+}
+
+/* What the interface leaves to the base and loses to several meetings, and the probabilities of sampling them. */
 static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
 {
+    b->coat[0] = b->coat_norm = 1.0f;
     if (b->f90 == 0.0f && b->glass == 0.0f && lum_rgb_black(b->f0)) { /* matte: no interface */
-        b->coat_norm = 1.0f;
         b->diffuse_prob = lum_rgb_black(b->diffuse) ? 0.0f : 1.0f;
         return;
     }
     b->row = lum_ggx_row(b->alpha);
     struct lum_ggx_albedo e = lum_ggx_albedo(b->row, lum_dot(b->frame.n, wo)), mean = lum_ggx_albedo_mean(b->row);
-    float through = 1.0f - (b->coat_f0 * e.scale + b->coat_f90 * e.bias);
-    float through_mean = 1.0f - (b->coat_f0 * mean.scale + b->coat_f90 * mean.bias);
-    b->coat_norm = through_mean > 0.0f ? lum_max(through, 0.0f) / through_mean : 0.0f;
+    float lost = 1.0f - (e.scale + e.bias), mean_kept = mean.scale + mean.bias;
+    float coat_f0 = lum_rgb_max(b->glass_f0), coat_f90 = b->glass_f90, coat_multi = 0.0f;
+    if (b->alpha > 0.0f && mean_kept < 1.0f) {
+        struct lum_rgb multi = {multiple_fresnel(b->f0.r, b->f90, mean_kept),
+                                multiple_fresnel(b->f0.g, b->f90, mean_kept),
+                                multiple_fresnel(b->f0.b, b->f90, mean_kept)};
+        b->multi = lum_rgb_scale(multi, lum_max(lost, 0.0f) / (1.0f - mean_kept));
+        coat_multi = multiple_fresnel(coat_f0, coat_f90, mean_kept);
+    }
+    b->coat[0] = 1.0f - coat_multi;
+    b->coat[1] = coat_f0 - coat_multi;
+    b->coat[2] = coat_f90 - coat_multi;
+    float through = through_coat(b, e), through_mean = through_coat(b, mean);
+    b->coat_norm = through_mean > 0.0f ? through / through_mean : 0.0f;
     if (b->coat_norm == 0.0f)
         b->diffuse = lum_grey(0.0f);
 
-    float diffuse = lum_luminance(b->diffuse) * through;
+    float cosine = lum_luminance(b->diffuse) * through + lum_luminance(b->multi) * (1.0f - mean_kept);
     struct lum_rgb spec = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
     float rest = lum_luminance(spec) + b->glass * lum_luminance(b->glass_f0) + lum_luminance(b->transmit);
-    b->diffuse_prob = diffuse > 0.0f ? diffuse / (diffuse + rest) : 0.0f;
+    b->diffuse_prob = cosine > 0.0f ? cosine / (cosine + rest) : 0.0f;
 }
 
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,

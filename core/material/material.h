@@ -5,9 +5,10 @@
  * perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal sampling, Fresnel by Schlick;
  * glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or passes straight on (thin).
  *
- * One deviation: glTF dims the diffuse base by 1 - F(v.h), which creates up to 0.9 of the incoming energy anew on smooth
- * surfaces at grazing angles. Here the base is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), E the albedo of the coat
- * (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return at most what arrives. */
+ * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass). And
+ * where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of the
+ * incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the coat
+ * (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
 #ifndef LUM_CORE_MATERIAL_MATERIAL_H
 #define LUM_CORE_MATERIAL_MATERIAL_H
 
@@ -70,16 +71,17 @@ enum lum_lobe { LUM_LOBE_DIFFUSE, LUM_LOBE_GLOSSY, LUM_LOBE_REFLECT, LUM_LOBE_TR
 struct lum_bsdf {
     struct lum_frame frame;  /* around ns, bent so that wo is above it */
     struct lum_vec3 ng;      /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
-    struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat */
+    struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat; black where the surface has none */
     struct lum_rgb f0;       /* metal and coat: reflectance at normal incidence (Schlick), black: none */
     float f90;               /* and at grazing */
     struct lum_rgb transmit; /* glass: its share of the surface times its tint; black: none */
     struct lum_rgb glass_f0; /* glass: reflectance at normal incidence */
     float glass_f90;         /* and at grazing and beyond the critical angle */
     float glass;             /* share of the surface that is glass */
-    float coat_f0, coat_f90; /* of the coat over the diffuse base, largest channel */
+    struct lum_rgb multi;    /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
+    float coat[3];           /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
     float coat_norm;         /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
-    float diffuse_prob;      /* probability that a sample is of the diffuse base, by albedo */
+    float diffuse_prob;      /* probability that a sample is of the base or of multi: cosine-shaped */
     float alpha;             /* GGX roughness; 0: delta */
     struct lum_ggx_row row;  /* of alpha */
     float eta;               /* n on wo's side / n on the other. 1: nothing bends, transmission is delta */
