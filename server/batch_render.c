@@ -14,6 +14,7 @@
 #include "server/apply.h"
 #include "server/expand.h"
 #include "server/image_output.h"
+#include "server/light_groups.h"
 #include "server/render_options.h"
 #include "server/scene_source.h"
 #include "server/stats_json.h"
@@ -31,7 +32,12 @@ struct batch {
     size_t n_edits_done;
     struct lum_view *view;
     struct lum_view_settings settings;
+    /* of the current frame */
     struct lum_frame_stats frame_stats;
+    struct lum_rgb *beauty;
+    struct lum_layer *layers; /* light groups */
+    uint32_t n_layers;
+    /* of the run */
     cJSON *frames; /* of the statistics; NULL: not asked for */
     int64_t start_ns, progress_ns;
     double setup_ms;
@@ -140,47 +146,101 @@ static bool enough(const struct batch *b, const struct lum_pass_stats *pass, int
     return o->error > 0.0 && pass->error_rel <= o->error;
 }
 
-static bool render_passes(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+/* Passes until there are enough; adds to the frame's statistics. */
+static enum lum_status render_passes(struct batch *b, uint32_t frame, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
-    lum_frame_stats_begin(&b->frame_stats, frame);
-    b->frame_stats.w = b->settings.w;
-    b->frame_stats.h = b->settings.h;
     struct lum_pass_stats pass;
-    struct lum_error e;
     do {
-        if (lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, &pass, &e))
-            return core_failed(&e, err);
+        enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, &pass, err);
+        if (st)
+            return st;
         lum_frame_stats_add(&b->frame_stats, &pass);
         show_progress(b, frame, &pass);
     } while (!enough(b, &pass, start));
-    return true;
+    return LUM_OK;
+}
+
+static void drop_frame(struct batch *b)
+{
+    for (uint32_t i = 0; i < b->n_layers; i++)
+        lum_free(b->layers[i].pixels);
+    lum_free(b->layers);
+    lum_free(b->beauty);
+    b->layers = NULL;
+    b->n_layers = 0;
+    b->beauty = NULL;
+}
+
+/* Renders one group alone and adds it to the beauty. */
+static enum lum_status render_layer(struct batch *b, uint32_t frame, const char *group, struct lum_error *err)
+{
+    enum lum_status st = lum_light_groups_solo(&b->world, group, err);
+    if (!st)
+        st = render_passes(b, frame, err);
+    if (st)
+        return st;
+    struct lum_layer *layer = &b->layers[b->n_layers];
+    layer->pixels = lum_film_pixels(lum_view_film(b->view));
+    if (!layer->pixels)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the layer %s", group);
+    snprintf(layer->name, sizeof layer->name, "%s", group);
+    b->n_layers++;
+    for (size_t i = 0; i < (size_t)b->settings.w * b->settings.h; i++)
+        b->beauty[i] = lum_rgb_add(b->beauty[i], layer->pixels[i]);
+    return LUM_OK;
+}
+
+/* The beauty is the sum of the layers: exactly, and with the noise of each. */
+static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum_error *err)
+{
+    struct lum_light_groups groups;
+    enum lum_status st = lum_light_groups_list(&b->world, &groups, err);
+    if (st)
+        return st;
+    b->beauty = lum_calloc((size_t)b->settings.w * b->settings.h, sizeof *b->beauty);
+    b->layers = lum_calloc(groups.n, sizeof *b->layers);
+    if (!b->beauty || !b->layers)
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %zu layers", groups.n);
+    for (size_t i = 0; i < groups.n && !st; i++)
+        st = render_layer(b, frame, groups.names[i], err);
+    lum_light_groups_finish(&groups);
+    return st ? st : lum_light_groups_solo(&b->world, NULL, err);
+}
+
+static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    struct lum_error e;
+    lum_frame_stats_begin(&b->frame_stats, frame);
+    b->frame_stats.w = b->settings.w;
+    b->frame_stats.h = b->settings.h;
+    enum lum_status st = b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &e);
+    return !st || core_failed(&e, err);
 }
 
 static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
 {
-    const struct lum_film *film = lum_view_film(b->view);
-    struct lum_exr_output out = {.w = film->w, .h = film->h};
+    struct lum_exr_output out = {.w = b->settings.w, .h = b->settings.h, .layers = b->layers, .n_layers = b->n_layers};
     enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
     if (st)
         return st;
     cJSON *json = lum_frame_stats_json(&b->frame_stats);
     char *stats = json ? lum_json_print(json, NULL) : NULL;
     cJSON_Delete(json);
-    struct lum_rgb *beauty = lum_film_pixels(film);
-    if (stats && beauty) {
+    if (!b->beauty)
+        b->beauty = lum_film_pixels(lum_view_film(b->view));
+    if (stats && b->beauty) {
         struct lum_exr_attribute attributes[] = {{"lumend:version", LUMEND_VERSION},
                                                  {"lumend:scene", b->options.scene},
                                                  {"lumend:method", b->settings.method->name},
                                                  {"lumend:stats", stats}};
-        out.beauty = beauty;
+        out.beauty = b->beauty;
         out.attributes = attributes;
         out.n_attributes = LUM_ARRAY_LEN(attributes);
         st = lum_write_exr(path, &out, err);
     } else {
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
     }
-    lum_free(beauty);
     free(stats);
     return st;
 }
@@ -209,12 +269,12 @@ static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error 
 static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     double t_ms = b->options.n_frames ? frame * 1000.0 / b->options.fps : (double)INFINITY;
-    if (!apply_edits_until(b, t_ms, err) || !resolve_settings(b, err) || !render_passes(b, frame, err) ||
-        !write_image(b, frame, err))
-        return false;
-    if (b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
+    bool ok = apply_edits_until(b, t_ms, err) && resolve_settings(b, err) && render_picture(b, frame, err) &&
+              write_image(b, frame, err);
+    drop_frame(b);
+    if (ok && b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
         return lum_proto_fail_memory(err);
-    return true;
+    return ok;
 }
 
 /* ---- the run ---- */
@@ -276,8 +336,6 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
 
 static bool run(struct batch *b, struct lum_proto_error *err)
 {
-    if (b->options.light_groups)
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "", "--light-groups is not in this version");
     if (!set_up(b, err))
         return false;
     uint32_t n = b->options.n_frames ? b->options.n_frames : 1;

@@ -238,6 +238,32 @@ static void edits_follow_the_timeline(void **state)
     free(text);
 }
 
+/* Whitted takes the same shadow samples whatever the other lights do, so that the sum of the groups is the whole up to
+ * the rounding of a sum of floats: some ulps. */
+static void light_groups_sum_to_the_whole(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render, "render --scene cornell --method whitted --size 40x30 --out @whole.exr"),
+                     LUM_EXIT_OK);
+    assert_int_equal(
+        run(lum_cmd_render, "render --scene cornell --method whitted --size 40x30 --light-groups --out @sum.exr"),
+        LUM_EXIT_OK);
+    struct lum_exr_image whole = read_exr("whole.exr"), sum = read_exr("sum.exr");
+    const float *w = channel(&whole, "G"), *s = channel(&sum, "G"), *ceiling = channel(&sum, "ceiling.G"),
+                *globe = channel(&sum, "globe.G");
+    bool lit[2] = {false, false};
+    for (size_t i = 0; i < 40 * 30; i++) {
+        if (!(fabsf(w[i] - s[i]) <= 1e-5f * w[i]))
+            fail_msg("pixel %zu: %.9g whole, %.9g summed", i, (double)w[i], (double)s[i]);
+        assert_true(fabsf(ceiling[i] + globe[i] - s[i]) <= 1e-6f * s[i]);
+        lit[0] = lit[0] || ceiling[i] > 0.0f;
+        lit[1] = lit[1] || globe[i] > 0.0f;
+    }
+    assert_true(lit[0] && lit[1]);
+    lum_exr_finish(&whole);
+    lum_exr_finish(&sum);
+}
+
 static void mistakes_are_told_apart(void **state)
 {
     (void)state;
@@ -329,7 +355,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(edits_follow_the_timeline),
-        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(light_groups_sum_to_the_whole),    cmocka_unit_test(mistakes_are_told_apart),
+        cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
