@@ -59,13 +59,15 @@ static const struct knot sway_x[] = {{0.05, 0.0},    {0.30, 0.010},  {0.50, 0.01
 static const struct knot sway_z[] = {{0.05, 0.0},   {0.45, 0.010}, {0.70, -0.006},
                                      {0.84, 0.004}, {0.92, 0.024}, {1.0, 0.020}};
 /* Depth of the folds relative to the radius. */
-static const struct knot fold_depth[] = {{0.05, 0.115}, {0.20, 0.085}, {0.42, 0.060}, {0.60, 0.034},
-                                         {0.74, 0.020}, {0.82, 0.030}, {0.88, 0.006}, {0.95, 0.0}};
+static const struct knot fold_depth[] = {{0.05, 0.170}, {0.20, 0.135}, {0.42, 0.095}, {0.56, 0.052},
+                                         {0.70, 0.040}, {0.80, 0.050}, {0.86, 0.014}, {0.95, 0.0}};
 
-/* Rounded ridges with sharper valleys, n of them around; periodic in the angle. */
+/* Rounded ridges with sharper valleys, n of them around; periodic in the angle. The 0.02 rounds the valleys to what the
+ * default tessellation can show. */
 static double ridges(double angle, int n, double phase)
 {
-    return fabs(cos(0.5 * (n * angle + phase))) - 2.0 / pi;
+    double c = cos(0.5 * (n * angle + phase));
+    return sqrt(c * c + 0.02) - 2.0 / pi;
 }
 
 static double folds(const struct figure *f, double angle, double y)
@@ -83,30 +85,32 @@ static double folds(const struct figure *f, double angle, double y)
 static double sleeves(double angle, double y)
 {
     double side = fabs(angle), along = fmin(side / 1.45, 1.0);
-    double arm = 0.655 - 0.085 * along * along; /* height of the forearm */
+    double arm = 0.650 - 0.075 * along * along; /* height of the forearm */
     double below = arm - y;
-    double width = below > 0.0 ? 0.030 + 0.075 * along * (1.0 - 0.3 * along) : 0.024;
-    double reach = side < 1.45 ? 1.0 : bump(side - 1.45, 0.30);
-    double forearm = 0.046 * reach * bump(below, width) * (0.80 + 0.20 * cos(2.2 * side));
-    double hands = 0.034 * bump(angle, 0.20) * bump(y - 0.672, 0.030);
-    double upper_arm = 0.024 * bump(side - 1.50, 0.42) * bump(y - 0.655, 0.085);
+    double width = below > 0.0 ? 0.060 + 0.065 * along : 0.038;
+    double reach = side < 1.45 ? 1.0 : bump(side - 1.45, 0.35);
+    double drape = 1.0 + 0.16 * cos(9.0 * side - 60.0 * below) * bump(below - 0.03, 0.05);
+    double forearm = 0.036 * reach * bump(below, width) * (0.85 + 0.15 * cos(2.2 * side)) * drape;
+    double hands = 0.014 * bump(angle, 0.24) * bump(y - 0.668, 0.042);
+    double upper_arm = 0.022 * bump(side - 1.50, 0.42) * bump(y - 0.655, 0.085);
     return forearm + hands + upper_arm;
 }
 
-/* A hood with a raised rim around a recessed face with brow, nose and chin. */
+/* A hood around a face with brow, eyes, nose, mouth and chin; the veil falls to the shoulders. */
 static double hood(double angle, double y)
 {
-    double a = angle / 0.78, b = (y - 0.897) / 0.050, r = sqrt(a * a + b * b);
-    double opening = -0.022 / (1.0 + exp(14.0 * (r - 0.80)));
-    double rim = 0.010 * bump(r - 1.02, 0.20);
+    double a = angle / 0.86, b = (y - 0.893) / 0.056, r = sqrt(a * a + b * b);
+    double opening = -0.017 / (1.0 + exp(9.0 * (r - 0.84)));
+    double rim = 0.008 * bump(r - 1.05, 0.24);
+    double face = 0.012 * bump(angle, 0.42) * bump(y - 0.893, 0.042);
     double nose =
-        0.017 * bump(angle, 0.14) * bump(y - 0.893, 0.014) + 0.008 * bump(angle, 0.12) * bump(y - 0.908, 0.012);
-    double brow = 0.007 * bump(angle, 0.42) * bump(y - 0.922, 0.010);
-    double eyes = -0.006 * (bump(angle - 0.30, 0.15) + bump(angle + 0.30, 0.15)) * bump(y - 0.909, 0.009);
-    double mouth = 0.005 * bump(angle, 0.22) * bump(y - 0.873, 0.007);
-    double chin = 0.012 * bump(angle, 0.26) * bump(y - 0.856, 0.012);
-    double veil = 0.012 * bump(fabs(angle) - 1.15, 0.35) * bump(y - 0.845, 0.045);
-    return opening + rim + nose + brow + eyes + mouth + chin + veil;
+        0.0100 * bump(angle, 0.13) * bump(y - 0.889, 0.010) + 0.0045 * bump(angle, 0.10) * bump(y - 0.902, 0.011);
+    double brow = 0.0036 * bump(angle, 0.40) * bump(y - 0.914, 0.008);
+    double eyes = -0.0044 * (bump(angle - 0.27, 0.13) + bump(angle + 0.27, 0.13)) * bump(y - 0.9035, 0.0075);
+    double mouth = 0.0030 * bump(angle, 0.17) * (bump(y - 0.8765, 0.0034) + bump(y - 0.8700, 0.0034));
+    double chin = 0.0064 * bump(angle, 0.20) * bump(y - 0.8585, 0.0085);
+    double veil = 0.016 * bump(fabs(angle) - 1.10, 0.40) * bump(y - 0.835, 0.050);
+    return opening + rim + face + nose + brow + eyes + mouth + chin + veil;
 }
 
 /* The crown of the hood closes as an ellipse over the last control point. */
@@ -134,14 +138,14 @@ static struct lum_vec3d body_point(const struct figure *f, double angle, double 
 
 /* v: the underside from its centre to the hem, then up over the body; rows gather where there is detail. */
 static const struct knot row_height[] = {
-    {0.000, 0.050}, {0.030, 0.056}, {0.120, 0.120}, {0.330, 0.400},  {0.470, 0.570}, {0.640, 0.730},
-    {0.740, 0.830}, {0.900, 0.930}, {0.960, 0.980}, {0.985, 0.9965}, {1.000, 1.000},
+    {0.000, 0.050}, {0.030, 0.056}, {0.110, 0.120}, {0.290, 0.400}, {0.400, 0.560},  {0.580, 0.730},
+    {0.660, 0.830}, {0.700, 0.850}, {0.900, 0.926}, {0.960, 0.980}, {0.985, 0.9965}, {1.000, 1.000},
 };
 #define UNDERSIDE 0.02 /* share of v; hidden inside the plinth */
 
 static struct lum_vec3d robe_position(const void *ctx, double u, double v)
 {
-    double angle = 2.0 * pi * u; /* from +z towards +x: the outward sense seen from above is the grid's */
+    double angle = 2.0 * pi * u - 0.45 * sin(2.0 * pi * u); /* from +z towards +x; columns gather at the front */
     if (v >= UNDERSIDE)
         return body_point(ctx, angle, CURVE(row_height, (v - UNDERSIDE) / (1.0 - UNDERSIDE)));
     struct lum_vec3d hem = body_point(ctx, angle, 0.050);
