@@ -87,7 +87,8 @@ struct lum_trace {
     const struct lum_accel_alpha *alpha; /* NULL: no alpha-mapped material in the scene */
     bool camera;   /* a ray from the eye: passes hidden shapes */
     /* Closest hits of primary rays: neighbours together. Elsewhere the flag hurts (algorithms 0), and any-hit queries ignore
-     * it: Embree 3.13.5 never returns from rtcOccluded16 with it on some well-formed packets into two-level scenes. */
+     * it: Embree 3.13.5 as Debian builds it never returns from rtcOccluded16 with it on well-formed packets, when there are
+     * instances and AVX-512. */
     bool coherent;
     uint64_t *bad_rays; /* incremented for each ray that the gate refused; the caller's own counter */
 };

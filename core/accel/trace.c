@@ -18,6 +18,7 @@ struct filter_context {
     struct RTCIntersectContext rtc;
 #endif
     const struct lum_accel_alpha *alpha;
+    bool coherent;
 };
 
 /* Embree's packets are N-wide arrays one after the other; RTCHitN's fields are Ng_x Ng_y Ng_z u v primID geomID instID.
@@ -89,25 +90,26 @@ static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_
     }
 }
 
-static void filter_context_init(struct filter_context *context, const struct lum_trace *trace)
+static void filter_context_init(struct filter_context *context, const struct lum_trace *trace, bool coherent)
 {
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context->rtc);
 #else
     rtcInitIntersectContext(&context->rtc);
-    if (trace->coherent)
+    if (coherent)
         context->rtc.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (trace->alpha)
         context->rtc.filter = filter_alpha;
 #endif
     context->alpha = trace->alpha;
+    context->coherent = coherent;
 }
 
 #if RTC_VERSION_MAJOR >= 4
-static enum RTCRayQueryFlags query_flags(const struct lum_trace *trace)
+static enum RTCRayQueryFlags query_flags(const struct filter_context *context)
 {
-    return (trace->coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
-           (trace->alpha ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
+    return (context->coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
+           (context->alpha ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
 }
 #endif
 
@@ -118,7 +120,7 @@ static void intersect(const struct lum_trace *trace, struct filter_context *cont
     struct RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.context = &context->rtc;
-    args.flags = query_flags(trace);
+    args.flags = query_flags(context);
     args.filter = trace->alpha ? filter_alpha : NULL;
     rtcIntersect16(valid, trace->top->scene, packet, &args);
 #else
@@ -133,7 +135,7 @@ static void occluded(const struct lum_trace *trace, struct filter_context *conte
     struct RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
     args.context = &context->rtc;
-    args.flags = query_flags(trace);
+    args.flags = query_flags(context);
     args.filter = trace->alpha ? filter_alpha : NULL;
     rtcOccluded16(valid, trace->top->scene, packet, &args);
 #else
@@ -169,7 +171,7 @@ static void complete_round_hits(const struct lum_accel_top *top, const struct lu
 void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
 {
     struct filter_context context;
-    filter_context_init(&context, trace);
+    filter_context_init(&context, trace, trace->coherent);
     uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
     uint32_t bad = 0;
     struct RTCRayHit16 packet;
@@ -192,11 +194,8 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
 
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
 {
-    struct lum_trace incoherent = *trace;
-    incoherent.coherent = false; /* accel.h */
-    trace = &incoherent;
     struct filter_context context;
-    filter_context_init(&context, trace);
+    filter_context_init(&context, trace, false); /* coherent occlusion: see accel.h */
     uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
     uint32_t bad = 0;
     struct RTCRay16 packet;

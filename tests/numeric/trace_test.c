@@ -550,7 +550,7 @@ static void batches_of_any_length_agree(void **state)
                 assert_memory_equal(&hits.t[i], &full.t[i + 7], sizeof(float));
             rays.tfar[i] = hits.object[i] != LUM_NO_OBJECT ? hits.t[i] * (i & 1 ? 0.99f : 1.01f) : INFINITY;
         }
-        lum_trace_any(&t, &rays, occluded);
+        lum_trace_any(n & 4 ? &coherent : &t, &rays, occluded);
         for (uint32_t i = 0; i < n; i++)
             assert_int_equal(occluded[i], hits.object[i] != LUM_NO_OBJECT && !(i & 1));
     }
