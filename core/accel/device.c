@@ -64,6 +64,10 @@ enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lu
     }
     pthread_mutex_init(&device->lock, NULL);
     rtcSetDeviceErrorFunction(device->rtc, on_error, device);
+    if (!lum_unit_shapes_create(device)) {
+        lum_device_destroy(device);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the ray tracing device");
+    }
     snprintf(device->isa, sizeof device->isa, "%s", isa_name(device->rtc, isa));
     long v = (long)rtcGetDeviceProperty(device->rtc, RTC_DEVICE_PROPERTY_VERSION);
     snprintf(device->version, sizeof device->version, "Embree %ld.%ld.%ld", v / 10000, v / 100 % 100, v % 100);
@@ -75,6 +79,7 @@ void lum_device_destroy(struct lum_device *device)
 {
     if (!device)
         return;
+    lum_unit_shapes_destroy(device);
     rtcReleaseDevice(device->rtc);
     pthread_mutex_destroy(&device->lock);
     lum_free(device);

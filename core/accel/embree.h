@@ -26,6 +26,7 @@
 
 struct lum_device {
     RTCDevice rtc;
+    RTCScene unit_shapes[LUM_SHAPE_KIND_COUNT]; /* what emitter shapes are instances of (top.c) */
     char isa[16], version[32];
     /* guarded by lock */
     pthread_mutex_t lock;
@@ -46,9 +47,12 @@ struct lum_accel_top {
     RTCScene scene;
     struct lum_accel_mesh **meshes; /* one reference per instance */
     struct lum_accel_shape *shapes;
-    uint32_t n_instances, n_shapes;
-    bool has_round; /* a disc or sphere: their hits are completed after the trace */
+    uint32_t n_instances, n_shapes, n_attached;
 };
+
+/* top.c */
+bool lum_unit_shapes_create(struct lum_device *device);
+void lum_unit_shapes_destroy(struct lum_device *device);
 
 /* Turns Embree's pending error of this thread into a status; LUM_OK when there is none. */
 enum lum_status lum_device_check(struct lum_device *device, const char *what, struct lum_error *err);

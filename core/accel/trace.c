@@ -18,6 +18,7 @@ struct filter_context {
     struct RTCIntersectContext rtc;
 #endif
     const struct lum_accel_alpha *alpha;
+    uint32_t n_instances;
     bool coherent;
 };
 
@@ -31,7 +32,7 @@ static void filter_alpha(const struct RTCFilterFunctionNArguments *args)
     uint32_t n = args->N;
     for (uint32_t i = 0; i < n; i++) {
         uint32_t instance = hit_u[7 * n + i];
-        if (args->valid[i] == 0 || instance == RTC_INVALID_GEOMETRY_ID)
+        if (args->valid[i] == 0 || instance >= context->n_instances)
             continue; /* emitter shapes are opaque */
         if (!context->alpha->opaque(context->alpha->user, instance, hit_u[5 * n + i], hit_f[3 * n + i],
                                     hit_f[4 * n + i]))
@@ -84,10 +85,7 @@ static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_
     memcpy(h->ngy + first, packet->hit.Ng_y, size);
     memcpy(h->ngz + first, packet->hit.Ng_z, size);
     memcpy(h->prim + first, packet->hit.primID, size);
-    for (uint32_t k = 0; k < WIDTH; k++) {
-        uint32_t instance = packet->hit.instID[0][k];
-        h->object[first + k] = instance == RTC_INVALID_GEOMETRY_ID ? packet->hit.geomID[k] : instance;
-    }
+    memcpy(h->object + first, packet->hit.instID[0], size); /* everything is an instance (top.c) */
 }
 
 static void filter_context_init(struct filter_context *context, const struct lum_trace *trace, bool coherent)
@@ -102,6 +100,7 @@ static void filter_context_init(struct filter_context *context, const struct lum
         context->rtc.filter = filter_alpha;
 #endif
     context->alpha = trace->alpha;
+    context->n_instances = trace->top->n_instances;
     context->coherent = coherent;
 }
 
@@ -143,24 +142,22 @@ static void occluded(const struct lum_trace *trace, struct filter_context *conte
 #endif
 }
 
-/* Embree reports no coordinates on discs and spheres: derive them from the hit point, which is taken relative to the
- * centre first, so that the result is as exact as the distance. */
-static void complete_round_hits(const struct lum_accel_top *top, const struct lum_rays *rays, struct lum_hits *h)
+/* Hits on emitter shapes: normals in scene space; on discs and spheres, where Embree reports no coordinates, from the
+ * hit point, taken relative to the centre first so that it is as exact as the distance. */
+static void complete_shape_hits(const struct lum_accel_top *top, const struct lum_rays *rays, struct lum_hits *h)
 {
     for (uint32_t i = 0; i < rays->n; i++) {
         if (h->object[i] == LUM_NO_OBJECT || h->object[i] < top->n_instances)
             continue;
         const struct lum_accel_shape *s = &top->shapes[h->object[i] - top->n_instances];
-        if (s->kind == LUM_SHAPE_QUAD)
-            continue;
         struct lum_vec3 o = lum_v3(rays->ox[i], rays->oy[i], rays->oz[i]);
         struct lum_vec3 d = lum_v3(rays->dx[i], rays->dy[i], rays->dz[i]);
-        struct lum_vec3 n = lum_v3_mad(lum_v3_sub(o, s->p), d, h->t[i]);
+        struct lum_vec3 q = lum_v3_mad(lum_v3_sub(o, s->p), d, h->t[i]);
+        struct lum_vec3 n = s->kind == LUM_SHAPE_SPHERE ? q : s->n;
         if (s->kind == LUM_SHAPE_DISC) {
             struct lum_frame frame = lum_frame_from_normal(s->n);
-            h->u[i] = lum_dot(n, frame.t) / s->radius;
-            h->v[i] = lum_dot(n, frame.b) / s->radius;
-            n = s->n;
+            h->u[i] = lum_dot(q, frame.t) / s->radius;
+            h->v[i] = lum_dot(q, frame.b) / s->radius;
         }
         h->ngx[i] = n.x;
         h->ngy[i] = n.y;
@@ -186,8 +183,8 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
         intersect(trace, &context, valid, &packet);
         unpack(&packet, first, ret_hits);
     }
-    if (trace->top->has_round)
-        complete_round_hits(trace->top, rays, ret_hits);
+    if (trace->top->n_shapes)
+        complete_shape_hits(trace->top, rays, ret_hits);
     if (bad)
         *trace->bad_rays += bad;
 }

@@ -178,13 +178,15 @@ static void resolve_mesh_light(struct lum_light *l, const struct lum_instance *i
     memcpy(l->group, instance->id, sizeof l->group);
 }
 
-/* The emitter's surface, which rays can hit. One too small for the scene's precision gets none: nothing hits it. */
+/* The emitter's surface, which rays can hit. One too small for the scene's precision (2^-28 units across, in a scene of
+ * 32..64) gets none: nothing hits it. */
 static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t light)
 {
-    static const float smallest = 1e-12f;
+    const float smallest = 0x1p-28f;
     if (l->kind != LUM_EMIT_QUAD && l->kind != LUM_EMIT_DISC && l->kind != LUM_EMIT_SPHERE)
         return;
-    if (!(l->area > smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
+    float across = l->kind == LUM_EMIT_QUAD ? l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v))) : l->radius;
+    if (!(across >= smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
         return;
     struct lum_accel_shape *s = &part->shapes[part->n_shapes];
     s->kind = l->kind == LUM_EMIT_QUAD ? LUM_SHAPE_QUAD : l->kind == LUM_EMIT_DISC ? LUM_SHAPE_DISC : LUM_SHAPE_SPHERE;

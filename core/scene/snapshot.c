@@ -94,8 +94,8 @@ static struct lum_vec3 normal_to_scene(const struct lum_instance *instance, stru
                                 m[2][0] * n.x + m[2][1] * n.y + m[2][2] * n.z));
 }
 
-/* Interpolates uv and solves for the change of position with it. */
-static void set_uv(struct lum_surface *s, const struct lum_instance *instance, const struct triangle *t)
+/* Interpolates uv; where a normal map asks for it, solves for the change of position with uv. */
+static void set_uv(struct lum_surface *s, const struct lum_instance *instance, const struct triangle *t, bool tangents)
 {
     const float *uvs = instance->mesh->uvs;
     struct lum_vec2 c[3];
@@ -103,6 +103,8 @@ static void set_uv(struct lum_surface *s, const struct lum_instance *instance, c
         c[k] = (struct lum_vec2){uvs[2 * (size_t)t->index[k]], uvs[2 * (size_t)t->index[k] + 1]};
     s->uv.x = t->w[0] * c[0].x + t->w[1] * c[1].x + t->w[2] * c[2].x;
     s->uv.y = t->w[0] * c[0].y + t->w[1] * c[1].y + t->w[2] * c[2].y;
+    if (!tangents)
+        return;
     float u1 = c[1].x - c[0].x, v1 = c[1].y - c[0].y, u2 = c[2].x - c[0].x, v2 = c[2].y - c[0].y;
     float inverse = 1.0f / (u1 * v2 - u2 * v1);
     if (!isfinite(inverse))
@@ -138,7 +140,7 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
             s->ns = side < 0.0f ? lum_v3_neg(n) : n;
     }
     if (mesh->uvs)
-        set_uv(s, instance, &t);
+        set_uv(s, instance, &t, snapshot->materials[s->material].normal_tex.image != NULL);
     if (mesh->colors) {
         struct lum_vec3 c = blend3(mesh->colors, &t);
         s->vertex_color = lum_rgb(c.x, c.y, c.z);

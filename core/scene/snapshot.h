@@ -91,8 +91,8 @@ struct lum_surface {
     uint32_t prim;
     bool backface;           /* hit from behind the winding (entering or leaving a solid) */
     struct lum_rgb vertex_color; /* white when the mesh has none */
-    /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs. For normal maps, which
-     * lum_bsdf_init applies: ns here is the interpolated vertex normal. */
+    /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
+     * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
     struct lum_vec3 dpdu, dpdv;
 };
 
