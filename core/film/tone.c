@@ -91,10 +91,10 @@ static float fast_log2(float x)
     return (float)exponent + 2.88539008f * r * p;
 }
 
-/* x^y for x in [0, 1] and y > 0; below 2^-100 it is 0 in 8 bits. */
+/* x^y for x in [0, 1] and y > 0; below 2^-100 both are 0 in 8 bits. */
 static float fast_pow(float x, float y)
 {
-    return x > 0x1p-100f ? fast_exp2(y * fast_log2(x)) : 0.0f;
+    return fast_exp2(y * fast_log2(lum_max(x, 0x1p-100f)));
 }
 
 /* NaN and negative values give 0. */
@@ -125,18 +125,12 @@ static float agx_curve(float x)
     return 15.5f * t4 * t2 - 40.14f * t4 * t + 31.96f * t4 - 6.868f * t2 * t + 0.4298f * t2 + 0.1191f * t - 0.00232f;
 }
 
-static struct lum_rgb tone_agx(struct lum_rgb c)
-{
-    static const float inset[3][3] = {{0.842479062253094f, 0.0784335999999992f, 0.0792237451477643f},
+static const float agx_inset[3][3] = {{0.842479062253094f, 0.0784335999999992f, 0.0792237451477643f},
                                       {0.0423282422610123f, 0.878468636469772f, 0.0791661274605434f},
                                       {0.0423756549057051f, 0.0784336f, 0.879142973793104f}};
-    static const float outset[3][3] = {{1.19687900512017f, -0.0980208811401368f, -0.0990297440797205f},
+static const float agx_outset[3][3] = {{1.19687900512017f, -0.0980208811401368f, -0.0990297440797205f},
                                        {-0.0528968517574562f, 1.15190312990417f, -0.0989611768448433f},
                                        {-0.0529716355144438f, -0.0980434501171241f, 1.15107367264116f}};
-    c = mul3(inset, c);
-    c = mul3(outset, lum_rgb(agx_curve(c.r), agx_curve(c.g), agx_curve(c.b)));
-    return lum_rgb(fast_pow(clamp01(c.r), 2.2f), fast_pow(clamp01(c.g), 2.2f), fast_pow(clamp01(c.b), 2.2f));
-}
 
 /* ACES RRT + sRGB ODT, the fit by S. Hill (2016): rational curve between two matrices. */
 static float aces_curve(float v)
@@ -161,44 +155,123 @@ static struct lum_rgb tone_reinhard(struct lum_rgb c)
 }
 
 /* IEC 61966-2-1. */
-static uint8_t srgb_code(float v)
+static int32_t srgb_code(float v)
 {
     v = clamp01(v);
     float e = v <= 0.0031308f ? 12.92f * v : 1.055f * fast_pow(v, 1.0f / 2.4f) - 0.055f;
-    return (uint8_t)(e * 255.0f + 0.5f);
+    return (int32_t)(e * 255.0f + 0.5f);
 }
 
-void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map tone, uint8_t ret_rgb[3])
+/* ---- spans of pixels ---- */
+
+/* Planes, so that one instruction serves eight pixels. */
+#define SPAN 64u
+struct span {
+    float r[SPAN], g[SPAN], b[SPAN];
+};
+
+static void set_pixel(struct span *s, uint32_t i, struct lum_rgb c)
 {
-    float scale = (float)(1.0 / white);
-    struct lum_rgb c = lum_rgb(bounded(radiance.r * scale), bounded(radiance.g * scale), bounded(radiance.b * scale));
+    s->r[i] = c.r;
+    s->g[i] = c.g;
+    s->b[i] = c.b;
+}
+
+static void multiply(struct span *s, const float m[3][3])
+{
+    for (uint32_t i = 0; i < SPAN; i++)
+        set_pixel(s, i, mul3(m, lum_rgb(s->r[i], s->g[i], s->b[i])));
+}
+
+static void agx_curves(float *v)
+{
+    for (uint32_t i = 0; i < SPAN; i++)
+        v[i] = agx_curve(v[i]);
+}
+
+static void agx_powers(float *v)
+{
+    for (uint32_t i = 0; i < SPAN; i++)
+        v[i] = fast_pow(clamp01(v[i]), 2.2f);
+}
+
+static void map_agx(struct span *s)
+{
+    multiply(s, agx_inset);
+    agx_curves(s->r);
+    agx_curves(s->g);
+    agx_curves(s->b);
+    multiply(s, agx_outset);
+    agx_powers(s->r);
+    agx_powers(s->g);
+    agx_powers(s->b);
+}
+
+/* The loops are over whole spans: what lies past the pixels in use is finite and not read. */
+static void map_span(struct span *s, enum lum_tone_map tone)
+{
     switch (tone) {
     case LUM_TONE_AGX:
-        c = tone_agx(c);
+        map_agx(s);
         break;
     case LUM_TONE_ACES:
-        c = tone_aces(c);
+        for (uint32_t i = 0; i < SPAN; i++)
+            set_pixel(s, i, tone_aces(lum_rgb(s->r[i], s->g[i], s->b[i])));
         break;
     case LUM_TONE_REINHARD:
-        c = tone_reinhard(c);
+        for (uint32_t i = 0; i < SPAN; i++)
+            set_pixel(s, i, tone_reinhard(lum_rgb(s->r[i], s->g[i], s->b[i])));
         break;
     case LUM_TONE_NONE:
         break;
     }
-    ret_rgb[0] = srgb_code(c.r);
-    ret_rgb[1] = srgb_code(c.g);
-    ret_rgb[2] = srgb_code(c.b);
+}
+
+static void encode_plane(const float *v, int32_t *ret_codes)
+{
+    for (uint32_t i = 0; i < SPAN; i++)
+        ret_codes[i] = srgb_code(v[i]);
+}
+
+static void encode_span(const struct span *s, uint32_t n, uint8_t *ret_rgba)
+{
+    int32_t codes[3][SPAN];
+    encode_plane(s->r, codes[0]);
+    encode_plane(s->g, codes[1]);
+    encode_plane(s->b, codes[2]);
+    for (uint32_t i = 0; i < n; i++) {
+        for (int c = 0; c < 3; c++)
+            ret_rgba[4 * i + (uint32_t)c] = (uint8_t)codes[c][i];
+        ret_rgba[4 * i + 3] = 255;
+    }
+}
+
+static struct lum_rgb exposed(struct lum_rgb radiance, float scale)
+{
+    return lum_rgb(bounded(radiance.r * scale), bounded(radiance.g * scale), bounded(radiance.b * scale));
+}
+
+void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map tone, uint8_t ret_rgb[3])
+{
+    struct span s = {0};
+    uint8_t rgba[4];
+    set_pixel(&s, 0, exposed(radiance, (float)(1.0 / white)));
+    map_span(&s, tone);
+    encode_span(&s, 1, rgba);
+    memcpy(ret_rgb, rgba, 3);
 }
 
 void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double ev100,
                       enum lum_tone_map tone, uint8_t *ret_rgba, size_t stride)
 {
-    double white = lum_exposure_white(ev100);
-    for (uint32_t j = 0; j < h; j++) {
-        uint8_t *row = ret_rgba + j * stride;
-        for (uint32_t i = 0; i < w; i++) {
-            lum_tone_pixel(lum_film_mean(film, x + i, y + j), white, tone, row + 4 * (size_t)i);
-            row[4 * (size_t)i + 3] = 255;
+    float scale = (float)(1.0 / lum_exposure_white(ev100));
+    struct span s = {0};
+    for (uint32_t j = 0; j < h; j++)
+        for (uint32_t i = 0; i < w; i += SPAN) {
+            uint32_t n = w - i < SPAN ? w - i : SPAN;
+            for (uint32_t k = 0; k < n; k++)
+                set_pixel(&s, k, exposed(lum_film_mean(film, x + i + k, y + j), scale));
+            map_span(&s, tone);
+            encode_span(&s, n, ret_rgba + j * stride + 4 * (size_t)i);
         }
-    }
 }
