@@ -384,6 +384,8 @@ static enum lum_status load(struct lum_director *d, struct lum_error *err)
     if (d->config.method && !set_method(d, &e))
         return lum_fail(err, LUM_ERR_INVALID, "method", "%s", e.text);
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
+    d->metrics.triangles = d->world.snapshot->n_triangles; /* no other thread yet */
+    d->metrics.lights = d->world.snapshot->lights.n_lights;
     return LUM_OK;
 }
 

@@ -82,7 +82,7 @@ static void wait_for_bell(struct client *c)
     pthread_mutex_unlock(&c->lock);
 }
 
-static int setup(void **state)
+static int setup_with(void **state, const char *importer)
 {
     struct client *c = calloc(1, sizeof *c);
     assert_non_null(c);
@@ -95,7 +95,7 @@ static int setup(void **state)
     close(fd);
     struct lum_director_config config = {.scene = c->path,
                                          .assets_dir = "/tmp",
-                                         .importer = "/bin/false",
+                                         .importer = importer,
                                          .method = "path",
                                          .threads = 2,
                                          .wake_net = wake,
@@ -105,6 +105,16 @@ static int setup(void **state)
         fail_msg("%s", err.text);
     *state = c;
     return 0;
+}
+
+static int setup(void **state)
+{
+    return setup_with(state, "/bin/false");
+}
+
+static int setup_importer(void **state)
+{
+    return setup_with(state, LUMEND_IMPORT);
 }
 
 static int teardown(void **state)
@@ -424,6 +434,38 @@ static void a_failed_import_changes_nothing(void **state)
     assert_int_equal(m.imports_failed, 1);
 }
 
+/* A triangle in a file beside the scene becomes the children of the import; its progress is told, and undo takes all
+ * away. */
+static void an_import_joins_the_scene(void **state)
+{
+    struct client *c = *state;
+    static const char gltf[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+        "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}]}";
+    char path[80], op[200];
+    snprintf(path, sizeof path, "%s.gltf", c->path);
+    FILE *f = fopen(path, "wb");
+    assert_true(f && fputs(gltf, f) >= 0 && fclose(f) == 0);
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"tri\",\"asset\":\"%s\"}]", strrchr(path, '/') + 1);
+    uint64_t before = lum_director_scene_rev(c->director);
+    assert_int_equal(scene_rev_of(ask(c, apply_command(c, op))), before + 1);
+    remove(path);
+    struct lum_director_metrics m;
+    lum_director_metrics(c->director, &m);
+    assert_int_equal(m.triangles, 3);
+    assert_int_equal(m.imports, 1);
+    bool told = false;
+    for (size_t i = 0; i < c->n_texts; i++)
+        told = told || strstr(c->texts[i], "\"import.progress\"");
+    assert_true(told);
+    scene_rev_of(ask(c, command(c, LUM_CMD_SCENE_UNDO)));
+    lum_director_metrics(c->director, &m);
+    assert_int_equal(m.triangles, 2);
+}
+
 static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
@@ -486,6 +528,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(edits_are_all_or_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(a_stale_base_revision_is_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_failed_import_changes_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_import_joins_the_scene, setup_importer, teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, setup, teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, setup, teardown),

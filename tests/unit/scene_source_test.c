@@ -1,0 +1,135 @@
+/* Where scenes come from: built in, ops in a file, a model file. */
+#define _GNU_SOURCE /* mkdtemp */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "server/scene_source.h"
+
+/* One triangle, nothing else; its buffer is 36 bytes: (0,0,0) (1,0,0) (0,1,0). */
+static const char triangle_gltf[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
+    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+    "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],"
+    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,"
+    "1,0]}]}";
+
+struct fixture {
+    struct lum_world world;
+    char dir[64], path[128];
+};
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof *f);
+    assert_non_null(f);
+    snprintf(f->dir, sizeof f->dir, "/tmp/lumend-scene-XXXXXX");
+    assert_non_null(mkdtemp(f->dir));
+    assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL), LUM_OK);
+    *state = f;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    lum_world_finish(&f->world);
+    if (f->path[0])
+        remove(f->path);
+    remove(f->dir);
+    free(f);
+    return 0;
+}
+
+static void write_file(struct fixture *f, const char *name, const char *text)
+{
+    snprintf(f->path, sizeof f->path, "%s/%s", f->dir, name);
+    FILE *out = fopen(f->path, "wb");
+    assert_non_null(out);
+    assert_true(fputs(text, out) >= 0);
+    assert_int_equal(fclose(out), 0);
+}
+
+static bool load(struct fixture *f, const char *scene, struct lum_proto_error *err)
+{
+    return lum_scene_load(&f->world, scene, &(struct lum_import_config){.importer = LUMEND_IMPORT}, err);
+}
+
+static void every_built_in_scene_loads(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    for (const struct lum_embedded *e = lum_embedded_scenes; e->key; e++) {
+        char name[64];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(e->key, "."), e->key);
+        assert_ptr_equal(lum_scene_builtin(name), e);
+        struct fixture one = {0};
+        assert_int_equal(lum_world_init(&one.world, 2, NULL, NULL), LUM_OK);
+        if (!load(&one, name, &err))
+            fail_msg("%s: %s: %s", name, err.path, err.text);
+        assert_non_null(lum_document_find(one.world.doc, "main"));
+        assert_true(one.world.snapshot->n_triangles > 0 && one.world.snapshot->lights.n_lights > 0);
+        assert_int_equal(lum_scene_dropped_triangles(one.world.scene), 0);
+        lum_world_finish(&one.world);
+    }
+    assert_null(lum_scene_builtin("cornell.jsonl"));
+    assert_null(lum_scene_builtin("corn"));
+    assert_false(load(f, "corn", &err));
+    assert_string_equal(err.app, "not_found");
+}
+
+static void a_file_of_ops_names_its_bad_line(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    write_file(f, "bad.jsonl",
+               "{\"lumend\":1,\"kind\":\"scene\"}\n\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"m\",\"metallic\":2}\n");
+    assert_false(load(f, f->path, &err));
+    assert_non_null(strstr(err.text, "line 3"));
+}
+
+static void a_bare_model_gets_camera_and_sky(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    write_file(f, "a bare triangle.gltf", triangle_gltf);
+    if (!load(f, f->path, &err))
+        fail_msg("%s: %s", err.path, err.text);
+    assert_int_equal(f->world.snapshot->n_triangles, 1);
+    const struct lum_record *camera = lum_document_find(f->world.doc, "main");
+    const struct lum_record *sky = lum_document_find(f->world.doc, "default-sky");
+    assert_true(camera && camera->type == LUM_RECORD_CAMERA);
+    assert_true(sky && sky->type == LUM_RECORD_LIGHT);
+    assert_string_equal(sky->light.kind, "environment");
+    assert_non_null(lum_document_find(f->world.doc, "a-bare-triangle")); /* an id made from the file's name */
+}
+
+static void a_missing_or_broken_model_fails(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    assert_false(load(f, "/nonexistent/room.glb", &err));
+    write_file(f, "broken.glb", "glTF but not really");
+    assert_false(load(f, f->path, &err));
+    assert_int_equal(lum_document_rev(f->world.doc), 0); /* nothing happened */
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(every_built_in_scene_loads, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_file_of_ops_names_its_bad_line, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_and_sky, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_missing_or_broken_model_fails, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
