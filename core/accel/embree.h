@@ -4,7 +4,7 @@
 
 #include <pthread.h>
 
-#if __has_include(<embree4/rtcore.h>)
+#if LUM_EMBREE_MAJOR >= 4 /* the version that CMake found and links */
 #include <embree4/rtcore.h>
 #else
 #include <embree3/rtcore.h>
