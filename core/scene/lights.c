@@ -1,5 +1,5 @@
 /* Lights as a renderer reads them: light entries by id, then emissive instances by object id; their emitter shapes; the
- * table from which one is picked in proportion to its flux. */
+ * table from which one is picked. */
 #include "core/scene/store.h"
 
 #include <string.h>
@@ -259,7 +259,9 @@ static double light_weight(const struct lum_light_part *part, uint32_t i, double
     return flux > 0.0 && isfinite(flux) ? flux : 0.0;
 }
 
-/* pick_pdf is the exact difference of neighbouring CDF values, so that what is picked and what is divided by agree. */
+/* Half of the picks go by flux, half to all lights alike: a sun that is blocked everywhere must not starve a desk lamp, and
+ * the dimmest light keeps a probability far above the CDF's rounding. pick_pdf is the exact difference of neighbouring
+ * CDF values, so that what is picked and what is divided by agree. */
 static void fill_table(struct lum_light_part *part, float scene_radius)
 {
     part->table = (struct lum_light_table){
@@ -271,17 +273,20 @@ static void fill_table(struct lum_light_part *part, float scene_radius)
         .environment = find_environment(part),
         .scene_radius = scene_radius,
     };
-    double total = 0.0, sum = 0.0;
-    for (uint32_t i = 0; i < part->n; i++)
-        total += light_weight(part, i, (double)scene_radius);
+    double total = 0.0, sum = 0.0, n_emitting = 0.0;
+    for (uint32_t i = 0; i < part->n; i++) {
+        double weight = light_weight(part, i, (double)scene_radius);
+        total += weight;
+        n_emitting += weight > 0.0 ? 1.0 : 0.0;
+    }
     float before = 0.0f;
     uint32_t n_active = 0;
     for (uint32_t i = 0; i < part->n; i++) {
         double weight = light_weight(part, i, (double)scene_radius);
         if (!(weight > 0.0))
             continue;
-        sum += weight;
-        float cdf = (float)(sum / total);
+        sum += 0.5 * weight / total + 0.5 / n_emitting;
+        float cdf = (float)sum;
         part->active[n_active] = i;
         part->active_cdf[n_active++] = cdf;
         part->pick_pdf[i] = cdf - before;

@@ -237,8 +237,8 @@ def office():
     for z, name in ((-2.15, "back"), (2.15, "front")):
         s.box(f"window-pier-{name}", [t, 1.6, 0.7], "wall-paint", (-w / 2 - t / 2, 1.7, z))
     s.box("window-mullion", [0.05, 1.6, 0.05], "steel", (-w / 2 - t / 2, 1.7, 0))
-    for k in range(30):
-        s.box(f"blind-{k:02d}", [0.05, 0.003, 3.58], "slat", (-w / 2 + 0.06, 0.95 + 0.053 * k, 0), (0, 0, 28))
+    for k in range(31):
+        s.box(f"blind-{k:02d}", [0.05, 0.003, 3.7], "slat", (-w / 2 + 0.06, 0.915 + 0.0535 * k, 0), (0, 0, 28))
 
     desk_with_things(s, "desk-a", -1.35, -1.15, 420)
     desk_with_things(s, "desk-b", 1.15, -1.15, 380)
@@ -282,9 +282,8 @@ def office():
     for name, x in (("a", -1.35), ("b", 1.35)):
         s.add("light", f"panel-{name}", kind="quad", position=[x, h - 0.01, -0.4], u=[0.6, 0, 0], v=[0, 0, 1.2],
               flux_lm=1400, cct_k=4000, group="ceiling")
-    s.add("light", "window-sky", kind="quad", position=[-w / 2 - 0.75, 1.9, 0], u=[0, 2.0, 0], v=[0, 0, 4.4],
-          luminance_cd_m2=420, cct_k=8000, group="daylight")
-    s.add("light", "sun", kind="directional", direction=[0.86, -0.42, -0.24], illuminance_lx=9000, cct_k=3200, group="daylight")
+    s.add("light", "sky", kind="environment", luminance_cd_m2=260, cct_k=9000, group="daylight")
+    s.add("light", "sun", kind="directional", direction=[0.83, -0.50, -0.30], illuminance_lx=5000, cct_k=3400, group="daylight")
     s.add("camera", "main", position=[2.55, 1.75, 2.3], target=[-0.35, 0.95, -1.2], up=[0, 1, 0], vfov_deg=52)
     s.add("camera", "window", position=[1.6, 1.35, 0.9], target=[-3.0, 1.3, -0.5], up=[0, 1, 0], vfov_deg=50)
     s.op("set", id="render", path="/exposure_ev", value=7.4)
