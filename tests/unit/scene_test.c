@@ -447,7 +447,7 @@ static void emissive_objects_are_lights(void **state)
     lum_snapshot_unref(s);
 }
 
-static void lights_are_picked_by_flux(void **state)
+static void lights_are_picked_half_by_flux(void **state)
 {
     struct fixture *f = *state;
     struct lum_error refusal;
@@ -468,8 +468,8 @@ static void lights_are_picked_by_flux(void **state)
     assert_int_equal(s->lights.n_lights, 6);
     assert_int_equal(s->lights.n_active, 5);
     float before = 0.0f;
-    for (uint32_t i = 0; i < 5; i++) { /* 1 : 2 : 3 : 4 : 5 */
-        assert_true(fabs((double)s->lights.pick_pdf[i] - (i + 1) / 15.0) < 1e-6);
+    for (uint32_t i = 0; i < 5; i++) { /* fluxes 1 : 2 : 3 : 4 : 5 */
+        assert_true(fabs((double)s->lights.pick_pdf[i] - (0.5 * (i + 1) / 15.0 + 0.5 / 5.0)) < 1e-6);
         assert_true(s->lights.active_cdf[i] - before == s->lights.pick_pdf[i]);
         before = s->lights.active_cdf[i];
     }
@@ -739,7 +739,7 @@ int main(void)
         TEST(order_of_arrival_does_not_matter),
         TEST(lengths_and_powers_are_in_scene_units),
         TEST(emissive_objects_are_lights),
-        TEST(lights_are_picked_by_flux),
+        TEST(lights_are_picked_half_by_flux),
         TEST(main_is_the_default_camera),
         TEST(the_framing_camera_sees_everything),
         TEST(placement_has_hysteresis),
