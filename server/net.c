@@ -26,6 +26,8 @@
 
 #include <libwebsockets.h>
 
+#include "server/peers.h"
+
 #define PROTOCOL "lumend.v1"
 #define TX_BYTES (128u << 10) /* one write: a raw tile of 128 x 128 and its header fit */
 #define RX_BYTES (16u << 10)
@@ -34,12 +36,6 @@
     (128 << 10)         /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
 #define HEADER_POOL 128 /* connections that may be in their HTTP phase at once */
 #define CLOSE_GRACE_S 5 /* a peer that does not take the close frame is cut off */
-
-/* One address with open connections. */
-struct peer {
-    struct in6_addr address; /* IPv4 as ::ffff:a.b.c.d */
-    uint32_t n_connections;
-};
 
 /* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
 struct conn {
@@ -69,8 +65,7 @@ struct lum_net {
     struct lum_http_site site;
     struct lum_net_counters counters;
     struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
-    struct peer peers[LUM_LIMIT_CONNECTIONS];
-    uint32_t n_connections;
+    struct lum_peers peers;
     unsigned char tx[LWS_PRE + TX_BYTES];
 };
 
@@ -81,43 +76,10 @@ static const lws_retry_bo_t idle_policy = {
 
 /* ---- connections by address ---- */
 
-static bool peer_address(int fd, struct in6_addr *ret_address)
-{
-    struct sockaddr_storage storage;
-    socklen_t n = sizeof storage;
-    if (getpeername(fd, (struct sockaddr *)&storage, &n))
-        return false;
-    memset(ret_address, 0, sizeof *ret_address);
-    if (storage.ss_family == AF_INET6) {
-        *ret_address = ((struct sockaddr_in6 *)&storage)->sin6_addr;
-    } else {
-        ret_address->s6_addr[10] = ret_address->s6_addr[11] = 0xff;
-        memcpy(&ret_address->s6_addr[12], &((struct sockaddr_in *)&storage)->sin_addr, 4);
-    }
-    return true;
-}
-
-/* The peer's entry, or a free one for it; NULL when there is none. */
-static struct peer *find_peer(struct lum_net *net, const struct in6_addr *address)
-{
-    struct peer *unused = NULL;
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
-        struct peer *p = &net->peers[i];
-        if (p->n_connections && memcmp(&p->address, address, sizeof *address) == 0)
-            return p;
-        if (!p->n_connections && !unused)
-            unused = p;
-    }
-    return unused;
-}
-
 /* Before a byte is read. Nonzero: hang up. */
 static int filter_connection(struct lum_net *net, int fd)
 {
-    struct in6_addr address;
-    struct peer *p = peer_address(fd, &address) ? find_peer(net, &address) : NULL;
-    if (!atomic_load(&net->stop) && p && p->n_connections < LUM_LIMIT_CONNECTIONS_PER_IP &&
-        net->n_connections < LUM_LIMIT_CONNECTIONS)
+    if (!atomic_load(&net->stop) && lum_peers_admit(&net->peers, fd))
         return 0;
     net->counters.connections_refused++;
     return 1;
@@ -126,25 +88,14 @@ static int filter_connection(struct lum_net *net, int fd)
 /* The connection remembers its peer in the library's opaque pointer until it is destroyed. */
 static void count_connection(struct lum_net *net, struct lws *wsi)
 {
-    struct in6_addr address;
-    struct peer *p = peer_address(lws_get_socket_fd(wsi), &address) ? find_peer(net, &address) : NULL;
-    if (!p)
-        return;
-    p->address = address;
-    p->n_connections++;
-    net->n_connections++;
+    lws_set_opaque_user_data(wsi, lum_peers_add(&net->peers, lws_get_socket_fd(wsi)));
     net->counters.connections++;
-    lws_set_opaque_user_data(wsi, p);
 }
 
 static void uncount_connection(struct lum_net *net, struct lws *wsi)
 {
-    struct peer *p = lws_get_opaque_user_data(wsi);
-    if (!p)
-        return;
+    lum_peers_remove(&net->peers, lws_get_opaque_user_data(wsi));
     lws_set_opaque_user_data(wsi, NULL);
-    p->n_connections--;
-    net->n_connections--;
 }
 
 /* ---- headers ---- */
