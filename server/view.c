@@ -7,6 +7,10 @@
 
 enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
 #define GROWING_INTERVAL_NS 250000000ll
+/* A first pass that would take longer than this is preceded by a rough one, of a quarter or a sixteenth of its paths:
+ * an edit must show while the hand still moves. */
+#define PREVIEW_OVER_MS 30.0
+#define COARSE_PREVIEW_OVER_MS 500.0
 
 /* ---- from the request and the scene to settings ---- */
 
@@ -237,10 +241,18 @@ static bool budget_spent(const struct lum_server_view *v)
            (w->budget_error.set && v->last_pass.error_rel <= w->budget_error.value);
 }
 
+static uint32_t preview_for(double full_pass_ms)
+{
+    if (full_pass_ms > COARSE_PREVIEW_OVER_MS)
+        return 4;
+    return full_pass_ms > PREVIEW_OVER_MS ? 2 : 1;
+}
+
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
+    v->settings.preview = preview_for(v->full_pass_ms);
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
     v->last_pass_ns = lum_clock_ns();
     if (st == LUM_ERR_CANCELLED)
@@ -254,6 +266,8 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->frame.h = v->settings.h;
     lum_frame_stats_add(&v->frame, &pass);
     v->rendered_ms += pass.ms;
+    if (pass.changed && pass.preview <= 1)
+        v->full_pass_ms = pass.ms;
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;
     v->unsent = v->unsent || pass.changed || v->sent_spp == 0;
@@ -272,7 +286,7 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
 {
     if (ret_wait_ns)
         *ret_wait_ns = INT64_MAX;
-    if (v->stale || v->last_pass.spp == 0)
+    if (v->stale || (v->last_pass.spp == 0 && v->last_pass.preview <= 1))
         return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
     if (v->complete && !v->final_sent) {
         int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
@@ -309,6 +323,8 @@ static struct lum_frame_header frame_header(const struct lum_server_view *v, boo
                                  .downscale = v->want.downscale,
                                  .error = error_field(v),
                                  .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
+    while (1u << h.downscale < v->last_pass.preview)
+        h.downscale++; /* a rough pass has no more detail than that */
     if (final) {
         h.flags |= LUM_FRAME_CONVERGED;
         h.downscale = 0;

@@ -218,36 +218,53 @@ void lum_wave_run(struct lum_wave *w, uint32_t depth)
     }
 }
 
+static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const struct lum_tile_rect *r,
+                          uint32_t sample)
+{
+    for (uint32_t y = r->y; y < r->y + r->h; y += pass->block)
+        for (uint32_t x = r->x; x < r->x + r->w; x += pass->block) {
+            struct lum_sampler sampler = lum_sampler_at(x, y, sample, pass->settings->seed);
+            struct lum_vec2 at = {0.5f, 0.5f};
+            if (pass->settings->antialias)
+                at = lum_sampler_2d(&sampler, PAIR_PIXEL);
+            float side = (float)pass->block;
+            struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)x + side * at.x, (float)y + side * at.y);
+            lum_wave_add_eye(w, w->rays.n, sampler, pass->eye.o, d);
+        }
+}
+
+/* A path's radiance goes to all pixels of its block. rest: from the block's corner to the tile's. */
+static void add_to_block(const struct lum_pass *pass, const struct lum_tile_rect *rest, uint32_t sample,
+                         struct lum_rgb radiance, uint64_t *nonfinite)
+{
+    for (uint32_t y = 0; y < pass->block && y < rest->h; y++)
+        for (uint32_t x = 0; x < pass->block && x < rest->w; x++) {
+            if (sample == 0)
+                lum_film_reset_pixel(pass->film, rest->x + x, rest->y + y);
+            lum_film_add(pass->film, rest->x + x, rest->y + y, sample, radiance, nonfinite);
+        }
+}
+
 static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
-    const struct lum_view_settings *settings = pass->settings;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    uint32_t sample = pass->tile_spp[tile];
+    uint32_t sample = pass->tile_spp[tile], slot = 0;
     if (sample >= pass->target_spp)
         return;
     struct lum_wave w;
     w.snapshot = pass->snapshot;
     w.counters = counters;
-    w.max_depth = settings->max_depth;
+    w.max_depth = pass->settings->max_depth;
     w.rays.n = w.shadow_rays.n = 0;
     memset(w.radiance, 0, sizeof w.radiance);
-    for (uint32_t y = 0; y < r.h; y++)
-        for (uint32_t x = 0; x < r.w; x++) {
-            struct lum_sampler sampler = lum_sampler_at(r.x + x, r.y + y, sample, settings->seed);
-            struct lum_vec2 at = {0.5f, 0.5f};
-            if (settings->antialias)
-                at = lum_sampler_2d(&sampler, PAIR_PIXEL);
-            struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)(r.x + x) + at.x, (float)(r.y + y) + at.y);
-            lum_wave_add_eye(&w, y * r.w + x, sampler, pass->eye.o, d);
-        }
+    add_eye_paths(&w, pass, &r, sample);
     lum_wave_run(&w, 0);
-    for (uint32_t y = 0; y < r.h; y++)
-        for (uint32_t x = 0; x < r.w; x++) {
-            if (sample == 0)
-                lum_film_reset_pixel(pass->film, r.x + x, r.y + y);
-            lum_film_add(pass->film, r.x + x, r.y + y, sample, w.radiance[y * r.w + x], &counters->nonfinite);
-        }
-    pass->tile_spp[tile] = sample + 1;
+    for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)
+        for (uint32_t x = r.x; x < r.x + r.w; x += pass->block)
+            add_to_block(pass, &(struct lum_tile_rect){x, y, r.x + r.w - x, r.y + r.h - y}, sample, w.radiance[slot++],
+                         &counters->nonfinite);
+    if (pass->block == 1)
+        pass->tile_spp[tile] = sample + 1;
 }
 
 const struct lum_estimator lum_estimator_path = {"path", LUM_STAGE_PATH, path_tile};

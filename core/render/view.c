@@ -21,6 +21,7 @@ struct lum_view {
     struct lum_aov_buffers aov;
     /* what the film shows */
     bool rendered;
+    bool previewed;   /* the rough pass of the present picture has run */
     double error_rel; /* when the halves were last even */
     struct lum_versions versions;
     struct lum_view_settings settings;
@@ -94,6 +95,8 @@ static enum lum_status check_settings(const struct lum_view_settings *s, struct 
                         s->h);
     if (!s->method)
         return lum_fail(err, LUM_ERR_INVALID, "method", "no method was chosen");
+    if (s->preview > LUM_TILE_SIDE)
+        return lum_fail(err, LUM_ERR_INVALID, "preview", "must be 0 to %u, not %u", LUM_TILE_SIDE, s->preview);
     if (s->shadow_samples < 1 || s->shadow_samples > 16)
         return lum_fail(err, LUM_ERR_INVALID, "shadow_samples", "must be 1 to 16, not %u", s->shadow_samples);
     return LUM_OK;
@@ -146,8 +149,10 @@ static void refresh_film(struct lum_view *v, const struct lum_pass *pass)
         lum_demand_derive(pass->snapshot, &v->demand);
         lum_demand_antialias(&v->demand, pass->settings->antialias);
     }
-    if (!same_scene || !same_picture(&v->settings, pass->settings))
+    if (!same_scene || !same_picture(&v->settings, pass->settings)) {
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
+        v->previewed = false;
+    }
     v->versions = *now;
     v->settings = *pass->settings;
     v->rendered = true;
@@ -260,11 +265,24 @@ static uint32_t least_spp(const struct lum_view *v)
 
 /* ---- a pass ---- */
 
+/* The next sample of every pixel; or first, once per picture, the rough pass. */
+static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const _Atomic bool *cancel,
+                                struct lum_pass_stats *stats)
+{
+    bool rough = pass->settings->preview > 1 && pass->target_spp == 1 && !v->previewed;
+    if (rough)
+        pass->block = stats->preview = pass->settings->preview;
+    enum lum_status status = run_stage(v, pass, &lum_estimator_path, cancel, stats);
+    if (status == LUM_OK)
+        v->previewed = true;
+    return status;
+}
+
 static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot *snapshot,
                                   const struct lum_view_settings *settings, struct lum_pass *ret_pass,
                                   struct lum_error *err)
 {
-    struct lum_pass pass = {.snapshot = snapshot, .settings = settings};
+    struct lum_pass pass = {.snapshot = snapshot, .settings = settings, .block = 1};
     enum lum_status status = check_settings(settings, err);
     if (status == LUM_OK)
         status = lum_eye_init(&pass.eye, &settings->camera, &snapshot->norm, settings->w, settings->h, err);
@@ -313,7 +331,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     if (max_spp == 0 || spp < max_spp) {
         memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
         pass.target_spp = spp + 1;
-        status = settings->method->progressive ? run_stage(view, &pass, &lum_estimator_path, cancel, &stats)
+        status = settings->method->progressive ? run_path(view, &pass, cancel, &stats)
                                                : run_deferred(view, &pass, cancel, &stats, err);
         sum_counters(view, &stats);
         stats.changed = true;

@@ -20,6 +20,8 @@ struct lum_view_settings {
     uint32_t max_depth;      /* path segments after the first hit */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     bool antialias;          /* false: rays through pixel centres */
+    uint32_t preview;        /* progressive methods: after a change, first one rough pass with one sample per block of this
+                                many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
 };
 struct lum_view_settings lum_view_settings_default(void); /* 600x400, path, seed 0, depth 8, 16 shadow samples, antialias */
 
@@ -42,6 +44,7 @@ struct lum_pass_stats {
     uint64_t nonfinite, bad_rays; /* must be 0 */
     uint32_t spp;                 /* least samples of any pixel so far */
     double error_rel;             /* NAN: unknown */
+    uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
     bool changed;                 /* the film differs from before the pass */
     bool complete;                /* nothing left to do for this snapshot and these settings */
 };

@@ -383,6 +383,36 @@ static void cancelled_pass_leaves_a_consistent_film(void **state)
     rig_end(&r);
 }
 
+/* One rough pass per picture, one path a block; the samples after it are those of a view that never had one. */
+static void rough_passes_come_first_and_leave_no_trace(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use(&r, "path");
+    r.settings.w = 50, r.settings.h = 35; /* no multiple of a block or a tile */
+    r.settings.max_depth = 2;
+    rig_pass(&r);
+    struct lum_rgb *one = rig_picture(&r);
+    for (uint32_t side = 2; side <= 16; side *= 2) {
+        rig_fresh_view(&r);
+        r.settings.preview = side;
+        struct lum_pass_stats s = rig_pass(&r);
+        /* tiles of 16 are cut into blocks on their own; the last column of tiles is 2 wide, the last row 3 high */
+        uint32_t columns = 3 * (16 / side) + 1, rows = 2 * (16 / side) + (3 + side - 1) / side;
+        assert_int_equal(s.rays[LUM_RAY_PRIMARY], columns * rows);
+        assert_int_equal(s.preview, side);
+        assert_int_equal(s.spp, 0);
+        assert_true(s.changed && !s.complete && isnan(s.error_rel));
+        s = rig_pass(&r);
+        assert_int_equal(s.preview, 0);
+        assert_int_equal(s.spp, 1);
+        rig_assert_picture(&r, one, "after a rough pass");
+    }
+    lum_free(one);
+    rig_end(&r);
+}
+
 static void progress_stops_and_starts_over(void **state)
 {
     (void)state;
@@ -516,6 +546,7 @@ int main(void)
         cmocka_unit_test(empty_scenes_and_walls),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(cancelled_pass_leaves_a_consistent_film),
+        cmocka_unit_test(rough_passes_come_first_and_leave_no_trace),
         cmocka_unit_test(progress_stops_and_starts_over),
         cmocka_unit_test(first_hits_and_picks),
         cmocka_unit_test(refusals_name_the_field),
