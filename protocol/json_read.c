@@ -145,7 +145,7 @@ bool lum_json_number(struct lum_json_reader *r, const char *key, double min, dou
 /* An integer that double holds exactly. */
 static bool read_integer(struct lum_json_reader *r, const char *key, double min, double max, double *ret)
 {
-    double v;
+    double v = 0.0; /* GCC does not see that a reader which went well has written it */
     if (!lum_json_number(r, key, min, max, &v))
         return false;
     if (v != floor(v))
@@ -156,7 +156,7 @@ static bool read_integer(struct lum_json_reader *r, const char *key, double min,
 
 bool lum_json_u32(struct lum_json_reader *r, const char *key, uint32_t min, uint32_t max, uint32_t *ret)
 {
-    double v;
+    double v = 0.0;
     if (!read_integer(r, key, min, max, &v))
         return false;
     *ret = (uint32_t)v;
@@ -165,7 +165,7 @@ bool lum_json_u32(struct lum_json_reader *r, const char *key, uint32_t min, uint
 
 bool lum_json_u64(struct lum_json_reader *r, const char *key, uint64_t *ret)
 {
-    double v;
+    double v = 0.0;
     if (!read_integer(r, key, 0, 9007199254740992.0, &v))
         return false;
     *ret = (uint64_t)v;
