@@ -249,6 +249,7 @@ void lum_director_commit(struct lum_director *d)
     if (!publish_scene(d))
         return;
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
+    count_scene(d); /* before the replies: who got one reads numbers of its own edit */
     struct lum_pending *oldest_first = NULL;
     int64_t received_ns = 0;
     while (d->pending) {
@@ -264,7 +265,6 @@ void lum_director_commit(struct lum_director *d)
         announce(d, p);
         pending_free(p);
     }
-    count_scene(d);
     lum_director_refresh_views(d, received_ns);
 }
 
