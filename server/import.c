@@ -268,7 +268,8 @@ bool lum_import_image(const struct lum_import_config *config, const struct lum_r
     struct collector c = {.prefix = image->id};
     struct lum_import_run run = {.kind = "image", .asset = image->image.asset, .id = image->id, .cancel = cancel};
     bool ok = run_importer(config, &run, &c, err);
-    if (ok && (c.result.n_records != 1 || c.result.records[0]->type != LUM_RECORD_IMAGE))
+    if (ok && (c.result.n_records != 1 || c.result.records[0]->type != LUM_RECORD_IMAGE ||
+               strcmp(c.result.records[0]->id, image->id) != 0 || !c.result.records[0]->image.pixels))
         ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "the importer's output is damaged");
     if (ok) {
         struct lum_record *r = lum_record_ref(c.result.records[0]);

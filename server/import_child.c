@@ -273,6 +273,11 @@ static void read_log(struct child *c)
     c->n_log += keep;
 }
 
+static bool cancelled(const struct child *c)
+{
+    return c->run->cancel && atomic_load_explicit(c->run->cancel, memory_order_relaxed);
+}
+
 static bool pump(struct child *c)
 {
     while (c->fds[OUT] >= 0 || c->fds[LOG] >= 0) {
@@ -280,7 +285,7 @@ static bool pump(struct child *c)
         for (int i = 0; i < STREAMS; i++)
             p[i] = (struct pollfd){.fd = c->fds[i], .events = POLLIN};
         poll(p, STREAMS, POLL_MS);
-        if (c->run->cancel && atomic_load_explicit(c->run->cancel, memory_order_relaxed))
+        if (cancelled(c))
             return lum_proto_fail(c->err, LUM_PROTO_APPLICATION, "cancelled", "asset", "%.100s: cancelled",
                                   c->run->asset);
         if (lum_clock_ns() > c->deadline_ns) {
@@ -323,7 +328,7 @@ static bool finish(struct child *c, bool kill_it)
         got = waitpid(c->pid, &status, kill_it ? 0 : WNOHANG);
         if (got == 0) { /* it closed its streams and stays */
             poll(NULL, 0, 1);
-            if (lum_clock_ns() > c->deadline_ns)
+            if (lum_clock_ns() > c->deadline_ns || cancelled(c))
                 kill(c->pid, SIGKILL);
         }
     }

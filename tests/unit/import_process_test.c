@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -106,7 +107,7 @@ static void damaged_output_is_refused(void **state)
         {"printf '\\001\\0\\0\\0\\377\\377\\377\\177'; exec sleep 1000", "damaged"},        /* an op of 2 GiB */
         {"printf '\\002\\0\\0\\0\\377\\377\\377\\377'; exec sleep 1000", "over the limit"}, /* a blob of 4 GiB */
         {"printf '\\001\\0\\0\\0\\002\\0\\0\\0{}'; exec sleep 1000", "op is missing"},      /* an op that is none */
-        {"printf '\\003\\0\\0\\0\\002\\0\\0\\0{}'; exec sleep 1000", "damaged"},            /* progress without fields */
+        {"printf '\\003\\0\\0\\0\\002\\0\\0\\0{}'; exec sleep 1000", "damaged"}, /* progress without fields */
         {"printf '\\005\\0\\0\\0\\0\\0\\0\\0\\005\\0\\0\\0\\0\\0\\0\\0'; exec sleep 1000", "damaged"}, /* done twice */
         {"for i in 1 2 3 4 5 6 7 8 9; do printf '\\002\\0\\0\\0\\001\\0\\0\\0x'; done; exec sleep 1000", "damaged"},
         {"printf '\\006\\0\\0\\0\\002\\0\\0\\0no'; exec sleep 1000", "failed"}, /* an error that is no JSON */
@@ -142,6 +143,62 @@ static void cancel_kills(void **state)
     assert_false(lum_import_model(&k->config, import, NULL, NULL, &cancel, &k->result, &k->err));
     assert_string_equal(k->err.app, "cancelled");
     lum_record_unref(import);
+}
+
+struct canceller {
+    char fifo[128];
+    _Atomic bool cancel;
+};
+
+/* Cancels when somebody opens the fifo. */
+static void *cancel_at_fifo(void *arg)
+{
+    struct canceller *c = arg;
+    close(open(c->fifo, O_RDONLY));
+    atomic_store(&c->cancel, true);
+    return NULL;
+}
+
+/* Cancelling reaches a child that has closed its streams and stays; else it would be waited for five minutes. */
+static void cancel_kills_a_silent_child(void **state)
+{
+    struct kit *k = &((struct fixture *)*state)->kit;
+    struct canceller c = {.cancel = false};
+    char script[256];
+    pthread_t thread;
+    snprintf(c.fifo, sizeof c.fifo, "%s/fifo", k->dir);
+    assert_int_equal(mkfifo(c.fifo, 0600), 0);
+    kit_write_text(k, "a.obj", "");
+    snprintf(script, sizeof script, "exec >&- 2>&-; sleep 0.2; : > %s; exec sleep 1000", c.fifo);
+    use_script(k, script);
+    assert_int_equal(pthread_create(&thread, NULL, cancel_at_fifo, &c), 0);
+    struct lum_record *import = lum_record_create(LUM_RECORD_IMPORT, "m");
+    strcpy(import->import.asset, "a.obj");
+    assert_false(lum_import_model(&k->config, import, NULL, NULL, &c.cancel, &k->result, &k->err));
+    lum_record_unref(import);
+    pthread_join(thread, NULL);
+}
+
+/* A picture comes back under the id that was asked for, with pixels. */
+static void foreign_pictures_are_refused(void **state)
+{
+    struct kit *k = &((struct fixture *)*state)->kit;
+    static const char *const ops[] = {
+        "{\"op\":\"add\",\"type\":\"image\",\"id\":\"sky2\",\"width\":1,\"height\":1,\"pixels\":\"AAAAAA==\"}",
+        "{\"op\":\"add\",\"type\":\"image\",\"id\":\"sky\",\"asset\":\"a.png\"}",
+    };
+    struct lum_record *image = lum_record_create(LUM_RECORD_IMAGE, "sky"), *decoded = NULL;
+    strcpy(image->image.asset, "a.png");
+    kit_write_text(k, "a.png", "");
+    for (size_t i = 0; i < sizeof ops / sizeof ops[0]; i++) {
+        char script[512];
+        snprintf(script, sizeof script, "printf '\\001\\0\\0\\0\\%03o\\0\\0\\0%s\\005\\0\\0\\0\\0\\0\\0\\0'",
+                 (unsigned)strlen(ops[i]), ops[i]);
+        use_script(k, script);
+        assert_false(lum_import_image(&k->config, image, NULL, &decoded, &k->err));
+        assert_string_equal(k->err.app, "import_failed");
+    }
+    lum_record_unref(image);
 }
 
 static void cpu_time_is_limited(void **state)
@@ -382,6 +439,8 @@ int main(void)
         TEST(damaged_output_is_refused),
         TEST(foreign_ids_are_refused),
         TEST(cancel_kills),
+        TEST(cancel_kills_a_silent_child),
+        TEST(foreign_pictures_are_refused),
         TEST(cpu_time_is_limited),
         TEST(memory_is_limited),
         TEST(nothing_outside_is_opened),
