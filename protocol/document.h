@@ -50,6 +50,9 @@ void lum_document_rollback(struct lum_document *doc, const struct lum_changes *c
 bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 
+/* The user will not come back: nothing of hers can be undone any more. Not between an edit and its rollback. */
+void lum_document_forget_user(struct lum_document *doc, const char *user);
+
 /* Ops that rebuild this document from nothing: {"ops":[...]} as scene.get gives them. Imported records appear as their
  * import op and, where they were edited since, as set or remove ops; expand: as add ops with bulk data elided. */
 /* {"ops":[...]}; NULL when memory is short. */

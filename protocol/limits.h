@@ -56,6 +56,7 @@
 
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
+#define LUM_LIMIT_IMPORTS_WAITING 64u   /* with those that run: each holds on to its message, and may take minutes */
 #define LUM_LIMIT_IMPORT_CPU_S 120
 #define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30)
 #define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30)

@@ -89,6 +89,7 @@ static void absorb(struct lum_history_entry *e, struct lum_history_entry *next)
     for (size_t i = 0; i < next->changes.n; i++) {
         struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, step->before);
         struct lum_record *left = whole->after;
+        e->n_bytes += bulk_bytes(step->after) - bulk_bytes(left);
         whole->after = step->after;
         step->after = left; /* freed with next */
     }
@@ -113,6 +114,7 @@ void lum_history_settle(struct lum_document *doc)
         list_free(&p.history->redo);
         if (continues(p.history->undo, p.entry)) {
             absorb(p.history->undo, p.entry);
+            trim(p.history->undo);
             break;
         }
         p.entry->next = p.history->undo;
@@ -153,6 +155,16 @@ static struct lum_history *find_history(struct lum_document *doc, const char *us
         return h;
     }
     return NULL;
+}
+
+void lum_document_forget_user(struct lum_document *doc, const char *user)
+{
+    lum_history_settle(doc);
+    struct lum_history *h = find_history(doc, user);
+    if (!h)
+        return;
+    doc->histories = h->next;
+    history_destroy(h);
 }
 
 /* Forgets who was idle longest. Only while nothing is pending, because that may point here. */

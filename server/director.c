@@ -125,6 +125,7 @@ void lum_director_ring(struct lum_director *d)
 static bool outdates_locked(const struct lum_director *d, const struct lum_command *c)
 {
     const struct lum_server_view *v = d->rendering;
+    bool own = c->session.slot == v->session.slot && c->session.generation == v->session.generation;
     bool shielded = lum_clock_ns() < d->shielded_until_ns;
     switch (c->kind) {
     case LUM_CMD_SCENE_APPLY:
@@ -133,11 +134,11 @@ static bool outdates_locked(const struct lum_director *d, const struct lum_comma
     case LUM_CMD_VIEW_OPEN: /* a new client waits for its first picture */
         return !shielded;
     case LUM_CMD_VIEW_UPDATE:
-        return c->view.view_id == v->id && (!shielded || c->view.has_method || c->view.has_size);
+        return own && c->view.view_id == v->id && (!shielded || c->view.has_method || c->view.has_size);
     case LUM_CMD_VIEW_CLOSE:
-        return c->view.view_id == v->id;
+        return own && c->view.view_id == v->id;
     case LUM_CMD_SESSION_CLOSED:
-        return c->session.slot == v->session.slot && c->session.generation == v->session.generation;
+        return own;
     default:
         return false;
     }
@@ -152,12 +153,14 @@ bool lum_director_post(struct lum_director *d, struct lum_command *c)
     }
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = d->n_inbox < LUM_INBOX_MAX || c->kind == LUM_CMD_SESSION_CLOSED;
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + c->n_bytes <= LUM_INBOX_MAX_BYTES) ||
+              c->kind == LUM_CMD_SESSION_CLOSED;
     if (ok) {
         c->next = NULL;
         *d->inbox_tail = c;
         d->inbox_tail = &c->next;
         d->n_inbox++;
+        d->inbox_bytes += c->n_bytes;
         if (d->rendering && outdates_locked(d, c))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
@@ -183,19 +186,20 @@ static struct lum_command *take_inbox(struct lum_director *d)
     d->inbox = NULL;
     d->inbox_tail = &d->inbox;
     d->n_inbox = 0;
+    d->inbox_bytes = 0;
     d->rung = false;
     pthread_mutex_unlock(&d->lock);
     return all;
 }
 
-/* Is it answered from the scene after the edits before it? Camera moves are not: a drag of both costs one commit. */
+/* Is it answered from the scene after the edits before it? Camera moves are not: a drag of both costs one commit. A
+ * session's end forgets history, and an edit that may still be taken back needs its own. */
 static bool needs_commit(const struct lum_command *c)
 {
     switch (c->kind) {
     case LUM_CMD_VIEW_UPDATE:
         return c->view.has_camera_id;
     case LUM_CMD_VIEW_CLOSE:
-    case LUM_CMD_SESSION_CLOSED:
         return false;
     default:
         return true;
@@ -230,6 +234,7 @@ static void handle(struct lum_director *d, struct lum_command *c)
         break;
     case LUM_CMD_SESSION_CLOSED:
         lum_director_session_closed(d, c->session);
+        lum_document_forget_user(d->world.doc, c->user);
         break;
     case LUM_CMD_PICK:
         lum_director_pick(d, c);

@@ -33,7 +33,7 @@ enum lum_command_kind {
     LUM_CMD_PICK,
     LUM_CMD_PROBE,
     LUM_CMD_STATS_GET,
-    LUM_CMD_SESSION_CLOSED, /* closes the session's views; no reply */
+    LUM_CMD_SESSION_CLOSED, /* closes the session's views and forgets the user's history; no reply */
     LUM_CMD_WAKE,           /* a stream wants a frame; no reply */
 };
 
@@ -64,6 +64,7 @@ struct lum_command {
     char user[LUM_LIMIT_ID_BYTES + 1];
     char *rpc_id;       /* the request's id as JSON text; NULL: a notification, no reply. Owned */
     int64_t received_ns; /* lum_clock_ns at receipt: server_us counts from here */
+    size_t n_bytes;      /* of the message: what waits is bounded in bytes too */
     struct lum_ops ops; /* apply; owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
     bool has_base_rev;

@@ -19,7 +19,8 @@
 
 struct cJSON;
 
-#define LUM_INBOX_MAX 4096u /* a few messages from each session, or all of one burst */
+#define LUM_INBOX_MAX 4096u            /* a few messages from each session, or all of one burst */
+#define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
 
 /* An edit that is applied and not committed yet. */
 struct lum_pending {
@@ -67,6 +68,7 @@ struct lum_director {
     /* guarded by lock */
     struct lum_command *inbox, **inbox_tail;
     uint32_t n_inbox;
+    size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
     bool rung, stop;
     const struct lum_server_view *rendering; /* in a pass; its id and session do not change */

@@ -13,6 +13,7 @@
 #include "server/apply.h"
 
 #define PROGRESS_EVERY_NS 100000000ll
+#define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
 
 static void count(struct lum_director *d, uint64_t *counter)
 {
@@ -75,17 +76,20 @@ refused:
 static void start_import(struct lum_director *d, struct lum_command *c)
 {
     struct lum_proto_error err;
-    struct lum_import_job *job = lum_calloc(1, sizeof *job);
-    if (!job) {
+    struct lum_import_job **last = &d->jobs, *job = NULL;
+    uint32_t n = 0;
+    for (; *last; n++)
+        last = &(*last)->next;
+    if (n == LUM_LIMIT_IMPORTS_WAITING)
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "ops", "%u imports wait already; try again", n);
+    else if (!(job = lum_calloc(1, sizeof *job)))
         lum_proto_fail_memory(&err);
+    if (!job) {
         refuse_edit(d, c, &err);
         return;
     }
     job->director = d;
     job->command = c;
-    struct lum_import_job **last = &d->jobs;
-    while (*last)
-        last = &(*last)->next;
     *last = job;
 }
 
@@ -112,7 +116,8 @@ static void tell_progress(void *user, const char *id, const char *stage, double 
 {
     struct lum_import_job *job = user;
     int64_t now = lum_clock_ns();
-    if (strncmp(job->told_stage, stage, sizeof job->told_stage - 1) == 0 && now - job->told_ns < PROGRESS_EVERY_NS)
+    bool same_stage = strncmp(job->told_stage, stage, sizeof job->told_stage - 1) == 0;
+    if (now - job->told_ns < (same_stage ? PROGRESS_EVERY_NS : STAGE_EVERY_NS))
         return;
     job->told_ns = now;
     snprintf(job->told_stage, sizeof job->told_stage, "%s", stage);
@@ -129,7 +134,8 @@ static void *import_main(void *arg)
     struct lum_import_job *job = arg;
     struct lum_director *d = job->director;
     pthread_setname_np(pthread_self(), "lum-import");
-    struct lum_import_config config = {.importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+    struct lum_import_config config = {
+        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
     job->ok = lum_ops_expand(&context, &job->command->ops, &job->expansion, &job->error);
     atomic_store_explicit(&job->done, true, memory_order_release);

@@ -186,6 +186,7 @@ static bool post_plain(struct lum_session *s, enum lum_command_kind kind)
     if (!c)
         return false;
     c->session = s->ref;
+    strcpy(c->user, s->user);
     if (lum_director_post(s->table->config.director, c))
         return true;
     lum_command_destroy(c);
@@ -377,7 +378,7 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc)
         say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
-static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns)
+static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns, size_t n_bytes)
 {
     struct lum_proto_error err;
     struct lum_command *c = lum_method_command(rpc, &err);
@@ -387,6 +388,7 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
     }
     c->session = s->ref;
     c->received_ns = now_ns;
+    c->n_bytes = n_bytes;
     strcpy(c->user, s->user);
     if (lum_director_post(s->table->config.director, c))
         return;
@@ -438,7 +440,7 @@ void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes
     } else if (strcmp(rpc.method, "frame.ack") == 0) {
         receive_ack(s, &rpc);
     } else {
-        receive_request(s, &rpc, now_ns);
+        receive_request(s, &rpc, now_ns, n_bytes);
     }
     lum_rpc_finish(&rpc);
 }

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cjson/cJSON.h>
@@ -16,7 +17,7 @@
 
 #include "protocol/json.h"
 #include "protocol/op.h"
-#include "server/director.h"
+#include "server/director_internal.h"
 
 enum { W = 40, H = 30, MAX_STREAMS = 4, MAX_TEXTS = 4096 };
 
@@ -41,7 +42,7 @@ struct client {
     char *texts[MAX_TEXTS]; /* everything said, in order */
     size_t n_texts;
     uint64_t next_id;
-    char path[64];
+    char path[64], importer[64]; /* files to remove */
 };
 
 static void wake(void *user)
@@ -112,6 +113,19 @@ static int setup(void **state)
     return setup_with(state, "/bin/false");
 }
 
+/* With an importer that never ends by itself. */
+static int setup_stuck_importer(void **state)
+{
+    static const char script[] = "#!/bin/sh\nexec sleep 1000\n";
+    char path[] = "/tmp/lumend-importer-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0 && write(fd, script, sizeof script - 1) == sizeof script - 1 && fchmod(fd, 0700) == 0);
+    close(fd);
+    int failed = setup_with(state, path);
+    snprintf(((struct client *)*state)->importer, sizeof((struct client *)*state)->importer, "%s", path);
+    return failed;
+}
+
 static int setup_importer(void **state)
 {
     return setup_with(state, LUMEND_IMPORT);
@@ -126,6 +140,8 @@ static int teardown(void **state)
     for (size_t i = 0; i < c->n_texts; i++)
         free(c->texts[i]);
     unlink(c->path);
+    if (c->importer[0])
+        unlink(c->importer);
     pthread_cond_destroy(&c->bell);
     pthread_mutex_destroy(&c->lock);
     free(c);
@@ -434,6 +450,40 @@ static void a_failed_import_changes_nothing(void **state)
     assert_int_equal(m.imports_failed, 1);
 }
 
+static void waiting_imports_are_limited(void **state)
+{
+    struct client *c = *state;
+    char op[160];
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"room\",\"asset\":\"%s\"}]", strrchr(c->path, '/') + 1);
+    for (uint32_t i = 0; i < LUM_LIMIT_IMPORTS_WAITING; i++)
+        assert_true(lum_director_post(c->director, apply_command(c, op)));
+    assert_refused(ask(c, apply_command(c, op)), "busy", "ops");
+    /* none of those before was refused, and other edits go on */
+    for (size_t i = 0; i < c->n_texts; i++)
+        assert_true(!strstr(c->texts[i], "\"error\"") || strstr(c->texts[i], "\"busy\""));
+    scene_rev_of(ask(c, apply_command(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
+}
+
+static void the_inbox_is_limited_in_bytes(void **state)
+{
+    struct client *c = *state;
+    struct lum_command *cmd = command(c, LUM_CMD_SCENE_GET);
+    cmd->n_bytes = LUM_INBOX_MAX_BYTES + 1;
+    assert_false(lum_director_post(c->director, cmd));
+    cmd->n_bytes = LUM_INBOX_MAX_BYTES;
+    cJSON_Delete(ask(c, cmd));
+}
+
+/* Names of users are not used again: what only they could undo would be kept for nobody. */
+static void a_session_takes_its_history_along(void **state)
+{
+    struct client *c = *state;
+    scene_rev_of(ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]")));
+    struct lum_command *gone = command(c, LUM_CMD_SESSION_CLOSED);
+    assert_true(lum_director_post(c->director, gone));
+    assert_refused(ask(c, command(c, LUM_CMD_SCENE_UNDO)), "not_found", NULL);
+}
+
 /* A triangle in a file beside the scene becomes the children of the import; its progress is told, and undo takes all
  * away. */
 static void an_import_joins_the_scene(void **state)
@@ -528,7 +578,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(edits_are_all_or_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(a_stale_base_revision_is_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_failed_import_changes_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(waiting_imports_are_limited, setup_stuck_importer, teardown),
         cmocka_unit_test_setup_teardown(an_import_joins_the_scene, setup_importer, teardown),
+        cmocka_unit_test_setup_teardown(the_inbox_is_limited_in_bytes, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, setup, teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, setup, teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, setup, teardown),

@@ -139,13 +139,29 @@ static void rollback_leaves_the_group_as_it_was(void **state)
     lum_document_destroy(doc);
 }
 
+/* Also when the last edit has not been settled into the history yet; what others did stays undoable. */
+static void a_user_is_forgotten(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    set_flux(doc, "bob", "", 700);
+    set_flux(doc, "ann", "", 600);
+    lum_document_forget_user(doc, "ann");
+    lum_document_forget_user(doc, "nobody");
+    assert_false(undo(doc, "ann"));
+    expect_flux(doc, 600);
+    set_flux(doc, "bob", "", 500);
+    assert_true(undo(doc, "bob"));
+    expect_flux(doc, 600);
+    lum_document_destroy(doc);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(drag_is_one_step),
-        cmocka_unit_test(without_a_group_each_is_a_step),
-        cmocka_unit_test(another_hand_cuts_the_drag),
-        cmocka_unit_test(rollback_leaves_the_group_as_it_was),
+        cmocka_unit_test(drag_is_one_step),           cmocka_unit_test(without_a_group_each_is_a_step),
+        cmocka_unit_test(another_hand_cuts_the_drag), cmocka_unit_test(rollback_leaves_the_group_as_it_was),
+        cmocka_unit_test(a_user_is_forgotten),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
