@@ -109,6 +109,7 @@ static cJSON *scene_json(const struct lum_director *d)
             lum_json_add_number(o, lum_record_type_names[t], (double)n[t]);
     lum_json_add_number(o, "triangles", (double)d->world.snapshot->n_triangles);
     lum_json_add_number(o, "triangles_dropped", (double)lum_scene_dropped_triangles(d->world.scene));
+    lum_json_add_number(o, "texels_dropped", (double)lum_scene_dropped_texels(d->world.scene));
     lum_json_add_number(o, "emitters", (double)d->world.snapshot->lights.n_lights);
     return o;
 }

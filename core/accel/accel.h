@@ -62,6 +62,10 @@ LUM_MUST_USE enum lum_status lum_accel_top_create(struct lum_device *device, con
 struct lum_accel_top *lum_accel_top_ref(struct lum_accel_top *top);
 void lum_accel_top_unref(struct lum_accel_top *top);
 
+/* Components of a ray's origin and direction are at most this. Scene coordinates are about 128 and directions about unit,
+ * and instances shrink by at most 2^30 (the scene checked), so object-space rays stay below Embree's own limit of 1.8e18. */
+#define LUM_RAY_LIMIT 1e8f
+
 /* A batch of rays, structure of arrays, at most LUM_RAY_BATCH. Direction need not be unit: t is in units of |d|. */
 #define LUM_RAY_BATCH 256
 struct lum_rays {

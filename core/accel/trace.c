@@ -6,11 +6,6 @@
 
 #define WIDTH 16
 
-/* Origin and direction components are at most this. Scene coordinates are about 128 and directions about unit, and
- * instances shrink by at most 2^30 (the scene checked), so object-space rays stay below Embree's own limit of 1.8e18.
- */
-static const float ray_limit = 1e8f;
-
 struct filter_context {
 #if RTC_VERSION_MAJOR >= 4
     struct RTCRayQueryContext rtc;
@@ -49,8 +44,9 @@ static uint32_t gate(const struct lum_rays *r, uint32_t first, uint32_t n, int v
         uint32_t i = first + k;
         float ox = fabsf(r->ox[i]), oy = fabsf(r->oy[i]), oz = fabsf(r->oz[i]);
         float dx = fabsf(r->dx[i]), dy = fabsf(r->dy[i]), dz = fabsf(r->dz[i]);
-        uint32_t ok = (uint32_t)(ox <= ray_limit) & (uint32_t)(oy <= ray_limit) & (uint32_t)(oz <= ray_limit);
-        ok &= (uint32_t)(dx <= ray_limit) & (uint32_t)(dy <= ray_limit) & (uint32_t)(dz <= ray_limit);
+        uint32_t ok =
+            (uint32_t)(ox <= LUM_RAY_LIMIT) & (uint32_t)(oy <= LUM_RAY_LIMIT) & (uint32_t)(oz <= LUM_RAY_LIMIT);
+        ok &= (uint32_t)(dx <= LUM_RAY_LIMIT) & (uint32_t)(dy <= LUM_RAY_LIMIT) & (uint32_t)(dz <= LUM_RAY_LIMIT);
         ok &= (uint32_t)(dx > 0.0f) | (uint32_t)(dy > 0.0f) | (uint32_t)(dz > 0.0f);
         ok &= (uint32_t)(r->tnear[i] >= 0.0f) & (uint32_t)(r->tnear[i] <= r->tfar[i]);
         uint32_t live = (uint32_t)(k < n);

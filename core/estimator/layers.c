@@ -294,8 +294,12 @@ void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum
     if (!layer->state || layer->state[tile] >= state)
         return;
     struct lum_rgb radiance = e->per_power;
-    if (layer == &l->shared && e->light != LUM_NO_OBJECT)
-        radiance = lum_rgb_mul(radiance, pass->snapshot->lights.lights[e->light].power);
+    if (layer == &l->shared && e->light != LUM_NO_OBJECT) {
+        const struct lum_light *light = &pass->snapshot->lights.lights[e->light];
+        if (!light->on) /* in the unit snapshot every light is */
+            return;
+        radiance = lum_rgb_mul(radiance, light->power);
+    }
     struct lum_rgb *sum = &layer->response[(size_t)tile * LUM_TILE_PIXELS + e->slot];
     *sum = lum_rgb_add(*sum, radiance);
 }

@@ -156,6 +156,8 @@ static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l,
     if (!(width > 0.0f))
         return false;
     struct lum_vec2 b = lum_warp_triangle((struct lum_vec2){lum_min((x - below) / width, 1.0f), u.y});
+    if (s->has_alpha && !s->alpha.opaque(s->alpha.user, l->instance, t, b.x, b.y))
+        return false; /* a hole: no ray would hit the emitter there */
 
     const uint32_t *tri = mesh->indices + 3 * (size_t)t;
     struct lum_vec3 v[3];

@@ -70,8 +70,8 @@ struct lum_light_sample {
 };
 /* Samples light i as seen from p. False when it cannot reach p (behind, inside a sphere, zero area, outside the cone).
  * Quads are sampled over the spherical rectangle (Urena 2013; by area below 1e-3 sr and when u and v are not at right
- * angles), spheres over the cone, discs and meshes over area (meshes emit from both sides), images over luminance, a constant
- * environment over the sphere. Thread: any. */
+ * angles), spheres over the cone, discs and meshes over area (meshes emit from both sides, and nothing where they are see-through), images over luminance, a
+ * constant environment over the sphere. Thread: any. */
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 

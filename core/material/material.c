@@ -108,11 +108,12 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
     if (b->alpha < LUM_ALPHA_MIN)
         b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
 
-    float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f), specular = clamp01(m->specular);
+    float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
     bool matched = ior - 1.0f < MATCHED_IOR;
+    float specular = matched ? 0.0f : clamp01(m->specular); /* matched: there is no interface, at grazing neither */
     b->thin = m->thin;
     b->eta = matched ? 1.0f : s->backface && !m->thin ? ior : 1.0f / ior;
-    struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, matched ? 0.0f : r * r));
+    struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, r * r));
     f0 = lum_rgb_scale(f0, specular);
 
     coated = lum_max(coated, 0.0f);

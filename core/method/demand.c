@@ -37,7 +37,8 @@ static void demand_of_material(const struct lum_material *m, const char *object,
     bool glass = m->transmission > 0.0f && m->metallic < 1.0f, base = m->metallic < 1.0f && m->transmission < 1.0f;
     if (base && !lum_rgb_black(m->base_color))
         demand(d, LUM_EFFECT_INDIRECT_DIFFUSE, object, "reflects light diffusely");
-    if (metal || coat) {
+    bool total = glass && !m->thin && m->ior > 1.0f; /* from inside, whatever specular is */
+    if (metal || coat || total) {
         if (lum_material_is_specular(m) && m->roughness * m->roughness < LUM_ALPHA_MIN)
             demand(d, LUM_EFFECT_REFLECTION, object, "is a mirror");
         else

@@ -53,7 +53,7 @@ enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *c
         return lum_fail(err, LUM_ERR_INVALID, "up", "the camera's up must not be zero");
     struct lum_vec3d o = sub(camera->position, norm->centre);
     o = (struct lum_vec3d){o.x * norm->scale, o.y * norm->scale, o.z * norm->scale};
-    if (!(fmax(fabs(o.x), fmax(fabs(o.y), fabs(o.z))) < 1e15)) /* Embree refuses coordinates over 1.8e18 */
+    if (!(fmax(fabs(o.x), fmax(fabs(o.y), fabs(o.z))) < (double)LUM_RAY_LIMIT))
         return lum_fail(err, LUM_ERR_INVALID, "position", "the camera is too far from the scene");
     *ret_eye = (struct lum_eye){
         .o = narrow(o),
@@ -93,11 +93,15 @@ void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum
         }
 }
 
+/* From here on only the direction counts: the offset of an origin turns it by less than float can tell. And a ray as
+ * long as its light is far would leave the range of LUM_RAY_LIMIT. */
+#define FAR_LIGHT 0x1p20f
+
 bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng, struct lum_vec3 wi, float distance)
 {
     struct lum_vec3 o = lum_ray_offset(p, lum_dot(wi, ng) >= 0.0f ? ng : lum_v3_neg(ng));
-    if (!(distance < INFINITY)) {
-        lum_rays_push(rays, o, wi, INFINITY);
+    if (!(distance < FAR_LIGHT)) {
+        lum_rays_push(rays, o, wi, distance * (1.0f - 0x1p-12f));
         return true;
     }
     /* From the offset origin to the very point on the light, which must not be met itself: scene coordinates are below

@@ -83,7 +83,7 @@ enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *s
                                (float)((point_world.y - norm->centre.y) * norm->scale),
                                (float)((point_world.z - norm->centre.z) * norm->scale));
     struct lum_vec3 n = lum_normalize(normal);
-    if (!lum_v3_finite(p) || fmaxf(fabsf(p.x), fmaxf(fabsf(p.y), fabsf(p.z))) > 1e15f)
+    if (!(fabsf(p.x) < LUM_RAY_LIMIT && fabsf(p.y) < LUM_RAY_LIMIT && fabsf(p.z) < LUM_RAY_LIMIT))
         return lum_fail(err, LUM_ERR_INVALID, "point", "the point must be finite and near the scene");
     if (!(lum_dot(n, n) > 0.0f))
         return lum_fail(err, LUM_ERR_INVALID, "normal", "the normal must be finite and not zero");

@@ -164,6 +164,7 @@ static bool same_alpha(const struct lum_snapshot_parts *a, const struct lum_snap
 
 /* ---- versions ---- */
 
+/* The emission's texture counts: it is in what a light's layer responds with (estimator/layers.h), not in its power. */
 static bool same_but_emission(const struct lum_material_part *a, const struct lum_material_part *b)
 {
     if (a->n != b->n)
@@ -172,10 +173,8 @@ static bool same_but_emission(const struct lum_material_part *a, const struct lu
         struct lum_material x[2];
         memcpy(&x[0], &a->items[i], sizeof x[0]);
         memcpy(&x[1], &b->items[i], sizeof x[1]);
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < 2; k++)
             memset(&x[k].emission, 0, sizeof x[k].emission);
-            memset(&x[k].emission_tex, 0, sizeof x[k].emission_tex);
-        }
         if (memcmp(&x[0], &x[1], sizeof x[0]) != 0)
             return false;
     }
@@ -196,14 +195,6 @@ static bool same_assignment(const struct lum_snapshot_parts *a, const struct lum
     return true;
 }
 
-static bool same_emission_textures(const struct lum_material_part *a, const struct lum_material_part *b)
-{
-    for (uint32_t i = 0; a->n == b->n && i < a->n; i++)
-        if (memcmp(&a->items[i].emission_tex, &b->items[i].emission_tex, sizeof a->items[i].emission_tex) != 0)
-            return false;
-    return a->n == b->n;
-}
-
 /* Everything counts as changed in the first snapshot. */
 static struct lum_versions count_versions(const struct commit *c)
 {
@@ -213,11 +204,10 @@ static struct lum_versions count_versions(const struct commit *c)
     const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
     bool same_geometry = c->shared_top && same_alpha(p, former);
     bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
-    bool same_power = c->same_power && (c->shared_materials || same_emission_textures(p->materials, former->materials));
     v.geometry += !same_geometry;
     v.material += !(same_material && same_assignment(p, former));
     v.light_shape += !c->same_shapes;
-    v.light_power += !same_power;
+    v.light_power += !c->same_power;
     return v;
 }
 

@@ -38,19 +38,27 @@ static enum lum_status check_desc(const struct lum_image_desc *d, struct lum_err
     if (d->width < 1 || d->height < 1 || d->width > LUM_IMAGE_SIDE_MAX || d->height > LUM_IMAGE_SIDE_MAX)
         return lum_fail(err, LUM_ERR_LIMIT, "width", "an image is 1 to %u pixels wide and high, not %u x %u",
                         LUM_IMAGE_SIDE_MAX, d->width, d->height);
+    if ((unsigned)d->texel > LUM_TEXEL_RGB32F)
+        return lum_fail(err, LUM_ERR_INVALID, "texel", "is not a kind of texel");
     if (!d->pixels)
         return lum_fail(err, LUM_ERR_INVALID, "pixels", "an image needs pixels");
     return LUM_OK;
 }
 
-/* Radiance above what float sums and half files can hold, negative or not a number, comes from a broken file. */
-static void copy_float_texels(float *to, const float *from, size_t n)
+/* Returns how many were not finite, which comes from a broken file; a little below 0 is common where a picture was
+ * resampled. The upper bound keeps products with a light's intensity far inside the range of float. */
+static uint64_t copy_float_texels(float *to, const float *from, size_t n)
 {
-    for (size_t i = 0; i < n; i++)
-        to[i] = from[i] >= 0.0f ? fminf(from[i], 1e12f) : 0.0f;
+    uint64_t dropped = 0;
+    for (size_t i = 0; i < n; i++) {
+        dropped += !isfinite(from[i]);
+        to[i] = isfinite(from[i]) ? lum_clamp(from[i], 0.0f, 1e12f) : 0.0f;
+    }
+    return dropped;
 }
 
-static enum lum_status image_create(const struct lum_image_desc *d, struct lum_image **ret_image, struct lum_error *err)
+static enum lum_status image_create(const struct lum_image_desc *d, struct lum_image **ret_image,
+                                    uint64_t *inout_dropped, struct lum_error *err)
 {
     size_t texels = (size_t)d->width * d->height;
     size_t texel_size = d->texel == LUM_TEXEL_RGB32F ? 3 * sizeof(float) : 4;
@@ -62,7 +70,7 @@ static enum lum_status image_create(const struct lum_image_desc *d, struct lum_i
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an image of %u x %u", d->width, d->height);
     }
     if (d->texel == LUM_TEXEL_RGB32F)
-        copy_float_texels(pixels, d->pixels, 3 * texels);
+        *inout_dropped += copy_float_texels(pixels, d->pixels, 3 * texels);
     else
         memcpy(pixels, d->pixels, texels * texel_size);
     lum_refs_init(&image->refs);
@@ -86,7 +94,7 @@ enum lum_status lum_scene_put_image(struct lum_scene *scene, const char *id, con
     if (status != LUM_OK)
         return status;
     struct lum_image *image = NULL;
-    status = image_create(desc, &image, err);
+    status = image_create(desc, &image, &scene->dropped_texels, err);
     if (status != LUM_OK) {
         lum_table_drop(table, base);
         return status;

@@ -126,6 +126,13 @@ static struct lum_frame env_frame(double rotation_rad)
     return (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
 }
 
+/* Bounds candela in scene units so that 1 / r^2 at LUM_POINT_LIGHT_NEAR (2^32) stays 2^32 inside the range of float,
+ * for sharp lobes and rare picks. Nothing real reaches it: 1e9 cd, an arc searchlight, does in a scene of 0.5 mm. */
+static float bounded_power(float power)
+{
+    return lum_min(power, 0x1p64f);
+}
+
 static void resolve_light(struct lum_light *l, const struct lum_light_entry *entry,
                           const struct lum_normalisation *norm)
 {
@@ -143,6 +150,7 @@ static void resolve_light(struct lum_light *l, const struct lum_light_entry *ent
     l->delta = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL;
     bool in_candela = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT;
     l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
+    l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
     if (d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT)
         l->p = point_to_scene(d->position, norm);
     if (d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC)
@@ -259,9 +267,9 @@ static double light_weight(const struct lum_light_part *part, uint32_t i, double
     return flux > 0.0 && isfinite(flux) ? flux : 0.0;
 }
 
-/* Half of the picks go by flux, half to all lights alike: a sun that is blocked everywhere must not starve a desk lamp, and
- * the dimmest light keeps a probability far above the CDF's rounding. pick_pdf is the exact difference of neighbouring
- * CDF values, so that what is picked and what is divided by agree. */
+/* Half of the picks go by flux, half to all lights alike: a sun that is blocked everywhere must not starve a desk lamp,
+ * and the dimmest light keeps a probability far above the CDF's rounding. pick_pdf is the exact difference of
+ * neighbouring CDF values, so that what is picked and what is divided by agree. */
 static void fill_table(struct lum_light_part *part, float scene_radius)
 {
     part->table = (struct lum_light_table){

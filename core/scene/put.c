@@ -272,28 +272,32 @@ enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double f
         status = lum_check_range("flux_lm", flux_lm, 0.0, POWER_MAX, err);
     if (status != LUM_OK)
         return status;
-    double r2 = light->radius_m * light->radius_m;
+    double r2 = light->radius_m * light->radius_m, per_intensity = 0.0; /* flux of intensity 1 */
     switch (light->kind) {
     case LUM_LIGHT_POINT:
-        *ret_intensity = flux_lm / (4.0 * pi);
-        return LUM_OK;
+        per_intensity = 4.0 * pi;
+        break;
     case LUM_LIGHT_SPOT:
-        *ret_intensity = flux_lm / spot_solid_angle(light);
-        return LUM_OK;
+        per_intensity = spot_solid_angle(light);
+        break;
     case LUM_LIGHT_QUAD:
-        *ret_intensity = flux_lm / (pi * cross_length_d(light->u, light->v));
-        return LUM_OK;
+        per_intensity = pi * cross_length_d(light->u, light->v);
+        break;
     case LUM_LIGHT_DISC:
-        *ret_intensity = flux_lm / (pi * pi * r2);
-        return LUM_OK;
+        per_intensity = pi * pi * r2;
+        break;
     case LUM_LIGHT_SPHERE:
-        *ret_intensity = flux_lm / (4.0 * pi * pi * r2);
-        return LUM_OK;
+        per_intensity = 4.0 * pi * pi * r2;
+        break;
     case LUM_LIGHT_DIRECTIONAL:
     case LUM_LIGHT_ENVIRONMENT:
-        break;
+        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
     }
-    return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
+    if (!(flux_lm <= POWER_MAX * per_intensity))
+        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "must be at most %g from so small a light, not %g",
+                        POWER_MAX * per_intensity, flux_lm);
+    *ret_intensity = flux_lm > 0.0 ? flux_lm / per_intensity : 0.0;
+    return LUM_OK;
 }
 
 /* ---- cameras ---- */

@@ -179,7 +179,7 @@ bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct
     if (a->n != b->n)
         return false;
     for (uint32_t i = 0; i < a->n; i++)
-        if (a->items[i].mesh != b->items[i].mesh ||
+        if (strcmp(a->items[i].id, b->items[i].id) != 0 || a->items[i].mesh != b->items[i].mesh ||
             memcmp(&a->items[i].local_to_scene, &b->items[i].local_to_scene, sizeof(struct lum_affine)) != 0)
             return false;
     return true;

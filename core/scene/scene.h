@@ -29,9 +29,10 @@ struct lum_mesh_desc {
     bool deforming; /* will be put again with the same indices and moved positions: refit, do not rebuild */
 };
 
+/* SRGB8, LINEAR8: 4 bytes RGBA a texel. RGB32F: 3 floats; negative ones read as 0, and none as over 1e12. */
 enum lum_texel { LUM_TEXEL_SRGB8, LUM_TEXEL_LINEAR8, LUM_TEXEL_RGB32F };
 struct lum_image_desc {
-    enum lum_texel texel; /* SRGB8, LINEAR8: 4 bytes RGBA a texel; RGB32F: 3 floats */
+    enum lum_texel texel;
     uint32_t width, height;
     const void *pixels; /* first row is the top */
 };
@@ -95,15 +96,17 @@ struct lum_light_desc {
     double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
     struct lum_rgb color;       /* chromaticity, luminance 1 */
     /* The photometric size, in the unit natural to the kind (records in lm are converted by the caller with
-     * lum_light_from_flux): point, spot: cd; directional: lx on a facing plane; area, environment: cd/m2. */
+     * lum_light_from_flux): point, spot: cd; directional: lx on a facing plane; area, environment: cd/m2. 0 to 1e12 */
     double intensity;
-    const char *image;          /* environment: equirectangular image id, its luminance scaled by intensity; or NULL */
+    const char *image;          /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
+                                 * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
     double rotation_rad;        /* environment: about +Y */
     bool on, camera_visible;    /* camera_visible: area lights and environment seen directly */
     const char *group;          /* mixing group, "" = its own id */
 };
 /* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot by its falloff
- * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment. */
+ * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment, and where so
+ * much from so small a light is over 1e12. */
 LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
                                                  struct lum_error *err);
 
@@ -138,5 +141,7 @@ LUM_MUST_USE enum lum_status lum_scene_commit(struct lum_scene *, uint64_t scene
 
 /* Triangles dropped at put (degenerate, non-finite or out-of-range index), over the scene's life. */
 uint64_t lum_scene_dropped_triangles(const struct lum_scene *);
+/* Channels of RGB32F texels that were not finite and became 0 at put, over the scene's life. */
+uint64_t lum_scene_dropped_texels(const struct lum_scene *);
 
 #endif

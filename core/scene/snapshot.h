@@ -46,8 +46,8 @@ struct lum_instance {
 /* What changed last: a counter per class of edit. A stage that memoises its result stores the counters it depends on
  * and runs again when one differs. */
 struct lum_versions {
-    uint64_t geometry;    /* instances, meshes, emitter shapes, visibility, alpha */
-    uint64_t material;    /* anything in a material but emission */
+    uint64_t geometry;    /* objects, meshes, emitter shapes, visibility, alpha */
+    uint64_t material;    /* anything in a material but the amount of emission */
     uint64_t light_shape; /* where light comes from: added, removed, moved, reshaped */
     uint64_t light_power; /* colour, intensity, on/off */
 };

@@ -219,3 +219,8 @@ uint64_t lum_scene_dropped_triangles(const struct lum_scene *scene)
 {
     return scene->dropped_triangles;
 }
+
+uint64_t lum_scene_dropped_texels(const struct lum_scene *scene)
+{
+    return scene->dropped_texels;
+}

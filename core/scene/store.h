@@ -68,7 +68,7 @@ struct lum_scene {
     struct lum_device *device; /* borrowed */
     struct lum_table tables[LUM_ENTITY_COUNT];
     const struct lum_snapshot *last; /* the newest snapshot, or NULL before the first commit */
-    uint64_t dropped_triangles;
+    uint64_t dropped_triangles, dropped_texels;
 };
 
 /* store.c */
@@ -172,6 +172,7 @@ enum lum_status lum_resolve_materials(const struct lum_scene *scene, const struc
 enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struct lum_normalisation *norm,
                                       struct lum_instance_part **ret_part, struct lum_error *err);
 enum lum_status lum_resolve_cameras(const struct lum_scene *scene, struct lum_camera_part **ret_part, struct lum_error *err);
+/* The same objects with the same meshes in the same places. */
 bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct lum_instance_part *b);
 
 void lum_bounds_grow(struct lum_bounds *b, struct lum_vec3 p);

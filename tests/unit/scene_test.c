@@ -106,6 +106,23 @@ static void images_are_held_by_materials_and_environments(void **state)
     assert_int_equal(lum_scene_put_image(f->scene, "sky", &image, &refusal), LUM_ERR_LIMIT);
 }
 
+static void broken_texels_are_zeroed_and_counted(void **state)
+{
+    struct fixture *f = *state;
+    const float texels[12] = {1, 2, 3, NAN, 5, 6, 7, INFINITY, -INFINITY, -1, 0, 1e30f};
+    struct lum_image_desc image = {LUM_TEXEL_RGB32F, 4, 1, texels};
+    CHECK_OK(lum_scene_put_image(f->scene, "sky", &image, err));
+    assert_int_equal(lum_scene_dropped_texels(f->scene), 3);
+    struct lum_material_desc m = lum_material_default();
+    m.base_color_texture.image = "sky";
+    CHECK_OK(lum_scene_put_material(f->scene, "painted", &m, err));
+    const struct lum_snapshot *s = commit(f);
+    const float *got = s->materials[0].base_color_tex.image->pixels;
+    const float want[12] = {1, 2, 3, 0, 5, 6, 7, 0, 0, 0, 0, 1e12f};
+    assert_memory_equal(got, want, sizeof want);
+    lum_snapshot_unref(s);
+}
+
 /* ---- refusals ---- */
 
 static void refuse_object(struct lum_scene *scene, struct lum_affined m)
@@ -267,6 +284,21 @@ static void make_see_through(struct lum_scene *scene)
     m.alpha = 0.5f;
     CHECK_OK(lum_scene_put_material(scene, "white", &m, err));
 }
+static void replace_a(struct lum_scene *scene)
+{
+    CHECK_OK(lum_scene_remove(scene, LUM_ENTITY_OBJECT, "a", err));
+    put_object(scene, "aa", "ball", "white", at(0, 0, 0));
+}
+static void project_slide(struct lum_scene *scene)
+{
+    const float texel[3] = {1, 2, 3};
+    struct lum_image_desc image = {LUM_TEXEL_RGB32F, 1, 1, texel};
+    CHECK_OK(lum_scene_put_image(scene, "slide", &image, err));
+    struct lum_material_desc m = lum_material_default();
+    m.emission_cd_m2 = 50.0;
+    m.emission_texture.image = "slide";
+    CHECK_OK(lum_scene_put_material(scene, "glow", &m, err));
+}
 static void put_the_same(struct lum_scene *scene)
 {
     put_material(scene, "white");
@@ -300,6 +332,8 @@ static void edits_raise_only_their_counters(void **state)
         {"move_camera", move_camera, 0, 0, 0, 0},
         {"hide_b", hide_b, 1, 0, 0, 0},
         {"make_see_through", make_see_through, 1, 1, 0, 0},
+        {"replace_a", replace_a, 1, 0, 0, 0},         /* it may have another material */
+        {"project_slide", project_slide, 0, 1, 0, 0}, /* the response to the emitter, not its power */
         {"put_the_same", put_the_same, 0, 0, 0, 0},
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
@@ -447,6 +481,60 @@ static void emissive_objects_are_lights(void **state)
     lum_snapshot_unref(s);
 }
 
+/* Where the alpha test cuts a hole, nothing shines. */
+static void emitters_shine_where_they_are(void **state)
+{
+    struct fixture *f = *state;
+    put_shape(f->scene, "sheet", "quad", 1, 1);
+    const struct {
+        enum lum_alpha_mode mode;
+        float alpha;
+        double share;
+    } rows[] = {{LUM_ALPHA_MASK, 0.4f, 0.0}, {LUM_ALPHA_MASK, 0.6f, 1.0}, {LUM_ALPHA_BLEND, 0.25f, 0.25}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        struct lum_material_desc m = lum_material_default();
+        m.emission_cd_m2 = 50.0;
+        m.alpha_mode = rows[i].mode;
+        m.alpha = rows[i].alpha;
+        CHECK_OK(lum_scene_put_material(f->scene, "neon", &m, err));
+        put_object(f->scene, "sign", "sheet", "neon", at(0, 0, 0));
+        const struct lum_snapshot *s = commit(f);
+        struct random_stream random = {1};
+        enum { n = 4096 };
+        int lit = 0;
+        for (int k = 0; k < n; k++) {
+            struct lum_vec2 u = {(float)random_double(&random), (float)random_double(&random)};
+            struct lum_light_sample sample;
+            lit += lum_light_sample_at(s, 0, to_scene(s, 0, 1, 0), u, &sample);
+        }
+        /* five standard deviations of the count of n coins */
+        double tolerance = 5.0 * sqrt(n * rows[i].share * (1.0 - rows[i].share));
+        if (!(fabs(lit - n * rows[i].share) <= tolerance))
+            fail_msg("row %zu: %d of %d samples are lit, expected %g", i, lit, n, n * rows[i].share);
+        lum_snapshot_unref(s);
+    }
+}
+
+/* The brightest light in the smallest scene: 1 / r^2 stays finite, with room for sharp lobes and rare picks. */
+static void no_power_overflows(void **state)
+{
+    struct fixture *f = *state;
+    put_shape(f->scene, "box", "box", 1, 1);
+    put_material(f->scene, "white");
+    put_object(f->scene, "mote", "box", "white", scaled_at(1e-10, 0, 0, 0));
+    struct lum_light_desc l = light_desc(LUM_LIGHT_POINT);
+    l.position = (struct lum_vec3d){0, 0, 0};
+    l.intensity = 1e12;
+    l.color = lum_grey(100.0f);
+    put_light(f->scene, "nova", &l);
+    const struct lum_snapshot *s = commit(f);
+    assert_int_equal(s->lights.n_active, 1);
+    struct lum_light_sample sample;
+    assert_true(lum_light_sample_at(s, 0, lum_v3(1e-6f, 0, 0), (struct lum_vec2){0.5f, 0.5f}, &sample));
+    assert_true(isfinite(sample.radiance.r * 0x1p30f));
+    lum_snapshot_unref(s);
+}
+
 static void lights_are_picked_half_by_flux(void **state)
 {
     struct fixture *f = *state;
@@ -478,6 +566,10 @@ static void lights_are_picked_half_by_flux(void **state)
     struct lum_light_desc sun = light_desc(LUM_LIGHT_DIRECTIONAL);
     double intensity = 0.0;
     assert_int_equal(lum_light_from_flux(&sun, 1.0, &intensity, &refusal), LUM_ERR_INVALID);
+    assert_string_equal(refusal.field, "flux_lm");
+    struct lum_light_desc spark = light_desc(LUM_LIGHT_SPHERE);
+    spark.radius_m = 1e-9; /* 1 lm from here is 2.5e16 cd/m2 */
+    assert_int_equal(lum_light_from_flux(&spark, 1.0, &intensity, &refusal), LUM_ERR_INVALID);
     assert_string_equal(refusal.field, "flux_lm");
     lum_snapshot_unref(s);
 }
@@ -732,6 +824,7 @@ int main(void)
         TEST(ids_have_1_to_64_bytes),
         TEST(what_is_referred_to_stays),
         TEST(images_are_held_by_materials_and_environments),
+        TEST(broken_texels_are_zeroed_and_counted),
         TEST(singular_transforms_are_refused),
         TEST(values_out_of_range_name_their_field),
         TEST(edits_raise_only_their_counters),
@@ -739,6 +832,8 @@ int main(void)
         TEST(order_of_arrival_does_not_matter),
         TEST(lengths_and_powers_are_in_scene_units),
         TEST(emissive_objects_are_lights),
+        TEST(emitters_shine_where_they_are),
+        TEST(no_power_overflows),
         TEST(lights_are_picked_half_by_flux),
         TEST(main_is_the_default_camera),
         TEST(the_framing_camera_sees_everything),

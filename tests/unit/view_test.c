@@ -246,6 +246,120 @@ static void effects_not_called_for_do_nothing(void **state)
     }
 }
 
+/* [19] What is matched to its surroundings has no interface at all; what is denser reflects totally from inside, even
+ * where its specular is 0. */
+static void counters_follow_the_demand(void **state)
+{
+    (void)state;
+    const struct {
+        float ior, specular, transmission;
+        bool reflects;
+    } rows[] = {
+        {1.0f, 1.0f, 0.0f, false}, {1.0f, 1.0f, 1.0f, false}, {1.5f, 0.0f, 1.0f, true}, {1.5f, 0.0f, 0.0f, false}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        struct rig r;
+        rig_begin(&r, 1);
+        rig_room(&r);
+        struct lum_material_desc m = lum_material_default();
+        m.roughness = 0.0f;
+        m.ior = rows[i].ior;
+        m.specular = rows[i].specular;
+        m.transmission = rows[i].transmission;
+        rig_material(&r, "red", &m);
+        struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 60);
+        rig_light(&r, "bulb", &bulb);
+        rig_commit(&r);
+        use(&r, "path");
+        struct lum_pass_stats s = rig_pass(&r);
+        if (s.demand.on[LUM_EFFECT_REFLECTION] != rows[i].reflects ||
+            (s.effects[LUM_EFFECT_REFLECTION].rays > 0) != rows[i].reflects || s.rays[LUM_RAY_GLOSSY] > 0)
+            fail_msg("row %zu: reflection is %s, %llu mirror and %llu glossy rays", i,
+                     s.demand.on[LUM_EFFECT_REFLECTION] ? "on" : "off", (unsigned long long)s.rays[LUM_RAY_REFLECTION],
+                     (unsigned long long)s.rays[LUM_RAY_GLOSSY]);
+        rig_end(&r);
+    }
+}
+
+/* Edits that leave every triangle where it was, and still show. */
+static void silent_edits_show(void **state)
+{
+    (void)state;
+    const char *methods[] = {"whitted", "path"};
+    for (int i = 0; i < 2; i++) {
+        struct rig r;
+        lit_room(&r, 2);
+        struct lum_material_desc glow = rig_diffuse(0.3f);
+        const float before[3] = {1, 1, 1}, after[3] = {0.1f, 3, 0.5f};
+        struct lum_image_desc image = {LUM_TEXEL_RGB32F, 1, 1, before};
+        RIG_OK(lum_scene_put_image(r.scene, "slide", &image, &err));
+        glow.emission_cd_m2 = 40;
+        glow.emission_texture.image = "slide";
+        rig_material(&r, "glow", &glow);
+        rig_commit(&r);
+        use(&r, methods[i]);
+        rig_pass(&r);
+
+        RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "crate", &err));
+        rig_object(&r, "chest", "crate", "white", rig_v(0.5, 0.5, -0.4));
+        rig_commit(&r);
+        rig_pass(&r);
+        assert_as_fresh(&r, "another object of another material in the same place");
+
+        image.pixels = after;
+        RIG_OK(lum_scene_put_image(r.scene, "slide", &image, &err));
+        rig_commit(&r);
+        rig_pass(&r);
+        assert_as_fresh(&r, "another picture on an emitter");
+        rig_end(&r);
+    }
+}
+
+/* The shared layer is on because something is unlit. */
+static void switched_off_lamps_are_dark(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_room(&r);
+    struct lum_material_desc sign = rig_diffuse(0.5f);
+    sign.unlit = true;
+    rig_material(&r, "red", &sign);
+    struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 60);
+    struct lum_light_desc lamp = rig_quad(rig_v(0, 1.5, -1), rig_v(1, 0, 0), rig_v(0, 1, 0), 1e9);
+    lamp.on = false;
+    rig_light(&r, "bulb", &bulb);
+    rig_light(&r, "lamp", &lamp);
+    rig_commit(&r);
+    use(&r, "whitted");
+    rig_pass(&r);
+    assert_true(lum_luminance(rig_mean(&r)) > 0.0f && lum_luminance(rig_mean(&r)) < 1e4f);
+    rig_end(&r);
+}
+
+/* However far, walls keep its light out, and no ray leaves the range that Embree can take. */
+static void far_lights_cast_shadows(void **state)
+{
+    (void)state;
+    const double distances[] = {1e3, 1e6, 1e9, 1e14};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(distances); i++)
+        for (int open = 0; open < 2; open++) {
+            struct rig r;
+            rig_begin(&r, 1);
+            rig_room(&r);
+            if (open)
+                RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "room", &err));
+            struct lum_light_desc star = rig_point(rig_v(0, 0.6 * distances[i], 0.8 * distances[i]), 1e12);
+            rig_light(&r, "star", &star);
+            rig_commit(&r);
+            use(&r, "whitted");
+            rig_pass(&r);
+            if ((lum_luminance(rig_mean(&r)) > 0.0f) != open)
+                fail_msg("%g m: %s, mean luminance %g", distances[i], open ? "open" : "closed",
+                         (double)lum_luminance(rig_mean(&r)));
+            rig_end(&r);
+        }
+}
+
 /* Pixels of a small picture are those of a bigger one's corner that see the same rays: the eye's arithmetic depends on
  * the size only through the centre, so pictures of equal parity are compared at equal pixel size, without noise. */
 static void odd_sizes_equal_the_crop(void **state)
@@ -475,8 +589,8 @@ static void refusals_name_the_field(void **state)
     struct rig r;
     lit_room(&r, 1);
     const struct lum_view_settings good = r.settings;
-    struct lum_view_settings bad[7];
-    for (int i = 0; i < 7; i++)
+    struct lum_view_settings bad[8];
+    for (size_t i = 0; i < LUM_ARRAY_LEN(bad); i++)
         bad[i] = good;
     bad[0].w = 0;
     bad[1].method = NULL;
@@ -485,8 +599,9 @@ static void refusals_name_the_field(void **state)
     bad[4].camera.target = bad[4].camera.position;
     bad[5].camera.position.x = 1e300;
     bad[6].camera.up.x = (double)INFINITY;
-    const char *fields[] = {"size", "method", "shadow_samples", "vfov_deg", "target", "position", "camera"};
-    for (int i = 0; i < 7; i++) {
+    bad[7].camera.position.x = 2e7; /* 8 units to the metre: over what a ray may start from */
+    const char *fields[] = {"size", "method", "shadow_samples", "vfov_deg", "target", "position", "camera", "position"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(bad); i++) {
         struct lum_pass_stats s;
         struct lum_error err = {0};
         assert_int_equal(lum_view_pass(r.view, r.snapshot, &bad[i], NULL, &s, &err), LUM_ERR_INVALID);
@@ -494,6 +609,8 @@ static void refusals_name_the_field(void **state)
     }
     r.settings.camera.up = rig_v(0, 0, 0); /* any up will do */
     r.settings.shadow_samples = 1;
+    rig_pass(&r);
+    r.settings.camera.position.x = 1e7;
     rig_pass(&r);
     rig_end(&r);
 }
@@ -542,6 +659,10 @@ int main(void)
         cmocka_unit_test(material_edit_keeps_visibility),
         cmocka_unit_test(camera_and_objects_make_all_stale),
         cmocka_unit_test(effects_not_called_for_do_nothing),
+        cmocka_unit_test(counters_follow_the_demand),
+        cmocka_unit_test(silent_edits_show),
+        cmocka_unit_test(switched_off_lamps_are_dark),
+        cmocka_unit_test(far_lights_cast_shadows),
         cmocka_unit_test(odd_sizes_equal_the_crop),
         cmocka_unit_test(empty_scenes_and_walls),
         cmocka_unit_test(threads_do_not_matter),
