@@ -63,7 +63,7 @@ static bool is_word_of(const char *words, const char *s)
     return false;
 }
 
-/* A relative path that stays below its root; the server opens it with openat2 on top of this. */
+/* A relative path that stays below its root; the server walks it without following links on top of this. */
 static bool is_asset(const char *s)
 {
     if (s[0] == '/' || strchr(s, '\\'))

@@ -7,8 +7,6 @@
 
 #include "protocol/json.h"
 
-enum { DEFAULT_PROBE_SAMPLES = 1024 };
-
 static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
 {
     return lum_json_add(o, key, cJSON_CreateDoubleArray(values, n));
@@ -74,8 +72,7 @@ void lum_director_probe(struct lum_director *d, const struct lum_command *c)
     struct lum_probe probe;
     struct lum_error e;
     uint64_t rays = 0;
-    uint32_t n = c->samples ? c->samples : DEFAULT_PROBE_SAMPLES;
-    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, n, 0, &probe, &rays, &e)) {
+    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, c->samples, 0, &probe, &rays, &e)) {
         lum_proto_fail(&err, LUM_PROTO_INTERNAL, "", e.field, "%s", e.text);
         lum_director_refuse(d, c, &err);
         return;
@@ -86,7 +83,7 @@ void lum_director_probe(struct lum_director *d, const struct lum_command *c)
     lum_json_add_number(o, "stderr_lx", probe.stderr_lx);
     add_numbers(o, "irradiance", rgb, 3);
     add_point(o, &at);
-    lum_json_add_number(o, "samples", n);
+    lum_json_add_number(o, "samples", c->samples);
     lum_json_add_number(o, "rays", (double)rays);
     lum_director_reply(d, c, o);
 }

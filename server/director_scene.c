@@ -156,6 +156,18 @@ static void finish_import(struct lum_director *d, struct lum_import_job *job)
     lum_free(job);
 }
 
+/* No thread to be had: with one running, the job waits for its end; else nothing would wake the director for it. */
+static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
+{
+    struct lum_import_job *job = d->jobs;
+    if (n_running > 0)
+        return;
+    d->jobs = job->next;
+    lum_proto_fail(&job->error, LUM_PROTO_APPLICATION, "busy", "ops", "no thread for the import; try again");
+    refuse_edit(d, job->command, &job->error);
+    lum_free(job);
+}
+
 void lum_director_turn_imports(struct lum_director *d)
 {
     uint32_t n_running = 0;
@@ -173,8 +185,10 @@ void lum_director_turn_imports(struct lum_director *d)
         if (job->started)
             continue;
         job->started = pthread_create(&job->thread, NULL, import_main, job) == 0;
-        if (!job->started)
-            return; /* no threads to be had: tried again in the next turn */
+        if (!job->started) {
+            put_off_or_refuse(d, n_running);
+            return;
+        }
         n_running++;
     }
 }

@@ -85,7 +85,9 @@ static uint64_t hash_bytes(const unsigned char *bytes, size_t n)
 
 static bool get_file(const char *path, struct lum_http_response *r)
 {
-    const char *key = strcmp(path, "/") == 0 ? "index.html" : path + 1;
+    if (path[0] != '/')
+        return false;
+    const char *key = path[1] ? path + 1 : "index.html";
     const struct lum_embedded *file = lum_embedded_web;
     while (file->key && strcmp(file->key, key) != 0)
         file++;
@@ -131,7 +133,7 @@ static void print_director_metrics(FILE *out, const struct lum_director *directo
         {"tile_bytes_total", "counter", "Bytes of encoded tiles", (double)m.tile_bytes},
         {"edits_total", "counter", "Edits accepted", (double)m.edits},
         {"edits_refused_total", "counter", "Edits refused", (double)m.edits_refused},
-        {"imports_total", "counter", "Imports begun", (double)m.imports},
+        {"imports_total", "counter", "Imports read", (double)m.imports},
         {"imports_failed_total", "counter", "Imports failed", (double)m.imports_failed},
         {"nonfinite_total", "counter", "Radiance values that were not finite: 0 unless there is a bug",
          (double)m.nonfinite},

@@ -8,6 +8,7 @@
 #include "protocol/rpc.h"
 
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
+#define SAMPLES_DEFAULT 256u
 
 static bool read_nothing(struct lum_json_reader *r, struct lum_command *c)
 {
@@ -179,7 +180,7 @@ static bool read_pick(struct lum_json_reader *r, struct lum_command *c)
 /* {view_id, x, y} or {point, normal}, and samples. */
 static bool read_probe(struct lum_json_reader *r, struct lum_command *c)
 {
-    c->samples = 256;
+    c->samples = SAMPLES_DEFAULT;
     lum_json_u32(r, "samples", 1, SAMPLES_MAX, &c->samples);
     c->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, c->point);
     if (!c->has_point)

@@ -12,6 +12,8 @@
 
 /* Sky of a model without light: an overcast sky's luminance, so that automatic exposure has daylight to work with. */
 #define DEFAULT_SKY_CD_M2 2000.0
+#define SKY_ID "default-sky"
+#define CAMERA_ID "main"
 
 const struct lum_embedded *lum_scene_builtin(const char *name)
 {
@@ -71,6 +73,12 @@ bool lum_scene_read_ops(const char *path, struct lum_ops *ret_ops, struct lum_pr
 
 /* ---- a model file: one import op, and what the file lacks ---- */
 
+/* Ids that every scene has, or that a bare model is given. */
+static bool is_reserved(const char *id)
+{
+    return strcmp(id, "render") == 0 || strcmp(id, CAMERA_ID) == 0 || strcmp(id, SKY_ID) == 0;
+}
+
 /* An id from a file's name: "/x/Living room.glb" becomes "Living-room". */
 static void id_from_path(const char *path, lum_id ret_id)
 {
@@ -85,7 +93,7 @@ static void id_from_path(const char *path, lum_id ret_id)
             ret_id[n] = '-';
     }
     ret_id[n] = 0;
-    if (n == 0)
+    if (n == 0 || is_reserved(ret_id))
         snprintf(ret_id, sizeof(lum_id), "model");
 }
 
@@ -141,7 +149,7 @@ static void note_camera(void *user, const struct lum_record *r)
 static bool add_framing_camera(struct lum_world *w, struct lum_proto_error *err)
 {
     struct lum_camera c = lum_snapshot_framing_camera(w->snapshot);
-    struct lum_record *r = lum_record_create(LUM_RECORD_CAMERA, "main");
+    struct lum_record *r = lum_record_create(LUM_RECORD_CAMERA, CAMERA_ID);
     if (r) {
         r->camera = (struct lum_record_camera){{c.position.x, c.position.y, c.position.z},
                                                {c.target.x, c.target.y, c.target.z},
@@ -154,7 +162,7 @@ static bool add_framing_camera(struct lum_world *w, struct lum_proto_error *err)
 
 static bool add_sky(struct lum_world *w, struct lum_proto_error *err)
 {
-    struct lum_record *r = lum_record_create(LUM_RECORD_LIGHT, "default-sky");
+    struct lum_record *r = lum_record_create(LUM_RECORD_LIGHT, SKY_ID);
     if (r) {
         snprintf(r->light.kind, sizeof r->light.kind, "environment");
         r->light.flux_lm.set = r->light.intensity_cd.set = r->light.illuminance_lx.set = false;

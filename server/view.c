@@ -210,6 +210,13 @@ static void merge(struct lum_view_request *a, const struct lum_view_request *b)
         a->has_camera = false; /* the named camera replaces the explicit one */
 }
 
+static bool budget_spent(const struct lum_server_view *v)
+{
+    const struct lum_view_request *w = &v->want;
+    return (w->budget_time_ms.set && v->rendered_ms >= w->budget_time_ms.value) ||
+           (w->budget_error.set && v->last_pass.error_rel <= w->budget_error.value);
+}
+
 bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
                             struct lum_proto_error *err)
 {
@@ -224,6 +231,8 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     if (want.codec != v->want.codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     v->want = want;
+    if (request->has_budget && !budget_spent(v))
+        v->complete = false; /* a larger budget than the one that ended it */
     return true;
 }
 
@@ -232,13 +241,6 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
 bool lum_server_view_needs_pass(const struct lum_server_view *v)
 {
     return !v->failed && (v->stale || !v->complete);
-}
-
-static bool budget_spent(const struct lum_server_view *v)
-{
-    const struct lum_view_request *w = &v->want;
-    return (w->budget_time_ms.set && v->rendered_ms >= w->budget_time_ms.value) ||
-           (w->budget_error.set && v->last_pass.error_rel <= w->budget_error.value);
 }
 
 static uint32_t preview_for(double full_pass_ms)

@@ -464,6 +464,25 @@ static void waiting_imports_are_limited(void **state)
     scene_rev_of(ask(c, apply_command(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
 }
 
+/* A picture that its budget ended goes on when the budget grows. */
+static void a_larger_budget_resumes(void **state)
+{
+    struct client *c = *state;
+    struct lum_command *cmd = command(c, LUM_CMD_VIEW_OPEN);
+    cmd->view =
+        (struct lum_view_request){.has_size = true, .w = W, .h = H, .has_budget = true, .budget_error = {true, 10.0}};
+    cJSON_Delete(ask(c, cmd));
+    struct lum_frame_header h = converged_frame(c, 0, NULL);
+    cmd = command(c, LUM_CMD_VIEW_UPDATE);
+    cmd->view.view_id = h.view_id;
+    cmd->view.has_budget = true; /* of nothing: the scene's 16 samples count again */
+    cJSON_Delete(ask(c, cmd));
+    assert_true(h.spp < 16);
+    while (h.spp < 16)
+        h = next_frame(c, NULL);
+    assert_int_equal(h.spp, 16);
+}
+
 static void the_inbox_is_limited_in_bytes(void **state)
 {
     struct client *c = *state;
@@ -580,6 +599,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_failed_import_changes_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(waiting_imports_are_limited, setup_stuck_importer, teardown),
         cmocka_unit_test_setup_teardown(an_import_joins_the_scene, setup_importer, teardown),
+        cmocka_unit_test_setup_teardown(a_larger_budget_resumes, setup, teardown),
         cmocka_unit_test_setup_teardown(the_inbox_is_limited_in_bytes, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, setup, teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, setup, teardown),

@@ -113,6 +113,23 @@ static void a_bare_model_gets_camera_and_sky(void **state)
     assert_non_null(lum_document_find(f->world.doc, "a-bare-triangle")); /* an id made from the file's name */
 }
 
+/* The file's name becomes the import's id, unless the scene needs that id itself. */
+static void a_model_may_have_any_name(void **state)
+{
+    struct fixture *f = *state;
+    static const char *const names[] = {"render.gltf", "main.gltf", "default-sky.gltf", ".gltf"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        struct lum_proto_error err;
+        write_file(f, names[i], triangle_gltf);
+        if (!load(f, f->path, &err))
+            fail_msg("%s: %s: %s", names[i], err.path, err.text);
+        assert_int_equal(lum_document_find(f->world.doc, "model")->type, LUM_RECORD_IMPORT);
+        remove(f->path);
+        lum_world_finish(&f->world);
+        assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL), LUM_OK);
+    }
+}
+
 static void a_missing_or_broken_model_fails(void **state)
 {
     struct fixture *f = *state;
@@ -129,6 +146,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(every_built_in_scene_loads, setup, teardown),
         cmocka_unit_test_setup_teardown(a_file_of_ops_names_its_bad_line, setup, teardown),
         cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_and_sky, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_model_may_have_any_name, setup, teardown),
         cmocka_unit_test_setup_teardown(a_missing_or_broken_model_fails, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
