@@ -187,6 +187,15 @@ test('two tabs see each other’s edits, with cameras of their own', async () =>
     await other.page.close();
 });
 
+test('a model is imported into the running scene, its lamp joins the list, and undo takes it away', async () => {
+    await page.getByLabel('Model file below').fill('lamp.gltf');
+    await edit(() => page.getByRole('button', { name: 'Import' }).click());
+    const lamp = page.locator('.light-name', { hasText: /^lamp\// });
+    await lamp.waitFor();
+    await edit(() => page.locator('.stage').press('z'));
+    await lamp.waitFor({ state: 'detached' });
+});
+
 test('what others name is shown as text', async () => {
     const nasty = '<img src=x onerror="window.hacked=1">.glb';
     await page.getByLabel('Model file below').fill(nasty);

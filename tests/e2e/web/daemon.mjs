@@ -2,7 +2,7 @@
 import { spawn } from 'node:child_process';
 import { mkdtempSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { dirname, join } from 'node:path';
 import { createInterface } from 'node:readline';
 
 const TOKEN = 'e2e-token-0123456789abcdef0123456789abcdef';
@@ -20,6 +20,7 @@ export class Daemon {
     /** Resolves with the URL that the daemon prints when it is ready. */
     async start() {
         const args = ['--scene', this.scene, '--listen', `127.0.0.1:${this.port}`, '--token-file', this.tokenFile];
+        args.push('--assets', dirname(this.scene));
         this.child = spawn(process.env.LUMEND, args, { stdio: ['ignore', 'pipe', 'pipe'] });
         this.child.stderr.on('data', (chunk) => (this.log += chunk));
         this.exited = new Promise((resolve) => this.child.on('exit', (code, signal) => resolve({ code, signal })));

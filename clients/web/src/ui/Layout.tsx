@@ -24,7 +24,7 @@ export function Layout() {
         <div class="layout">
             <TopBar />
             <Viewport />
-            <div class="panel">
+            <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <LightList />
                 <ViewPanel />
                 <EffectsPanel />

@@ -34,7 +34,7 @@ export function LightList() {
                     <LightRow key={id} id={id} />
                 ))}
             </ul>
-            {ids.length === 0 && <p class="hint">This scene has no lights.</p>}
+            {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">This scene has no lights.</p>}
             {matching.length > shown.length && (
                 <p class="hint">{matching.length - shown.length} more: type a part of a name above.</p>
             )}
