@@ -405,7 +405,7 @@ bool lum_apply_error(const struct lum_error *e, const char *path, struct lum_pro
         enum lum_proto_code code;
         const char *app;
     } codes[] = {
-        [LUM_OK] = {LUM_PROTO_INTERNAL, ""},
+        [LUM_OK] = {LUM_PROTO_INTERNAL, "internal"},
         [LUM_ERR_NOMEM] = {LUM_PROTO_APPLICATION, "limit_exceeded"},
         [LUM_ERR_INVALID] = {LUM_PROTO_BAD_PARAMS, "invalid_value"},
         [LUM_ERR_NOT_FOUND] = {LUM_PROTO_APPLICATION, "not_found"},
@@ -413,8 +413,8 @@ bool lum_apply_error(const struct lum_error *e, const char *path, struct lum_pro
         [LUM_ERR_LIMIT] = {LUM_PROTO_APPLICATION, "limit_exceeded"},
         [LUM_ERR_IO] = {LUM_PROTO_APPLICATION, "io"},
         [LUM_ERR_UNSUPPORTED] = {LUM_PROTO_APPLICATION, "unsupported"},
-        [LUM_ERR_CANCELLED] = {LUM_PROTO_INTERNAL, ""},
-        [LUM_ERR_INTERNAL] = {LUM_PROTO_INTERNAL, ""},
+        [LUM_ERR_CANCELLED] = {LUM_PROTO_INTERNAL, "internal"},
+        [LUM_ERR_INTERNAL] = {LUM_PROTO_INTERNAL, "internal"},
     };
     char full[sizeof ret_error->path];
     snprintf(full, sizeof full, "%s%s%s", path, path[0] && e->field[0] ? "/" : "", e->field);

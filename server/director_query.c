@@ -73,7 +73,7 @@ void lum_director_probe(struct lum_director *d, const struct lum_command *c)
     struct lum_error e;
     uint64_t rays = 0;
     if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, c->samples, 0, &probe, &rays, &e)) {
-        lum_proto_fail(&err, LUM_PROTO_INTERNAL, "", e.field, "%s", e.text);
+        lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
         lum_director_refuse(d, c, &err);
         return;
     }

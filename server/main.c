@@ -1,11 +1,12 @@
 /* lumend: subcommands, and the life of the daemon.
  *
- * Start:  options -> log -> token -> listening socket (a taken port is found before a long load) -> signal thread ->
- *         director (loads the scene, starts the renderer) -> sessions -> ready line on stdout.
- * Run:    the main thread is the net thread. The director is a thread of its own, and starts the worker pool and, for
- * an import, a child process. Stop:   the signal thread sees SIGTERM or SIGINT: lum_net_stop. The net thread refuses
- * connections, sends session.closing, closes every session, and returns. Then in reverse order of the start: sessions,
- * director (cancels its pass, joins), network, log. A second signal exits at once.
+ * - Start: options, log, token, listening socket (a taken port is found before a long load), signal thread, director
+ *   (loads the scene, starts the renderer), sessions, then the ready line on stdout.
+ * - Run: the main thread is the net thread. The director is a thread of its own; it has the worker pool and, for an
+ *   import, a child process.
+ * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses connections, sends
+ *   session.closing, closes every session, and returns. Then in reverse order of the start: sessions, director (cancels
+ *   its pass, joins), network, log. A second signal exits at once.
  *
  * Signals are blocked in every thread before the first is started and taken by one thread with sigwait, so no handler
  * ever runs in the middle of anything. */

@@ -2,17 +2,17 @@
  * hole:
  *
  * - Other threads call lws_cancel_service and nothing else. A producer publishes, sets `woken`, then cancels; this
- * thread clears `woken` first and looks after that, so no wake-up is lost.
+ *   thread clears `woken` first and looks after that, so no wake-up is lost.
  * - At most one lws_write per WRITEABLE callback. WRITEABLE also comes unasked: what to send is decided from our own
- * state.
+ *   state.
  * - A long message goes out in fragments of at most one tx_packet_size, so that the library never copies more than that
- * to its heap, and nothing is begun while it still holds a partial write.
+ *   to its heap, and nothing is begun while it still holds a partial write.
  * - HTTP_CONFIRM_UPGRADE refuses every upgrade but websocket, and touches only headers that are there: on a kept-alive
  *   connection the header block may be gone and `in` dangling (read after free in 4.1.6 before any authentication), and
  *   "h2c" would be accepted on a clear-text port.
  * - Host and Origin are checked for pages and upgrades alike.
- * - There is no limit on message size, connections per address or messages per second in the library: they are here and
- * in session.c. */
+ * - There is no limit on message size, connections per address or messages per second in the library: they are here, in
+ *   peers.c and in session.c. */
 #define _GNU_SOURCE
 #include "server/net.h"
 

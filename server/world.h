@@ -38,7 +38,8 @@ bool lum_world_apply(struct lum_world *world, const struct lum_edit *edit, struc
 bool lum_world_undo(struct lum_world *world, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
 
-/* Takes the last edit back, as if it had not been. */
+/* Takes the last edit back, as if it had not been. Called for several, last first: the users' histories forget only the
+ * newest, and an undo of one of the others answers "conflict". */
 void lum_world_rollback(struct lum_world *world, const struct lum_changes *changes);
 
 /* Publishes. On failure the former snapshot stays, and the edits since are still pending. */
