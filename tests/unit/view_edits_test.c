@@ -1,0 +1,260 @@
+/* Random edits: after each, the picture of a view that has been there all along equals one made from nothing, bit for
+ * bit. A kind of edit that raises no counter, or a stage that forgets what it depends on, shows here as stale pixels.
+ */
+#include "core/scene/shapes.h"
+#include "tests/support/rig.h"
+#include "tests/support/scene_fixture.h"
+
+static const char *const meshes[] = {"thing", "other"}, *const materials[] = {"one", "two", "three"},
+                         *const images[] = {"slide", "weave"};
+
+/* What was done since the last picture, for the message. */
+struct editor {
+    struct rig rig;
+    struct random_stream random;
+    char done[512];
+};
+
+static uint32_t choose(struct editor *e, uint32_t n)
+{
+    return random_bits(&e->random) % n;
+}
+
+static bool chance(struct editor *e, double p)
+{
+    return random_double(&e->random) < p;
+}
+
+static float share(struct editor *e)
+{
+    return (float)random_double(&e->random);
+}
+
+static void note(struct editor *e, const char *edit, const char *id)
+{
+    size_t n = strlen(e->done);
+    snprintf(e->done + n, sizeof e->done - n, " %s %s;", edit, id);
+}
+
+static void edit_image(struct editor *e, uint32_t k)
+{
+    uint8_t texels[4 * 4 * 4];
+    for (size_t i = 0; i < sizeof texels; i++)
+        texels[i] = (uint8_t)choose(e, 256);
+    struct lum_image_desc d = {chance(e, 0.5) ? LUM_TEXEL_SRGB8 : LUM_TEXEL_LINEAR8, 4, 4, texels};
+    note(e, "image", images[k]);
+    RIG_OK(lum_scene_put_image(e->rig.scene, images[k], &d, &err));
+}
+
+static void edit_mesh(struct editor *e, uint32_t k)
+{
+    struct lum_shape_params size = {.size = {0.6, 0.6, 0.6}, .segments = {8, 4}};
+    struct lum_shape_mesh m;
+    RIG_OK(lum_shape_make(chance(e, 0.5) ? "box" : "sphere", &size, &m, &err));
+    struct lum_mesh_desc d = {.positions_f = m.positions,
+                              .normals = chance(e, 0.5) ? m.normals : NULL,
+                              .uvs = chance(e, 0.7) ? m.uvs : NULL,
+                              .indices = m.indices,
+                              .n_vertices = m.n_vertices,
+                              .n_triangles = m.n_triangles,
+                              .deforming = chance(e, 0.5)};
+    note(e, "mesh", meshes[k]);
+    RIG_OK(lum_scene_put_mesh(e->rig.scene, meshes[k], &d, &err));
+    lum_shape_finish(&m);
+}
+
+static const char *maybe_image(struct editor *e)
+{
+    return chance(e, 0.4) ? images[choose(e, 2)] : NULL;
+}
+
+static void edit_material(struct editor *e, uint32_t k)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.base_color = lum_rgb(share(e), 0.5f, 0.3f);
+    m.roughness = chance(e, 0.4) ? 0.0f : share(e);
+    m.metallic = chance(e, 0.3) ? 1.0f : 0.0f;
+    m.transmission = chance(e, 0.3) ? 1.0f : 0.0f;
+    m.thin = chance(e, 0.5);
+    m.attenuation_color = lum_rgb(0.5f, 0.9f, 0.3f);
+    m.attenuation_distance_m = 0.3;
+    m.emission_cd_m2 = chance(e, 0.4) ? 30.0 * random_double(&e->random) : 0.0;
+    m.unlit = chance(e, 0.2);
+    m.alpha_mode = (enum lum_alpha_mode)choose(e, 3);
+    m.alpha = chance(e, 0.5) ? 1.0f : share(e);
+    m.base_color_texture.image = maybe_image(e);
+    m.emission_texture.image = maybe_image(e);
+    m.normal_texture.image = maybe_image(e);
+    note(e, "material", materials[k]);
+    rig_material(&e->rig, materials[k], &m);
+}
+
+/* Few places, so that one object often takes another's. */
+static void edit_object(struct editor *e, uint32_t k)
+{
+    const char id[] = {'o', (char)('a' + k), 0};
+    struct lum_object_desc d = {.mesh = meshes[choose(e, 2)],
+                                .material = materials[choose(e, 3)],
+                                .local_to_world = at(0.5 * choose(e, 3) - 0.5, 0.4, 0.5 * choose(e, 2) - 0.5),
+                                .visible = chance(e, 0.85)};
+    note(e, "object", id);
+    RIG_OK(lum_scene_put_object(e->rig.scene, id, &d, &err));
+}
+
+static void remove_one(struct editor *e, enum lum_entity kind, char prefix)
+{
+    const char id[] = {prefix, (char)('a' + choose(e, 4)), 0};
+    note(e, "remove", id);
+    enum lum_status status = lum_scene_remove(e->rig.scene, kind, id, NULL);
+    assert_true(status == LUM_OK || status == LUM_ERR_NOT_FOUND);
+}
+
+static void edit_light(struct editor *e, uint32_t k)
+{
+    const char id[] = {'l', (char)('a' + k), 0};
+    struct lum_light_desc d = light_desc((enum lum_light_kind)choose(e, 7));
+    d.position = rig_v(0.5 * choose(e, 2), 2, 0);
+    d.color = lum_rgb(1.0f, share(e), 0.4f);
+    d.intensity = chance(e, 0.2) ? 0.0 : 20.0 * random_double(&e->random);
+    d.on = chance(e, 0.6);
+    d.camera_visible = chance(e, 0.5);
+    d.image = maybe_image(e);
+    d.group = chance(e, 0.5) ? "warm" : NULL;
+    note(e, "light", id);
+    rig_light(&e->rig, id, &d);
+}
+
+static void edit(struct editor *e)
+{
+    switch (choose(e, 9)) {
+    case 0:
+        edit_image(e, choose(e, 2));
+        break;
+    case 1:
+        edit_mesh(e, choose(e, 2));
+        break;
+    case 2:
+    case 3:
+        edit_material(e, choose(e, 3));
+        break;
+    case 4:
+        remove_one(e, LUM_ENTITY_OBJECT, 'o');
+        edit_object(e, choose(e, 4));
+        break;
+    case 5:
+        edit_object(e, choose(e, 4));
+        break;
+    case 6:
+        remove_one(e, LUM_ENTITY_LIGHT, 'l');
+        break;
+    default:
+        edit_light(e, choose(e, 4));
+    }
+}
+
+static void edit_settings(struct editor *e)
+{
+    struct lum_view_settings *s = &e->rig.settings;
+    if (chance(e, 0.1))
+        s->shadow_samples = 1 + choose(e, 4);
+    if (chance(e, 0.1))
+        s->max_depth = choose(e, 5);
+    if (chance(e, 0.1))
+        s->camera.position.x += 0.1;
+    if (chance(e, 0.1))
+        s->seed++;
+}
+
+/* A pass that is cancelled at once, then perhaps another edit; or first-hit buffers between the passes. */
+static void interrupt(struct editor *e)
+{
+    struct rig *r = &e->rig;
+    if (chance(e, 0.2)) {
+        const _Atomic bool cancel = true;
+        struct lum_pass_stats unused;
+        note(e, "cancel", "");
+        enum lum_status status = lum_view_pass(r->view, r->snapshot, &r->settings, &cancel, &unused, NULL);
+        assert_true(status == LUM_ERR_CANCELLED || status == LUM_OK); /* nothing was to be done */
+        edit(e);
+        rig_commit(r);
+    }
+    if (chance(e, 0.2)) {
+        struct lum_aovs unused;
+        note(e, "first hits", "");
+        RIG_OK(lum_view_aovs(r->view, r->snapshot, &r->settings, &unused, &err));
+    }
+}
+
+static void compare_with_fresh_view(struct editor *e, const char *where)
+{
+    struct rig *r = &e->rig;
+    char what[640];
+    snprintf(what, sizeof what, "%s, after%s", where, e->done);
+    rig_pass(r);
+    struct lum_view *old = r->view;
+    RIG_OK(lum_view_create(r->pool, &r->view, &err));
+    rig_pass(r);
+    struct lum_rgb *fresh = rig_picture(r);
+    lum_view_destroy(r->view);
+    r->view = old;
+    rig_assert_picture(r, fresh, what);
+    lum_free(fresh);
+    e->done[0] = 0;
+}
+
+static void edit_at_random(const char *method, uint64_t seed)
+{
+    struct editor e = {.random = {seed}};
+    struct rig *r = &e.rig;
+    rig_begin(r, 2);
+    rig_room(r);
+    r->settings.w = r->settings.h = 20;
+    r->settings.max_spp = 1;
+    r->settings.shadow_samples = 2;
+    r->settings.method = lum_method_find(method);
+    for (uint32_t k = 0; k < 2; k++) {
+        edit_image(&e, k);
+        edit_mesh(&e, k);
+    }
+    for (uint32_t k = 0; k < 3; k++)
+        edit_material(&e, k);
+    for (uint32_t k = 0; k < 4; k++) {
+        edit_object(&e, k);
+        edit_light(&e, k);
+    }
+    e.done[0] = 0;
+    for (int step = 0; step < 16; step++) {
+        char where[64];
+        snprintf(where, sizeof where, "%s, seed %llu, step %d", method, (unsigned long long)seed, step);
+        for (uint32_t n = choose(&e, 3) + 1; n > 0; n--)
+            edit(&e);
+        edit_settings(&e);
+        rig_commit(r);
+        interrupt(&e);
+        compare_with_fresh_view(&e, where);
+    }
+    rig_end(r);
+}
+
+static void deferred_pictures_are_never_stale(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 40; seed++)
+        edit_at_random("whitted", seed);
+}
+
+static void progressive_pictures_are_never_stale(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 20; seed++)
+        edit_at_random("path", seed);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(deferred_pictures_are_never_stale),
+        cmocka_unit_test(progressive_pictures_are_never_stale),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
