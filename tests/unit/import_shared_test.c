@@ -155,6 +155,17 @@ static void good_files_load(void **state)
     print_message("%zu files, %zu refused by name\n", n, refused);
 }
 
+/* AddressSanitizer ends a program whose operator new gets no memory; elsewhere the reader says so. */
+static bool needs_bad_alloc(const char *path)
+{
+#ifdef __SANITIZE_ADDRESS__
+    return strstr(path, "OutOfMemory.off") != NULL;
+#else
+    (void)path;
+    return false;
+#endif
+}
+
 static void hostile_files_are_harmless(void **state)
 {
     struct kit *k = *state;
@@ -162,6 +173,8 @@ static void hostile_files_are_harmless(void **state)
     find_files("malformed");
     for (size_t j = 0; j < found.n; j++) {
         const char *path = found.paths[j];
+        if (needs_bad_alloc(path))
+            continue;
         bool slow =
             strstr(path, "million_gon") != NULL; /* a face of 300 000 corners: quadratic, stopped by the CPU limit */
         k->config.cpu_s = slow ? 1 : 0;
