@@ -22,7 +22,7 @@ struct lum_accel_top;  /* refcounted */
 LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lum_device **ret_device,
                                                struct lum_error *err);
 void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */
-const char *lum_device_isa(const struct lum_device *device);  /* "AVX512", as Embree reports it */
+const char *lum_device_isa(const struct lum_device *device);  /* "avx512", "avx2", ...: what was asked for, else the widest */
 const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
 
 /* positions: 3 * n_vertices floats, indices: 3 * n_triangles (all < n_vertices, finite: the scene checked). Copied. */

@@ -27,15 +27,6 @@ void lum_film_finish(struct lum_film *film)
     *film = (struct lum_film){0};
 }
 
-void lum_film_clear(struct lum_film *film)
-{
-    size_t n = (size_t)film->w * film->h;
-    for (int i = 0; i < 2; i++) {
-        memset(film->half[i], 0, n * 3 * sizeof *film->half[i]);
-        memset(film->n[i], 0, n * sizeof *film->n[i]);
-    }
-}
-
 void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
                   uint64_t *nonfinite)
 {

@@ -16,9 +16,8 @@ struct lum_film {
 
 LUM_MUST_USE enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err);
 void lum_film_finish(struct lum_film *film);
-void lum_film_clear(struct lum_film *film);
 
-/* Adds sample number `sample` to a pixel. A non-finite or negative-infinite value is dropped and *nonfinite incremented.
+/* Adds sample number `sample` to a pixel. One that is not finite is dropped and *nonfinite incremented.
  * Thread: one writer per pixel. */
 void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance, uint64_t *nonfinite);
 

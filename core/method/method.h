@@ -22,7 +22,7 @@ enum lum_effect {
 };
 extern const char *const lum_effect_names[LUM_EFFECT_COUNT]; /* "direct", "soft_shadow", ... as in the stats */
 
-/* Kinds of ray that are counted apart. The first nine match enum lum_effect in meaning. */
+/* Kinds of ray that are counted apart. After LUM_RAY_PRIMARY come those of the effects, in the order of enum lum_effect. */
 enum lum_ray_kind {
     LUM_RAY_PRIMARY,
     LUM_RAY_DIRECT,

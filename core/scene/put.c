@@ -55,6 +55,8 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
         if (status != LUM_OK)
             return status;
     }
+    if ((unsigned)d->alpha_mode > LUM_ALPHA_BLEND)
+        return lum_fail(err, LUM_ERR_INVALID, "alpha_mode", "is not a kind of alpha");
     if (!(d->attenuation_distance_m > 0.0))
         return lum_fail(err, LUM_ERR_INVALID, "attenuation_distance_m", "must be above 0 (infinite: clear)");
     return LUM_OK;
@@ -95,6 +97,8 @@ static enum lum_status bind_textures(const struct lum_scene *scene, struct lum_m
         for (size_t k = 0; k < LUM_ARRAY_LEN(numbers); k++)
             if (!(fabsf(numbers[k]) <= 1e6f))
                 return lum_fail(err, LUM_ERR_INVALID, fields[i], "the texture transform must be finite, at most 1e6");
+        if ((unsigned)t->wrap_u > LUM_WRAP_CLAMP || (unsigned)t->wrap_v > LUM_WRAP_CLAMP)
+            return lum_fail(err, LUM_ERR_INVALID, fields[i], "is not a kind of wrapping");
         struct lum_entry *entry = NULL;
         enum lum_status status = lum_scene_lookup(scene, LUM_ENTITY_IMAGE, t->image, fields[i], &entry, err);
         if (status != LUM_OK)

@@ -126,10 +126,6 @@ static bool resolve_instance(struct lum_instance *out, const struct lum_object_e
                 return false;
             out->normal_m[i][j] = (float)inverse.m[j][i];
         }
-    double det = m.m[0][0] * (m.m[1][1] * m.m[2][2] - m.m[1][2] * m.m[2][1]) -
-                 m.m[0][1] * (m.m[1][0] * m.m[2][2] - m.m[1][2] * m.m[2][0]) +
-                 m.m[0][2] * (m.m[1][0] * m.m[2][1] - m.m[1][1] * m.m[2][0]);
-    out->flip = det < 0.0 ? -1.0f : 1.0f;
     out->local_to_scene = lum_affine_from_double(&m);
     out->material = lum_table_lower_bound(&scene->tables[LUM_ENTITY_MATERIAL], o->material->base.id);
     out->light = LUM_NO_OBJECT;

@@ -37,9 +37,8 @@ struct lum_instance {
     uint32_t material;               /* index in lum_snapshot.materials */
     uint32_t light;                  /* index of its mesh light, or LUM_NO_OBJECT */
     struct lum_affine local_to_scene;
-    float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit */
-    float flip;                      /* -1 when the transform mirrors, else 1: handedness of tangent frames. Normals need
-                                      * no flip: the inverse transpose keeps outward outward, as glTF asks */
+    float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit. Keeps outward outward in mirrors
+                                      * too, as glTF asks */
     char id[LUM_ID_MAX + 1];
 };
 

@@ -173,6 +173,7 @@ static void values_out_of_range_name_their_field(void **state)
     REFUSE_MATERIAL(emission_cd_m2, -1.0, "emission_cd_m2");
     REFUSE_MATERIAL(attenuation_distance_m, 0.0, "attenuation_distance_m");
     REFUSE_MATERIAL(alpha, nan, "alpha");
+    REFUSE_MATERIAL(alpha_mode, (enum lum_alpha_mode)3, "alpha_mode");
 #define REFUSE_LIGHT(light_kind, member, value, name)                                                                  \
     do {                                                                                                               \
         struct lum_light_desc l = light_desc(light_kind);                                                              \
