@@ -44,8 +44,8 @@ static bool same_shape(const struct lum_light *a, const struct lum_light *b)
     if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
         return false;
     return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
-           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->cos_inner == b->cos_inner &&
-           a->cos_outer == b->cos_outer && a->instance == b->instance && a->shape == b->shape &&
+           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->omc_inner == b->omc_inner &&
+           a->omc_outer == b->omc_outer && a->instance == b->instance && a->shape == b->shape &&
            a->camera_visible == b->camera_visible;
 }
 

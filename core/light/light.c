@@ -21,14 +21,21 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
     return t->active[i];
 }
 
-float lum_spot_falloff(const struct lum_light *spot, float cos_angle)
+float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos)
 {
-    if (cos_angle >= spot->cos_inner)
+    if (one_minus_cos <= spot->omc_inner)
         return 1.0f;
-    if (!(cos_angle > spot->cos_outer))
+    if (!(one_minus_cos < spot->omc_outer))
         return 0.0f;
-    float ramp = (cos_angle - spot->cos_outer) / (spot->cos_inner - spot->cos_outer);
+    float ramp = (spot->omc_outer - one_minus_cos) / (spot->omc_outer - spot->omc_inner);
     return ramp * ramp;
+}
+
+/* 1 - cos of the angle between -a and b, both unit, without cancellation: half the square of the chord. */
+static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
+{
+    struct lum_vec3 chord = lum_v3_add(minus_a, b);
+    return 0.5f * lum_dot(chord, chord);
 }
 
 static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lum_light_sample *ret)
@@ -37,7 +44,7 @@ static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lu
     float r = lum_length(d);
     if (!(r > 0.0f))
         return false;
-    float share = l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, -lum_dot(wi, l->n)) : 1.0f;
+    float share = l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, one_minus_cos_between(wi, l->n)) : 1.0f;
     if (!(share > 0.0f))
         return false;
     float near = lum_max(r, LUM_POINT_LIGHT_NEAR);

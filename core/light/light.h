@@ -28,7 +28,7 @@ struct lum_light {
     struct lum_vec3 n;     /* unit: where light goes (spot, directional, quad, disc) */
     struct lum_vec3 u, v;  /* quad: half edges */
     float radius, area;    /* scene units */
-    float cos_inner, cos_outer;
+    float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
     struct lum_frame env_frame; /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
     const struct lum_env_map *env;  /* environment image, or NULL: constant */
     uint32_t instance;     /* mesh emitter: its instance */
@@ -58,9 +58,9 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
  * side of the surface is not known. Keeps 1 / r^2 finite. */
 #define LUM_POINT_LIGHT_NEAR 0x1p-16f
 
-/* Share of a spot's intensity at an angle from its axis: 1 in the inner cone, 0 outside the outer, and between them the
+/* Share of a spot's intensity at an angle from its axis, given as 1 - cos: 1 in the inner cone, 0 outside the outer, and between them the
  * square of a ramp in the cosine (glTF KHR_lights_punctual). */
-float lum_spot_falloff(const struct lum_light *spot, float cos_angle);
+float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos);
 
 struct lum_light_sample {
     struct lum_vec3 wi;      /* unit, from the point to the light */

@@ -133,6 +133,12 @@ static float bounded_power(float power)
     return lum_min(power, 0x1p64f);
 }
 
+static float one_minus_cos(double angle)
+{
+    double s = sin(0.5 * angle);
+    return (float)(2.0 * s * s);
+}
+
 static void resolve_light(struct lum_light *l, const struct lum_light_entry *entry,
                           const struct lum_normalisation *norm)
 {
@@ -156,8 +162,8 @@ static void resolve_light(struct lum_light *l, const struct lum_light_entry *ent
     if (d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC)
         l->n = unit(d->direction);
     if (d->kind == LUM_LIGHT_SPOT) {
-        l->cos_inner = (float)cos(d->inner_cone_rad);
-        l->cos_outer = (float)cos(d->outer_cone_rad);
+        l->omc_inner = one_minus_cos(d->inner_cone_rad);
+        l->omc_outer = one_minus_cos(d->outer_cone_rad);
     }
     if (d->kind == LUM_LIGHT_QUAD)
         place_quad(l, d, norm->scale);
@@ -229,12 +235,12 @@ static float bounding_radius(const struct lum_bounds *b)
 static double light_flux(const struct lum_light *l, double scene_radius)
 {
     const double pi = 3.14159265358979323846;
-    double y = (double)lum_luminance(l->power), ci = (double)l->cos_inner, co = (double)l->cos_outer;
+    double y = (double)lum_luminance(l->power);
     switch (l->kind) {
     case LUM_EMIT_POINT:
         return 4.0 * pi * y;
     case LUM_EMIT_SPOT:
-        return 2.0 * pi * ((1.0 - ci) + (ci - co) / 3.0) * y;
+        return 2.0 * pi * (2.0 * (double)l->omc_inner + (double)l->omc_outer) / 3.0 * y;
     case LUM_EMIT_DIRECTIONAL:
         return pi * scene_radius * scene_radius * y;
     case LUM_EMIT_QUAD:

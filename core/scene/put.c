@@ -261,11 +261,11 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
 }
 
 /* Integral of the glTF spot falloff over the sphere, per unit of axial intensity: with t = (c - co) / (ci - co), the
- * falloff is t^2 between the cones, so 2 pi ((1 - ci) + (ci - co) / 3). */
+ * falloff is t^2 between the cones, so 2 pi ((1 - ci) + (ci - co) / 3) = 2 pi (2 (1 - ci) + (1 - co)) / 3. */
 static double spot_solid_angle(const struct lum_light_desc *d)
 {
-    double ci = cos(d->inner_cone_rad), co = cos(d->outer_cone_rad);
-    return 2.0 * pi * ((1.0 - ci) + (ci - co) / 3.0);
+    double si = sin(0.5 * d->inner_cone_rad), so = sin(0.5 * d->outer_cone_rad); /* 1 - cos = 2 sin^2 of the half */
+    return 4.0 * pi * (2.0 * si * si + so * so) / 3.0;
 }
 
 enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,

@@ -480,13 +480,38 @@ static void spot_ramps_as_in_gltf(void **state)
 {
     (void)state;
     struct lum_light l = light(LUM_EMIT_SPOT);
-    l.cos_inner = 0.9f, l.cos_outer = 0.5f;
-    assert_true(lum_spot_falloff(&l, 0.95f) == 1.0f && lum_spot_falloff(&l, 0.9f) == 1.0f);
-    assert_true(fabsf(lum_spot_falloff(&l, 0.7f) - 0.25f) < 1e-6f);
-    assert_true(lum_spot_falloff(&l, 0.5f) == 0.0f && lum_spot_falloff(&l, -1.0f) == 0.0f);
-    l.cos_inner = l.cos_outer = 0.5f; /* a hard edge */
-    assert_true(lum_spot_falloff(&l, 0.5f) == 1.0f && lum_spot_falloff(&l, 0.4999f) == 0.0f);
+    l.omc_inner = 0.125f, l.omc_outer = 0.5f;
+    assert_true(lum_spot_falloff(&l, 0.0625f) == 1.0f && lum_spot_falloff(&l, 0.125f) == 1.0f);
+    assert_true(fabsf(lum_spot_falloff(&l, 0.3125f) - 0.25f) < 1e-6f);
+    assert_true(lum_spot_falloff(&l, 0.5f) == 0.0f && lum_spot_falloff(&l, 2.0f) == 0.0f);
+    l.omc_inner = l.omc_outer = 0.5f; /* a hard edge */
+    assert_true(lum_spot_falloff(&l, 0.5f) == 1.0f && lum_spot_falloff(&l, 0.5001f) == 0.0f);
     assert_true(lum_spot_falloff(&l, NAN) == 0.0f);
+}
+
+/* Half way to the edge of a cone that has no inner one, the falloff is (1 - 1/4)^2: 1 - cos goes with the square of a
+ * small angle. Directions are good to 2^-23, so half the narrowest angle to 3e-4, its square to twice that and the
+ * falloff by as much again; plus angle^2 / 16 of the series, 2.5e-5 at 0.02. */
+static void narrow_spots_keep_their_edge(void **state)
+{
+    (void)state;
+    const double angles[] = {1e-3, 2e-3, 5e-3, 2e-2};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(angles); i++) {
+        struct lum_light l = light(LUM_EMIT_SPOT);
+        l.n = lum_normalize(lum_v3(0.3f, -1.0f, 0.2f));
+        l.power = lum_grey(64.0f);
+        l.omc_outer = (float)(2.0 * sin(0.5 * angles[i]) * sin(0.5 * angles[i]));
+        struct lum_frame f = lum_frame_from_normal(l.n);
+        struct lum_snapshot s = snapshot_of(&l);
+        for (int k = 0; k < 8; k++) {
+            struct lum_vec3 d = direction(cos(0.5 * angles[i]), 0.7 * k);
+            struct lum_light_sample ls;
+            assert_true(lum_light_sample_at(&s, 0, lum_v3_mul(lum_frame_to_scene(&f, d), 8.0f),
+                                            (struct lum_vec2){0.5f, 0.5f}, &ls));
+            if (fabs((double)ls.radiance.g - 0.5625) > 1.5e-3 * 0.5625)
+                fail_msg("cone of %g rad: %g, expected 0.5625", angles[i], (double)ls.radiance.g);
+        }
+    }
 }
 
 /* ---- flux ---- */
@@ -531,7 +556,7 @@ static void flux_is_kept(void **state)
                                      disc(lum_v3(0, 0, 0), lum_v3(0, 0, -1), 0.3f), sphere(lum_v3(0, 0, 0), 0.3f)};
         struct lum_light *l = &lights[i];
         l->delta = i < 2;
-        l->cos_inner = cosf(0.3f), l->cos_outer = cosf(0.8f);
+        l->omc_inner = 1.0f - cosf(0.3f), l->omc_outer = 1.0f - cosf(0.8f);
         l->power = lum_grey((float)intensity);
         double got = flux_of(l, 5.0);
         if (fabs(got / 800.0 - 1.0) > 0.002)
@@ -643,7 +668,7 @@ static void nothing_is_ever_not_finite(void **state)
         else if (kind == LUM_EMIT_MESH)
             l = m.light;
         else
-            l.p = hostile_vec(&r), l.cos_inner = hostile(&r), l.cos_outer = hostile(&r),
+            l.p = hostile_vec(&r), l.omc_inner = hostile(&r), l.omc_outer = hostile(&r),
             l.n = direction(2.0 * rng_unit(&r) - 1.0, 1.0);
         l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
         m.snapshot.lights.lights = &l;
@@ -679,6 +704,7 @@ int main(void)
         cmocka_unit_test(sphere_is_as_if_a_point),
         cmocka_unit_test(constant_environment_gives_pi),
         cmocka_unit_test(spot_ramps_as_in_gltf),
+        cmocka_unit_test(narrow_spots_keep_their_edge),
         cmocka_unit_test(flux_is_kept),
         cmocka_unit_test(quad_switches_without_a_step),
         cmocka_unit_test(tiny_lights_keep_their_light),
