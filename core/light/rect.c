@@ -18,14 +18,25 @@ static struct lum_vec3d scaled(struct lum_vec3d a, double s)
 /* NaN becomes lo. */
 static double clamp(double x, double lo, double hi)
 {
-    return fmin(fmax(x, lo), hi);
+    return x > lo ? (x < hi ? x : hi) : lo;
 }
 
-/* Angle at a corner of the spherical rectangle: between the planes through two adjacent edges, whose normals have the z
- * components a and b. */
-static double corner_angle(double a, double b)
+/* Angles as unit complex numbers: their sum is the product's argument, so that no inverse function is needed for each. */
+struct turn {
+    double c, s;
+};
+
+static struct turn turned(struct turn a, struct turn b)
 {
-    return acos(clamp(-a * b, -1.0, 1.0));
+    return (struct turn){a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
+}
+
+/* Half the angle at a corner of the spherical rectangle, which lies between the planes through two adjacent edges; a and b
+ * are the z components of the planes' unit normals: cos of the angle is -a b. */
+static struct turn half_corner(double a, double b)
+{
+    double c = clamp(-a * b, -1.0, 1.0);
+    return (struct turn){sqrt(0.5 * (1.0 + c)), sqrt(0.5 * (1.0 - c))};
 }
 
 bool lum_rect_view_init(struct lum_rect_view *ret_view, struct lum_vec3 p, struct lum_vec3 centre, struct lum_vec3 u,
@@ -51,20 +62,25 @@ bool lum_rect_view_init(struct lum_rect_view *ret_view, struct lum_vec3 p, struc
     double z2 = w.z0 * w.z0;
     double n0 = -w.y0 / sqrt(z2 + w.y0 * w.y0), n1 = w.x1 / sqrt(z2 + w.x1 * w.x1);
     double n2 = w.y1 / sqrt(z2 + w.y1 * w.y1), n3 = -w.x0 / sqrt(z2 + w.x0 * w.x0);
-    double g2 = corner_angle(n2, n3), g3 = corner_angle(n3, n0);
+    /* The solid angle is the four corners' sum less 2 pi: its half is the argument of the half corners' product turned by
+     * pi, and lies in [0, pi], where atan2 is exact to the last bits and cannot wrap. k = 2 pi - g2 - g3. */
+    struct turn g01 = turned(half_corner(n0, n1), half_corner(n1, n2));
+    struct turn g23 = turned(half_corner(n2, n3), half_corner(n3, n0));
+    struct turn all = turned(g01, g23), k = turned(g23, g23);
+    w.solid_angle = 2.0 * atan2(-all.s, -all.c);
     w.b0 = n0, w.b1 = n2;
-    w.k = 2.0 * LUM_PI_D - g2 - g3;
-    w.solid_angle = corner_angle(n0, n1) + corner_angle(n1, n2) - w.k;
+    w.cos_k = k.c, w.sin_k = -k.s;
     *ret_view = w;
     return true;
 }
 
 struct lum_vec3 lum_rect_view_sample(const struct lum_rect_view *w, struct lum_vec2 xi)
 {
-    double au = (double)xi.x * w->solid_angle + w->k;
-    double fu = (cos(au) * w->b0 - w->b1) / sin(au);
+    double a = (double)xi.x * w->solid_angle;
+    struct turn au = turned((struct turn){cos(a), sin(a)}, (struct turn){w->cos_k, w->sin_k});
+    double fu = (au.c * w->b0 - w->b1) / au.s;
     double cu = clamp(copysign(1.0 / sqrt(fu * fu + w->b0 * w->b0), fu), -1.0, 1.0);
-    double xu = -(cu * w->z0) / sqrt(fmax(1.0 - cu * cu, 0x1p-1000));
+    double xu = -(cu * w->z0) / sqrt(cu * cu < 1.0 ? 1.0 - cu * cu : 0x1p-1000);
     xu = clamp(xu, w->x0, w->x1);
 
     double d = sqrt(xu * xu + w->z0 * w->z0);

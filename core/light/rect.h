@@ -13,7 +13,7 @@ struct lum_rect_view {
     double solid_angle;
     struct lum_vec3d x, y, z;
     double x0, x1, y0, y1, z0; /* extent; z0 < 0 */
-    double b0, b1, k;
+    double b0, b1, cos_k, sin_k; /* Urena's b0, b1, and k as cosine and sine */
 };
 
 /* half edges u, v at right angles and not 0. False when p lies in the plane of the rectangle. */
