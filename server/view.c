@@ -75,13 +75,18 @@ static bool same_vec3d(struct lum_vec3d a, struct lum_vec3d b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
+static bool same_camera(const struct lum_camera *a, const struct lum_camera *b)
+{
+    return same_vec3d(a->position, b->position) && same_vec3d(a->target, b->target) && same_vec3d(a->up, b->up) &&
+           a->vfov_deg == b->vfov_deg;
+}
+
 /* Everything that the film depends on, but for how many samples it holds. */
 static bool same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
 {
-    return same_vec3d(a->camera.position, b->camera.position) && same_vec3d(a->camera.target, b->camera.target) &&
-           same_vec3d(a->camera.up, b->camera.up) && a->camera.vfov_deg == b->camera.vfov_deg && a->w == b->w &&
-           a->h == b->h && a->method == b->method && a->seed == b->seed && a->max_depth == b->max_depth &&
-           a->shadow_samples == b->shadow_samples && a->antialias == b->antialias;
+    return same_camera(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
+           a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
+           a->antialias == b->antialias;
 }
 
 static bool same_versions(const struct lum_versions *a, const struct lum_versions *b)
@@ -107,6 +112,10 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
         v->unsent = v->unsent || v->last_pass.spp > 0; /* the same film, under a new revision or exposure */
         v->scene_rev = snapshot->scene_rev;
     }
+    if (!same_camera(&v->settings.camera, &r.settings.camera) || v->n_instances != snapshot->n_instances ||
+        v->exposure_ev.set)
+        v->auto_settled = false;
+    v->n_instances = snapshot->n_instances;
     v->final_sent = false;
     v->settings = r.settings;
     v->exposure_ev = r.exposure_ev;
@@ -346,15 +355,24 @@ static uint32_t micros_since(int64_t from_ns, int64_t now_ns)
     return us < 0 ? 0 : us > UINT32_MAX ? UINT32_MAX : (uint32_t)us;
 }
 
+static double exposure_ev(struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->exposure_ev.set)
+        return v->exposure_ev.value;
+    if (!v->auto_settled) {
+        v->auto_ev = lum_exposure_auto(film);
+        v->auto_settled = v->complete || v->last_pass.spp >= EVERY_PASS_BELOW_SPP;
+    }
+    return v->auto_ev;
+}
+
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
-    struct lum_picture picture = {.film = film,
-                                  .ev100 = v->exposure_ev.set ? v->exposure_ev.value : lum_exposure_auto(film),
-                                  .tone = v->tone,
-                                  .header = frame_header(v, due == LUM_DUE_FINAL)};
+    struct lum_picture picture = {
+        .film = film, .ev100 = exposure_ev(v, film), .tone = v->tone, .header = frame_header(v, due == LUM_DUE_FINAL)};
     struct lum_blob_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_blob_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");

@@ -26,6 +26,10 @@ struct lum_server_view {
     struct lum_view_settings settings;
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
+    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look dimmer. */
+    double auto_ev;
+    bool auto_settled;
+    uint32_t n_instances; /* that it was settled for */
     struct lum_versions versions; /* of the snapshot last resolved against */
     uint64_t scene_rev;           /* that the picture stands for */
     /* progress */

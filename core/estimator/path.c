@@ -93,12 +93,14 @@ static void trace_shadows(struct lum_wave *w)
     w->shadow_rays.n = 0;
 }
 
-/* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. */
+/* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. Radiance inside a solid is
+ * denser by the square of the refractive index; the throughput that decides is without that factor, which the way out
+ * takes back, or half of the paths would die inside clear glass. */
 static bool roulette(struct lum_path *path, uint32_t depth)
 {
     if (depth < ROULETTE_DEPTH)
         return true;
-    float survive = fminf(lum_rgb_max(path->throughput), 1.0f);
+    float survive = fminf(lum_rgb_max(path->throughput) / path->eta2, 1.0f);
     if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
         return false;
     path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
@@ -119,6 +121,8 @@ static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_b
     if (w->snapshot->lights.n_active == 0 && bs.pdf_sa > 0.0f)
         return; /* only a mirror could show something that shines without being a light */
     path.throughput = lum_rgb_mul(path.throughput, bs.weight);
+    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin)
+        path.eta2 *= b->eta * b->eta;
     if (lum_rgb_black(path.throughput) || !roulette(&path, depth))
         return;
     path.p = p;
@@ -189,14 +193,15 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
                       struct lum_vec3 d)
 {
-    w->path[w->rays.n] = (struct lum_path){.throughput = lum_grey(1.0f), .slot = slot, .sampler = sampler};
+    w->path[w->rays.n] =
+        (struct lum_path){.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     lum_rays_push(&w->rays, o, d, INFINITY);
 }
 
 void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo)
 {
-    struct lum_path path = {.throughput = lum_grey(1.0f), .slot = slot, .sampler = sampler};
+    struct lum_path path = {.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     scatter(w, path, bsdf, p, wo, 0);
 }
 
@@ -237,12 +242,14 @@ static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const
 static void add_to_block(const struct lum_pass *pass, const struct lum_tile_rect *rest, uint32_t sample,
                          struct lum_rgb radiance, uint64_t *nonfinite)
 {
+    uint64_t refused = 0; /* once for each pixel, but it is one path */
     for (uint32_t y = 0; y < pass->block && y < rest->h; y++)
         for (uint32_t x = 0; x < pass->block && x < rest->w; x++) {
             if (sample == 0)
                 lum_film_reset_pixel(pass->film, rest->x + x, rest->y + y);
-            lum_film_add(pass->film, rest->x + x, rest->y + y, sample, radiance, nonfinite);
+            lum_film_add(pass->film, rest->x + x, rest->y + y, sample, radiance, &refused);
         }
+    *nonfinite += refused > 0;
 }
 
 static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)

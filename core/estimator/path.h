@@ -9,6 +9,7 @@ struct lum_path {
     struct lum_rgb throughput;
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
+    float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
 };

@@ -336,11 +336,11 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         sum_counters(view, &stats);
         stats.changed = true;
         spp = least_spp(view);
+        if (spp >= 2 && spp % 2 == 0) /* the halves are of equal size: the estimate is at its best */
+            view->error_rel = lum_film_error_rel(&view->film);
     }
     stats.spp = spp;
     stats.complete = max_spp > 0 && spp >= max_spp;
-    if (spp % 2 == 0) /* the halves are of equal size: the estimate is at its best, and its cost is halved */
-        view->error_rel = lum_film_error_rel(&view->film);
     stats.error_rel = spp < 2 ? (double)NAN : view->error_rel;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
