@@ -239,7 +239,8 @@ static uint32_t open_view(struct client *c, uint8_t codec)
     return view_id;
 }
 
-/* The next whole frame of the first stream, acknowledged; its last header. pixels (may be NULL) gets RGBA8 tiles. */
+/* The next whole frame of the first stream, acknowledged; its last header. pixels (may be NULL) gets RGBA8 tiles
+ * of full size: a rough first pass comes downscaled. */
 static struct lum_frame_header next_frame(struct client *c, uint8_t *pixels)
 {
     struct lum_stream *s = c->streams[0];
@@ -249,7 +250,7 @@ static struct lum_frame_header next_frame(struct client *c, uint8_t *pixels)
             wait_for_bell(c);
             listen(c);
         }
-        if (pixels && t.header.codec == LUM_CODEC_RGBA8)
+        if (pixels && t.header.codec == LUM_CODEC_RGBA8 && t.header.downscale == 0)
             for (uint32_t y = 0; y < t.header.h; y++)
                 memcpy(pixels + ((size_t)(t.header.y + y) * W + t.header.x) * 4,
                        t.blob->bytes + (size_t)y * t.header.w * 4, (size_t)t.header.w * 4);
@@ -295,24 +296,42 @@ static void a_view_gets_frames_until_it_converged(void **state)
     assert_int_equal(h.codec, LUM_CODEC_PNG);
 }
 
+static uint64_t apply(struct client *c, const char *ops)
+{
+    return scene_rev_of(ask(c, apply_command(c, ops)));
+}
+
+static long sum_of_converged(struct client *c, uint64_t scene_rev)
+{
+    uint8_t pixels[W * H * 4];
+    long sum = 0;
+    converged_frame(c, scene_rev, pixels);
+    for (size_t i = 0; i < sizeof pixels; i++)
+        sum += pixels[i];
+    return sum;
+}
+
 static void an_edit_shows_under_its_revision(void **state)
 {
     struct client *c = *state;
-    uint8_t bright[W * H * 4], dark[W * H * 4];
     open_view(c, LUM_CODEC_RGBA8);
     uint64_t before = lum_director_scene_rev(c->director);
-    converged_frame(c, before, bright);
-    uint64_t rev = scene_rev_of(
-        ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]")));
+    long bright = sum_of_converged(c, before);
+    uint64_t rev = apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]");
     assert_int_equal(rev, before + 1);
     assert_int_equal(lum_director_scene_rev(c->director), rev);
-    converged_frame(c, rev, dark);
-    long sum_bright = 0, sum_dark = 0;
-    for (size_t i = 0; i < sizeof bright; i++) {
-        sum_bright += bright[i];
-        sum_dark += dark[i];
-    }
-    assert_true(sum_dark < sum_bright);
+    assert_true(sum_of_converged(c, rev) < bright);
+}
+
+/* Automatic exposure follows the camera, not the lamps: dimming must show. */
+static void a_dimmed_lamp_is_darker_under_automatic_exposure(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = apply(c, "[{\"op\":\"set\",\"id\":\"render\",\"path\":\"/exposure_ev\",\"value\":null}]");
+    open_view(c, LUM_CODEC_RGBA8);
+    long bright = sum_of_converged(c, rev);
+    rev = apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]");
+    assert_true(sum_of_converged(c, rev) < bright);
 }
 
 static void everybody_hears_of_an_edit(void **state)
@@ -591,6 +610,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_view_gets_frames_until_it_converged, setup, teardown),
         cmocka_unit_test_setup_teardown(an_edit_shows_under_its_revision, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_dimmed_lamp_is_darker_under_automatic_exposure, setup, teardown),
         cmocka_unit_test_setup_teardown(everybody_hears_of_an_edit, setup, teardown),
         cmocka_unit_test_setup_teardown(the_latest_camera_wins, setup, teardown),
         cmocka_unit_test_setup_teardown(undo_and_redo_bring_the_picture_back, setup, teardown),
