@@ -20,6 +20,7 @@
 static const char help[] =
     "usage: lumend compare A.exr B.exr [--metric LIST] [--heatmap F.png]\n"
     "  How far A is from B, the reference, over R, G and B; JSON on stdout.\n"
+    "  relmse is mean((a - b)^2 / (b^2 + 0.01)): noise where B is black makes it huge; smape stays within 0 and 1.\n"
     "  --metric LIST    of relmse, rmse, smape, comma separated (default: all three)\n"
     "  --heatmap F.png  relative squared error of each pixel: black 0.0001 and less, white 1 and more\n";
 

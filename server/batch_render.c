@@ -41,6 +41,7 @@ struct batch {
     cJSON *frames; /* of the statistics; NULL: not asked for */
     int64_t start_ns, progress_ns;
     double setup_ms;
+    const char *reading; /* the file that an error is about; NULL: none */
     bool tty, progress_shown;
 };
 
@@ -322,10 +323,13 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
     if (lum_world_init(&b->world, o->threads, &log, &e))
         return core_failed(&e, err);
+    b->reading = o->scene;
     if (!lum_scene_load(&b->world, o->scene, &b->import, err))
-        return lum_proto_prefix(err, o->scene);
+        return false;
+    b->reading = o->edits;
     if (o->edits && !lum_scene_read_ops(o->edits, &b->edits, err))
         return false;
+    b->reading = NULL;
     if (lum_view_create(b->world.pool, &b->view, &e))
         return core_failed(&e, err);
     if (o->stats && !(b->frames = cJSON_CreateArray()))
@@ -362,7 +366,8 @@ int lum_cmd_render(int argc, char **argv)
     if (b.progress_shown)
         fputc('\n', stderr);
     if (!ok)
-        fprintf(stderr, "lumend render: %s%s%s\n", err.path, err.path[0] ? ": " : "", err.text);
+        fprintf(stderr, "lumend render: %s%s%s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.path,
+                err.path[0] ? ": " : "", err.text);
     cJSON_Delete(b.frames);
     lum_view_destroy(b.view);
     lum_ops_finish(&b.edits);

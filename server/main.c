@@ -15,6 +15,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cjson/cJSON.h>
@@ -34,7 +35,7 @@ static int usage(FILE *out)
           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
           "  lumend scenes | methods             what is built in\n"
-          "  lumend --version | --help\n"
+          "  lumend --version | --help           render and compare have their own --help\n"
           "\n"
           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
           out);
@@ -160,6 +161,14 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
     return lum_director_create(&config, ret_director, err);
 }
 
+/* Not an error: the container names a folder that need not be mounted. */
+static void warn_of_missing_assets(const char *dir, struct lum_log log)
+{
+    struct stat st;
+    if (dir && (stat(dir, &st) || !S_ISDIR(st.st_mode)))
+        lum_log(&log, LUM_LOG_WARNING, "main", "--assets %s is no folder: nothing can be imported", dir);
+}
+
 /* From the director to the end of the run; net and the signal thread are there. */
 static enum lum_status run(const struct lum_options *o, const struct lum_auth *auth, struct lum_log log,
                            struct lum_net *net, struct lum_error *err)
@@ -173,6 +182,7 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
         .director = director, .auth = auth, .counters = lum_net_counters(net), .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
+        warn_of_missing_assets(o->value[LUM_OPTION_ASSETS], log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
         lum_net_run(net, sessions, director);
@@ -207,6 +217,8 @@ static int cmd_serve(int argc, char **argv)
     struct lum_error err = {0};
     struct lum_options options;
     struct lum_stderr_log stderr_log;
+    if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
+        return usage(stdout);
     if (lum_options_parse(argc, argv, &options, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (options.print_config) {
@@ -232,7 +244,7 @@ static const struct {
 int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
-    if (strcmp(first, "--help") == 0 || strcmp(first, "-h") == 0 || strcmp(first, "help") == 0)
+    if (strcmp(first, "help") == 0)
         return usage(stdout);
     if (strcmp(first, "--version") == 0)
         return version();

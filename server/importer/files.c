@@ -66,7 +66,7 @@ static enum lum_status refusal(uint32_t status, const char *name, struct lum_err
 {
     switch (status) {
     case LUM_ERR_NOT_FOUND:
-        return lum_fail(err, LUM_ERR_NOT_FOUND, "", "%.120s: no such file beside the asset", name);
+        return lum_fail(err, LUM_ERR_NOT_FOUND, "", "%.120s: no such file", name);
     case LUM_ERR_INVALID:
         return lum_fail(err, LUM_ERR_INVALID, "", "%.120s: only plain files below the asset's directory may be used",
                         name);
