@@ -13,6 +13,7 @@
 /* Sky of a model without light: an overcast sky's luminance, so that automatic exposure has daylight to work with. */
 #define DEFAULT_SKY_CD_M2 2000.0
 #define SKY_ID "default-sky"
+#define LIT_CD_M2 10.0f
 #define CAMERA_ID "main"
 
 const struct lum_embedded *lum_scene_builtin(const char *name)
@@ -179,13 +180,24 @@ static bool commit(struct lum_world *w, struct lum_proto_error *err)
     return !lum_world_commit(w, &e) || lum_apply_error(&e, "", err);
 }
 
+/* Does something light the model? Lamps do. An emissive surface counts from the luminance of a dim screen up: glTF's
+ * unit emission is 1 cd/m2, with which files paint status lights that leave everything else black. */
+static bool is_lit(const struct lum_snapshot *s)
+{
+    for (uint32_t i = 0; i < s->lights.n_lights; i++) {
+        const struct lum_light *l = &s->lights.lights[i];
+        if (l->kind != LUM_EMIT_MESH || lum_luminance(l->power) >= LIT_CD_M2)
+            return true;
+    }
+    return false;
+}
+
 static bool add_what_a_model_lacks(struct lum_world *w, struct lum_proto_error *err)
 {
     bool has_camera = false;
     if (!lum_document_each(w->doc, note_camera, &has_camera))
         return lum_proto_fail_memory(err);
-    return (has_camera || add_framing_camera(w, err)) && (w->snapshot->lights.n_lights > 0 || add_sky(w, err)) &&
-           commit(w, err);
+    return (has_camera || add_framing_camera(w, err)) && (is_lit(w->snapshot) || add_sky(w, err)) && commit(w, err);
 }
 
 /* ---- all kinds ---- */

@@ -13,14 +13,20 @@
 #include "server/scene_source.h"
 
 /* One triangle, nothing else; its buffer is 36 bytes: (0,0,0) (1,0,0) (0,1,0). */
-static const char triangle_gltf[] =
-    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
-    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
-    "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
-    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],"
-    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,"
-    "1,0]}]}";
+#define TRIANGLE_GLTF(primitive, top)                                                                                  \
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"              \
+    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}" primitive "}]}],"                                  \
+    "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"                                  \
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],"                                                            \
+    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]," top                                                          \
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":["  \
+    "1,"                                                                                                               \
+    "1,0]}]}"
+#define EMISSIVE_GLTF(cd_m2)                                                                                           \
+    TRIANGLE_GLTF(",\"material\":0", "\"materials\":[{\"emissiveFactor\":[1,1,1],\"extensions\":{"                     \
+                                     "\"KHR_materials_emissive_strength\":{\"emissiveStrength\":" cd_m2 "}}}],")
+
+static const char triangle_gltf[] = TRIANGLE_GLTF("", "");
 
 struct fixture {
     struct lum_world world;
@@ -113,6 +119,22 @@ static void a_bare_model_gets_camera_and_sky(void **state)
     assert_non_null(lum_document_find(f->world.doc, "a-bare-triangle")); /* an id made from the file's name */
 }
 
+static void a_faint_glow_is_no_light_but_a_panel_is(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    static const char *const texts[] = {EMISSIVE_GLTF("1"), EMISSIVE_GLTF("200")};
+    for (int panel = 0; panel < 2; panel++) {
+        struct fixture one = {0};
+        assert_int_equal(lum_world_init(&one.world, 2, NULL, NULL), LUM_OK);
+        write_file(f, "glow.gltf", texts[panel]);
+        if (!load(&one, f->path, &err))
+            fail_msg("%s: %s", err.path, err.text);
+        assert_true((lum_document_find(one.world.doc, "default-sky") == NULL) == panel);
+        lum_world_finish(&one.world);
+    }
+}
+
 /* The file's name becomes the import's id, unless the scene needs that id itself. */
 static void a_model_may_have_any_name(void **state)
 {
@@ -146,6 +168,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(every_built_in_scene_loads, setup, teardown),
         cmocka_unit_test_setup_teardown(a_file_of_ops_names_its_bad_line, setup, teardown),
         cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_and_sky, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_faint_glow_is_no_light_but_a_panel_is, setup, teardown),
         cmocka_unit_test_setup_teardown(a_model_may_have_any_name, setup, teardown),
         cmocka_unit_test_setup_teardown(a_missing_or_broken_model_fails, setup, teardown),
     };
