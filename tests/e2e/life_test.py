@@ -48,6 +48,7 @@ class Stop(unittest.TestCase):
                 self.assertEqual(sock.recv(1), b"")
             except ConnectionError:
                 pass  # gone already
+            self.assertEqual(daemon.process.wait(WAIT_S), 0)  # a second signal would end it with 1
 
     def test_interrupt_stops_too(self):
         with Daemon() as daemon:
