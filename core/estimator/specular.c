@@ -90,7 +90,7 @@ static void visit(struct tree *t, uint32_t i, uint32_t number)
     struct lum_surface s;
     lum_snapshot_surface(unit, &t->hits, i, from.d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        add_emission(t, &from, s.light, lum_light_emitted(&unit->lights.lights[s.light], s.ng, s.backface));
+        add_emission(t, &from, s.light, lum_light_emitted(&unit->lights.lights[s.light], s.backface));
         return;
     }
     const struct lum_material *m = &unit->materials[s.material];

@@ -272,9 +272,8 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     return 0.0f;
 }
 
-struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 ng_hit_facing_ray, bool backface)
+struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)
 {
-    (void)ng_hit_facing_ray; /* all emitters are Lambertian so far */
     bool one_sided = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC || l->kind == LUM_EMIT_SPHERE;
     return l->on && !(one_sided && backface) ? l->power : lum_grey(0.0f);
 }

@@ -82,7 +82,7 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
 
 /* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs and spheres). Mesh emitters
  * have a material, whose BSDF gives their emission with its texture. */
-struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 ng_hit_facing_ray, bool backface);
+struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);
 /* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
  * camera_visible. */
 struct lum_rgb lum_lights_background(const struct lum_light_table *t, struct lum_vec3 d, bool camera_ray);
