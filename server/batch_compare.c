@@ -14,6 +14,7 @@
 #include "core/metric/metric.h"
 #include "protocol/json.h"
 #include "server/png.h"
+#include "server/render_options.h"
 
 #define MAX_SIDE 32768u
 
@@ -70,7 +71,9 @@ static enum lum_status parse(int argc, char **argv, struct compare *c, struct lu
     const char *metrics = "relmse,rmse,smape";
     optind = 0;
     opterr = 0;
-    for (int code; (code = getopt_long(argc, argv, ":", options, NULL)) != -1;) {
+    for (int code, i = 0; (code = getopt_long(argc, argv, ":", options, &i)) != -1;) {
+        if (code != '?' && code != ':' && !lum_option_is_whole(argv, options[i].name))
+            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", options[i].name);
         if (code == 'm')
             metrics = optarg;
         else if (code == 'h')

@@ -4,7 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 #include "core/method/method.h"
+#include "protocol/json.h"
 #include "server/embed.h"
 
 static bool has_arguments(int argc, char **argv)
@@ -14,12 +17,21 @@ static bool has_arguments(int argc, char **argv)
     return argc > 1;
 }
 
+/* The title in the header line. */
+static void print_scene(const struct lum_embedded *e)
+{
+    cJSON *header = lum_json_parse((const char *)e->bytes, strcspn((const char *)e->bytes, "\n"), NULL);
+    const char *title = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(header, "title"));
+    printf("%-16.*s %s\n", (int)strcspn(e->key, "."), e->key, title ? title : "");
+    cJSON_Delete(header);
+}
+
 int lum_cmd_scenes(int argc, char **argv)
 {
     if (has_arguments(argc, argv))
         return LUM_EXIT_USAGE;
     for (const struct lum_embedded *e = lum_embedded_scenes; e->key; e++)
-        printf("%.*s\n", (int)strcspn(e->key, "."), e->key);
+        print_scene(e);
     return LUM_EXIT_OK;
 }
 

@@ -20,6 +20,8 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/accel/accel.h"
+#include "core/image/exr.h"
 #include "server/auth.h"
 #include "server/commands.h"
 #include "server/director.h"
@@ -27,7 +29,7 @@
 #include "server/net.h"
 #include "server/options.h"
 
-static int usage(FILE *out)
+static int usage(void)
 {
     fputs("lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
           "\n"
@@ -38,21 +40,21 @@ static int usage(FILE *out)
           "  lumend --version | --help           render and compare have their own --help\n"
           "\n"
           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
-          out);
-    lum_options_help(out);
+          stdout);
+    lum_options_help(stdout);
     fputs("\n"
           "Try:\n"
           "  lumend                              the Cornell box on this machine\n"
           "  lumend --scene office --listen 127.0.0.1:0\n"
           "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n",
-          out);
-    return out == stdout ? LUM_EXIT_OK : LUM_EXIT_USAGE;
+          stdout);
+    return LUM_EXIT_OK;
 }
 
 static int version(void)
 {
-    printf("lumend %s (protocol 1)\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_net_library(), cJSON_Version(),
-           __VERSION__);
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
+           lum_exr_library(), lum_net_library(), cJSON_Version(), __VERSION__);
     return LUM_EXIT_OK;
 }
 
@@ -182,6 +184,7 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
         .director = director, .auth = auth, .counters = lum_net_counters(net), .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
+        lum_options_warn(&log);
         warn_of_missing_assets(o->value[LUM_OPTION_ASSETS], log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
@@ -218,7 +221,7 @@ static int cmd_serve(int argc, char **argv)
     struct lum_options options;
     struct lum_stderr_log stderr_log;
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
-        return usage(stdout);
+        return usage();
     if (lum_options_parse(argc, argv, &options, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (options.print_config) {
@@ -245,7 +248,7 @@ int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
     if (strcmp(first, "help") == 0)
-        return usage(stdout);
+        return usage();
     if (strcmp(first, "--version") == 0)
         return version();
     if (first[0] == '\0' || first[0] == '-')
@@ -253,6 +256,6 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
         if (strcmp(first, commands[i].name) == 0)
             return commands[i].run(argc - 1, argv + 1);
-    fprintf(stderr, "lumend: no command '%s'\n", first);
-    return usage(stderr);
+    fprintf(stderr, "lumend: no command '%s'; lumend --help lists them\n", first);
+    return LUM_EXIT_USAGE;
 }

@@ -563,7 +563,12 @@ void lum_net_stop(struct lum_net *net)
     lws_cancel_service(net->context);
 }
 
+#define LUM_STRING_(x) #x
+#define LUM_STRING(x) LUM_STRING_(x)
+
 const char *lum_net_library(void)
 {
-    return "libwebsockets " LWS_LIBRARY_VERSION;
+    /* not LWS_LIBRARY_VERSION, which Debian's build leaves as "4.1.6-" */
+    return "libwebsockets " LUM_STRING(LWS_LIBRARY_VERSION_MAJOR) "." LUM_STRING(
+        LWS_LIBRARY_VERSION_MINOR) "." LUM_STRING(LWS_LIBRARY_VERSION_PATCH);
 }

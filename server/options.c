@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const struct option_row {
     const char *name, *arg; /* arg NULL: a switch */
@@ -160,6 +161,30 @@ enum lum_status lum_options_parse(int argc, char **argv, struct lum_options *ret
     if (!status)
         *ret_options = o;
     return status;
+}
+
+static bool is_known_variable(const char *variable, size_t n)
+{
+    static const char replay[] = "LUMEND_TOKEN"; /* of lumend-replay */
+    char name[64];
+    if (n == sizeof replay - 1 && memcmp(variable, replay, n) == 0)
+        return true;
+    for (int i = 0; i < LUM_OPTION_COUNT; i++) {
+        env_name(rows[i].name, name, sizeof name);
+        if (strlen(name) == n && memcmp(name, variable, n) == 0)
+            return true;
+    }
+    return false;
+}
+
+void lum_options_warn(const struct lum_log *log)
+{
+    for (char **v = environ; v && *v; v++) {
+        size_t n = strcspn(*v, "=");
+        if (strncmp(*v, "LUMEND_", 7) == 0 && !is_known_variable(*v, n))
+            lum_log(log, LUM_LOG_WARNING, "main", "the environment variable %.*s means nothing to lumend",
+                    n < 80 ? (int)n : 80, *v);
+    }
 }
 
 void lum_options_help(FILE *out)

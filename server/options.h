@@ -43,6 +43,8 @@ struct lum_options {
 /* argv[0] is skipped; env is searched by name (getenv). The error text is a whole sentence. */
 LUM_MUST_USE enum lum_status lum_options_parse(int argc, char **argv, struct lum_options *ret_options,
                                                struct lum_error *err);
+/* Says which LUMEND_ variables of the environment mean nothing here: most likely misspelt. */
+void lum_options_warn(const struct lum_log *log);
 void lum_options_help(FILE *out);
 void lum_options_print(const struct lum_options *options, FILE *out);
 

@@ -38,9 +38,11 @@ enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, s
     return LUM_OK;
 }
 
-static enum lum_status write_file(const char *path, const uint8_t *bytes, size_t n, struct lum_error *err)
+/* path: the final name, for the message. */
+static enum lum_status write_file(const char *part, const char *path, const uint8_t *bytes, size_t n,
+                                  struct lum_error *err)
 {
-    FILE *f = fopen(path, "wb");
+    FILE *f = fopen(part, "wb");
     if (!f)
         return lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
     bool ok = fwrite(bytes, 1, n, f) == n;
@@ -66,7 +68,7 @@ enum lum_status lum_png_write(const char *path, const struct lum_png *png, struc
         goto done;
     }
     snprintf(part, path_size, "%s.part", path);
-    st = write_file(part, bytes, n, err);
+    st = write_file(part, path, bytes, n, err);
     if (!st && rename(part, path) != 0)
         st = lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
     if (st)

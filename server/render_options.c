@@ -199,13 +199,23 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     return LUM_OK;
 }
 
+bool lum_option_is_whole(char **argv, const char *name)
+{
+    const char *arg = argv[optind - 1];
+    if (arg == optarg) /* "--spp 3"; in "--spp=3" the value is a part of it */
+        arg = argv[optind - 2];
+    return strncmp(arg, "--", 2) == 0 && strlen(name) == strcspn(arg + 2, "=");
+}
+
 enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                          struct lum_error *err)
 {
     struct lum_render_options o = {.fps = 30.0};
     optind = 0; /* GNU: start over, so that parsing twice in one process works */
     opterr = 0;
-    for (int code; (code = getopt_long(argc, argv, ":", long_options, NULL)) != -1;) {
+    for (int code, i = 0; (code = getopt_long(argc, argv, ":", long_options, &i)) != -1;) {
+        if (code >= OPT_SCENE && !lum_option_is_whole(argv, long_options[i].name))
+            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", long_options[i].name);
         if (code == '?')
             return lum_fail(err, LUM_ERR_INVALID, "", "unknown option %.60s", argv[optind - 1]);
         if (code == ':')

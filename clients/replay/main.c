@@ -25,12 +25,13 @@ static const char usage_text[] =
     "  --quality Q          1..100, of jpeg; default 80\n"
     "  --record DIR         write every complete frame as DIR/frame-000000.png\n"
     "  --timeout S          longest wait for a reply or a frame; default 30\n"
-    "  --json               the report as JSON on stdout\n";
+    "  --json               the report as JSON on stdout\n"
+    "  --version\n";
 
 struct arguments {
     struct player_options player;
     const char *file;
-    bool json, help;
+    bool json, help, version;
 };
 
 static bool parse_number(const char *s, double min, double max, double *ret)
@@ -99,6 +100,9 @@ static bool parse_option(struct arguments *a, int option, const char *value)
     case 'h':
         a->help = true;
         return true;
+    case 'V':
+        a->version = true;
+        return true;
     default:
         return false;
     }
@@ -110,7 +114,7 @@ static bool parse_arguments(int argc, char **argv, struct arguments *a)
         {"url", 1, NULL, 'u'},       {"token", 1, NULL, 't'},   {"speed", 1, NULL, 's'}, {"camera-orbit", 1, NULL, 'o'},
         {"view-size", 1, NULL, 'v'}, {"method", 1, NULL, 'm'},  {"codec", 1, NULL, 'c'}, {"quality", 1, NULL, 'q'},
         {"record", 1, NULL, 'r'},    {"timeout", 1, NULL, 'w'}, {"json", 0, NULL, 'j'},  {"help", 0, NULL, 'h'},
-        {NULL, 0, NULL, 0},
+        {"version", 0, NULL, 'V'},   {NULL, 0, NULL, 0},
     };
     *a = (struct arguments){.player = {.url = "ws://127.0.0.1:9460",
                                        .token = getenv("LUMEND_TOKEN"),
@@ -124,13 +128,18 @@ static bool parse_arguments(int argc, char **argv, struct arguments *a)
     while ((option = getopt_long(argc, argv, "", options, &which)) != -1) {
         if (option == '?')
             return false;
+        const char *given = argv[optind - 1] == optarg ? argv[optind - 2] : argv[optind - 1];
+        if (strcspn(given + 2, "=") != strlen(options[which].name)) { /* getopt_long takes the beginning of a name */
+            fprintf(stderr, "lumend-replay: an option is abbreviated: write --%s\n", options[which].name);
+            return false;
+        }
         if (!parse_option(a, option, optarg)) {
             fprintf(stderr, "lumend-replay: --%s cannot be \"%s\"\n", options[which].name, optarg);
             return false;
         }
     }
     a->file = optind < argc ? argv[optind] : NULL;
-    return a->help || (optind >= argc - 1 && (a->file || a->player.orbit > 0));
+    return a->help || a->version || (optind >= argc - 1 && (a->file || a->player.orbit > 0));
 }
 
 /* "-" is standard input. */
@@ -197,6 +206,10 @@ int main(int argc, char **argv)
     if (!parse_arguments(argc, argv, &a) || a.help) {
         fputs(usage_text, a.help ? stdout : stderr);
         return a.help ? 0 : 2;
+    }
+    if (a.version) {
+        puts("lumend-replay " LUMEND_VERSION " (protocol 1)");
+        return 0;
     }
     if (a.file && !read_ops(a.file, &ops, &err)) {
         fprintf(stderr, "lumend-replay: %s: %s\n", a.file, err.text);

@@ -152,6 +152,9 @@ static bool step(struct player *p, int64_t deadline_ns)
         on_binary(p, &e);
         break;
     case WS_CLOSED:
+        if (!p->open)
+            return fail(p, "cannot connect to %s (%.*s): start lumend there, or give the --url that it printed",
+                        p->options->url, (int)e.n_bytes, (const char *)e.bytes);
         return fail(p, "%.*s", (int)e.n_bytes, (const char *)e.bytes);
     case WS_TIMEOUT:
         return false;

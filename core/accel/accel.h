@@ -23,6 +23,7 @@ LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *i
                                                struct lum_error *err);
 void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */
 const char *lum_device_isa(const struct lum_device *device);  /* "avx512", "avx2", ...: what was asked for, else the widest */
+const char *lum_accel_library(void); /* "Embree 3.13.5": the one compiled against, for lumend --version */
 const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
 
 /* positions: 3 * n_vertices floats, indices: 3 * n_triangles (all < n_vertices, finite: the scene checked). Copied. */

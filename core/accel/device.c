@@ -90,6 +90,11 @@ const char *lum_device_isa(const struct lum_device *device)
     return device->isa;
 }
 
+const char *lum_accel_library(void)
+{
+    return "Embree " RTC_VERSION_STRING;
+}
+
 const char *lum_device_version(const struct lum_device *device)
 {
     return device->version;

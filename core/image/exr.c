@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <OpenEXR/OpenEXRConfig.h>
 #include <OpenEXR/openexr.h>
 
 #define HALF_MAX 65504.0f
@@ -344,4 +345,9 @@ void lum_exr_finish(struct lum_exr_image *image)
     lum_free(image->names);
     lum_free(image->pixels);
     *image = (struct lum_exr_image){0};
+}
+
+const char *lum_exr_library(void)
+{
+    return "OpenEXR " OPENEXR_VERSION_STRING;
 }

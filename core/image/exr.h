@@ -32,4 +32,6 @@ LUM_MUST_USE enum lum_status lum_exr_read_memory(const void *bytes, size_t n_byt
                                                  struct lum_exr_image *ret_image, struct lum_error *err);
 void lum_exr_finish(struct lum_exr_image *image);
 
+const char *lum_exr_library(void); /* "OpenEXR 3.1.5" */
+
 #endif

@@ -28,7 +28,9 @@ static bool ends_with(const char *s, const char *end)
 static enum lum_status import_model(struct lum_importer *im, const struct lum_bytes *file, struct lum_error *err)
 {
     bool glb = file->n >= 4 && memcmp(file->data, "glTF", 4) == 0;
-    if (glb || ends_with(im->asset, ".gltf") || ends_with(im->asset, ".glb"))
+    if (!glb && ends_with(im->asset, ".glb"))
+        return lum_fail(err, LUM_ERR_INVALID, "", "not a GLB file: it does not begin with glTF");
+    if (glb || ends_with(im->asset, ".gltf"))
         return lum_gltf_import(im, file, err);
     return lum_assimp_import(im, file, err);
 }
@@ -71,17 +73,30 @@ static enum lum_status run(struct lum_importer *im, const char *kind, const char
     return status;
 }
 
+static int usage(FILE *out, int status)
+{
+    fputs("usage: lumend-import --to-jsonl FILE\n"
+          "          prints a model file (.gltf, .glb, .obj) as a .jsonl scene, which lumend --scene takes: to see "
+          "what an\n"
+          "          import brings, or to edit it by hand\n"
+          "   or: lumend-import model|image NAME ID CPU_S\n"
+          "          run by lumend, which hands out files on descriptor 3\n"
+          "   or: lumend-import --help | --version\n",
+          out);
+    return status;
+}
+
 int main(int argc, char **argv)
 {
+    if (argc == 2 && strcmp(argv[1], "--help") == 0)
+        return usage(stdout, 0);
+    if (argc == 2 && strcmp(argv[1], "--version") == 0)
+        return puts("lumend-import " LUMEND_VERSION) < 0;
     if (argc == 3 && strcmp(argv[1], "--to-jsonl") == 0)
         return lum_to_jsonl(argv[2]);
     unsigned long cpu_s = argc == 5 ? strtoul(argv[4], NULL, 10) : 0;
-    if (cpu_s < 1 || cpu_s > 86400 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0)) {
-        fputs("usage: lumend-import --to-jsonl FILE\n"
-              "   or: lumend-import model|image NAME ID CPU_S, run by lumend, which hands out files on descriptor 3\n",
-              stderr);
-        return 2;
-    }
+    if (cpu_s < 1 || cpu_s > 86400 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0))
+        return usage(stderr, 2);
     struct lum_importer im = {.emit = {.fd = 1}, .files = {FILE_SOCKET}, .asset = argv[2]};
     struct lum_error err = {0};
     lum_names_init(&im.names, argv[3]);

@@ -87,6 +87,8 @@ int main(int argc, char **argv)
     struct lum_bench_options options = {.scene = "cornell", .bin = bin};
     if (argc < 2 || strcmp(argv[1], "--help") == 0)
         return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
+    if (strcmp(argv[1], "--version") == 0)
+        return puts("lumend-bench " LUMEND_VERSION) < 0;
     for (int i = 2; i < argc; i++) {
         if (strcmp(argv[i], "--quick") == 0)
             options.quick = true;

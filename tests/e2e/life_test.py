@@ -103,7 +103,14 @@ class CommandLine(unittest.TestCase):
         done = run("--version")
         self.assertEqual(done.returncode, 0)
         self.assertRegex(done.stdout, r"^lumend \d+\.\d+\.\d+ \(protocol 1\)\n")
-        self.assertIn("libwebsockets", done.stdout)
+        for library in ("Embree", "OpenEXR", "libwebsockets", "cJSON"):
+            self.assertRegex(done.stdout, rf"(?m)^{library} \d+\.\d+\.\d+$")
+
+    def test_scenes_have_titles(self):
+        lines = run("scenes").stdout.splitlines()
+        self.assertIn("cornell", [line.split()[0] for line in lines])
+        for line in lines:
+            self.assertGreater(len(line.split()), 2, line)
 
     def test_usage_errors(self):
         for arguments, words in ((["--nonsense"], "unknown option '--nonsense'"), (["--scene"], "--scene needs a value"),
@@ -119,6 +126,13 @@ class CommandLine(unittest.TestCase):
             done = run(*arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertIn(words, done.stderr, arguments)
+            self.assertLessEqual(done.stderr.count("\n"), 2, arguments)  # not the whole help
+
+    def test_a_misspelt_variable_is_named(self):
+        with Daemon(environment={"LUMEND_THREDS": "2", "LUMEND_TOKEN": "of lumend-replay"}) as daemon:
+            daemon.assert_well()
+            self.assertIn("LUMEND_THREDS", daemon.read_log())
+            self.assertNotIn("LUMEND_TOKEN", daemon.read_log())
 
     def test_failures(self):
         for arguments in (["--token-file", "/nonexistent/token"], ["--listen", "192.0.2.1:0"], ["--scene", "no-such-scene"]):

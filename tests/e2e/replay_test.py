@@ -66,7 +66,8 @@ class Replay(unittest.TestCase):
         self.assertIn("nobody", log)
 
     def test_what_cannot_work_says_so(self):
-        for options, text, words in (((), HEADER + "{}\n", "line 2"), (("--url", "ws://127.0.0.1:1"), HEADER, "connect"),
+        for options, text, words in (((), HEADER + "{}\n", "line 2"), (("--url", "ws://127.0.0.1:1"), HEADER,
+                                      "cannot connect to ws://127.0.0.1:1 "),
                                      (("--url", "http://x"), HEADER, "ws://")):
             status, report, log = self.play(*options, text=text)
             self.assertEqual((status, report), (1, None))

@@ -280,6 +280,8 @@ static void mistakes_are_told_apart(void **state)
         {"render --scene cornell --out @x.png --spp 1e3", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --frames 2", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --wat", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --sp 3", LUM_EXIT_USAGE}, /* no abbreviations */
+        {"render --scene cornell --out @x.png --sp=3", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --spp", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png surplus", LUM_EXIT_USAGE},
         {"render --scene no-such-scene --out @x.png", LUM_EXIT_FAILED},

@@ -159,6 +159,9 @@ static void a_missing_or_broken_model_fails(void **state)
     assert_false(load(f, "/nonexistent/room.glb", &err));
     write_file(f, "broken.glb", "glTF but not really");
     assert_false(load(f, f->path, &err));
+    write_file(f, "broken.glb", "Not found\n"); /* what a failed download leaves */
+    assert_false(load(f, f->path, &err));
+    assert_non_null(strstr(err.text, "not a GLB file"));
     assert_int_equal(lum_document_rev(f->world.doc), 0); /* nothing happened */
 }
 
