@@ -61,6 +61,7 @@ static void rebuild_scene(struct lum_world *w)
         lum_scene_destroy(b.scene);
         return;
     }
+    lum_scene_succeed(b.scene, w->scene); /* views compare versions: none may stand for two scenes */
     lum_scene_destroy(w->scene);
     w->scene = b.scene;
 }

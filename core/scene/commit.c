@@ -198,9 +198,9 @@ static bool same_assignment(const struct lum_snapshot_parts *a, const struct lum
 /* Everything counts as changed in the first snapshot. */
 static struct lum_versions count_versions(const struct commit *c)
 {
+    struct lum_versions v = c->last ? c->last->versions : c->scene->former;
     if (!c->last)
-        return (struct lum_versions){1, 1, 1, 1};
-    struct lum_versions v = c->last->versions;
+        return (struct lum_versions){v.geometry + 1, v.material + 1, v.light_shape + 1, v.light_power + 1};
     const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
     bool same_geometry = c->shared_top && same_alpha(p, former);
     bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);

@@ -119,6 +119,9 @@ struct lum_camera {
 
 /* device must outlive the scene and all its snapshots. */
 LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **ret_scene, struct lum_error *err);
+/* For a scene that takes the place of former and was never committed: its versions begin above former's, so that who
+ * watched former sees everything change. */
+void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *former);
 void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live on */
 
 /* Add, or replace what has this id. An object may be put only after its mesh and material. Replacing a mesh, image or

@@ -154,6 +154,11 @@ enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **r
     return LUM_OK;
 }
 
+void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *former)
+{
+    scene->former = former->last ? former->last->versions : former->former;
+}
+
 /* Gives back what an entry owns and refers to, then the entry. */
 static void entry_destroy(enum lum_entity kind, struct lum_entry *entry)
 {

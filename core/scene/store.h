@@ -68,6 +68,7 @@ struct lum_scene {
     struct lum_device *device; /* borrowed */
     struct lum_table tables[LUM_ENTITY_COUNT];
     const struct lum_snapshot *last; /* the newest snapshot, or NULL before the first commit */
+    struct lum_versions former; /* of the scene that this one replaced; else 0 */
     uint64_t dropped_triangles, dropped_texels;
 };
 

@@ -366,6 +366,26 @@ static void edits_raise_only_their_counters(void **state)
     }
 }
 
+/* The same content in a scene made anew: no version of the old one stands for it. */
+static void a_successor_changes_every_version(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_scene *next;
+    fill(f->scene);
+    const struct lum_snapshot *before = commit(f);
+    assert_int_equal(lum_scene_create(f->device, &next, NULL), LUM_OK);
+    lum_scene_succeed(next, f->scene);
+    lum_scene_destroy(f->scene);
+    f->scene = next;
+    fill(f->scene);
+    const struct lum_snapshot *after = commit(f);
+    const struct lum_versions *v = &before->versions, *w = &after->versions;
+    assert_true(w->geometry > v->geometry && w->material > v->material && w->light_shape > v->light_shape &&
+                w->light_power > v->light_power);
+    lum_snapshot_unref(before);
+    lum_snapshot_unref(after);
+}
+
 static void snapshots_outlive_the_scene(void **state)
 {
     struct fixture *f = *state;
@@ -829,6 +849,7 @@ int main(void)
         TEST(singular_transforms_are_refused),
         TEST(values_out_of_range_name_their_field),
         TEST(edits_raise_only_their_counters),
+        TEST(a_successor_changes_every_version),
         TEST(snapshots_outlive_the_scene),
         TEST(order_of_arrival_does_not_matter),
         TEST(lengths_and_powers_are_in_scene_units),
