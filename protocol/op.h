@@ -29,6 +29,7 @@ struct lum_ops {
     struct lum_op *ops;
     size_t n;
     double *t_ms; /* replay records: time of each op; NULL in scenes and messages */
+    uint32_t *lines; /* of a .jsonl text: where each op stands, from 1; else NULL */
     lum_id undo_group; /* a drag: successive transactions of one user with this name are one undo step; "": alone */
 };
 
@@ -51,6 +52,8 @@ bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struc
 /* A .jsonl text: header line, then one op a line; blank lines and lines that start with # are skipped. The error text names
  * the line. */
 bool lum_ops_from_jsonl(const char *text, size_t n_bytes, struct lum_ops *ret_ops, struct lum_proto_error *err);
+/* For a refusal after the reading: "ops/2/mesh" in the path becomes "mesh", and the text names the line. */
+void lum_ops_name_line(const struct lum_ops *ops, struct lum_proto_error *err);
 void lum_ops_finish(struct lum_ops *ops);
 
 /* {"op":"add",...} that lum_op_from_json reads back to an equal record. elide_bulk: arrays and pixels become counts

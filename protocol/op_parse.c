@@ -110,6 +110,7 @@ void lum_ops_finish(struct lum_ops *ops)
         lum_op_finish(&ops->ops[i]);
     free(ops->ops);
     free(ops->t_ms);
+    free(ops->lines);
     memset(ops, 0, sizeof *ops);
 }
 
@@ -143,6 +144,7 @@ bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struc
 struct jsonl {
     struct lum_ops ops;
     size_t capacity;
+    uint32_t line;
     bool replay;
     struct lum_proto_error *err;
 };
@@ -173,6 +175,10 @@ static bool grow(struct jsonl *f)
     if (!ops)
         return lum_proto_fail_memory(f->err);
     f->ops.ops = ops;
+    uint32_t *lines = realloc(f->ops.lines, capacity * sizeof *lines);
+    if (!lines)
+        return lum_proto_fail_memory(f->err);
+    f->ops.lines = lines;
     if (f->replay) {
         double *t_ms = realloc(f->ops.t_ms, capacity * sizeof *t_ms);
         if (!t_ms)
@@ -199,6 +205,7 @@ static bool parse_line_op(struct jsonl *f, const cJSON *json)
     }
     if (!parse_op(json, NULL, f->replay, &f->ops.ops[n], f->err))
         return false;
+    f->ops.lines[n] = f->line;
     f->ops.n++;
     return true;
 }
@@ -222,6 +229,17 @@ static void name_line(struct lum_proto_error *err, size_t line)
     snprintf(err->text + n, sizeof err->text - (size_t)n, "%.*s", (int)(sizeof err->text - 1 - (size_t)n), text);
 }
 
+void lum_ops_name_line(const struct lum_ops *ops, struct lum_proto_error *err)
+{
+    size_t i;
+    int n = 0;
+    if (!err || !ops->lines || sscanf(err->path, "ops/%zu%n", &i, &n) != 1 || i >= ops->n)
+        return;
+    n += err->path[n] == '/';
+    memmove(err->path, err->path + n, strlen(err->path + n) + 1);
+    name_line(err, ops->lines[i]);
+}
+
 static bool is_blank(const char *line, size_t n)
 {
     size_t i = 0;
@@ -234,17 +252,16 @@ bool lum_ops_from_jsonl(const char *text, size_t n_bytes, struct lum_ops *ret_op
 {
     struct jsonl f = {.err = err};
     bool first = true;
-    size_t line = 0;
     if (n_bytes > LUM_LIMIT_SCENE_BYTES)
         return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "", "more than %u bytes",
                               LUM_LIMIT_SCENE_BYTES);
     for (size_t at = 0; at < n_bytes;) {
         const char *end = memchr(text + at, '\n', n_bytes - at);
         size_t n = end ? (size_t)(end - (text + at)) : n_bytes - at;
-        line++;
+        f.line++;
         if (!is_blank(text + at, n)) {
             if (!parse_line(&f, text + at, n, first)) {
-                name_line(err, line);
+                name_line(err, f.line);
                 lum_ops_finish(&f.ops);
                 return false;
             }

@@ -254,6 +254,8 @@ bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_imp
     if (!open_source(scene, &source, err))
         return false;
     bool ok = apply_source(w, &source, import, err) && (!source.is_model || add_what_a_model_lacks(w, err));
+    if (!ok)
+        lum_ops_name_line(&source.ops, err);
     if (!ok && source.is_model)
         err->path[0] = '\0'; /* it leads into our own op: the user wrote none */
     lum_ops_finish(&source.ops);

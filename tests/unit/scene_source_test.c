@@ -101,6 +101,13 @@ static void a_file_of_ops_names_its_bad_line(void **state)
                "{\"op\":\"add\",\"type\":\"material\",\"id\":\"m\",\"metallic\":2}\n");
     assert_false(load(f, f->path, &err));
     assert_non_null(strstr(err.text, "line 3"));
+    write_file(f, "bad.jsonl",
+               "{\"lumend\":1,\"kind\":\"scene\"}\n\n# no such mesh\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"m\"}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"o\",\"mesh\":\"none\",\"material\":\"m\"}\n");
+    assert_false(load(f, f->path, &err));
+    assert_non_null(strstr(err.text, "line 5: "));
+    assert_string_equal(err.path, "mesh");
 }
 
 static void a_bare_model_gets_camera_and_sky(void **state)
