@@ -153,7 +153,7 @@ static bool step(struct player *p, int64_t deadline_ns)
         break;
     case WS_CLOSED:
         if (!p->open)
-            return fail(p, "cannot connect to %s (%.*s): start lumend there, or give the --url that it printed",
+            return fail(p, "cannot connect to %s (%.*s): start lumend, or name its address by --url ws://HOST:PORT",
                         p->options->url, (int)e.n_bytes, (const char *)e.bytes);
         return fail(p, "%.*s", (int)e.n_bytes, (const char *)e.bytes);
     case WS_TIMEOUT:
