@@ -53,7 +53,8 @@ static bool follows(const struct lum_fields *t, const struct lum_field *f, const
     return false;
 }
 
-/* The fields of b that differ from a; bulk data appears as null when it is elided. */
+/* The fields of b that differ from a. What another field of the group put back to its default is null, so that a mirror
+ * need not know the groups; bulk data appears as null when it is elided. */
 static cJSON *difference(const struct lum_record *a, const struct lum_record *b, bool elide_bulk)
 {
     const struct lum_fields *t = lum_fields_of(b->type);
@@ -63,10 +64,10 @@ static cJSON *difference(const struct lum_record *a, const struct lum_record *b,
     bool ok = fresh && value;
     for (size_t i = 0; i < t->n && ok; i++) {
         const struct lum_field *f = &t->fields[i];
-        if (lum_field_equal(f, p, q) || follows(t, f, p, q, lum_record_body(fresh)))
+        bool reset = follows(t, f, p, q, lum_record_body(fresh)), bulk = lum_field_is_bulk(f);
+        if (lum_field_equal(f, p, q) || (reset && bulk)) /* such pixels come from the asset that replaced them */
             continue;
-        bool elided = elide_bulk && lum_field_is_bulk(f);
-        ok = lum_json_add(value, f->name, elided ? cJSON_CreateNull() : lum_field_write(f, q));
+        ok = lum_json_add(value, f->name, reset || (bulk && elide_bulk) ? cJSON_CreateNull() : lum_field_write(f, q));
     }
     lum_record_unref(fresh);
     if (ok)

@@ -141,6 +141,44 @@ static void changes_are_net_and_ordered(void **state)
     lum_document_destroy(doc);
 }
 
+/* Setting one field of a group ends the others; a mirror that knows no groups must hear of it. */
+static void the_news_name_what_was_reset(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *ops, *news;
+    } cases[] = {
+        {"[" SET("l", "/cct_k", "2700") "]", "{'value':2700,'op':'set','id':'l','path':'/cct_k'}"},
+        {"[" SET("l", "/color", "[1,0,0]") "]",
+         "{'value':{'color':[1,0,0],'cct_k':null},'op':'set','id':'l','path':''}"},
+        {"[" SET("l", "/color", "[0,1,0]") "]", "{'value':[0,1,0],'op':'set','id':'l','path':'/color'}"},
+        {"[" SET("l", "/cct_k", "4000") "]", "{'value':{'color':null,'cct_k':4000},'op':'set','id':'l','path':''}"},
+        {"[" SET("l", "/cct_k", "null") "]", "{'value':null,'op':'set','id':'l','path':'/cct_k'}"},
+        {"[" SET("l", "/intensity_cd", "5") "]",
+         "{'value':{'flux_lm':null,'intensity_cd':5},'op':'set','id':'l','path':''}"},
+    };
+    struct lum_document *doc = lum_document_create();
+    must(doc, "ann", "[" LIGHT("l") "]");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        cJSON *json = json_of(cases[i].ops), *expected = json_of(cases[i].news);
+        struct lum_ops ops;
+        struct lum_changes c;
+        assert_true(lum_ops_from_json(json, &ops, NULL));
+        assert_true(lum_document_apply(doc, "ann", &ops, NULL, 0, &c, NULL));
+        cJSON *told = lum_changes_to_json(&c);
+        char *got = lum_json_print(cJSON_GetArrayItem(told, 0), NULL), *want = lum_json_print(expected, NULL);
+        assert_string_equal(got, want);
+        free(got);
+        free(want);
+        cJSON_Delete(told);
+        cJSON_Delete(expected);
+        lum_changes_finish(&c);
+        lum_ops_finish(&ops);
+        cJSON_Delete(json);
+    }
+    lum_document_destroy(doc);
+}
+
 static void rollback_leaves_no_trace(void **state)
 {
     (void)state;
@@ -624,6 +662,7 @@ int main(void)
         cmocka_unit_test(all_or_nothing),
         cmocka_unit_test(in_use_names_the_user),
         cmocka_unit_test(changes_are_net_and_ordered),
+        cmocka_unit_test(the_news_name_what_was_reset),
         cmocka_unit_test(rollback_leaves_no_trace),
         cmocka_unit_test(undo_is_per_user_and_per_field),
         cmocka_unit_test(undo_of_add_in_use),

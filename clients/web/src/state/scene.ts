@@ -6,17 +6,30 @@
  */
 import { batch, signal, type ReadonlySignal, type Signal } from '@preact/signals';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
-import { stringOr, type SceneRecord } from '../protocol/types';
+import { INTENSITY_FIELDS, numberOr, stringOr, type SceneRecord } from '../protocol/types';
 
 /**
- * A copy of the record with one field changed; null when the path does not fit it. Path: "/transform/translate/1". The path
- * "" stands for all fields at once: what value does not name is not set any more.
+ * A copy of the record with one field changed; null when the path does not fit it. Path: "/transform/translate/1". With the
+ * path "" value holds several fields. Setting one of a group unsets the others of it, whether or not the server says so.
  */
 export function withField(record: SceneRecord, path: string, value: Json): SceneRecord | null {
-    if (path === '') return isObject(value) ? { ...value, type: record.type, id: record.id } : null;
+    if (path === '') {
+        if (!isObject(value)) return null;
+        const fields = { ...value, type: record.type, id: record.id };
+        return { ...Object.keys(value).reduce((r, key) => withoutRivals(r, key, value[key]), record), ...fields };
+    }
     const keys = path.split('/').slice(1);
     if (keys.length === 0 || keys.some((k) => k === '')) return null;
-    return replaceIn(record, keys, value) as SceneRecord | null;
+    return replaceIn(withoutRivals(record, keys[0]!, value), keys, value) as SceneRecord | null;
+}
+
+/** Fields that exclude each other. */
+const GROUPS: readonly (readonly string[])[] = [INTENSITY_FIELDS, ['color', 'cct_k'], ['asset', 'pixels']];
+
+function withoutRivals(record: SceneRecord, key: string, value: Json | undefined): SceneRecord {
+    const rivals = GROUPS.find((g) => g.includes(key))?.filter((k) => k !== key && k in record) ?? [];
+    if (value === null || rivals.length === 0) return record;
+    return { ...record, ...Object.fromEntries(rivals.map((k) => [k, null])) };
 }
 
 function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | null {
@@ -61,6 +74,12 @@ export class SceneMirror {
         const ids: string[] = [];
         for (const record of this.confirmed.values()) if (record.type === type) ids.push(record.id);
         return ids;
+    }
+
+    /** True when a surface gives light. */
+    glows(): boolean {
+        const bright = (r: SceneRecord): boolean => r.type === 'material' && numberOr(r.emission_cd_m2, 0) > 0;
+        return [...this.confirmed.values()].some(bright);
     }
 
     /** Replaces everything by the ops of scene.get{expand:true}. */

@@ -24,11 +24,20 @@ test('fields are set by path, without touching the old record', () => {
     assert.deepEqual(withField(record, '/transform/translate/1', 9)?.transform, { translate: [1, 9, 3] });
     assert.equal(withField(record, '/visible', null)?.visible, null);
     assert.deepEqual(record.transform, { translate: [1, 2, 3] });
-    assert.deepEqual(withField(record, '', { visible: false }), { type: 'object', id: 'o', visible: false });
+    assert.deepEqual(withField(record, '', { visible: false }), { ...record, visible: false });
     assert.equal(withField(record, '', 3), null);
     for (const path of ['/', 'visible', '/transform/translate/3', '/transform/translate/x', '/visible/deeper/still']) {
         assert.equal(withField(record, path, 1), null, path);
     }
+});
+
+test('a field takes the place of its rivals', () => {
+    const lamp: SceneRecord = { type: 'light', id: 'l', kind: 'point', cct_k: 2700, flux_lm: 800 };
+    const coloured = withField(lamp, '/color', [1, 1, 1])!;
+    assert.deepEqual(coloured, { ...lamp, color: [1, 1, 1], cct_k: null });
+    assert.deepEqual(withField(coloured, '', { cct_k: 4000, color: null }), { ...lamp, cct_k: 4000, color: null });
+    assert.equal(withField(lamp, '/intensity_cd', 5)?.flux_lm, null);
+    assert.equal(withField(coloured, '/cct_k', null)?.color, coloured.color);
 });
 
 test('a scene is loaded and followed', () => {
