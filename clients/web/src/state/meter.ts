@@ -15,6 +15,8 @@ export interface FrameNumbers {
     spp: number;
     error: number | null;
     converged: boolean;
+    /** A first, coarse picture: not every pixel has a sample. */
+    rough: boolean;
     serverMs: number;
     width: number;
     height: number;
@@ -64,6 +66,7 @@ export class Meter {
             spp: h.spp,
             error: h.error,
             converged: (h.flags & Flag.converged) !== 0,
+            rough: h.downscale > 0 || h.spp === 0,
             serverMs: h.serverUs / 1000,
             width: h.fullW,
             height: h.fullH,

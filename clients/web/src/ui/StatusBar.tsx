@@ -43,13 +43,15 @@ export function StatusBar() {
 
 /** How good the picture is: samples per pixel, what error is left, and whether it goes on improving. */
 function Converged() {
-    const frame = useApp().meter.frame.value;
+    const app = useApp();
+    const frame = app.meter.frame.value;
+    if (app.connection.value.at !== 'online') return <span class="quality">not connected</span>;
     if (!frame) return <span class="quality">no picture yet</span>;
     return (
         <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel, and the relative error that is left">
             <span class="quality-mark" aria-hidden="true" />
-            <span class="quality-word">{frame.converged ? 'converged' : 'refining'}</span>
-            <b>{number(frame.spp)} spp</b>
+            <span class="quality-word">{frame.converged ? 'converged' : frame.rough ? 'rough' : 'refining'}</span>
+            {!frame.rough && <b>{number(frame.spp)} spp</b>}
             {frame.error !== null && <span>±{percent(frame.error)}</span>}
         </span>
     );

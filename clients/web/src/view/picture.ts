@@ -66,15 +66,28 @@ export class Picture {
         if (generation === this.generation) {
             this.resize(last.fullW, last.fullH);
             const context = this.canvas.getContext('2d', { alpha: false })!;
-            tiles.forEach(({ header: { x, y, w, h } }, i) => {
-                const bitmap = pixels[i];
-                if (bitmap) context.drawImage(bitmap, x, y, w, h); // a downscaled tile is stretched here
-            });
+            this.drawTiles(context, tiles, pixels);
             // What is on screen, readable from outside: tests wait for it.
             Object.assign(this.canvas.dataset, { frame: last.frameSeq, rev: last.sceneRev, camera: last.cameraSeq });
             this.onDrawn(last);
         }
         for (const bitmap of pixels) bitmap?.close();
+    }
+
+    /** Tiles that are stretched one by one show their edges: a frame that is all small is put together first. */
+    private drawTiles(context: CanvasRenderingContext2D, tiles: Tile[], pixels: (ImageBitmap | null)[]): void {
+        const { fullW, fullH, downscale } = tiles[0]!.header;
+        const n = tiles.every((t) => t.header.downscale === downscale) ? 2 ** downscale : 1;
+        const small = n > 1 ? new OffscreenCanvas(Math.ceil(fullW / n), Math.ceil(fullH / n)) : null;
+        const target = small?.getContext('2d') ?? context;
+        tiles.forEach(({ header: { x, y, w, h } }, i) => {
+            const bitmap = pixels[i];
+            if (!bitmap) return;
+            if (small) target.drawImage(bitmap, x / n, y / n);
+            else target.drawImage(bitmap, x, y, w, h);
+        });
+        context.imageSmoothingQuality = 'high';
+        if (small) context.drawImage(small, 0, 0, small.width * n, small.height * n); // untouched parts are transparent
     }
 
     /** Keeps the old picture, stretched, until the new size has been drawn. */
