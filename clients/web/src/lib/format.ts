@@ -23,6 +23,13 @@ export function si(v: number): string {
     return `${Number(v.toPrecision(3))} `;
 }
 
+/** 125.34 with an error of 4.7 -> 125: digits below the first of the error say nothing. */
+export function toError(v: number, error: number): number {
+    if (!(error > 0) || !Number.isFinite(error)) return v;
+    const unit = 10 ** Math.floor(Math.log10(Number(error.toPrecision(1))));
+    return Math.round(v / unit) * unit;
+}
+
 /** 0.0123 -> "1.2 %" */
 export function percent(v: number): string {
     return `${Number((100 * v).toPrecision(2))} %`;

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { cctToLinear, linearFromHex, luminance, planckianXy, swatch, unitLuminance } from './colour';
-import { number, percent, si } from './format';
+import { number, percent, si, toError } from './format';
 import { kelvinScale, linearScale, logScale } from './scale';
 import { RateWindow } from './window';
 
@@ -75,6 +75,7 @@ test('numbers for people', () => {
     assert.equal(number(0.5), '0.5');
     assert.equal(si(21300000), '21.3 M');
     assert.equal(si(0), '0 ');
+    assert.deepEqual([toError(125.34, 4.7), toError(1253, 96), toError(0.5, 0)], [125, 1300, 0.5]);
     assert.equal(percent(0.0123), '1.2 %');
 });
 

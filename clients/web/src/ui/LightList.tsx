@@ -5,6 +5,7 @@ import { LightRow } from './LightRow';
 /** Rows beyond this are found by name: a list of a thousand sliders helps nobody. */
 const MAX_ROWS = 120;
 const FILTER_FROM = 9;
+const GLOWING = 'Lit by glowing surfaces: they cannot be dimmed here yet.';
 
 export function LightList() {
     const app = useApp();
@@ -34,7 +35,7 @@ export function LightList() {
                     <LightRow key={id} id={id} />
                 ))}
             </ul>
-            {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">This scene has no lights.</p>}
+            {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">{app.scene.glows() ? GLOWING : 'This scene has no lights.'}</p>}
             {matching.length > shown.length && (
                 <p class="hint">{matching.length - shown.length} more: type a part of a name above.</p>
             )}

@@ -19,6 +19,7 @@ export function LightRow({ id }: { id: string }) {
     if (!light) return null;
     const on = isOn(light);
     const { field, value, unit } = intensityOf(light);
+    const decades = Math.log(unit.max / unit.min);
     return (
         <li ref={row} class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}>
             <div class="light-head">
@@ -40,6 +41,7 @@ export function LightRow({ id }: { id: string }) {
                 label={`${id} intensity`}
                 scale={logScale(unit.min, unit.max)}
                 value={value}
+                steps={{ arrow: Math.log(1.05) / decades, page: Math.LN2 / decades }}
                 spoken={`${number(value)} ${unit.spoken}`}
                 onInput={(v) => app.edits.set(id, `/${field}`, v)}
                 onEnd={() => app.edits.endGesture()}

@@ -1,4 +1,23 @@
+import { useRef } from 'preact/hooks';
 import type { Scale } from '../lib/scale';
+
+/** Presses that follow each other this fast are one undo step. */
+const KEY_PAUSE_MS = 1500;
+
+/** Positions to move by; the ends are a whole range away. */
+function keyStep(key: string, { arrow, page }: { arrow: number; page: number }): number | undefined {
+    const steps: Record<string, number> = {
+        ArrowRight: arrow,
+        ArrowUp: arrow,
+        ArrowLeft: -arrow,
+        ArrowDown: -arrow,
+        PageUp: page,
+        PageDown: -page,
+        Home: -1,
+        End: 1,
+    };
+    return steps[key];
+}
 
 interface Props {
     label: string;
@@ -7,13 +26,28 @@ interface Props {
     /** What assistive technology says, as "800 lumens". */
     spoken: string;
     class?: string;
+    /** How far the keys go, in positions of the scale; absent: as the browser has it. */
+    steps?: { arrow: number; page: number };
     onInput(value: number): void;
     /** The pointer let go, or a key press is over. */
     onEnd(): void;
 }
 
-export function Slider({ label, scale, value, spoken, class: extra, onInput, onEnd }: Props) {
+export function Slider({ label, scale, value, spoken, class: extra, steps, onInput, onEnd }: Props) {
+    const pause = useRef(0);
     const position = scale.toPosition(value);
+    const finish = (): void => {
+        clearTimeout(pause.current);
+        onEnd();
+    };
+    const onKey = (e: KeyboardEvent): void => {
+        const step = steps && keyStep(e.key, steps);
+        if (step === undefined || e.ctrlKey || e.altKey || e.metaKey) return;
+        e.preventDefault();
+        clearTimeout(pause.current);
+        pause.current = setTimeout(finish, KEY_PAUSE_MS) as unknown as number;
+        onInput(scale.toValue(Math.min(1, Math.max(0, position + step))));
+    };
     return (
         <input
             type="range"
@@ -25,6 +59,9 @@ export function Slider({ label, scale, value, spoken, class: extra, onInput, onE
             aria-label={label}
             aria-valuetext={spoken}
             style={{ '--fill': `${(100 * position).toFixed(1)}%` }}
+            onKeyDown={onKey}
+            onPointerDown={finish}
+            onBlur={finish}
             onInput={(e) => onInput(scale.toValue(e.currentTarget.valueAsNumber))}
             onChange={onEnd}
         />

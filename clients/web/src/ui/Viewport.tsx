@@ -1,5 +1,5 @@
 import { useEffect, useRef } from 'preact/hooks';
-import { number, si } from '../lib/format';
+import { number, toError } from '../lib/format';
 import { Navigation } from '../view/navigation';
 import { Banner } from './Banner';
 import { useApp } from './context';
@@ -65,8 +65,8 @@ function ReadingCard() {
                 </button>
             </header>
             <p class="reading-lux" aria-live="polite">
-                {lux === null ? '…' : number(lux.value)} <small>lx</small>
-                {lux !== null && Number.isFinite(lux.stderr) && <small class="reading-error">± {si(lux.stderr)}</small>}
+                {lux === null ? '…' : number(toError(lux.value, lux.stderr))} <small>lx</small>
+                {lux !== null && Number.isFinite(lux.stderr) && <small class="reading-error">± {number(Number(lux.stderr.toPrecision(1)))}</small>}
             </p>
             <dl>
                 <dt>Point</dt>
