@@ -138,7 +138,7 @@ static void report(const char *edit, const char *method, const cJSON *json, cons
 
 static bool measure(const struct lum_bench_options *o, const struct server *s, const char *method, FILE *csv)
 {
-    int count = o->quick ? 6 : 200;
+    int count = o->quick ? 6 : 100;
     char path[4200], steps[16];
     snprintf(steps, sizeof steps, "%d", count);
     for (int edit = 0; edit < N_EDITS; edit++) {
