@@ -28,9 +28,16 @@
 /* The environment is empty here, so the sanitizers' settings are compiled in: memory that is refused is NULL, as under
  * RLIMIT_AS. Visible: the runtime, a shared library, looks the function up. */
 __attribute__((visibility("default"))) const char *__asan_default_options(void);
+__attribute__((visibility("default"))) const char *__tsan_default_options(void);
+
 const char *__asan_default_options(void)
 {
     return "allocator_may_return_null=1:max_allocation_size_mb=4096:detect_leaks=1";
+}
+
+const char *__tsan_default_options(void)
+{
+    return "allocator_may_return_null=1:max_allocation_size_mb=4096";
 }
 #endif
 
