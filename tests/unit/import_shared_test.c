@@ -158,7 +158,7 @@ static void good_files_load(void **state)
 /* AddressSanitizer ends a program whose operator new gets no memory; elsewhere the reader says so. */
 static bool needs_bad_alloc(const char *path)
 {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     return strstr(path, "OutOfMemory.off") != NULL;
 #else
     (void)path;
