@@ -155,7 +155,7 @@ static void good_files_load(void **state)
     print_message("%zu files, %zu refused by name\n", n, refused);
 }
 
-/* AddressSanitizer ends a program whose operator new gets no memory; elsewhere the reader says so. */
+/* The sanitizers end a program whose operator new gets no memory; elsewhere the reader says so. */
 static bool needs_bad_alloc(const char *path)
 {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
