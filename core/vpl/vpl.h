@@ -1,0 +1,85 @@
+/* Virtual point lights (Keller 1997): light paths are shot from the lights, and where they meet a surface that reflects
+ * diffusely, a point light is left that sends on what the surface reflects. Their sum over the visible ones is the
+ * indirect diffuse light of a point.
+ *
+ * Quasi-Monte Carlo with stable indices: slot k is always the same bounce of the same path number, drawn with the same
+ * numbers, so that a VPL only changes when something on its own path does.
+ *
+ * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
+ * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
+ *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
+ * its geometry term bounded as struct lum_bound says. */
+#ifndef LUM_CORE_VPL_VPL_H
+#define LUM_CORE_VPL_VPL_H
+
+#include "core/accel/accel.h"
+#include "core/base/pool.h"
+#include "core/math/vec.h"
+
+struct lum_snapshot;
+struct lum_counters;
+
+#define LUM_VPL_MAX 65536u
+#define LUM_VPL_DEFAULT 256u
+
+/* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. */
+struct lum_vpl_set {
+    uint32_t n;                                  /* slots that were asked for; slots without a VPL have flux 0 */
+    uint32_t n_lit;                              /* slots with flux > 0 */
+    float *px, *py, *pz, *nx, *ny, *nz;          /* scene space; n: unit, the side the light leaves from */
+    float *flux_unit[3];                         /* per unit of the light's power */
+    float *flux[3];                              /* times the power: what gathering uses (lum_vpl_power) */
+    uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
+    uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
+    uint32_t n_moved;                            /* slots that lie elsewhere than before the last lum_vpl_trace */
+    float spacing;                               /* r_v = sqrt(illuminated area / (pi n_lit)): the mean distance that one VPL stands for */
+    /* what it was made for */
+    uint32_t seed;
+    uint64_t geometry, material, light_shape, light_power, medium;
+    bool valid;
+};
+
+void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
+
+/* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;
+ * only multiplies by the new powers when nothing but those did. Lights share the paths by the flux they emit when the set
+ * was first made for these shapes, so that dimming one moves no VPL. n: 1 .. LUM_VPL_MAX slots. Rays are counted as
+ * LUM_RAY_VPL in *counters. Thread: the director; splits its work over pool (may be NULL). */
+LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_snapshot *snapshot, uint32_t n,
+                                            uint32_t seed, struct lum_pool *pool, struct lum_counters *counters,
+                                            struct lum_error *err);
+
+/* How the geometry term g = cos cos / r^2 is kept from growing without limit near a VPL. */
+enum lum_bound_kind {
+    LUM_BOUND_NONE,
+    LUM_BOUND_THESIS, /* equations 6.2.2 and 6.2.3: fades to 0 below 0.8 min_distance (algorithms A0.1) */
+    LUM_BOUND_CLAMP,  /* min(g, 1 / min_distance^2) */
+    LUM_BOUND_SMOOTH, /* 1 / (r^2 + min_distance^2) */
+};
+struct lum_bound {
+    enum lum_bound_kind kind;
+    float min_distance; /* scene units */
+};
+
+/* Points that gather: at most LUM_RAY_BATCH. n: the shading normal; ng: geometric, on the viewer's side. */
+struct lum_gather_points {
+    uint32_t n_points;
+    struct lum_vec3 p[LUM_RAY_BATCH], n[LUM_RAY_BATCH], ng[LUM_RAY_BATCH];
+};
+struct lum_gather {
+    const struct lum_snapshot *snapshot;
+    const struct lum_vpl_set *set;
+    const uint32_t *slots; /* the VPLs to gather from */
+    uint32_t n_slots;
+    struct lum_bound bound;
+    bool media; /* attenuate by the snapshot's media */
+    const struct lum_gather_points *points;
+    struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
+    uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of
+                                   * them that are occluded (algorithms A0.3, listing 5.2) */
+    struct lum_counters *counters; /* rays as LUM_RAY_INDIRECT_DIFFUSE */
+};
+/* All points against each VPL in turn, so that a packet's rays end in one place. Thread: any. */
+void lum_vpl_gather(const struct lum_gather *job);
+
+#endif
