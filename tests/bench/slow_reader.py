@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "e2e"))
 from daemon import Daemon  # noqa: E402
 from slow_reader_test import View  # noqa: E402
 
-SIZE = [320, 240]
+SIZE = [800, 600]   # so large that the changes of the fast one stay below the limit of messages a second
 INTERVAL_S = 10.0
 WARM_S = 3.0     # not measured: a view that opens has its first picture rendered, slow reader or not
 TURN_S = 0.05  # the slow ones read a share of their rate this often

@@ -32,8 +32,12 @@ class View:
                 self.ws.notify("frame.ack", {"view_id": self.view_id, "frame_seq": self.seq})
                 self.n_frames += 1
                 self.seq = None
-                self.ws.notify("view.update", {"view_id": self.view_id, "exposure_ev": 1 + self.n_frames % self.n_changes})
+                # A request, so that a refusal is seen: a change that was refused brings no frame to wait for.
+                self.ws.send_request("view.update", {"view_id": self.view_id,
+                                                     "exposure_ev": 1 + self.n_frames % self.n_changes})
         self.ws.binaries.clear()
+        for reply in self.ws.replies.values():
+            assert "error" not in reply, reply
         self.ws.replies.clear()
 
     def whole_frame(self):
