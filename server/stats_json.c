@@ -72,12 +72,20 @@ static struct cJSON *effects_json(const struct lum_pass_stats *p)
     return o;
 }
 
-/* No method of this version keeps a cache or virtual point lights: all counters are 0. */
+/* No method of this version keeps a cache: all counters are 0. */
 static struct cJSON *zeros_json(const char *const *names)
 {
     cJSON *o = cJSON_CreateObject();
     for (; *names; names++)
         lum_json_add_number(o, *names, 0.0);
+    return o;
+}
+
+static struct cJSON *vpls_json(const struct lum_pass_stats *p)
+{
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "count", p->n_vpls);
+    lum_json_add_number(o, "moved", p->n_vpls_moved);
     return o;
 }
 
@@ -96,7 +104,6 @@ static struct cJSON *error_json(const struct lum_frame_stats *s)
 struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
 {
     static const char *const cache[] = {"records", "created", "updated", "reused", "removed", "discarded", NULL};
-    static const char *const vpls[] = {"count", "moved", NULL};
     const struct lum_pass_stats *p = &s->sum;
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_number(o, "frame", (double)s->frame) &&
@@ -104,7 +111,7 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add_number(o, "cpu_ms", p->cpu_ms) && lum_json_add_number(o, "passes", s->n_passes) &&
               lum_json_add_number(o, "spp", p->spp) && lum_json_add(o, "stage_ms", stages_json(p)) &&
               lum_json_add(o, "rays", rays_json(p)) && lum_json_add(o, "effects", effects_json(p)) &&
-              lum_json_add(o, "cache", zeros_json(cache)) && lum_json_add(o, "vpls", zeros_json(vpls)) &&
+              lum_json_add(o, "cache", zeros_json(cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
               lum_json_add_number(o, "bad_rays", (double)p->bad_rays) && lum_json_add(o, "error", error_json(s));
     if (ok)

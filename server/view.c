@@ -86,13 +86,8 @@ static bool same_picture(const struct lum_view_settings *a, const struct lum_vie
 {
     return same_camera(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
            a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
-           a->antialias == b->antialias;
-}
-
-static bool same_versions(const struct lum_versions *a, const struct lum_versions *b)
-{
-    return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
-           a->light_power == b->light_power;
+           a->antialias == b->antialias && a->n_vpls == b->n_vpls && a->effects_off == b->effects_off &&
+           a->effects_on == b->effects_on;
 }
 
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
@@ -102,7 +97,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     struct resolved r;
     struct lum_proto_error ignored;
     resolve(&v->want, world, &r, &ignored);
-    if (!same_picture(&v->settings, &r.settings) || !same_versions(&v->versions, &snapshot->versions)) {
+    if (!same_picture(&v->settings, &r.settings) || !lum_versions_equal(&v->versions, &snapshot->versions)) {
         v->stale = true;
         v->complete = v->failed = false;
         v->rendered_ms = 0.0;

@@ -105,9 +105,17 @@ static size_t layers_that_fit(uint32_t n_tiles)
     return LUM_LAYERS_BYTES / ((size_t)n_tiles * LUM_TILE_PIXELS * (sizeof(struct lum_seen) + sizeof(struct lum_rgb)));
 }
 
-/* A layer for each shining light that has none, within the budget. False: memory is short. */
-static bool add_layers(struct lum_layers *l, const struct lum_light_table *lights)
+/* True when direct light of this light on what the eye sees is kept in layers. */
+static bool is_layered(const struct lum_pass *pass, const struct lum_light *light)
 {
+    enum lum_effect e = lum_light_effect(light);
+    return pass->on[e] && pass->settings->method->serves[e] == &lum_estimator_shadow;
+}
+
+/* A layer for each shining light that has none, within the budget. False: memory is short. */
+static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
     for (uint32_t i = 0; i < lights->n_lights; i++)
         l->layer_of[i] = LUM_NO_OBJECT;
     for (uint32_t k = 0; k < l->n_layers; k++)
@@ -115,7 +123,7 @@ static bool add_layers(struct lum_layers *l, const struct lum_light_table *light
     size_t room = layers_that_fit(l->n_tiles);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < room && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
-        if (l->layer_of[i] != LUM_NO_OBJECT)
+        if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
         struct lum_layer *layer = &l->layers[l->n_layers];
         if (!init_layer(layer, l->n_tiles, true))
@@ -198,11 +206,21 @@ static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
     return true;
 }
 
+static void drop_layers(struct lum_layers *l)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        finish_layer(&l->layers[i]);
+    finish_layer(&l->shared);
+    l->n_layers = 0;
+}
+
 /* What the kinds of edit since the last update make stale. */
 static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
 {
     const struct lum_view_settings *set = pass->settings;
     const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
+    if (set->method != l->method || memcmp(l->on, pass->on, sizeof l->on) != 0)
+        drop_layers(l);
     if (gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry ||
         set->shadow_samples != l->shadow_samples || set->seed != l->seed)
         lower_all(l, LUM_LAYER_EMPTY);
@@ -217,6 +235,8 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     l->shadow_samples = set->shadow_samples;
     l->seed = set->seed;
     l->max_depth = set->max_depth;
+    l->method = set->method;
+    memcpy(l->on, pass->on, sizeof l->on);
 }
 
 enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp,
@@ -228,7 +248,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     }
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, &s->lights) || !update_shared(l, s) || !make_unit(l, s)) {
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, s) || !make_unit(l, s)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }
@@ -313,7 +333,9 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
     for (uint32_t a = 0; a < lights->n_active; a++) {
         uint32_t light = lights->active[a];
         struct lum_layer *layer = layer_for(l, light);
-        if (layer->state[tile] >= state)
+        if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
+            continue;
+        if (state == LUM_LAYER_DIRECT && !is_layered(pass, &lights->lights[light]))
             continue;
         bool shared = layer == &l->shared;
         lum_direct_light(&(struct lum_direct){

@@ -13,7 +13,9 @@
  * A layer takes 16 bytes a pixel. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
  * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
  * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
- * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too. */
+ * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
+ * the lights that another estimator of the method samples into a component: only their own shine and their light behind
+ * mirrors and glass are kept here. */
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
 #define LUM_CORE_ESTIMATOR_LAYERS_H
 
@@ -48,6 +50,8 @@ struct lum_layers {
     struct lum_versions versions;
     uint32_t n_tiles, shadow_samples, seed, max_depth;
     uint64_t gbuffer_stamp;
+    const struct lum_method *method;
+    bool on[LUM_EFFECT_COUNT];
     /* by layer */
     struct lum_layer *layers;
     uint32_t n_layers;

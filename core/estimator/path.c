@@ -230,7 +230,7 @@ static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const
         for (uint32_t x = r->x; x < r->x + r->w; x += pass->block) {
             struct lum_sampler sampler = lum_sampler_at(x, y, sample, pass->settings->seed);
             struct lum_vec2 at = {0.5f, 0.5f};
-            if (pass->settings->antialias)
+            if (pass->on[LUM_EFFECT_ANTIALIAS])
                 at = lum_sampler_2d(&sampler, PAIR_PIXEL);
             float side = (float)pass->block;
             struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)x + side * at.x, (float)y + side * at.y);
@@ -274,4 +274,5 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         pass->tile_spp[tile] = sample + 1;
 }
 
-const struct lum_estimator lum_estimator_path = {"path", LUM_STAGE_PATH, path_tile};
+const struct lum_estimator lum_estimator_path = {
+    .name = "path", .stage = LUM_STAGE_PATH, .tile = path_tile};

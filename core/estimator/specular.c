@@ -43,12 +43,14 @@ static void push_branches(struct tree *t, const struct lum_bsdf *b, struct lum_v
     uint32_t n = lum_bsdf_delta_lobes(b, wo, lobes);
     for (uint32_t i = 0; i < n; i++) {
         struct lum_rgb weight = lum_rgb_mul(from->weight, lobes[i].weight);
-        if (!(lum_rgb_max(weight) >= BRANCH_MIN))
+        bool mirror = lobes[i].lobe == LUM_LOBE_REFLECT;
+        if (!(lum_rgb_max(weight) >= BRANCH_MIN) ||
+            !t->pass->on[mirror ? LUM_EFFECT_REFLECTION : LUM_EFFECT_TRANSMISSION])
             continue;
         struct lum_vec3 side = lum_dot(lobes[i].wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng);
         t->branches[t->n_branches++] =
             (struct branch){lum_ray_offset(p, side), lobes[i].wi, weight, from->slot, from->depth + 1};
-        t->counters->rays[lobes[i].lobe == LUM_LOBE_REFLECT ? LUM_RAY_REFLECTION : LUM_RAY_TRANSMISSION]++;
+        t->counters->rays[mirror ? LUM_RAY_REFLECTION : LUM_RAY_TRANSMISSION]++;
     }
 }
 
@@ -163,4 +165,5 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
 }
 
-const struct lum_estimator lum_estimator_specular = {"specular", LUM_STAGE_SPECULAR, specular_tile};
+const struct lum_estimator lum_estimator_specular = {
+    .name = "specular", .stage = LUM_STAGE_SPECULAR, .tile = specular_tile};

@@ -91,26 +91,41 @@ static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o
     return lum_rgb_scale(f.transmit, b->eta * b->eta * d * g);
 }
 
-struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa)
+struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi)
 {
-    struct lum_rgb sum = lum_grey(0.0f);
-    *ret_pdf_sa = 0.0f;
+    struct lum_bsdf_value v = {lum_grey(0.0f), lum_grey(0.0f), 0.0f};
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo), i = lum_frame_to_local(&b->frame, wi);
     float side = lum_dot(wi, b->ng); /* 0 when there is nothing to scatter */
     if (i.z > 0.0f && side > 0.0f) {
         if (b->diffuse_prob > 0.0f) {
             float c = i.z * LUM_INV_PI;
-            sum = lum_rgb_scale(cosine_albedo(b, i.z), c);
-            *ret_pdf_sa = b->diffuse_prob * c;
+            v.diffuse = lum_rgb_scale(cosine_albedo(b, i.z), c);
+            v.pdf_sa = b->diffuse_prob * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
-            sum = lum_rgb_add(sum, eval_reflected(b, o, i, false, ret_pdf_sa));
+            v.gloss = eval_reflected(b, o, i, false, &v.pdf_sa);
     } else if (i.z < 0.0f && side < 0.0f && b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f) {
-        if (b->thin)
-            return eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, ret_pdf_sa);
-        return eval_refracted(b, o, i, ret_pdf_sa);
+        v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.pdf_sa)
+                          : eval_refracted(b, o, i, &v.pdf_sa);
     }
-    return sum;
+    return v;
+}
+
+struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa)
+{
+    struct lum_bsdf_value v = lum_bsdf_eval_parts(b, wo, wi);
+    *ret_pdf_sa = v.pdf_sa;
+    return lum_rgb_add(v.diffuse, v.gloss);
+}
+
+struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
+{
+    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
+        return b->diffuse;
+    struct lum_ggx_albedo e = lum_ggx_albedo_mean(b->row);
+    float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+    float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
+    return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
 static struct lum_rgb divide(struct lum_rgb c, float by)

@@ -97,6 +97,16 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
  * Transmission is of radiance: it includes eta^2. */
 struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa);
 
+/* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several facets), and the rest. */
+struct lum_bsdf_value {
+    struct lum_rgb diffuse, gloss;
+    float pdf_sa; /* of the whole mixture */
+};
+struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi);
+
+/* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
+struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
+
 struct lum_bsdf_sample {
     struct lum_vec3 wi;
     struct lum_rgb weight; /* f |cos| / pdf */

@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-#include "core/scene/snapshot.h"
+#include "core/render/view.h"
 
 static void demand(struct lum_demand *d, enum lum_effect effect, const char *id, const char *why)
 {
@@ -48,11 +48,18 @@ static void demand_of_material(const struct lum_material *m, const char *object,
         demand(d, LUM_EFFECT_TRANSMISSION, object, "lets light through");
 }
 
-void lum_demand_antialias(struct lum_demand *d, bool on)
+void lum_demand_choose(struct lum_demand *d, const struct lum_view_settings *settings)
 {
-    d->on[LUM_EFFECT_ANTIALIAS] = on;
-    snprintf(d->why[LUM_EFFECT_ANTIALIAS], sizeof d->why[0],
-             on ? "the view asks for it" : "the view looks through pixel centres");
+    d->on[LUM_EFFECT_ANTIALIAS] = settings->antialias;
+    snprintf(d->why[LUM_EFFECT_ANTIALIAS], sizeof d->why[0], "%s",
+             settings->antialias ? "the view asks for it" : "the view looks through pixel centres");
+    for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++) {
+        bool off = settings->effects_off & 1u << e, on = settings->effects_on & 1u << e;
+        if (!off && !on)
+            continue;
+        d->on[e] = !off;
+        snprintf(d->why[e], sizeof d->why[e], "%s", off ? "the view switched it off" : "the view forces it on");
+    }
 }
 
 void lum_demand_derive(const struct lum_snapshot *s, struct lum_demand *ret_demand)
@@ -71,6 +78,5 @@ void lum_demand_derive(const struct lum_snapshot *s, struct lum_demand *ret_dema
     for (int e = LUM_EFFECT_INDIRECT_DIFFUSE; e <= LUM_EFFECT_GLOSSY; e++)
         refuse(&d, (enum lum_effect)e, nothing);
     refuse(&d, LUM_EFFECT_MEDIA, "the scene has no medium");
-    lum_demand_antialias(&d, false);
     *ret_demand = d;
 }

@@ -47,8 +47,9 @@ struct lum_demand {
 };
 struct lum_snapshot;
 void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand);
-/* Anti-aliasing is the view's choice, not the scene's. */
-void lum_demand_antialias(struct lum_demand *demand, bool on);
+/* What the view chooses: anti-aliasing, and effects that it forces off or on (bits 1 << enum lum_effect; off wins). */
+struct lum_view_settings;
+void lum_demand_choose(struct lum_demand *demand, const struct lum_view_settings *settings);
 
 struct lum_estimator; /* render/frame.h */
 
@@ -56,6 +57,7 @@ struct lum_method {
     const char *name, *summary;
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
+    const struct lum_estimator *filter; /* methods with components: how they become smooth */
 };
 
 /* The table, in display order; n rows. */

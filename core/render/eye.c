@@ -65,10 +65,10 @@ enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *c
     return LUM_OK;
 }
 
-struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h)
+struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h, uint32_t side)
 {
-    uint32_t nx = (w + LUM_TILE_SIDE - 1) / LUM_TILE_SIDE, ny = (h + LUM_TILE_SIDE - 1) / LUM_TILE_SIDE;
-    return (struct lum_tiling){w, h, nx, ny, nx * ny};
+    uint32_t nx = (w + side - 1) / side, ny = (h + side - 1) / side;
+    return (struct lum_tiling){w, h, side, nx, ny, nx * ny};
 }
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -78,8 +78,8 @@ static uint32_t least(uint32_t a, uint32_t b)
 
 struct lum_tile_rect lum_tile_at(const struct lum_tiling *t, uint32_t tile)
 {
-    uint32_t x = tile % t->nx * LUM_TILE_SIDE, y = tile / t->nx * LUM_TILE_SIDE;
-    return (struct lum_tile_rect){x, y, least(LUM_TILE_SIDE, t->w - x), least(LUM_TILE_SIDE, t->h - y)};
+    uint32_t x = tile % t->nx * t->side, y = tile / t->nx * t->side;
+    return (struct lum_tile_rect){x, y, least(t->side, t->w - x), least(t->side, t->h - y)};
 }
 
 void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays)

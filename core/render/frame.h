@@ -39,12 +39,12 @@ static inline struct lum_vec3 lum_eye_direction(const struct lum_eye *eye, float
 
 /* Where tiles lie in a picture. */
 struct lum_tiling {
-    uint32_t w, h, nx, ny, n;
+    uint32_t w, h, side, nx, ny, n;
 };
 struct lum_tile_rect {
     uint32_t x, y, w, h;
 };
-struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h);
+struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h, uint32_t side);
 struct lum_tile_rect lum_tile_at(const struct lum_tiling *tiling, uint32_t tile);
 
 /* First hits through pixel centres, one batch per tile. */
@@ -57,16 +57,41 @@ struct lum_gbuffer {
     uint64_t geometry;
 };
 
+/* What the eye sees, ready to shade and to guide filters: one entry per pixel, row by row of the picture. Made from the
+ * G-buffer without a ray, for methods that ask for it. */
+enum {
+    LUM_PIXEL_SURFACE = 1,  /* an object's surface that scatters; else background, emitter shape, unlit */
+    LUM_PIXEL_DIFFUSE = 2,  /* its albedo is not black */
+    LUM_PIXEL_GLOSS = 4,    /* it reflects with a gloss */
+    LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
+};
+struct lum_surfaces {
+    struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */
+    struct lum_rgb *albedo;      /* lum_bsdf_diffuse_albedo: what the components are multiplied by */
+    float *depth;                /* distance from the eye, scene units; INFINITY: background */
+    uint8_t *kind;               /* LUM_PIXEL_ bits */
+    uint8_t *done;               /* per tile */
+    uint64_t stamp, material;    /* of the G-buffer and materials that they show */
+    uint64_t version;            /* changes with what they show */
+};
+
 struct lum_layers;
+struct lum_components;
+struct lum_vpl_set;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
 struct lum_pass {
     const struct lum_snapshot *snapshot;
     const struct lum_view_settings *settings;
     struct lum_eye eye;
-    struct lum_tiling tiling;
-    struct lum_gbuffer *gbuffer; /* deferred methods */
-    struct lum_layers *layers;   /* deferred methods: light by light buffers (estimator/layers.h) */
+    struct lum_tiling tiling, packets; /* of ray batches; of LUM_PACKET_SIDE squares */
+    bool on[LUM_EFFECT_COUNT];         /* called for, and served by the method: anything else costs nothing */
+    /* deferred methods */
+    struct lum_gbuffer *gbuffer;
+    struct lum_surfaces *surfaces;     /* methods with components */
+    struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
+    struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
+    const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
     struct lum_film *film;
     uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp;         /* tiles that have as many are left alone */
@@ -91,9 +116,13 @@ struct lum_estimator {
     const char *name;
     enum lum_stage stage;
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
+    bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
+    uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
+    bool vpls;           /* gathers from virtual point lights */
 };
 
 extern const struct lum_estimator lum_stage_gbuffer;      /* deferred: first hits */
+extern const struct lum_estimator lum_stage_surfaces;     /* deferred: what is there, for components and filters */
 extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to film */
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
@@ -136,6 +165,14 @@ static inline struct lum_vec3 lum_rays_direction(const struct lum_rays *r, uint3
     return lum_v3(r->dx[i], r->dy[i], r->dz[i]);
 }
 
+/* The effect that the light of an emitter belongs to. */
+static inline enum lum_effect lum_light_effect(const struct lum_light *l)
+{
+    if (l->kind == LUM_EMIT_ENVIRONMENT)
+        return LUM_EFFECT_ENVIRONMENT;
+    return l->delta ? LUM_EFFECT_DIRECT : LUM_EFFECT_SOFT_SHADOW;
+}
+
 /* The kind of ray that serves an effect: both enumerations are in the same order but for primary rays. */
 static inline enum lum_ray_kind lum_effect_ray_kind(enum lum_effect e)
 {
@@ -146,9 +183,7 @@ _Static_assert((int)LUM_RAY_ANTIALIAS - LUM_RAY_DIRECT == (int)LUM_EFFECT_ANTIAL
 /* The kind of shadow ray that a light asks for. */
 static inline enum lum_ray_kind lum_light_ray_kind(const struct lum_light *l)
 {
-    if (l->kind == LUM_EMIT_ENVIRONMENT)
-        return LUM_RAY_ENVIRONMENT;
-    return l->delta ? LUM_RAY_DIRECT : LUM_RAY_SOFT_SHADOW;
+    return lum_effect_ray_kind(lum_light_effect(l));
 }
 
 #endif

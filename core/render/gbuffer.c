@@ -1,4 +1,5 @@
 /* The deferred pipeline's first and last stage: first hits through pixel centres, and the sum of the layers. */
+#include "core/estimator/components.h"
 #include "core/estimator/layers.h"
 
 static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
@@ -23,11 +24,15 @@ static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lu
     lum_layers_sum(pass, tile, r.w * r.h, radiance);
     for (uint32_t y = 0; y < r.h; y++)
         for (uint32_t x = 0; x < r.w; x++) {
+            struct lum_rgb value = radiance[y * r.w + x];
+            if (pass->components)
+                value = lum_components_radiance(pass, (size_t)(r.y + y) * pass->tiling.w + r.x + x, value);
             lum_film_reset_pixel(pass->film, r.x + x, r.y + y);
-            lum_film_add(pass->film, r.x + x, r.y + y, 0, radiance[y * r.w + x], &counters->nonfinite);
+            lum_film_add(pass->film, r.x + x, r.y + y, 0, value, &counters->nonfinite);
         }
     pass->tile_spp[tile] = pass->target_spp;
 }
 
-const struct lum_estimator lum_stage_gbuffer = {"gbuffer", LUM_STAGE_GBUFFER, gbuffer_tile};
-const struct lum_estimator lum_stage_composite = {"composite", LUM_STAGE_COMPOSITE, composite_tile};
+const struct lum_estimator lum_stage_gbuffer = {.name = "gbuffer", .stage = LUM_STAGE_GBUFFER, .tile = gbuffer_tile};
+const struct lum_estimator lum_stage_composite = {
+    .name = "composite", .stage = LUM_STAGE_COMPOSITE, .tile = composite_tile};

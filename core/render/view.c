@@ -3,11 +3,13 @@
 
 #include <string.h>
 
-#include "core/estimator/layers.h"
+#include "core/render/deferred.h"
 
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer", [LUM_STAGE_DIRECT] = "direct",       [LUM_STAGE_SPECULAR] = "specular",
-    [LUM_STAGE_PATH] = "path",       [LUM_STAGE_COMPOSITE] = "composite",
+    [LUM_STAGE_GBUFFER] = "gbuffer",   [LUM_STAGE_SURFACES] = "surfaces", [LUM_STAGE_VPLS] = "vpls",
+    [LUM_STAGE_DIRECT] = "direct",     [LUM_STAGE_SHADOW] = "shadow",     [LUM_STAGE_INDIRECT] = "indirect",
+    [LUM_STAGE_SPECULAR] = "specular", [LUM_STAGE_GLOSSY] = "glossy",     [LUM_STAGE_MEDIA] = "media",
+    [LUM_STAGE_FILTER] = "filter",     [LUM_STAGE_PATH] = "path",         [LUM_STAGE_COMPOSITE] = "composite",
 };
 
 struct lum_view {
@@ -16,8 +18,7 @@ struct lum_view {
     struct lum_tiling tiling;
     struct lum_film film;
     uint32_t *tile_spp;
-    struct lum_gbuffer gbuffer;
-    struct lum_layers layers;
+    struct lum_deferred deferred;
     struct lum_aov_buffers aov;
     /* what the film shows */
     bool rendered;
@@ -25,8 +26,8 @@ struct lum_view {
     double error_rel; /* when the halves were last even */
     struct lum_versions versions;
     struct lum_view_settings settings;
-    /* of versions */
-    struct lum_demand demand;
+    struct lum_demand demand; /* of versions */
+    struct lum_demand chosen; /* the same, as settings would have it */
 };
 
 struct lum_view_settings lum_view_settings_default(void)
@@ -39,6 +40,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .max_depth = 8,
         .shadow_samples = 16,
         .antialias = true,
+        .n_vpls = LUM_VPL_DEFAULT,
     };
 }
 
@@ -61,13 +63,10 @@ enum lum_status lum_view_create(struct lum_pool *pool, struct lum_view **ret_vie
 static void drop_buffers(struct lum_view *v)
 {
     lum_film_finish(&v->film);
-    lum_layers_finish(&v->layers);
+    lum_deferred_finish(&v->deferred);
     lum_free(v->tile_spp);
-    lum_free(v->gbuffer.tiles);
-    lum_free(v->gbuffer.done);
     lum_aov_finish(&v->aov);
     v->tile_spp = NULL;
-    v->gbuffer = (struct lum_gbuffer){.stamp = v->gbuffer.stamp};
     v->tiling = (struct lum_tiling){0};
     v->rendered = false;
 }
@@ -79,6 +78,11 @@ void lum_view_destroy(struct lum_view *view)
     drop_buffers(view);
     lum_free(view->counters);
     lum_free(view);
+}
+
+void lum_view_forget(struct lum_view *view)
+{
+    drop_buffers(view);
 }
 
 const struct lum_film *lum_view_film(const struct lum_view *view)
@@ -99,6 +103,8 @@ static enum lum_status check_settings(const struct lum_view_settings *s, struct 
         return lum_fail(err, LUM_ERR_INVALID, "preview", "must be 0 to %u, not %u", LUM_TILE_SIDE, s->preview);
     if (s->shadow_samples < 1 || s->shadow_samples > 16)
         return lum_fail(err, LUM_ERR_INVALID, "shadow_samples", "must be 1 to 16, not %u", s->shadow_samples);
+    if (s->n_vpls < 1 || s->n_vpls > LUM_VPL_MAX)
+        return lum_fail(err, LUM_ERR_INVALID, "vpls", "must be 1 to %u, not %u", LUM_VPL_MAX, s->n_vpls);
     return LUM_OK;
 }
 
@@ -110,7 +116,7 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
     enum lum_status status = lum_film_init(&v->film, w, h, err);
     if (status != LUM_OK)
         return status;
-    v->tiling = lum_tiling_make(w, h);
+    v->tiling = lum_tiling_make(w, h, LUM_TILE_SIDE);
     v->tile_spp = lum_calloc(v->tiling.n, sizeof *v->tile_spp);
     if (v->tile_spp)
         return LUM_OK;
@@ -118,140 +124,35 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a picture of %u x %u", w, h);
 }
 
-static bool same_camera(const struct lum_camera *a, const struct lum_camera *b)
-{
-    return a->position.x == b->position.x && a->position.y == b->position.y && a->position.z == b->position.z &&
-           a->target.x == b->target.x && a->target.y == b->target.y && a->target.z == b->target.z &&
-           a->up.x == b->up.x && a->up.y == b->up.y && a->up.z == b->up.z && a->vfov_deg == b->vfov_deg;
-}
-
-static bool same_versions(const struct lum_versions *a, const struct lum_versions *b)
-{
-    return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
-           a->light_power == b->light_power;
-}
-
 /* True when both make the same picture, sample for sample. */
 static bool same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
 {
-    return same_camera(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
+    return lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
            a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
-           a->antialias == b->antialias;
+           a->antialias == b->antialias && a->n_vpls == b->n_vpls && a->effects_off == b->effects_off &&
+           a->effects_on == b->effects_on;
 }
 
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until
  * their first new sample. */
-static void refresh_film(struct lum_view *v, const struct lum_pass *pass)
+static void refresh_film(struct lum_view *v, struct lum_pass *pass)
 {
     const struct lum_versions *now = &pass->snapshot->versions;
-    bool same_scene = v->rendered && same_versions(now, &v->versions);
-    if (!same_scene || v->settings.antialias != pass->settings->antialias) {
+    bool same_scene = v->rendered && lum_versions_equal(now, &v->versions);
+    bool same = same_scene && same_picture(&v->settings, pass->settings);
+    if (!same_scene)
         lum_demand_derive(pass->snapshot, &v->demand);
-        lum_demand_antialias(&v->demand, pass->settings->antialias);
-    }
-    if (!same_scene || !same_picture(&v->settings, pass->settings)) {
+    if (!same) {
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
     }
     v->versions = *now;
     v->settings = *pass->settings;
     v->rendered = true;
-}
-
-static enum lum_status refresh_gbuffer(struct lum_view *v, const struct lum_pass *pass, struct lum_error *err)
-{
-    struct lum_gbuffer *g = &v->gbuffer;
-    if (!g->tiles) {
-        struct lum_hits *tiles = lum_calloc(v->tiling.n, sizeof *tiles);
-        uint8_t *done = lum_calloc(v->tiling.n, 1);
-        if (!tiles || !done) {
-            lum_free(tiles);
-            lum_free(done);
-            return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the G-buffer");
-        }
-        g->tiles = tiles;
-        g->done = done;
-    } else if (g->geometry == pass->snapshot->versions.geometry && same_camera(&g->camera, &pass->settings->camera)) {
-        return LUM_OK;
-    }
-    memset(g->done, 0, v->tiling.n);
-    g->stamp++;
-    g->camera = pass->settings->camera;
-    g->geometry = pass->snapshot->versions.geometry;
-    return LUM_OK;
-}
-
-/* ---- running stages ---- */
-
-struct stage_run {
-    const struct lum_pass *pass;
-    const struct lum_estimator *stage;
-    struct lum_counters *counters;
-};
-
-/* Counts the tile for the effects whose rays were traced in it, and shares its time among them by their rays: the only
- * measure that costs nothing, since the rays of different effects travel in one batch. */
-static void account(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_COUNT], int64_t ns)
-{
-    uint64_t all = 0;
-    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
-        all += c->rays[k] - before[k];
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
-        uint64_t rays =
-            c->rays[lum_effect_ray_kind((enum lum_effect)e)] - before[lum_effect_ray_kind((enum lum_effect)e)];
-        if (rays == 0)
-            continue;
-        c->tiles[e]++;
-        c->ns[e] += (int64_t)((double)ns * ((double)rays / (double)all));
-    }
-}
-
-static void run_tile(void *ctx, uint32_t tile, uint32_t worker)
-{
-    const struct stage_run *run = ctx;
-    struct lum_counters *c = &run->counters[worker];
-    uint64_t before[LUM_RAY_KIND_COUNT];
-    memcpy(before, c->rays, sizeof before);
-    int64_t begin_ns = lum_cpu_clock_ns();
-    run->stage->tile(run->pass, tile, c);
-    account(c, before, lum_cpu_clock_ns() - begin_ns);
-}
-
-static enum lum_status run_stage(struct lum_view *v, const struct lum_pass *pass, const struct lum_estimator *stage,
-                                 const _Atomic bool *cancel, struct lum_pass_stats *stats)
-{
-    struct stage_run run = {pass, stage, v->counters};
-    int64_t begin_ns = lum_clock_ns();
-    enum lum_status status = lum_pool_run(v->pool, v->tiling.n, run_tile, &run, cancel);
-    stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
-    return status;
-}
-
-/* True when the method has an estimator for an effect that the scene calls for, and it is this one. */
-static bool is_called_for(const struct lum_view *v, const struct lum_method *method,
-                          const struct lum_estimator *estimator)
-{
+    v->chosen = v->demand;
+    lum_demand_choose(&v->chosen, pass->settings);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        if (v->demand.on[e] && method->serves[e] == estimator)
-            return true;
-    return false;
-}
-
-static enum lum_status run_deferred(struct lum_view *v, struct lum_pass *pass, const _Atomic bool *cancel,
-                                    struct lum_pass_stats *stats, struct lum_error *err)
-{
-    enum lum_status status = refresh_gbuffer(v, pass, err);
-    if (status == LUM_OK)
-        status = lum_layers_update(&v->layers, pass, v->gbuffer.stamp, err);
-    /* The shadow estimator runs even without a light: it also shows what shines by itself. */
-    const struct lum_estimator *stages[4] = {&lum_stage_gbuffer, &lum_estimator_shadow};
-    uint32_t n = 2;
-    if (is_called_for(v, pass->settings->method, &lum_estimator_specular))
-        stages[n++] = &lum_estimator_specular;
-    stages[n++] = &lum_stage_composite;
-    for (uint32_t i = 0; i < n && status == LUM_OK; i++)
-        status = run_stage(v, pass, stages[i], cancel, stats);
-    return status;
+        pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
 }
 
 static uint32_t least_spp(const struct lum_view *v)
@@ -266,13 +167,12 @@ static uint32_t least_spp(const struct lum_view *v)
 /* ---- a pass ---- */
 
 /* The next sample of every pixel; or first, once per picture, the rough pass. */
-static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const _Atomic bool *cancel,
-                                struct lum_pass_stats *stats)
+static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
 {
     bool rough = pass->settings->preview > 1 && pass->target_spp == 1 && !v->previewed;
     if (rough)
-        pass->block = stats->preview = pass->settings->preview;
-    enum lum_status status = run_stage(v, pass, &lum_estimator_path, cancel, stats);
+        pass->block = runner->stats->preview = pass->settings->preview;
+    enum lum_status status = lum_stage_run(runner, pass, &lum_estimator_path);
     if (status == LUM_OK)
         v->previewed = true;
     return status;
@@ -291,10 +191,9 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
     if (status != LUM_OK)
         return status;
     pass.tiling = v->tiling;
+    pass.packets = lum_tiling_make(settings->w, settings->h, LUM_PACKET_SIDE);
     pass.film = &v->film;
     pass.tile_spp = v->tile_spp;
-    pass.gbuffer = &v->gbuffer;
-    pass.layers = &v->layers;
     *ret_pass = pass;
     return LUM_OK;
 }
@@ -326,13 +225,14 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     if (status != LUM_OK)
         return status;
     refresh_film(view, &pass);
-    struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->demand};
+    struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->chosen};
+    struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     uint32_t spp = least_spp(view), max_spp = settings->method->progressive ? settings->max_spp : 1;
     if (max_spp == 0 || spp < max_spp) {
         memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
         pass.target_spp = spp + 1;
-        status = settings->method->progressive ? run_path(view, &pass, cancel, &stats)
-                                               : run_deferred(view, &pass, cancel, &stats, err);
+        status = settings->method->progressive ? run_path(view, &pass, &runner)
+                                               : lum_deferred_run(&view->deferred, &pass, &runner, err);
         sum_counters(view, &stats);
         stats.changed = true;
         spp = least_spp(view);
@@ -356,11 +256,12 @@ enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *
 {
     struct lum_pass pass;
     struct lum_pass_stats unused = {0};
+    struct lum_stage_runner runner = {view->pool, view->counters, NULL, &unused};
     enum lum_status status = begin_pass(view, snapshot, settings, &pass, err);
     if (status == LUM_OK)
-        status = refresh_gbuffer(view, &pass, err);
+        status = lum_deferred_look(&view->deferred, &pass, err);
     if (status == LUM_OK)
-        status = run_stage(view, &pass, &lum_stage_gbuffer, NULL, &unused);
+        status = lum_stage_run(&runner, &pass, &lum_stage_gbuffer);
     if (status == LUM_OK)
         status = lum_aov_update(&view->aov, &pass, view->pool, err);
     if (status == LUM_OK)

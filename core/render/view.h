@@ -22,10 +22,28 @@ struct lum_view_settings {
     bool antialias;          /* false: rays through pixel centres */
     uint32_t preview;        /* progressive methods: after a change, first one rough pass with one sample per block of this
                                 many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
+    uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
+    /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
+    uint32_t effects_off, effects_on;
 };
-struct lum_view_settings lum_view_settings_default(void); /* 600x400, path, seed 0, depth 8, 16 shadow samples, antialias */
+struct lum_view_settings lum_view_settings_default(void); /* 600x400, path, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs */
 
-enum lum_stage { LUM_STAGE_GBUFFER, LUM_STAGE_DIRECT, LUM_STAGE_SPECULAR, LUM_STAGE_PATH, LUM_STAGE_COMPOSITE, LUM_STAGE_COUNT };
+/* In the order in which they run. */
+enum lum_stage {
+    LUM_STAGE_GBUFFER,
+    LUM_STAGE_SURFACES,
+    LUM_STAGE_VPLS,
+    LUM_STAGE_DIRECT,
+    LUM_STAGE_SHADOW,
+    LUM_STAGE_INDIRECT,
+    LUM_STAGE_SPECULAR,
+    LUM_STAGE_GLOSSY,
+    LUM_STAGE_MEDIA,
+    LUM_STAGE_FILTER,
+    LUM_STAGE_PATH,
+    LUM_STAGE_COMPOSITE,
+    LUM_STAGE_COUNT
+};
 extern const char *const lum_stage_names[LUM_STAGE_COUNT];
 
 struct lum_effect_stats {
@@ -41,7 +59,8 @@ struct lum_pass_stats {
     uint64_t rays[LUM_RAY_KIND_COUNT];
     struct lum_demand demand;
     struct lum_effect_stats effects[LUM_EFFECT_COUNT];
-    uint64_t nonfinite, bad_rays; /* must be 0 */
+    uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and that lie elsewhere than in the pass before */
+    uint64_t nonfinite, bad_rays;  /* must be 0 */
     uint32_t spp;                 /* least samples of any pixel so far */
     double error_rel;             /* NAN: unknown */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
@@ -61,6 +80,9 @@ void lum_view_destroy(struct lum_view *view); /* accepts NULL */
 enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *snapshot,
                               const struct lum_view_settings *settings, const _Atomic bool *cancel,
                               struct lum_pass_stats *ret_stats, struct lum_error *err);
+
+/* Forgets every memoised stage, so that the next pass does all its work: for timing. */
+void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */
 const struct lum_film *lum_view_film(const struct lum_view *view);

@@ -51,6 +51,12 @@ struct lum_versions {
     uint64_t light_power; /* colour, intensity, on/off */
 };
 
+static inline bool lum_versions_equal(const struct lum_versions *a, const struct lum_versions *b)
+{
+    return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
+           a->light_power == b->light_power;
+}
+
 struct lum_snapshot_parts;
 struct lum_snapshot {
     struct lum_refs refs;

@@ -1,0 +1,149 @@
+#include "core/estimator/components.h"
+
+#include <string.h>
+
+static void finish_buffer(struct lum_component_buffer *b)
+{
+    lum_free(b->raw);
+    lum_free(b->smooth);
+    lum_free(b->iterations);
+    *b = (struct lum_component_buffer){0};
+}
+
+void lum_components_finish(struct lum_components *c)
+{
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
+        finish_buffer(&c->buffer[i]);
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        lum_free(c->done[i]);
+    *c = (struct lum_components){0};
+}
+
+static bool reserve_buffer(struct lum_component_buffer *b, size_t n)
+{
+    if (b->raw)
+        return true;
+    b->raw = lum_calloc(n, sizeof *b->raw);
+    b->smooth = lum_calloc(n, sizeof *b->smooth);
+    b->iterations = lum_calloc(n, 1);
+    return b->raw && b->smooth && b->iterations;
+}
+
+/* Buffers that the estimators of effects which are on fill. */
+static uint32_t components_called_for(const struct lum_pass *pass)
+{
+    uint32_t bits = 0;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (pass->on[e] && pass->settings->method->serves[e])
+            bits |= pass->settings->method->serves[e]->components;
+    return bits;
+}
+
+static bool reserve(struct lum_components *c, const struct lum_pass *pass)
+{
+    uint32_t bits = components_called_for(pass);
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
+        if (!(bits & LUM_COMPONENT_BIT(i)))
+            finish_buffer(&c->buffer[i]);
+        else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h))
+            return false;
+    }
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_packets, 1)))
+            return false;
+    return true;
+}
+
+/* True when they show what the pass would make; remembers what the pass makes. */
+static bool is_fresh(struct lum_components *c, const struct lum_pass *pass)
+{
+    const struct lum_view_settings *s = pass->settings;
+    bool fresh = c->method == s->method && lum_versions_equal(&c->versions, &pass->snapshot->versions) &&
+                 c->surfaces == pass->surfaces->version && c->seed == s->seed && c->n_vpls == s->n_vpls &&
+                 c->shadow_samples == s->shadow_samples && c->max_depth == s->max_depth &&
+                 memcmp(c->on, pass->on, sizeof c->on) == 0;
+    c->method = s->method;
+    c->versions = pass->snapshot->versions;
+    c->surfaces = pass->surfaces->version;
+    c->seed = s->seed;
+    c->n_vpls = s->n_vpls;
+    c->shadow_samples = s->shadow_samples;
+    c->max_depth = s->max_depth;
+    memcpy(c->on, pass->on, sizeof c->on);
+    return fresh;
+}
+
+static void forget(struct lum_components *c)
+{
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        memset(c->done[i], 0, c->n_packets);
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
+        struct lum_component_buffer *b = &c->buffer[i];
+        if (!b->raw)
+            continue;
+        memset(b->raw, 0, (size_t)c->w * c->h * sizeof *b->raw);
+        memset(b->iterations, 0, (size_t)c->w * c->h);
+    }
+}
+
+enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
+{
+    if (c->w != pass->tiling.w || c->h != pass->tiling.h) {
+        lum_components_finish(c);
+        c->w = pass->tiling.w;
+        c->h = pass->tiling.h;
+        c->n_packets = pass->packets.n;
+    }
+    if (!reserve(c, pass)) {
+        lum_components_finish(c);
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the buffers of %u x %u pixels", pass->tiling.w,
+                        pass->tiling.h);
+    }
+    if (!is_fresh(c, pass))
+        forget(c);
+    return LUM_OK;
+}
+
+bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t packet)
+{
+    uint8_t *done = &pass->components->done[stage][packet];
+    bool was = *done;
+    *done = 1;
+    return was;
+}
+
+struct lum_guide lum_components_guide(const struct lum_pass *pass)
+{
+    return (struct lum_guide){
+        .w = pass->tiling.w,
+        .h = pass->tiling.h,
+        .p = pass->surfaces->p,
+        .n = pass->surfaces->n,
+        .depth = pass->surfaces->depth,
+        .pixel = pass->eye.per_pixel,
+    };
+}
+
+struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max)
+{
+    if (iterations == 0)
+        return lum_rgb(0.02f, 0.05f, 0.6f);
+    float share = lum_min((float)iterations / (float)(max > 1 ? max - 1 : 1), 1.0f);
+    return lum_rgb(0.15f + 0.85f * share, 0.02f, 0.02f);
+}
+
+static struct lum_rgb smooth_at(const struct lum_components *c, enum lum_component which, size_t pixel)
+{
+    const struct lum_rgb *smooth = c->buffer[which].smooth;
+    return smooth ? smooth[pixel] : lum_grey(0.0f);
+}
+
+struct lum_rgb lum_components_radiance(const struct lum_pass *pass, size_t pixel, struct lum_rgb layers)
+{
+    const struct lum_components *c = pass->components;
+    struct lum_rgb white =
+        lum_rgb_add(smooth_at(c, LUM_COMPONENT_SHADOW, pixel), smooth_at(c, LUM_COMPONENT_INDIRECT, pixel));
+    struct lum_rgb sum = lum_rgb_add(layers, lum_rgb_mul(pass->surfaces->albedo[pixel], white));
+    return lum_rgb_add(lum_rgb_add(sum, smooth_at(c, LUM_COMPONENT_GLOSS, pixel)),
+                       smooth_at(c, LUM_COMPONENT_MEDIA, pixel));
+}

@@ -1,0 +1,163 @@
+#include "core/render/deferred.h"
+
+#include <string.h>
+
+static void finish_gbuffer(struct lum_gbuffer *g)
+{
+    lum_free(g->tiles);
+    lum_free(g->done);
+    *g = (struct lum_gbuffer){.stamp = g->stamp};
+}
+
+void lum_deferred_finish(struct lum_deferred *d)
+{
+    finish_gbuffer(&d->gbuffer);
+    lum_surfaces_finish(&d->surfaces);
+    lum_layers_finish(&d->layers);
+    lum_components_finish(&d->components);
+}
+
+/* ---- one stage ---- */
+
+struct stage_job {
+    const struct lum_pass *pass;
+    const struct lum_estimator *stage;
+    struct lum_counters *counters;
+};
+
+/* Counts the tile for the effects whose rays were traced in it, and shares its time among them by their rays: the only
+ * measure that costs nothing, since the rays of different effects travel in one batch. */
+static void account(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_COUNT], int64_t ns)
+{
+    uint64_t all = 0;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        all += c->rays[k] - before[k];
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
+        enum lum_ray_kind kind = lum_effect_ray_kind((enum lum_effect)e);
+        uint64_t rays = c->rays[kind] - before[kind];
+        if (rays == 0)
+            continue;
+        c->tiles[e]++;
+        c->ns[e] += (int64_t)((double)ns * ((double)rays / (double)all));
+    }
+}
+
+static void run_tile(void *ctx, uint32_t tile, uint32_t worker)
+{
+    const struct stage_job *job = ctx;
+    struct lum_counters *c = &job->counters[worker];
+    uint64_t before[LUM_RAY_KIND_COUNT];
+    memcpy(before, c->rays, sizeof before);
+    int64_t begin_ns = lum_cpu_clock_ns();
+    job->stage->tile(job->pass, tile, c);
+    account(c, before, lum_cpu_clock_ns() - begin_ns);
+}
+
+enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
+                              const struct lum_estimator *stage)
+{
+    struct stage_job job = {pass, stage, runner->counters};
+    int64_t begin_ns = lum_clock_ns();
+    uint32_t n = stage->packets ? pass->packets.n : pass->tiling.n;
+    enum lum_status status = lum_pool_run(runner->pool, n, run_tile, &job, runner->cancel);
+    runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    return status;
+}
+
+/* ---- what is stale ---- */
+
+bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b)
+{
+    return a->position.x == b->position.x && a->position.y == b->position.y && a->position.z == b->position.z &&
+           a->target.x == b->target.x && a->target.y == b->target.y && a->target.z == b->target.z &&
+           a->up.x == b->up.x && a->up.y == b->up.y && a->up.z == b->up.z && a->vfov_deg == b->vfov_deg;
+}
+
+enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err)
+{
+    struct lum_gbuffer *g = pass->gbuffer = &d->gbuffer;
+    if (!g->tiles) {
+        struct lum_hits *tiles = lum_calloc(pass->tiling.n, sizeof *tiles);
+        uint8_t *done = lum_calloc(pass->tiling.n, 1);
+        if (!tiles || !done) {
+            lum_free(tiles);
+            lum_free(done);
+            return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the G-buffer");
+        }
+        g->tiles = tiles;
+        g->done = done;
+    } else if (g->geometry == pass->snapshot->versions.geometry &&
+               lum_camera_equal(&g->camera, &pass->settings->camera)) {
+        return LUM_OK;
+    }
+    memset(g->done, 0, pass->tiling.n);
+    g->stamp++;
+    g->camera = pass->settings->camera;
+    g->geometry = pass->snapshot->versions.geometry;
+    return LUM_OK;
+}
+
+/* ---- the stages of a pass ---- */
+
+#define STAGES_MAX (LUM_EFFECT_COUNT + 5) /* an estimator for each effect, and those that every method has */
+
+struct plan {
+    const struct lum_estimator *stages[STAGES_MAX];
+    uint32_t n;
+    bool vpls;
+};
+
+static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
+{
+    uint32_t at = plan->n;
+    for (uint32_t i = 0; i < plan->n; i++)
+        if (plan->stages[i] == stage)
+            return;
+    while (at > 0 && plan->stages[at - 1]->stage > stage->stage) {
+        plan->stages[at] = plan->stages[at - 1];
+        at--;
+    }
+    plan->stages[at] = stage;
+    plan->n++;
+}
+
+static struct plan make_plan(const struct lum_pass *pass)
+{
+    const struct lum_method *method = pass->settings->method;
+    struct plan plan = {.n = 0};
+    plan_stage(&plan, &lum_stage_gbuffer);
+    /* Runs even without a light: it also shows what shines by itself. */
+    plan_stage(&plan, &lum_estimator_shadow);
+    plan_stage(&plan, &lum_stage_composite);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
+        if (!pass->on[e])
+            continue;
+        plan_stage(&plan, method->serves[e]);
+        plan.vpls = plan.vpls || method->serves[e]->vpls;
+    }
+    if (method->filter) {
+        plan_stage(&plan, &lum_stage_surfaces);
+        plan_stage(&plan, method->filter);
+    }
+    return plan;
+}
+
+enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    struct plan plan = make_plan(pass);
+    pass->layers = &d->layers;
+    enum lum_status status = lum_deferred_look(d, pass, err);
+    if (status == LUM_OK)
+        status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
+    if (status == LUM_OK && pass->settings->method->filter) {
+        pass->surfaces = &d->surfaces;
+        pass->components = &d->components;
+        status = lum_surfaces_update(&d->surfaces, pass, err);
+        if (status == LUM_OK)
+            status = lum_components_update(&d->components, pass, err);
+    }
+    for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
+        status = lum_stage_run(runner, pass, plan.stages[i]);
+    return status;
+}

@@ -1,0 +1,43 @@
+/* The buffers of deferred methods and how their stages follow each other. Internal to core/render.
+ *
+ * G-buffer -> surfaces -> virtual point lights -> the estimators that serve the effects which are on, by the order of enum
+ * lum_stage -> the method's filter -> composite. Each stage is a parallel loop and ends at a barrier; each is memoised and
+ * does nothing where nothing changed. */
+#ifndef LUM_CORE_RENDER_DEFERRED_H
+#define LUM_CORE_RENDER_DEFERRED_H
+
+#include "core/estimator/components.h"
+#include "core/estimator/layers.h"
+#include "core/vpl/vpl.h"
+
+struct lum_deferred {
+    struct lum_gbuffer gbuffer;
+    struct lum_surfaces surfaces;
+    struct lum_layers layers;
+    struct lum_components components;
+    struct lum_vpl_set vpls;
+};
+void lum_deferred_finish(struct lum_deferred *d); /* accepts a zeroed one; keeps the stamps */
+
+/* How stages run: over whose threads, with whose counters, into which statistics. */
+struct lum_stage_runner {
+    struct lum_pool *pool;
+    struct lum_counters *counters; /* by worker */
+    const _Atomic bool *cancel;
+    struct lum_pass_stats *stats;
+};
+enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
+                              const struct lum_estimator *stage);
+
+/* Makes the G-buffer stale if the pass looks at something else. */
+LUM_MUST_USE enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err);
+/* All stages of a pass. Fills in the buffers of *pass. */
+LUM_MUST_USE enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass,
+                                              const struct lum_stage_runner *runner, struct lum_error *err);
+
+void lum_surfaces_finish(struct lum_surfaces *s);
+LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err);
+
+bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b);
+
+#endif

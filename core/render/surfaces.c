@@ -1,0 +1,99 @@
+/* The deferred buffers behind first hits: what is seen, ready to shade and to guide filters. No ray. */
+#include "core/render/deferred.h"
+
+void lum_surfaces_finish(struct lum_surfaces *s)
+{
+    lum_free(s->p);
+    lum_free(s->n);
+    lum_free(s->ng);
+    lum_free(s->albedo);
+    lum_free(s->depth);
+    lum_free(s->kind);
+    lum_free(s->done);
+    *s = (struct lum_surfaces){.version = s->version};
+}
+
+static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
+{
+    if (s->p)
+        return true;
+    s->p = lum_calloc(n, sizeof *s->p);
+    s->n = lum_calloc(n, sizeof *s->n);
+    s->ng = lum_calloc(n, sizeof *s->ng);
+    s->albedo = lum_calloc(n, sizeof *s->albedo);
+    s->depth = lum_calloc(n, sizeof *s->depth);
+    s->kind = lum_calloc(n, 1);
+    s->done = lum_calloc(n_tiles, 1);
+    return s->p && s->n && s->ng && s->albedo && s->depth && s->kind && s->done;
+}
+
+enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
+{
+    uint64_t stamp = pass->gbuffer->stamp, material = pass->snapshot->versions.material;
+    if (s->p && s->stamp == stamp && s->material == material)
+        return LUM_OK;
+    if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n)) {
+        lum_surfaces_finish(s);
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the surfaces of %u x %u pixels", pass->tiling.w,
+                        pass->tiling.h);
+    }
+    for (uint32_t t = 0; t < pass->tiling.n; t++)
+        s->done[t] = 0;
+    s->stamp = stamp;
+    s->material = material;
+    s->version++;
+    return LUM_OK;
+}
+
+static void set_background(struct lum_surfaces *s, size_t at)
+{
+    s->p[at] = s->n[at] = s->ng[at] = lum_v3(0.0f, 0.0f, 0.0f);
+    s->albedo[at] = lum_grey(0.0f);
+    s->depth[at] = INFINITY;
+    s->kind[at] = 0;
+}
+
+/* at: index in the picture; i: in the tile's batch. */
+static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits, uint32_t i, struct lum_vec3 d,
+                       size_t at)
+{
+    struct lum_surfaces *s = pass->surfaces;
+    set_background(s, at);
+    if (hits->object[i] == LUM_NO_OBJECT)
+        return;
+    struct lum_surface surface;
+    lum_snapshot_surface(pass->snapshot, hits, i, d, &surface);
+    s->p[at] = surface.p;
+    s->n[at] = surface.ns;
+    s->ng[at] = surface.ng;
+    s->depth[at] = hits->t[i];
+    if (surface.instance == LUM_NO_OBJECT)
+        return;
+    const struct lum_material *m = &pass->snapshot->materials[surface.material];
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &surface, lum_v3_neg(d));
+    s->n[at] = b.frame.n;
+    s->albedo[at] = lum_bsdf_diffuse_albedo(&b);
+    bool diffuse = !lum_rgb_black(s->albedo[at]);
+    bool gloss = b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f);
+    bool specular = lum_material_is_specular(m);
+    s->kind[at] = (uint8_t)((diffuse || gloss || specular ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
+                            (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0));
+}
+
+static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    (void)counters;
+    if (pass->surfaces->done[tile])
+        return;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    struct lum_rays rays;
+    lum_tile_center_rays(pass, tile, &rays);
+    for (uint32_t i = 0; i < rays.n; i++)
+        fill_pixel(pass, &pass->gbuffer->tiles[tile], i, lum_rays_direction(&rays, i),
+                   (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w);
+    pass->surfaces->done[tile] = 1;
+}
+
+const struct lum_estimator lum_stage_surfaces = {
+    .name = "surfaces", .stage = LUM_STAGE_SURFACES, .tile = surfaces_tile};
