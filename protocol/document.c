@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/place.h"
+
 void lum_changes_finish(struct lum_changes *c)
 {
     if (!c)
@@ -97,18 +99,42 @@ static bool check_free(const struct lum_txn *t, const char *id)
 
 /* ---- ops ---- */
 
+/* What an import made goes where its new transform puts it. */
+static bool move_children(struct lum_txn *t, const struct lum_record *before, const struct lum_record *after)
+{
+    struct lum_move move = {&before->import.transform, &after->import.transform};
+    bool ok = true;
+    for (size_t i = 0; i < after->import.n_made && ok; i++) {
+        struct lum_record *local = after->import.made[i];
+        const struct lum_table_slot *slot = lum_table_find(&t->doc->table, local->id);
+        if (!slot)
+            continue;
+        struct lum_record *now = slot->record, *moved = lum_place_again(&move, local, now, t->err);
+        ok = moved && (moved == now || lum_txn_step(t, now, moved));
+        lum_record_unref(moved);
+    }
+    return ok;
+}
+
+static bool step_set(struct lum_txn *t, struct lum_record *before, struct lum_record *after)
+{
+    if (before->type != LUM_RECORD_IMPORT)
+        return lum_txn_step(t, before, after);
+    if (strcmp(before->import.asset, after->import.asset) != 0)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "asset",
+                              "an import can be moved, but its asset stays: remove it and import the other one");
+    return lum_txn_step(t, before, after) && move_children(t, before, after);
+}
+
 static bool apply_set(struct lum_txn *t, const struct lum_op *op)
 {
     const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
     if (!slot)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"", op->id);
-    if (slot->record->type == LUM_RECORD_IMPORT)
-        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "id",
-                              "an import cannot be changed: remove it and import again, or set what it brought");
-    struct lum_record *after = lum_record_clone(slot->record);
-    if (!after)
-        return lum_proto_fail_memory(t->err);
-    bool ok = lum_record_set(after, op->path, op->value, t->err) && lum_txn_step(t, slot->record, after);
+    struct lum_record *before = lum_record_ref(slot->record), *after = lum_record_clone(before);
+    bool ok = after ? lum_record_set(after, op->path, op->value, t->err) && step_set(t, before, after)
+                    : lum_proto_fail_memory(t->err);
+    lum_record_unref(before);
     lum_record_unref(after);
     return ok;
 }
@@ -149,6 +175,17 @@ static struct lum_record *import_record(const struct lum_op *op, const struct lu
     return import;
 }
 
+static bool add_child(struct lum_txn *t, const struct lum_record *import, struct lum_record *local)
+{
+    if (!lum_id_is_below(local->id, import->id) || lum_table_find(&t->doc->table, local->id))
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
+                              "the import brought \"%s\", which is outside its name or there twice", local->id);
+    struct lum_record *placed = lum_place(&import->import.transform, local, t->err);
+    bool ok = placed && lum_txn_step(t, NULL, placed);
+    lum_record_unref(placed);
+    return ok;
+}
+
 static bool apply_import(struct lum_txn *t, const struct lum_op *op, const struct lum_import_children *made)
 {
     if (!check_free(t, op->id))
@@ -162,14 +199,8 @@ static bool apply_import(struct lum_txn *t, const struct lum_op *op, const struc
     if (!import)
         return lum_proto_fail_memory(t->err);
     bool ok = lum_txn_step(t, NULL, import);
-    for (size_t i = 0; i < made->n && ok; i++) {
-        struct lum_record *child = made->records[i];
-        if (!lum_id_is_below(child->id, op->id) || lum_table_find(&t->doc->table, child->id))
-            ok = lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
-                                "the import brought \"%s\", which is outside its name or there twice", child->id);
-        else
-            ok = lum_txn_step(t, NULL, child);
-    }
+    for (size_t i = 0; i < made->n && ok; i++)
+        ok = add_child(t, import, made->records[i]);
     lum_record_unref(import);
     return ok;
 }

@@ -31,11 +31,12 @@ const struct lum_record *lum_document_find(const struct lum_document *doc, const
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);
 
 /* Applies ops as one transaction by `user` (who may undo it). Import ops must come expanded: children carries the records
- * that an import op of this transaction made, in op order. On success the revision grows by 1 and *ret_changes is filled
- * (the caller applies it, then frees it). On failure nothing changed; err->path names "ops/N/...". */
+ * that an import op of this transaction made, in op order; setting an import's transform later moves what is left of them.
+ * On success the revision grows by 1 and *ret_changes is filled (the caller applies it, then frees it). On failure nothing
+ * changed; err->path names "ops/N/...". */
 struct lum_import_children {
     lum_id import_id;
-    struct lum_record **records; /* borrowed: the document takes references of its own, and sets their origin */
+    struct lum_record **records; /* as the file has them. Borrowed: the document sets their origin and places copies */
     size_t n;
 };
 bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,
@@ -58,7 +59,7 @@ void lum_document_forget_user(struct lum_document *doc, const char *user);
 /* {"ops":[...]}; NULL when memory is short. */
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand);
 /* The ops that lead from before to after, for scene.changed notifications: bulk data is elided, and what an import brings
- * or takes is left to the import's own op. An array. */
+ * or takes, and the objects that it moves, are left to the import's own op. An array. */
 struct cJSON *lum_changes_to_json(const struct lum_changes *c);
 
 #endif

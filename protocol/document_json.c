@@ -9,6 +9,7 @@
 #include "protocol/field.h"
 #include "protocol/json.h"
 #include "protocol/op_json.h"
+#include "protocol/place.h"
 
 /* ---- one record ---- */
 
@@ -103,12 +104,16 @@ static bool add_expanded(cJSON *ops, const struct lum_record *r)
 /* What happened since to what an import made: sets first, because they may end the use of what is removed. */
 static bool add_edits(cJSON *ops, const struct lum_document *doc, const struct lum_record_import *import)
 {
-    for (size_t i = 0; i < import->n_made; i++) {
+    bool ok = true;
+    for (size_t i = 0; i < import->n_made && ok; i++) {
         const struct lum_record *now = lum_document_find(doc, import->made[i]->id);
-        if (now && now != import->made[i] && !add_difference(ops, import->made[i], now, false))
-            return false;
+        if (!now || now == import->made[i])
+            continue;
+        struct lum_record *placed = lum_place(&import->transform, import->made[i], NULL);
+        ok = placed && add_difference(ops, placed, now, false);
+        lum_record_unref(placed);
     }
-    return true;
+    return ok;
 }
 
 static bool add_removals(cJSON *ops, const struct lum_document *doc, const struct lum_record_import *import)
@@ -165,35 +170,68 @@ struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand)
 
 /* ---- changes ---- */
 
-/* True when the import that made r comes or goes in the same changes: its op stands for r's. */
-static bool implied(const struct lum_changes *c, const struct lum_record *r, bool added)
+/* The imports among the changes. */
+struct news {
+    const struct lum_change **imports;
+    size_t n_imports;
+};
+
+static const struct lum_record *subject(const struct lum_change *c)
 {
-    for (size_t i = 0; r->origin[0] && i < c->n; i++) {
-        const struct lum_change *o = &c->changes[i];
-        const struct lum_record *import = added ? o->after : o->before;
-        if (import && !(added ? o->before : o->after) && import->type == LUM_RECORD_IMPORT &&
-            strcmp(import->id, r->origin) == 0)
+    return c->after ? c->after : c->before;
+}
+
+static bool news_init(struct news *n, const struct lum_changes *c)
+{
+    *n = (struct news){.imports = calloc(c->n ? c->n : 1, sizeof(*n->imports))};
+    for (size_t i = 0; i < c->n && n->imports; i++)
+        if (subject(&c->changes[i])->type == LUM_RECORD_IMPORT)
+            n->imports[n->n_imports++] = &c->changes[i];
+    return n->imports != NULL;
+}
+
+/* True when the import that made r is changed in the same way, comes, goes or stays: its op stands for r's. */
+static bool import_does(const struct news *n, const struct lum_change *c)
+{
+    const struct lum_record *r = subject(c);
+    for (size_t i = 0; r->origin[0] && i < n->n_imports; i++) {
+        const struct lum_change *o = n->imports[i];
+        if (!o->before == !c->before && !o->after == !c->after && strcmp(subject(o)->id, r->origin) == 0)
             return true;
     }
     return false;
 }
 
-static bool add_change(cJSON *ops, const struct lum_changes *all, const struct lum_change *c)
+/* Objects go where their import goes; a model may have thousands of them, and a drag thirty steps a second. */
+static bool moved_by_import(const struct news *n, const struct lum_change *c)
+{
+    if (c->after->type != LUM_RECORD_OBJECT || !import_does(n, c))
+        return false;
+    const struct lum_fields *t = lum_fields_of(LUM_RECORD_OBJECT);
+    for (size_t i = 0; i < t->n; i++)
+        if (t->fields[i].kind != LUM_FIELD_TRANSFORM &&
+            !lum_field_equal(&t->fields[i], lum_record_body(c->before), lum_record_body(c->after)))
+            return false;
+    return true;
+}
+
+static bool add_change(cJSON *ops, const struct news *n, const struct lum_change *c)
 {
     if (c->before && c->after)
-        return add_difference(ops, c->before, c->after, true);
-    const struct lum_record *r = c->after ? c->after : c->before;
-    if (implied(all, r, c->after != NULL))
+        return moved_by_import(n, c) || add_difference(ops, c->before, c->after, true);
+    if (import_does(n, c))
         return true;
-    return c->after ? add_expanded(ops, r) : lum_json_add(ops, NULL, remove_op(r->id));
+    return c->after ? add_expanded(ops, c->after) : lum_json_add(ops, NULL, remove_op(c->before->id));
 }
 
 struct cJSON *lum_changes_to_json(const struct lum_changes *c)
 {
+    struct news n;
     cJSON *ops = cJSON_CreateArray();
-    bool ok = ops != NULL;
+    bool ok = news_init(&n, c) && ops;
     for (size_t i = 0; i < c->n && ok; i++)
-        ok = add_change(ops, c, &c->changes[i]);
+        ok = add_change(ops, &n, &c->changes[i]);
+    free(n.imports);
     if (ok)
         return ops;
     cJSON_Delete(ops);

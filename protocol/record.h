@@ -136,8 +136,9 @@ struct lum_record_render {
 struct lum_record_import {
     char asset[LUM_LIMIT_ASSET_BYTES + 1];
     struct lum_record_transform transform;
-    /* What the import made, as it was then; scene.get compares with it to find later edits. Filled once by the document,
-     * before the record is shared. Owned references. */
+    /* What the import made, as the model file has it: not placed by the transform yet. Moving the import places it anew, and
+     * scene.get compares with it to find later edits. Filled once by the document, before the record is shared. Owned
+     * references. */
     struct lum_record **made;
     size_t n_made;
 };

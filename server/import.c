@@ -2,7 +2,6 @@
 #include "server/import.h"
 
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +9,6 @@
 
 #include <cjson/cJSON.h>
 
-#include "core/math/vec.h"
 #include "protocol/json.h"
 #include "protocol/op.h"
 #include "server/import_child.h"
@@ -177,66 +175,7 @@ static bool run_importer(const struct lum_import_config *config, struct lum_impo
     return ok;
 }
 
-/* ---- placing ---- */
-
-static void place_point(const struct lum_affined *a, double p[3])
-{
-    struct lum_vec3d q = lum_affined_point(a, (struct lum_vec3d){p[0], p[1], p[2]});
-    p[0] = q.x;
-    p[1] = q.y;
-    p[2] = q.z;
-}
-
-static void place_vector(const struct lum_affined *a, double v[3])
-{
-    double r[3];
-    for (int i = 0; i < 3; i++)
-        r[i] = a->m[i][0] * v[0] + a->m[i][1] * v[1] + a->m[i][2] * v[2];
-    memcpy(v, r, sizeof r);
-}
-
-/* Length by which the map scales on average: cbrt |det|. */
-static double mean_scale(const struct lum_affined *a)
-{
-    const double(*m)[4] = a->m;
-    return cbrt(fabs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-                     m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                     m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
-}
-
-static void place_object(const struct lum_affined *a, struct lum_record_object *o)
-{
-    struct lum_affined local;
-    lum_record_transform_affine(&o->transform, local.m);
-    struct lum_affined world = lum_affined_mul(a, &local);
-    o->transform.is_matrix = true;
-    memcpy(o->transform.matrix, world.m, sizeof world.m);
-    static const double last[4] = {0, 0, 0, 1};
-    memcpy(o->transform.matrix + 12, last, sizeof last);
-}
-
-static void place_record(const struct lum_affined *a, struct lum_record *r)
-{
-    switch (r->type) {
-    case LUM_RECORD_OBJECT:
-        place_object(a, &r->object);
-        break;
-    case LUM_RECORD_LIGHT: /* candela, lux and luminance stay: a lamp in a model that is scaled is the same lamp */
-        place_point(a, r->light.position);
-        place_vector(a, r->light.direction);
-        place_vector(a, r->light.u);
-        place_vector(a, r->light.v);
-        r->light.radius *= mean_scale(a);
-        break;
-    case LUM_RECORD_CAMERA:
-        place_point(a, r->camera.position);
-        place_point(a, r->camera.target);
-        place_vector(a, r->camera.up);
-        break;
-    default:
-        break;
-    }
-}
+/* ---- models and images ---- */
 
 bool lum_import_model(const struct lum_import_config *config, const struct lum_record *import,
                       void (*progress)(void *user, const char *stage, double fraction), void *user,
@@ -251,13 +190,8 @@ bool lum_import_model(const struct lum_import_config *config, const struct lum_r
         lum_import_result_finish(&c.result);
         return false;
     }
-    struct lum_affined place;
-    lum_record_transform_affine(&import->import.transform, place.m);
-    for (size_t i = 0; i < c.result.n_records; i++) {
-        struct lum_record *r = c.result.records[i];
-        memcpy(r->origin, import->id, sizeof r->origin);
-        place_record(&place, r);
-    }
+    for (size_t i = 0; i < c.result.n_records; i++)
+        memcpy(c.result.records[i]->origin, import->id, sizeof import->id);
     *ret_result = c.result;
     return true;
 }

@@ -36,10 +36,11 @@ struct lum_import_result {
 };
 void lum_import_result_finish(struct lum_import_result *r);
 
-/* Blocking; run it on a thread of its own. Reads the model `asset`, places it by the import record's transform, and makes
- * records whose ids begin with the import's id and "/". progress (may be NULL) is called on this thread. *cancel (may be NULL) true: the
- * child is killed. On failure err says what: the child's own error, "timed out after 120 s of CPU", "crashed (signal 11)",
- * "needed more than 4 GiB", with app "import_failed" (or "not_found", "unsupported"). */
+/* Blocking; run it on a thread of its own. Reads the model `asset` into records as the file has them, whose ids begin with
+ * the import's id and "/"; placing them by the import's transform is the document's matter. progress (may be NULL) is
+ * called on this thread. *cancel (may be NULL) true: the child is killed. On failure err says what: the child's own error,
+ * "timed out after 120 s of CPU", "crashed (signal 11)", "needed more than 4 GiB", with app "import_failed" (or
+ * "not_found", "unsupported"). */
 bool lum_import_model(const struct lum_import_config *config, const struct lum_record *import,
                       void (*progress)(void *user, const char *stage, double fraction), void *user,
                       const _Atomic bool *cancel, struct lum_import_result *ret_result, struct lum_proto_error *err);

@@ -1,4 +1,5 @@
 /* Transactions, references, undo and redo, imports, the scene as ops. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -396,7 +397,7 @@ static void imports(void **state)
     assert_false(import_room(doc, "room", &err));
     assert_string_equal(err.app, "conflict");
     must_not(doc, "[" LIGHT("room/mine") "]", "conflict", "ops/0/id");
-    must_not(doc, "[" SET("room", "/asset", "'b.glb'") "]", "unsupported", "ops/0/id");
+    must_not(doc, "[" SET("room", "/asset", "'b.glb'") "]", "unsupported", "ops/0/asset");
     must(doc, "bob",
          "[" SET("room/lamp", "/flux_lm", "5") "," SET("room/wall", "/material", "'red'") "," REMOVE("room/paint") "]");
     char *text = document_text(doc);
@@ -423,6 +424,100 @@ static void imports(void **state)
     assert_false(import_room(doc, "room", &err)); /* ids below it are taken */
     assert_string_equal(err.app, "conflict");
     lum_document_destroy(doc);
+}
+
+static void assert_near(const double *got, const double *want, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (!(fabs(got[i] - want[i]) < 1e-12)) /* a few roundings of numbers below 16 */
+            fail_msg("number %d is %.17g, not %.17g", i, got[i], want[i]);
+}
+
+/* The text of the news of one transaction. */
+static char *told(struct lum_document *doc, const char *ops_text)
+{
+    cJSON *json = json_of(ops_text);
+    struct lum_ops ops;
+    struct lum_changes c = {0};
+    struct lum_proto_error err;
+    assert_true(lum_ops_from_json(json, &ops, &err));
+    if (!lum_document_apply(doc, "ann", &ops, NULL, 0, &c, &err))
+        fail_msg("%s", err.text);
+    cJSON *news = lum_changes_to_json(&c);
+    char *text = lum_json_print(news, NULL);
+    cJSON_Delete(news);
+    lum_changes_finish(&c);
+    lum_ops_finish(&ops);
+    cJSON_Delete(json);
+    return text;
+}
+
+static void an_import_moves_as_a_whole(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err = {0};
+    assert_true(import_room(doc, "room", &err));
+    must(doc, "bob", "[" SET("room/lamp", "/position", "[1,0,0]") "," SET("room/lamp", "/flux_lm", "5") "]");
+    char *start = document_text(doc);
+    char *news = told(doc, "[{'op':'set','id':'room','path':'/transform','value':{'translate':[0,10,0],"
+                           "'rotate_deg':[0,90,0],'scale':[2,2,2]}}]");
+    assert_non_null(strstr(news, "\"id\":\"room\",\"path\":\"/transform\""));
+    assert_non_null(strstr(news, "\"id\":\"room/lamp\""));
+    assert_null(strstr(news, "room/wall")); /* objects follow their import unsaid */
+    free(news);
+    const double wall[16] = {0, 0, 2, 0, 0, 2, 0, 10, -2, 0, 0, 0, 0, 0, 0, 1}, lamp[3] = {0, 10, -2};
+    assert_near(lum_document_find(doc, "room/wall")->object.transform.matrix, wall, 16);
+    assert_near(lum_document_find(doc, "room/lamp")->light.position, lamp, 3); /* from where it was put */
+    assert_true(flux(doc, "room/lamp") == 5);
+    assert_true(document_whole(doc));
+
+    must(doc, "ann", "[" SET("room", "/transform/translate", "[0,10,5]") "]"); /* a part of it alone */
+    assert_near(lum_document_find(doc, "room/lamp")->light.position, (const double[]){0, 10, 3}, 3);
+    assert_true(undo(doc, "ann", &err) && undo(doc, "ann", &err));
+    char *back = document_text(doc);
+    assert_string_equal(start, back);
+    assert_true(redo(doc, "ann", &err) && redo(doc, "ann", &err));
+    assert_near(lum_document_find(doc, "room/lamp")->light.position, (const double[]){0, 10, 3}, 3);
+    free(start);
+    free(back);
+
+    must_not(doc, "[" SET("room", "/transform/scale", "[0,1,1]") "]", "invalid_value", "ops/0/transform");
+    must_not(doc, "[" SET("room", "", "{'transform':{'translate':[1e9,0,0],'scale':[1e6,1,1]}}") "]", "invalid_value",
+             "ops/0/transform"); /* the lamp would be out of bounds */
+    must(doc, "bob", "[" SET("room/lamp", "/position", "[7,0,0]") "]");
+    assert_false(undo(doc, "ann", &err)); /* would put bob's lamp elsewhere */
+    assert_string_equal(err.app, "conflict");
+    lum_document_destroy(doc);
+}
+
+/* What was not edited has no memory of the way: the same bits as an import to that place, and nothing to say about it.
+ */
+static void moving_leaves_no_trace(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create(), *straight = lum_document_create();
+    struct lum_proto_error err;
+    assert_true(import_room(doc, "room", &err) && import_room(straight, "room", &err));
+    for (int i = 1; i <= 50; i++) {
+        char op[200];
+        snprintf(op, sizeof op,
+                 "[{'op':'set','id':'room','path':'/transform','value':{'rotate_deg':[%d.1,%d,3],"
+                 "'translate':[0.%d,0,0],'scale':[%d,1,1]}}]",
+                 i, 7 * i, i, i);
+        must(doc, "ann", op);
+    }
+#define END "[" SET("room", "/transform", "{'translate':[0.1,0.2,0.3],'rotate_deg':[10,20,30]}") "]"
+    must(doc, "ann", END);
+    must(straight, "ann", END);
+#undef END
+    assert_true(records_equal(lum_document_find(doc, "room/wall"), lum_document_find(straight, "room/wall")));
+    assert_true(records_equal(lum_document_find(doc, "room/lamp"), lum_document_find(straight, "room/lamp")));
+    char *text = document_text(doc);
+    assert_null(strstr(text, "room/"));
+    free(text);
+    lum_document_destroy(doc);
+    lum_document_destroy(straight);
 }
 
 static void expanded_form_shows_everything(void **state)
@@ -671,6 +766,8 @@ int main(void)
         cmocka_unit_test(users_limit),
         cmocka_unit_test(record_limits),
         cmocka_unit_test(imports),
+        cmocka_unit_test(an_import_moves_as_a_whole),
+        cmocka_unit_test(moving_leaves_no_trace),
         cmocka_unit_test(expanded_form_shows_everything),
         cmocka_unit_test(undo_and_redo_walk),
         cmocka_unit_test(two_users_walk),

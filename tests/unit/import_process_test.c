@@ -21,6 +21,7 @@
 
 #include "core/image/exr.h"
 #include "server/asset.h"
+#include "protocol/document.h"
 #include "tests/unit/import_kit.h"
 
 static size_t count_fds(void)
@@ -419,9 +420,13 @@ static void import_transform_moves_everything(void **state)
     for (int i = 0; i < 3; i++)
         import->import.transform.scale[i] = 2;
     assert_true(lum_import_model(&k->config, import, NULL, NULL, NULL, &k->result, &k->err));
-    lum_record_unref(import);
-    const struct lum_record_camera *c = &kit_only(k, LUM_RECORD_CAMERA)->camera;
-    const struct lum_record_light *l = &kit_only(k, LUM_RECORD_LIGHT)->light;
+    struct lum_op op = {.kind = LUM_OP_IMPORT, .id = "m", .record = import};
+    struct lum_import_children children = {.import_id = "m", .records = k->result.records, .n = k->result.n_records};
+    struct lum_document *doc = lum_document_create();
+    struct lum_changes changes = {0};
+    assert_true(lum_document_apply(doc, "ann", &(struct lum_ops){.ops = &op, .n = 1}, &children, 1, &changes, &k->err));
+    const struct lum_record_camera *c = &lum_document_find(doc, kit_only(k, LUM_RECORD_CAMERA)->id)->camera;
+    const struct lum_record_light *l = &lum_document_find(doc, kit_only(k, LUM_RECORD_LIGHT)->id)->light;
     const double position[3] = {0, 10, -2};
     for (int i = 0; i < 3; i++) {
         assert_true(fabs(c->position[i] - position[i]) < 1e-12);
@@ -429,6 +434,9 @@ static void import_transform_moves_everything(void **state)
     }
     assert_true(c->target[0] < -1.9 && l->direction[0] < -1.9); /* looking along -z becomes -x */
     assert_true(l->intensity_cd.value == 1.0);
+    lum_changes_finish(&changes);
+    lum_document_destroy(doc);
+    lum_record_unref(import);
 }
 
 int main(void)

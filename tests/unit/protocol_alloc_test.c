@@ -255,17 +255,21 @@ static void documents(void **state)
     cJSON *json =
         json_of("[{'op':'import','id':'room','asset':'a.glb'},{'op':'set','id':'l','path':'/flux_lm','value':7},"
                 "{'op':'remove','id':'o'},{'op':'add','type':'material','id':'w2'},"
-                "{'op':'set','id':'render','path':'/exposure_ev','value':3},{'op':'remove','id':'m'}]");
+                "{'op':'set','id':'render','path':'/exposure_ev','value':3},{'op':'remove','id':'m'},"
+                "{'op':'set','id':'room','path':'/transform/translate','value':[1,2,3]}]");
     struct lum_ops ops;
     assert_true(lum_ops_from_json(json, &ops, NULL));
-    struct lum_record *child = lum_record_create(LUM_RECORD_MATERIAL, "room/paint");
-    struct lum_import_children children = {"room", &child, 1};
+    struct lum_record *made[] = {lum_record_create(LUM_RECORD_MATERIAL, "room/paint"),
+                                 lum_record_create(LUM_RECORD_CAMERA, "room/eye")};
+    made[1]->camera.target[2] = -1;
+    struct lum_import_children children = {"room", made, 2};
     sweep(make_document, NULL, "create");
     sweep_document(&(struct attempt){APPLY, &ops, &children, 1});
     sweep_document(&(struct attempt){.action = UNDO});
     sweep_document(&(struct attempt){.action = REDO});
     sweep_document(&(struct attempt){.action = TO_JSON});
-    lum_record_unref(child);
+    lum_record_unref(made[0]);
+    lum_record_unref(made[1]);
     lum_ops_finish(&ops);
     cJSON_Delete(json);
 }
