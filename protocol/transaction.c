@@ -50,6 +50,9 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
     if (r->type == LUM_RECORD_LIGHT && table->n_of_type[LUM_RECORD_LIGHT] >= LUM_LIMIT_LIGHTS)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u lights",
                               LUM_LIMIT_LIGHTS);
+    if (r->type == LUM_RECORD_MEDIUM && table->n_of_type[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u media",
+                              LUM_LIMIT_MEDIA);
     return true;
 }
 

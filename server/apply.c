@@ -256,6 +256,19 @@ enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_des
 
 /* ---- the rest ---- */
 
+_Static_assert(LUM_LIMIT_MEDIA == LUM_MEDIA_MAX, "what a document may hold can be rendered");
+
+struct lum_medium_desc lum_apply_medium(const struct lum_record *r)
+{
+    const struct lum_record_medium *m = &r->medium;
+    return (struct lum_medium_desc){.sigma_s = rgb(m->sigma_s),
+                                    .sigma_a = rgb(m->sigma_a),
+                                    .g = (float)m->g,
+                                    .everywhere = !m->box.set,
+                                    .lo = vec3d(m->box.min),
+                                    .hi = vec3d(m->box.max)};
+}
+
 struct lum_camera lum_apply_camera(const struct lum_record *r)
 {
     const struct lum_record_camera *c = &r->camera;
@@ -330,8 +343,10 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
     }
     case LUM_RECORD_RENDER:
         return check_render(r, err);
-    case LUM_RECORD_MEDIUM:
-        return lum_fail(err, LUM_ERR_UNSUPPORTED, "type", "media are not in this version");
+    case LUM_RECORD_MEDIUM: {
+        struct lum_medium_desc d = lum_apply_medium(r);
+        return lum_scene_put_medium(scene, r->id, &d, err);
+    }
     default:
         return LUM_OK;
     }
@@ -346,7 +361,7 @@ static enum lum_status remove_record(struct lum_scene *scene, const struct lum_r
         [LUM_RECORD_OBJECT] = LUM_ENTITY_OBJECT,
         [LUM_RECORD_LIGHT] = LUM_ENTITY_LIGHT,
         [LUM_RECORD_CAMERA] = LUM_ENTITY_CAMERA,
-        [LUM_RECORD_MEDIUM] = -1,
+        [LUM_RECORD_MEDIUM] = LUM_ENTITY_MEDIUM,
         [LUM_RECORD_RENDER] = -1,
         [LUM_RECORD_IMPORT] = -1,
     };

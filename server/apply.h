@@ -25,6 +25,7 @@ LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, struct 
 LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, struct lum_material_desc *ret_material,
                                                 struct lum_error *err);
 struct lum_camera lum_apply_camera(const struct lum_record *r);
+struct lum_medium_desc lum_apply_medium(const struct lum_record *r);
 /* What the render record says of method, samples, depth, seed and antialiasing; camera and size stay. */
 LUM_MUST_USE enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_view_settings *inout_settings,
                                                 struct lum_error *err);

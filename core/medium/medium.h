@@ -13,7 +13,8 @@
 
 struct lum_snapshot;
 
-#define LUM_MEDIA_MAX 8u /* in one scene */
+#define LUM_MEDIA_MAX 8u       /* in one scene */
+#define LUM_MEDIUM_G_MAX 0.99f /* |g|: closer to 1 the phase function is a delta to float */
 
 /* In scene space: coefficients per scene unit. */
 struct lum_medium {

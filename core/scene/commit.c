@@ -40,6 +40,11 @@ static bool same_cameras(const struct lum_camera_part *a, const struct lum_camer
     return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0;
 }
 
+static bool same_media(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
+{
+    return a->n_media == b->n_media && memcmp(a->media, b->media, a->n_media * sizeof *a->media) == 0;
+}
+
 static enum lum_status resolve_parts(struct commit *c, struct lum_error *err)
 {
     struct lum_snapshot_parts *p = c->parts;
@@ -49,6 +54,8 @@ static enum lum_status resolve_parts(struct commit *c, struct lum_error *err)
         status = lum_resolve_instances(c->scene, norm, &p->instances, err);
     if (status == LUM_OK)
         status = lum_resolve_cameras(c->scene, &p->cameras, err);
+    if (status == LUM_OK)
+        status = lum_resolve_media(c->scene, norm, p, err);
     if (status != LUM_OK)
         return status;
     struct lum_bounds bounds = lum_instances_bounds(p->instances);
@@ -200,7 +207,8 @@ static struct lum_versions count_versions(const struct commit *c)
 {
     struct lum_versions v = c->last ? c->last->versions : c->scene->former;
     if (!c->last)
-        return (struct lum_versions){v.geometry + 1, v.material + 1, v.light_shape + 1, v.light_power + 1};
+        return (struct lum_versions){v.geometry + 1, v.material + 1, v.light_shape + 1, v.light_power + 1,
+                                     v.medium + 1};
     const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
     bool same_geometry = c->shared_top && same_alpha(p, former);
     bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
@@ -208,6 +216,7 @@ static struct lum_versions count_versions(const struct commit *c)
     v.material += !(same_material && same_assignment(p, former));
     v.light_shape += !c->same_shapes;
     v.light_power += !c->same_power;
+    v.medium += !same_media(p, former);
     return v;
 }
 
@@ -235,6 +244,8 @@ static void publish(struct commit *c, uint64_t scene_rev)
     s->materials = p->materials->items;
     s->n_materials = p->materials->n;
     s->lights = p->lights->table;
+    s->media = p->media;
+    s->n_media = p->n_media;
     s->n_triangles = count_triangles(p->instances);
 }
 

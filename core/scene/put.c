@@ -1,4 +1,4 @@
-/* Materials, objects, lights and cameras: checked, then stored. */
+/* Materials, objects, lights, cameras and media: checked, then stored. */
 #include "core/scene/store.h"
 
 #include <stdio.h>
@@ -329,6 +329,41 @@ enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, co
     if (status != LUM_OK)
         return status;
     ((struct lum_camera_entry *)base)->camera = *camera;
+    lum_table_keep(table, base);
+    return LUM_OK;
+}
+
+/* ---- media ---- */
+
+#define SIGMA_MAX 1e6f /* 1/m: nothing is seen through a micrometre */
+
+static enum lum_status check_box(const struct lum_medium_desc *d, struct lum_error *err)
+{
+    enum lum_status status = lum_check_vec("box", d->lo, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_vec("box", d->hi, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK && !(d->lo.x < d->hi.x && d->lo.y < d->hi.y && d->lo.z < d->hi.z))
+        return lum_fail(err, LUM_ERR_INVALID, "box", "min must be below max on every axis");
+    return status;
+}
+
+enum lum_status lum_scene_put_medium(struct lum_scene *scene, const char *id, const struct lum_medium_desc *desc,
+                                     struct lum_error *err)
+{
+    enum lum_status status = lum_check_rgb("sigma_s", desc->sigma_s, SIGMA_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("sigma_a", desc->sigma_a, SIGMA_MAX, err);
+    if (status == LUM_OK)
+        status = lum_check_range("g", (double)desc->g, -(double)LUM_MEDIUM_G_MAX, (double)LUM_MEDIUM_G_MAX, err);
+    if (status == LUM_OK && !desc->everywhere)
+        status = check_box(desc, err);
+    struct lum_table *table = &scene->tables[LUM_ENTITY_MEDIUM];
+    struct lum_entry *base = NULL;
+    if (status == LUM_OK)
+        status = lum_table_open(table, id, sizeof(struct lum_medium_entry), &base, err);
+    if (status != LUM_OK)
+        return status;
+    ((struct lum_medium_entry *)base)->desc = *desc;
     lum_table_keep(table, base);
     return LUM_OK;
 }

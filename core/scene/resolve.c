@@ -1,6 +1,6 @@
-/* Materials, instances and cameras as a renderer reads them. Every commit resolves all entries; parts that come out
- * equal to the last snapshot's are shared with it (commit.c), so nothing has to remember what was edited. Arrays come
- * zeroed and fields are set one by one, so that equal parts are equal bytes, padding included. */
+/* Materials, instances, cameras and media as a renderer reads them. Every commit resolves all entries; parts that come
+ * out equal to the last snapshot's are shared with it (commit.c), so nothing has to remember what was edited. Arrays
+ * come zeroed and fields are set one by one, so that equal parts are equal bytes, padding included. */
 #include "core/scene/store.h"
 
 #include <string.h>
@@ -233,4 +233,45 @@ void lum_camera_part_unref(struct lum_camera_part *part)
         return;
     lum_free(part->items);
     lum_free(part);
+}
+
+/* ---- media ---- */
+
+static struct lum_vec3 corner_to_scene(struct lum_vec3d p, const struct lum_normalisation *norm)
+{
+    return lum_v3((float)((p.x - norm->centre.x) * norm->scale), (float)((p.y - norm->centre.y) * norm->scale),
+                  (float)((p.z - norm->centre.z) * norm->scale));
+}
+
+static void resolve_medium(struct lum_medium *out, const struct lum_medium_entry *entry,
+                           const struct lum_normalisation *norm)
+{
+    const struct lum_medium_desc *d = &entry->desc;
+    float metres = (float)(1.0 / norm->scale); /* a power of two */
+    out->lo = lum_v3(-INFINITY, -INFINITY, -INFINITY);
+    out->hi = lum_v3(INFINITY, INFINITY, INFINITY);
+    if (!d->everywhere) {
+        out->lo = corner_to_scene(d->lo, norm);
+        out->hi = corner_to_scene(d->hi, norm);
+    }
+    out->sigma_s = lum_rgb_scale(d->sigma_s, metres);
+    out->sigma_t = lum_rgb_scale(lum_rgb_add(d->sigma_s, d->sigma_a), metres);
+    out->g = d->g;
+    memcpy(out->id, entry->base.id, sizeof out->id);
+}
+
+enum lum_status lum_resolve_media(const struct lum_scene *scene, const struct lum_normalisation *norm,
+                                  struct lum_snapshot_parts *parts, struct lum_error *err)
+{
+    const struct lum_table *table = &scene->tables[LUM_ENTITY_MEDIUM];
+    if (table->n > LUM_MEDIA_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "medium", "a scene may have %u media, not %u", LUM_MEDIA_MAX, table->n);
+    for (uint32_t i = 0; i < table->n; i++) {
+        struct lum_medium m;
+        memset(&m, 0, sizeof m); /* compared as bytes */
+        resolve_medium(&m, (const struct lum_medium_entry *)table->rows[i], norm);
+        if (!lum_rgb_black(m.sigma_t))
+            memcpy(&parts->media[parts->n_media++], &m, sizeof m);
+    }
+    return LUM_OK;
 }

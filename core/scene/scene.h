@@ -110,6 +110,14 @@ struct lum_light_desc {
 LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
                                                  struct lum_error *err);
 
+/* Fog in a box, or everywhere. Where media overlap their coefficients add up; one without coefficients is none. */
+struct lum_medium_desc {
+    struct lum_rgb sigma_s, sigma_a; /* scattering, absorption: 1/m, 0..1e6 */
+    float g;                         /* Henyey-Greenstein: mean cosine of the angle of scattering, -0.99..0.99 */
+    bool everywhere;
+    struct lum_vec3d lo, hi;         /* lo < hi; unless everywhere */
+};
+
 struct lum_camera {
     struct lum_vec3d position, target, up; /* metres */
     double vfov_deg;                       /* 1..179 */
@@ -132,13 +140,23 @@ LUM_MUST_USE enum lum_status lum_scene_put_material(struct lum_scene *, const ch
 LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char *id, const struct lum_object_desc *, struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_light(struct lum_scene *, const char *id, const struct lum_light_desc *, struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_camera(struct lum_scene *, const char *id, const struct lum_camera *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_medium(struct lum_scene *, const char *id, const struct lum_medium_desc *, struct lum_error *);
 
-enum lum_entity { LUM_ENTITY_MESH, LUM_ENTITY_IMAGE, LUM_ENTITY_MATERIAL, LUM_ENTITY_OBJECT, LUM_ENTITY_LIGHT, LUM_ENTITY_CAMERA };
+enum lum_entity {
+    LUM_ENTITY_MESH,
+    LUM_ENTITY_IMAGE,
+    LUM_ENTITY_MATERIAL,
+    LUM_ENTITY_OBJECT,
+    LUM_ENTITY_LIGHT,
+    LUM_ENTITY_CAMERA,
+    LUM_ENTITY_MEDIUM,
+};
 /* LUM_ERR_CONFLICT when something still refers to it, LUM_ERR_NOT_FOUND when there is no such id. */
 LUM_MUST_USE enum lum_status lum_scene_remove(struct lum_scene *, enum lum_entity, const char *id, struct lum_error *);
 
 /* Publishes the state as scene revision scene_rev. The caller owns one reference (lum_snapshot_unref). On failure the
- * former snapshot stays the newest and the pending edits stay pending. */
+ * former snapshot stays the newest and the pending edits stay pending. LUM_ERR_LIMIT: more than LUM_MEDIA_MAX media; only
+ * here, because an edit that replaces all of them puts the new ones before it removes the old. */
 LUM_MUST_USE enum lum_status lum_scene_commit(struct lum_scene *, uint64_t scene_rev, const struct lum_snapshot **ret_snapshot,
                                               struct lum_error *);
 

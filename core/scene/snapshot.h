@@ -10,6 +10,7 @@
 #include "core/light/light.h"
 #include "core/material/material.h"
 #include "core/math/vec.h"
+#include "core/medium/medium.h"
 #include "core/scene/scene.h"
 
 /* p_scene = (p_world - centre) * scale, in double. */
@@ -49,12 +50,13 @@ struct lum_versions {
     uint64_t material;    /* anything in a material but the amount of emission */
     uint64_t light_shape; /* where light comes from: added, removed, moved, reshaped */
     uint64_t light_power; /* colour, intensity, on/off */
+    uint64_t medium;      /* anything in a medium that dims or scatters; and all of them when the scene is placed anew */
 };
 
 static inline bool lum_versions_equal(const struct lum_versions *a, const struct lum_versions *b)
 {
     return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
-           a->light_power == b->light_power;
+           a->light_power == b->light_power && a->medium == b->medium;
 }
 
 struct lum_snapshot_parts;
@@ -72,6 +74,8 @@ struct lum_snapshot {
     const struct lum_material *materials;
     uint32_t n_materials;
     struct lum_light_table lights;
+    const struct lum_medium *media; /* that dim or scatter; sorted by id */
+    uint32_t n_media;
     uint64_t n_triangles; /* instanced */
     struct lum_snapshot_parts *parts; /* private to core/scene: ownership of the above, cameras */
 };

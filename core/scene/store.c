@@ -98,6 +98,7 @@ void lum_table_drop(struct lum_table *table, struct lum_entry *entry)
 static const char *const entity_names[LUM_ENTITY_COUNT] = {
     [LUM_ENTITY_MESH] = "mesh",     [LUM_ENTITY_IMAGE] = "image", [LUM_ENTITY_MATERIAL] = "material",
     [LUM_ENTITY_OBJECT] = "object", [LUM_ENTITY_LIGHT] = "light", [LUM_ENTITY_CAMERA] = "camera",
+    [LUM_ENTITY_MEDIUM] = "medium",
 };
 
 enum lum_status lum_scene_lookup(const struct lum_scene *scene, enum lum_entity kind, const char *id, const char *field,
@@ -183,6 +184,7 @@ static void entry_destroy(enum lum_entity kind, struct lum_entry *entry)
         lum_entry_move_use(((struct lum_light_entry *)entry)->image, NULL);
         break;
     case LUM_ENTITY_CAMERA:
+    case LUM_ENTITY_MEDIUM:
         break;
     }
     lum_free(entry);

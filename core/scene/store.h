@@ -63,7 +63,12 @@ struct lum_camera_entry {
     struct lum_camera camera;
 };
 
-#define LUM_ENTITY_COUNT (LUM_ENTITY_CAMERA + 1)
+struct lum_medium_entry {
+    struct lum_entry base;
+    struct lum_medium_desc desc;
+};
+
+#define LUM_ENTITY_COUNT (LUM_ENTITY_MEDIUM + 1)
 struct lum_scene {
     struct lum_device *device; /* borrowed */
     struct lum_table tables[LUM_ENTITY_COUNT];
@@ -160,6 +165,8 @@ struct lum_snapshot_parts {
     struct lum_material_part *materials;
     struct lum_light_part *lights;
     struct lum_camera_part *cameras;
+    struct lum_medium media[LUM_MEDIA_MAX]; /* a few hundred bytes: not worth sharing */
+    uint32_t n_media;
 };
 
 void lum_instance_part_unref(struct lum_instance_part *part); /* all accept NULL */
@@ -173,6 +180,8 @@ enum lum_status lum_resolve_materials(const struct lum_scene *scene, const struc
 enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struct lum_normalisation *norm,
                                       struct lum_instance_part **ret_part, struct lum_error *err);
 enum lum_status lum_resolve_cameras(const struct lum_scene *scene, struct lum_camera_part **ret_part, struct lum_error *err);
+enum lum_status lum_resolve_media(const struct lum_scene *scene, const struct lum_normalisation *norm,
+                                  struct lum_snapshot_parts *parts, struct lum_error *err);
 /* The same objects with the same meshes in the same places. */
 bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct lum_instance_part *b);
 

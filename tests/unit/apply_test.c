@@ -129,6 +129,23 @@ static void black_emission_needs_no_colour(void **state)
     lum_op_finish(&op);
 }
 
+/* Coefficients per metre pass through; no box is everywhere. */
+static void media_pass_through(void **state)
+{
+    (void)state;
+    struct lum_op op =
+        parse("{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"sigma_s\":[1,2,3],\"sigma_a\":[0,0,4],"
+              "\"g\":-0.5,\"box\":{\"min\":[-1,0,1],\"max\":[1,2,3]}}");
+    struct lum_medium_desc m = lum_apply_medium(op.record);
+    assert_true(m.sigma_s.g == 2.0f && m.sigma_a.b == 4.0f && m.g == -0.5f && !m.everywhere);
+    assert_true(m.lo.x == -1.0 && m.lo.z == 1.0 && m.hi.y == 2.0);
+    lum_op_finish(&op);
+    op = parse("{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"g\":0.99}");
+    m = lum_apply_medium(op.record);
+    assert_true(m.everywhere && lum_rgb_black(m.sigma_s) && m.g == 0.99f);
+    lum_op_finish(&op);
+}
+
 static void errors_name_their_op(void **state)
 {
     (void)state;
@@ -165,7 +182,7 @@ int main(void)
         cmocka_unit_test(flux_becomes_the_unit_of_the_kind), cmocka_unit_test(spot_flux_fills_its_cone),
         cmocka_unit_test(natural_units_pass_through),        cmocka_unit_test(colours_have_luminance_one),
         cmocka_unit_test(black_emission_needs_no_colour),    cmocka_unit_test(errors_name_their_op),
-        cmocka_unit_test(settings_check_the_method),
+        cmocka_unit_test(settings_check_the_method),         cmocka_unit_test(media_pass_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -417,8 +417,7 @@ static char *scene_text_of(struct client *c)
     return text;
 }
 
-/* The second op of each is refused: by the document (no such id), and by the renderer (media are not in this version).
- */
+/* The second op of each is refused: by the document (no such id), and by the renderer (no such method). */
 static void edits_are_all_or_nothing(void **state)
 {
     struct client *c = *state;
@@ -426,9 +425,10 @@ static void edits_are_all_or_nothing(void **state)
     assert_refused(ask(c, apply_command(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":7},"
                                            "{\"op\":\"remove\",\"id\":\"nobody\"}]")),
                    "not_found", NULL);
-    assert_refused(ask(c, apply_command(c, "[{\"op\":\"remove\",\"id\":\"floor\"},"
-                                           "{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"sigma_s\":[1,1,1]}]")),
-                   "unsupported", "ops/1/type");
+    assert_refused(
+        ask(c, apply_command(c, "[{\"op\":\"remove\",\"id\":\"floor\"},"
+                                "{\"op\":\"set\",\"id\":\"render\",\"path\":\"/method\",\"value\":\"magic\"}]")),
+        "unsupported", "ops/1/method");
     char *after = scene_text_of(c);
     assert_string_equal(before, after);
     free(before);

@@ -315,26 +315,36 @@ static void users_limit(void **state)
     lum_document_destroy(doc);
 }
 
-static void record_limits(void **state)
+/* One more than the limit is refused, the limit is not. */
+static void check_record_limit(enum lum_record_type type, size_t limit)
 {
-    (void)state;
     struct lum_document *doc = lum_document_create();
-    struct lum_ops ops = {.ops = calloc(LUM_LIMIT_LIGHTS + 1, sizeof(struct lum_op)), .n = LUM_LIMIT_LIGHTS + 1};
+    struct lum_ops ops = {.ops = calloc(limit + 1, sizeof(struct lum_op)), .n = limit + 1};
+    char path[32];
+    assert_non_null(ops.ops);
     for (size_t i = 0; i < ops.n; i++) {
         snprintf(ops.ops[i].id, sizeof ops.ops[i].id, "l%zu", i);
-        ops.ops[i].record = lum_record_create(LUM_RECORD_LIGHT, ops.ops[i].id);
+        ops.ops[i].record = lum_record_create(type, ops.ops[i].id);
     }
     struct lum_changes c = {0};
     struct lum_proto_error err = {0};
     assert_false(lum_document_apply(doc, "ann", &ops, NULL, 0, &c, &err));
     assert_string_equal(err.app, "limit_exceeded");
-    assert_string_equal(err.path, "ops/4096/id");
-    ops.n = LUM_LIMIT_LIGHTS;
+    snprintf(path, sizeof path, "ops/%zu/id", limit);
+    assert_string_equal(err.path, path);
+    ops.n = limit;
     assert_true(lum_document_apply(doc, "ann", &ops, NULL, 0, &c, &err));
     lum_changes_finish(&c);
-    ops.n = LUM_LIMIT_LIGHTS + 1;
+    ops.n = limit + 1;
     lum_ops_finish(&ops);
     lum_document_destroy(doc);
+}
+
+static void record_limits(void **state)
+{
+    (void)state;
+    check_record_limit(LUM_RECORD_LIGHT, LUM_LIMIT_LIGHTS);
+    check_record_limit(LUM_RECORD_MEDIUM, LUM_LIMIT_MEDIA);
 }
 
 /* ---- imports ---- */

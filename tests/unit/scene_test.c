@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+static void put_fog(struct lum_scene *scene, const char *id, float sigma_s);
+
 /* A room with one of everything. */
 static void fill(struct lum_scene *scene)
 {
@@ -20,6 +22,7 @@ static void fill(struct lum_scene *scene)
     put_light(scene, "fill", &l);
     struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45};
     CHECK_OK(lum_scene_put_camera(scene, "main", &camera, err));
+    put_fog(scene, "fog", 0.25f);
 }
 
 static uint32_t light_index(const struct lum_snapshot *s, const char *id)
@@ -300,8 +303,26 @@ static void project_slide(struct lum_scene *scene)
     m.emission_texture.image = "slide";
     CHECK_OK(lum_scene_put_material(scene, "glow", &m, err));
 }
+static void put_fog(struct lum_scene *scene, const char *id, float sigma_s)
+{
+    struct lum_medium_desc m = {.sigma_s = lum_grey(sigma_s), .g = 0.5f, .lo = {-1, -1, -1}, .hi = {1, 1, 1}};
+    CHECK_OK(lum_scene_put_medium(scene, id, &m, err));
+}
+static void thicken_fog(struct lum_scene *scene)
+{
+    put_fog(scene, "fog", 0.5f);
+}
+static void remove_fog(struct lum_scene *scene)
+{
+    CHECK_OK(lum_scene_remove(scene, LUM_ENTITY_MEDIUM, "fog", err));
+}
+static void add_clear_air(struct lum_scene *scene)
+{
+    put_fog(scene, "air", 0.0f);
+}
 static void put_the_same(struct lum_scene *scene)
 {
+    put_fog(scene, "fog", 0.25f);
     put_material(scene, "white");
     put_object(scene, "a", "ball", "white", at(0, 0, 0));
     struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
@@ -316,26 +337,29 @@ static void edits_raise_only_their_counters(void **state)
     const struct {
         const char *name;
         void (*edit)(struct lum_scene *scene);
-        unsigned geometry, material, light_shape, light_power;
+        unsigned geometry, material, light_shape, light_power, medium;
     } rows[] = {
-        {"dim_key", dim_key, 0, 0, 0, 1},
-        {"switch_key_off", switch_key_off, 0, 0, 0, 1},
-        {"regroup_key", regroup_key, 0, 0, 0, 1},
-        {"move_key", move_key, 1, 0, 1, 0}, /* its emitter is a surface */
-        {"move_fill", move_fill, 0, 0, 1, 0},
-        {"add_point", add_point, 0, 0, 1, 1},
-        {"move_a", move_a, 1, 0, 0, 0},
-        {"move_lamp", move_lamp, 1, 0, 1, 0},
-        {"grow_lamp", grow_lamp, 1, 0, 1, 0},
-        {"dim_lamp", dim_lamp, 0, 0, 0, 1},
-        {"kill_lamp", kill_lamp, 0, 0, 1, 1},
-        {"paint", paint, 0, 1, 0, 0},
-        {"move_camera", move_camera, 0, 0, 0, 0},
-        {"hide_b", hide_b, 1, 0, 0, 0},
-        {"make_see_through", make_see_through, 1, 1, 0, 0},
-        {"replace_a", replace_a, 1, 0, 0, 0},         /* it may have another material */
-        {"project_slide", project_slide, 0, 1, 0, 0}, /* the response to the emitter, not its power */
-        {"put_the_same", put_the_same, 0, 0, 0, 0},
+        {"dim_key", dim_key, 0, 0, 0, 1, 0},
+        {"switch_key_off", switch_key_off, 0, 0, 0, 1, 0},
+        {"regroup_key", regroup_key, 0, 0, 0, 1, 0},
+        {"move_key", move_key, 1, 0, 1, 0, 0}, /* its emitter is a surface */
+        {"move_fill", move_fill, 0, 0, 1, 0, 0},
+        {"add_point", add_point, 0, 0, 1, 1, 0},
+        {"move_a", move_a, 1, 0, 0, 0, 0},
+        {"move_lamp", move_lamp, 1, 0, 1, 0, 0},
+        {"grow_lamp", grow_lamp, 1, 0, 1, 0, 0},
+        {"dim_lamp", dim_lamp, 0, 0, 0, 1, 0},
+        {"kill_lamp", kill_lamp, 0, 0, 1, 1, 0},
+        {"paint", paint, 0, 1, 0, 0, 0},
+        {"move_camera", move_camera, 0, 0, 0, 0, 0},
+        {"hide_b", hide_b, 1, 0, 0, 0, 0},
+        {"make_see_through", make_see_through, 1, 1, 0, 0, 0},
+        {"replace_a", replace_a, 1, 0, 0, 0, 0},         /* it may have another material */
+        {"project_slide", project_slide, 0, 1, 0, 0, 0}, /* the response to the emitter, not its power */
+        {"thicken_fog", thicken_fog, 0, 0, 0, 0, 1},
+        {"remove_fog", remove_fog, 0, 0, 0, 0, 1},
+        {"add_clear_air", add_clear_air, 0, 0, 0, 0, 0},
+        {"put_the_same", put_the_same, 0, 0, 0, 0, 0},
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
         lum_scene_destroy(f->scene);
@@ -348,10 +372,11 @@ static void edits_raise_only_their_counters(void **state)
         const struct lum_versions *v = &before->versions, *w = &after->versions;
         if (w->geometry - v->geometry != rows[i].geometry || w->material - v->material != rows[i].material ||
             w->light_shape - v->light_shape != rows[i].light_shape ||
-            w->light_power - v->light_power != rows[i].light_power)
-            fail_msg("%s: geometry +%u, material +%u, light shape +%u, light power +%u", rows[i].name,
+            w->light_power - v->light_power != rows[i].light_power || w->medium - v->medium != rows[i].medium)
+            fail_msg("%s: geometry +%u, material +%u, light shape +%u, light power +%u, medium +%u", rows[i].name,
                      (unsigned)(w->geometry - v->geometry), (unsigned)(w->material - v->material),
-                     (unsigned)(w->light_shape - v->light_shape), (unsigned)(w->light_power - v->light_power));
+                     (unsigned)(w->light_shape - v->light_shape), (unsigned)(w->light_power - v->light_power),
+                     (unsigned)(w->medium - v->medium));
         assert_memory_equal(&before->norm, &after->norm, sizeof after->norm);
         assert_int_equal(after->scene_rev, before->scene_rev + 1);
         if (!rows[i].geometry)
@@ -364,6 +389,83 @@ static void edits_raise_only_their_counters(void **state)
         lum_snapshot_unref(before);
         lum_snapshot_unref(after);
     }
+}
+
+/* What a renderer reads of media: those with coefficients, by id, per scene unit. */
+static void media_reach_the_snapshot(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene); /* 5 m: a scene unit is not a metre */
+    struct lum_medium_desc m = {
+        .sigma_s = {1, 2, 3}, .sigma_a = {0.5f, 0, 0}, .g = -0.25f, .lo = {-1, 0, 0}, .hi = {3, 4, 5}};
+    CHECK_OK(lum_scene_put_medium(f->scene, "b", &m, err));
+    m.everywhere = true;
+    CHECK_OK(lum_scene_put_medium(f->scene, "a", &m, err));
+    put_fog(f->scene, "clear", 0.0f);
+    const struct lum_snapshot *s = commit(f);
+    float scale = (float)s->norm.scale;
+    assert_true(scale > 1.0f);
+    assert_int_equal(s->n_media, 3);
+    const struct lum_medium *a = &s->media[0], *b = &s->media[1];
+    assert_string_equal(a->id, "a");
+    assert_string_equal(b->id, "b");
+    assert_string_equal(s->media[2].id, "fog");
+    assert_true(a->lo.x == -INFINITY && a->hi.z == INFINITY);
+    struct lum_vec3 lo = to_scene(s, -1, 0, 0), hi = to_scene(s, 3, 4, 5);
+    assert_memory_equal(&b->lo, &lo, sizeof lo);
+    assert_memory_equal(&b->hi, &hi, sizeof hi);
+    assert_true(b->sigma_s.g * scale == 2.0f && b->sigma_t.r * scale == 1.5f && b->g == -0.25f);
+    lum_snapshot_unref(s);
+}
+
+static void bad_media_are_refused(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_error refusal;
+    const struct lum_medium_desc good = {.sigma_s = {1, 1, 1}, .hi = {1, 1, 1}};
+    struct lum_medium_desc m = good;
+    m.sigma_s.g = -1.0f;
+    assert_int_equal(lum_scene_put_medium(f->scene, "m", &m, &refusal), LUM_ERR_INVALID);
+    assert_string_equal(refusal.field, "sigma_s");
+    m = good;
+    m.sigma_a.b = NAN;
+    assert_int_equal(lum_scene_put_medium(f->scene, "m", &m, &refusal), LUM_ERR_INVALID);
+    assert_string_equal(refusal.field, "sigma_a");
+    m = good;
+    m.g = 1.0f;
+    assert_int_equal(lum_scene_put_medium(f->scene, "m", &m, &refusal), LUM_ERR_INVALID);
+    assert_string_equal(refusal.field, "g");
+    m = good;
+    m.hi.y = 0.0;
+    assert_int_equal(lum_scene_put_medium(f->scene, "m", &m, &refusal), LUM_ERR_INVALID);
+    assert_string_equal(refusal.field, "box");
+    m.hi.y = (double)NAN;
+    assert_int_equal(lum_scene_put_medium(f->scene, "m", &m, &refusal), LUM_ERR_INVALID);
+    m.everywhere = true; /* the box is not looked at */
+    m.g = 0.99f;
+    CHECK_OK(lum_scene_put_medium(f->scene, "m", &m, err));
+    CHECK_OK(lum_scene_remove(f->scene, LUM_ENTITY_MEDIUM, "m", err));
+    assert_int_equal(lum_scene_remove(f->scene, LUM_ENTITY_MEDIUM, "m", &refusal), LUM_ERR_NOT_FOUND);
+}
+
+/* An edit may put new media before it removes the old ones: only what is published is limited. */
+static void too_many_media_are_not_published(void **state)
+{
+    struct fixture *f = *state;
+    char id[] = "fog0";
+    for (uint32_t i = 0; i <= LUM_MEDIA_MAX; i++) {
+        id[3] = (char)('0' + i);
+        put_fog(f->scene, id, 1.0f);
+    }
+    const struct lum_snapshot *s = NULL;
+    struct lum_error refusal;
+    assert_int_equal(lum_scene_commit(f->scene, 1, &s, &refusal), LUM_ERR_LIMIT);
+    assert_string_equal(refusal.field, "medium");
+    assert_null(s);
+    CHECK_OK(lum_scene_remove(f->scene, LUM_ENTITY_MEDIUM, "fog0", err));
+    s = commit(f);
+    assert_int_equal(s->n_media, LUM_MEDIA_MAX);
+    lum_snapshot_unref(s);
 }
 
 /* The same content in a scene made anew: no version of the old one stands for it. */
@@ -381,7 +483,7 @@ static void a_successor_changes_every_version(void **state)
     const struct lum_snapshot *after = commit(f);
     const struct lum_versions *v = &before->versions, *w = &after->versions;
     assert_true(w->geometry > v->geometry && w->material > v->material && w->light_shape > v->light_shape &&
-                w->light_power > v->light_power);
+                w->light_power > v->light_power && w->medium > v->medium);
     lum_snapshot_unref(before);
     lum_snapshot_unref(after);
 }
@@ -849,6 +951,9 @@ int main(void)
         TEST(singular_transforms_are_refused),
         TEST(values_out_of_range_name_their_field),
         TEST(edits_raise_only_their_counters),
+        TEST(media_reach_the_snapshot),
+        TEST(bad_media_are_refused),
+        TEST(too_many_media_are_not_published),
         TEST(a_successor_changes_every_version),
         TEST(snapshots_outlive_the_scene),
         TEST(order_of_arrival_does_not_matter),
