@@ -41,7 +41,7 @@ enum lum_command_kind {
 struct lum_view_request {
     uint32_t view_id; /* update, close */
     bool has_camera, has_camera_id, has_size, has_codec, has_quality, has_method, has_camera_seq, has_exposure, has_tone_map,
-        has_spp, has_stats, has_downscale, has_budget;
+        has_white_balance, has_spp, has_stats, has_downscale, has_budget;
     double position[3], target[3], up[3], vfov_deg;
     lum_id camera_id;
     uint32_t w, h;
@@ -52,6 +52,7 @@ struct lum_view_request {
     uint32_t camera_seq;
     struct lum_opt exposure_ev; /* of this view alone; null: automatic */
     char tone_map[12];          /* "": the scene's */
+    struct lum_opt white_balance_k; /* of this view alone: light of this temperature is shown as white; null: none */
     uint32_t spp;
     bool stats; /* wants frame.stats; default true */
     struct lum_opt budget_time_ms, budget_error; /* both unset: none */

@@ -208,7 +208,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     if (t.codec == LUM_CODEC_HALF_DEFLATE) {
         resolve_half(p->film, &t, (uint16_t *)(void *)s->pixels);
     } else {
-        lum_film_resolve(p->film, t.x, t.y, t.w, t.h, p->ev100, p->tone, s->pixels, (size_t)t.w * 4);
+        lum_film_resolve(p->film, t.x, t.y, t.w, t.h, &p->display, s->pixels, (size_t)t.w * 4);
         if (t.downscale)
             downscale_rgba8(s->pixels, &w, &h, t.downscale);
     }

@@ -29,8 +29,7 @@ struct lum_tile_state {
 
 struct lum_picture {
     const struct lum_film *film;
-    double ev100;
-    enum lum_tone_map tone;
+    struct lum_display display;
     /* frame_seq, scene_rev, view_id, camera_seq, flags, codec, quality, downscale, spp and error are taken from here */
     struct lum_frame_header header;
 };

@@ -23,7 +23,8 @@ enum lum_status lum_write_png(const char *path, const struct lum_film *film, dou
     uint8_t *rgba = lum_calloc(n, 4);
     if (!rgba)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", film->w, film->h);
-    lum_film_resolve(film, 0, 0, film->w, film->h, ev100, tone, rgba, (size_t)film->w * 4);
+    const struct lum_display display = {.ev100 = ev100, .tone = tone};
+    lum_film_resolve(film, 0, 0, film->w, film->h, &display, rgba, (size_t)film->w * 4);
     uint8_t *rgb = rgba; /* packed in place: the source is never behind the target */
     for (size_t i = 0; i < n; i++)
         memmove(rgb + 3 * i, rgba + 4 * i, 3);

@@ -124,6 +124,7 @@ static bool read_view(struct lum_json_reader *r, struct lum_view_request *v)
     v->has_tone_map = lum_json_choice(r, "tone_map", "agx|aces|reinhard|none", &tone_map);
     if (v->has_tone_map)
         strcpy(v->tone_map, tone_maps[tone_map]);
+    v->has_white_balance = lum_json_opt(r, "white_balance_k", 1667.0, 25000.0, &v->white_balance_k);
     v->has_spp = lum_json_u32(r, "spp", 1, LUM_LIMIT_SPP, &v->spp);
     v->has_stats = lum_json_bool(r, "stats", &v->stats);
     read_budget(r, v);

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/math/color.h"
 #include "server/apply.h"
 
 enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
@@ -16,7 +17,7 @@ enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
 
 struct resolved {
     struct lum_view_settings settings;
-    struct lum_opt exposure_ev;
+    struct lum_opt exposure_ev, white_balance_k;
     enum lum_tone_map tone;
 };
 
@@ -63,6 +64,7 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     if (r->settings.max_spp == 0 || want->budget_error.set || want->budget_time_ms.set)
         r->settings.max_spp = LUM_LIMIT_SPP;
     r->exposure_ev = want->has_exposure ? want->exposure_ev : render->render.exposure_ev;
+    r->white_balance_k = want->white_balance_k;
     r->tone = LUM_TONE_AGX;
     const char *tone = want->has_tone_map && want->tone_map[0] ? want->tone_map : render->render.tone_map;
     if (lum_apply_tone_map(tone, &r->tone, &e))
@@ -115,6 +117,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     v->settings = r.settings;
     v->exposure_ev = r.exposure_ev;
     v->tone = r.tone;
+    v->white_balance_k = r.white_balance_k;
     v->versions = snapshot->versions;
     v->newest_ns = received_ns > v->newest_ns ? received_ns : v->newest_ns;
     v->change_order = order;
@@ -204,6 +207,7 @@ static void merge(struct lum_view_request *a, const struct lum_view_request *b)
     TAKE(has_camera_seq, camera_seq)
     TAKE(has_exposure, exposure_ev)
     TAKE(has_tone_map, tone_map)
+    TAKE(has_white_balance, white_balance_k)
     TAKE(has_spp, spp)
     TAKE(has_stats, stats)
     TAKE(has_downscale, downscale)
@@ -361,13 +365,21 @@ static double exposure_ev(struct lum_server_view *v, const struct lum_film *film
     return v->auto_ev;
 }
 
+static struct lum_display display(struct lum_server_view *v, const struct lum_film *film)
+{
+    struct lum_display d = {.ev100 = exposure_ev(v, film), .tone = v->tone, .balanced = v->white_balance_k.set};
+    if (d.balanced)
+        lum_white_balance(v->white_balance_k.value, d.balance);
+    return d;
+}
+
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
     struct lum_picture picture = {
-        .film = film, .ev100 = exposure_ev(v, film), .tone = v->tone, .header = frame_header(v, due == LUM_DUE_FINAL)};
+        .film = film, .display = display(v, film), .header = frame_header(v, due == LUM_DUE_FINAL)};
     struct lum_blob_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_blob_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
@@ -375,7 +387,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_en
     if (!st) {
         int64_t now = lum_clock_ns();
         struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
-                                  .exposure_ev = picture.ev100,
+                                  .exposure_ev = picture.display.ev100,
                                   .server_us = micros_since(v->newest_ns, now)};
         for (uint32_t i = 0; i < v->n_tiles; i++)
             if (tiles[i]) {

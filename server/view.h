@@ -26,6 +26,7 @@ struct lum_server_view {
     struct lum_view_settings settings;
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
+    struct lum_opt white_balance_k;
     /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look dimmer. */
     double auto_ev;
     bool auto_settled;

@@ -42,8 +42,16 @@ double lum_exposure_auto(const struct lum_film *film);
 
 /* One pixel: exposed, tone mapped, sRGB-encoded, 0..255. Finite input gives finite output; NaN gives 0. */
 void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map tone, uint8_t ret_rgb[3]);
+
+/* How radiance becomes a picture. */
+struct lum_display {
+    double ev100;
+    enum lum_tone_map tone;
+    bool balanced;       /* false: balance is not read */
+    float balance[3][3]; /* lum_white_balance, before exposure */
+};
 /* A rectangle of the film as RGBA8 rows, stride in bytes. Thread: any, while nobody writes those pixels. */
-void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double ev100,
-                      enum lum_tone_map tone, uint8_t *ret_rgba, size_t stride);
+void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
+                      const struct lum_display *display, uint8_t *ret_rgba, size_t stride);
 
 #endif

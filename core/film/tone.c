@@ -261,17 +261,21 @@ void lum_tone_pixel(struct lum_rgb radiance, double white, enum lum_tone_map ton
     memcpy(ret_rgb, rgba, 3);
 }
 
-void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h, double ev100,
-                      enum lum_tone_map tone, uint8_t *ret_rgba, size_t stride)
+void lum_film_resolve(const struct lum_film *film, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
+                      const struct lum_display *display, uint8_t *ret_rgba, size_t stride)
 {
-    float scale = (float)(1.0 / lum_exposure_white(ev100));
+    float scale = (float)(1.0 / lum_exposure_white(display->ev100));
     struct span s = {0};
     for (uint32_t j = 0; j < h; j++)
         for (uint32_t i = 0; i < w; i += SPAN) {
             uint32_t n = w - i < SPAN ? w - i : SPAN;
-            for (uint32_t k = 0; k < n; k++)
-                set_pixel(&s, k, exposed(lum_film_mean(film, x + i + k, y + j), scale));
-            map_span(&s, tone);
+            for (uint32_t k = 0; k < n; k++) {
+                struct lum_rgb radiance = lum_film_mean(film, x + i + k, y + j);
+                if (display->balanced)
+                    radiance = mul3(display->balance, radiance);
+                set_pixel(&s, k, exposed(radiance, scale));
+            }
+            map_span(&s, display->tone);
             encode_span(&s, n, ret_rgba + j * stride + 4 * (size_t)i);
         }
 }

@@ -33,10 +33,38 @@ struct lum_vec2 lum_cct_chromaticity(double kelvin)
     return (struct lum_vec2){a.x + w * (b.x - a.x), a.y + w * (b.y - a.y)};
 }
 
-struct lum_rgb lum_cct_to_rgb(double kelvin)
+/* XYZ with Y = 1. */
+static struct lum_vec3d white_xyz(double kelvin)
 {
     struct lum_vec2 c = lum_cct_chromaticity(kelvin);
-    double x = (double)c.x / (double)c.y, z = (1.0 - (double)c.x - (double)c.y) / (double)c.y;
+    return (struct lum_vec3d){(double)c.x / (double)c.y, 1.0, (1.0 - (double)c.x - (double)c.y) / (double)c.y};
+}
+
+void lum_white_balance(double kelvin, float ret_rgb_to_rgb[3][3])
+{
+    /* Rec.709 to XYZ, IEC 61966-2-1; XYZ to cone responses. */
+    static const struct lum_affined to_xyz = {
+        {{0.4124, 0.3576, 0.1805, 0}, {0.2126, 0.7152, 0.0722, 0}, {0.0193, 0.1192, 0.9505, 0}}};
+    static const struct lum_affined bradford = {
+        {{0.8951, 0.2664, -0.1614, 0}, {-0.7502, 1.7135, 0.0367, 0}, {0.0389, -0.0685, 1.0296, 0}}};
+    struct lum_affined cones = lum_affined_mul(&bradford, &to_xyz), back = {0};
+    lum_affined_invert(&cones, &back); /* a product of constants that have inverses */
+    struct lum_vec3d to = lum_affined_point(&cones, (struct lum_vec3d){1, 1, 1});
+    struct lum_vec3d from = lum_affined_point(&bradford, white_xyz(kelvin));
+    const double gain[3] = {to.x / from.x, to.y / from.y, to.z / from.z};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            cones.m[i][j] *= gain[i];
+    struct lum_affined m = lum_affined_mul(&back, &cones);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            ret_rgb_to_rgb[i][j] = (float)m.m[i][j];
+}
+
+struct lum_rgb lum_cct_to_rgb(double kelvin)
+{
+    struct lum_vec3d white = white_xyz(kelvin);
+    double x = white.x, z = white.z;
     /* XYZ (Y = 1) to linear Rec.709, IEC 61966-2-1. */
     struct lum_rgb rgb = {
         (float)fmax(0.0, 3.2406255 * x - 1.5372080 - 0.4986286 * z),

@@ -17,7 +17,7 @@ FORMS = {
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
     "scene.undo": {},
     "scene.redo": {},
-    "view.open": {"camera": CAMERA, "size": [64, 48], "codec": "jpeg", "quality": 80},
+    "view.open": {"camera": CAMERA, "size": [64, 48], "codec": "jpeg", "quality": 80, "white_balance_k": 4000},
     "view.update": {"view_id": 4000000000, "camera_id": "main", "size": [64, 48], "camera_seq": 1},
     "view.close": {"view_id": 4000000000},
     "pick": {"view_id": 4000000000, "x": 1, "y": 1},

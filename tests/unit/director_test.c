@@ -334,6 +334,38 @@ static void a_dimmed_lamp_is_darker_under_automatic_exposure(void **state)
     assert_true(sum_of_converged(c, rev) < bright);
 }
 
+static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)
+{
+    struct lum_command *cmd = command(c, LUM_CMD_VIEW_UPDATE);
+    cmd->view = (struct lum_view_request){.view_id = view_id, .has_white_balance = true, .white_balance_k = kelvin};
+    cJSON_Delete(ask(c, cmd));
+}
+
+static void white_balance_costs_no_ray(void **state)
+{
+    struct client *c = *state;
+    static uint8_t plain[W * H * 4], cool[W * H * 4], again[W * H * 4];
+    struct lum_director_metrics before, after;
+    uint32_t id = open_view(c, LUM_CODEC_RGBA8);
+    converged_frame(c, 0, plain);
+    lum_director_metrics(c->director, &before);
+    memcpy(cool, plain, sizeof cool);
+    balance(c, id, (struct lum_opt){true, 3000.0});
+    converged_frame(c, 0, cool);
+    long red = 0, blue = 0;
+    for (size_t i = 0; i < sizeof plain; i += 4) {
+        red += cool[i] - plain[i];
+        blue += cool[i + 2] - plain[i + 2];
+    }
+    assert_true(red < 0 && blue > 0);
+    memcpy(again, cool, sizeof again);
+    balance(c, id, (struct lum_opt){0});
+    converged_frame(c, 0, again);
+    assert_memory_equal(plain, again, sizeof plain);
+    lum_director_metrics(c->director, &after);
+    assert_true(after.passes == before.passes && after.rays == before.rays);
+}
+
 static void everybody_hears_of_an_edit(void **state)
 {
     struct client *c = *state;
@@ -611,6 +643,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_view_gets_frames_until_it_converged, setup, teardown),
         cmocka_unit_test_setup_teardown(an_edit_shows_under_its_revision, setup, teardown),
         cmocka_unit_test_setup_teardown(a_dimmed_lamp_is_darker_under_automatic_exposure, setup, teardown),
+        cmocka_unit_test_setup_teardown(white_balance_costs_no_ray, setup, teardown),
         cmocka_unit_test_setup_teardown(everybody_hears_of_an_edit, setup, teardown),
         cmocka_unit_test_setup_teardown(the_latest_camera_wins, setup, teardown),
         cmocka_unit_test_setup_teardown(undo_and_redo_bring_the_picture_back, setup, teardown),

@@ -43,8 +43,7 @@ static int setup(void **state)
         for (uint32_t x = 0; x < W; x++)
             lum_film_add(&f->film, x, y, 0, gradient(x, y), &nonfinite);
     f->picture = (struct lum_picture){.film = &f->film,
-                                      .ev100 = -log2(1.2), /* white is 1 cd/m2 */
-                                      .tone = LUM_TONE_NONE,
+                                      .display = {.ev100 = -log2(1.2), .tone = LUM_TONE_NONE}, /* white is 1 cd/m2 */
                                       .header = {.frame_seq = 7, .scene_rev = 3, .view_id = 9, .quality = 95}};
     *state = f;
     return 0;
@@ -111,7 +110,7 @@ static double rms_difference(const struct fixture *f)
     double sum = 0.0;
     for (int i = 0; i < TILES; i++) {
         const struct lum_frame_header *t = &f->tiles[i]->header;
-        lum_film_resolve(&f->film, t->x, t->y, t->w, t->h, f->picture.ev100, f->picture.tone, want, (size_t)t->w * 4);
+        lum_film_resolve(&f->film, t->x, t->y, t->w, t->h, &f->picture.display, want, (size_t)t->w * 4);
         decode(f->tiles[i], t->w, t->h, got);
         for (uint32_t p = 0; p < (uint32_t)t->w * t->h; p++)
             for (int c = 0; c < 3; c++) {

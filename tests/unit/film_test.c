@@ -9,9 +9,11 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/film/film.h"
+#include "core/math/color.h"
 
 static void gate_drops_and_counts(void **state)
 {
@@ -120,6 +122,31 @@ static void none_is_exactly_srgb(void **state)
     }
 }
 
+static void balance_is_off_unless_asked_for(void **state)
+{
+    (void)state;
+    enum { N = 70 }; /* more than a span */
+    struct lum_film f;
+    uint64_t bad = 0;
+    uint8_t off[4 * N], on[4 * N], want[3];
+    const struct lum_rgb warm = lum_cct_to_rgb(3000.0);
+    assert_int_equal(lum_film_init(&f, N, 1, NULL), LUM_OK);
+    for (uint32_t x = 0; x < N; x++)
+        lum_film_add(&f, x, 0, 0, lum_rgb_scale(warm, (float)x / N), &bad);
+    struct lum_display d = {.ev100 = -log2(1.2), .tone = LUM_TONE_AGX, .balance = {{NAN}}};
+    lum_film_resolve(&f, 0, 0, N, 1, &d, off, sizeof off);
+    d.balanced = true;
+    lum_white_balance(3000.0, d.balance);
+    lum_film_resolve(&f, 0, 0, N, 1, &d, on, sizeof on);
+    for (uint32_t x = 0; x < N; x++) {
+        lum_tone_pixel(lum_film_mean(&f, x, 0), lum_exposure_white(d.ev100), LUM_TONE_AGX, want);
+        assert_memory_equal(off + 4 * x, want, 3);
+        assert_true(abs(on[4 * x] - on[4 * x + 1]) <= 1 && abs(on[4 * x + 2] - on[4 * x + 1]) <= 1); /* grey */
+    }
+    assert_true(off[4 * (N - 1)] > off[4 * (N - 1) + 2] + 20);
+    lum_film_finish(&f);
+}
+
 static double auto_of(uint32_t w, uint32_t h, float value, float first)
 {
     struct lum_film f;
@@ -166,10 +193,11 @@ static void film_survives_short_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gate_drops_and_counts),          cmocka_unit_test(long_sums_do_not_stick),
-        cmocka_unit_test(halves_measure_the_error),       cmocka_unit_test(tone_maps_survive_hard_input),
-        cmocka_unit_test(tone_maps_are_monotone_on_grey), cmocka_unit_test(none_is_exactly_srgb),
-        cmocka_unit_test(auto_exposure_guards),           cmocka_unit_test(film_survives_short_memory),
+        cmocka_unit_test(gate_drops_and_counts),           cmocka_unit_test(long_sums_do_not_stick),
+        cmocka_unit_test(halves_measure_the_error),        cmocka_unit_test(tone_maps_survive_hard_input),
+        cmocka_unit_test(tone_maps_are_monotone_on_grey),  cmocka_unit_test(none_is_exactly_srgb),
+        cmocka_unit_test(balance_is_off_unless_asked_for), cmocka_unit_test(auto_exposure_guards),
+        cmocka_unit_test(film_survives_short_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -225,9 +225,29 @@ static void light_colours_are_normalised(void **state)
     assert_true(lum_rgb_finite(lum_cct_to_rgb(NAN)));
 }
 
+static void white_balance_makes_its_light_white(void **state)
+{
+    (void)state;
+    float m[3][3];
+    for (double k = 2000.0; k <= 25000.0; k *= 1.07) {
+        struct lum_rgb c = lum_cct_to_rgb(k);
+        lum_white_balance(k, m);
+        /* The standard's two matrices have 4 and 7 digits, and blue is raised up to 20 times: 1e-5 each. */
+        for (int i = 0; i < 3; i++)
+            if (!near(m[i][0] * c.r + m[i][1] * c.g + m[i][2] * c.b, 1.0f, 1e-4f))
+                fail_msg("%g K: channel %d of its white is %g", k, i,
+                         (double)(m[i][0] * c.r + m[i][1] * c.g + m[i][2] * c.b));
+    }
+    lum_white_balance(6504.0, m);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            assert_true(near(m[i][j], i == j ? 1.0f : 0.0f, 2e-3f)); /* as close as its chromaticity is to D65's */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(white_balance_makes_its_light_white),
         cmocka_unit_test(srgb_table_is_the_standard),
         cmocka_unit_test(texel_centres_are_exact),
         cmocka_unit_test(borders_wrap),
