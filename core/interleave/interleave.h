@@ -18,57 +18,75 @@
 /* What a first hit looks like to filters: borrowed arrays, w * h. */
 struct lum_guide {
     uint32_t w, h;
-    const struct lum_vec3 *p; /* scene space */
-    const struct lum_vec3 *n; /* unit shading normal; 0: background */
-    const float *depth;       /* distance from the eye, scene units; INFINITY: background */
-    float pixel;              /* size of a pixel at distance 1 */
+    const struct lum_vec3 *p;  /* scene space */
+    const struct lum_vec3 *n;  /* unit shading normal; 0: background */
+    const float *depth;        /* distance from the eye, scene units; INFINITY: background */
+    const uint8_t *kind;       /* bits that filters can ask for; NULL: none */
+    float pixel;               /* size of a pixel at distance 1 */
 };
 
-/* Which of the side * side sets pixel (x, y) begins with. Neighbours in the pattern get sets that lie far apart in the
- * sequence. */
+/* ---- the pattern ---- */
+
+/* Which of the side * side sets pixel (x, y) begins with; side 1 .. LUM_PATTERN_MAX. Neighbours get sets that lie far apart
+ * in their sequence (an ordered dither). */
 uint32_t lum_pattern_set(uint32_t side, uint32_t x, uint32_t y);
-/* The set of the pixel in a further iteration: all side * side sets once, each iteration again a permutation of the pattern. */
+/* The set of the pixel in an iteration (0: the first, set itself): all side * side sets once, and each iteration again a
+ * permutation of the pattern, so that the tile as a whole has taken each set equally often after each of them. */
 uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration);
 
-/* ---- guidance (listings 5.2 to 5.4): how many further iterations a tile of the pattern gets ---- */
+/* ---- guidance (listings 5.2 to 5.4): how many further iterations a tile of the pattern gets ----
+ *
+ * All return 0 .. max - 1, where max counts the first iteration too: there are max disjoint sets, and one is used up. The
+ * listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (algorithms A0.3). */
 
-/* Listing 5.2: the mean over the tile of missed / sampled; refined when any was missed. Returns further iterations, 0 ..
- * max - 1 (the first one is done), rounding up (algorithms A0.3). */
+/* Listing 5.2. sampled, missed: by pixel of the tile, VPLs that were tried and those of them that were occluded. refine is the
+ * mean over the pixels of missed / sampled; a pixel without samples misses nothing. */
 uint32_t lum_guidance_indirect(const uint16_t *sampled, const uint16_t *missed, uint32_t n_pixels, uint32_t max);
-/* Listing 5.3: the part of the tile's samples that are occluded; refined when neither 0 nor all. Rounds up. */
+
+/* Listing 5.3 for one light: sums over the tile of samples taken and of those occluded. Refined when neither none nor all are
+ * missed. The listing averages over the lights first, where one light lit and one occluded would be refined for ever
+ * without a penumbra: hence light by light (A0.3). */
 uint32_t lum_guidance_shadow(uint32_t sampled, uint32_t missed, uint32_t max);
-/* Listing 5.4: pixels whose metric differs from the one before in the tile (reset per tile; the tolerance is one step of one
- * sample, A0.3). value: per pixel in scan order, from lum_guidance_media_value. */
-float lum_guidance_media_value(uint32_t missed, uint32_t in_halo, uint32_t n_steps);
-uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_steps, uint32_t max);
+
+/* Listing 5.4, lines 12 to 26: the metric of one pixel from n marching points (points times lights: the listing divides
+ * missed by the number of lights, which is the same, and forgets to do so for in_halo). */
+float lum_guidance_media_value(uint32_t missed, uint32_t in_halo, uint32_t n);
+/* Lines 28 to 43: value by pixel in scan order. The comparison with the previous pixel begins anew in every tile, or the
+ * result would depend on who renders what. Rays of neighbours march at offsets that differ by less than a step, and so
+ * count one point more or less at every boundary: up to one point of n is no difference (A0.3). */
+uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n, uint32_t max);
 
 /* ---- filters ---- */
 
-/* The discontinuity buffer of Wald et al. 2002: each pixel becomes the mean over the side x side window around it of those
- * pixels that lie on the same smooth surface. Every window of the pattern's size holds each sample set once. For even sides
- * the window is side + 1 wide with half weights at both ends, which keeps that property and is centred.
- * in, out: w * h radiance or irradiance; the rectangle x, y, w, h of out is written. */
+/* True when pixels a and b (indices) lie on the same smooth surface. Symmetric. Background is no surface. */
+bool lum_guide_same_surface(const struct lum_guide *guide, size_t a, size_t b);
+
+/* A picture at full resolution (step 1), or at a quarter (step 2): ceil(w / step) * ceil(h / step) pixels, of which (i, j) was
+ * computed at the guide's pixel (i * step, j * step). */
 struct lum_filter {
     const struct lum_guide *guide;
-    uint32_t side;
+    uint8_t need;  /* pixels take part whose guide->kind has one of these bits; 0: all, and the background is a surface too */
+    uint32_t side; /* of the pattern */
+    uint32_t step;
     const struct lum_rgb *in;
     struct lum_rgb *out;
 };
+static inline uint32_t lum_filter_size(uint32_t full, uint32_t step)
+{
+    return (full + step - 1) / step;
+}
+
+/* The discontinuity buffer of Wald et al. 2002: each pixel becomes the mean over the side x side window around it of those
+ * pixels that lie on the same smooth surface. Such a window holds each sample set once, so that on one surface the
+ * structured noise of the pattern cancels. For even sides the window is side + 1 wide with half weights at both ends, which
+ * keeps that property and is centred; what lies beyond the edge of the picture is replaced by the pixel of the same set one
+ * period further in. Pixels that do not take part are copied.
+ * The rectangle x, y, w, h of out (its own pixels, not the guide's) is written; in is read around it as well. */
 void lum_filter_box(const struct lum_filter *f, uint32_t x, uint32_t y, uint32_t w, uint32_t h);
 
-/* True when pixels a and b (indices) lie on the same smooth surface: normals within the limit, and b near the plane through a
- * relative to the size of a pixel there. */
-bool lum_guide_same_surface(const struct lum_guide *guide, size_t a, size_t b);
-
-/* Guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et al. 2007): of the four nearest low-resolution
- * samples those on the pixel's own surface, with their bilinear weights. Low-resolution pixel (i, j) was computed at the full
- * resolution pixel lum_coarse_site(). low: ceil(w/2) * ceil(h/2). Returns false where none of the four serves: the caller
- * computes that pixel itself. */
-static inline uint32_t lum_coarse_site(uint32_t i, uint32_t full)
-{
-    uint32_t x = 2 * i;
-    return x < full ? x : full - 1;
-}
-bool lum_upsample(const struct lum_guide *guide, const struct lum_rgb *low, uint32_t x, uint32_t y, struct lum_rgb *ret_value);
+/* Guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et al. 2007) of f->in (step 2; out is unused) at full
+ * resolution pixel (x, y): of the samples around it those on its own surface, with their bilinear weights. False where none
+ * serves: the caller computes that pixel itself. */
+bool lum_upsample(const struct lum_filter *f, uint32_t x, uint32_t y, struct lum_rgb *ret_value);
 
 #endif

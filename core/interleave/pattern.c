@@ -1,0 +1,24 @@
+#include "core/interleave/interleave.h"
+
+/* Ordered dither matrices (Bayer 1973), and one of odd size alike. */
+static const uint8_t dither[LUM_PATTERN_MAX][LUM_PATTERN_MAX * LUM_PATTERN_MAX] = {
+    {0},
+    {0, 2, 3, 1},
+    {0, 7, 3, 6, 5, 2, 4, 1, 8},
+    {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5},
+};
+
+uint32_t lum_pattern_set(uint32_t side, uint32_t x, uint32_t y)
+{
+    return dither[side - 1][y % side * side + x % side];
+}
+
+/* Steps without a common divisor with side * side, next to its golden section: any few iterations in a row spread well.
+ */
+static const uint8_t stride[LUM_PATTERN_MAX] = {1, 3, 5, 9};
+
+uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration)
+{
+    uint32_t n = side * side;
+    return (set + iteration % n * stride[side - 1]) % n;
+}
