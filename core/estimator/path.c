@@ -8,6 +8,8 @@
 
 #include <string.h>
 
+#include "core/math/warp.h"
+
 #define ROULETTE_DEPTH 3u /* bounces before roulette starts: the first ones carry most of the energy */
 
 /* Sampler pairs: 0 is the pixel filter; each vertex then takes four. */
@@ -16,15 +18,6 @@ enum { PAIR_PIXEL = 0, PAIR_PICK = 1, PAIR_LIGHT, PAIR_BSDF, PAIR_ROULETTE, PAIR
 static uint32_t pair_at(uint32_t depth, uint32_t pair)
 {
     return pair + depth * PAIRS_PER_VERTEX;
-}
-
-static float power_heuristic(float pdf_a, float pdf_b)
-{
-    /* As a ratio: squares of pdfs of tiny lights overflow. */
-    if (!(pdf_a > 0.0f))
-        return 0.0f;
-    float r = pdf_b / pdf_a;
-    return 1.0f / (1.0f + r * r);
 }
 
 static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
@@ -63,7 +56,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
         return;
     bool delta = !(ls.pdf_sa > 0.0f);
     float pdf = delta ? prob : prob * ls.pdf_sa;
-    float weight = delta ? 1.0f : power_heuristic(pdf, bsdf_pdf_sa);
+    float weight = delta ? 1.0f : lum_power_heuristic(pdf, bsdf_pdf_sa);
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
     if (lum_rgb_black(value))
         return;
@@ -107,6 +100,13 @@ static bool roulette(struct lum_path *path, uint32_t depth)
     return true;
 }
 
+/* The path goes on from path.p, on a surface with normal ng. */
+static void push_path(struct lum_wave *w, struct lum_path path, struct lum_vec3 ng, struct lum_vec3 wi)
+{
+    w->path[w->rays.n] = path;
+    lum_rays_push(&w->rays, lum_ray_offset(path.p, lum_dot(wi, ng) >= 0.0f ? ng : lum_v3_neg(ng)), wi, INFINITY);
+}
+
 /* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
 static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_bsdf *b, struct lum_vec3 p,
                     struct lum_vec3 wo, uint32_t depth)
@@ -127,10 +127,9 @@ static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_b
         return;
     path.p = p;
     path.pdf_sa = bs.pdf_sa;
+    path.every_light = false;
     w->counters->rays[bounce_kind(bs.lobe)]++;
-    w->path[w->rays.n] = path;
-    lum_rays_push(&w->rays, lum_ray_offset(p, lum_dot(bs.wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng)), bs.wi,
-                  INFINITY);
+    push_path(w, path, b->ng, bs.wi);
 }
 
 /* Weight of emission that was met by a sampled ray, against the light sampling at the vertex before. */
@@ -140,8 +139,10 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     if (!(path->pdf_sa > 0.0f))
         return 1.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
-    float pdf = w->snapshot->lights.pick_pdf[light] * lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
-    return power_heuristic(path->pdf_sa, pdf);
+    float pdf = lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
+    if (!path->every_light)
+        pdf *= w->snapshot->lights.pick_pdf[light];
+    return lum_power_heuristic(path->pdf_sa, pdf);
 }
 
 static void add(struct lum_wave *w, const struct lum_path *path, struct lum_rgb radiance, float weight)
@@ -203,6 +204,27 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
 {
     struct lum_path path = {.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     scatter(w, path, bsdf, p, wo, 0);
+}
+
+void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                        const struct lum_bsdf *bsdf, struct lum_vec3 wo)
+{
+    struct lum_bsdf gloss = lum_bsdf_gloss(bsdf);
+    struct lum_bsdf_sample bs;
+    float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
+    if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
+        return;
+    struct lum_path path = {.throughput = bs.weight,
+                            .eta2 = 1.0f,
+                            .slot = slot,
+                            .sampler = sampler,
+                            .p = p,
+                            .pdf_sa = bs.pdf_sa,
+                            .every_light = true};
+    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin)
+        path.eta2 = bsdf->eta * bsdf->eta;
+    w->counters->rays[LUM_RAY_GLOSSY]++;
+    push_path(w, path, bsdf->ng, bs.wi);
 }
 
 void lum_wave_run(struct lum_wave *w, uint32_t depth)
@@ -274,5 +296,4 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         pass->tile_spp[tile] = sample + 1;
 }
 
-const struct lum_estimator lum_estimator_path = {
-    .name = "path", .stage = LUM_STAGE_PATH, .tile = path_tile};
+const struct lum_estimator lum_estimator_path = {.name = "path", .stage = LUM_STAGE_PATH, .tile = path_tile};

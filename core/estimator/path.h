@@ -9,6 +9,7 @@ struct lum_path {
     struct lum_rgb throughput;
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
+    bool every_light;    /* the last vertex sampled every light, and did not pick one */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
@@ -36,6 +37,12 @@ void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler samp
  * sends towards wo, without emission. Call lum_wave_run with depth 1 afterwards. */
 void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo);
+
+/* Starts path number slot with one ray of the non-cosine lobes of a surface point. Emission that it meets is weighted against
+ * an estimator that samples every light at the point, with lum_bsdf_value.gloss_pdf_sa. Call lum_wave_run with depth 1
+ * afterwards. */
+void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                        const struct lum_bsdf *bsdf, struct lum_vec3 wo);
 
 /* Traces all paths to their end. depth: segments they have behind them (0: eye rays, 1: after lum_wave_add_vertex). */
 void lum_wave_run(struct lum_wave *w, uint32_t depth);

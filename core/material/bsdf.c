@@ -56,9 +56,10 @@ static struct lum_rgb cosine_albedo(const struct lum_bsdf *b, float cos_i)
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
-/* Adds scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. */
+/* Scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given that
+ * a facet was chosen. */
 static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, bool transmitted,
-                                     float *inout_pdf)
+                                     float *ret_pdf)
 {
     struct lum_vec3 h = lum_normalize(lum_v3_add(o, i));
     struct facet f = facet_at(b, lum_dot(o, h));
@@ -66,7 +67,7 @@ static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o
         return lum_grey(0.0f);
     float d = 0.25f * lum_ggx_d(h, b->alpha);
     float prob = transmitted ? 1.0f - f.reflect_prob : f.reflect_prob;
-    *inout_pdf += (1.0f - b->diffuse_prob) * prob * d * lum_ggx_g1_over_cos(o.z, b->alpha);
+    *ret_pdf = prob * d * lum_ggx_g1_over_cos(o.z, b->alpha);
     return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * lum_ggx_g2_over_cos(o.z, i.z, b->alpha) * i.z);
 }
 
@@ -86,14 +87,14 @@ static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o
         return lum_grey(0.0f);
     float jacobian = c_i / (length * length); /* dh / di */
     float d = lum_ggx_d(h, b->alpha) * c_o * jacobian;
-    *ret_pdf = (1.0f - b->diffuse_prob) * (1.0f - f.reflect_prob) * d * lum_ggx_g1_over_cos(o.z, b->alpha);
+    *ret_pdf = (1.0f - f.reflect_prob) * d * lum_ggx_g1_over_cos(o.z, b->alpha);
     float g = lum_ggx_g2_over_cos(o.z, -i.z, b->alpha) * -i.z;
     return lum_rgb_scale(f.transmit, b->eta * b->eta * d * g);
 }
 
 struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi)
 {
-    struct lum_bsdf_value v = {lum_grey(0.0f), lum_grey(0.0f), 0.0f};
+    struct lum_bsdf_value v = {.diffuse = lum_grey(0.0f), .gloss = lum_grey(0.0f)};
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo), i = lum_frame_to_local(&b->frame, wi);
     float side = lum_dot(wi, b->ng); /* 0 when there is nothing to scatter */
     if (i.z > 0.0f && side > 0.0f) {
@@ -103,12 +104,21 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
             v.pdf_sa = b->diffuse_prob * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
-            v.gloss = eval_reflected(b, o, i, false, &v.pdf_sa);
+            v.gloss = eval_reflected(b, o, i, false, &v.gloss_pdf_sa);
     } else if (i.z < 0.0f && side < 0.0f && b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f) {
-        v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.pdf_sa)
-                          : eval_refracted(b, o, i, &v.pdf_sa);
+        v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.gloss_pdf_sa)
+                          : eval_refracted(b, o, i, &v.gloss_pdf_sa);
     }
+    v.pdf_sa += (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
     return v;
+}
+
+struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b)
+{
+    struct lum_bsdf g = *b;
+    g.diffuse = g.multi = lum_grey(0.0f);
+    g.diffuse_prob = 0.0f;
+    return g;
 }
 
 struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa)

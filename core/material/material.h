@@ -100,12 +100,16 @@ struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struc
 /* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several facets), and the rest. */
 struct lum_bsdf_value {
     struct lum_rgb diffuse, gloss;
-    float pdf_sa; /* of the whole mixture */
+    float pdf_sa;       /* of the whole mixture */
+    float gloss_pdf_sa; /* of lum_bsdf_gloss alone */
 };
 struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi);
 
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
+
+/* The BSDF without its cosine-shaped lobes: for estimators that sample the rest alone. */
+struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b);
 
 struct lum_bsdf_sample {
     struct lum_vec3 wi;

@@ -38,4 +38,14 @@ static inline struct lum_vec2 lum_warp_triangle(struct lum_vec2 u)
     return (struct lum_vec2){s * (1.0f - u.y), s * u.y};
 }
 
+/* Weight of a sample made with density a that another technique makes with density b: the power heuristic (Veach 1995).
+ * As a ratio, because squares of densities of tiny lights overflow. */
+static inline float lum_power_heuristic(float pdf_a, float pdf_b)
+{
+    if (!(pdf_a > 0.0f))
+        return 0.0f;
+    float r = pdf_b / pdf_a;
+    return 1.0f / (1.0f + r * r);
+}
+
 #endif

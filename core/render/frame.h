@@ -126,6 +126,7 @@ extern const struct lum_estimator lum_stage_surfaces;     /* deferred: what is t
 extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to film */
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
+extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */
 extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
 
 /* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */
