@@ -14,6 +14,7 @@ void lum_components_finish(struct lum_components *c)
 {
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
+    lum_free(c->radiance);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         lum_free(c->done[i]);
     *c = (struct lum_components){0};
@@ -47,6 +48,12 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
             finish_buffer(&c->buffer[i]);
         else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h))
             return false;
+    }
+    if (!pass->on[LUM_EFFECT_ANTIALIAS]) {
+        lum_free(c->radiance);
+        c->radiance = NULL;
+    } else if (!c->radiance && !(c->radiance = lum_calloc((size_t)c->w * c->h, sizeof *c->radiance))) {
+        return false;
     }
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_packets, 1)))

@@ -27,6 +27,7 @@ struct lum_component_buffer {
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
+    struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage that runs per packet, and packet: nothing left to do there */
     uint32_t n_packets;

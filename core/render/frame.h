@@ -70,6 +70,7 @@ struct lum_surfaces {
     struct lum_rgb *albedo;      /* lum_bsdf_diffuse_albedo: what the components are multiplied by */
     float *depth;                /* distance from the eye, scene units; INFINITY: background */
     uint8_t *kind;               /* LUM_PIXEL_ bits */
+    uint32_t *object;            /* as in struct lum_hits */
     uint8_t *done;               /* per tile */
     uint64_t stamp, material;    /* of the G-buffer and materials that they show */
     uint64_t version;            /* changes with what they show */
@@ -127,6 +128,7 @@ extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
 extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */
+extern const struct lum_estimator lum_estimator_edges;    /* components: anti-aliasing of edges */
 extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
 
 /* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */

@@ -22,15 +22,20 @@ static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lu
     struct lum_rgb radiance[LUM_TILE_PIXELS];
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     lum_layers_sum(pass, tile, r.w * r.h, radiance);
-    for (uint32_t y = 0; y < r.h; y++)
-        for (uint32_t x = 0; x < r.w; x++) {
-            struct lum_rgb value = radiance[y * r.w + x];
-            if (pass->components)
-                value = lum_components_radiance(pass, (size_t)(r.y + y) * pass->tiling.w + r.x + x, value);
-            lum_film_reset_pixel(pass->film, r.x + x, r.y + y);
-            lum_film_add(pass->film, r.x + x, r.y + y, 0, value, &counters->nonfinite);
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
+        size_t pixel = (size_t)y * pass->tiling.w + x;
+        if (pass->components)
+            radiance[i] = lum_components_radiance(pass, pixel, radiance[i]);
+        if (pass->components && pass->components->radiance) {
+            pass->components->radiance[pixel] = radiance[i]; /* the film is the next stage's */
+            continue;
         }
-    pass->tile_spp[tile] = pass->target_spp;
+        lum_film_reset_pixel(pass->film, x, y);
+        lum_film_add(pass->film, x, y, 0, radiance[i], &counters->nonfinite);
+    }
+    if (!pass->components || !pass->components->radiance)
+        pass->tile_spp[tile] = pass->target_spp;
 }
 
 const struct lum_estimator lum_stage_gbuffer = {.name = "gbuffer", .stage = LUM_STAGE_GBUFFER, .tile = gbuffer_tile};

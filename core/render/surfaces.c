@@ -9,6 +9,7 @@ void lum_surfaces_finish(struct lum_surfaces *s)
     lum_free(s->albedo);
     lum_free(s->depth);
     lum_free(s->kind);
+    lum_free(s->object);
     lum_free(s->done);
     *s = (struct lum_surfaces){.version = s->version};
 }
@@ -23,8 +24,9 @@ static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
     s->albedo = lum_calloc(n, sizeof *s->albedo);
     s->depth = lum_calloc(n, sizeof *s->depth);
     s->kind = lum_calloc(n, 1);
+    s->object = lum_calloc(n, sizeof *s->object);
     s->done = lum_calloc(n_tiles, 1);
-    return s->p && s->n && s->ng && s->albedo && s->depth && s->kind && s->done;
+    return s->p && s->n && s->ng && s->albedo && s->depth && s->kind && s->object && s->done;
 }
 
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
@@ -51,6 +53,7 @@ static void set_background(struct lum_surfaces *s, size_t at)
     s->albedo[at] = lum_grey(0.0f);
     s->depth[at] = INFINITY;
     s->kind[at] = 0;
+    s->object[at] = LUM_NO_OBJECT;
 }
 
 /* at: index in the picture; i: in the tile's batch. */
@@ -63,6 +66,7 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
         return;
     struct lum_surface surface;
     lum_snapshot_surface(pass->snapshot, hits, i, d, &surface);
+    s->object[at] = hits->object[i];
     s->p[at] = surface.p;
     s->n[at] = surface.ns;
     s->ng[at] = surface.ng;

@@ -42,6 +42,7 @@ enum lum_stage {
     LUM_STAGE_FILTER,
     LUM_STAGE_PATH,
     LUM_STAGE_COMPOSITE,
+    LUM_STAGE_ANTIALIAS,
     LUM_STAGE_COUNT
 };
 extern const char *const lum_stage_names[LUM_STAGE_COUNT];
