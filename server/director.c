@@ -239,6 +239,9 @@ static void handle(struct lum_director *d, struct lum_command *c)
     case LUM_CMD_PICK:
         lum_director_pick(d, c);
         break;
+    case LUM_CMD_BOUNDS:
+        lum_director_bounds(d, c);
+        break;
     case LUM_CMD_PROBE:
         lum_director_probe(d, c);
         break;

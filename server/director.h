@@ -32,6 +32,7 @@ enum lum_command_kind {
     LUM_CMD_VIEW_CLOSE,
     LUM_CMD_PICK,
     LUM_CMD_PROBE,
+    LUM_CMD_BOUNDS,
     LUM_CMD_STATS_GET,
     LUM_CMD_SESSION_CLOSED, /* closes the session's views and forgets the user's history; no reply */
     LUM_CMD_WAKE,           /* a stream wants a frame; no reply */
@@ -77,6 +78,7 @@ struct lum_command {
     bool has_point;     /* probe: point and normal instead of a pixel */
     double point[3], normal[3];
     uint32_t samples;   /* probe */
+    lum_id id;          /* bounds */
 };
 struct lum_command *lum_command_create(enum lum_command_kind kind); /* zeroed; NULL when memory is short */
 void lum_command_destroy(struct lum_command *c);

@@ -118,6 +118,7 @@ void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
 
 /* ---- director_query.c ---- */
 void lum_director_pick(struct lum_director *d, const struct lum_command *c);
+void lum_director_bounds(struct lum_director *d, const struct lum_command *c);
 void lum_director_probe(struct lum_director *d, const struct lum_command *c);
 void lum_director_stats(struct lum_director *d, const struct lum_command *c);
 

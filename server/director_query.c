@@ -1,4 +1,4 @@
-/* The director's answers about the scene: pick, probe, statistics. */
+/* The director's answers about the scene: pick, bounds, probe, statistics. */
 #include "server/director_internal.h"
 
 #include <string.h>
@@ -51,6 +51,22 @@ void lum_director_pick(struct lum_director *d, const struct lum_command *c)
     } else {
         lum_json_add(o, "id", cJSON_CreateNull());
     }
+    lum_director_reply(d, c, o);
+}
+
+void lum_director_bounds(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_box box;
+    struct lum_proto_error err;
+    if (!lum_snapshot_bounds(d->world.snapshot, c->id, &box)) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen", c->id);
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    const double lo[3] = {box.lo.x, box.lo.y, box.lo.z}, hi[3] = {box.hi.x, box.hi.y, box.hi.z};
+    cJSON *o = cJSON_CreateObject();
+    add_numbers(o, "min", lo, 3);
+    add_numbers(o, "max", hi, 3);
     lum_director_reply(d, c, o);
 }
 

@@ -178,6 +178,11 @@ static bool read_pick(struct lum_json_reader *r, struct lum_command *c)
     return read_pixel(r, c) && lum_json_end(r);
 }
 
+static bool read_bounds(struct lum_json_reader *r, struct lum_command *c)
+{
+    return lum_json_require(r, "id") && lum_json_id(r, "id", c->id) && lum_json_end(r);
+}
+
 /* {view_id, x, y} or {point, normal}, and samples. */
 static bool read_probe(struct lum_json_reader *r, struct lum_command *c)
 {
@@ -202,6 +207,7 @@ static const struct method_row {
     {"view.update", LUM_CMD_VIEW_UPDATE, read_view_update},
     {"view.close", LUM_CMD_VIEW_CLOSE, read_view_close},
     {"pick", LUM_CMD_PICK, read_pick},
+    {"bounds", LUM_CMD_BOUNDS, read_bounds},
     {"probe", LUM_CMD_PROBE, read_probe},
     {"stats.get", LUM_CMD_STATS_GET, read_nothing},
 };

@@ -42,6 +42,12 @@ enum lum_status lum_snapshot_camera(const struct lum_snapshot *s, const char *id
     return LUM_OK;
 }
 
+static struct lum_vec3d to_world(const struct lum_normalisation *norm, struct lum_vec3 p)
+{
+    return (struct lum_vec3d){norm->centre.x + (double)p.x / norm->scale, norm->centre.y + (double)p.y / norm->scale,
+                              norm->centre.z + (double)p.z / norm->scale};
+}
+
 /* From the front, a little to the right and above; far enough that the sphere around the bounds just fits. */
 struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *s)
 {
@@ -49,10 +55,7 @@ struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *s)
     struct lum_vec3d centre = s->norm.centre;
     double radius = 1.0;
     if (s->bounds_lo.x <= s->bounds_hi.x) {
-        struct lum_vec3 c = lum_v3_mul(lum_v3_add(s->bounds_lo, s->bounds_hi), 0.5f);
-        centre.x += (double)c.x / s->norm.scale;
-        centre.y += (double)c.y / s->norm.scale;
-        centre.z += (double)c.z / s->norm.scale;
+        centre = to_world(&s->norm, lum_v3_mul(lum_v3_add(s->bounds_lo, s->bounds_hi), 0.5f));
         radius = 0.5 * (double)lum_length(lum_v3_sub(s->bounds_hi, s->bounds_lo)) / s->norm.scale;
     }
     double azimuth = 30.0 * pi / 180.0, elevation = 18.0 * pi / 180.0;
@@ -64,6 +67,36 @@ struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *s)
         .up = {0, 1, 0},
         .vfov_deg = vfov_deg,
     };
+}
+
+/* ---- bounds ---- */
+
+static bool is_or_is_below(const char *id, const char *name)
+{
+    size_t n = strlen(name);
+    return strncmp(id, name, n) == 0 && (id[n] == '\0' || id[n] == '/');
+}
+
+bool lum_snapshot_bounds(const struct lum_snapshot *s, const char *id, struct lum_box *ret_world)
+{
+    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        const struct lum_mesh *m = s->instances[i].mesh;
+        if (!is_or_is_below(s->instances[i].id, id) || m->bounds_lo.x > m->bounds_hi.x)
+            continue;
+        for (int k = 0; k < 8; k++) {
+            struct lum_vec3 corner =
+                lum_v3(k & 1 ? m->bounds_hi.x : m->bounds_lo.x, k & 2 ? m->bounds_hi.y : m->bounds_lo.y,
+                       k & 4 ? m->bounds_hi.z : m->bounds_lo.z);
+            corner = lum_affine_point(&s->instances[i].local_to_scene, corner);
+            lo = lum_v3(lum_min(lo.x, corner.x), lum_min(lo.y, corner.y), lum_min(lo.z, corner.z));
+            hi = lum_v3(lum_max(hi.x, corner.x), lum_max(hi.y, corner.y), lum_max(hi.z, corner.z));
+        }
+    }
+    if (!(lo.x <= hi.x))
+        return false;
+    *ret_world = (struct lum_box){to_world(&s->norm, lo), to_world(&s->norm, hi)};
+    return true;
 }
 
 /* ---- surfaces ---- */

@@ -89,6 +89,13 @@ LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, co
 /* A camera that frames the whole scene from a pleasant angle; for files that bring none. */
 struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *);
 
+/* World box, in metres, around the triangles of the object `id` and of those below it ("id/..."): an import is framed by it.
+ * False: nothing of that name is to be seen. */
+struct lum_box {
+    struct lum_vec3d lo, hi;
+};
+bool lum_snapshot_bounds(const struct lum_snapshot *, const char *id, struct lum_box *ret_world);
+
 /* What a ray found, ready to shade. */
 struct lum_surface {
     struct lum_vec3 p;       /* barycentric hit point, scene space */

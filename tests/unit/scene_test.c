@@ -737,6 +737,26 @@ static void the_framing_camera_sees_everything(void **state)
     lum_snapshot_unref(s);
 }
 
+static void bounds_are_of_one_object_or_of_all_below(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_box b;
+    fill(f->scene);
+    put_object(f->scene, "room/a", "box", "white", scaled_at(2, 10, 0, 0));
+    put_object(f->scene, "room/b", "box", "white", scaled_at(1, 20, 5, 0));
+    put_object(f->scene, "roomy", "box", "white", scaled_at(1, -500, 0, 0));
+    const struct lum_snapshot *s = commit(f);
+    /* Float coordinates in a scene of 520 m: 2^-24 of that is 3e-5. */
+    const double eps = 1e-4;
+    assert_true(lum_snapshot_bounds(s, "room", &b));
+    assert_true(fabs(b.lo.x - 9) < eps && fabs(b.hi.x - 20.5) < eps && fabs(b.lo.y + 1) < eps &&
+                fabs(b.hi.y - 5.5) < eps);
+    assert_true(lum_snapshot_bounds(s, "room/b", &b));
+    assert_true(fabs(b.lo.x - 19.5) < eps && fabs(b.hi.x - 20.5) < eps && fabs(b.lo.z + 0.5) < eps);
+    assert_false(lum_snapshot_bounds(s, "roo", &b));
+    lum_snapshot_unref(s);
+}
+
 /* ---- normalisation ---- */
 
 static void placement_has_hysteresis(void **state)
@@ -964,6 +984,7 @@ int main(void)
         TEST(lights_are_picked_half_by_flux),
         TEST(main_is_the_default_camera),
         TEST(the_framing_camera_sees_everything),
+        TEST(bounds_are_of_one_object_or_of_all_below),
         TEST(placement_has_hysteresis),
         TEST(an_empty_scene_is_a_scene),
         TEST(what_is_below_precision_is_left_out),
