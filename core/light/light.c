@@ -150,8 +150,8 @@ static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri,
     return (struct lum_vec2){w * a[0] + b.x * c[0] + b.y * d[0], w * a[1] + b.x * c[1] + b.y * d[1]};
 }
 
-static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
-                        struct lum_light_sample *ret)
+bool lum_light_mesh_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                          struct lum_mesh_point *ret_point)
 {
     const struct lum_instance *instance = &s->instances[l->instance];
     const struct lum_mesh *mesh = instance->mesh;
@@ -173,12 +173,22 @@ static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l,
         v[k] = lum_affine_point(&instance->local_to_scene, lum_v3(q[0], q[1], q[2]));
     }
     struct lum_vec3 e1 = lum_v3_sub(v[1], v[0]), e2 = lum_v3_sub(v[2], v[0]);
-    struct lum_vec3 point = lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y);
-    if (!finish_area(l, p, point, lum_normalize(lum_cross(e1, e2)), ret))
-        return false;
     const struct lum_material *m = &s->materials[instance->material];
+    struct lum_rgb per_power = lum_grey(1.0f);
     if (m->emission_tex.image)
-        ret->radiance = lum_rgb_mul(l->power, lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb);
+        per_power = lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb;
+    *ret_point = (struct lum_mesh_point){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y),
+                                         lum_normalize(lum_cross(e1, e2)), per_power};
+    return true;
+}
+
+static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                        struct lum_light_sample *ret)
+{
+    struct lum_mesh_point at;
+    if (!lum_light_mesh_point(s, l, u, &at) || !finish_area(l, p, at.p, at.n, ret))
+        return false;
+    ret->radiance = lum_rgb_mul(l->power, at.per_power);
     return true;
 }
 

@@ -80,6 +80,27 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
                     struct lum_vec3 ng_light);
 
+/* A point of a mesh emitter, by area. False in a see-through place. */
+struct lum_mesh_point {
+    struct lum_vec3 p, n;     /* n: unit, by winding; both sides shine */
+    struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
+};
+bool lum_light_mesh_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                          struct lum_mesh_point *ret_point);
+
+/* Light that leaves a light (light/emit.c), for paths that start there. */
+struct lum_light_shot {
+    struct lum_vec3 o, d;        /* d: unit. o: off the emitter's surface, ready to trace */
+    struct lum_rgb flux_unit;    /* per unit of power; its mean over both u is the light's flux */
+};
+/* Position and direction in proportion to what is emitted, so that every shot carries the same flux, but for textures,
+ * images and colour. Light from afar enters through the box around the scene: directional light is uniform over the faces
+ * that it sees, a constant environment is a box that shines inwards. False: nothing leaves there. Thread: any. */
+bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
+                     struct lum_light_shot *ret_shot);
+/* Flux of light i per unit of power: the mean of flux_unit, textures taken as white and images by their mean luminance. */
+double lum_light_flux_unit(const struct lum_snapshot *s, uint32_t i);
+
 /* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs and spheres). Mesh emitters
  * have a material, whose BSDF gives their emission with its texture. */
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);

@@ -2,8 +2,16 @@
  * diffusely, a point light is left that sends on what the surface reflects. Their sum over the visible ones is the
  * indirect diffuse light of a point.
  *
- * Quasi-Monte Carlo with stable indices: slot k is always the same bounce of the same path number, drawn with the same
- * numbers, so that a VPL only changes when something on its own path does.
+ * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second bounces,
+ * and so on (the last level takes what is left): instead of chance, the slots end half of the paths at each bounce, and
+ * those that go on weigh twice. Within a level the slots belong to the lights in turn, as many to each as its share of the
+ * flux; slot j of a light's run is always the same bounce of the light's path number j, drawn with numbers that depend on
+ * the light's id, j and the seed alone. So a VPL only moves when something on its own path does, and no edit of one light
+ * moves another's as long as the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy
+ * sequence: subsets that take every m-th slot cover all lights and bounces.
+ *
+ * The expectation over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated surface
+ * reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much arrives.
  *
  * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
  * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
@@ -22,31 +30,47 @@ struct lum_counters;
 #define LUM_VPL_MAX 65536u
 #define LUM_VPL_DEFAULT 256u
 
-/* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. */
+struct lum_vpl_share;
+
+/* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
 struct lum_vpl_set {
     uint32_t n;                                  /* slots that were asked for; slots without a VPL have flux 0 */
     uint32_t n_lit;                              /* slots with flux > 0 */
-    float *px, *py, *pz, *nx, *ny, *nz;          /* scene space; n: unit, the side the light leaves from */
+    float *px, *py, *pz, *nx, *ny, *nz;          /* scene space, on the surface; n: unit geometric normal on the side that the
+                                                  * light leaves from */
     float *flux_unit[3];                         /* per unit of the light's power */
-    float *flux[3];                              /* times the power: what gathering uses (lum_vpl_power) */
+    float *flux[3];                              /* times the power: what gathering uses */
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
-    uint32_t n_moved;                            /* slots that lie elsewhere than before the last lum_vpl_trace */
-    float spacing;                               /* r_v = sqrt(illuminated area / (pi n_lit)): the mean distance that one VPL stands for */
+    uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
+    float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units, averaged
+                                                  * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
-    uint32_t seed;
-    uint64_t geometry, material, light_shape, light_power, medium;
+    uint32_t max_bounces, seed;
+    uint64_t geometry, material, light_shape, light_power;
     bool valid;
+    /* private */
+    struct lum_vpl_share *shares; /* of the paths, by light */
+    uint32_t n_shares;
+    void *memory; /* of the arrays */
 };
 
 void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
 
+struct lum_vpl_request {
+    const struct lum_snapshot *snapshot;
+    uint32_t n;           /* slots, 1 .. LUM_VPL_MAX */
+    uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
+    uint32_t seed;
+    struct lum_pool *pool;         /* may be NULL */
+    struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
+};
+
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;
- * only multiplies by the new powers when nothing but those did. Lights share the paths by the flux they emit when the set
- * was first made for these shapes, so that dimming one moves no VPL. n: 1 .. LUM_VPL_MAX slots. Rays are counted as
- * LUM_RAY_VPL in *counters. Thread: the director; splits its work over pool (may be NULL). */
-LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_snapshot *snapshot, uint32_t n,
-                                            uint32_t seed, struct lum_pool *pool, struct lum_counters *counters,
+ * only multiplies by the new powers when nothing but those did. Lights share the paths by the flux they emit when they are
+ * first seen to shine, so that dimming one moves no VPL. On failure the set is as before. Thread: the director; splits its
+ * work over the pool. */
+LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
 
 /* How the geometry term g = cos cos / r^2 is kept from growing without limit near a VPL. */

@@ -1,0 +1,207 @@
+/* Sampling what lights emit. */
+#include "core/light/environment.h"
+#include "core/light/light.h"
+#include "core/math/warp.h"
+#include "core/scene/snapshot.h"
+
+#define ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
+
+static bool shoot(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, struct lum_light_shot *ret)
+{
+    if (lum_rgb_black(flux))
+        return false;
+    *ret = (struct lum_light_shot){o, d, flux};
+    return true;
+}
+
+/* ---- points ---- */
+
+static float spot_flux(const struct lum_light *l)
+{
+    return 2.0f * LUM_PI * (2.0f * l->omc_inner + l->omc_outer) / 3.0f;
+}
+
+/* In proportion to intensity: evenly in the inner cone, whose share of the flux is 3 inner / (2 inner + outer), and by
+ * the inverse of the ramp's integral, a cube, outside. */
+static bool shoot_spot(const struct lum_light *l, struct lum_vec2 u, struct lum_light_shot *ret)
+{
+    float inner = l->omc_inner, outer = l->omc_outer, all = 2.0f * inner + outer;
+    if (!(all > 0.0f))
+        return false;
+    float share = 3.0f * inner / all;
+    float omc = u.x < share ? u.x / share * inner
+                            : outer - (outer - inner) * cbrtf(lum_clamp((1.0f - u.x) / (1.0f - share), 0.0f, 1.0f));
+    float s = sqrtf(lum_max(omc * (2.0f - omc), 0.0f)), phi = 2.0f * LUM_PI * u.y;
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct lum_vec3 d = lum_frame_to_scene(&f, lum_v3(s * cosf(phi), s * sinf(phi), 1.0f - omc));
+    return shoot(l->p, d, lum_grey(spot_flux(l)), ret);
+}
+
+/* ---- surfaces ---- */
+
+static bool shoot_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, struct lum_rgb flux,
+                          struct lum_light_shot *ret)
+{
+    struct lum_frame f = lum_frame_from_normal(n);
+    return shoot(lum_ray_offset(p, n), lum_frame_to_scene(&f, lum_warp_cosine(u)), flux, ret);
+}
+
+static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct lum_vec2 d = lum_warp_disc(u);
+    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static bool shoot_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                       struct lum_vec2 u_direction, struct lum_light_shot *ret)
+{
+    struct lum_mesh_point at;
+    if (!lum_light_mesh_point(s, l, u_position, &at))
+        return false;
+    bool front = u_direction.x < 0.5f;
+    u_direction.x = lum_min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, ONE_MINUS);
+    return shoot_surface(at.p, front ? at.n : lum_v3_neg(at.n), u_direction,
+                         lum_rgb_scale(at.per_power, 2.0f * LUM_PI * l->area), ret);
+}
+
+/* ---- from afar ---- */
+
+/* The box around all geometry, a little larger, so that its faces are off the surfaces that touch them. */
+struct box {
+    float centre[3], half[3], face[3]; /* face: area of the two faces across each axis */
+};
+
+static struct box scene_box(const struct lum_snapshot *s)
+{
+    float lo[3] = {s->bounds_lo.x, s->bounds_lo.y, s->bounds_lo.z};
+    float hi[3] = {s->bounds_hi.x, s->bounds_hi.y, s->bounds_hi.z};
+    struct box b;
+    for (int k = 0; k < 3; k++) {
+        b.centre[k] = lo[k] <= hi[k] ? 0.5f * (lo[k] + hi[k]) : 0.0f;
+        b.half[k] = (lo[k] <= hi[k] ? 0.5f * (hi[k] - lo[k]) : 0.0f) + 2.0f * LUM_RAY_OFFSET;
+    }
+    for (int k = 0; k < 3; k++)
+        b.face[k] = 4.0f * b.half[(k + 1) % 3] * b.half[(k + 2) % 3];
+    return b;
+}
+
+/* An axis in proportion to weight; u becomes a fresh number. */
+static int pick_axis(const float weight[3], float *inout_u)
+{
+    float x = *inout_u * (weight[0] + weight[1] + weight[2]), below = 0.0f;
+    int k = 0;
+    while (k < 2 && !(x < below + weight[k]))
+        below += weight[k++];
+    *inout_u = lum_clamp((x - below) / weight[k], 0.0f, ONE_MINUS);
+    return k;
+}
+
+static struct lum_vec3 face_point(const struct box *b, int axis, float side, struct lum_vec2 u)
+{
+    float at[3];
+    int second = (axis + 1) % 3, third = (axis + 2) % 3;
+    at[axis] = b->centre[axis] + side * b->half[axis];
+    at[second] = b->centre[second] + (2.0f * u.x - 1.0f) * b->half[second];
+    at[third] = b->centre[third] + (2.0f * u.y - 1.0f) * b->half[third];
+    return lum_v3(at[0], at[1], at[2]);
+}
+
+/* Faces of the box as light in direction d sees them. */
+static void seen_faces(const struct box *b, const float d[3], float ret_area[3])
+{
+    for (int k = 0; k < 3; k++)
+        ret_area[k] = fabsf(d[k]) * b->face[k];
+}
+
+/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it. */
+static bool shoot_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
+                           struct lum_vec2 u, struct lum_light_shot *ret)
+{
+    struct box b = scene_box(s);
+    float to[3] = {d.x, d.y, d.z}, area[3];
+    seen_faces(&b, to, area);
+    int axis = pick_axis(area, &u.x);
+    return shoot(face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u), d,
+                 lum_rgb_scale(irradiance, area[0] + area[1] + area[2]), ret);
+}
+
+static bool shoot_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                              struct lum_vec2 u_direction, struct lum_light_shot *ret)
+{
+    if (l->env) {
+        struct lum_vec3 d;
+        float pdf;
+        if (!lum_env_map_sample(l->env, u_direction, &d, &pdf))
+            return false;
+        struct lum_rgb irradiance = lum_rgb_scale(lum_env_map_radiance(l->env, d), 1.0f / pdf);
+        return shoot_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->env_frame, d)), irradiance, u_position, ret);
+    }
+    /* the lines through a convex body are even where they start evenly on its surface, by the cosine */
+    struct box b = scene_box(s);
+    int axis = pick_axis(b.face, &u_position.x);
+    float side = u_position.y < 0.5f ? -1.0f : 1.0f;
+    u_position.y = lum_min(side < 0.0f ? 2.0f * u_position.y : 2.0f * u_position.y - 1.0f, ONE_MINUS);
+    struct lum_vec3 inward = lum_v3(axis == 0 ? -side : 0.0f, axis == 1 ? -side : 0.0f, axis == 2 ? -side : 0.0f);
+    struct lum_frame f = lum_frame_from_normal(inward);
+    return shoot(face_point(&b, axis, side, u_position), lum_frame_to_scene(&f, lum_warp_cosine(u_direction)),
+                 lum_grey(2.0f * LUM_PI * (b.face[0] + b.face[1] + b.face[2])), ret);
+}
+
+/* ---- any light ---- */
+
+bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
+                     struct lum_light_shot *ret_shot)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct lum_rgb surface = lum_grey(LUM_PI * l->area);
+    struct lum_vec3 n;
+    switch (l->kind) {
+    case LUM_EMIT_POINT:
+        return shoot(l->p, lum_warp_cone(u_direction, 2.0f), lum_grey(4.0f * LUM_PI), ret_shot);
+    case LUM_EMIT_SPOT:
+        return shoot_spot(l, u_direction, ret_shot);
+    case LUM_EMIT_DIRECTIONAL:
+        return shoot_parallel(s, l->n, lum_grey(1.0f), u_position, ret_shot);
+    case LUM_EMIT_QUAD:
+        return shoot_surface(
+            lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u_position.x - 1.0f), l->v, 2.0f * u_position.y - 1.0f), l->n,
+            u_direction, surface, ret_shot);
+    case LUM_EMIT_DISC:
+        return shoot_surface(disc_point(l, u_position), l->n, u_direction, surface, ret_shot);
+    case LUM_EMIT_SPHERE:
+        n = lum_warp_cone(u_position, 2.0f);
+        return shoot_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, surface, ret_shot);
+    case LUM_EMIT_MESH:
+        return shoot_mesh(s, l, u_position, u_direction, ret_shot);
+    case LUM_EMIT_ENVIRONMENT:
+        return shoot_environment(s, l, u_position, u_direction, ret_shot);
+    }
+    return false;
+}
+
+double lum_light_flux_unit(const struct lum_snapshot *s, uint32_t i)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct box b = scene_box(s);
+    float d[3] = {l->n.x, l->n.y, l->n.z}, area[3];
+    switch (l->kind) {
+    case LUM_EMIT_POINT:
+        return 4.0 * LUM_PI_D;
+    case LUM_EMIT_SPOT:
+        return (double)spot_flux(l);
+    case LUM_EMIT_DIRECTIONAL:
+        seen_faces(&b, d, area);
+        return (double)(area[0] + area[1] + area[2]);
+    case LUM_EMIT_QUAD:
+    case LUM_EMIT_DISC:
+    case LUM_EMIT_SPHERE:
+        return LUM_PI_D * (double)l->area;
+    case LUM_EMIT_MESH: /* both sides */
+        return 2.0 * LUM_PI_D * (double)l->area;
+    case LUM_EMIT_ENVIRONMENT:
+        return 2.0 * LUM_PI_D * (double)(b.face[0] + b.face[1] + b.face[2]) *
+               (l->env ? lum_env_map_mean_luminance(l->env) : 1.0);
+    }
+    return 0.0;
+}

@@ -1,0 +1,226 @@
+/* Each level of bounces is shared out by systematic sampling: slot k of n belongs to the light whose part of [0, 1]
+ * holds (k + offset) / n. So a light with part p gets n p slots, rounded down or up, and n p in expectation over the
+ * offset. */
+#include "core/vpl/share.h"
+
+#include <string.h>
+
+#include "core/math/sampler.h"
+#include "core/scene/snapshot.h"
+
+struct lum_rgb lum_light_present_power(const struct lum_light_table *t, uint32_t i)
+{
+    const struct lum_light *l = &t->lights[i];
+    if (!l->on || (l->kind == LUM_EMIT_ENVIRONMENT && i != t->environment))
+        return lum_grey(0.0f);
+    return l->power;
+}
+
+static double present_luminance(const struct lum_snapshot *s, uint32_t i)
+{
+    double y = (double)lum_luminance(lum_light_present_power(&s->lights, i));
+    return y > 0.0 && isfinite(y) ? y : 0.0;
+}
+
+/* ---- shares ---- */
+
+/* The former share of a light, or NULL. Both tables are in the order of ids, lights before objects; the search begins
+ * where the last one ended. */
+static const struct lum_vpl_share *find_share(const struct lum_vpl_set *former, const struct lum_light *l,
+                                              uint32_t *inout_at)
+{
+    for (uint32_t i = 0; i < former->n_shares; i++) {
+        uint32_t at = (*inout_at + i) % former->n_shares;
+        const struct lum_vpl_share *share = &former->shares[at];
+        if (share->mesh == (l->kind == LUM_EMIT_MESH) && strcmp(share->id, l->id) == 0) {
+            *inout_at = at + 1;
+            return share;
+        }
+    }
+    return NULL;
+}
+
+/* Half of the paths go by flux, half to all lights alike, as in the pick table of lights (scene/lights.c): a sun that
+ * is blocked everywhere must not starve a desk lamp. */
+static void divide(struct lum_vpl_set *set, const struct lum_snapshot *s)
+{
+    double total = 0.0, n_shining = 0.0, sum = 0.0;
+    for (uint32_t i = 0; i < set->n_shares; i++) {
+        double weight = set->shares[i].luminance * lum_light_flux_unit(s, i);
+        total += weight;
+        n_shining += weight > 0.0 ? 1.0 : 0.0;
+    }
+    struct lum_vpl_share *last = NULL;
+    for (uint32_t i = 0; i < set->n_shares; i++) {
+        struct lum_vpl_share *share = &set->shares[i];
+        double weight = share->luminance * lum_light_flux_unit(s, i);
+        share->below = sum;
+        if (weight > 0.0) {
+            sum += 0.5 * weight / total + 0.5 / n_shining;
+            last = share;
+        }
+        share->upto = sum;
+    }
+    for (; last && last < set->shares + set->n_shares; last++) { /* rounding may leave the sum a little off 1 */
+        last->upto = 1.0;
+        if (last + 1 < set->shares + set->n_shares)
+            last[1].below = 1.0;
+    }
+}
+
+enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *former,
+                                    const struct lum_snapshot *s, struct lum_error *err)
+{
+    uint32_t n = s->lights.n_lights, at = 0;
+    struct lum_vpl_share *shares = lum_calloc(n, sizeof *shares);
+    if (!shares)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the shares of %u lights", n);
+    for (uint32_t i = 0; i < n; i++) {
+        const struct lum_light *l = &s->lights.lights[i];
+        const struct lum_vpl_share *before = find_share(former, l, &at);
+        memcpy(shares[i].id, l->id, sizeof shares[i].id);
+        shares[i].mesh = l->kind == LUM_EMIT_MESH;
+        shares[i].luminance = before && before->luminance > 0.0 ? before->luminance : present_luminance(s, i);
+    }
+    set->shares = shares;
+    set->n_shares = n;
+    divide(set, s);
+    return LUM_OK;
+}
+
+bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapshot *s)
+{
+    for (uint32_t i = 0; i < set->n_shares; i++)
+        if (!(set->shares[i].luminance > 0.0) && present_luminance(s, i) > 0.0)
+            return false;
+    return true;
+}
+
+/* ---- the plan ---- */
+
+static void make_levels(struct lum_vpl_plan *plan, uint32_t n, uint32_t max_bounces)
+{
+    uint32_t first = 0;
+    plan->n_levels = 0;
+    for (uint32_t b = 0; b < max_bounces && first < n; b++) {
+        uint32_t left = n - first, take = b + 1 == max_bounces ? left : (left + 1) / 2;
+        plan->level_first[b] = first;
+        plan->level_n[b] = take;
+        plan->offset[b] = lum_hash_combine(lum_hash_u32(plan->seed), b) * 0x1p-32;
+        plan->n_levels++;
+        first += take;
+    }
+}
+
+/* First slot of the level, counted in it, that belongs at or above x of [0, 1]. */
+static uint32_t slots_below(const struct lum_vpl_plan *plan, uint32_t level, double x)
+{
+    double k = ceil(plan->level_n[level] * x - plan->offset[level]);
+    return k > 0.0 ? (uint32_t)fmin(k, plan->level_n[level]) : 0;
+}
+
+static uint32_t slots_of(const struct lum_vpl_plan *plan, uint32_t level, const struct lum_vpl_share *share)
+{
+    return slots_below(plan, level, share->upto) - slots_below(plan, level, share->below);
+}
+
+void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
+{
+    struct lum_vpl_plan plan = {.shares = set->shares, .n_shares = set->n_shares, .seed = set->seed};
+    make_levels(&plan, set->n, set->max_bounces);
+    for (uint32_t i = 0; i < set->n_shares; i++) {
+        uint32_t most = 0;
+        for (uint32_t b = 0; b < plan.n_levels; b++) {
+            uint32_t n = slots_of(&plan, b, &set->shares[i]);
+            most = n > most ? n : most;
+        }
+        set->shares[i].first_path = plan.n_paths;
+        plan.n_paths += most;
+    }
+    *ret_plan = plan;
+}
+
+/* FNV-1a. */
+static uint32_t hash_share(const struct lum_vpl_share *share)
+{
+    uint32_t h = 2166136261u + share->mesh;
+    for (const char *c = share->id; *c; c++)
+        h = (h ^ (uint8_t)*c) * 16777619u;
+    return h;
+}
+
+void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t *ret_share, uint32_t *ret_number,
+                       uint32_t *ret_last, uint32_t *ret_salt)
+{
+    uint32_t lo = 0, hi = plan->n_shares - 1; /* the last share with first_path <= index: it has paths */
+    while (lo < hi) {
+        uint32_t mid = hi - (hi - lo) / 2;
+        if (plan->shares[mid].first_path <= index)
+            lo = mid;
+        else
+            hi = mid - 1;
+    }
+    const struct lum_vpl_share *share = &plan->shares[lo];
+    uint32_t last = 0, number = index - share->first_path;
+    for (uint32_t b = 0; b < plan->n_levels; b++)
+        if (number < slots_of(plan, b, share))
+            last = b;
+    *ret_share = lo;
+    *ret_number = number;
+    *ret_last = last;
+    *ret_salt = hash_share(share);
+}
+
+/* A light that is sure to have slots is divided by how many it has, so that none of its flux is a matter of chance;
+ * others by how many they have in expectation. */
+uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint32_t number, uint32_t bounce,
+                           float *ret_weight)
+{
+    const struct lum_vpl_share *s = &plan->shares[share];
+    if (bounce >= plan->n_levels)
+        return LUM_NO_OBJECT;
+    uint32_t n = slots_of(plan, bounce, s);
+    if (number >= n)
+        return LUM_NO_OBJECT;
+    double expected = plan->level_n[bounce] * (s->upto - s->below);
+    *ret_weight = (float)(1.0 / (expected >= 1.0 ? (double)n : expected));
+    return plan->level_first[bounce] + slots_below(plan, bounce, s->below) + number;
+}
+
+/* ---- spacing ---- */
+
+enum { NEIGHBOURS = 4, QUERIES = 256 };
+
+/* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, or limit2. */
+static double reach2(const struct lum_vpl_set *set, uint32_t i, double limit2)
+{
+    double nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
+    for (uint32_t k = 0; k < set->n; k++) {
+        if (k == i || set->light[k] == LUM_NO_OBJECT)
+            continue;
+        float facing = set->nx[i] * set->nx[k] + set->ny[i] * set->ny[k] + set->nz[i] * set->nz[k];
+        float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
+        double d2 = (double)(x * x + y * y + z * z);
+        if (!(facing > 0.5f) || !(d2 < nearest[NEIGHBOURS - 1])) /* 60 degrees: round a bend, not round a corner */
+            continue;
+        int at = NEIGHBOURS - 1;
+        for (; at > 0 && nearest[at - 1] > d2; at--)
+            nearest[at] = nearest[at - 1];
+        nearest[at] = d2;
+    }
+    return nearest[NEIGHBOURS - 1];
+}
+
+/* Of points spread at random with density q, the circle up to the k-th nearest holds k on average: pi d^2 q = k. So the
+ * area that a VPL stands for is pi d^2 / k. Queries are spread over the set, which makes the cost linear in n. */
+float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
+{
+    double sum = 0.0, limit2 = (double)limit * (double)limit, n = 0.0;
+    uint32_t step = (set->n + QUERIES - 1) / QUERIES;
+    for (uint32_t i = 0; i < set->n; i += step)
+        if (set->light[i] != LUM_NO_OBJECT) {
+            sum += reach2(set, i, limit2) / NEIGHBOURS;
+            n += 1.0;
+        }
+    return n > 0.0 ? (float)sqrt(sum / n) : 0.0f;
+}

@@ -1,0 +1,49 @@
+/* How slots are shared out: which path of which light, and which of its bounces, fills which slot. Internal to core/vpl. */
+#ifndef LUM_CORE_VPL_SHARE_H
+#define LUM_CORE_VPL_SHARE_H
+
+#include "core/base/base.h"
+#include "core/light/light.h"
+#include "core/vpl/vpl.h"
+
+/* A light's share of the paths. By index in the light table. */
+struct lum_vpl_share {
+    char id[LUM_ID_MAX + 1];
+    bool mesh;           /* objects and lights have ids of their own */
+    double luminance;    /* of its power when it was first seen to shine; 0: it never did, and has no path */
+    double below, upto;  /* its part of [0, 1] */
+    uint32_t first_path; /* number of its first path among all */
+};
+
+/* Power that a light has now: black when it is off. */
+struct lum_rgb lum_light_present_power(const struct lum_light_table *t, uint32_t i);
+
+/* Fills set->shares for the snapshot's lights; those that are in former keep the luminance they had. */
+LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *former,
+                                                 const struct lum_snapshot *s, struct lum_error *err);
+/* True when every light that shines has paths. The light table has the same shape as when the shares were made. */
+bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapshot *s);
+
+#define LUM_VPL_LEVELS 17u /* bounces that LUM_VPL_MAX slots can hold */
+
+struct lum_vpl_plan {
+    const struct lum_vpl_share *shares;
+    uint32_t n_shares, n_paths, seed, n_levels;
+    uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each bounce */
+    double offset[LUM_VPL_LEVELS];                                 /* in [0, 1), by seed */
+};
+/* Numbers the paths: sets first_path of the set's shares, which the plan borrows. */
+void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set);
+
+/* Path `index` of plan->n_paths: its light, its number among the light's, its last bounce that has a slot, and a number that
+ * tells the light from others by its id. */
+void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t *ret_share, uint32_t *ret_number,
+                       uint32_t *ret_last, uint32_t *ret_salt);
+/* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. */
+uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint32_t number, uint32_t bounce,
+                           float *ret_weight);
+
+/* lum_vpl_set.spacing; at most limit. */
+float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
+
+#endif

@@ -1,0 +1,307 @@
+/* Light paths, and the VPLs they leave. */
+#include "core/vpl/vpl.h"
+
+#include <string.h>
+
+#include "core/render/frame.h"
+#include "core/vpl/share.h"
+
+/* Segments of a path between mirrors and glass, beyond those that end at a VPL; as deep as the eye's own branches. */
+#define SPECULAR_MAX 10u
+
+/* Sampler pairs: the light's two, then two for each segment. */
+enum { PAIR_POSITION = 0, PAIR_DIRECTION = 1, PAIR_BSDF = 2, PAIR_LOBE = 3, PAIRS_PER_SEGMENT = 2 };
+
+struct path {
+    struct lum_rgb flux;    /* as if the light had this one path only; per unit of power */
+    uint32_t share, number; /* whose, and which of its paths */
+    uint32_t bounce, last;  /* VPLs left so far; bounce after which nobody needs the path */
+    uint32_t n_segments;
+    struct lum_sampler sampler;
+};
+
+/* A batch of paths, densely packed: path i has ray i. Lives on a worker's stack. */
+struct walk {
+    const struct lum_snapshot *snapshot;
+    const struct lum_vpl_plan *plan;
+    struct lum_vpl_set *set;
+    struct lum_counters *counters;
+    struct lum_rays rays;
+    struct lum_hits hits;
+    struct path path[LUM_RAY_BATCH];
+};
+
+static void leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_rgb albedo)
+{
+    float weight;
+    uint32_t slot = lum_vpl_plan_slot(w->plan, path->share, path->number, path->bounce, &weight);
+    if (slot == LUM_NO_OBJECT)
+        return;
+    struct lum_rgb flux = lum_rgb_scale(lum_rgb_mul(path->flux, albedo), weight);
+    if (lum_rgb_black(flux))
+        return;
+    if (!lum_rgb_finite(flux) || !lum_v3_finite(s->p)) {
+        w->counters->nonfinite++;
+        return;
+    }
+    struct lum_vpl_set *set = w->set;
+    set->px[slot] = s->p.x, set->py[slot] = s->p.y, set->pz[slot] = s->p.z;
+    set->nx[slot] = s->ng.x, set->ny[slot] = s->ng.y, set->nz[slot] = s->ng.z;
+    set->flux_unit[0][slot] = flux.r, set->flux_unit[1][slot] = flux.g, set->flux_unit[2][slot] = flux.b;
+    set->light[slot] = path->share; /* shares are in the order of the light table */
+    set->object[slot] = s->instance;
+    set->prim[slot] = s->prim;
+}
+
+/* Sends the path on; it is appended to the batch. */
+static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo)
+{
+    uint32_t pair = path.n_segments * PAIRS_PER_SEGMENT;
+    struct lum_vec2 lobe = {0.5f, 0.5f};
+    if (b->diffuse_prob < 1.0f) /* there is something to choose */
+        lobe = lum_sampler_2d(&path.sampler, PAIR_LOBE + pair);
+    struct lum_bsdf_sample bs;
+    if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, PAIR_BSDF + pair), lobe.x, &bs))
+        return;
+    bool transmitted = bs.lobe == LUM_LOBE_TRANSMIT || bs.lobe == LUM_LOBE_GLOSSY_TRANSMIT;
+    float eta2 = transmitted && !b->thin ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
+    path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
+    if (lum_rgb_black(path.flux) || path.n_segments > path.last + SPECULAR_MAX)
+        return;
+    path.n_segments++;
+    w->path[w->rays.n] = path;
+    lum_rays_push(&w->rays, lum_ray_offset(p, lum_dot(bs.wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng)), bs.wi,
+                  INFINITY);
+}
+
+/* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
+static void visit(struct walk *w, uint32_t i)
+{
+    if (w->hits.object[i] == LUM_NO_OBJECT)
+        return;
+    struct path path = w->path[i];
+    struct lum_vec3 d = lum_rays_direction(&w->rays, i), wo = lum_v3_neg(d);
+    struct lum_surface s;
+    lum_snapshot_surface(w->snapshot, &w->hits, i, d, &s);
+    if (s.instance == LUM_NO_OBJECT || w->snapshot->materials[s.material].unlit)
+        return;
+    const struct lum_material *m = &w->snapshot->materials[s.material];
+    if (s.backface)
+        path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
+    struct lum_bsdf b;
+    lum_bsdf_init(&b, m, &s, wo);
+    if (!lum_rgb_black(b.diffuse)) { /* what metals scatter evenly is little, and not worth a slot */
+        leave_vpl(w, &path, &s, lum_bsdf_diffuse_albedo(&b));
+        if (path.bounce++ == path.last)
+            return;
+    }
+    scatter(w, path, &b, s.p, wo);
+}
+
+/* Path number `index` of all leaves its light. */
+static void start(struct walk *w, uint32_t index)
+{
+    struct path path = {0};
+    uint32_t salt;
+    lum_vpl_plan_path(w->plan, index, &path.share, &path.number, &path.last, &salt);
+    path.sampler = lum_sampler_at(salt, 0, path.number, w->plan->seed);
+    struct lum_light_shot shot;
+    if (!lum_light_shoot(w->snapshot, path.share, lum_sampler_2d(&path.sampler, PAIR_POSITION),
+                         lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
+        return;
+    path.flux = shot.flux_unit;
+    w->path[w->rays.n] = path;
+    lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);
+}
+
+static void walk_batch(struct walk *w, uint32_t first, uint32_t n)
+{
+    w->rays.n = 0;
+    for (uint32_t i = 0; i < n; i++)
+        start(w, first + i);
+    struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
+    while (w->rays.n > 0) {
+        uint32_t n_rays = w->rays.n;
+        w->counters->rays[LUM_RAY_VPL] += n_rays;
+        lum_trace_closest(&trace, &w->rays, &w->hits);
+        w->rays.n = 0;
+        for (uint32_t i = 0; i < n_rays; i++) /* path i is read before a path j <= i is written */
+            visit(w, i);
+    }
+}
+
+/* ---- over the pool ---- */
+
+struct shooting {
+    const struct lum_vpl_request *request;
+    const struct lum_vpl_plan *plan;
+    struct lum_vpl_set *set;
+    struct lum_counters *counters; /* by worker */
+};
+
+static void shoot_job(void *ctx, uint32_t job, uint32_t worker)
+{
+    const struct shooting *shooting = ctx;
+    struct walk w;
+    w.snapshot = shooting->request->snapshot;
+    w.plan = shooting->plan;
+    w.set = shooting->set;
+    w.counters = &shooting->counters[worker];
+    uint32_t first = job * LUM_RAY_BATCH, left = w.plan->n_paths - first;
+    walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
+}
+
+static void add_counters(struct lum_counters *sum, const struct lum_counters *c)
+{
+    sum->rays[LUM_RAY_VPL] += c->rays[LUM_RAY_VPL];
+    sum->nonfinite += c->nonfinite;
+    sum->bad_rays += c->bad_rays;
+}
+
+static enum lum_status shoot_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
+                                 struct lum_vpl_set *set, struct lum_error *err)
+{
+    uint32_t n_jobs = (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH;
+    uint32_t n_workers = rq->pool && n_jobs > 1 ? lum_pool_size(rq->pool) : 1;
+    struct lum_counters *counters = lum_calloc(n_workers, sizeof *counters);
+    if (!counters)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the counters of %u workers", n_workers);
+    struct shooting shooting = {rq, plan, set, counters};
+    enum lum_status status = LUM_OK;
+    if (n_workers > 1)
+        status = lum_pool_run(rq->pool, n_jobs, shoot_job, &shooting, NULL);
+    else
+        for (uint32_t job = 0; job < n_jobs; job++)
+            shoot_job(&shooting, job, 0);
+    for (uint32_t i = 0; i < n_workers; i++)
+        add_counters(rq->counters, &counters[i]);
+    lum_free(counters);
+    return status;
+}
+
+/* ---- the set ---- */
+
+static uint32_t padded(uint32_t n)
+{
+    return (n + 15u) & ~15u;
+}
+
+static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *err)
+{
+    float **floats[] = {&set->px,           &set->py,      &set->pz,           &set->nx,
+                        &set->ny,           &set->nz,      &set->flux_unit[0], &set->flux_unit[1],
+                        &set->flux_unit[2], &set->flux[0], &set->flux[1],      &set->flux[2]};
+    uint32_t **indices[] = {&set->light, &set->object, &set->prim};
+    size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
+    char *memory = lum_calloc(n, n_floats * sizeof(float) + n_indices * sizeof(uint32_t));
+    if (!memory)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u virtual point lights", set->n);
+    set->memory = memory;
+    for (size_t i = 0; i < n_floats; i++, memory += n * sizeof(float))
+        *floats[i] = (float *)(void *)memory;
+    for (size_t i = 0; i < n_indices; i++, memory += n * sizeof(uint32_t)) {
+        *indices[i] = (uint32_t *)(void *)memory;
+        memset(memory, 0xff, n * sizeof(uint32_t)); /* LUM_NO_OBJECT */
+    }
+    return LUM_OK;
+}
+
+void lum_vpl_finish(struct lum_vpl_set *set)
+{
+    lum_free(set->memory);
+    lum_free(set->shares);
+    *set = (struct lum_vpl_set){0};
+}
+
+/* Multiplies by the powers of the snapshot's lights. */
+static void apply_power(struct lum_vpl_set *set, const struct lum_snapshot *s)
+{
+    set->n_lit = 0;
+    for (uint32_t i = 0; i < set->n; i++) {
+        if (set->light[i] == LUM_NO_OBJECT)
+            continue;
+        struct lum_rgb power = lum_light_present_power(&s->lights, set->light[i]);
+        set->flux[0][i] = set->flux_unit[0][i] * power.r;
+        set->flux[1][i] = set->flux_unit[1][i] * power.g;
+        set->flux[2][i] = set->flux_unit[2][i] * power.b;
+        set->n_lit += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
+    }
+    set->light_power = s->versions.light_power;
+}
+
+/* Paths that meet the same things as before end at the very same place, bit by bit. */
+static bool same_place(const struct lum_vpl_set *a, const struct lum_vpl_set *b, uint32_t i)
+{
+    if ((a->light[i] == LUM_NO_OBJECT) != (b->light[i] == LUM_NO_OBJECT))
+        return false;
+    return a->px[i] == b->px[i] && a->py[i] == b->py[i] && a->pz[i] == b->pz[i] && a->nx[i] == b->nx[i] &&
+           a->ny[i] == b->ny[i] && a->nz[i] == b->nz[i];
+}
+
+static uint32_t count_moved(const struct lum_vpl_set *before, const struct lum_vpl_set *now)
+{
+    uint32_t n = 0, common = before->n < now->n ? before->n : now->n;
+    for (uint32_t i = 0; i < common; i++)
+        n += !same_place(before, now, i);
+    for (uint32_t i = common; i < before->n; i++)
+        n += before->light[i] != LUM_NO_OBJECT;
+    for (uint32_t i = common; i < now->n; i++)
+        n += now->light[i] != LUM_NO_OBJECT;
+    return n;
+}
+
+static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *former,
+                                 const struct lum_vpl_request *rq, struct lum_error *err)
+{
+    const struct lum_snapshot *s = rq->snapshot;
+    struct lum_vpl_set set = {.n = rq->n,
+                              .max_bounces = rq->max_bounces,
+                              .seed = rq->seed,
+                              .geometry = s->versions.geometry,
+                              .material = s->versions.material,
+                              .light_shape = s->versions.light_shape,
+                              .valid = true};
+    struct lum_vpl_plan plan;
+    enum lum_status status = alloc_arrays(&set, err);
+    if (status == LUM_OK)
+        status = lum_vpl_share_paths(&set, former, s, err);
+    if (status == LUM_OK) {
+        lum_vpl_plan_init(&plan, &set);
+        status = shoot_all(rq, &plan, &set, err);
+    }
+    if (status != LUM_OK) {
+        lum_vpl_finish(&set);
+        return status;
+    }
+    apply_power(&set, s);
+    set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
+    set.n_moved = count_moved(former, &set);
+    *ret_set = set;
+    return LUM_OK;
+}
+
+enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
+{
+    const struct lum_snapshot *s = rq->snapshot;
+    if (rq->n < 1 || rq->n > LUM_VPL_MAX)
+        return lum_fail(err, LUM_ERR_LIMIT, "vpls", "1 to %u virtual point lights, not %u", LUM_VPL_MAX, rq->n);
+    bool same = set->valid && set->n == rq->n && set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
+                set->geometry == s->versions.geometry && set->material == s->versions.material &&
+                set->light_shape == s->versions.light_shape;
+    if (same && set->light_power == s->versions.light_power) {
+        set->n_moved = 0;
+        return LUM_OK;
+    }
+    if (same && lum_vpl_shares_serve(set, s)) {
+        apply_power(set, s);
+        set->n_moved = 0;
+        return LUM_OK;
+    }
+    struct lum_vpl_set next;
+    enum lum_status status = trace_set(&next, set, rq, err);
+    if (status != LUM_OK)
+        return status;
+    lum_vpl_finish(set);
+    *set = next;
+    return LUM_OK;
+}
