@@ -3,8 +3,6 @@
 #include "core/estimator/components.h"
 #include "core/estimator/path.h"
 
-#include <string.h>
-
 /* Paths start at the glossy pixels of a ray batch tile. */
 static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wave *w)
 {
@@ -27,11 +25,7 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wav
 static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_wave w;
-    w.snapshot = pass->snapshot;
-    w.counters = counters;
-    w.max_depth = pass->settings->max_depth;
-    w.rays.n = w.shadow_rays.n = 0;
-    memset(w.radiance, 0, sizeof w.radiance);
+    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, pass->on[LUM_EFFECT_MEDIA]);
     add_paths(pass, tile, &w);
     if (w.rays.n == 0)
         return;

@@ -1,5 +1,6 @@
 /* Unbiased path tracing: one light picked per vertex (next-event estimation) combined with BSDF sampling by the power
- * heuristic (Veach 1995), Russian roulette on throughput, no clamping.
+ * heuristic (Veach 1995), Russian roulette on throughput, no clamping. Media (medium/medium.h) dim every segment; on
+ * those that the eye sees, one point in each medium scatters the light of one light.
  *
  * A wave goes through two batches per bounce: closest hits of all living paths, then the shadow rays that their
  * vertices asked for. Dead paths are squeezed out as vertices are shaded: path i is read before a path j <= i is
@@ -14,6 +15,9 @@
 
 /* Sampler pairs: 0 is the pixel filter; each vertex then takes four. */
 enum { PAIR_PIXEL = 0, PAIR_PICK = 1, PAIR_LIGHT, PAIR_BSDF, PAIR_ROULETTE, PAIRS_PER_VERTEX = 4 };
+
+/* Media have pairs of their own, beyond those of any vertex: what they take does not change a path. */
+enum { PAIR_MEDIA = 0x40000000, PAIRS_PER_MEDIUM = 3 };
 
 static uint32_t pair_at(uint32_t depth, uint32_t pair)
 {
@@ -34,6 +38,26 @@ static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
         break;
     }
     return LUM_RAY_TRANSMISSION;
+}
+
+/* From a light by p to the eye, if nothing stands between p and the light. */
+struct connection {
+    struct lum_vec3 p, ng, wi; /* ng: of the surface at p; 0: none */
+    float distance;
+    struct lum_rgb value;
+    enum lum_ray_kind kind;
+};
+
+static void queue_shadow(struct lum_wave *w, const struct lum_path *path, const struct connection *s)
+{
+    uint32_t i = w->shadow_rays.n;
+    if (!lum_shadow_ray(&w->shadow_rays, s->p, s->ng, s->wi, s->distance)) {
+        w->radiance[path->slot] = lum_rgb_add(w->radiance[path->slot], s->value);
+        return;
+    }
+    w->shadow_value[i] = s->value;
+    w->shadow_slot[i] = path->slot;
+    w->shadow_kind[i] = (uint8_t)s->kind;
 }
 
 /* Light picked and sampled from a vertex; queues its shadow ray. */
@@ -58,16 +82,12 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     float pdf = delta ? prob : prob * ls.pdf_sa;
     float weight = delta ? 1.0f : lum_power_heuristic(pdf, bsdf_pdf_sa);
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
+    if (w->media)
+        value = lum_rgb_mul(value, lum_media_transmittance(w->snapshot, p, ls.wi, ls.distance));
     if (lum_rgb_black(value))
         return;
-    uint32_t i = w->shadow_rays.n;
-    if (!lum_shadow_ray(&w->shadow_rays, p, b->ng, ls.wi, ls.distance)) {
-        w->radiance[path->slot] = lum_rgb_add(w->radiance[path->slot], value);
-        return;
-    }
-    w->shadow_value[i] = value;
-    w->shadow_slot[i] = path->slot;
-    w->shadow_kind[i] = (uint8_t)lum_light_ray_kind(&w->snapshot->lights.lights[light]);
+    enum lum_ray_kind kind = lum_light_ray_kind(&w->snapshot->lights.lights[light]);
+    queue_shadow(w, path, &(struct connection){p, b->ng, ls.wi, ls.distance, value, kind});
 }
 
 static void trace_shadows(struct lum_wave *w)
@@ -84,6 +104,47 @@ static void trace_shadows(struct lum_wave *w)
         }
     }
     w->shadow_rays.n = 0;
+}
+
+/* Light that medium m scatters into the segment. */
+static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struct lum_scatter_query q, uint32_t depth)
+{
+    uint32_t pair = PAIR_MEDIA + (depth * LUM_MEDIA_MAX + q.medium) * PAIRS_PER_MEDIUM;
+    float pick = lum_sampler_1d(&path->sampler, pair), prob;
+    q.light = lum_lights_pick(&q.snapshot->lights, &pick, &prob);
+    if (q.light == LUM_NO_OBJECT)
+        return;
+    struct lum_vec2 u_light = {0.5f, 0.5f};
+    if (!q.snapshot->lights.lights[q.light].delta)
+        u_light = lum_sampler_2d(&path->sampler, pair + 2);
+    struct lum_scatter s;
+    if (!lum_medium_scatter(&q, lum_sampler_2d(&path->sampler, pair + 1), u_light, &s))
+        return;
+    struct lum_rgb value = lum_rgb_mul(path->throughput, lum_rgb_scale(s.radiance, 1.0f / prob));
+    if (lum_rgb_black(value))
+        return;
+    if (w->shadow_rays.n == LUM_RAY_BATCH)
+        trace_shadows(w);
+    queue_shadow(w, path, &(struct connection){s.p, lum_v3(0, 0, 0), s.wi, s.distance, value, LUM_RAY_MEDIA});
+}
+
+/* The batch came back: what its segments gain and lose in media. */
+static void cross_media(struct lum_wave *w, uint32_t depth)
+{
+    for (uint32_t i = 0; i < w->rays.n; i++) {
+        struct lum_path *path = &w->path[i];
+        struct lum_scatter_query q = {
+            .snapshot = w->snapshot,
+            .o = lum_v3(w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]),
+            .d = lum_rays_direction(&w->rays, i),
+            .tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
+        };
+        if (path->seen && depth < w->max_depth)
+            for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
+                queue_scatter(w, path, q, depth);
+        path->throughput = lum_rgb_mul(path->throughput, lum_media_transmittance(w->snapshot, q.o, q.d, q.tmax));
+    }
+    trace_shadows(w);
 }
 
 /* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. Radiance inside a solid is
@@ -128,6 +189,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_b
     path.p = p;
     path.pdf_sa = bs.pdf_sa;
     path.every_light = false;
+    path.seen = path.seen && !(bs.pdf_sa > 0.0f);
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
 }
@@ -191,11 +253,22 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
         scatter(w, path, &b, s.p, wo, depth);
 }
 
+void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, struct lum_counters *counters,
+                    uint32_t max_depth, bool media)
+{
+    w->snapshot = snapshot;
+    w->counters = counters;
+    w->max_depth = max_depth;
+    w->media = media && snapshot->n_media > 0;
+    w->rays.n = w->shadow_rays.n = 0;
+    memset(w->radiance, 0, sizeof w->radiance);
+}
+
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
                       struct lum_vec3 d)
 {
     w->path[w->rays.n] =
-        (struct lum_path){.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
+        (struct lum_path){.throughput = lum_grey(1.0f), .seen = true, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     lum_rays_push(&w->rays, o, d, INFINITY);
 }
 
@@ -238,6 +311,8 @@ void lum_wave_run(struct lum_wave *w, uint32_t depth)
             w->counters->rays[LUM_RAY_PRIMARY] += n;
         }
         lum_trace_closest(&trace, &w->rays, &w->hits);
+        if (w->media)
+            cross_media(w, depth);
         w->rays.n = 0;
         for (uint32_t i = 0; i < n; i++)
             shade(w, i, depth);
@@ -281,11 +356,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
     if (sample >= pass->target_spp)
         return;
     struct lum_wave w;
-    w.snapshot = pass->snapshot;
-    w.counters = counters;
-    w.max_depth = pass->settings->max_depth;
-    w.rays.n = w.shadow_rays.n = 0;
-    memset(w.radiance, 0, sizeof w.radiance);
+    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, pass->on[LUM_EFFECT_MEDIA]);
     add_eye_paths(&w, pass, &r, sample);
     lum_wave_run(&w, 0);
     for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)

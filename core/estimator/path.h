@@ -10,6 +10,7 @@ struct lum_path {
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
+    bool seen;           /* nothing but mirrors and clear glass is between it and the eye */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
@@ -20,6 +21,7 @@ struct lum_wave {
     const struct lum_snapshot *snapshot;
     struct lum_counters *counters;
     uint32_t max_depth;
+    bool media; /* there are some, and they are wanted */
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_path path[LUM_RAY_BATCH];
@@ -29,6 +31,10 @@ struct lum_wave {
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
 };
+
+/* No path, no radiance. media: the segments cross the media of the snapshot, if it has any. */
+void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, struct lum_counters *counters,
+                    uint32_t max_depth, bool media);
 
 /* Starts path number slot with a ray from the eye. */
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o, struct lum_vec3 d);

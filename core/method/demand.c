@@ -77,6 +77,9 @@ void lum_demand_derive(const struct lum_snapshot *s, struct lum_demand *ret_dema
         demand_of_material(&s->materials[s->instances[i].material], s->instances[i].id, &d);
     for (int e = LUM_EFFECT_INDIRECT_DIFFUSE; e <= LUM_EFFECT_GLOSSY; e++)
         refuse(&d, (enum lum_effect)e, nothing);
-    refuse(&d, LUM_EFFECT_MEDIA, "the scene has no medium");
+    for (uint32_t i = 0; i < s->n_media; i++)
+        demand(&d, LUM_EFFECT_MEDIA, s->media[i].id,
+               lum_rgb_black(s->media[i].sigma_s) ? "absorbs light" : "scatters light");
+    refuse(&d, LUM_EFFECT_MEDIA, "no medium scatters or absorbs light");
     *ret_demand = d;
 }

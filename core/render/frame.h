@@ -134,7 +134,7 @@ extern const struct lum_estimator lum_estimator_path;     /* progressive: everyt
 /* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */
 void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays);
 
-/* A shadow ray from p on a surface (normal ng) to a light at distance along wi; false when there is no room for an
+/* A shadow ray from p on a surface (normal ng; 0 0 0: p is in the air) to a light at distance along wi; false when there is no room for an
  * occluder between the two. */
 bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng, struct lum_vec3 wi, float distance);
 

@@ -3,8 +3,6 @@
  * weights that it uses everywhere. */
 #include "core/estimator/path.h"
 
-#include <string.h>
-
 #define PROBE_DEPTH 32u /* segments; roulette ends paths long before */
 
 /* Sums of one job of up to LUM_RAY_BATCH samples; summed in order of jobs, so that the result does not depend on
@@ -33,11 +31,7 @@ static void probe_job(void *ctx, uint32_t job, uint32_t worker)
                              .alpha = 1.0f,
                              .eta = 1.0f};
     struct lum_wave w;
-    w.snapshot = run->snapshot;
-    w.counters = c;
-    w.max_depth = PROBE_DEPTH;
-    w.rays.n = w.shadow_rays.n = 0;
-    memset(w.radiance, 0, sizeof w.radiance);
+    lum_wave_begin(&w, run->snapshot, c, PROBE_DEPTH, true);
     uint32_t first = job * LUM_RAY_BATCH;
     uint32_t n = run->n_samples - first < LUM_RAY_BATCH ? run->n_samples - first : LUM_RAY_BATCH;
     for (uint32_t i = 0; i < n; i++)
