@@ -56,6 +56,7 @@ struct lum_estimator; /* render/frame.h */
 struct lum_method {
     const char *name, *summary;
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
+    bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
     const struct lum_estimator *filter; /* methods with components: how they become smooth */
 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/render/deferred.h"
+#include "core/render/refine.h"
 
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {
     [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces", [LUM_STAGE_VPLS] = "vpls",
@@ -20,6 +21,7 @@ struct lum_view {
     struct lum_film film;
     uint32_t *tile_spp;
     struct lum_deferred deferred;
+    struct lum_refinement refinement; /* methods that refine */
     struct lum_aov_buffers aov;
     /* what the film shows */
     bool rendered;
@@ -65,6 +67,7 @@ static void drop_buffers(struct lum_view *v)
 {
     lum_film_finish(&v->film);
     lum_deferred_finish(&v->deferred);
+    lum_refine_finish(&v->refinement);
     lum_free(v->tile_spp);
     lum_aov_finish(&v->aov);
     v->tile_spp = NULL;
@@ -146,6 +149,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     if (!same) {
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
+        v->error_rel = (double)NAN;
     }
     v->versions = *now;
     v->settings = *pass->settings;
@@ -156,13 +160,22 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
 }
 
-static uint32_t least_spp(const struct lum_view *v)
+static uint32_t least_spp(const uint32_t *tile_spp, uint32_t n_tiles)
 {
     uint32_t least = UINT32_MAX;
-    for (uint32_t i = 0; i < v->tiling.n; i++)
-        if (v->tile_spp[i] < least)
-            least = v->tile_spp[i];
+    for (uint32_t i = 0; i < n_tiles; i++)
+        if (tile_spp[i] < least)
+            least = tile_spp[i];
     return least;
+}
+
+/* Samples that every pixel has. The fast frame of a method that refines counts as one. */
+static uint32_t view_spp(const struct lum_view *v, const struct lum_method *method)
+{
+    uint32_t spp = least_spp(v->tile_spp, v->tiling.n);
+    if (spp > 0 && method->refines && v->refinement.tile_spp)
+        spp += least_spp(v->refinement.tile_spp, v->tiling.n);
+    return spp;
 }
 
 /* ---- a pass ---- */
@@ -176,6 +189,55 @@ static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const
     enum lum_status status = lum_stage_run(runner, pass, &lum_estimator_path);
     if (status == LUM_OK)
         v->previewed = true;
+    return status;
+}
+
+/* The fast frame; its picture is what later passes refine. */
+static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    bool refines = pass->settings->method->refines;
+    enum lum_status status = LUM_OK;
+    if (refines && !v->refinement.frame)
+        status = lum_refine_init(&v->refinement, &v->tiling, err);
+    if (status == LUM_OK)
+        status = lum_deferred_run(&v->deferred, pass, runner, err);
+    if (status == LUM_OK && refines)
+        lum_refine_begin(&v->refinement, &v->tiling, &v->film);
+    runner->stats->changed = true;
+    v->error_rel = (double)NAN;
+    return status;
+}
+
+/* One path traced sample of every pixel, with every effect that is called for; it shows with each second one. */
+static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass *frame,
+                                      const struct lum_stage_runner *runner)
+{
+    struct lum_refinement *r = &v->refinement;
+    struct lum_pass pass = *frame;
+    pass.film = &r->truth;
+    pass.tile_spp = r->tile_spp;
+    pass.target_spp = least_spp(r->tile_spp, v->tiling.n) + 1;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        pass.on[e] = v->chosen.on[e];
+    enum lum_status status = lum_stage_run(runner, &pass, &lum_estimator_path);
+    if (status == LUM_OK && pass.target_spp % 2 == 0) {
+        lum_refine_blend(r, &v->tiling, &v->film, &v->counters[0].nonfinite);
+        v->error_rel = r->error_rel;
+        runner->stats->changed = true;
+    }
+    return status;
+}
+
+static enum lum_status run_progressive(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
+{
+    enum lum_status status = run_path(v, pass, runner);
+    uint32_t spp = least_spp(v->tile_spp, v->tiling.n);
+    if (spp < 2)
+        v->error_rel = (double)NAN;
+    else if (spp % 2 == 0) /* the halves are of equal size: the estimate is at its best */
+        v->error_rel = lum_film_error_rel(&v->film);
+    runner->stats->changed = true;
     return status;
 }
 
@@ -228,21 +290,23 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     refresh_film(view, &pass);
     struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->chosen};
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
-    uint32_t spp = least_spp(view), max_spp = settings->method->progressive ? settings->max_spp : 1;
+    const struct lum_method *method = settings->method;
+    uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
     if (max_spp == 0 || spp < max_spp) {
         memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
-        pass.target_spp = spp + 1;
-        status = settings->method->progressive ? run_path(view, &pass, &runner)
-                                               : lum_deferred_run(&view->deferred, &pass, &runner, err);
+        pass.target_spp = method->progressive ? spp + 1 : 1;
+        if (method->progressive)
+            status = run_progressive(view, &pass, &runner);
+        else if (spp > 0)
+            status = run_refinement(view, &pass, &runner);
+        else
+            status = run_frame(view, &pass, &runner, err);
         sum_counters(view, &stats);
-        stats.changed = true;
-        spp = least_spp(view);
-        if (spp >= 2 && spp % 2 == 0) /* the halves are of equal size: the estimate is at its best */
-            view->error_rel = lum_film_error_rel(&view->film);
+        spp = view_spp(view, method);
     }
     stats.spp = spp;
     stats.complete = max_spp > 0 && spp >= max_spp;
-    stats.error_rel = spp < 2 ? (double)NAN : view->error_rel;
+    stats.error_rel = view->error_rel;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
     *ret_stats = stats;
