@@ -101,6 +101,9 @@ struct lum_trace {
 
 /* 16-wide inside; any n. Thread: any, concurrently. */
 void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
+/* The same hits, one ray at a time: for studies of what packets gain. Bit for bit, except that t on spheres may differ by
+ * rounding. */
+void lum_trace_closest_single(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
 /* occluded[i] = 1 when something lies in (tnear, tfar). */
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH]);
 

@@ -185,6 +185,52 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
         *trace->bad_rays += bad;
 }
 
+static void intersect_single(const struct lum_trace *trace, struct filter_context *context, struct RTCRayHit *ray)
+{
+#if RTC_VERSION_MAJOR >= 4
+    struct RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.context = &context->rtc;
+    args.flags = query_flags(context);
+    args.filter = trace->alpha ? filter_alpha : NULL;
+    rtcIntersect1(trace->top->scene, ray, &args);
+#else
+    rtcIntersect1(trace->top->scene, &context->rtc, ray);
+#endif
+}
+
+void lum_trace_closest_single(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
+{
+    struct filter_context context;
+    filter_context_init(&context, trace, trace->coherent);
+    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+    uint32_t bad = 0;
+    _Alignas(64) int valid[WIDTH];
+    for (uint32_t i = 0; i < rays->n; i++) {
+        if (i % WIDTH == 0)
+            bad += gate(rays, i, rays->n - i, valid);
+        struct RTCRayHit q = {
+            .ray = {rays->ox[i], rays->oy[i], rays->oz[i], rays->tnear[i], rays->dx[i], rays->dy[i], rays->dz[i]},
+            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+        q.ray.tfar = rays->tfar[i];
+        q.ray.mask = mask;
+        if (valid[i % WIDTH])
+            intersect_single(trace, &context, &q);
+        ret_hits->t[i] = q.ray.tfar;
+        ret_hits->u[i] = q.hit.u;
+        ret_hits->v[i] = q.hit.v;
+        ret_hits->ngx[i] = q.hit.Ng_x;
+        ret_hits->ngy[i] = q.hit.Ng_y;
+        ret_hits->ngz[i] = q.hit.Ng_z;
+        ret_hits->prim[i] = q.hit.primID;
+        ret_hits->object[i] = q.hit.instID[0];
+    }
+    if (trace->top->n_shapes)
+        complete_shape_hits(trace->top, rays, ret_hits);
+    if (bad)
+        *trace->bad_rays += bad;
+}
+
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
 {
     struct filter_context context;

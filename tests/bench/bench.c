@@ -7,12 +7,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/math/sampler.h"
 #include "server/scene_source.h"
 
 static const struct lum_bench benches[] = {
-    {"rays", "rays per second against raw Embree traversal on the same scene", lum_bench_rays},
-    {"stream", "edit to first frame, as percentiles, through a real daemon and client", lum_bench_stream},
-    {"export", "the scene's geometry as OBJ, for comparison with other renderers", lum_bench_export},
+    {"rays", "rays per second against raw Embree traversal on the same scene", "cornell", lum_bench_rays},
+    {"stream", "edit to first frame, as percentiles, through a real daemon and client", "cornell", lum_bench_stream},
+    {"stride", "what a pixel costs when only every n-th is rendered, by packets and by single rays", NULL,
+     lum_bench_stride},
+    {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
 };
 
 static int usage(FILE *to, int status)
@@ -34,7 +37,16 @@ FILE *lum_bench_open(const struct lum_bench_options *options, const char *name)
     return f;
 }
 
-bool lum_bench_world(const struct lum_bench_options *options, uint32_t threads, struct lum_world *ret_world)
+bool lum_bench_close(FILE *f, const char *name)
+{
+    bool ok = !ferror(f);
+    ok = fclose(f) == 0 && ok;
+    if (!ok)
+        fprintf(stderr, "lumend-bench: cannot write %s: %s\n", name, strerror(errno));
+    return ok;
+}
+
+bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_world)
 {
     struct lum_error err = {0};
     struct lum_proto_error perr = {0};
@@ -44,12 +56,25 @@ bool lum_bench_world(const struct lum_bench_options *options, uint32_t threads, 
         fprintf(stderr, "lumend-bench: %s\n", err.text);
         return false;
     }
-    if (!lum_scene_load(ret_world, options->scene, &import, &perr)) {
-        fprintf(stderr, "lumend-bench: %s: %s\n", options->scene, perr.text);
+    if (!lum_scene_load(ret_world, scene, &import, &perr)) {
+        fprintf(stderr, "lumend-bench: %s: %s\n", scene, perr.text);
         lum_world_finish(ret_world);
         return false;
     }
     return true;
+}
+
+void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size)
+{
+    char line[256], name[128] = "unknown processor";
+    FILE *f = fopen("/proc/cpuinfo", "r");
+    while (f && fgets(line, sizeof line, f))
+        if (sscanf(line, "model name : %127[^\n]", name) == 1)
+            break;
+    if (f)
+        fclose(f);
+    uint32_t n = lum_pool_size(world->pool);
+    snprintf(ret_text, size, "%s, %u thread%s, %s", name, n, n == 1 ? "" : "s", lum_device_isa(world->device));
 }
 
 static int compare_doubles(const void *a, const void *b)
@@ -68,6 +93,25 @@ double lum_bench_quantile(double *values, size_t n, double q)
     return i + 1 < n ? values[i] + (at - (double)i) * (values[i + 1] - values[i]) : values[n - 1];
 }
 
+struct lum_bench_median lum_bench_bootstrap(double *values, size_t n)
+{
+    enum { RESAMPLES = 2000 };
+    static double medians[RESAMPLES];
+    double draw[LUM_BENCH_SAMPLES];
+    uint32_t seed = 1;
+    n = n < LUM_BENCH_SAMPLES ? n : LUM_BENCH_SAMPLES;
+    for (size_t r = 0; n > 0 && r < RESAMPLES; r++) {
+        for (size_t i = 0; i < n; i++)
+            draw[i] = values[(seed = lum_hash_u32(seed + (uint32_t)i)) % n];
+        medians[r] = lum_bench_quantile(draw, n, 0.5);
+    }
+    return (struct lum_bench_median){
+        .median = lum_bench_quantile(values, n, 0.5),
+        .lo = lum_bench_quantile(medians, RESAMPLES, 0.025),
+        .hi = lum_bench_quantile(medians, RESAMPLES, 0.975),
+    };
+}
+
 /* The directory of the running program, where the others are too. */
 static bool own_directory(char *ret_dir, size_t size)
 {
@@ -84,7 +128,7 @@ static bool own_directory(char *ret_dir, size_t size)
 int main(int argc, char **argv)
 {
     char bin[4096];
-    struct lum_bench_options options = {.scene = "cornell", .bin = bin};
+    struct lum_bench_options options = {.bin = bin};
     if (argc < 2 || strcmp(argv[1], "--help") == 0)
         return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
     if (strcmp(argv[1], "--version") == 0)
@@ -104,8 +148,10 @@ int main(int argc, char **argv)
     if (!own_directory(bin, sizeof bin) || (mkdir(options.out, 0777) != 0 && errno != EEXIST))
         return fprintf(stderr, "lumend-bench: cannot make %s: %s\n", options.out, strerror(errno)), 1;
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
-        if (strcmp(argv[1], benches[i].name) == 0)
+        if (strcmp(argv[1], benches[i].name) == 0) {
+            options.scene = options.scene ? options.scene : benches[i].scene;
             return benches[i].run(&options);
+        }
     fprintf(stderr, "lumend-bench: no study '%s'\n", argv[1]);
     return usage(stderr, 2);
 }

@@ -10,26 +10,41 @@
 
 struct lum_bench_options {
     const char *out;   /* directory, exists */
-    const char *scene; /* name or file */
+    const char *scene; /* name or file; NULL: the study's own choice of several */
     const char *bin;   /* directory of lumend and lumend-replay */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
 };
 
 struct lum_bench {
     const char *name, *summary;
+    const char *scene; /* where none is given */
     int (*run)(const struct lum_bench_options *options); /* exit status */
 };
 
 int lum_bench_export(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
+int lum_bench_stride(const struct lum_bench_options *options);
 
 /* Opens OUT/name for writing; NULL after a message on stderr. */
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name);
+/* False after a message on stderr when something was not written. */
+bool lum_bench_close(FILE *f, const char *name);
 /* A world with the scene loaded and committed; false after a message on stderr. */
-bool lum_bench_world(const struct lum_bench_options *options, uint32_t threads, struct lum_world *ret_world);
+bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_world);
+/* "AMD EPYC, 2 threads": what figures were measured on. */
+void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size);
+
+/* ---- statistics ---- */
 
 /* Sorts values; q in [0,1], linear interpolation between ranks. */
 double lum_bench_quantile(double *values, size_t n, double q);
+
+/* The median and its 95 % interval by 2 000 resamples with a fixed seed. Sorts values; at most LUM_BENCH_SAMPLES. */
+#define LUM_BENCH_SAMPLES 128u
+struct lum_bench_median {
+    double median, lo, hi;
+};
+struct lum_bench_median lum_bench_bootstrap(double *values, size_t n);
 
 #endif

@@ -52,7 +52,7 @@ static void write_instance(FILE *f, const struct lum_snapshot *s, const struct l
 int lum_bench_export(const struct lum_bench_options *options)
 {
     struct lum_world world;
-    if (!lum_bench_world(options, 1, &world))
+    if (!lum_bench_world(options->scene, 1, &world))
         return 1;
     int status = 1;
     FILE *f = lum_bench_open(options, "scene.obj");

@@ -15,12 +15,11 @@
 #include "core/accel/embree.h"
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
-#include "core/render/view.h"
-#include "tests/bench/bench.h"
+#include "core/render/frame.h"
+#include "tests/bench/table.h"
 
 #define SIDE 512u
-#define TILE 16u
-#define N_BATCHES (SIDE / TILE * SIDE / TILE)
+#define N_BATCHES (SIDE * SIDE / LUM_TILE_PIXELS)
 
 enum kind { PRIMARY, BOUNCE, SHADOW, N_KINDS };
 static const char *const kind_names[N_KINDS] = {"primary", "bounce", "shadow"};
@@ -46,38 +45,6 @@ struct study {
     uint64_t n_rays[N_KINDS];
 };
 
-static void camera_rays(const struct lum_snapshot *s, const struct lum_camera *c, uint32_t batch, struct lum_rays *r)
-{
-    double k = s->norm.scale;
-    struct lum_vec3 eye =
-        lum_v3((float)((c->position.x - s->norm.centre.x) * k), (float)((c->position.y - s->norm.centre.y) * k),
-               (float)((c->position.z - s->norm.centre.z) * k));
-    struct lum_vec3 ahead =
-        lum_normalize(lum_v3((float)(c->target.x - c->position.x), (float)(c->target.y - c->position.y),
-                             (float)(c->target.z - c->position.z)));
-    struct lum_vec3 right = lum_normalize(lum_cross(ahead, lum_v3((float)c->up.x, (float)c->up.y, (float)c->up.z)));
-    struct lum_vec3 up = lum_cross(right, ahead);
-    float half = tanf((float)c->vfov_deg * LUM_PI / 360.0f);
-    uint32_t x0 = batch % (SIDE / TILE) * TILE, y0 = batch / (SIDE / TILE) * TILE;
-    r->n = LUM_RAY_BATCH;
-    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
-        float x = ((float)(x0 + i % TILE) + 0.5f) / (float)SIDE * 2.0f - 1.0f;
-        float y = 1.0f - ((float)(y0 + i / TILE) + 0.5f) / (float)SIDE * 2.0f;
-        struct lum_vec3 d = lum_normalize(lum_v3_mad(lum_v3_mad(ahead, right, x * half), up, y * half));
-        r->ox[i] = eye.x, r->oy[i] = eye.y, r->oz[i] = eye.z;
-        r->dx[i] = d.x, r->dy[i] = d.y, r->dz[i] = d.z;
-        r->tnear[i] = 0.0f, r->tfar[i] = INFINITY;
-    }
-}
-
-static void push(struct lum_rays *r, struct lum_vec3 o, struct lum_vec3 d, float tfar)
-{
-    uint32_t i = r->n++;
-    r->ox[i] = o.x, r->oy[i] = o.y, r->oz[i] = o.z;
-    r->dx[i] = d.x, r->dy[i] = d.y, r->dz[i] = d.z;
-    r->tnear[i] = 0.0f, r->tfar[i] = tfar;
-}
-
 /* From what the primary rays of a batch hit: one bounce ray and one shadow ray each. */
 static void secondary_rays(struct study *st, uint32_t batch)
 {
@@ -94,15 +61,15 @@ static void secondary_rays(struct study *st, uint32_t batch)
             continue;
         struct lum_surface surface;
         struct lum_sampler sampler = lum_sampler_at(batch, i, 0, 1);
-        lum_snapshot_surface(s, &hits, i, lum_v3(primary->dx[i], primary->dy[i], primary->dz[i]), &surface);
+        lum_snapshot_surface(s, &hits, i, lum_rays_direction(primary, i), &surface);
         struct lum_frame frame = lum_frame_from_normal(surface.ng);
         struct lum_vec3 p = lum_ray_offset(surface.p, surface.ng);
-        push(bounce, p, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
+        lum_rays_push(bounce, p, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
         float u = lum_sampler_1d(&sampler, 1), prob;
         struct lum_light_sample ls;
         uint32_t light = lum_lights_pick(&s->lights, &u, &prob);
         if (light != LUM_NO_OBJECT && lum_light_sample_at(s, light, p, lum_sampler_2d(&sampler, 2), &ls))
-            push(shadow, p, ls.wi, isinf(ls.distance) ? INFINITY : ls.distance * 0.999f);
+            lum_rays_push(shadow, p, ls.wi, isinf(ls.distance) ? INFINITY : ls.distance * 0.999f);
     }
 }
 
@@ -195,23 +162,9 @@ static double sweep_lumend(const struct study *st, enum kind kind)
 }
 
 struct ratio {
-    double embree_mrays, lumend_mrays, median, lo, hi;
+    double embree_mrays, lumend_mrays;
+    struct lum_bench_median ratio;
 };
-
-/* 95 % interval of the median by 2 000 resamples with a fixed seed. */
-static void bootstrap(const double *ratios, size_t n, struct ratio *ret)
-{
-    enum { RESAMPLES = 2000, MAX = 128 };
-    static double medians[RESAMPLES], draw[MAX];
-    uint32_t seed = 1;
-    for (size_t r = 0; r < RESAMPLES; r++) {
-        for (size_t i = 0; i < n; i++)
-            draw[i] = ratios[(seed = lum_hash_u32(seed + (uint32_t)i)) % n];
-        medians[r] = lum_bench_quantile(draw, n, 0.5);
-    }
-    ret->lo = lum_bench_quantile(medians, RESAMPLES, 0.025);
-    ret->hi = lum_bench_quantile(medians, RESAMPLES, 0.975);
-}
 
 static struct ratio measure(const struct study *st, enum kind kind, size_t pairs)
 {
@@ -225,8 +178,7 @@ static struct ratio measure(const struct study *st, enum kind kind, size_t pairs
         ratios[i] = embree[i] / lumend[i];
     }
     struct ratio r;
-    bootstrap(ratios, pairs, &r);
-    r.median = lum_bench_quantile(ratios, pairs, 0.5);
+    r.ratio = lum_bench_bootstrap(ratios, pairs);
     double rays = 2.0 * (double)st->n_rays[kind] * 1e-6;
     r.embree_mrays = rays / lum_bench_quantile(embree, pairs, 0.5);
     r.lumend_mrays = rays / lum_bench_quantile(lumend, pairs, 0.5);
@@ -263,9 +215,12 @@ static bool path_pass(struct study *st, size_t passes, double *ret_mrays, double
 
 static bool prepare(struct study *st)
 {
+    const struct lum_snapshot *s = st->world.snapshot;
     struct lum_camera camera;
     struct lum_error err = {0};
-    if (lum_snapshot_camera(st->world.snapshot, NULL, &camera, &err) != LUM_OK) {
+    struct lum_pass pass = {.tiling = lum_tiling_make(SIDE, SIDE)};
+    if (lum_snapshot_camera(s, NULL, &camera, &err) != LUM_OK ||
+        lum_eye_init(&pass.eye, &camera, &s->norm, SIDE, SIDE, &err) != LUM_OK) {
         fprintf(stderr, "lumend-bench: %s\n", err.text);
         return false;
     }
@@ -273,26 +228,38 @@ static bool prepare(struct study *st)
         if (!(st->rays[k] = lum_calloc(N_BATCHES, sizeof *st->rays[k])))
             return false;
     for (uint32_t b = 0; b < N_BATCHES; b++) {
-        camera_rays(st->world.snapshot, &camera, b, &st->rays[PRIMARY][b]);
+        lum_tile_center_rays(&pass, b, &st->rays[PRIMARY][b]);
         secondary_rays(st, b);
     }
     return make_packets(st, PRIMARY) && make_packets(st, BOUNCE) && make_packets(st, SHADOW);
 }
 
-static void report(const struct lum_bench_options *o, const struct ratio *r, double path_mrays, double per_sample,
-                   FILE *csv)
+static const struct lum_bench_column columns[] = {
+    {"kind", "rays", LUM_BENCH_TEXT},       {"embree_mrays_s", "Embree Mray/s", 2},
+    {"lumend_mrays_s", "lumend Mray/s", 2}, {"ratio", "ratio", 3},
+    {"ratio_lo", "95 % from", 3},           {"ratio_hi", "to", 3},
+};
+
+static bool report(const struct lum_bench_options *o, const struct ratio *r, double path_mrays, double per_sample)
 {
-    printf("%s, one thread, %u x %u\n%-10s %14s %14s %10s  95 %% interval\n", o->scene, SIDE, SIDE, "rays",
-           "Embree Mray/s", "lumend Mray/s", "ratio");
-    fprintf(csv, "kind,embree_mrays_s,lumend_mrays_s,ratio,ratio_lo,ratio_hi\n");
+    struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
+    if (!t)
+        return false;
     for (int k = 0; k < N_KINDS; k++) {
-        printf("%-10s %14.2f %14.2f %10.3f  [%.3f, %.3f]\n", kind_names[k], r[k].embree_mrays, r[k].lumend_mrays,
-               r[k].median, r[k].lo, r[k].hi);
-        fprintf(csv, "%s,%.4f,%.4f,%.4f,%.4f,%.4f\n", kind_names[k], r[k].embree_mrays, r[k].lumend_mrays, r[k].median,
-                r[k].lo, r[k].hi);
+        lum_bench_table_text(t, kind_names[k]);
+        const double row[] = {r[k].embree_mrays, r[k].lumend_mrays, r[k].ratio.median, r[k].ratio.lo, r[k].ratio.hi};
+        for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
+            lum_bench_table_number(t, row[i]);
     }
-    printf("%-10s %14s %14.2f   (%.1f rays a sample, shading included)\n", "path", "", path_mrays, per_sample);
-    fprintf(csv, "path,,%.4f,,,\n", path_mrays);
+    lum_bench_table_text(t, "path");
+    const double row[] = {(double)NAN, path_mrays, (double)NAN, (double)NAN, (double)NAN};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
+        lum_bench_table_number(t, row[i]);
+    printf("%s, one thread, %u x %u; path: %.1f rays a sample, shading included\n\n", o->scene, SIDE, SIDE, per_sample);
+    lum_bench_table_markdown(t, stdout);
+    bool ok = lum_bench_table_save(t, o, "rays");
+    lum_bench_table_destroy(t);
+    return ok;
 }
 
 int lum_bench_rays(const struct lum_bench_options *options)
@@ -301,21 +268,17 @@ int lum_bench_rays(const struct lum_bench_options *options)
     struct ratio ratios[N_KINDS];
     double path_mrays = 0.0, per_sample = 0.0;
     int status = 1;
-    FILE *csv = NULL;
-    if (!lum_bench_world(options, 1, &st.world))
+    if (!lum_bench_world(options->scene, 1, &st.world))
         return 1;
     lum_thread_init_fp();
-    if (!prepare(&st) || !(csv = lum_bench_open(options, "rays.csv")))
+    if (!prepare(&st))
         goto out;
     for (enum kind k = PRIMARY; k < N_KINDS; k++)
         ratios[k] = measure(&st, k, options->quick ? 4 : 24);
     if (!path_pass(&st, options->quick ? 3 : 8, &path_mrays, &per_sample))
         goto out;
-    report(options, ratios, path_mrays, per_sample, csv);
-    status = 0;
+    status = report(options, ratios, path_mrays, per_sample) ? 0 : 1;
 out:
-    if (csv && fclose(csv) != 0)
-        status = 1;
     for (int k = 0; k < N_KINDS; k++) {
         lum_free(st.rays[k]);
         lum_free(st.packets[k]);

@@ -5,6 +5,7 @@
  * clock: request sent to last tile of a frame with that scene_rev or camera_seq received and decoded. */
 #define _GNU_SOURCE
 #include <fcntl.h>
+#include <math.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "tests/bench/bench.h"
+#include "tests/bench/table.h"
 
 extern char **environ;
 
@@ -122,21 +123,27 @@ static bool write_edits(const struct lum_bench_options *o, int edit, int count, 
     return fclose(f) == 0;
 }
 
-static void report(const char *edit, const char *method, const cJSON *json, const char *client_key, FILE *csv)
+static const struct lum_bench_column columns[] = {
+    {"edit", "edit", LUM_BENCH_TEXT}, {"method", "method", LUM_BENCH_TEXT}, {"server_p50_ms", "server p50", 1},
+    {"server_p95_ms", "p95", 1},      {"server_max_ms", "max", 1},          {"client_p50_ms", "client p50", 1},
+    {"client_p95_ms", "p95", 1},      {"client_max_ms", "max", 1},
+};
+
+static void put_row(struct lum_bench_table *t, const char *edit, const char *method, const cJSON *json,
+                    const char *client_key)
 {
-    const cJSON *server = cJSON_GetObjectItem(json, "server_us"), *client = cJSON_GetObjectItem(json, client_key);
-    double v[6];
+    const cJSON *sides[2] = {cJSON_GetObjectItem(json, "server_us"), cJSON_GetObjectItem(json, client_key)};
     const char *const keys[3] = {"p50", "p95", "max"};
-    for (int i = 0; i < 3; i++) {
-        const cJSON *a = cJSON_GetObjectItem(server, keys[i]), *b = cJSON_GetObjectItem(client, keys[i]);
-        v[i] = a ? a->valuedouble * 1e-3 : -1.0;
-        v[3 + i] = b ? b->valuedouble * 1e-3 : -1.0;
+    lum_bench_table_text(t, edit);
+    lum_bench_table_text(t, method);
+    for (int i = 0; i < 6; i++) {
+        const cJSON *us = cJSON_GetObjectItem(sides[i / 3], keys[i % 3]);
+        lum_bench_table_number(t, us ? us->valuedouble * 1e-3 : (double)NAN);
     }
-    printf("%-14s %-8s %8.1f %8.1f %8.1f   %8.1f %8.1f %8.1f\n", edit, method, v[0], v[1], v[2], v[3], v[4], v[5]);
-    fprintf(csv, "%s,%s,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f\n", edit, method, v[0], v[1], v[2], v[3], v[4], v[5]);
 }
 
-static bool measure(const struct lum_bench_options *o, const struct server *s, const char *method, FILE *csv)
+static bool measure(const struct lum_bench_options *o, const struct server *s, const char *method,
+                    struct lum_bench_table *t)
 {
     int count = o->quick ? 6 : 100;
     char path[4200], steps[16];
@@ -149,7 +156,7 @@ static bool measure(const struct lum_bench_options *o, const struct server *s, c
         cJSON *json = replay(o, s, edit == CAMERA ? camera : edits);
         if (!json)
             return false;
-        report(edit_names[edit], method, json, edit == CAMERA ? "camera_to_frame_us" : "edit_to_frame_us", csv);
+        put_row(t, edit_names[edit], method, json, edit == CAMERA ? "camera_to_frame_us" : "edit_to_frame_us");
         cJSON_Delete(json);
     }
     return true;
@@ -163,16 +170,14 @@ int lum_bench_stream(const struct lum_bench_options *options)
         fprintf(stderr, "lumend-bench: stream edits ceiling-panel and tall-statue: --scene cornell\n");
         return 2;
     }
-    FILE *csv = lum_bench_open(options, "stream.csv");
-    if (csv && server_start(options, &server)) {
-        printf("%s at 600x400, milliseconds\n%-14s %-8s %8s %8s %8s   %8s %8s %8s\n", options->scene, "edit", "method",
-               "server p50", "p95", "max", "client p50", "p95", "max");
-        fprintf(csv,
-                "edit,method,server_p50_ms,server_p95_ms,server_max_ms,client_p50_ms,client_p95_ms,client_max_ms\n");
-        status = measure(options, &server, "path", csv) && measure(options, &server, "whitted", csv) ? 0 : 1;
+    struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
+    if (t && server_start(options, &server)) {
+        bool ok = measure(options, &server, "path", t) && measure(options, &server, "whitted", t);
         server_stop(&server);
+        printf("%s at 600x400, milliseconds\n\n", options->scene);
+        lum_bench_table_markdown(t, stdout);
+        status = ok && lum_bench_table_save(t, options, "stream") ? 0 : 1;
     }
-    if (csv && fclose(csv) != 0)
-        status = 1;
+    lum_bench_table_destroy(t);
     return status;
 }

@@ -1,0 +1,183 @@
+#include "tests/bench/table.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+struct cell {
+    char text[64];
+};
+
+struct lum_bench_table {
+    const struct lum_bench_column *columns;
+    size_t n_columns;
+    struct cell *cells;
+    size_t n, capacity;
+    bool failed; /* a cell is missing: out of memory */
+};
+
+struct lum_bench_table *lum_bench_table_create(const struct lum_bench_column *columns, size_t n_columns)
+{
+    struct lum_bench_table *t = lum_calloc(1, sizeof *t);
+    if (!t) {
+        fprintf(stderr, "lumend-bench: out of memory\n");
+        return NULL;
+    }
+    t->columns = columns;
+    t->n_columns = n_columns;
+    return t;
+}
+
+void lum_bench_table_destroy(struct lum_bench_table *t)
+{
+    if (!t)
+        return;
+    lum_free(t->cells);
+    lum_free(t);
+}
+
+static void put_cell(struct lum_bench_table *t, const char *text)
+{
+    if (t->n == t->capacity) {
+        size_t capacity = t->capacity ? 2 * t->capacity : 64 * t->n_columns;
+        struct cell *cells = lum_calloc(capacity, sizeof *cells);
+        if (!cells) {
+            t->failed = true;
+            return;
+        }
+        if (t->n)
+            memcpy(cells, t->cells, t->n * sizeof *cells);
+        lum_free(t->cells);
+        t->cells = cells;
+        t->capacity = capacity;
+    }
+    snprintf(t->cells[t->n++].text, sizeof t->cells->text, "%s", text);
+}
+
+void lum_bench_table_text(struct lum_bench_table *t, const char *text)
+{
+    put_cell(t, text);
+}
+
+void lum_bench_table_number(struct lum_bench_table *t, double value)
+{
+    char text[sizeof(struct cell)] = "";
+    if (isfinite(value))
+        snprintf(text, sizeof text, "%.*f", t->columns[t->n % t->n_columns].digits, value);
+    put_cell(t, text);
+}
+
+/* ---- writing ---- */
+
+static size_t n_rows(const struct lum_bench_table *t)
+{
+    return t->n / t->n_columns;
+}
+
+static const char *cell_at(const struct lum_bench_table *t, size_t row, size_t column)
+{
+    return t->cells[row * t->n_columns + column].text;
+}
+
+/* Cells padded to the column's width, so that the source reads well too. */
+static void put_padded(FILE *f, const char *text, size_t width, bool right)
+{
+    fprintf(f, right ? " %*s |" : " %-*s |", (int)width, text);
+}
+
+void lum_bench_table_markdown(const struct lum_bench_table *t, FILE *f)
+{
+    for (size_t line = 0; line < n_rows(t) + 2; line++) {
+        fputc('|', f);
+        for (size_t c = 0; c < t->n_columns; c++) {
+            const struct lum_bench_column *column = &t->columns[c];
+            bool right = column->digits != LUM_BENCH_TEXT;
+            if (!column->title)
+                continue;
+            size_t width = strlen(column->title);
+            for (size_t r = 0; r < n_rows(t); r++)
+                width = strlen(cell_at(t, r, c)) > width ? strlen(cell_at(t, r, c)) : width;
+            if (line == 1) {
+                for (size_t i = 0; i < width + 1; i++)
+                    fputc('-', f);
+                fputs(right ? ":|" : "-|", f);
+            } else {
+                put_padded(f, line == 0 ? column->title : cell_at(t, line - 2, c), width, right);
+            }
+        }
+        fputc('\n', f);
+    }
+}
+
+static void put_csv_text(FILE *f, const char *text)
+{
+    bool quoted = strpbrk(text, ",\"\n") != NULL;
+    if (quoted)
+        fputc('"', f);
+    for (; *text; text++)
+        fputs(*text == '"' ? "\"\"" : (char[2]){*text, 0}, f);
+    if (quoted)
+        fputc('"', f);
+}
+
+static void write_csv(const struct lum_bench_table *t, FILE *f)
+{
+    for (size_t c = 0; c < t->n_columns; c++)
+        fprintf(f, "%s%c", t->columns[c].key, c + 1 < t->n_columns ? ',' : '\n');
+    for (size_t r = 0; r < n_rows(t); r++)
+        for (size_t c = 0; c < t->n_columns; c++) {
+            put_csv_text(f, cell_at(t, r, c));
+            fputc(c + 1 < t->n_columns ? ',' : '\n', f);
+        }
+}
+
+static void put_json_text(FILE *f, const char *text)
+{
+    fputc('"', f);
+    for (; *text; text++) {
+        if (*text == '"' || *text == '\\')
+            fputc('\\', f);
+        fputc((unsigned char)*text < 0x20 ? ' ' : *text, f);
+    }
+    fputc('"', f);
+}
+
+static void write_json(const struct lum_bench_table *t, FILE *f)
+{
+    fputs("[\n", f);
+    for (size_t r = 0; r < n_rows(t); r++) {
+        for (size_t c = 0; c < t->n_columns; c++) {
+            const char *text = cell_at(t, r, c);
+            fprintf(f, "%s\"%s\": ", c == 0 ? "  {" : ", ", t->columns[c].key);
+            if (t->columns[c].digits == LUM_BENCH_TEXT)
+                put_json_text(f, text);
+            else
+                fputs(text[0] ? text : "null", f);
+        }
+        fputs(r + 1 < n_rows(t) ? "},\n" : "}\n", f);
+    }
+    fputs("]\n", f);
+}
+
+static bool save_as(const struct lum_bench_table *t, const struct lum_bench_options *o, const char *name, bool json)
+{
+    char file[128];
+    snprintf(file, sizeof file, "%s.%s", name, json ? "json" : "csv");
+    FILE *f = lum_bench_open(o, file);
+    if (!f)
+        return false;
+    if (json)
+        write_json(t, f);
+    else
+        write_csv(t, f);
+    return lum_bench_close(f, file);
+}
+
+bool lum_bench_table_save(const struct lum_bench_table *t, const struct lum_bench_options *options, const char *name)
+{
+    if (t->failed) {
+        fprintf(stderr, "lumend-bench: out of memory for %s\n", name);
+        return false;
+    }
+    return save_as(t, options, name, false) && save_as(t, options, name, true);
+}
