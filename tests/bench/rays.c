@@ -218,7 +218,7 @@ static bool prepare(struct study *st)
     const struct lum_snapshot *s = st->world.snapshot;
     struct lum_camera camera;
     struct lum_error err = {0};
-    struct lum_pass pass = {.tiling = lum_tiling_make(SIDE, SIDE)};
+    struct lum_pass pass = {.tiling = lum_tiling_make(SIDE, SIDE, LUM_TILE_SIDE)};
     if (lum_snapshot_camera(s, NULL, &camera, &err) != LUM_OK ||
         lum_eye_init(&pass.eye, &camera, &s->norm, SIDE, SIDE, &err) != LUM_OK) {
         fprintf(stderr, "lumend-bench: %s\n", err.text);
