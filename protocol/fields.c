@@ -149,7 +149,7 @@ static const struct lum_field render[] = {
     INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, 8, "path segments after the first hit"),
     INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
     INTEGER(render, seed, 0, 4294967295.0, 0, ""),
-    INTEGER(render, vpls, 1, 65536, 256, "reserved: virtual point lights of methods to come"),
+    INTEGER(render, vpls, 1, 65536, 256, "virtual point lights, of methods that use them"),
     BOOL(render, antialias, 1, "false: rays through pixel centres"),
     OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
     CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),

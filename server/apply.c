@@ -298,6 +298,7 @@ enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_v
     inout_settings->shadow_samples = (uint32_t)r->shadow_samples;
     inout_settings->seed = (uint32_t)r->seed;
     inout_settings->antialias = r->antialias;
+    inout_settings->n_vpls = (uint32_t)r->vpls;
     return LUM_OK;
 }
 

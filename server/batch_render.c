@@ -110,6 +110,10 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
                               "there is no method %.40s (see: lumend methods)", o->method);
     if (o->has_seed)
         s.seed = o->seed;
+    if (o->vpls)
+        s.n_vpls = o->vpls;
+    s.effects_off = o->effects_off;
+    s.effects_on = o->effects_on;
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (lum_snapshot_camera(b->world.snapshot, o->camera, &s.camera, &e)) {
@@ -225,6 +229,8 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
     enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
     if (st)
         return st;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        out.guidance[e] = lum_view_guidance(b->view, (enum lum_effect)e);
     cJSON *json = lum_frame_stats_json(&b->frame_stats);
     char *stats = json ? lum_json_print(json, NULL) : NULL;
     cJSON_Delete(json);

@@ -16,6 +16,7 @@
 #include "core/base/base.h"
 #include "protocol/error.h"
 #include "protocol/op.h"
+#include "server/overlay.h"
 #include "server/stream.h"
 
 struct lum_session_ref {
@@ -42,7 +43,7 @@ enum lum_command_kind {
 struct lum_view_request {
     uint32_t view_id; /* update, close */
     bool has_camera, has_camera_id, has_size, has_codec, has_quality, has_method, has_camera_seq, has_exposure, has_tone_map,
-        has_white_balance, has_spp, has_stats, has_downscale, has_budget;
+        has_white_balance, has_spp, has_stats, has_downscale, has_budget, has_overlay;
     double position[3], target[3], up[3], vfov_deg;
     lum_id camera_id;
     uint32_t w, h;
@@ -56,6 +57,9 @@ struct lum_view_request {
     struct lum_opt white_balance_k; /* of this view alone: light of this temperature is shown as white; null: none */
     uint32_t spp;
     bool stats; /* wants frame.stats; default true */
+    uint32_t effects_named, effects_off, effects_on; /* bits LUM_EFFECT_BIT: those that the request says something of, of
+                                                        them those to force; the rest are "auto" */
+    enum lum_overlay overlay;
     struct lum_opt budget_time_ms, budget_error; /* both unset: none */
 };
 

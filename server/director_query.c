@@ -143,6 +143,16 @@ static cJSON *view_json(const struct lum_server_view *v)
     return o;
 }
 
+/* The effects that the method computes. */
+static cJSON *served_json(const struct lum_method *method)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (method->serves[e])
+            lum_json_add(list, NULL, cJSON_CreateString(lum_effect_names[e]));
+    return list;
+}
+
 /* What a client may ask for as "method". */
 static cJSON *methods_json(void)
 {
@@ -153,6 +163,8 @@ static cJSON *methods_json(void)
         cJSON *m = cJSON_CreateObject();
         lum_json_add_string(m, "name", table[i].name);
         lum_json_add_string(m, "summary", table[i].summary);
+        lum_json_add_bool(m, "progressive", table[i].progressive);
+        lum_json_add(m, "effects", served_json(&table[i]));
         lum_json_add(list, NULL, m);
     }
     return list;

@@ -13,6 +13,7 @@
 #include "core/film/film.h"
 #include "protocol/frame.h"
 #include "protocol/limits.h"
+#include "server/overlay.h"
 #include "server/stream.h"
 
 struct lum_encoder; /* JPEG handles and scratch memory, one set a worker */
@@ -30,6 +31,7 @@ struct lum_tile_state {
 struct lum_picture {
     const struct lum_film *film;
     struct lum_display display;
+    struct lum_overlay_picture overlay; /* HDR tiles do not show it */
     /* frame_seq, scene_rev, view_id, camera_seq, flags, codec, quality, downscale, spp and error are taken from here */
     struct lum_frame_header header;
 };

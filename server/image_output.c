@@ -71,13 +71,31 @@ static void add_aovs(struct channels *c, const struct lum_aovs *aovs, const floa
         add_channel(c, "", "id", ids, 1);
 }
 
+/* Maps are bytes, channels floats. False: memory is short. */
+static bool add_guidance(struct channels *c, const struct lum_exr_output *o, float *maps[LUM_EFFECT_COUNT])
+{
+    size_t n = (size_t)o->w * o->h;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
+        if (!o->guidance[e])
+            continue;
+        maps[e] = lum_calloc(n, sizeof *maps[e]);
+        if (!maps[e])
+            return false;
+        for (size_t i = 0; i < n; i++)
+            maps[e][i] = (float)o->guidance[e][i];
+        add_channel(c, "guidance", lum_effect_names[e], maps[e], 1);
+    }
+    return true;
+}
+
 enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, struct lum_error *err)
 {
     size_t n = (size_t)o->w * o->h;
     float *ids = o->aovs.instance ? lum_calloc(n, sizeof *ids) : NULL;
-    struct channels c = {.list = lum_calloc(11 + (size_t)3 * o->n_layers, sizeof *c.list)};
+    float *maps[LUM_EFFECT_COUNT] = {NULL};
+    struct channels c = {.list = lum_calloc(11 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
     enum lum_status st = LUM_OK;
-    if (!c.list || (o->aovs.instance && !ids)) {
+    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps)) {
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
         goto done;
     }
@@ -90,6 +108,8 @@ enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, 
     st = lum_exr_write(path, o->w, o->h, c.list, c.n, o->attributes, o->n_attributes, err);
 done:
     lum_free(c.list);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        lum_free(maps[e]);
     lum_free(ids);
     return st;
 }

@@ -108,11 +108,38 @@ static void read_coding(struct lum_json_reader *r, struct lum_view_request *v)
         v->downscale = (uint8_t)number;
 }
 
+/* {"soft_shadow":"off", "media":"auto", ...} */
+static void read_effects(struct lum_json_reader *r, struct lum_view_request *v)
+{
+    struct lum_json_reader effects;
+    if (!lum_json_object(r, "effects", &effects))
+        return;
+    for (const struct cJSON *m = effects.object->child; m; m = m->next) {
+        enum lum_effect e;
+        unsigned choice = 0;
+        if (!lum_effect_find(m->string, strlen(m->string), &e)) {
+            char list[LUM_EFFECT_LIST_BYTES];
+            lum_effect_list(list);
+            lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string,
+                           "unknown effect \"%.64s\": one of %s", m->string, list);
+            r->failed = !lum_proto_prefix(r->err, "effects"); /* which gives false */
+            return;
+        }
+        if (!lum_json_choice(&effects, m->string, "auto|off|on", &choice))
+            continue; /* null, or refused: then so are all that follow */
+        v->effects_named |= LUM_EFFECT_BIT(e);
+        v->effects_off |= choice == 1 ? LUM_EFFECT_BIT(e) : 0;
+        v->effects_on |= choice == 2 ? LUM_EFFECT_BIT(e) : 0;
+    }
+    if (!lum_json_end(&effects))
+        r->failed = true;
+}
+
 static bool read_view(struct lum_json_reader *r, struct lum_view_request *v)
 {
     static const char *const tone_maps[] = {"agx", "aces", "reinhard", "none"};
     double size[2];
-    unsigned tone_map = 0;
+    unsigned tone_map = 0, overlay = 0;
     v->stats = true;
     v->has_camera = read_camera(r, v);
     v->has_camera_id = lum_json_id(r, "camera_id", v->camera_id);
@@ -127,6 +154,9 @@ static bool read_view(struct lum_json_reader *r, struct lum_view_request *v)
     v->has_white_balance = lum_json_opt(r, "white_balance_k", 1667.0, 25000.0, &v->white_balance_k);
     v->has_spp = lum_json_u32(r, "spp", 1, LUM_LIMIT_SPP, &v->spp);
     v->has_stats = lum_json_bool(r, "stats", &v->stats);
+    v->has_overlay = lum_json_choice(r, "overlay", LUM_OVERLAY_NAMES, &overlay);
+    v->overlay = (enum lum_overlay)overlay;
+    read_effects(r, v);
     read_budget(r, v);
     if (!lum_json_end(r))
         return false;

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/method/method.h"
+#include "core/vpl/vpl.h"
 #include "protocol/limits.h"
 
 #define MAX_FRAMES 1000000u
@@ -24,6 +26,10 @@ const char lum_render_help[] =
     "  --spp N              samples a pixel (default 64, or as many as --time or --error take)\n"
     "  --time S             stop each frame after S seconds\n"
     "  --error E            stop each frame at this relative error\n"
+    "  --effects-off A,B    effects to leave out, of: direct, soft_shadow, environment, indirect_diffuse, reflection,\n"
+    "                       transmission, glossy, media, antialias\n"
+    "  --effects-on A,B     effects to compute although nothing in the scene calls for them\n"
+    "  --vpls N             virtual point lights, of methods that use them (default: the scene's)\n"
     "  --light-groups       a layer for each light group (EXR)\n"
     "  --threads N          default: all processors\n"
     "  --seed N             another draw of random numbers\n"
@@ -43,6 +49,9 @@ enum option_code {
     OPT_SPP,
     OPT_TIME,
     OPT_ERROR,
+    OPT_EFFECTS_OFF,
+    OPT_EFFECTS_ON,
+    OPT_VPLS,
     OPT_LIGHT_GROUPS,
     OPT_THREADS,
     OPT_SEED,
@@ -64,6 +73,9 @@ static const struct option long_options[] = {
     {"spp", required_argument, NULL, OPT_SPP},
     {"time", required_argument, NULL, OPT_TIME},
     {"error", required_argument, NULL, OPT_ERROR},
+    {"effects-off", required_argument, NULL, OPT_EFFECTS_OFF},
+    {"effects-on", required_argument, NULL, OPT_EFFECTS_ON},
+    {"vpls", required_argument, NULL, OPT_VPLS},
     {"light-groups", no_argument, NULL, OPT_LIGHT_GROUPS},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"seed", required_argument, NULL, OPT_SEED},
@@ -115,6 +127,28 @@ static enum lum_status read_size(const char *text, struct lum_render_options *o,
     return st;
 }
 
+/* Names with commas between them; added to *inout_bits. */
+static enum lum_status read_effects(const char *option, const char *text, uint32_t *inout_bits, struct lum_error *err)
+{
+    uint32_t bits = 0;
+    for (const char *name = text;; name++) {
+        size_t n = strcspn(name, ",");
+        enum lum_effect e;
+        if (!lum_effect_find(name, n, &e)) {
+            char list[LUM_EFFECT_LIST_BYTES];
+            lum_effect_list(list);
+            return lum_fail(err, LUM_ERR_INVALID, option, "--%s: there is no effect \"%.*s\": one of %s", option,
+                            n < 40 ? (int)n : 40, name, list);
+        }
+        bits |= LUM_EFFECT_BIT(e);
+        name += n;
+        if (!*name)
+            break;
+    }
+    *inout_bits |= bits;
+    return LUM_OK;
+}
+
 static enum lum_status take(int code, const char *text, struct lum_render_options *o, struct lum_error *err)
 {
     switch (code) {
@@ -145,6 +179,12 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         return read_positive("time", text, &o->time_s, err);
     case OPT_ERROR:
         return read_positive("error", text, &o->error, err);
+    case OPT_EFFECTS_OFF:
+        return read_effects("effects-off", text, &o->effects_off, err);
+    case OPT_EFFECTS_ON:
+        return read_effects("effects-on", text, &o->effects_on, err);
+    case OPT_VPLS:
+        return read_u32("vpls", text, 1, LUM_VPL_MAX, &o->vpls, err);
     case OPT_LIGHT_GROUPS:
         o->light_groups = true;
         return LUM_OK;

@@ -16,6 +16,8 @@ struct lum_render_options {
     bool exr;              /* out is .exr, else .png */
     uint32_t threads;      /* 0: all */
     uint32_t seed;
+    uint32_t effects_off, effects_on; /* bits LUM_EFFECT_BIT */
+    uint32_t vpls;                    /* 0: the scene's */
 };
 
 /* A failure here is a usage error; err->field names the option. */

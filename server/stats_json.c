@@ -63,6 +63,7 @@ static struct cJSON *effects_json(const struct lum_pass_stats *p)
     for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
         cJSON *e = cJSON_CreateObject();
         lum_json_add_bool(e, "on", p->demand.on[i]);
+        lum_json_add_bool(e, "served", p->served[i]);
         lum_json_add_string(e, "why", p->demand.why[i]);
         lum_json_add_number(e, "rays", (double)p->effects[i].rays);
         lum_json_add_number(e, "tiles", (double)p->effects[i].tiles);

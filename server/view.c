@@ -59,6 +59,8 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
             ok = lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method %s",
                                 want->method);
     }
+    r->settings.effects_off = want->effects_off;
+    r->settings.effects_on = want->effects_on;
     if (want->has_spp)
         r->settings.max_spp = want->spp;
     if (r->settings.max_spp == 0 || want->budget_error.set || want->budget_time_ms.set)
@@ -211,11 +213,14 @@ static void merge(struct lum_view_request *a, const struct lum_view_request *b)
     TAKE(has_spp, spp)
     TAKE(has_stats, stats)
     TAKE(has_downscale, downscale)
+    TAKE(has_overlay, overlay)
     TAKE(has_budget, budget_time_ms)
     TAKE(has_budget, budget_error)
 #undef TAKE
     if (b->has_camera_id && !b->has_camera)
         a->has_camera = false; /* the named camera replaces the explicit one */
+    a->effects_off = (a->effects_off & ~b->effects_named) | b->effects_off;
+    a->effects_on = (a->effects_on & ~b->effects_named) | b->effects_on;
 }
 
 static bool budget_spent(const struct lum_server_view *v)
@@ -373,13 +378,23 @@ static struct lum_display display(struct lum_server_view *v, const struct lum_fi
     return d;
 }
 
+static struct lum_overlay_picture overlay(const struct lum_server_view *v)
+{
+    struct lum_overlay_picture o = {.on = v->want.overlay != LUM_OVERLAY_NONE, .w = v->settings.w};
+    if (o.on)
+        o.iterations = lum_view_guidance(v->core, lum_overlay_effect(v->want.overlay));
+    return o;
+}
+
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
-    struct lum_picture picture = {
-        .film = film, .display = display(v, film), .header = frame_header(v, due == LUM_DUE_FINAL)};
+    struct lum_picture picture = {.film = film,
+                                  .display = display(v, film),
+                                  .overlay = overlay(v),
+                                  .header = frame_header(v, due == LUM_DUE_FINAL)};
     struct lum_blob_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_blob_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");

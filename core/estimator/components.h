@@ -59,9 +59,6 @@ static inline void lum_component_add(struct lum_components *c, enum lum_componen
 /* What guides filters: the surfaces of the pass. */
 struct lum_guide lum_components_guide(const struct lum_pass *pass);
 
-/* Colours of a guidance map: blue where a pattern tile was not refined, red the more often it was (5.3). */
-struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max);
-
 /* Adds what the components of a pixel contribute to its radiance: called by the composite. */
 struct lum_rgb lum_components_radiance(const struct lum_pass *pass, size_t pixel, struct lum_rgb layers);
 

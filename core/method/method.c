@@ -1,5 +1,6 @@
 #include "core/method/method.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "core/render/frame.h"
@@ -11,6 +12,24 @@ const char *const lum_effect_names[LUM_EFFECT_COUNT] = {
     [LUM_EFFECT_GLOSSY] = "glossy",           [LUM_EFFECT_MEDIA] = "media",
     [LUM_EFFECT_ANTIALIAS] = "antialias",
 };
+
+bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effect)
+{
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (strlen(lum_effect_names[e]) == n_name && memcmp(lum_effect_names[e], name, n_name) == 0) {
+            *ret_effect = (enum lum_effect)e;
+            return true;
+        }
+    return false;
+}
+
+void lum_effect_list(char ret_text[LUM_EFFECT_LIST_BYTES])
+{
+    size_t n = 0;
+    ret_text[0] = '\0';
+    for (int e = 0; e < LUM_EFFECT_COUNT && n < LUM_EFFECT_LIST_BYTES; e++)
+        n += (size_t)snprintf(ret_text + n, LUM_EFFECT_LIST_BYTES - n, "%s%s", e ? ", " : "", lum_effect_names[e]);
+}
 
 const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
     [LUM_RAY_PRIMARY] = "primary",

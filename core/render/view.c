@@ -94,6 +94,17 @@ const struct lum_film *lum_view_film(const struct lum_view *view)
     return &view->film;
 }
 
+const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect effect)
+{
+    static const int8_t component[LUM_EFFECT_COUNT] = {[LUM_EFFECT_SOFT_SHADOW] = LUM_COMPONENT_SHADOW + 1,
+                                                       [LUM_EFFECT_INDIRECT_DIFFUSE] = LUM_COMPONENT_INDIRECT + 1,
+                                                       [LUM_EFFECT_MEDIA] = LUM_COMPONENT_MEDIA + 1};
+    const struct lum_components *c = &view->deferred.components;
+    if (!view->rendered || !component[effect] || c->method != view->settings.method)
+        return NULL;
+    return c->buffer[component[effect] - 1].iterations;
+}
+
 /* ---- what is stale ---- */
 
 static enum lum_status check_settings(const struct lum_view_settings *s, struct lum_error *err)
@@ -289,6 +300,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         return status;
     refresh_film(view, &pass);
     struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->chosen};
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        stats.served[e] = settings->method->serves[e] != NULL;
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;

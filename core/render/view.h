@@ -60,6 +60,7 @@ struct lum_pass_stats {
     uint64_t rays[LUM_RAY_KIND_COUNT];
     struct lum_demand demand;
     struct lum_effect_stats effects[LUM_EFFECT_COUNT];
+    bool served[LUM_EFFECT_COUNT]; /* by the method: one that is called for and not served is missing in the picture */
     uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and that lie elsewhere than in the pass before */
     uint64_t nonfinite, bad_rays;  /* must be 0 */
     uint32_t spp;                 /* least samples of any pixel so far */
@@ -87,6 +88,13 @@ void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */
 const struct lum_film *lum_view_film(const struct lum_view *view);
+
+/* Where the last pass refined its samples of an effect: how often the pixel's tile of the sampling pattern was, w * h, row by
+ * row. NULL: the method made no such map. Valid until the next pass. */
+const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect effect);
+#define LUM_GUIDANCE_MAX 9u /* iterations of the thesis' pattern, the first one included: all its sample sets */
+/* Colours of such a map, linear: blue where a tile of the pattern was not refined, red the more often it was (5.3). */
+struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max);
 
 /* First-hit buffers of the last pass, through pixel centres; each may be NULL when not made yet. Arrays are w * h. */
 struct lum_aovs {

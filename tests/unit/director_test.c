@@ -17,7 +17,9 @@
 
 #include "protocol/json.h"
 #include "protocol/op.h"
+#include "protocol/rpc.h"
 #include "server/director_internal.h"
+#include "server/methods.h"
 
 enum { W = 40, H = 30, MAX_STREAMS = 4, MAX_TEXTS = 4096 };
 
@@ -586,6 +588,105 @@ static void an_import_joins_the_scene(void **state)
     assert_int_equal(m.triangles, 2);
 }
 
+/* view.update as its JSON text; the reply. A text that is refused when it is read gives its error, as the session does.
+ */
+static cJSON *update_view(struct client *c, const char *params)
+{
+    char text[512];
+    struct lum_rpc rpc;
+    struct lum_proto_error err;
+    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"view.update\",\"params\":%s}",
+             (unsigned long long)++c->next_id, params);
+    assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
+    struct lum_command *cmd = lum_method_command(&rpc, &err);
+    cJSON *reply = NULL;
+    if (cmd) {
+        cmd->session = c->session;
+        cmd->received_ns = lum_clock_ns();
+        reply = ask(c, cmd);
+    } else {
+        char *error = lum_rpc_error(rpc.id, &err);
+        reply = cJSON_Parse(error);
+        free(error);
+    }
+    lum_rpc_finish(&rpc);
+    return reply;
+}
+
+static void assert_taken(cJSON *reply)
+{
+    if (!cJSON_GetObjectItem(reply, "result")) {
+        char *text = cJSON_PrintUnformatted(reply);
+        fail_msg("%s", text);
+    }
+    cJSON_Delete(reply);
+}
+
+/* Next frame that shows camera number seq and is final. */
+static long sum_of_numbered(struct client *c, uint32_t seq, uint8_t pixels[W * H * 4])
+{
+    struct lum_frame_header h;
+    do
+        h = next_frame(c, pixels);
+    while (h.camera_seq != seq || !(h.flags & LUM_FRAME_CONVERGED));
+    long sum = 0;
+    for (size_t i = 0; i < W * H; i++)
+        sum += pixels[4 * i] + pixels[4 * i + 1] + pixels[4 * i + 2];
+    return sum;
+}
+
+/* The only light is a point: without `direct` the picture is black. Requests merge: what one does not name stays. */
+static void effects_are_forced_and_given_back(void **state)
+{
+    struct client *c = *state;
+    uint8_t first[W * H * 4], pixels[W * H * 4];
+    open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    assert_true(sum_of_numbered(c, 1, first) > 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"off\"},\"camera_seq\":2}"));
+    assert_int_equal(sum_of_numbered(c, 2, pixels), 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"media\":\"on\"},\"camera_seq\":3}"));
+    assert_int_equal(sum_of_numbered(c, 3, pixels), 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"auto\"},\"camera_seq\":4}"));
+    sum_of_numbered(c, 4, pixels);
+    assert_memory_equal(pixels, first, sizeof first);
+}
+
+static void effects_that_do_not_exist_are_refused(void **state)
+{
+    struct client *c = *state;
+    open_view(c, LUM_CODEC_RGBA8);
+    cJSON *reply = update_view(c, "{\"view_id\":1,\"effects\":{\"caustics\":\"on\"}}");
+    const char *message = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "error"), "message")->valuestring;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (!strstr(message, lum_effect_names[e]))
+            fail_msg("%s is not in: %s", lum_effect_names[e], message);
+    assert_refused(reply, "unknown_field", "effects/caustics");
+    assert_refused(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"maybe\"}}"), "invalid_value",
+                   "effects/direct");
+    assert_refused(update_view(c, "{\"view_id\":1,\"effects\":[]}"), "invalid_value", "effects");
+    assert_refused(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance\"}"), "invalid_value", "overlay");
+}
+
+/* path makes no guidance map: the picture in grey, from the same film: no pass runs for it. */
+static void an_overlay_is_display_only(void **state)
+{
+    struct client *c = *state;
+    uint8_t pixels[W * H * 4];
+    open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":1}"));
+    sum_of_numbered(c, 1, pixels);
+    struct lum_director_metrics before, after;
+    lum_director_metrics(c->director, &before);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance_soft_shadow\",\"camera_seq\":2}"));
+    assert_true(sum_of_numbered(c, 2, pixels) > 0);
+    for (size_t i = 0; i < W * H; i++)
+        assert_true(pixels[4 * i] == pixels[4 * i + 1] && pixels[4 * i] == pixels[4 * i + 2]);
+    lum_director_metrics(c->director, &after);
+    assert_int_equal(after.passes, before.passes);
+    assert_int_equal(after.rays, before.rays);
+}
+
 static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
@@ -655,6 +756,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_larger_budget_resumes, setup, teardown),
         cmocka_unit_test_setup_teardown(the_inbox_is_limited_in_bytes, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, setup, teardown),
+        cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, setup, teardown),
+        cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_overlay_is_display_only, setup, teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, setup, teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, setup, teardown),

@@ -207,6 +207,33 @@ static void downscaled_tiles_are_smaller(void **state)
 }
 
 /* Every half is a float exactly, and comes back; what lies between two of them goes to the even one. */
+/* Over the grey picture: blue where nothing was refined, redder the more was; grey alone without a map. */
+static void guidance_colours_lie_over_grey(void **state)
+{
+    struct fixture *f = *state;
+    uint8_t map[W * H];
+    for (uint32_t i = 0; i < W * H; i++)
+        map[i] = (uint8_t)(i % W * 9 / W);
+    const struct lum_frame_header tile = {.x = 3, .y = 5, .w = 100, .h = 2};
+    uint8_t plain[100 * 2 * 4], shown[100 * 2 * 4];
+    lum_film_resolve(&f->film, tile.x, tile.y, tile.w, tile.h, &f->picture.display, plain, 400);
+    memcpy(shown, plain, sizeof plain);
+    lum_overlay_paint(&(struct lum_overlay_picture){.on = false, .iterations = map, .w = W}, &tile, shown);
+    assert_memory_equal(shown, plain, sizeof plain);
+    lum_overlay_paint(&(struct lum_overlay_picture){.on = true, .w = W}, &tile, plain);
+    lum_overlay_paint(&(struct lum_overlay_picture){.on = true, .iterations = map, .w = W}, &tile, shown);
+    int red_before = 0;
+    for (uint32_t i = 0; i < tile.w; i++) {
+        const uint8_t *grey = plain + 4 * i, *c = shown + 4 * i;
+        uint8_t n = map[tile.y * W + tile.x + i];
+        assert_true(grey[0] == grey[1] && grey[1] == grey[2]);
+        assert_true(n ? c[0] > c[2] : c[2] > c[0]);
+        if (i > 0 && n > map[tile.y * W + tile.x + i - 1])
+            assert_true(2 * c[0] - grey[0] > red_before); /* what is mixed in, exact to the rounding of one code */
+        red_before = 2 * c[0] - grey[0] + 1;
+    }
+}
+
 static void halves_round_to_nearest_even(void **state)
 {
     (void)state;
@@ -257,6 +284,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(half_tiles_hold_the_radiance, setup, teardown),
         cmocka_unit_test_setup_teardown(unchanged_tiles_are_not_encoded_again, setup, teardown),
         cmocka_unit_test_setup_teardown(downscaled_tiles_are_smaller, setup, teardown),
+        cmocka_unit_test_setup_teardown(guidance_colours_lie_over_grey, setup, teardown),
         cmocka_unit_test(halves_round_to_nearest_even),
         cmocka_unit_test_setup_teardown(failing_memory_leaves_the_states, setup, teardown),
     };

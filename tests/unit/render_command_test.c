@@ -18,6 +18,7 @@
 #include "core/method/method.h"
 #include "protocol/json.h"
 #include "server/commands.h"
+#include "server/render_options.h"
 
 enum { MAX_ARGS = 24 };
 
@@ -201,6 +202,29 @@ static void stats_hold_what_the_design_names(void **state)
     free(text);
 }
 
+/* What is forced off has no rays and says why; --help lists the names that the options take. */
+static void effects_are_forced(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render,
+                         "render --scene cornell --method whitted --size 20x20 --effects-off "
+                         "soft_shadow,reflection --effects-on media --vpls 8 --out @e.png --stats @e.json"),
+                     LUM_EXIT_OK);
+    char *text = read_text(in_dir("e.json"));
+    struct lum_proto_error err;
+    cJSON *o = lum_json_parse(text, strlen(text), &err);
+    const cJSON *effects = member(cJSON_GetArrayItem(member(o, "frames"), 0), "effects");
+    const cJSON *off = member(effects, "soft_shadow"), *on = member(effects, "media");
+    assert_true(cJSON_IsFalse(member(off, "on")) && member(off, "rays")->valuedouble == 0.0);
+    assert_string_equal(member(off, "why")->valuestring, "the view switched it off");
+    assert_true(cJSON_IsTrue(member(off, "served")) && cJSON_IsTrue(member(on, "on")));
+    cJSON_Delete(o);
+    free(text);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (!strstr(lum_render_help, lum_effect_names[e]))
+            fail_msg("--help does not name %s", lum_effect_names[e]);
+}
+
 /* Ten frames a second: edits at 0, 100 and 150 ms show in frames 0, 1 and 2. */
 static void edits_follow_the_timeline(void **state)
 {
@@ -284,6 +308,11 @@ static void mistakes_are_told_apart(void **state)
         {"render --scene cornell --out @x.png --sp=3", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --spp", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png surplus", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --effects-off caustics", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --effects-off direct,", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --effects-on", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --vpls 0", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --vpls 65537", LUM_EXIT_USAGE},
         {"render --scene no-such-scene --out @x.png", LUM_EXIT_FAILED},
         {"render --scene @no-such.jsonl --out @x.png", LUM_EXIT_FAILED},
         {"render --scene cornell --method radiosity --out @x.png", LUM_EXIT_FAILED},
@@ -356,9 +385,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
-        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(edits_follow_the_timeline),
-        cmocka_unit_test(light_groups_sum_to_the_whole),    cmocka_unit_test(mistakes_are_told_apart),
-        cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
+        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
+        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
