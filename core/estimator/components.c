@@ -20,11 +20,11 @@ void lum_components_finish(struct lum_components *c)
     *c = (struct lum_components){0};
 }
 
-static bool reserve_buffer(struct lum_component_buffer *b, size_t n)
+static bool reserve_buffer(struct lum_component_buffer *b, size_t n, size_t n_raw)
 {
     if (b->raw)
         return true;
-    b->raw = lum_calloc(n, sizeof *b->raw);
+    b->raw = lum_calloc(n_raw, sizeof *b->raw);
     b->smooth = lum_calloc(n, sizeof *b->smooth);
     b->iterations = lum_calloc(n, 1);
     return b->raw && b->smooth && b->iterations;
@@ -46,7 +46,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
         if (!(bits & LUM_COMPONENT_BIT(i)))
             finish_buffer(&c->buffer[i]);
-        else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h))
+        else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h, (size_t)(c->w + 1) * (c->h + 1)))
             return false;
     }
     if (!pass->on[LUM_EFFECT_ANTIALIAS]) {
@@ -88,7 +88,7 @@ static void forget(struct lum_components *c)
         struct lum_component_buffer *b = &c->buffer[i];
         if (!b->raw)
             continue;
-        memset(b->raw, 0, (size_t)c->w * c->h * sizeof *b->raw);
+        memset(b->raw, 0, (size_t)(c->w + 1) * (c->h + 1) * sizeof *b->raw);
         memset(b->iterations, 0, (size_t)c->w * c->h);
     }
 }
@@ -127,6 +127,7 @@ struct lum_guide lum_components_guide(const struct lum_pass *pass)
         .p = pass->surfaces->p,
         .n = pass->surfaces->n,
         .depth = pass->surfaces->depth,
+        .kind = pass->surfaces->kind,
         .pixel = pass->eye.per_pixel,
     };
 }

@@ -21,7 +21,9 @@ enum lum_component {
 #define LUM_COMPONENT_BIT(c) (1u << (c))
 
 struct lum_component_buffer {
-    struct lum_rgb *raw, *smooth; /* w * h, row by row; NULL: nothing calls for it. raw may be used at a lower resolution */
+    /* w * h, row by row; NULL: nothing calls for it. raw has room for (w + 1) * (h + 1): it may be used for up to two pictures
+     * of a quarter of the resolution instead, rounded up. */
+    struct lum_rgb *raw, *smooth;
     uint8_t *iterations;          /* w * h: how often the pixel's tile of the pattern was refined, for the guidance map */
 };
 

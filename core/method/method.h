@@ -64,7 +64,7 @@ struct lum_method {
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
     bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
-    const struct lum_estimator *filter; /* methods with components: how they become smooth */
+    const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
 };
 
 /* The table, in display order; n rows. */

@@ -15,6 +15,7 @@ void lum_deferred_finish(struct lum_deferred *d)
     lum_surfaces_finish(&d->surfaces);
     lum_layers_finish(&d->layers);
     lum_components_finish(&d->components);
+    lum_vpl_finish(&d->vpls);
 }
 
 /* ---- one stage ---- */
@@ -99,7 +100,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 
 /* ---- the stages of a pass ---- */
 
-#define STAGES_MAX (LUM_EFFECT_COUNT + 5) /* an estimator for each effect, and those that every method has */
+#define STAGES_MAX (LUM_EFFECT_COUNT + 6) /* an estimator for each effect, filters, and those that every method has */
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
@@ -135,11 +136,26 @@ static struct plan make_plan(const struct lum_pass *pass)
         plan_stage(&plan, method->serves[e]);
         plan.vpls = plan.vpls || method->serves[e]->vpls;
     }
-    if (method->filter) {
+    for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
+        plan_stage(&plan, method->filters[i]);
+    if (method->filters[0])
         plan_stage(&plan, &lum_stage_surfaces);
-        plan_stage(&plan, method->filter);
-    }
     return plan;
+}
+
+static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                   struct lum_error *err)
+{
+    int64_t begin_ns = lum_clock_ns();
+    enum lum_status status = lum_vpl_update(&d->vpls, pass->snapshot, pass->settings->n_vpls, pass->settings->seed,
+                                            runner->pool, runner->counters, err);
+    runner->stats->stage_ms[LUM_STAGE_VPLS] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    if (status != LUM_OK)
+        return status;
+    pass->vpls = &d->vpls;
+    runner->stats->n_vpls = d->vpls.n_lit;
+    runner->stats->n_vpls_moved = d->vpls.n_moved;
+    return LUM_OK;
 }
 
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
@@ -150,13 +166,15 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     enum lum_status status = lum_deferred_look(d, pass, err);
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
-    if (status == LUM_OK && pass->settings->method->filter) {
+    if (status == LUM_OK && pass->settings->method->filters[0]) {
         pass->surfaces = &d->surfaces;
         pass->components = &d->components;
         status = lum_surfaces_update(&d->surfaces, pass, err);
         if (status == LUM_OK)
             status = lum_components_update(&d->components, pass, err);
     }
+    if (status == LUM_OK && plan.vpls)
+        status = update_vpls(d, pass, runner, err);
     for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
         status = lum_stage_run(runner, pass, plan.stages[i]);
     return status;

@@ -7,11 +7,11 @@
 #include "core/render/refine.h"
 
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces", [LUM_STAGE_VPLS] = "vpls",
-    [LUM_STAGE_DIRECT] = "direct",       [LUM_STAGE_SHADOW] = "shadow",     [LUM_STAGE_INDIRECT] = "indirect",
-    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",     [LUM_STAGE_MEDIA] = "media",
-    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_PATH] = "path",         [LUM_STAGE_COMPOSITE] = "composite",
-    [LUM_STAGE_ANTIALIAS] = "antialias",
+    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
+    [LUM_STAGE_DIRECT] = "direct",       [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_INDIRECT] = "indirect",
+    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",       [LUM_STAGE_MEDIA] = "media",
+    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",   [LUM_STAGE_PATH] = "path",
+    [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
 };
 
 struct lum_view {
