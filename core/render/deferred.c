@@ -147,8 +147,16 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
                                    struct lum_error *err)
 {
     int64_t begin_ns = lum_clock_ns();
-    enum lum_status status = lum_vpl_update(&d->vpls, pass->snapshot, pass->settings->n_vpls, pass->settings->seed,
-                                            runner->pool, runner->counters, err);
+    const struct lum_view_settings *set = pass->settings;
+    struct lum_vpl_request request = {
+        .snapshot = pass->snapshot,
+        .n = set->n_vpls,
+        .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
+        .seed = set->seed,
+        .pool = runner->pool,
+        .counters = runner->counters,
+    };
+    enum lum_status status = lum_vpl_update(&d->vpls, &request, err);
     runner->stats->stage_ms[LUM_STAGE_VPLS] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     if (status != LUM_OK)
         return status;
