@@ -1,0 +1,1 @@
+"""The built-in scenes, a module for each family."""
