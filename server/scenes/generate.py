@@ -7,9 +7,10 @@ import os
 import sys
 
 sys.dont_write_bytecode = True  # beside the sources, in every build
-from generator import cornell, desk, many_lights, office, shirley6  # noqa: E402
+from generator import conference, cornell, desk, many_lights, office, shirley6  # noqa: E402
 
 SCENES = {
+    "conference": conference.conference,
     "cornell": cornell.cornell,
     "cornell-indirect": cornell.cornell_indirect,
     "cornell-media": cornell.cornell_media,

@@ -69,6 +69,20 @@ static bool load(struct fixture *f, const char *scene, struct lum_proto_error *e
     return lum_scene_load(&f->world, scene, &(struct lum_import_config){.importer = LUMEND_IMPORT}, err);
 }
 
+/* Triangles of the scenes that the thesis names, kept to a tenth: its times are compared with ours (7.2.1,
+ * figure 5.3.5). */
+static uint64_t thesis_triangles(const char *scene)
+{
+    static const struct {
+        const char *scene;
+        uint64_t n;
+    } rows[] = {{"conference", 190000}, {"cornell", 48000}, {"desk", 12000}, {"shirley6", 800}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+        if (strcmp(rows[i].scene, scene) == 0)
+            return rows[i].n;
+    return 0;
+}
+
 static void every_built_in_scene_loads(void **state)
 {
     struct fixture *f = *state;
@@ -84,6 +98,9 @@ static void every_built_in_scene_loads(void **state)
         assert_non_null(lum_document_find(one.world.doc, "main"));
         assert_true(one.world.snapshot->n_triangles > 0 && one.world.snapshot->lights.n_lights > 0);
         assert_int_equal(lum_scene_dropped_triangles(one.world.scene), 0);
+        uint64_t wanted = thesis_triangles(name), n = one.world.snapshot->n_triangles;
+        if (wanted && (n * 10 < wanted * 9 || n * 10 > wanted * 11))
+            fail_msg("%s has %llu triangles, not about %llu", name, (unsigned long long)n, (unsigned long long)wanted);
         lum_world_finish(&one.world);
     }
     assert_null(lum_scene_builtin("cornell.jsonl"));

@@ -7,13 +7,13 @@ from .scene import Frame
 
 def swivel_chair(s, name, at, turn, cloth, fine=1):
     """A meeting chair on castors in cloth, steel and black plastic, its sitter looking along -z. fine multiplies the number
-    of triangles, about 2 600, by its square; one fineness a scene."""
+    of triangles, about 1 900, by its square; one fineness a scene."""
     f = Frame(s, name, at, turn)
     s.geometry("swivel-seat", lambda: cushion((0.52, 0.11, 0.50), 0.55, 0.5, 28 * fine, 8 * fine))
     s.geometry("swivel-back", lambda: curved_back(fine))
     s.geometry("swivel-arm", lambda: chair_arm(fine))
     s.geometry("swivel-spoke", lambda: chair_spoke(fine))
-    s.mesh("castor", "torus", [0.055, 0.034, 0.055], segments=[12 * fine, 6 * fine], param=[0.45, 0, 0, 0])
+    s.mesh("castor", "torus", [0.055, 0.034, 0.055], segments=[9 * fine, 4 * fine], param=[0.45, 0, 0, 0])
     s.mesh("gas-lift", "cylinder", [0.055, 0.30, 0.055], segments=[16 * fine, 1])
     s.mesh("swivel-hub", "cylinder", [0.09, 0.06, 0.09], segments=[16 * fine, 1])
     f.object("seat", "swivel-seat", cloth, (0, 0.47, 0))
@@ -34,7 +34,7 @@ def swivel_chair(s, name, at, turn, cloth, fine=1):
 def curved_back(fine):
     """A cushion bent around the sitter and leaning back at the top; y = 0 is its foot."""
     height = 0.50
-    mesh = cushion((0.46, height, 0.07), 0.5, 0.35, 24 * fine, 14 * fine)
+    mesh = cushion((0.46, height, 0.07), 0.5, 0.35, 22 * fine, 12 * fine)
     p = mesh.positions
     for i in range(0, len(p), 3):
         p[i + 2] += 0.25 * p[i + 1] ** 2 - 0.9 * p[i] * p[i] + 0.05
@@ -44,19 +44,19 @@ def curved_back(fine):
 
 def chair_arm(fine):
     """A hoop from the seat up and back down, and a pad on it."""
-    steps = 6 * fine
+    steps = 4 * fine
     arc = [math.radians(90 * k / steps) for k in range(steps + 1)]
     path = [(0, 0.43, -0.14)] + [(0, 0.60 + 0.06 * math.sin(a), -0.08 - 0.06 * math.cos(a)) for a in arc]
     path += [(0, 0.60 + 0.06 * math.cos(a), 0.10 + 0.06 * math.sin(a)) for a in arc] + [(0, 0.43, 0.16)]
-    mesh = tube(path, 0.026, (1, 0, 0), 6 * fine)
-    return mesh.add(cushion((0.055, 0.03, 0.27), 0.5, 0.6, 16 * fine, 6 * fine), (0, 0.672, 0.01))
+    mesh = tube(path, 0.026, (1, 0, 0), 5 * fine)
+    return mesh.add(cushion((0.055, 0.03, 0.27), 0.5, 0.6, 12 * fine, 5 * fine), (0, 0.672, 0.01))
 
 
 def chair_spoke(fine):
     """Along +x, thinner and lower at its end."""
-    rows, sides = [], 8 * fine
-    for k in range(4 * fine + 1):
-        t = k / (4 * fine)
+    rows, sides = [], 6 * fine
+    for k in range(3 * fine + 1):
+        t = k / (3 * fine)
         x, y, w, h = 0.03 + 0.275 * t, -0.030 * t * t, 0.026 - 0.010 * t, 0.022 - 0.009 * t
         rows.append([(x, y + h * math.sin(a), w * math.cos(a)) for a in (2 * math.pi * j / sides for j in range(sides + 1))])
     return Mesh().grid(rows)

@@ -39,8 +39,7 @@ class Mesh:
         for i in range(n if closed else n - 1):
             for j in range(m - 1):
                 a, b = first + i * m + j, first + (i + 1) % n * m + j
-                self.triangle(a, b, b + 1)
-                self.triangle(a, b + 1, a + 1)
+                self.indices += (a, b, b + 1, a, b + 1, a + 1)
         return self
 
     def add(self, other, at):
@@ -51,11 +50,15 @@ class Mesh:
         self.indices += [i + first for i in other.indices]
         return self
 
-    def triangle(self, a, b, c):
-        """Left out where two corners are one: at poles."""
-        p, q, r = (self.positions[3 * k:3 * k + 3] for k in (a, b, c))
-        if p != q and q != r and r != p:
-            self.indices += (a, b, c)
+    def triangles_with_area(self):
+        """All but those at poles, and those that rounding made flat."""
+        kept = []
+        for k in range(0, len(self.indices), 3):
+            corners = self.indices[k:k + 3]
+            p, q, r = (self.positions[3 * i:3 * i + 3] for i in corners)
+            if unit(cross(sub(q, p), sub(r, p))):
+                kept += corners
+        return kept
 
     def patch(self, at, nu, nv):
         """at(u, v) for u, v in 0..1."""
@@ -90,7 +93,7 @@ class Mesh:
         centre = self.vertex(tuple(sum(p[k] for p in outline) / n for k in range(3)), normal)
         ring = [self.vertex(p, normal) for p in outline]
         for i in range(n):
-            self.triangle(centre, ring[i], ring[(i + 1) % n])
+            self.indices += (centre, ring[i], ring[(i + 1) % n])
         return self
 
     def prism(self, outline, lo, hi):

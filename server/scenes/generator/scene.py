@@ -47,8 +47,9 @@ class Scene:
             self.made.add(id)
             self.ids.add(id)
             mesh = make()
-            fields = {"op": "add", "type": "mesh", "id": id, "positions": short(mesh.positions, 4),
-                      "normals": short(mesh.normals, 3), "indices": mesh.indices}
+            mesh.positions = short(mesh.positions, 4)
+            fields = {"op": "add", "type": "mesh", "id": id, "positions": mesh.positions,
+                      "normals": short(mesh.normals, 3), "indices": mesh.triangles_with_area()}
             self.lines.append(json.dumps(fields, separators=(",", ":")))
         return id
 
