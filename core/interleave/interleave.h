@@ -61,15 +61,17 @@ uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n, u
 /* True when pixels a and b (indices) lie on the same smooth surface. Symmetric. Background is no surface. */
 bool lum_guide_same_surface(const struct lum_guide *guide, size_t a, size_t b);
 
-/* A picture at full resolution (step 1), or at a quarter (step 2): ceil(w / step) * ceil(h / step) pixels, of which (i, j) was
- * computed at the guide's pixel (i * step, j * step). */
+/* What is filtered: a picture at full resolution (step 1), or at a quarter of it (step 2): ceil(w / step) * ceil(h / step)
+ * pixels, of which (i, j) was computed at the guide's pixel (i * step, j * step). */
 struct lum_filter {
     const struct lum_guide *guide;
     uint8_t need;  /* pixels take part whose guide->kind has one of these bits; 0: all, and the background is a surface too */
     uint32_t side; /* of the pattern */
     uint32_t step;
     const struct lum_rgb *in;
-    struct lum_rgb *out;
+};
+struct lum_filter_rect {
+    uint32_t x, y, w, h;
 };
 static inline uint32_t lum_filter_size(uint32_t full, uint32_t step)
 {
@@ -81,12 +83,15 @@ static inline uint32_t lum_filter_size(uint32_t full, uint32_t step)
  * structured noise of the pattern cancels. For even sides the window is side + 1 wide with half weights at both ends, which
  * keeps that property and is centred; what lies beyond the edge of the picture is replaced by the pixel of the same set one
  * period further in. Pixels that do not take part are copied.
- * The rectangle x, y, w, h of out (its own pixels, not the guide's) is written; in is read around it as well. */
-void lum_filter_box(const struct lum_filter *f, uint32_t x, uint32_t y, uint32_t w, uint32_t h);
+ * Writes the pixels of rect (of the picture that is filtered), row after row, pitch apart; reads around it as well. */
+void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out, size_t pitch);
 
-/* Guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et al. 2007) of f->in (step 2; out is unused) at full
- * resolution pixel (x, y): of the samples around it those on its own surface, with their bilinear weights. False where none
- * serves: the caller computes that pixel itself. */
-bool lum_upsample(const struct lum_filter *f, uint32_t x, uint32_t y, struct lum_rgb *ret_value);
+/* The same of a picture of step 2, followed by guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et al.
+ * 2007): a pixel takes of the samples around it those on its own surface, with their bilinear weights. rect: of the full
+ * resolution, even x and y, at most LUM_PACKET_SIDE a side. out: the whole picture at full resolution; pixels that do not take
+ * part or that no sample serves are left alone. */
+void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out);
+/* False where none of the samples around the pixel serves: the caller computes it itself. */
+bool lum_upsample_serves(const struct lum_filter *f, uint32_t x, uint32_t y);
 
 #endif

@@ -149,14 +149,31 @@ static struct picture *make_wall(uint32_t w, uint32_t h)
     return pic;
 }
 
+static struct lum_filter_rect packet_at(uint32_t x, uint32_t y, uint32_t w, uint32_t h)
+{
+    return (struct lum_filter_rect){x, y, w - x < LUM_PACKET_SIDE ? w - x : LUM_PACKET_SIDE,
+                                    h - y < LUM_PACKET_SIDE ? h - y : LUM_PACKET_SIDE};
+}
+
 static void filter(struct picture *pic, uint32_t side, uint32_t step, uint8_t need)
 {
-    struct lum_filter f = {&pic->guide, need, side, step, pic->in, pic->out};
+    struct lum_filter f = {&pic->guide, need, side, step, pic->in};
     uint32_t w = lum_filter_size(pic->guide.w, step), h = lum_filter_size(pic->guide.h, step);
     for (uint32_t y = 0; y < h; y += LUM_PACKET_SIDE) /* in packets, as it is used */
-        for (uint32_t x = 0; x < w; x += LUM_PACKET_SIDE)
-            lum_filter_box(&f, x, y, w - x < LUM_PACKET_SIDE ? w - x : LUM_PACKET_SIDE,
-                           h - y < LUM_PACKET_SIDE ? h - y : LUM_PACKET_SIDE);
+        for (uint32_t x = 0; x < w; x += LUM_PACKET_SIDE) {
+            struct lum_filter_rect r = packet_at(x, y, w, h);
+            lum_filter_box(&f, &r, pic->out + (size_t)y * w + x, w);
+        }
+}
+
+static void upsample(struct picture *pic, uint32_t side)
+{
+    struct lum_filter f = {&pic->guide, NEED, side, 2, pic->in};
+    for (uint32_t y = 0; y < pic->guide.h; y += LUM_PACKET_SIDE)
+        for (uint32_t x = 0; x < pic->guide.w; x += LUM_PACKET_SIDE) {
+            struct lum_filter_rect r = packet_at(x, y, pic->guide.w, pic->guide.h);
+            lum_filter_upsampled(&f, &r, pic->out);
+        }
 }
 
 static bool close_to(float a, float b, float ulps)
@@ -317,22 +334,36 @@ static void what_is_one_surface(void **state)
     }
 }
 
+/* side 1: the upsampling alone. */
 static void ramps_are_upsampled(void **state)
 {
     (void)state;
-    struct picture *pic = make_wall(61, 40);
-    uint32_t low_w = 31, low_h = 20;
+    struct picture *pic = make_wall(101, 60);
+    uint32_t low_w = 51, low_h = 30;
     for (uint32_t i = 0; i < low_w * low_h; i++)
         pic->in[i] = lum_rgb((float)(2 * (i % low_w)), (float)(2 * (i / low_w)), 7.0f);
-    struct lum_filter f = {&pic->guide, NEED, 3, 2, pic->in, NULL};
-    for (uint32_t y = 0; y < 40; y++)
-        for (uint32_t x = 0; x < 61; x++) {
-            struct lum_rgb v;
-            assert_true(lum_upsample(&f, x, y, &v));
+    upsample(pic, 1);
+    for (uint32_t y = 0; y < 60; y++)
+        for (uint32_t x = 0; x < 101; x++) {
+            struct lum_rgb v = pic->out[y * 101 + x];
             assert_true(v.r == (float)x && v.b == 7.0f);
-            assert_true(v.g == (float)(y < 39 ? y : 38)); /* the last row lies beyond the samples */
+            assert_true(v.g == (float)(y < 59 ? y : 58)); /* the last row lies beyond the samples */
         }
     free(pic);
+}
+
+static void constants_are_upsampled(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(sizes); k++) {
+        struct picture *pic = make_wall(sizes[k][0], sizes[k][1]);
+        for (uint32_t i = 0; i < lum_filter_size(sizes[k][0], 2) * lum_filter_size(sizes[k][1], 2); i++)
+            pic->in[i] = lum_grey(2.0f);
+        upsample(pic, 3);
+        for (uint32_t i = 0; i < sizes[k][0] * sizes[k][1]; i++)
+            assert_true(close_to(pic->out[i].r, 2.0f, 13));
+        free(pic);
+    }
 }
 
 static void upsampling_stops_at_edges(void **state)
@@ -341,22 +372,23 @@ static void upsampling_stops_at_edges(void **state)
     struct picture *pic = make_wall(40, 40);
     for (uint32_t i = 0; i < 20 * 20; i++)
         pic->in[i] = lum_grey(i % 20 >= 10 ? 100.0f : 1.0f);
-    for (uint32_t i = 0; i < 40 * 40; i++)
+    for (uint32_t i = 0; i < 40 * 40; i++) {
         if (i % 40 >= 20)
             pic->n[i] = lum_v3(-1, 0, 0);
+        pic->out[i] = lum_grey(-1.0f);
+    }
     for (uint32_t y = 0; y < 40; y++)
         pic->p[y * 40 + 5].z = 3.0f; /* a column that no sample lies on */
     pic->kind[0] = 0;
-    struct lum_filter f = {&pic->guide, NEED, 3, 2, pic->in, NULL};
+    upsample(pic, 3);
+    struct lum_filter f = {&pic->guide, NEED, 3, 2, pic->in};
     for (uint32_t y = 0; y < 40; y++)
         for (uint32_t x = 0; x < 40; x++) {
-            struct lum_rgb v = {-1, -1, -1};
-            bool served = lum_upsample(&f, x, y, &v);
-            assert_int_equal(served, x != 5 && x + y > 0);
-            if (served)
-                assert_true(v.r == (x >= 20 ? 100.0f : 1.0f));
-            else
-                assert_true(v.r == -1.0f);
+            float v = pic->out[y * 40 + x].r;
+            bool served = x != 5 && x + y > 0;
+            if (x + y > 0)
+                assert_int_equal(lum_upsample_serves(&f, x, y), served);
+            assert_true(served ? close_to(v, x >= 20 ? 100.0f : 1.0f, 13) : v == -1.0f);
         }
     free(pic);
 }
@@ -373,6 +405,11 @@ static void measure(void **state)
         print_message("box filter, side %u: %.1f ns a pixel\n", side,
                       (double)(lum_cpu_clock_ns() - begin) / (10.0 * W_MAX * H_MAX));
     }
+    int64_t begin = lum_cpu_clock_ns();
+    for (int k = 0; k < 10; k++)
+        upsample(pic, 3);
+    print_message("box filter, side 3, at a quarter and upsampled: %.1f ns a pixel\n",
+                  (double)(lum_cpu_clock_ns() - begin) / (10.0 * W_MAX * H_MAX));
     free(pic);
 }
 
@@ -392,6 +429,7 @@ int main(void)
         cmocka_unit_test(rows_agree_with_pixels),
         cmocka_unit_test(what_is_one_surface),
         cmocka_unit_test(ramps_are_upsampled),
+        cmocka_unit_test(constants_are_upsampled),
         cmocka_unit_test(upsampling_stops_at_edges),
         cmocka_unit_test(measure),
     };
