@@ -18,6 +18,13 @@ void lum_deferred_finish(struct lum_deferred *d)
     lum_vpl_finish(&d->vpls);
 }
 
+/* All other stages look for the G-buffer's stamp. */
+void lum_deferred_forget(struct lum_deferred *d)
+{
+    d->gbuffer.geometry = UINT64_MAX; /* no snapshot's */
+    d->vpls.valid = false;
+}
+
 /* ---- one stage ---- */
 
 struct stage_job {

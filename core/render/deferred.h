@@ -19,6 +19,8 @@ struct lum_deferred {
 };
 void lum_deferred_finish(struct lum_deferred *d); /* accepts a zeroed one; keeps the stamps */
 
+void lum_deferred_forget(struct lum_deferred *d); /* makes everything stale; the buffers stay */
+
 /* How stages run: over whose threads, with whose counters, into which statistics. */
 struct lum_stage_runner {
     struct lum_pool *pool;

@@ -86,7 +86,8 @@ void lum_view_destroy(struct lum_view *view)
 
 void lum_view_forget(struct lum_view *view)
 {
-    drop_buffers(view);
+    lum_deferred_forget(&view->deferred);
+    view->rendered = false;
 }
 
 const struct lum_film *lum_view_film(const struct lum_view *view)

@@ -84,7 +84,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
                               const struct lum_view_settings *settings, const _Atomic bool *cancel,
                               struct lum_pass_stats *ret_stats, struct lum_error *err);
 
-/* Forgets every memoised stage, so that the next pass does all its work: for timing. */
+/* Forgets every memoised stage, but keeps the memory, so that the next pass does all its work and allocates nothing: for
+ * timing. */
 void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */

@@ -236,6 +236,30 @@ static void edit_at_random(const char *method, uint64_t seed)
     rig_end(r);
 }
 
+/* What a method did the first time it does again, and no more. */
+static void forgotten_views_do_everything_again(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t i = 0; i < n; i++) {
+        struct rig r;
+        rig_begin(&r, 2);
+        rig_room(&r);
+        r.settings.max_spp = 1;
+        r.settings.method = &methods[i];
+        rig_commit(&r);
+        struct lum_pass_stats first = rig_pass(&r);
+        struct lum_rgb *picture = rig_picture(&r);
+        lum_view_forget(r.view);
+        struct lum_pass_stats again = rig_pass(&r);
+        assert_memory_equal(again.rays, first.rays, sizeof first.rays);
+        rig_assert_picture(&r, picture, methods[i].name);
+        lum_free(picture);
+        rig_end(&r);
+    }
+}
+
 static void deferred_pictures_are_never_stale(void **state)
 {
     (void)state;
@@ -253,6 +277,7 @@ static void progressive_pictures_are_never_stale(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(forgotten_views_do_everything_again),
         cmocka_unit_test(deferred_pictures_are_never_stale),
         cmocka_unit_test(progressive_pictures_are_never_stale),
     };
