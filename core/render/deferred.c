@@ -160,6 +160,7 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
         .n = set->n_vpls,
         .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
         .seed = set->seed,
+        .media = pass->on[LUM_EFFECT_MEDIA],
         .pool = runner->pool,
         .counters = runner->counters,
     };

@@ -10,6 +10,7 @@
 /* The points as the loop reads them, and the rays under way. About 45 KiB: lives on a worker's stack. */
 struct gathering {
     const struct lum_gather *job;
+    bool media; /* there are some, and they count */
     _Alignas(64) float px[LUM_RAY_BATCH];
     float py[LUM_RAY_BATCH], pz[LUM_RAY_BATCH], nx[LUM_RAY_BATCH], ny[LUM_RAY_BATCH], nz[LUM_RAY_BATCH];
     float gx[LUM_RAY_BATCH], gy[LUM_RAY_BATCH], gz[LUM_RAY_BATCH]; /* geometric normals */
@@ -151,6 +152,12 @@ static void push_ray(struct gathering *g, uint32_t i, struct lum_vec3 target)
     g->point[r] = (uint8_t)i;
 }
 
+static struct lum_rgb transmittance(const struct gathering *g, const struct source *s, uint32_t i)
+{
+    struct lum_vec3 p = {g->px[i], g->py[i], g->pz[i]}, d = lum_v3_sub(s->p, p);
+    return lum_media_transmittance(g->job->snapshot, p, lum_normalize(d), lum_length(d));
+}
+
 static void gather_source(struct gathering *g, const struct source *s)
 {
     geometry_terms(g, s);
@@ -161,6 +168,8 @@ static void gather_source(struct gathering *g, const struct source *s)
         if (g->job->sampled)
             g->job->sampled[i]++;
         struct lum_rgb value = lum_rgb_scale(s->radiance, g->term[i]);
+        if (g->media)
+            value = lum_rgb_mul(value, transmittance(g, s, i));
         if (g->r2[i] < TOUCHING * TOUCHING) {
             add(g, i, value);
             continue;
@@ -177,6 +186,7 @@ void lum_vpl_gather(const struct lum_gather *job)
     const struct lum_vpl_set *set = job->set;
     struct gathering g;
     g.job = job;
+    g.media = job->media && job->snapshot->n_media > 0;
     g.rays.n = 0;
     load_points(&g);
     for (uint32_t k = 0; k < job->n_slots; k++) {

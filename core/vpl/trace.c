@@ -26,6 +26,7 @@ struct walk {
     const struct lum_vpl_plan *plan;
     struct lum_vpl_set *set;
     struct lum_counters *counters;
+    bool media; /* there are some, and they count */
     struct lum_rays rays;
     struct lum_hits hits;
     struct path path[LUM_RAY_BATCH];
@@ -74,6 +75,11 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
                   INFINITY);
 }
 
+static bool comes_from_afar(const struct lum_light *l)
+{
+    return l->kind == LUM_EMIT_DIRECTIONAL || l->kind == LUM_EMIT_ENVIRONMENT;
+}
+
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
 static void visit(struct walk *w, uint32_t i)
 {
@@ -86,6 +92,11 @@ static void visit(struct walk *w, uint32_t i)
     if (s.instance == LUM_NO_OBJECT || w->snapshot->materials[s.material].unlit)
         return;
     const struct lum_material *m = &w->snapshot->materials[s.material];
+    if (w->media) {
+        bool from_afar = path.n_segments == 0 && comes_from_afar(&w->snapshot->lights.lights[path.share]);
+        float length = from_afar ? INFINITY : w->hits.t[i];
+        path.flux = lum_rgb_mul(path.flux, lum_media_transmittance(w->snapshot, s.p, wo, length));
+    }
     if (s.backface)
         path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_bsdf b;
@@ -147,6 +158,7 @@ static void shoot_job(void *ctx, uint32_t job, uint32_t worker)
     w.plan = shooting->plan;
     w.set = shooting->set;
     w.counters = &shooting->counters[worker];
+    w.media = shooting->set->medium != 0;
     uint32_t first = job * LUM_RAY_BATCH, left = w.plan->n_paths - first;
     walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
 }
@@ -250,6 +262,12 @@ static uint32_t count_moved(const struct lum_vpl_set *before, const struct lum_v
     return n;
 }
 
+/* Of the media that dim paths; 0: none. */
+static uint64_t medium_version(const struct lum_vpl_request *rq)
+{
+    return rq->media && rq->snapshot->n_media > 0 ? rq->snapshot->versions.medium : 0;
+}
+
 static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *former,
                                  const struct lum_vpl_request *rq, struct lum_error *err)
 {
@@ -260,6 +278,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .geometry = s->versions.geometry,
                               .material = s->versions.material,
                               .light_shape = s->versions.light_shape,
+                              .medium = medium_version(rq),
                               .valid = true};
     struct lum_vpl_plan plan;
     enum lum_status status = alloc_arrays(&set, err);
@@ -287,7 +306,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
         return lum_fail(err, LUM_ERR_LIMIT, "vpls", "1 to %u virtual point lights, not %u", LUM_VPL_MAX, rq->n);
     bool same = set->valid && set->n == rq->n && set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
                 set->geometry == s->versions.geometry && set->material == s->versions.material &&
-                set->light_shape == s->versions.light_shape;
+                set->light_shape == s->versions.light_shape && set->medium == medium_version(rq);
     if (same && set->light_power == s->versions.light_power) {
         set->n_moved = 0;
         return LUM_OK;

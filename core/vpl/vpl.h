@@ -47,7 +47,7 @@ struct lum_vpl_set {
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed;
-    uint64_t geometry, material, light_shape, light_power;
+    uint64_t geometry, material, light_shape, light_power, medium; /* medium 0: none that count */
     bool valid;
     /* private */
     struct lum_vpl_share *shares; /* of the paths, by light */
@@ -62,6 +62,7 @@ struct lum_vpl_request {
     uint32_t n;           /* slots, 1 .. LUM_VPL_MAX */
     uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
     uint32_t seed;
+    bool media;           /* paths are dimmed by the snapshot's media */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
 };
@@ -96,7 +97,7 @@ struct lum_gather {
     const uint32_t *slots; /* the VPLs to gather from */
     uint32_t n_slots;
     struct lum_bound bound;
-    bool media; /* attenuate by the snapshot's media */
+    bool media; /* light is dimmed by the snapshot's media between VPL and point */
     const struct lum_gather_points *points;
     struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
     uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of

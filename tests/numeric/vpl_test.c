@@ -10,11 +10,12 @@ struct vpls {
     struct lum_vpl_set set;
     struct lum_counters counters;
     uint32_t n, max_bounces, seed;
+    bool media;
 };
 
 static struct lum_vpl_request request(struct vpls *v, const struct rig *r)
 {
-    return (struct lum_vpl_request){r->snapshot, v->n, v->max_bounces, v->seed, r->pool, &v->counters};
+    return (struct lum_vpl_request){r->snapshot, v->n, v->max_bounces, v->seed, v->media, r->pool, &v->counters};
 }
 
 static void update(struct vpls *v, const struct rig *r)
@@ -51,6 +52,7 @@ static uint64_t gather(const struct rig *r, const struct lum_vpl_set *set, struc
                              .slots = slots,
                              .n_slots = set->n,
                              .bound = bound,
+                             .media = true,
                              .points = points,
                              .irradiance = ret_irradiance,
                              .counters = &counters};
@@ -372,14 +374,20 @@ static void court(struct rig *r, float albedo)
     rig_object(r, "crate", "crate", "red", rig_v(0.3, 0.31, -0.2));
 }
 
-static const char *const kinds[] = {"point",  "spot",     "directional", "quad", "disc",
-                                    "sphere", "constant", "image",       "mesh"};
+static const char *const kinds[] = {"point", "spot",       "directional",      "quad",
+                                    "disc",  "sphere",     "constant",         "image",
+                                    "mesh",  "point, fog", "directional, fog", "constant, fog"};
 
 static void court_with_light(struct rig *r, size_t kind, bool white)
 {
     static const float sky_pixels[3 * 4] = {0, 0, 0, 4, 4, 1, 0.5f, 0.5f, 2, 1, 0, 0};
     rig_begin(r, 2);
     court(r, white ? 0.6f : 0.0f);
+    if (kind >= 9) { /* a haze that absorbs, box and all around */
+        struct lum_medium_desc fog = {.sigma_a = {0.5f, 1.0f, 2.0f}, .lo = {-2, 0.5, -2}, .hi = {2, 2.5, 2}};
+        RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
+        kind = (const size_t[]){0, 2, 6}[kind - 9];
+    }
     if (kind < 8) {
         struct lum_light_desc l = any_light(kind < 7 ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 2, 2, sky_pixels};
@@ -414,7 +422,7 @@ static struct estimate gathered(const struct rig *r, struct lum_vec3d at, struct
     struct lum_gather_points pts = {0};
     add_point(&pts, to_scene(r, at.x, at.y, at.z), n);
     for (uint32_t seed = 0; seed < 16; seed++) {
-        struct vpls v = {.n = 4096, .max_bounces = 12, .seed = seed};
+        struct vpls v = {.n = 4096, .max_bounces = 12, .seed = seed, .media = true};
         struct lum_rgb e;
         update(&v, r);
         gather(r, &v.set, no_bound, &pts, &e);
@@ -442,8 +450,8 @@ static void all_lights_as_the_path_tracer(void **state)
         rig_end(&r);
         double want = all.value - direct.value;
         double tolerance = 4.0 * sqrt(direct.err * direct.err + all.err * all.err + vpls.err * vpls.err);
-        print_message("%-12s indirect %8.4f +- %.4f, path traced %8.4f +- %.4f; direct %8.4f\n", kinds[k], vpls.value, vpls.err,
-                      want, all.err, direct.value);
+        print_message("%-16s indirect %8.4f +- %.4f, path traced %8.4f +- %.4f; direct %8.4f\n", kinds[k], vpls.value,
+                      vpls.err, want, all.err, direct.value);
         /* bounces beyond the 12th: 0.6^12 */
         if (!(fabs(vpls.value - want) < tolerance + 0.003 * want) || !(tolerance < 0.15 * want))
             fail_msg("%s: %g, path traced %g, tolerance %g", kinds[k], vpls.value, want, tolerance);
