@@ -24,15 +24,6 @@ void lum_layers_finish(struct lum_layers *l)
     *l = (struct lum_layers){0};
 }
 
-/* FNV-1a. */
-static uint32_t hash_id(const char *id)
-{
-    uint32_t h = 2166136261u;
-    for (; *id; id++)
-        h = (h ^ (uint8_t)*id) * 16777619u;
-    return h;
-}
-
 static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
 {
     return a.x == b.x && a.y == b.y && a.z == b.z;
@@ -129,7 +120,7 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
         if (!init_layer(layer, l->n_tiles, true))
             return false;
         layer->light = lights->lights[i];
-        layer->salt = hash_id(layer->light.id);
+        layer->salt = lum_hash_text(layer->light.id);
         layer->index = i;
         l->layer_of[i] = l->n_layers++;
     }
@@ -341,7 +332,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
         lum_direct_light(&(struct lum_direct){
             .snapshot = shared ? pass->snapshot : &l->unit,
             .light = light,
-            .salt = shared ? hash_id(lights->lights[light].id) : layer->salt,
+            .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
             .n_samples = pass->settings->shadow_samples,
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,

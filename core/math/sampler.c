@@ -16,6 +16,15 @@ uint32_t lum_hash_combine(uint32_t seed, uint32_t value)
     return lum_hash_u32(seed ^ (lum_hash_u32(value) + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
 }
 
+/* FNV-1a. */
+uint32_t lum_hash_text(const char *text)
+{
+    uint32_t h = 2166136261u;
+    for (; *text; text++)
+        h = (h ^ (uint8_t)*text) * 16777619u;
+    return h;
+}
+
 struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed)
 {
     uint32_t h = lum_hash_combine(lum_hash_combine(lum_hash_u32(seed ^ 0x6c756d65u), px), py);

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/render/frame.h"
+#include "core/estimator/ais.h"
 
 const char *const lum_effect_names[LUM_EFFECT_COUNT] = {
     [LUM_EFFECT_DIRECT] = "direct",           [LUM_EFFECT_SOFT_SHADOW] = "soft_shadow",
@@ -46,6 +46,15 @@ const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
     [LUM_RAY_PROBE] = "probe",
 };
 
+#define AIS_EFFECTS                                                                                                    \
+    {                                                                                                                  \
+        [LUM_EFFECT_DIRECT] = &lum_estimator_shadow, [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_ais_shadow,             \
+        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_ais_shadow,                                                          \
+        [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_ais_indirect,                                                   \
+        [LUM_EFFECT_REFLECTION] = &lum_estimator_specular, [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,        \
+        [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss, [LUM_EFFECT_MEDIA] = &lum_estimator_ais_media                  \
+    }
+
 static const struct lum_method methods[] = {
     {
         .name = "whitted",
@@ -58,6 +67,36 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
             },
+    },
+    {
+        .name = "igi",
+        .summary = "instant global illumination (Wald et al. 2002): interleaved virtual point lights and light samples",
+        .ais = &lum_ais_igi,
+        .serves =
+            {
+                [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_ais_shadow,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_ais_shadow,
+                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_igi_indirect,
+                [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
+                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
+                [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss,
+            },
+        .filters = {&lum_filter_ais},
+    },
+    {
+        .name = "ais",
+        .summary = "adaptive interleaved sampling (thesis, chapter 5): refined where its guidance asks for it",
+        .ais = &lum_ais_adaptive,
+        .serves = AIS_EFFECTS,
+        .filters = {&lum_filter_ais},
+    },
+    {
+        .name = "ais-max",
+        .summary = "the same, refined fully everywhere",
+        .ais = &lum_ais_full,
+        .serves = AIS_EFFECTS,
+        .filters = {&lum_filter_ais},
     },
     {
         .name = "path",

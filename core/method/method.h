@@ -58,12 +58,14 @@ struct lum_view_settings;
 void lum_demand_choose(struct lum_demand *demand, const struct lum_view_settings *settings);
 
 struct lum_estimator; /* render/frame.h */
+struct lum_ais;       /* estimator/ais.h */
 
 struct lum_method {
     const char *name, *summary;
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
     bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
+    const struct lum_ais *ais; /* interleaved sampling: its parameters; NULL: none */
     const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
 };
 

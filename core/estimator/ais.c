@@ -1,0 +1,67 @@
+#include "core/estimator/ais.h"
+
+#include <string.h>
+
+const struct lum_ais lum_ais_igi = {.max = 1, .joined = true};
+const struct lum_ais lum_ais_adaptive = {.max = LUM_AIS_SETS, .adaptive = true, .quarter = true};
+const struct lum_ais lum_ais_full = {.max = LUM_AIS_SETS, .quarter = true};
+
+void lum_ais_packet_init(struct lum_ais_packet *p, const struct lum_pass *pass, uint32_t packet, uint32_t step)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    p->pass = pass;
+    p->step = step;
+    p->x0 = r.x / step;
+    p->y0 = r.y / step;
+    p->w = lum_filter_size(r.w, step);
+    p->h = lum_filter_size(r.h, step);
+    p->tiles_x = (p->w + LUM_AIS_SIDE - 1) / LUM_AIS_SIDE;
+    p->tiles_y = (p->h + LUM_AIS_SIDE - 1) / LUM_AIS_SIDE;
+    memset(p->wanted, 0, sizeof p->wanted);
+    memset(p->further, 0, sizeof p->further);
+}
+
+bool lum_ais_packet_want(struct lum_ais_packet *p, uint8_t kinds)
+{
+    bool any = false;
+    for (uint32_t y = 0; y < p->h; y++)
+        for (uint32_t x = 0; x < p->w; x++) {
+            uint32_t i = y * LUM_PACKET_SIDE + x;
+            p->wanted[i] = kinds == 0 || (p->pass->surfaces->kind[lum_ais_pixel(p, i)] & kinds);
+            any = any || p->wanted[i];
+        }
+    return any;
+}
+
+void lum_ais_list_pixels(const struct lum_ais_packet *p, uint32_t place, uint32_t iteration, struct lum_ais_list *list)
+{
+    uint32_t n = 0;
+    for (uint32_t y = place / LUM_AIS_SIDE; y < p->h; y += LUM_AIS_SIDE)
+        for (uint32_t x = place % LUM_AIS_SIDE; x < p->w; x += LUM_AIS_SIDE) {
+            uint32_t i = y * LUM_PACKET_SIDE + x;
+            if (p->wanted[i] && p->further[lum_ais_tile(p, i)] >= iteration)
+                list->pixel[n++] = (uint16_t)i;
+        }
+    list->n = n;
+}
+
+uint32_t lum_ais_last_iteration(const struct lum_ais_packet *p)
+{
+    uint32_t last = 0;
+    for (uint32_t t = 0; t < p->tiles_x * p->tiles_y; t++)
+        last = p->further[t] > last ? p->further[t] : last;
+    return last;
+}
+
+void lum_ais_note(const struct lum_ais_packet *p, enum lum_component component)
+{
+    uint8_t *map = p->pass->components->buffer[component].iterations;
+    uint32_t w = p->pass->tiling.w, h = p->pass->tiling.h;
+    for (uint32_t y = 0; y < p->h * p->step && p->y0 * p->step + y < h; y++)
+        for (uint32_t x = 0; x < p->w * p->step && p->x0 * p->step + x < w; x++) {
+            uint8_t *noted = &map[(size_t)(p->y0 * p->step + y) * w + p->x0 * p->step + x];
+            uint8_t n = p->further[lum_ais_tile(p, y / p->step * LUM_PACKET_SIDE + x / p->step)];
+            if (n > *noted)
+                *noted = n;
+        }
+}
