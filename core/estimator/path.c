@@ -40,24 +40,17 @@ static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
     return LUM_RAY_TRANSMISSION;
 }
 
-/* From a light by p to the eye, if nothing stands between p and the light. */
-struct connection {
-    struct lum_vec3 p, ng, wi; /* ng: of the surface at p; 0: none */
-    float distance;
-    struct lum_rgb value;
-    enum lum_ray_kind kind;
-};
-
-static void queue_shadow(struct lum_wave *w, const struct lum_path *path, const struct connection *s)
+/* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
+static void keep_light(struct lum_wave *w, uint32_t slot, struct lum_rgb value, enum lum_ray_kind kind, bool has_ray)
 {
-    uint32_t i = w->shadow_rays.n;
-    if (!lum_shadow_ray(&w->shadow_rays, s->p, s->ng, s->wi, s->distance)) {
-        w->radiance[path->slot] = lum_rgb_add(w->radiance[path->slot], s->value);
+    if (!has_ray) {
+        w->radiance[slot] = lum_rgb_add(w->radiance[slot], value);
         return;
     }
-    w->shadow_value[i] = s->value;
-    w->shadow_slot[i] = path->slot;
-    w->shadow_kind[i] = (uint8_t)s->kind;
+    uint32_t i = w->shadow_rays.n - 1;
+    w->shadow_value[i] = value;
+    w->shadow_slot[i] = slot;
+    w->shadow_kind[i] = (uint8_t)kind;
 }
 
 /* Light picked and sampled from a vertex; queues its shadow ray. */
@@ -74,6 +67,8 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
         u = lum_sampler_2d(&path->sampler, pair_at(depth, PAIR_LIGHT));
     if (!lum_light_sample_at(w->snapshot, light, p, u, &ls))
         return;
+    if (w->media)
+        ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, p, ls.wi, ls.distance));
     float bsdf_pdf_sa;
     struct lum_rgb f = lum_bsdf_eval(b, wo, ls.wi, &bsdf_pdf_sa);
     if (lum_rgb_black(f))
@@ -82,12 +77,10 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     float pdf = delta ? prob : prob * ls.pdf_sa;
     float weight = delta ? 1.0f : lum_power_heuristic(pdf, bsdf_pdf_sa);
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
-    if (w->media)
-        value = lum_rgb_mul(value, lum_media_transmittance(w->snapshot, p, ls.wi, ls.distance));
     if (lum_rgb_black(value))
         return;
-    enum lum_ray_kind kind = lum_light_ray_kind(&w->snapshot->lights.lights[light]);
-    queue_shadow(w, path, &(struct connection){p, b->ng, ls.wi, ls.distance, value, kind});
+    bool has_ray = lum_shadow_ray(&w->shadow_rays, p, b->ng, ls.wi, ls.distance);
+    keep_light(w, path->slot, value, lum_light_ray_kind(&w->snapshot->lights.lights[light]), has_ray);
 }
 
 static void trace_shadows(struct lum_wave *w)
@@ -125,7 +118,8 @@ static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struc
         return;
     if (w->shadow_rays.n == LUM_RAY_BATCH)
         trace_shadows(w);
-    queue_shadow(w, path, &(struct connection){s.p, lum_v3(0, 0, 0), s.wi, s.distance, value, LUM_RAY_MEDIA});
+    bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
+    keep_light(w, path->slot, value, LUM_RAY_MEDIA, has_ray);
 }
 
 /* The batch came back: what its segments gain and lose in media. */
@@ -139,6 +133,7 @@ static void cross_media(struct lum_wave *w, uint32_t depth)
             .d = lum_rays_direction(&w->rays, i),
             .tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
         };
+        path->seen = path->seen && !(path->pdf_sa > 0.0f);
         if (path->seen && depth < w->max_depth)
             for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
                 queue_scatter(w, path, q, depth);
@@ -189,7 +184,6 @@ static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_b
     path.p = p;
     path.pdf_sa = bs.pdf_sa;
     path.every_light = false;
-    path.seen = path.seen && !(bs.pdf_sa > 0.0f);
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
 }

@@ -10,7 +10,7 @@ struct lum_path {
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
-    bool seen;           /* nothing but mirrors and clear glass is between it and the eye */
+    bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;

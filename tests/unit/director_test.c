@@ -425,21 +425,28 @@ static void undo_and_redo_bring_the_picture_back(void **state)
 {
     struct client *c = *state;
     static uint8_t first[W * H * 4], moved[W * H * 4], undone[W * H * 4], redone[W * H * 4];
+    static const char *const edits[] = {
+        "[{\"op\":\"set\",\"id\":\"floor\",\"path\":\"/transform/translate\",\"value\":[0,0.5,0]}]",
+        "[{\"op\":\"add\",\"type\":\"medium\",\"id\":\"fog\",\"sigma_s\":[0.1,0.2,0.3]}]",
+        "[{\"op\":\"set\",\"id\":\"fog\",\"path\":\"/g\",\"value\":0.9}]",
+        "[{\"op\":\"remove\",\"id\":\"fog\"}]",
+    };
     open_view(c, LUM_CODEC_RGBA8);
     converged_frame(c, 0, first);
-    uint64_t rev = scene_rev_of(ask(
-        c,
-        apply_command(c, "[{\"op\":\"set\",\"id\":\"floor\",\"path\":\"/transform/translate\",\"value\":[0,0.5,0]}]")));
-    memcpy(moved, first, sizeof moved); /* tiles that do not change are not sent */
-    converged_frame(c, rev, moved);
-    assert_memory_not_equal(first, moved, sizeof first);
-    memcpy(undone, moved, sizeof undone);
-    converged_frame(c, scene_rev_of(ask(c, command(c, LUM_CMD_SCENE_UNDO))), undone);
-    assert_memory_equal(first, undone, sizeof first);
-    memcpy(redone, undone, sizeof redone);
-    converged_frame(c, scene_rev_of(ask(c, command(c, LUM_CMD_SCENE_REDO))), redone);
-    assert_memory_equal(moved, redone, sizeof moved);
-    assert_refused(ask(c, command(c, LUM_CMD_SCENE_REDO)), "not_found", NULL);
+    for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
+        uint64_t rev = scene_rev_of(ask(c, apply_command(c, edits[i])));
+        memcpy(moved, first, sizeof moved); /* tiles that do not change are not sent */
+        converged_frame(c, rev, moved);
+        assert_memory_not_equal(first, moved, sizeof first);
+        memcpy(undone, moved, sizeof undone);
+        converged_frame(c, scene_rev_of(ask(c, command(c, LUM_CMD_SCENE_UNDO))), undone);
+        assert_memory_equal(first, undone, sizeof first);
+        memcpy(redone, undone, sizeof redone);
+        converged_frame(c, scene_rev_of(ask(c, command(c, LUM_CMD_SCENE_REDO))), redone);
+        assert_memory_equal(moved, redone, sizeof moved);
+        assert_refused(ask(c, command(c, LUM_CMD_SCENE_REDO)), "not_found", NULL);
+        memcpy(first, moved, sizeof first);
+    }
 }
 
 static char *scene_text_of(struct client *c)
