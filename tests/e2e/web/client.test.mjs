@@ -188,22 +188,97 @@ test('two tabs see each other’s edits, with cameras of their own', async () =>
     await other.page.close();
 });
 
-test('a model is imported into the running scene, its lamp joins the list, and undo takes it away', async () => {
-    await page.getByLabel('Model file below').fill('lamp.gltf');
-    await edit(() => page.getByRole('button', { name: 'Import' }).click());
-    const lamp = page.locator('.light-name', { hasText: /^lamp\// });
-    await lamp.waitFor();
+const model = (id) => page.locator('.model', { has: page.locator('.light-name', { hasText: id }) });
+const importAs = async (file) => {
+    await page.getByLabel('Model file below').fill(file);
+    await page.getByRole('button', { name: 'Import', exact: true }).click();
+};
+
+test('a model is imported, looked at, moved as a whole, and taken away again', async () => {
+    await edit(() => importAs('lamp.gltf'));
+    const notice = page.locator('.toast', { hasText: 'Imported lamp.gltf as lamp' });
+    const start = await thumbnail(page);
+    await notice.getByRole('button', { name: 'Look at it' }).click();
+    await assertEventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
+    assert.equal(await notice.count(), 0);
+    await select(page, 'lamp/bulb');
+    const height = () => field(page, 'lamp/bulb', 'Y').inputValue();
+    assert.equal(await height(), '0.9');
+    const before = await thumbnail(page);
+    await edit(async () => {
+        await model('lamp').getByLabel('Y', { exact: true }).fill('0.25');
+        await page.keyboard.press('Enter');
+    });
+    assert.equal(await height(), '1.15', 'its lamp moves along');
+    assert.ok(difference(before, await thumbnail(page)) > 4, 'and so does what is seen of it');
     await edit(() => page.locator('.stage').press('z'));
-    await lamp.waitFor({ state: 'detached' });
+    assert.equal(await height(), '0.9');
+    await edit(() => model('lamp').getByLabel('Remove lamp').click());
+    await row(page, 'lamp/bulb').waitFor({ state: 'detached' });
+    await edit(() => importAs('lamp.gltf'));
+    await edit(() => notice.getByRole('button', { name: 'Undo' }).click());
+    await row(page, 'lamp/bulb').waitFor({ state: 'detached' });
+    await page.locator('.stage').press('h');
+    await settled(tab);
 });
 
-test('what others name is shown as text', async () => {
+test('a click on any part of a model selects it', async () => {
+    await edit(() => importAs('lamp.gltf'));
+    await page.locator('.toast', { hasText: 'Imported lamp.gltf' }).getByLabel('Dismiss').click();
+    await page.keyboard.press('Escape');
+    await model('lamp').getByLabel('Scale').waitFor({ state: 'detached' });
+    const start = await thumbnail(page);
+    await page.getByLabel('Look at lamp', { exact: true }).click();
+    await assertEventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
+    await settled(tab);
+    const c = await centre(page.locator('.stage'));
+    await page.mouse.click(c.x, c.y);
+    await model('lamp').getByLabel('Scale').waitFor();
+    await edit(() => model('lamp').getByLabel('Remove lamp').click());
+    await page.locator('.stage').press('h');
+    await page.keyboard.press('Escape');
+    await settled(tab);
+});
+
+test('an import that fails says why and what to do, until the next try', async () => {
+    const problem = page.locator('.problem');
     const nasty = '<img src=x onerror="window.hacked=1">.glb';
-    await page.getByLabel('Model file below').fill(nasty);
-    await page.getByRole('button', { name: 'Import' }).click();
-    await page.locator('.toast-error').first().waitFor();
-    assert.equal(await page.locator('.toast img').count(), 0);
+    await importAs(nasty);
+    await problem.getByText('no “<img').waitFor();
+    assert.ok(!/ops\//.test(await problem.textContent()));
+    assert.equal(await problem.locator('img').count(), 0);
     assert.equal(await page.evaluate(() => window.hacked), undefined);
+    await importAs('room.jsonl');
+    await problem.getByText('plain glTF').waitFor();
+    await page.getByLabel('Model file below').fill('');
+    assert.equal(await problem.count(), 0);
+});
+
+test('a number that cannot be is refused with the reason beside it', async () => {
+    await select(page, 'ceiling-panel');
+    const intensity = field(page, 'ceiling-panel', 'Intensity');
+    const was = await intensity.inputValue();
+    for (const bad of ['-5', '', '1e13']) {
+        await intensity.fill(bad);
+        await page.keyboard.press('Enter');
+        await row(page, 'ceiling-panel').getByText('Not changed: needs a number from 0 to 10¹² lm').waitFor();
+        assert.equal(await intensity.inputValue(), was);
+    }
+    await intensity.fill(was);
+    assert.equal(await page.locator('.number-reason', { hasText: /./ }).count(), 0);
+});
+
+test('white balance takes the colour out of the light, and costs no ray', async () => {
+    await settled(tab);
+    const blue = async () => (await thumbnail(page)).reduce((sum, v, i) => sum + (i % 4 === 2 ? v : i % 4 === 0 ? -v : 0), 0);
+    const warm = await blue();
+    const plain = await thumbnail(page);
+    await page.getByLabel('White balance on').click();
+    await settled(tab);
+    assert.ok((await blue()) > warm + 64 * 48 * 10, 'bluer by more than ten steps of 255');
+    await page.getByLabel('White balance on').click();
+    await settled(tab);
+    assert.ok(difference(plain, await thumbnail(page)) < 3);
 });
 
 test('every control has a name', async () => {

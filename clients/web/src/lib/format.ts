@@ -10,6 +10,16 @@ export function fixed(v: number, digits: number): string {
     return Number.isFinite(v) ? v.toFixed(digits) : '–';
 }
 
+/** The end of a range: -1e9 -> "−10⁹" */
+export function limit(v: number): string {
+    const power = Math.log10(Math.abs(v));
+    const text =
+        power >= 6 && Number.isInteger(power)
+            ? `10${[...String(power)].map((d) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[Number(d)]).join('')}`
+            : number(Math.abs(v));
+    return v < 0 ? `−${text}` : text;
+}
+
 /** 21300000 -> "21.3 M" */
 export function si(v: number): string {
     const steps: [number, string][] = [

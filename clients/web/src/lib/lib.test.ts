@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { cctToLinear, linearFromHex, luminance, planckianXy, swatch, unitLuminance } from './colour';
-import { number, percent, si, toError } from './format';
+import { limit, number, percent, si, toError } from './format';
 import { kelvinScale, linearScale, logScale } from './scale';
 import { RateWindow } from './window';
 
@@ -77,6 +77,7 @@ test('numbers for people', () => {
     assert.equal(si(0), '0 ');
     assert.deepEqual([toError(125.34, 4.7), toError(1253, 96), toError(0.5, 0)], [125, 1300, 0.5]);
     assert.equal(percent(0.0123), '1.2 %');
+    assert.deepEqual([-1e9, 1e12, 0, 0.001, 3600].map(limit), ['−10⁹', '10¹²', '0', '0.001', '3\u2009600']);
 });
 
 test('a rate falls to zero when nothing comes any more', () => {

@@ -4,9 +4,11 @@ import { Connection, type ConnectionState } from '../protocol/connection';
 import { decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
+import { add, length, scale, sub } from '../lib/vec';
 import { frameBall, orbitFromPose, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Edits } from './edits';
+import { Imports } from './imports';
 import { extentOf, isPlaced, positionOf, Solo } from './lights';
 import { Meter } from './meter';
 import { SceneMirror } from './scene';
@@ -27,11 +29,6 @@ export interface Method {
     summary: string;
 }
 
-export interface Progress {
-    stage: string;
-    fraction: number;
-}
-
 const PROBE_SAMPLES = 512;
 /** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
 const PROBE_DELAY_MS = 250;
@@ -43,8 +40,6 @@ export class App {
     readonly methods = signal<readonly Method[]>([]);
     readonly selectedLight = signal<string | null>(null);
     readonly reading = signal<Reading | null>(null);
-    /** Of the import that this client asked for; null: none runs, or nothing was heard of it yet. */
-    readonly importProgress = signal<Progress | null>(null);
     /** What somebody else just changed; count tells one such edit from the next. */
     readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
@@ -55,6 +50,7 @@ export class App {
     readonly toasts = new Toasts();
     readonly solo = new Solo();
     readonly edits: Edits;
+    readonly imports: Imports;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -79,6 +75,8 @@ export class App {
         const onError = (error: Error): void => this.report(error);
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
         this.view = new ViewLink(call, onError);
+        const { scene, edits, toasts } = this;
+        this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.online(rpc, hello),
@@ -132,7 +130,9 @@ export class App {
         this.reading.value = pick && { pick, lux: null };
         if (!pick) return;
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
-        if (this.scene.peek(pick.id)?.type === 'light') this.selectedLight.value = pick.id;
+        const record = this.scene.peek(pick.id);
+        if (record?.type === 'light') this.selectedLight.value = pick.id;
+        this.imports.selected.value = this.imports.importOf(record);
         await this.measure();
     }
 
@@ -142,13 +142,29 @@ export class App {
         if (pick) this.view.moveTo(retarget(this.view.orbit.value, pick.point));
     }
 
-    /** What was selected last: a lamp, a picked point, or else the whole scene as its camera shows it. */
+    /** An object, or all that an import brought. */
+    async frameRecord(id: string): Promise<void> {
+        if (!this.rpc) return;
+        try {
+            const box = await this.rpc.call('bounds', { id });
+            const lo = vec3Or(box.min, [0, 0, 0]);
+            const hi = vec3Or(box.max, [0, 0, 0]);
+            const radius = Math.max(0.05, length(sub(hi, lo)) / 2);
+            this.view.moveTo(frameBall(this.view.orbit.value, scale(add(lo, hi), 0.5), radius, this.view.aspect.value));
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    /** A lamp, a model, a picked point, or else the whole scene as its camera shows it. */
     frameSelection(): void {
         const aspect = this.view.aspect.value;
         const light = this.selectedLight.value ? this.scene.peek(this.selectedLight.value) : undefined;
         const reading = this.reading.value;
         if (light && isPlaced(light)) {
             this.view.moveTo(frameBall(this.view.orbit.value, positionOf(light), 3 * extentOf(light), aspect));
+        } else if (this.imports.selected.value) {
+            void this.frameRecord(this.imports.selected.value);
         } else if (reading) {
             const radius = Math.max(0.05, 0.12 * reading.pick.distance);
             this.view.moveTo(frameBall(this.view.orbit.value, reading.pick.point, radius, aspect));
@@ -179,6 +195,7 @@ export class App {
     clearSelection(): void {
         this.reading.value = null;
         this.selectedLight.value = null;
+        this.imports.selected.value = null;
     }
 
     /* ---- connection ---- */
@@ -218,6 +235,7 @@ export class App {
         this.scene.load(reply.ops, numberOr(reply.scene_rev, 0));
         const selected = this.selectedLight.peek();
         if (selected && !this.scene.peek(selected)) this.selectedLight.value = null;
+        this.imports.forgetIfGone();
     }
 
     private notified(method: string, params: JsonObject): void {
@@ -229,7 +247,7 @@ export class App {
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
         } else if (method === 'import.progress') {
-            this.importProgress.value = { stage: stringOr(params.stage, ''), fraction: numberOr(params.fraction, 0) };
+            this.imports.progress.value = { stage: stringOr(params.stage, ''), fraction: numberOr(params.fraction, 0) };
         }
     }
 

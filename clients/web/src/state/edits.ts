@@ -69,9 +69,15 @@ export class Edits {
     }
 
     /** Any ops, all or nothing, one undo step. */
-    async transaction(ops: Op[]): Promise<boolean> {
+    transaction(ops: Op[]): Promise<boolean> {
         this.endGesture();
         return this.request('scene.apply', { ops: ops as Json[] });
+    }
+
+    /** The same, when the caller tells what went wrong: null when nothing did. */
+    attempt(ops: Op[]): Promise<Error | null> {
+        this.endGesture();
+        return this.ask('scene.apply', { ops: ops as Json[] });
     }
 
     undo(): Promise<boolean> {
@@ -113,14 +119,19 @@ export class Edits {
     }
 
     private async request(method: string, params: JsonObject): Promise<boolean> {
+        const error = await this.ask(method, params);
+        if (error && !(error instanceof ClosedError)) this.host.onError(error);
+        return !error;
+    }
+
+    private async ask(method: string, params: JsonObject): Promise<Error | null> {
         const sentAt = performance.now();
         try {
             const reply = await this.host.call(method, params);
             if (typeof reply.scene_rev === 'number') this.host.onAccepted(reply.scene_rev, sentAt);
-            return true;
+            return null;
         } catch (error) {
-            if (!(error instanceof ClosedError)) this.host.onError(error as Error);
-            return false;
+            return error as Error;
         }
     }
 }

@@ -46,12 +46,16 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
     return inner === null && rest.length > 0 ? null : { ...node, [key]: inner };
 }
 
-const LISTED = ['light', 'camera'] as const;
+const LISTED = ['light', 'camera', 'import'] as const;
 type Listed = (typeof LISTED)[number];
 
 export class SceneMirror {
     readonly rev = signal(0);
-    private readonly lists: Record<Listed, Signal<readonly string[]>> = { light: signal([]), camera: signal([]) };
+    private readonly lists: Record<Listed, Signal<readonly string[]>> = {
+        light: signal([]),
+        camera: signal([]),
+        import: signal([]),
+    };
     private confirmed = new Map<string, SceneRecord>();
     private readonly shown = new Map<string, Signal<SceneRecord | undefined>>();
     private readonly pending = new Map<string, Map<string, Json>>();
@@ -85,11 +89,10 @@ export class SceneMirror {
     /** Replaces everything by the ops of scene.get{expand:true}. */
     load(ops: Json | undefined, rev: number): void {
         batch(() => {
-            const old = this.confirmed;
             // The settings record always exists; ops only say where it differs from what the server does by itself.
             this.confirmed = new Map([['render', { type: 'render', id: 'render' }]]);
             for (const op of Array.isArray(ops) ? ops : []) if (isObject(op)) this.applyOne(op);
-            for (const id of new Set([...old.keys(), ...this.confirmed.keys()])) this.refresh(id);
+            for (const id of this.shown.keys()) this.refresh(id);
             this.relist();
             this.rev.value = rev;
         });
@@ -141,20 +144,21 @@ export class SceneMirror {
             this.confirmed.set(id, record as SceneRecord);
             return true;
         }
+        if (op.op === 'import') {
+            const { op: _, ...record } = op;
+            this.confirmed.set(id, { ...record, type: 'import' } as SceneRecord);
+            return false; // what it brought is not named
+        }
         if (op.op === 'remove') {
+            const known = this.confirmed.get(id);
             this.confirmed.delete(id);
-            return !this.isImport(id); // what an import brought goes with it, unnamed
+            return known?.type !== 'import'; // what it brought goes with it, unnamed
         }
         const record = this.confirmed.get(id);
         if (op.op !== 'set' || !record || typeof op.path !== 'string') return false;
         const changed = withField(record, op.path, op.value ?? null);
         if (changed) this.confirmed.set(id, changed);
         return changed !== null;
-    }
-
-    private isImport(id: string): boolean {
-        for (const other of this.confirmed.keys()) if (other.startsWith(`${id}/`)) return true;
-        return false;
     }
 
     private signalOf(id: string): Signal<SceneRecord | undefined> {

@@ -1,13 +1,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Json, JsonObject } from '../protocol/rpc';
+import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
-import { idForAsset } from './imports';
+import { explainImport, idForAsset, placementOf } from './imports';
 import { intensityOf, Solo } from './lights';
 import { SceneMirror, withField } from './scene';
 import { viewSize } from './view';
 
-const OPS: Json = [
+const OPS: Json[] = [
     { op: 'add', type: 'camera', id: 'main', position: [0, 0, 5], target: [0, 0, 0] },
     { op: 'add', type: 'light', id: 'key', kind: 'point', flux_lm: 800, on: true, position: [1, 2, 3] },
     { op: 'add', type: 'light', id: 'fill', kind: 'point', flux_lm: 100, on: false },
@@ -58,8 +58,13 @@ test('a gap or an op that does not fit asks for the whole scene again; an old on
     assert.equal(scene.apply([{ op: 'import', id: 'room', asset: 'room.glb' }], 6), false);
     assert.equal(scene.apply([{ op: 'remove', id: 'key' }], 4), true);
     assert.ok(scene.record('key'));
-    scene.apply([{ op: 'add', type: 'light', id: 'room/lamp' }], 6);
-    assert.equal(scene.apply([{ op: 'remove', id: 'room' }], 7), false);
+    scene.load([...OPS, { op: 'import', id: 'room', asset: 'room.glb' }], 6);
+    assert.deepEqual(scene.list('import').value, ['room']);
+    assert.ok(scene.apply([{ op: 'set', id: 'room', path: '/transform', value: { translate: [1, 0, 0] } }], 7));
+    assert.deepEqual(placementOf(scene.record('room')!)?.translate, [1, 0, 0]);
+    assert.equal(scene.apply([{ op: 'remove', id: 'room' }], 8), false);
+    scene.load(OPS, 8);
+    assert.equal(scene.record('room'), undefined);
 });
 
 test('the user’s own value stays on screen while it travels, and falls back when refused', () => {
@@ -110,4 +115,12 @@ test('ids for imports are made of what ids may hold, and are new', () => {
     assert.equal(idForAsset('models/Big Room.glb', (id) => taken.has(id)), 'big-room-3');
     assert.equal(idForAsset('<b>.obj', () => false), 'b');
     assert.equal(idForAsset('???', () => false), 'import');
+});
+
+test('a failed import says what to do, and nothing of the protocol', () => {
+    for (const app of ['not_found', 'invalid_value', 'import_failed', 'unsupported', 'busy', 'limit_exceeded', 'io']) {
+        const text = explainImport(new RpcError('the file ended too early', -32000, app, 'ops/0/asset'), 'room.glb');
+        assert.ok(!text.includes('ops/') && /^[A-ZT“].*\.$/.test(text), text);
+    }
+    assert.match(explainImport(new Error('connection lost'), 'room.glb'), /^Connection lost\. Try again/);
 });

@@ -1,16 +1,22 @@
 /** Short messages in the corner, and the same for screen readers. */
 import { signal } from '@preact/signals';
-import { RpcError } from '../protocol/rpc';
+
+export interface ToastAction {
+    label: string;
+    run(): void;
+}
 
 export interface Toast {
     key: number;
     kind: 'error' | 'info';
     text: string;
-    /** Which field it is about, as the server names it. */
-    path: string;
+    /** What can be done about it; taking one closes the message. */
+    actions: readonly ToastAction[];
 }
 
 const LIFETIME_MS = { error: 9000, info: 4000 };
+/** A choice must not run away from who reads slowly or comes by keyboard. */
+const OFFER_LIFETIME_MS = 30000;
 const MAX_SHOWN = 4;
 
 export class Toasts {
@@ -20,11 +26,11 @@ export class Toasts {
     private nextKey = 1;
 
     error(error: Error): void {
-        this.show('error', error.message, error instanceof RpcError ? error.path : '');
+        this.show('error', error.message);
     }
 
-    info(text: string): void {
-        this.show('info', text, '');
+    info(text: string, actions: readonly ToastAction[] = []): void {
+        this.show('info', text, actions);
     }
 
     announce(text: string): void {
@@ -35,11 +41,10 @@ export class Toasts {
         this.shown.value = this.shown.value.filter((t) => t.key !== key);
     }
 
-    private show(kind: Toast['kind'], text: string, path: string): void {
-        const same = this.shown.value.find((t) => t.text === text && t.path === path);
-        if (same) this.dismiss(same.key);
-        const toast = { key: this.nextKey++, kind, text, path };
-        this.shown.value = [...this.shown.value, toast].slice(-MAX_SHOWN);
-        setTimeout(() => this.dismiss(toast.key), LIFETIME_MS[kind]);
+    private show(kind: Toast['kind'], text: string, actions: readonly ToastAction[] = []): void {
+        const others = this.shown.value.filter((t) => t.text !== text);
+        const toast = { key: this.nextKey++, kind, text, actions };
+        this.shown.value = [...others, toast].slice(-MAX_SHOWN);
+        setTimeout(() => this.dismiss(toast.key), actions.length > 0 ? OFFER_LIFETIME_MS : LIFETIME_MS[kind]);
     }
 }

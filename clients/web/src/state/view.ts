@@ -34,6 +34,8 @@ export interface ViewSettings {
     method: string | null;
     exposure: { auto: boolean; ev: number } | null;
     toneMap: string | null;
+    /** Light of this temperature is shown as white; null: as it is. */
+    whiteBalance: number | null;
     resolution: Resolution;
     stream: Stream;
 }
@@ -47,6 +49,7 @@ function rememberedSettings(): ViewSettings {
         method: null,
         exposure: null,
         toneMap: null,
+        whiteBalance: null,
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };
@@ -191,7 +194,8 @@ export class ViewLink {
 
     private settingParams(): JsonObject {
         const s = this.settings.value;
-        const params: JsonObject = { codec: STREAMS[s.stream].codec, quality: STREAMS[s.stream].quality };
+        const { codec, quality } = STREAMS[s.stream];
+        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance };
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;
         if (s.exposure !== null) params.exposure_ev = s.exposure.auto ? null : s.exposure.ev;

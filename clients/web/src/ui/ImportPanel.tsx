@@ -1,27 +1,23 @@
 import { useSignal } from '@preact/signals';
-import { idForAsset } from '../state/imports';
+import { useEffect, useRef } from 'preact/hooks';
 import { useApp } from './context';
+import { ImportRow } from './ImportRow';
+
+const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
 
 export function ImportPanel() {
     const app = useApp();
+    const { imports } = app;
     const asset = useSignal('');
-    const busy = useSignal(false);
     const submit = async (): Promise<void> => {
         const name = asset.value.trim();
-        if (!name || busy.value) return;
-        busy.value = true;
-        const id = idForAsset(name, (taken) => app.scene.peek(taken) !== undefined);
-        const done = await app.edits.transaction([{ op: 'import', id, asset: name }]);
-        busy.value = false;
-        app.importProgress.value = null;
-        if (!done) return;
-        asset.value = '';
-        app.toasts.info(`Imported ${name} as ${id}`);
+        if (name && !imports.busy.value && (await imports.bring(name))) asset.value = '';
     };
+    const failed = imports.problem.value !== '';
     return (
         <section class="section" aria-labelledby="import-title">
             <header class="section-head">
-                <h2 id="import-title">Import</h2>
+                <h2 id="import-title">Models</h2>
             </header>
             <form
                 class="import"
@@ -33,25 +29,47 @@ export function ImportPanel() {
                 <input
                     type="text"
                     aria-label="Model file below the server's asset folder"
+                    aria-invalid={failed}
+                    aria-describedby="import-hint"
                     placeholder="room.glb"
                     spellcheck={false}
                     autocomplete="off"
                     maxLength={255}
                     value={asset.value}
-                    onInput={(e) => (asset.value = e.currentTarget.value)}
+                    onInput={(e) => {
+                        asset.value = e.currentTarget.value;
+                        imports.problem.value = '';
+                    }}
                 />
-                <button type="submit" class="button" disabled={busy.value}>
-                    {busy.value ? 'Importing…' : 'Import'}
+                <button type="submit" class="button" disabled={imports.busy.value}>
+                    {imports.busy.value ? 'Importing…' : 'Import'}
                 </button>
             </form>
-            {busy.value && <ImportProgress />}
-            <p class="hint">A file in the server's asset folder: glTF, GLB, OBJ, FBX …</p>
+            {imports.busy.value && <ImportProgress />}
+            <div id="import-hint">
+                {failed ? <Problem text={imports.problem.value} /> : <p class="hint">{HINT}</p>}
+            </div>
+            <ul class="light-list">
+                {app.scene.list('import').value.map((id) => (
+                    <ImportRow key={id} id={id} />
+                ))}
+            </ul>
         </section>
     );
 }
 
+function Problem({ text }: { text: string }) {
+    const line = useRef<HTMLParagraphElement>(null);
+    useEffect(() => line.current?.scrollIntoView({ block: 'nearest' }), [text]);
+    return (
+        <p ref={line} class="problem" role="alert">
+            {text}
+        </p>
+    );
+}
+
 function ImportProgress() {
-    const progress = useApp().importProgress.value;
+    const progress = useApp().imports.progress.value;
     return (
         <label class="progress">
             <span>{progress?.stage ?? 'starting'}</span>

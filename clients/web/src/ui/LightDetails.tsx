@@ -8,6 +8,7 @@ import { colourOf, intensityOf, isPlaced, kindOf, positionOf } from '../state/li
 import { useApp } from './context';
 import { NumberField } from './NumberField';
 import { Slider } from './Slider';
+import { VectorFields } from './VectorFields';
 
 const KELVIN = kelvinScale(1800, 12000);
 const PRESETS: [string, number][] = [
@@ -32,6 +33,7 @@ export function LightDetails({ light }: { light: SceneRecord }) {
                 value={value}
                 unit={unit.symbol}
                 min={0}
+                max={1e12}
                 onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
             />
             <Colour light={light} />
@@ -122,21 +124,15 @@ function Picker({ light, linear }: { light: SceneRecord; linear: Vec3 }) {
 
 function Position({ light }: { light: SceneRecord }) {
     const app = useApp();
-    const position = positionOf(light);
-    const commit = (axis: number, v: number): void =>
-        app.edits.setOnce(light.id, '/position', position.map((p, i) => (i === axis ? v : p)));
     return (
-        <div class="fields position" role="group" aria-label={`${light.id} position in metres`}>
-            {['X', 'Y', 'Z'].map((name, axis) => (
-                <NumberField
-                    key={name}
-                    label={name}
-                    value={Number(position[axis]!.toFixed(3))}
-                    unit="m"
-                    step={0.05}
-                    onCommit={(v) => commit(axis, v)}
-                />
-            ))}
-        </div>
+        <VectorFields
+            label={`${light.id} position in metres`}
+            names={['X', 'Y', 'Z']}
+            value={positionOf(light)}
+            unit="m"
+            limits={[-1e9, 1e9]}
+            step={0.05}
+            onCommit={(position) => app.edits.setOnce(light.id, '/position', [...position])}
+        />
     );
 }

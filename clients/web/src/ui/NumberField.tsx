@@ -1,36 +1,60 @@
+import { useSignal, type ReadonlySignal } from '@preact/signals';
+import { useId } from 'preact/hooks';
+import { limit } from '../lib/format';
+
 interface Props {
     label: string;
     value: number;
     unit: string;
-    min?: number;
+    min: number;
+    max: number;
     step?: number;
     onCommit(value: number): void;
 }
 
-/** Takes effect on Enter or when left; what is not a number falls back to the value before. */
-export function NumberField({ label, value, unit, min, step, onCommit }: Props) {
+/** On its own: drawing the field anew would put the old value back under the fingers of who types. */
+function Reason({ refused, text }: { refused: ReadonlySignal<boolean>; text: string }) {
+    return <>{refused.value && text}</>;
+}
+
+/** Takes effect on Enter or when left. What is no number of the range is refused: the value stays, and the reason shows. */
+export function NumberField({ label, value, unit, min, max, step, onCommit }: Props) {
+    const refused = useSignal(false);
+    const reasonId = useId();
     const commit = (input: HTMLInputElement): void => {
         const v = input.valueAsNumber;
-        if (Number.isFinite(v) && v >= (min ?? -Infinity) && v !== value) onCommit(v);
-        else input.value = String(value);
+        if (v === value) return;
+        refused.value = !(v >= min && v <= max);
+        if (refused.value) input.value = String(value);
+        else onCommit(v);
     };
     return (
         <label class="number">
             <span class="number-label">{label}</span>
-            <input
-                type="number"
-                aria-label={label}
-                value={value}
-                min={min}
-                step={step ?? 'any'}
-                onBlur={(e) => commit(e.currentTarget)}
-                onKeyDown={(e) => {
-                    if (e.key === 'Enter') commit(e.currentTarget);
-                }}
-            />
-            <span class="number-unit" aria-hidden="true">
-                {unit}
+            <span class="number-box">
+                <input
+                    type="number"
+                    aria-label={label}
+                    aria-invalid={refused}
+                    aria-describedby={reasonId}
+                    value={value}
+                    min={min}
+                    max={max}
+                    step={step ?? 'any'}
+                    onFocus={() => (refused.value = false)}
+                    onInput={() => (refused.value = false)}
+                    onBlur={(e) => commit(e.currentTarget)}
+                    onKeyDown={(e) => {
+                        if (e.key === 'Enter') commit(e.currentTarget);
+                    }}
+                />
+                <span class="number-unit" aria-hidden="true">
+                    {unit}
+                </span>
             </span>
+            <small id={reasonId} class="number-reason" role="alert">
+                <Reason refused={refused} text={`Not changed: needs a number from ${limit(min)} to ${limit(max)} ${unit}`} />
+            </small>
         </label>
     );
 }

@@ -1,5 +1,5 @@
-import { fixed } from '../lib/format';
-import { linearScale } from '../lib/scale';
+import { fixed, number } from '../lib/format';
+import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
 import { RESOLUTIONS, STREAMS, type Resolution, type Stream } from '../state/view';
 import { useApp } from './context';
@@ -7,6 +7,10 @@ import { Slider } from './Slider';
 
 /** EV100: higher is darker, so the slider runs the other way and its right end is bright, as people expect. */
 const EXPOSURE = linearScale(18, -4, 10);
+const BALANCE = kelvinScale(1800, 12000);
+/** What a picture without balance takes for white, and what most lamps need. */
+const DAYLIGHT_K = 6504;
+const LAMP_K = 3000;
 const TONE_MAPS: [string, string][] = [
     ['agx', 'AgX'],
     ['aces', 'ACES'],
@@ -26,6 +30,7 @@ export function ViewPanel() {
                 <h2 id="view-title">Picture</h2>
             </header>
             <Exposure />
+            <WhiteBalance />
             <div class="choices">
                 <Choice
                     label="Tone map"
@@ -86,6 +91,46 @@ function Exposure() {
                 value={ev}
                 spoken={`${fixed(ev, 1)} EV${auto ? ', automatic' : ''}`}
                 onInput={(v) => set({ auto: false, ev: v })}
+                onEnd={() => {}}
+            />
+        </div>
+    );
+}
+
+function WhiteBalance() {
+    const app = useApp();
+    const kelvin = app.view.settings.value.whiteBalance;
+    const set = (whiteBalance: number | null): void => app.view.change({ whiteBalance });
+    return (
+        <div class="exposure">
+            <div class="line">
+                <span class="field-label">White balance</span>
+                <output>
+                    {kelvin === null ? (
+                        <small>off</small>
+                    ) : (
+                        <>
+                            {number(kelvin)} <small>K</small>
+                        </>
+                    )}
+                </output>
+                <button
+                    type="button"
+                    class="toggle"
+                    aria-label="White balance on"
+                    aria-pressed={kelvin !== null}
+                    onClick={() => set(kelvin === null ? LAMP_K : null)}
+                >
+                    On
+                </button>
+            </div>
+            <Slider
+                class={`kelvin ${kelvin === null ? 'is-idle' : ''}`}
+                label="White balance"
+                scale={BALANCE}
+                value={kelvin ?? DAYLIGHT_K}
+                spoken={kelvin === null ? 'off' : `${kelvin} kelvin is white`}
+                onInput={set}
                 onEnd={() => {}}
             />
         </div>
