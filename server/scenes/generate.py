@@ -7,7 +7,7 @@ import os
 import sys
 
 sys.dont_write_bytecode = True  # beside the sources, in every build
-from generator import conference, cornell, desk, many_lights, office, shirley6  # noqa: E402
+from generator import conference, cornell, desk, many_lights, office, shirley6, sibenik, sponza  # noqa: E402
 
 SCENES = {
     "conference": conference.conference,
@@ -21,6 +21,8 @@ SCENES = {
     "office": office.office,
     "office-media": office.office_media,
     "shirley6": shirley6.shirley6,
+    "sibenik": sibenik.sibenik,
+    "sponza": sponza.sponza,
 }
 
 

@@ -76,7 +76,8 @@ static uint64_t thesis_triangles(const char *scene)
     static const struct {
         const char *scene;
         uint64_t n;
-    } rows[] = {{"conference", 190000}, {"cornell", 48000}, {"desk", 12000}, {"shirley6", 800}};
+    } rows[] = {{"conference", 190000}, {"cornell", 48000}, {"desk", 12000},
+                {"shirley6", 800},      {"sibenik", 75000}, {"sponza", 66000}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (strcmp(rows[i].scene, scene) == 0)
             return rows[i].n;

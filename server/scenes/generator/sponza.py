@@ -1,9 +1,9 @@
 """An atrium with two storeys of arcades round an open court, in the sun."""
 import math
 
-from .arches import arch_curve, arch_panel, groin_vault, moulding
+from .arches import arch_panel, groin_vault, moulding
 from .furniture import plant
-from .mesh import Mesh, cup, round_profile
+from .mesh import Mesh, cup
 from .scene import Frame, Random, Scene
 
 BAY = 2.5
@@ -40,30 +40,27 @@ def materials(s):
 def lower_column():
     return Mesh().lathe([(0.30, 0.18), (0.36, 0.20), (0.375, 0.25), (0.35, 0.30), (0.30, 0.33), (0.31, 0.38), (0.285, 0.42),
                          (0.27, 1.0), (0.262, 1.6), (0.235, 2.42), (0.26, 2.45), (0.26, 2.49), (0.24, 2.52), (0.26, 2.64),
-                         (0.33, 2.78), (0.37, 2.84)], 24)
+                         (0.33, 2.78), (0.37, 2.84)], 18)
 
 
 def upper_column():
     return Mesh().lathe([(0.15, 0.0), (0.20, 0.02), (0.20, 0.07), (0.16, 0.12), (0.15, 0.6), (0.125, 1.55), (0.145, 1.57),
-                         (0.145, 1.60), (0.135, 1.62), (0.16, 1.72), (0.22, 1.84)], 18)
+                         (0.145, 1.60), (0.135, 1.62), (0.16, 1.72), (0.22, 1.84)], 16)
 
 
 def baluster():
-    return Mesh().lathe([(0.03, 0.0), (0.055, 0.14), (0.05, 0.22), (0.025, 0.36), (0.032, 0.46), (0.03, 0.52)], 8)
-
-
-RIB = [(-0.03, -0.11), (0.10, -0.11), (0.12, -0.06), (0.12, 0.06), (0.10, 0.11), (-0.03, 0.11)]
+    return Mesh().lathe([(0.03, 0.0), (0.055, 0.16), (0.026, 0.36), (0.032, 0.46), (0.03, 0.52)], 6)
 
 
 def meshes(s):
     s.geometry("lower-column", lower_column)
     s.geometry("upper-column", upper_column)
     s.geometry("baluster", baluster)
-    s.geometry("lower-arch", lambda: arch_panel(BAY, UPPER - 0.35, LOWER_ARCH, 0.42, 20))
-    s.geometry("upper-arch", lambda: arch_panel(BAY, EAVES - UPPER, UPPER_ARCH, 0.36, 20))
-    s.geometry("lower-archivolt", lambda: moulding(LOWER_ARCH[0], LOWER_ARCH[2], [(a, 0.21 + b) for a, b in archivolt()], 20))
-    s.geometry("upper-archivolt", lambda: moulding(UPPER_ARCH[0], UPPER_ARCH[2], [(a, 0.18 + b) for a, b in archivolt()], 20))
-    s.geometry("gallery-vault", lambda: groin_vault(BAY, AISLE, 1.25, 12, 5))
+    s.geometry("lower-arch", lambda: arch_panel(BAY, UPPER - 0.35, LOWER_ARCH, 0.42, 14))
+    s.geometry("upper-arch", lambda: arch_panel(BAY, EAVES - UPPER, UPPER_ARCH, 0.36, 14))
+    s.geometry("lower-archivolt", lambda: moulding(LOWER_ARCH[0], LOWER_ARCH[2], [(a, 0.21 + b) for a, b in archivolt()], 14))
+    s.geometry("upper-archivolt", lambda: moulding(UPPER_ARCH[0], UPPER_ARCH[2], [(a, 0.18 + b) for a, b in archivolt()], 14))
+    s.geometry("gallery-vault", lambda: groin_vault(BAY, AISLE, 1.25, 10, 4))
     s.geometry("drape", drape)
 
 
@@ -143,8 +140,8 @@ def shell(s):
         s.box(f"frieze-{side}", [0.60, 0.16, 2 * HZ], "limestone", (sign * HX, EAVES + 0.141, 0))
         s.box(f"cornice-{side}", [0.90, 0.18, 2 * HZ], "limestone", (sign * HX, TOP + 0.001, 0))
         s.box(f"roof-{side}", [AISLE + 0.9, 0.12, 2 * HZ], "roof-tile", (sign * (HX + AISLE / 2 - 0.1), TOP + 0.181, 0))
-    s.mesh("oculus", "torus", [0.9, 0.14, 0.9], segments=[32, 8], param=[0.15, 0, 0, 0])
-    s.mesh("oculus-pane", "disc", [0.72, 0, 0.72], segments=[32, 1])
+    s.mesh("oculus", "torus", [0.9, 0.14, 0.9], segments=[20, 6], param=[0.15, 0, 0, 0])
+    s.mesh("oculus-pane", "disc", [0.72, 0, 0.72], segments=[20, 1])
     for name, x, z, turn in bays():
         f = Frame(s, f"oculus-{name}", (x, TOP - 1.0, z), turn)
         f.object("rim", "oculus", "limestone", (0, 0, 0.19), (90, 0, 0))
@@ -161,15 +158,10 @@ def paving(s):
             w, d = (2 * HX - 1.2) / nx, (2 * HZ - 1.2) / nz
             x, z = -HX + 0.6 + (i + 0.5) * w, -HZ + 0.6 + (k + 0.5) * d
             s.box(f"slab-{i:02d}-{k}", [w - 0.012, 0.05, d - 0.012], "paving-" + "abc"[random.whole(3)], (x, -0.025, z))
-    for side, sign in (("north", -1), ("south", 1)):
-        s.block(f"walk-{side}", sorted_z(-OUT_X, -0.06, sign * (HZ - 0.6)), sorted_z(OUT_X, 0.0, sign * OUT_Z), "paving-c") \
-            if sign > 0 else s.block(f"walk-{side}", (-OUT_X, -0.06, -OUT_Z), (OUT_X, 0.0, -HZ + 0.6), "paving-c")
+    s.block("walk-north", (-OUT_X, -0.06, -OUT_Z), (OUT_X, 0, -HZ + 0.6), "paving-c")
+    s.block("walk-south", (-OUT_X, -0.06, HZ - 0.6), (OUT_X, 0, OUT_Z), "paving-c")
     for side, x0, x1 in (("west", -OUT_X, -HX + 0.6), ("east", HX - 0.6, OUT_X)):
         s.block(f"walk-{side}", (x0, -0.06, -HZ + 0.6), (x1, 0.0, HZ - 0.6), "paving-c")
-
-
-def sorted_z(x, y, z):
-    return (x, y, z)
 
 
 def drape():
@@ -177,7 +169,7 @@ def drape():
     def at(u, v):
         x, y = 1.5 * (u - 0.5) * (1 - 0.10 * math.sin(math.pi * v)), -3.4 * v
         return (-x, y, (0.05 + 0.10 * v) * math.sin(2 * math.pi * 3.5 * u) + 0.10 * v * math.sin(2.6 * math.pi * u + 1.1))
-    return Mesh().patch(at, 40, 10)
+    return Mesh().patch(at, 32, 8)
 
 
 def furnishing(s):
@@ -200,7 +192,7 @@ def furnishing(s):
     s.object("fountain-stem", "fountain-bowl", "marble", (at[0], 0.10, 0))
     s.object("fountain-top", "fountain-ball", "bronze", (at[0], 1.25, 0))
     for k, (x, z) in enumerate(((-8.2, -2.75), (-3.2, -2.75), (1.8, -2.75), (6.8, -2.75), (-5.7, 2.75), (-0.7, 2.75), (4.3, 2.75), (9.3, 2.75))):
-        plant(s, f"plant-{k}", (x, 0, z), 12, 1.5)
+        plant(s, f"plant-{k}", (x, 0, z), 11, 1.5)
 
 
 def sponza():
@@ -212,7 +204,7 @@ def sponza():
     arcades(s)
     pillars(s)
     furnishing(s)
-    s.add("light", "sky", kind="environment", luminance_cd_m2=4500, color=[0.55, 0.75, 1.15], group="sky")
+    s.add("light", "sky", kind="environment", luminance_cd_m2=5500, color=[0.55, 0.75, 1.15], group="sky")
     s.add("light", "sun", kind="directional", direction=[0.38, -0.86, -0.33], illuminance_lx=70000, cct_k=5000, group="sun")
     s.camera("main", [-9.6, 1.75, 1.25], [2.5, 4.1, -0.75], 62)
     s.camera("loggia", [-9.5, UPPER + 1.6, 5.0], [4, UPPER + 0.8, -2.5], 60)
