@@ -15,6 +15,8 @@ static const struct lum_bench benches[] = {
     {"stream", "edit to first frame, as percentiles, through a real daemon and client", "cornell", lum_bench_stream},
     {"stride", "what a pixel costs when only every n-th is rendered, by packets and by single rays", NULL,
      lum_bench_stride},
+    {"ais", "adaptive interleaved sampling against its maximum, IGI and live: frame rates, errors, rays", NULL,
+     lum_bench_ais},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
 };
 

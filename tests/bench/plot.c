@@ -120,9 +120,10 @@ static void include_series(struct range *r, const struct lum_plot_series *s, boo
     }
 }
 
-/* Linear axes begin at 0, for lengths are compared from there, and end on a number. Logarithmic y axes have some room.
+/* Linear axes begin at 0, for lengths are compared from there, and end on a number. Logarithmic axes have some
+ * room.
  */
-static void round_range(struct range *r, bool of_x)
+static void round_range(struct range *r)
 {
     if (!(r->lo <= r->hi))
         r->lo = 0.0, r->hi = 1.0;
@@ -131,7 +132,7 @@ static void round_range(struct range *r, bool of_x)
         double step = step_of(fmax(r->hi - r->lo, 1e-12));
         r->lo = floor(r->lo / step) * step;
         r->hi = ceil(r->hi / step - 1e-9) * step;
-    } else if (!of_x) {
+    } else {
         double room = 0.04 * fmax(r->hi - r->lo, 0.5);
         r->lo -= room;
         r->hi += room;
@@ -152,7 +153,7 @@ static struct range range_of(const struct lum_plot_panel *panels, size_t n_panel
     for (size_t p = 0; p < n_panels; p++)
         for (size_t s = 0; s < panels[p].n_series; s++)
             include_series(&r, &panels[p].series[s], of_x);
-    round_range(&r, of_x);
+    round_range(&r);
     return r;
 }
 

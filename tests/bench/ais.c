@@ -1,0 +1,378 @@
+/* Adaptive interleaved sampling against its maximum, against instant global illumination, and against the product's own
+ * method: the thesis' tables 5.1 to 5.3 on our scenes.
+ *
+ * One process a run, one scene after the other, 600 x 400, rays through pixel centres, 256 VPLs and 9 shadow samples a
+ * light as in 5.4. Every timed frame is fresh: the view forgets what it memoised, but keeps its memory. Methods and
+ * parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
+ * round, so that a drift of the machine cancels. A part alone is the frame with all other effects forced off.
+ *
+ * Errors are against `path` through pixel centres. Its even and odd samples A and B are independent, so the mean of
+ * (x - A)(x - B) / (r^2 + epsilon) with r = (A + B) / 2 is the relative squared error of x against the limit and not
+ * against the noise of the reference, but for that noise's second-order part in r. smape knows no such way and includes
+ * the noise.
+ *
+ * Error against cost: the same frame at more and fewer VPLs and shadow samples; and path, sample by sample. */
+#include "tests/bench/ais.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/metric/metric.h"
+#include "server/scene_source.h"
+
+const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
+const char *const ais_parts[AIS_PARTS] = {"ID", "SS", "PM", "FULL"};
+
+/* --quick takes the first two. */
+static const char *const scene_names[] = {"cornell", "cornell-media", "desk",     "office",
+                                          "sibenik", "conference",    "shirley6", "office-media"};
+#define QUICK_SCENES 2u
+
+#define BIT(effect) (1u << (effect))
+#define DIRECT_BITS (BIT(LUM_EFFECT_DIRECT) | BIT(LUM_EFFECT_SOFT_SHADOW) | BIT(LUM_EFFECT_ENVIRONMENT))
+#define ALL_BITS (BIT(LUM_EFFECT_COUNT) - 1u)
+
+static const uint32_t part_bits[AIS_PARTS] = {
+    [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
+    [AIS_SS] = DIRECT_BITS,
+    [AIS_PM] = BIT(LUM_EFFECT_MEDIA),
+    [AIS_FULL] = ALL_BITS,
+};
+/* What a method must serve to be compared in full. */
+#define CORE_BITS (DIRECT_BITS | BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_MEDIA))
+
+static const struct {
+    uint32_t n_vpls, shadow_samples;
+} budgets[] = {{32, 1}, {64, 4}, {128, 4}, {256, 9}, {512, 9}, {1024, 16}, {4096, 16}};
+
+/* One scene at work. */
+struct rig {
+    const struct lum_bench_options *options;
+    struct lum_world world;
+    struct lum_view_settings settings; /* the thesis' */
+    struct lum_demand demand;
+    struct lum_view *reference;
+    float *picture, *truth; /* 3 * w * h, for lum_metric_compare */
+    double mean;            /* luminance of the truth */
+    struct ais_scene *out;
+};
+
+static bool failed(const struct lum_error *err)
+{
+    fprintf(stderr, "lumend-bench: %s\n", err->text);
+    return false;
+}
+
+static uint32_t demanded(const struct lum_demand *d)
+{
+    uint32_t bits = 0;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        bits |= d->on[e] ? BIT(e) : 0u;
+    return bits;
+}
+
+static uint32_t served(const struct lum_method *m)
+{
+    uint32_t bits = 0;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        bits |= m->serves[e] ? BIT(e) : 0u;
+    return bits;
+}
+
+/* True when there is something to compare. */
+static bool takes_part(const struct rig *r, const struct lum_method *m, enum ais_part part)
+{
+    if (!m)
+        return false;
+    uint32_t wanted = demanded(&r->demand) & part_bits[part] & CORE_BITS;
+    return wanted != 0 && (wanted & ~served(m)) == 0;
+}
+
+static struct lum_view_settings settings_of(const struct rig *r, const struct lum_method *m, enum ais_part part)
+{
+    struct lum_view_settings s = r->settings;
+    s.method = m;
+    s.effects_off = ALL_BITS & ~part_bits[part];
+    return s;
+}
+
+static bool fresh_frame(const struct rig *r, struct lum_view *view, const struct lum_view_settings *settings,
+                        struct lum_pass_stats *ret_stats)
+{
+    struct lum_error err = {0};
+    lum_view_forget(view);
+    if (lum_view_pass(view, r->world.snapshot, settings, NULL, ret_stats, &err) != LUM_OK)
+        return failed(&err);
+    if (ret_stats->nonfinite == 0 && ret_stats->bad_rays == 0)
+        return true;
+    fprintf(stderr, "lumend-bench: %s: %llu values are not finite, %llu rays were not fit to trace\n",
+            settings->method->name, (unsigned long long)ret_stats->nonfinite, (unsigned long long)ret_stats->bad_rays);
+    return false;
+}
+
+static uint64_t sum_rays(const uint64_t rays[LUM_RAY_KIND_COUNT])
+{
+    uint64_t sum = 0;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        sum += rays[k];
+    return sum;
+}
+
+/* ---- the reference ---- */
+
+static double half_mean(const struct lum_film *f, int half, size_t pixel, size_t channel)
+{
+    return f->n[half][pixel] ? f->half[half][3 * pixel + channel] / (double)f->n[half][pixel] : 0.0;
+}
+
+/* picture NULL: the noise of the reference itself. */
+static double relmse_against(const struct rig *r, const float *picture)
+{
+    const struct lum_film *reference = lum_view_film(r->reference);
+    double sum = 0.0, epsilon = LUM_METRIC_EPSILON * r->mean * r->mean;
+    size_t n = (size_t)reference->w * reference->h;
+    for (size_t i = 0; i < 3 * n; i++) {
+        double a = half_mean(reference, 0, i / 3, i % 3), b = half_mean(reference, 1, i / 3, i % 3);
+        double x = picture ? (double)picture[i] : 0.0, middle = 0.5 * (a + b);
+        double square = picture ? (x - a) * (x - b) : 0.25 * (a - b) * (a - b);
+        sum += square / (middle * middle + epsilon);
+    }
+    return sum / (3.0 * (double)n);
+}
+
+static void read_film(const struct lum_view *view, float *ret_values)
+{
+    const struct lum_film *f = lum_view_film(view);
+    for (uint32_t y = 0; y < f->h; y++)
+        for (uint32_t x = 0; x < f->w; x++) {
+            struct lum_rgb c = lum_film_mean(f, x, y);
+            float *v = ret_values + 3 * ((size_t)y * f->w + x);
+            v[0] = c.r, v[1] = c.g, v[2] = c.b;
+        }
+}
+
+/* Path tracing until it has the samples, or its time is up; an even number, so that the halves are equal. */
+static bool make_reference(struct rig *r)
+{
+    struct lum_error err = {0};
+    struct lum_view_settings s = r->settings;
+    s.method = lum_method_find("path");
+    s.seed = 1000003; /* independent of the pictures that are compared */
+    uint32_t max_spp = r->options->quick ? 16 : 4096;
+    int64_t end_ns = lum_clock_ns() + (r->options->quick ? 2 : 60) * 1000000000ll;
+    struct lum_pass_stats stats = {0};
+    if (lum_view_create(r->world.pool, &r->reference, &err) != LUM_OK)
+        return failed(&err);
+    do
+        if (lum_view_pass(r->reference, r->world.snapshot, &s, NULL, &stats, &err) != LUM_OK)
+            return failed(&err);
+    while (stats.spp % 2 != 0 || (stats.spp < max_spp && lum_clock_ns() < end_ns));
+    r->demand = stats.demand;
+    r->out->reference_spp = stats.spp;
+    read_film(r->reference, r->truth);
+    size_t n = (size_t)s.w * s.h;
+    r->mean = 0.0;
+    for (size_t i = 0; i < n; i++)
+        r->mean +=
+            (double)lum_luminance(lum_rgb(r->truth[3 * i], r->truth[3 * i + 1], r->truth[3 * i + 2])) / (double)n;
+    r->out->reference_relmse = relmse_against(r, NULL);
+    return true;
+}
+
+static struct ais_error error_of(struct rig *r, const struct lum_view *view)
+{
+    read_film(view, r->picture);
+    struct lum_metric_result m =
+        lum_metric_compare(&(struct lum_metric_input){.x = r->picture,
+                                                      .r = r->truth,
+                                                      .n = 3 * (size_t)r->settings.w * r->settings.h,
+                                                      .epsilon = LUM_METRIC_EPSILON * r->mean});
+    return (struct ais_error){relmse_against(r, r->picture), m.smape};
+}
+
+/* ---- frames per second ---- */
+
+/* The configurations of a scene, with a view each, so that no buffer is made while a frame is timed. */
+struct config {
+    struct lum_view *view;
+    struct lum_view_settings settings;
+    struct ais_cell *cell;
+};
+
+static bool time_configs(struct rig *r, struct config *configs, size_t n)
+{
+    struct lum_pass_stats stats;
+    size_t rounds = r->options->quick ? 2 : AIS_ROUNDS;
+    for (size_t i = 0; i < n; i++) { /* warm-up; makes the buffers */
+        if (!fresh_frame(r, configs[i].view, &configs[i].settings, &stats))
+            return false;
+        memcpy(configs[i].cell->rays, stats.rays, sizeof stats.rays);
+        configs[i].cell->n = rounds;
+    }
+    for (size_t round = 0; round < rounds; round++)
+        for (size_t i = 0; i < 2 * n; i++) {
+            struct config *c = &configs[i < n ? i : 2 * n - 1 - i];
+            if (!fresh_frame(r, c->view, &c->settings, &stats))
+                return false;
+            c->cell->ms[round] += 0.5 * stats.ms;
+            c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
+        }
+    return true;
+}
+
+static bool measure_frames(struct rig *r)
+{
+    struct config configs[AIS_METHODS * AIS_PARTS];
+    struct lum_error err = {0};
+    size_t n = 0;
+    bool ok = true;
+    for (int m = 0; m < AIS_METHODS; m++)
+        for (int p = 0; ok && p < AIS_PARTS; p++) {
+            const struct lum_method *method = lum_method_find(ais_methods[m]);
+            if (!takes_part(r, method, (enum ais_part)p))
+                continue;
+            struct config c = {NULL, settings_of(r, method, (enum ais_part)p), &r->out->cells[m][p]};
+            ok = lum_view_create(r->world.pool, &c.view, &err) == LUM_OK || failed(&err);
+            if (ok)
+                configs[n++] = c;
+        }
+    ok = ok && time_configs(r, configs, n);
+    for (int m = 0; m < AIS_METHODS; m++)
+        r->out->errors[m] = (struct ais_error){(double)NAN, (double)NAN};
+    for (size_t i = 0; i < n; i++) {
+        ptrdiff_t cell = configs[i].cell - &r->out->cells[0][0];
+        if (ok && cell % AIS_PARTS == AIS_FULL)
+            r->out->errors[cell / AIS_PARTS] = error_of(r, configs[i].view);
+        lum_view_destroy(configs[i].view);
+    }
+    return ok;
+}
+
+/* ---- error against cost ---- */
+
+static bool measure_budgets(struct rig *r, const struct lum_method *method, struct ais_curve *ret_curve)
+{
+    enum { FRAMES = 5 };
+    struct lum_view *view = NULL;
+    struct lum_error err = {0};
+    if (lum_view_create(r->world.pool, &view, &err) != LUM_OK)
+        return failed(&err);
+    struct lum_view_settings s = settings_of(r, method, AIS_FULL);
+    bool ok = true;
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1) {
+        double cpu_ms[FRAMES];
+        struct lum_pass_stats stats = {0};
+        s.n_vpls = budgets[i].n_vpls;
+        s.shadow_samples = budgets[i].shadow_samples;
+        size_t n = r->options->quick ? 1 : FRAMES;
+        for (size_t k = 0; ok && k < n; k++) {
+            ok = fresh_frame(r, view, &s, &stats);
+            cpu_ms[k] = stats.cpu_ms;
+        }
+        if (ok)
+            ret_curve->points[ret_curve->n++] = (struct ais_point){
+                .n_vpls = s.n_vpls,
+                .shadow_samples = s.shadow_samples,
+                .cpu_ms = lum_bench_quantile(cpu_ms, n, 0.5),
+                .relmse = error_of(r, view).relmse,
+                .rays = sum_rays(stats.rays),
+            };
+    }
+    lum_view_destroy(view);
+    return ok;
+}
+
+/* After 1, 2, 4 .. samples. */
+static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
+{
+    struct lum_view *view = NULL;
+    struct lum_error err = {0};
+    if (lum_view_create(r->world.pool, &view, &err) != LUM_OK)
+        return failed(&err);
+    struct lum_view_settings s = r->settings;
+    s.method = lum_method_find("path");
+    struct ais_point p = {0};
+    bool ok = true;
+    while (ok && ret_curve->n < (r->options->quick ? 3 : AIS_POINTS)) {
+        struct lum_pass_stats stats = {0};
+        ok = lum_view_pass(view, r->world.snapshot, &s, NULL, &stats, &err) == LUM_OK || failed(&err);
+        p.cpu_ms += stats.cpu_ms;
+        p.rays += sum_rays(stats.rays);
+        p.spp++;
+        if (ok && (p.spp & (p.spp - 1u)) == 0) {
+            p.relmse = error_of(r, view).relmse;
+            ret_curve->points[ret_curve->n++] = p;
+        }
+    }
+    lum_view_destroy(view);
+    return ok;
+}
+
+/* ---- a scene ---- */
+
+static bool measure_scene(struct rig *r)
+{
+    struct lum_error err = {0};
+    if (lum_snapshot_camera(r->world.snapshot, NULL, &r->settings.camera, &err) != LUM_OK)
+        return failed(&err);
+    size_t n = 3 * (size_t)r->settings.w * r->settings.h;
+    r->picture = lum_calloc(n, sizeof *r->picture);
+    r->truth = lum_calloc(n, sizeof *r->truth);
+    if (!r->picture || !r->truth)
+        return fprintf(stderr, "lumend-bench: out of memory\n"), false;
+    if (!make_reference(r) || !measure_frames(r))
+        return false;
+    for (int m = 0; m < AIS_METHODS; m++)
+        if (r->out->cells[m][AIS_FULL].n && !measure_budgets(r, lum_method_find(ais_methods[m]), &r->out->curves[m]))
+            return false;
+    return measure_path(r, &r->out->curves[AIS_METHODS]);
+}
+
+static bool run_scene(const struct lum_bench_options *options, const char *name, struct ais_study *study)
+{
+    struct rig r = {.options = options, .settings = lum_view_settings_default()};
+    r.settings.w = study->w;
+    r.settings.h = study->h;
+    r.settings.antialias = false;
+    r.settings.n_vpls = 256;
+    r.settings.shadow_samples = 9;
+    r.settings.seed = 1;
+    if (!lum_bench_world(name, 0, &r.world))
+        return false;
+    fprintf(stderr, "ais: %s\n", name);
+    lum_bench_machine(&r.world, study->machine, sizeof study->machine);
+    r.out = &study->scenes[study->n_scenes++];
+    r.out->name = name;
+    bool ok = measure_scene(&r);
+    lum_view_destroy(r.reference);
+    lum_free(r.picture);
+    lum_free(r.truth);
+    lum_world_finish(&r.world);
+    return ok;
+}
+
+int lum_bench_ais(const struct lum_bench_options *options)
+{
+    struct ais_study *study = lum_calloc(1, sizeof *study);
+    if (!study)
+        return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
+    study->w = options->quick ? 120 : 600;
+    study->h = options->quick ? 80 : 400;
+    lum_thread_init_fp();
+    for (int m = 0; m < AIS_METHODS; m++)
+        if (!lum_method_find(ais_methods[m]))
+            printf("skipped: there is no method %s\n", ais_methods[m]);
+    bool ok = true;
+    if (options->scene)
+        ok = run_scene(options, options->scene, study);
+    size_t n = options->scene ? 0 : options->quick ? QUICK_SCENES : LUM_ARRAY_LEN(scene_names);
+    for (size_t i = 0; ok && i < n; i++) {
+        if (lum_scene_builtin(scene_names[i]))
+            ok = run_scene(options, scene_names[i], study);
+        else
+            printf("skipped: there is no scene %s\n", scene_names[i]);
+    }
+    ok = ok && ais_report(study, options);
+    lum_free(study);
+    return ok ? 0 : 1;
+}

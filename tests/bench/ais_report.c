@@ -1,0 +1,358 @@
+/* Tables 5.1 to 5.3 of the thesis, as markdown on stdout and in full as CSV and JSON, and error against cost as
+ * figures. */
+#include "tests/bench/ais.h"
+
+#include <math.h>
+
+#include "tests/bench/plot.h"
+#include "tests/bench/table.h"
+
+static double frames_per_second(const struct ais_cell *c)
+{
+    double ms[AIS_ROUNDS];
+    for (size_t i = 0; i < c->n; i++)
+        ms[i] = c->ms[i];
+    return c->n ? 1000.0 / lum_bench_quantile(ms, c->n, 0.5) : (double)NAN;
+}
+
+static double median_cpu_ms(const struct ais_cell *c)
+{
+    double ms[AIS_ROUNDS];
+    for (size_t i = 0; i < c->n; i++)
+        ms[i] = c->cpu_ms[i];
+    return c->n ? lum_bench_quantile(ms, c->n, 0.5) : (double)NAN;
+}
+
+/* How many times faster a is than b: by wall clock, or by CPU time. NAN where one of them is missing. */
+static struct lum_bench_median speedup(const struct ais_cell *a, const struct ais_cell *b, bool cpu)
+{
+    double ratios[AIS_ROUNDS];
+    size_t n = a->n < b->n ? a->n : b->n;
+    for (size_t i = 0; i < n; i++)
+        ratios[i] = cpu ? b->cpu_ms[i] / a->cpu_ms[i] : b->ms[i] / a->ms[i];
+    return n ? lum_bench_bootstrap(ratios, n) : (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+}
+
+/* The speed-ups that are reported; the first five are table 5.2's. */
+static const struct comparison {
+    enum ais_part part;
+    enum ais_method a, b;
+} comparisons[] = {
+    {AIS_ID, AIS_A, AIS_MAX},   {AIS_SS, AIS_A, AIS_MAX},   {AIS_PM, AIS_A, AIS_MAX},
+    {AIS_FULL, AIS_A, AIS_MAX}, {AIS_FULL, AIS_A, AIS_IGI}, {AIS_FULL, AIS_LIVE, AIS_A},
+};
+
+static struct lum_bench_median comparison_of(const struct ais_scene *s, const struct comparison *c, bool cpu)
+{
+    return speedup(&s->cells[c->a][c->part], &s->cells[c->b][c->part], cpu);
+}
+
+/* ---- tables on stdout ---- */
+
+#define TEXT LUM_BENCH_TEXT
+
+static const struct lum_bench_column fps_columns[] = {
+    {"", "frames per second", TEXT},
+    {"", "ID A", 2},
+    {"", "A-MAX", 2},
+    {"", "SS A", 2},
+    {"", "A-MAX", 2},
+    {"", "PM A", 2},
+    {"", "A-MAX", 2},
+    {"", "FULL A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "LIVE", 2},
+};
+
+static void print_frames(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        const struct ais_scene *s = &study->scenes[i];
+        lum_bench_table_text(t, s->name);
+        for (int p = 0; p < AIS_PARTS; p++)
+            for (int m = 0; m < (p == AIS_FULL ? AIS_METHODS : AIS_IGI); m++)
+                lum_bench_table_number(t, frames_per_second(&s->cells[m][p]));
+    }
+}
+
+static const struct lum_bench_column speedup_columns[] = {
+    {"", "speed-up", TEXT},     {"", "ID A/A-MAX", TEXT}, {"", "SS A/A-MAX", TEXT}, {"", "PM A/A-MAX", TEXT},
+    {"", "FULL A/A-MAX", TEXT}, {"", "A/IGI", TEXT},      {"", "LIVE/A", TEXT},
+};
+_Static_assert(LUM_ARRAY_LEN(speedup_columns) == LUM_ARRAY_LEN(comparisons) + 1, "a column for each comparison");
+
+/* The last row has means over scenes, as the thesis has. */
+static void print_speedups(const struct ais_study *study, struct lum_bench_table *t)
+{
+    double sum[LUM_ARRAY_LEN(comparisons)] = {0};
+    size_t n[LUM_ARRAY_LEN(comparisons)] = {0};
+    char text[64];
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        lum_bench_table_text(t, study->scenes[i].name);
+        for (size_t k = 0; k < LUM_ARRAY_LEN(comparisons); k++) {
+            struct lum_bench_median r = comparison_of(&study->scenes[i], &comparisons[k], false);
+            text[0] = 0;
+            if (isfinite(r.median)) {
+                snprintf(text, sizeof text, "%.2f [%.2f, %.2f]", r.median, r.lo, r.hi);
+                sum[k] += r.median;
+                n[k]++;
+            }
+            lum_bench_table_text(t, text);
+        }
+    }
+    lum_bench_table_text(t, "mean");
+    for (size_t k = 0; k < LUM_ARRAY_LEN(comparisons); k++) {
+        text[0] = 0;
+        if (n[k])
+            snprintf(text, sizeof text, "%.2f", sum[k] / (double)n[k]);
+        lum_bench_table_text(t, text);
+    }
+}
+
+static const struct lum_bench_column error_columns[] = {
+    {"", "relMSE x 1000", TEXT}, {"", "A", 3},         {"", "A-MAX", 3}, {"", "IGI", 3}, {"", "LIVE", 3},
+    {"", "reference", 3},        {"", "SMAPE % A", 2}, {"", "A-MAX", 2}, {"", "IGI", 2}, {"", "LIVE", 2},
+};
+
+static void print_errors(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        const struct ais_scene *s = &study->scenes[i];
+        lum_bench_table_text(t, s->name);
+        for (int m = 0; m < AIS_METHODS; m++)
+            lum_bench_table_number(t, 1e3 * s->errors[m].relmse);
+        lum_bench_table_number(t, 1e3 * s->reference_relmse);
+        for (int m = 0; m < AIS_METHODS; m++)
+            lum_bench_table_number(t, 1e2 * s->errors[m].smape);
+    }
+}
+
+/* ---- equal time, equal error ---- */
+
+/* y of a curve at x, both logarithmic, between the points that enclose x; NAN outside. by_error: x is the error and y
+ * the cost, and of several the first is taken; a curve that is below x from the start costs its first point at most. */
+static double curve_at(const struct ais_curve *c, double x, bool by_error)
+{
+    if (c->n && by_error && c->points[0].relmse <= x)
+        return c->points[0].cpu_ms;
+    for (size_t i = 0; i + 1 < c->n; i++) {
+        const struct ais_point *p = &c->points[i], *q = &c->points[i + 1];
+        double x0 = by_error ? p->relmse : p->cpu_ms, x1 = by_error ? q->relmse : q->cpu_ms;
+        double y0 = by_error ? p->cpu_ms : p->relmse, y1 = by_error ? q->cpu_ms : q->relmse;
+        bool between = by_error ? x1 <= x && x < x0 : x0 <= x && x <= x1;
+        if (between && x0 > 0.0 && x1 > 0.0 && y0 > 0.0 && y1 > 0.0)
+            return y0 * exp(log(y1 / y0) * (x0 == x1 ? 0.0 : log(x / x0) / log(x1 / x0)));
+    }
+    return (double)NAN;
+}
+
+static const struct lum_bench_column equal_columns[] = {
+    {"", "against A as in the thesis", TEXT}, {"", "LIVE: error at equal time", 3}, {"", "time at equal error", 3},
+    {"", "path: error at equal time", 3},     {"", "time at equal error", 3},
+};
+
+/* What live and path reach where ais stands with the thesis' settings. */
+static void print_equal(const struct ais_study *study, struct lum_bench_table *t)
+{
+    const int rivals[] = {AIS_LIVE, AIS_METHODS};
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        const struct ais_scene *s = &study->scenes[i];
+        const struct ais_point *at = NULL;
+        for (size_t k = 0; k < s->curves[AIS_A].n; k++)
+            if (s->curves[AIS_A].points[k].n_vpls == 256)
+                at = &s->curves[AIS_A].points[k];
+        lum_bench_table_text(t, s->name);
+        for (size_t k = 0; k < LUM_ARRAY_LEN(rivals); k++) {
+            const struct ais_curve *c = &s->curves[rivals[k]];
+            lum_bench_table_number(t, at ? curve_at(c, at->cpu_ms, false) / at->relmse : (double)NAN);
+            lum_bench_table_number(t, at ? curve_at(c, at->relmse, true) / at->cpu_ms : (double)NAN);
+        }
+    }
+}
+
+/* ---- files ---- */
+
+#define RAY_COLUMN(name)                                                                                               \
+    {                                                                                                                  \
+        "rays_" name, NULL, 0                                                                                          \
+    }
+static const struct lum_bench_column frame_columns[] = {
+    {"scene", NULL, TEXT},
+    {"method", NULL, TEXT},
+    {"part", NULL, TEXT},
+    {"fps", NULL, 4},
+    {"cpu_ms", NULL, 4},
+    {"relmse", NULL, 9},
+    {"smape", NULL, 9},
+    {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9},
+    /* in the order of enum lum_ray_kind */
+    RAY_COLUMN("primary"),
+    RAY_COLUMN("direct"),
+    RAY_COLUMN("soft_shadow"),
+    RAY_COLUMN("environment"),
+    RAY_COLUMN("indirect_diffuse"),
+    RAY_COLUMN("reflection"),
+    RAY_COLUMN("transmission"),
+    RAY_COLUMN("glossy"),
+    RAY_COLUMN("media"),
+    RAY_COLUMN("antialias"),
+    RAY_COLUMN("vpl"),
+    RAY_COLUMN("probe"),
+};
+_Static_assert(LUM_ARRAY_LEN(frame_columns) == 9 + LUM_RAY_KIND_COUNT, "a column for each kind of ray");
+
+static void put_frames(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++)
+        for (int k = 0; k < AIS_METHODS * AIS_PARTS; k++) {
+            int m = k / AIS_PARTS, p = k % AIS_PARTS;
+            const struct ais_scene *s = &study->scenes[i];
+            const struct ais_cell *c = &s->cells[m][p];
+            if (c->n == 0)
+                continue;
+            lum_bench_table_text(t, s->name);
+            lum_bench_table_text(t, ais_methods[m]);
+            lum_bench_table_text(t, ais_parts[p]);
+            lum_bench_table_number(t, frames_per_second(c));
+            lum_bench_table_number(t, median_cpu_ms(c));
+            lum_bench_table_number(t, p == AIS_FULL ? s->errors[m].relmse : (double)NAN);
+            lum_bench_table_number(t, p == AIS_FULL ? s->errors[m].smape : (double)NAN);
+            lum_bench_table_number(t, (double)s->reference_spp);
+            lum_bench_table_number(t, s->reference_relmse);
+            for (int r = 0; r < LUM_RAY_KIND_COUNT; r++)
+                lum_bench_table_number(t, (double)c->rays[r]);
+        }
+}
+
+static const struct lum_bench_column ratio_columns[] = {
+    {"scene", NULL, TEXT}, {"part", NULL, TEXT}, {"faster", NULL, TEXT},   {"slower", NULL, TEXT}, {"speedup", NULL, 4},
+    {"lo", NULL, 4},       {"hi", NULL, 4},      {"speedup_cpu", NULL, 4}, {"cpu_lo", NULL, 4},    {"cpu_hi", NULL, 4},
+};
+
+static void put_ratios(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++)
+        for (size_t k = 0; k < LUM_ARRAY_LEN(comparisons); k++) {
+            const struct comparison *c = &comparisons[k];
+            struct lum_bench_median wall = comparison_of(&study->scenes[i], c, false);
+            struct lum_bench_median cpu = comparison_of(&study->scenes[i], c, true);
+            if (!isfinite(wall.median))
+                continue;
+            lum_bench_table_text(t, study->scenes[i].name);
+            lum_bench_table_text(t, ais_parts[c->part]);
+            lum_bench_table_text(t, ais_methods[c->a]);
+            lum_bench_table_text(t, ais_methods[c->b]);
+            const double row[] = {wall.median, wall.lo, wall.hi, cpu.median, cpu.lo, cpu.hi};
+            for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
+                lum_bench_table_number(t, row[r]);
+        }
+}
+
+static const struct lum_bench_column point_columns[] = {
+    {"scene", NULL, TEXT}, {"method", NULL, TEXT}, {"vpls", NULL, 0}, {"shadow_samples", NULL, 0},
+    {"spp", NULL, 0},      {"cpu_ms", NULL, 4},    {"rays", NULL, 0}, {"relmse", NULL, 9},
+};
+
+static const char *curve_name(int curve)
+{
+    return curve < AIS_METHODS ? ais_methods[curve] : "path";
+}
+
+static void put_points(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++)
+        for (int m = 0; m <= AIS_METHODS; m++)
+            for (size_t k = 0; k < study->scenes[i].curves[m].n; k++) {
+                const struct ais_point *p = &study->scenes[i].curves[m].points[k];
+                lum_bench_table_text(t, study->scenes[i].name);
+                lum_bench_table_text(t, curve_name(m));
+                const double row[] = {(double)p->n_vpls, (double)p->shadow_samples, (double)p->spp,
+                                      p->cpu_ms,         (double)p->rays,           p->relmse};
+                for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
+                    lum_bench_table_number(t, row[r]);
+            }
+}
+
+/* ---- figures ---- */
+
+static bool draw(const struct ais_study *study, const struct ais_scene *s, const struct lum_bench_options *options)
+{
+    double x[2][AIS_METHODS + 1][AIS_POINTS], y[AIS_METHODS + 1][AIS_POINTS];
+    struct lum_plot_series series[2][AIS_METHODS + 1];
+    size_t n = 0;
+    for (int m = 0; m <= AIS_METHODS; m++) {
+        const struct ais_curve *c = &s->curves[m];
+        for (size_t i = 0; i < c->n; i++) {
+            x[0][m][i] = c->points[i].cpu_ms;
+            x[1][m][i] = (double)c->points[i].rays * 1e-6;
+            y[m][i] = c->points[i].relmse;
+        }
+        for (int side = 0; side < 2 && c->n; side++)
+            series[side][n] = (struct lum_plot_series){
+                .label = curve_name(m), .color = (uint32_t)m, .n = c->n, .x = x[side][m], .y = y[m]};
+        n += c->n > 0;
+    }
+    const struct lum_plot_axis error = {"relMSE", LUM_PLOT_LOG10, 0.0, 0.0};
+    const struct lum_plot_panel panels[2] = {
+        {"(a) by time", {"CPU time of a frame, ms", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[0], n},
+        {"(b) by rays", {"rays of a frame, millions", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[1], n},
+    };
+    char title[128], subtitle[512], file[128], name[96];
+    snprintf(title, sizeof title, "Error against cost: %s", s->name);
+    snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples). %s", study->w,
+             study->h, s->reference_spp, study->machine);
+    snprintf(name, sizeof name, "%s", s->name);
+    for (char *c = name; *c; c++) /* a file's path */
+        if (*c == '/')
+            *c = '_';
+    snprintf(file, sizeof file, "ais-%s.svg", name);
+    FILE *f = lum_bench_open(options, file);
+    if (!f)
+        return false;
+    lum_plot_write(f, &(struct lum_plot){title, subtitle, panels, 2, true});
+    return lum_bench_close(f, file);
+}
+
+/* ---- all ---- */
+
+typedef void (*fill_fn)(const struct ais_study *study, struct lum_bench_table *t);
+
+static const struct output {
+    const char *file; /* NULL: to stdout */
+    const struct lum_bench_column *columns;
+    size_t n_columns;
+    fill_fn fill;
+} outputs[] = {
+    {NULL, fps_columns, LUM_ARRAY_LEN(fps_columns), print_frames},
+    {NULL, speedup_columns, LUM_ARRAY_LEN(speedup_columns), print_speedups},
+    {NULL, error_columns, LUM_ARRAY_LEN(error_columns), print_errors},
+    {NULL, equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
+    {"ais", frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
+    {"ais-speedup", ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},
+    {"ais-budget", point_columns, LUM_ARRAY_LEN(point_columns), put_points},
+};
+
+bool ais_report(const struct ais_study *study, const struct lum_bench_options *options)
+{
+    bool ok = true;
+    printf("%u x %u; %s; A: ais, A-MAX: ais-max; 95 %% intervals\n", study->w, study->h, study->machine);
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
+        const struct output *o = &outputs[i];
+        struct lum_bench_table *t = lum_bench_table_create(o->columns, o->n_columns);
+        if (!t)
+            return false;
+        o->fill(study, t);
+        if (o->file) {
+            ok = lum_bench_table_save(t, options, o->file);
+        } else {
+            putchar('\n');
+            lum_bench_table_markdown(t, stdout);
+        }
+        lum_bench_table_destroy(t);
+    }
+    for (size_t i = 0; ok && i < study->n_scenes; i++)
+        ok = draw(study, &study->scenes[i], options);
+    return ok;
+}
