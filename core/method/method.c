@@ -99,6 +99,23 @@ static const struct lum_method methods[] = {
         .filters = {&lum_filter_ais},
     },
     {
+        .name = "live",
+        .summary =
+            "soft shadows, indirect light from virtual point lights, gloss; then path tracing while the scene rests",
+        .refines = true,
+        .serves =
+            {
+                [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow,
+                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_indirect,
+                [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
+                [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
+                [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
+            },
+        .filters = {&lum_stage_join, &lum_stage_upsample},
+    },
+    {
         .name = "path",
         .summary = "unbiased path tracing with next-event estimation: the reference",
         .progressive = true,

@@ -1,0 +1,278 @@
+/* Indirect diffuse light of the method `live`, from virtual point lights, at a quarter of the resolution.
+ *
+ * Interleaved 4 x 4: a coarse pixel gathers from one of 16 sets of VPLs, and the filter takes the other 15 from the
+ * neighbours. What spoils that is not how many VPLs a pixel cannot see (listing 5.2 refines on this) but a
+ * neighbourhood in which sets are missing: at an edge, behind a railing, on a leaf. So refinement goes where sets are
+ * missing, which the G-buffer tells before any ray, and gathers from exactly those: every coarse pixel ends with all 16
+ * sets, each from its own surface.
+ *
+ * Going up to full resolution, pixels on whose surface no coarse pixel lies are gathered by themselves, from all sets.
+ */
+#include "core/estimator/components.h"
+#include "core/vpl/vpl.h"
+
+#include <string.h>
+
+#define SIDE 4u
+#define N_SETS (SIDE * SIDE)
+#define ALL_SETS 0xffffu
+#define COARSE_SIDE (LUM_PACKET_SIDE / 2)
+#define LONE UINT8_MAX /* iterations of a pixel that was gathered at full resolution */
+
+/* One packet's work: which pixels gather from which sets into which sums. About 130 KiB: lives on a worker's stack. */
+struct gathering {
+    const struct lum_pass *pass;
+    struct lum_counters *counters;
+    uint32_t *slots; /* n_vpls / 16, rounded up */
+    struct lum_gather_points points;
+    size_t target[LUM_RAY_BATCH];
+    struct lum_rgb irradiance[LUM_RAY_BATCH];
+};
+
+/* The two coarse pictures in component INDIRECT: what each pixel's own set gives, and what the sets that it misses do;
+ * after joining, the second holds the sum of all. */
+struct coarse {
+    uint32_t w, h;
+    struct lum_rgb *own, *rest;
+};
+
+static struct coarse coarse_of(const struct lum_pass *pass)
+{
+    uint32_t w = lum_filter_size(pass->tiling.w, 2), h = lum_filter_size(pass->tiling.h, 2);
+    struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
+    return (struct coarse){w, h, raw, raw + (size_t)w * h};
+}
+
+/* ---- what is missing ---- */
+
+static size_t site(const struct lum_pass *pass, uint32_t i, uint32_t j)
+{
+    return (size_t)(2 * j) * pass->tiling.w + 2 * i;
+}
+
+/* Coarse pixels around (i, j) that are joined: 5 x 5, those at the ends with half weight; less at the picture's edges.
+ */
+struct window {
+    uint32_t i0, i1, j0, j1;
+};
+static struct window window_at(const struct coarse *c, uint32_t i, uint32_t j)
+{
+    return (struct window){i >= 2 ? i - 2 : 0, i + 2 < c->w ? i + 2 : c->w - 1, j >= 2 ? j - 2 : 0,
+                           j + 2 < c->h ? j + 2 : c->h - 1};
+}
+
+/* Sets that a coarse pixel finds on its own surface around it. */
+static uint32_t sets_around(const struct lum_pass *pass, const struct lum_guide *guide, uint32_t i, uint32_t j)
+{
+    struct coarse c = coarse_of(pass);
+    struct window win = window_at(&c, i, j);
+    size_t at = site(pass, i, j);
+    uint32_t sets = 0;
+    for (uint32_t b = win.j0; b <= win.j1; b++)
+        for (uint32_t a = win.i0; a <= win.i1; a++)
+            if (lum_guide_same_surface(guide, at, site(pass, a, b)))
+                sets |= 1u << lum_pattern_set(SIDE, a, b);
+    return sets;
+}
+
+static bool is_diffuse(const struct lum_pass *pass, size_t pixel)
+{
+    return (pass->surfaces->kind[pixel] & LUM_PIXEL_DIFFUSE) != 0;
+}
+
+static struct lum_filter upsampling(const struct lum_pass *pass, const struct lum_guide *guide)
+{
+    return (struct lum_filter){
+        .guide = guide, .need = LUM_PIXEL_DIFFUSE, .side = SIDE, .step = 2, .in = coarse_of(pass).rest};
+}
+
+/* ---- gathering ---- */
+
+static void flush(struct gathering *g, uint32_t set, struct lum_rgb *sums)
+{
+    uint32_t n = 0, n_points = g->points.n_points;
+    if (n_points == 0)
+        return;
+    for (uint32_t k = set; k < g->pass->vpls->n; k += N_SETS)
+        g->slots[n++] = k;
+    memset(g->irradiance, 0, n_points * sizeof g->irradiance[0]);
+    struct lum_gather job = {
+        .snapshot = g->pass->snapshot,
+        .set = g->pass->vpls,
+        .slots = g->slots,
+        .n_slots = n,
+        .bound = {LUM_BOUND_CLAMP, g->pass->vpls->spacing},
+        .media = g->pass->on[LUM_EFFECT_MEDIA],
+        .points = &g->points,
+        .irradiance = g->irradiance,
+        .counters = g->counters,
+    };
+    lum_vpl_gather(&job);
+    for (uint32_t i = 0; i < n_points; i++)
+        sums[g->target[i]] = lum_rgb_mad(sums[g->target[i]], g->irradiance[i], LUM_INV_PI);
+    g->points.n_points = 0;
+}
+
+/* The surface at full-resolution pixel `pixel` gathers from a set into sums[target]. */
+static void add_point(struct gathering *g, uint32_t set, size_t pixel, size_t target, struct lum_rgb *sums)
+{
+    const struct lum_surfaces *s = g->pass->surfaces;
+    uint32_t i = g->points.n_points++;
+    g->points.p[i] = s->p[pixel];
+    g->points.n[i] = s->n[pixel];
+    g->points.ng[i] = s->ng[pixel];
+    g->target[i] = target;
+    if (g->points.n_points == LUM_RAY_BATCH)
+        flush(g, set, sums);
+}
+
+struct coarse_packet {
+    uint32_t x, y, w, h; /* in coarse pixels */
+    uint16_t missing[COARSE_SIDE * COARSE_SIDE];
+};
+
+static void find_missing(const struct lum_pass *pass, const struct lum_guide *guide, struct coarse_packet *c)
+{
+    uint8_t *iterations = pass->components->buffer[LUM_COMPONENT_INDIRECT].iterations;
+    for (uint32_t k = 0; k < c->w * c->h; k++) {
+        uint32_t i = c->x + k % c->w, j = c->y + k / c->w;
+        size_t at = site(pass, i, j);
+        uint32_t missing = is_diffuse(pass, at) ? ALL_SETS & ~sets_around(pass, guide, i, j) : 0;
+        c->missing[k] = (uint16_t)missing;
+        for (uint32_t y = 2 * j; y <= 2 * j + 1 && y < pass->tiling.h; y++)
+            for (uint32_t x = 2 * i; x <= 2 * i + 1 && x < pass->tiling.w; x++)
+                iterations[(size_t)y * pass->tiling.w + x] = (uint8_t)__builtin_popcount(missing);
+    }
+}
+
+static void gather_coarse(struct gathering *g, const struct coarse_packet *c)
+{
+    const struct lum_pass *pass = g->pass;
+    struct coarse all = coarse_of(pass);
+    for (uint32_t set = 0; set < N_SETS; set++) {
+        for (uint32_t own = 0; own < 2; own++) {
+            struct lum_rgb *sums = own ? all.own : all.rest;
+            for (uint32_t k = 0; k < c->w * c->h; k++) {
+                uint32_t i = c->x + k % c->w, j = c->y + k / c->w;
+                size_t at = site(pass, i, j);
+                bool wanted =
+                    own ? lum_pattern_set(SIDE, i, j) == set && is_diffuse(pass, at) : c->missing[k] >> set & 1u;
+                if (wanted)
+                    add_point(g, set, at, (size_t)j * all.w + i, sums);
+            }
+            flush(g, set, sums);
+        }
+    }
+}
+
+/* Full-resolution pixels that no coarse pixel serves. Straight into `smooth`; marked by all iterations. */
+static void gather_lone(struct gathering *g, const struct lum_guide *guide, const struct lum_tile_rect *r)
+{
+    const struct lum_pass *pass = g->pass;
+    struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_INDIRECT];
+    struct lum_filter f = upsampling(pass, guide);
+    struct lum_rgb unused;
+    size_t lone[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
+    uint32_t n = 0;
+    for (uint32_t y = r->y; y < r->y + r->h; y++)
+        for (uint32_t x = r->x; x < r->x + r->w; x++) {
+            size_t pixel = (size_t)y * pass->tiling.w + x;
+            if (is_diffuse(pass, pixel) && !lum_upsample(&f, x, y, &unused))
+                lone[n++] = pixel;
+        }
+    for (uint32_t k = 0; k < n; k++) {
+        b->smooth[lone[k]] = lum_grey(0.0f);
+        b->iterations[lone[k]] = LONE;
+    }
+    for (uint32_t set = 0; set < N_SETS && n > 0; set++) {
+        for (uint32_t k = 0; k < n; k++)
+            add_point(g, set, lone[k], lone[k], b->smooth);
+        flush(g, set, b->smooth);
+    }
+}
+
+static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    if (!pass->vpls || pass->vpls->n_lit == 0 || lum_components_enter(pass, LUM_STAGE_INDIRECT, packet))
+        return;
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct coarse_packet c = {r.x / 2, r.y / 2, lum_filter_size(r.w, 2), lum_filter_size(r.h, 2), {0}};
+    uint32_t slots[LUM_VPL_MAX / N_SETS];
+    struct gathering g = {.pass = pass, .counters = counters, .slots = slots};
+    find_missing(pass, &guide, &c);
+    gather_coarse(&g, &c);
+    gather_lone(&g, &guide, &r);
+}
+
+/* ---- filtering ---- */
+
+/* All 16 sets at coarse pixel (i, j): each the mean over those around it on its surface; to be added to the ones it
+ * gathered because none was there. */
+static struct lum_rgb sum_around(const struct lum_pass *pass, const struct lum_guide *guide, uint32_t i, uint32_t j)
+{
+    struct coarse c = coarse_of(pass);
+    struct window win = window_at(&c, i, j);
+    size_t at = site(pass, i, j);
+    struct lum_rgb sum[N_SETS] = {{0}}, all = lum_grey(0.0f);
+    float weight[N_SETS] = {0};
+    for (uint32_t y = win.j0; y <= win.j1; y++)
+        for (uint32_t x = win.i0; x <= win.i1; x++) {
+            if (!lum_guide_same_surface(guide, at, site(pass, x, y)))
+                continue;
+            uint32_t set = lum_pattern_set(SIDE, x, y);
+            float w = (x + 2 == i || x == i + 2 ? 0.5f : 1.0f) * (y + 2 == j || y == j + 2 ? 0.5f : 1.0f);
+            sum[set] = lum_rgb_mad(sum[set], c.own[(size_t)y * c.w + x], w);
+            weight[set] += w;
+        }
+    for (uint32_t set = 0; set < N_SETS; set++)
+        if (weight[set] > 0.0f)
+            all = lum_rgb_mad(all, sum[set], 1.0f / weight[set]);
+    return all;
+}
+
+static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    (void)counters;
+    if (!pass->components->buffer[LUM_COMPONENT_INDIRECT].raw || lum_components_enter(pass, LUM_STAGE_FILTER, packet))
+        return;
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct coarse c = coarse_of(pass);
+    for (uint32_t j = r.y / 2; 2 * j < r.y + r.h; j++)
+        for (uint32_t i = r.x / 2; 2 * i < r.x + r.w; i++)
+            if (is_diffuse(pass, site(pass, i, j))) {
+                struct lum_rgb *rest = &c.rest[(size_t)j * c.w + i];
+                *rest = lum_rgb_add(*rest, sum_around(pass, &guide, i, j));
+            }
+}
+
+static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    (void)counters;
+    struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_INDIRECT];
+    if (!b->raw || lum_components_enter(pass, LUM_STAGE_UPSAMPLE, packet))
+        return;
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_filter f = upsampling(pass, &guide);
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    for (uint32_t y = r.y; y < r.y + r.h; y++)
+        for (uint32_t x = r.x; x < r.x + r.w; x++) {
+            size_t pixel = (size_t)y * pass->tiling.w + x;
+            if (is_diffuse(pass, pixel) && b->iterations[pixel] != LONE)
+                lum_upsample(&f, x, y, &b->smooth[pixel]);
+        }
+}
+
+const struct lum_estimator lum_estimator_indirect = {
+    .name = "indirect",
+    .stage = LUM_STAGE_INDIRECT,
+    .tile = indirect_packet,
+    .packets = true,
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .vpls = true,
+};
+const struct lum_estimator lum_stage_join = {
+    .name = "join", .stage = LUM_STAGE_FILTER, .tile = join_packet, .packets = true};
+const struct lum_estimator lum_stage_upsample = {
+    .name = "upsample", .stage = LUM_STAGE_UPSAMPLE, .tile = upsample_packet, .packets = true};
