@@ -56,7 +56,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
         return false;
     }
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_packets, 1)))
+        if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
             return false;
     return true;
 }
@@ -83,7 +83,7 @@ static bool is_fresh(struct lum_components *c, const struct lum_pass *pass)
 static void forget(struct lum_components *c)
 {
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        memset(c->done[i], 0, c->n_packets);
+        memset(c->done[i], 0, c->n_tiles);
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
         struct lum_component_buffer *b = &c->buffer[i];
         if (!b->raw)
@@ -99,7 +99,7 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
         lum_components_finish(c);
         c->w = pass->tiling.w;
         c->h = pass->tiling.h;
-        c->n_packets = pass->packets.n;
+        c->n_tiles = pass->tiling.n;
     }
     if (!reserve(c, pass)) {
         lum_components_finish(c);
@@ -111,9 +111,9 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     return LUM_OK;
 }
 
-bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t packet)
+bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile)
 {
-    uint8_t *done = &pass->components->done[stage][packet];
+    uint8_t *done = &pass->components->done[stage][tile];
     bool was = *done;
     *done = 1;
     return was;

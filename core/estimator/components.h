@@ -31,8 +31,8 @@ struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
-    uint8_t *done[LUM_STAGE_COUNT]; /* by stage that runs per packet, and packet: nothing left to do there */
-    uint32_t n_packets;
+    uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */
+    uint32_t n_tiles;
     /* what they show */
     const struct lum_method *method;
     struct lum_versions versions;
@@ -47,8 +47,8 @@ void lum_components_finish(struct lum_components *c);
  * has changed. On failure there are none. */
 LUM_MUST_USE enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err);
 
-/* For an estimator that runs per packet: true when the packet is done already; else says so for the next time. */
-bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t packet);
+/* For an estimator: true when the packet or tile is done already; else says so for the next time. */
+bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile);
 
 /* Adds radiance to a pixel of a raw buffer; nothing if the buffer does not exist. */
 static inline void lum_component_add(struct lum_components *c, enum lum_component which, size_t pixel, struct lum_rgb value)

@@ -231,20 +231,30 @@ static struct lum_rgb sum_around(const struct lum_pass *pass, const struct lum_g
     return all;
 }
 
+static void join_sets(const struct lum_pass *pass, const struct lum_guide *guide, const struct lum_tile_rect *r)
+{
+    struct coarse c = coarse_of(pass);
+    for (uint32_t j = r->y / 2; 2 * j < r->y + r->h; j++)
+        for (uint32_t i = r->x / 2; 2 * i < r->x + r->w; i++)
+            if (is_diffuse(pass, site(pass, i, j))) {
+                struct lum_rgb *rest = &c.rest[(size_t)j * c.w + i];
+                *rest = lum_rgb_add(*rest, sum_around(pass, guide, i, j));
+            }
+}
+
 static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
     (void)counters;
-    if (!pass->components->buffer[LUM_COMPONENT_INDIRECT].raw || lum_components_enter(pass, LUM_STAGE_FILTER, packet))
+    if (lum_components_enter(pass, LUM_STAGE_FILTER, packet))
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    struct coarse c = coarse_of(pass);
-    for (uint32_t j = r.y / 2; 2 * j < r.y + r.h; j++)
-        for (uint32_t i = r.x / 2; 2 * i < r.x + r.w; i++)
-            if (is_diffuse(pass, site(pass, i, j))) {
-                struct lum_rgb *rest = &c.rest[(size_t)j * c.w + i];
-                *rest = lum_rgb_add(*rest, sum_around(pass, &guide, i, j));
-            }
+    if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw)
+        join_sets(pass, &guide, &r);
+    const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
+    struct lum_filter f = {.guide = &guide, .side = SIDE, .step = 1, .in = gloss->raw, .out = gloss->smooth};
+    if (gloss->raw)
+        lum_filter_box(&f, r.x, r.y, r.w, r.h);
 }
 
 static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)

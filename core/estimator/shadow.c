@@ -50,5 +50,4 @@ static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     lum_layers_reach(pass, tile, LUM_LAYER_DIRECT);
 }
 
-const struct lum_estimator lum_estimator_shadow = {
-    .name = "shadow", .stage = LUM_STAGE_DIRECT, .tile = shadow_tile};
+const struct lum_estimator lum_estimator_shadow = {.name = "shadow", .stage = LUM_STAGE_DIRECT, .tile = shadow_tile};

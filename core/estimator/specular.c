@@ -5,7 +5,9 @@
  * Branches wait on a stack, sorted by depth; the deepest are traced first, a batch of one depth at a time. A depth gets
  * at most two branches for each of a batch of parents, and only when it is empty: 512 at the deepest and 256 left
  * behind at each depth above are all that ever wait. */
+#include "core/estimator/components.h"
 #include "core/estimator/direct.h"
+#include "core/vpl/vpl.h"
 
 #define BRANCH_DEPTH 10u        /* segments; a glass ball in a mirror room takes 8 */
 #define BRANCH_MIN (1.0f / 512) /* of the pixel: half a step of 8 bits; a lesser branch is dropped */
@@ -28,9 +30,59 @@ struct tree {
     struct lum_vertices vertices;
 };
 
+/* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
+ * the filter brings. */
+static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *slots)
+{
+    const struct lum_pass *pass = t->pass;
+    const struct lum_vertices *v = &t->vertices;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, t->tile);
+    struct lum_gather_points points = {.n_points = 0};
+    uint32_t vertex[LUM_RAY_BATCH], n_slots = 0;
+    for (uint32_t i = 0; i < v->n; i++) {
+        uint32_t x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
+        if (lum_pattern_set(pass->settings->method->pattern, x, y) != set)
+            continue;
+        vertex[points.n_points] = i;
+        points.p[points.n_points] = v->p[i];
+        points.n[points.n_points] = v->bsdf[i].frame.n;
+        points.ng[points.n_points++] = v->bsdf[i].ng;
+    }
+    if (points.n_points == 0)
+        return;
+    for (uint32_t k = set; k < pass->vpls->n; k += n_sets)
+        slots[n_slots++] = k;
+    struct lum_rgb irradiance[LUM_RAY_BATCH] = {{0}};
+    lum_vpl_gather(&(struct lum_gather){
+        .snapshot = pass->snapshot,
+        .set = pass->vpls,
+        .slots = slots,
+        .n_slots = n_slots,
+        .bound = {LUM_BOUND_CLAMP, pass->vpls->spacing},
+        .media = pass->on[LUM_EFFECT_MEDIA],
+        .points = &points,
+        .irradiance = irradiance,
+        .counters = t->counters,
+    });
+    for (uint32_t k = 0; k < points.n_points; k++) {
+        uint32_t i = vertex[k], x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
+        struct lum_rgb albedo = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
+        lum_component_add(pass->components, LUM_COMPONENT_GLOSS, (size_t)y * pass->tiling.w + x,
+                          lum_rgb_scale(lum_rgb_mul(albedo, irradiance[k]), (float)n_sets * LUM_INV_PI));
+    }
+}
+
 static void shade_vertices(struct tree *t)
 {
+    if (t->vertices.n == 0)
+        return;
     lum_layers_light(t->pass, t->tile, &t->vertices, LUM_LAYER_COMPLETE, t->counters);
+    if (t->pass->vpls && t->pass->vpls->n_lit > 0) {
+        uint32_t slots[LUM_VPL_MAX / 4],
+            n_sets = t->pass->settings->method->pattern * t->pass->settings->method->pattern;
+        for (uint32_t set = 0; set < n_sets; set++)
+            gather_set(t, set, n_sets, slots);
+    }
     t->vertices.n = 0;
 }
 
@@ -144,7 +196,8 @@ static uint32_t pop_batch(struct tree *t)
 
 static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
-    if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE))
+    bool gathered = !pass->components || lum_components_enter(pass, LUM_STAGE_SPECULAR, tile);
+    if (gathered && lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE))
         return;
     struct tree t;
     t.pass = pass;
@@ -166,4 +219,8 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
 }
 
 const struct lum_estimator lum_estimator_specular = {
-    .name = "specular", .stage = LUM_STAGE_SPECULAR, .tile = specular_tile};
+    .name = "specular",
+    .stage = LUM_STAGE_SPECULAR,
+    .tile = specular_tile,
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS), /* indirect light behind mirrors and glass */
+};

@@ -71,6 +71,7 @@ static const struct lum_method methods[] = {
     {
         .name = "igi",
         .summary = "instant global illumination (Wald et al. 2002): interleaved virtual point lights and light samples",
+        .pattern = LUM_AIS_SIDE,
         .ais = &lum_ais_igi,
         .serves =
             {
@@ -87,6 +88,7 @@ static const struct lum_method methods[] = {
     {
         .name = "ais",
         .summary = "adaptive interleaved sampling (thesis, chapter 5): refined where its guidance asks for it",
+        .pattern = LUM_AIS_SIDE,
         .ais = &lum_ais_adaptive,
         .serves = AIS_EFFECTS,
         .filters = {&lum_filter_ais},
@@ -94,6 +96,7 @@ static const struct lum_method methods[] = {
     {
         .name = "ais-max",
         .summary = "the same, refined fully everywhere",
+        .pattern = LUM_AIS_SIDE,
         .ais = &lum_ais_full,
         .serves = AIS_EFFECTS,
         .filters = {&lum_filter_ais},
@@ -113,6 +116,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
             },
+        .pattern = 4,
         .filters = {&lum_stage_join, &lum_stage_upsample},
     },
     {

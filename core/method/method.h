@@ -66,6 +66,7 @@ struct lum_method {
     bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
     const struct lum_ais *ais; /* interleaved sampling: its parameters; NULL: none */
+    uint32_t pattern; /* methods with components: side of the interleaved pattern */
     const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
 };
 
