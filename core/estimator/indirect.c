@@ -80,10 +80,11 @@ static bool is_diffuse(const struct lum_pass *pass, size_t pixel)
     return (pass->surfaces->kind[pixel] & LUM_PIXEL_DIFFUSE) != 0;
 }
 
+/* The joined picture, whose pixels are upsampled as they are. */
 static struct lum_filter upsampling(const struct lum_pass *pass, const struct lum_guide *guide)
 {
     return (struct lum_filter){
-        .guide = guide, .need = LUM_PIXEL_DIFFUSE, .side = SIDE, .step = 2, .in = coarse_of(pass).rest};
+        .guide = guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2, .in = coarse_of(pass).rest};
 }
 
 /* ---- gathering ---- */
@@ -171,13 +172,12 @@ static void gather_lone(struct gathering *g, const struct lum_guide *guide, cons
     const struct lum_pass *pass = g->pass;
     struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_INDIRECT];
     struct lum_filter f = upsampling(pass, guide);
-    struct lum_rgb unused;
     size_t lone[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
     uint32_t n = 0;
     for (uint32_t y = r->y; y < r->y + r->h; y++)
         for (uint32_t x = r->x; x < r->x + r->w; x++) {
             size_t pixel = (size_t)y * pass->tiling.w + x;
-            if (is_diffuse(pass, pixel) && !lum_upsample(&f, x, y, &unused))
+            if (is_diffuse(pass, pixel) && !lum_upsample_serves(&f, x, y))
                 lone[n++] = pixel;
         }
     for (uint32_t k = 0; k < n; k++) {
@@ -252,9 +252,10 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw)
         join_sets(pass, &guide, &r);
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
-    struct lum_filter f = {.guide = &guide, .side = SIDE, .step = 1, .in = gloss->raw, .out = gloss->smooth};
+    struct lum_filter f = {.guide = &guide, .side = SIDE, .step = 1, .in = gloss->raw};
     if (gloss->raw)
-        lum_filter_box(&f, r.x, r.y, r.w, r.h);
+        lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,
+                       guide.w);
 }
 
 static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -266,12 +267,7 @@ static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_filter f = upsampling(pass, &guide);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    for (uint32_t y = r.y; y < r.y + r.h; y++)
-        for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            size_t pixel = (size_t)y * pass->tiling.w + x;
-            if (is_diffuse(pass, pixel) && b->iterations[pixel] != LONE)
-                lum_upsample(&f, x, y, &b->smooth[pixel]);
-        }
+    lum_filter_upsampled(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, b->smooth);
 }
 
 const struct lum_estimator lum_estimator_indirect = {
