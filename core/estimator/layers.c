@@ -9,6 +9,7 @@ static void finish_layer(struct lum_layer *l)
     lum_free(l->seen);
     lum_free(l->response);
     lum_free(l->state);
+    lum_soft_finish(&l->soft);
     *l = (struct lum_layer){0};
 }
 
@@ -40,24 +41,29 @@ static bool same_shape(const struct lum_light *a, const struct lum_light *b)
            a->camera_visible == b->camera_visible;
 }
 
-/* Lowers every tile to at most this state. */
-static void lower(struct lum_layer *l, uint32_t n_tiles, enum lum_layer_state state)
+/* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_SEEN. */
+static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
-    for (uint32_t t = 0; l->state && t < n_tiles; t++)
+    for (uint32_t t = 0; l->state && t < pass->tiling.n; t++)
         if (l->state[t] > state)
             l->state[t] = (uint8_t)state;
+    if (l->soft.seen && state == LUM_LAYER_EMPTY)
+        lum_soft_forget(&l->soft, pass);
+    else if (l->soft.seen)
+        lum_soft_reconsider(&l->soft, pass);
 }
 
-static void lower_all(struct lum_layers *l, enum lum_layer_state state)
+static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
-        lower(&l->layers[i], l->n_tiles, state);
-    lower(&l->shared, l->n_tiles, LUM_LAYER_EMPTY); /* has no bits to fall back on */
+        lower(&l->layers[i], pass, state);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY); /* has no bits to fall back on */
 }
 
 /* Forgets layers whose light is gone or emits along other paths, and finds the others' new index. */
-static void match_lights(struct lum_layers *l, const struct lum_light_table *lights)
+static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
 {
+    const struct lum_light_table *lights = &pass->snapshot->lights;
     uint32_t kept = 0;
     for (uint32_t k = 0; k < l->n_layers; k++) {
         struct lum_layer *layer = &l->layers[k];
@@ -70,7 +76,7 @@ static void match_lights(struct lum_layers *l, const struct lum_light_table *lig
             continue;
         }
         if (!same_shape(&layer->light, &lights->lights[layer->index]))
-            lower(layer, l->n_tiles, LUM_LAYER_EMPTY);
+            lower(layer, pass, LUM_LAYER_EMPTY);
         layer->light = lights->lights[layer->index];
         l->layers[kept++] = *layer;
     }
@@ -79,28 +85,56 @@ static void match_lights(struct lum_layers *l, const struct lum_light_table *lig
     l->n_layers = kept;
 }
 
-static bool init_layer(struct lum_layer *layer, uint32_t n_tiles, bool with_seen)
+static bool is_served_by(const struct lum_pass *pass, const struct lum_light *light, const struct lum_estimator *by)
 {
-    size_t n = (size_t)n_tiles * LUM_TILE_PIXELS;
-    layer->response = lum_calloc(n, sizeof *layer->response);
-    layer->state = lum_calloc(n_tiles, 1);
-    layer->seen = with_seen ? lum_calloc(n, sizeof *layer->seen) : NULL;
-    if (layer->response && layer->state && (layer->seen || !with_seen))
-        return true;
-    finish_layer(layer);
-    return false;
+    enum lum_effect e = lum_light_effect(light);
+    return pass->on[e] && pass->settings->method->serves[e] == by;
 }
 
-static size_t layers_that_fit(uint32_t n_tiles)
+static bool is_soft(const struct lum_pass *pass, const struct lum_light *light)
 {
-    return LUM_LAYERS_BYTES / ((size_t)n_tiles * LUM_TILE_PIXELS * (sizeof(struct lum_seen) + sizeof(struct lum_rgb)));
+    return is_served_by(pass, light, &lum_estimator_penumbra);
 }
 
 /* True when direct light of this light on what the eye sees is kept in layers. */
 static bool is_layered(const struct lum_pass *pass, const struct lum_light *light)
 {
-    enum lum_effect e = lum_light_effect(light);
-    return pass->on[e] && pass->settings->method->serves[e] == &lum_estimator_shadow;
+    return is_served_by(pass, light, &lum_estimator_shadow) || is_soft(pass, light);
+}
+
+/* Bytes of a layer; 0 for a light that has none. */
+static size_t layer_bytes(const struct lum_pass *pass, const struct lum_light *light)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    if (!is_layered(pass, light))
+        return 0;
+    return n * (sizeof(struct lum_rgb) + (is_soft(pass, light) ? lum_soft_bytes() : sizeof(struct lum_seen)));
+}
+
+static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
+{
+    layer->response = lum_calloc((size_t)pass->tiling.n * LUM_TILE_PIXELS, sizeof *layer->response);
+    layer->state = lum_calloc(pass->tiling.n, 1);
+    if (layer->response && layer->state)
+        return true;
+    finish_layer(layer);
+    return false;
+}
+
+/* A layer of light i's own. */
+static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uint32_t i)
+{
+    const struct lum_light *light = &pass->snapshot->lights.lights[i];
+    *layer = (struct lum_layer){.light = *light, .salt = lum_hash_text(light->id), .index = i};
+    if (!init_buffers(layer, pass))
+        return false;
+    if (is_soft(pass, light))
+        return lum_soft_init(&layer->soft, pass, layer->salt) || (finish_layer(layer), false);
+    layer->seen = lum_calloc((size_t)pass->tiling.n * LUM_TILE_PIXELS, sizeof *layer->seen);
+    if (layer->seen)
+        return true;
+    finish_layer(layer);
+    return false;
 }
 
 /* A layer for each shining light that has none, within the budget. False: memory is short. */
@@ -111,18 +145,20 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
         l->layer_of[i] = LUM_NO_OBJECT;
     for (uint32_t k = 0; k < l->n_layers; k++)
         l->layer_of[l->layers[k].index] = k;
-    size_t room = layers_that_fit(l->n_tiles);
-    for (uint32_t a = 0; a < lights->n_active && l->n_layers < room && l->n_layers < l->capacity; a++) {
+    size_t used = 0;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        used += layer_bytes(pass, &l->layers[k].light);
+    for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
-        if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
+        size_t bytes = layer_bytes(pass, &lights->lights[i]);
+        if (l->layer_of[i] != LUM_NO_OBJECT || bytes == 0)
             continue;
-        struct lum_layer *layer = &l->layers[l->n_layers];
-        if (!init_layer(layer, l->n_tiles, true))
+        if (used + bytes > LUM_LAYERS_BYTES)
+            break;
+        if (!init_layer(&l->layers[l->n_layers], pass, i))
             return false;
-        layer->light = lights->lights[i];
-        layer->salt = lum_hash_text(layer->light.id);
-        layer->index = i;
         l->layer_of[i] = l->n_layers++;
+        used += bytes;
     }
     return true;
 }
@@ -135,13 +171,14 @@ static bool any_unlit(const struct lum_snapshot *s)
     return false;
 }
 
-static bool update_shared(struct lum_layers *l, const struct lum_snapshot *s)
+static bool update_shared(struct lum_layers *l, const struct lum_pass *pass)
 {
+    const struct lum_snapshot *s = pass->snapshot;
     l->shared_on = any_unlit(s);
     for (uint32_t a = 0; a < s->lights.n_active; a++)
         l->shared_on = l->shared_on || l->layer_of[s->lights.active[a]] == LUM_NO_OBJECT;
     if (l->shared_on && !l->shared.response)
-        return init_layer(&l->shared, l->n_tiles, false);
+        return init_buffers(&l->shared, pass);
     return true;
 }
 
@@ -214,13 +251,13 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         drop_layers(l);
     if (gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry ||
         set->shadow_samples != l->shadow_samples || set->seed != l->seed)
-        lower_all(l, LUM_LAYER_EMPTY);
+        lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (now->material != was->material || set->max_depth != l->max_depth)
-        lower_all(l, LUM_LAYER_SEEN);
+        lower_all(l, pass, LUM_LAYER_SEEN);
     if (now->light_shape != was->light_shape)
-        match_lights(l, &pass->snapshot->lights);
+        match_lights(l, pass);
     if (now->light_shape != was->light_shape || now->light_power != was->light_power)
-        lower(&l->shared, l->n_tiles, LUM_LAYER_EMPTY);
+        lower(&l->shared, pass, LUM_LAYER_EMPTY);
     l->versions = *now;
     l->gbuffer_stamp = gbuffer_stamp;
     l->shadow_samples = set->shadow_samples;
@@ -239,7 +276,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     }
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, s) || !make_unit(l, s)) {
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }
@@ -326,7 +363,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
         struct lum_layer *layer = layer_for(l, light);
         if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
             continue;
-        if (state == LUM_LAYER_DIRECT && !is_layered(pass, &lights->lights[light]))
+        if (state == LUM_LAYER_DIRECT && (layer->soft.seen || !is_layered(pass, &lights->lights[light])))
             continue;
         bool shared = layer == &l->shared;
         lum_direct_light(&(struct lum_direct){
@@ -342,6 +379,12 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
     }
 }
 
+static void add_scaled(const struct lum_rgb *response, uint32_t n, struct lum_rgb power, struct lum_rgb *inout_sum)
+{
+    for (uint32_t i = 0; i < n; i++)
+        inout_sum[i] = lum_rgb_add(inout_sum[i], lum_rgb_mul(response[i], power));
+}
+
 void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance)
 {
     const struct lum_layers *l = pass->layers;
@@ -353,9 +396,8 @@ void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixel
         uint32_t light = lights->active[a], k = l->layer_of[light];
         if (k == LUM_NO_OBJECT)
             continue;
-        const struct lum_rgb *response = l->layers[k].response + first;
-        struct lum_rgb power = lights->lights[light].power;
-        for (uint32_t i = 0; i < n_pixels; i++)
-            ret_radiance[i] = lum_rgb_add(ret_radiance[i], lum_rgb_mul(response[i], power));
+        add_scaled(l->layers[k].response + first, n_pixels, lights->lights[light].power, ret_radiance);
+        if (l->layers[k].soft.seen)
+            add_scaled(l->layers[k].soft.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
     }
 }

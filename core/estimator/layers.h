@@ -10,7 +10,7 @@
  *   - a moved light drops its own layer only.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 16 bytes a pixel. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
+ * A layer takes 16 bytes a pixel, one with soft shadows 29. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
  * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
  * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
  * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
@@ -19,7 +19,7 @@
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
 #define LUM_CORE_ESTIMATOR_LAYERS_H
 
-#include "core/render/frame.h"
+#include "core/estimator/soft.h"
 
 #define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 69 lights */
 
@@ -31,11 +31,6 @@ enum lum_layer_state {
     LUM_LAYER_COMPLETE, /* + response seen in mirrors and through glass */
 };
 
-/* Shadow samples of a pixel: bit k is sample k. A sample that could not contribute is not traced. */
-struct lum_seen {
-    uint16_t traced, visible;
-};
-
 struct lum_layer {
     struct lum_light light;   /* as it was when last checked; its id names the layer */
     uint32_t salt;            /* hash of the id: decorrelates the samples of different lights, whatever their index */
@@ -43,6 +38,8 @@ struct lum_layer {
     struct lum_seen *seen;    /* per pixel, tile by tile; NULL in the shared layer */
     struct lum_rgb *response; /* same; in the shared layer: radiance */
     uint8_t *state;           /* enum lum_layer_state per tile */
+    struct lum_soft soft;     /* lights that the method serves with lum_estimator_penumbra; then response is without their
+                                 direct light, and seen is NULL */
 };
 
 struct lum_layers {

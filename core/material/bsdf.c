@@ -46,7 +46,7 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
 }
 
 /* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
-static struct lum_rgb cosine_albedo(const struct lum_bsdf *b, float cos_i)
+struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
 {
     if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
         return b->diffuse; /* matte: exactly */
@@ -100,7 +100,7 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
     if (i.z > 0.0f && side > 0.0f) {
         if (b->diffuse_prob > 0.0f) {
             float c = i.z * LUM_INV_PI;
-            v.diffuse = lum_rgb_scale(cosine_albedo(b, i.z), c);
+            v.diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, i.z), c);
             v.pdf_sa = b->diffuse_prob * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
@@ -165,7 +165,7 @@ static bool sample_matte(const struct lum_bsdf *b, struct lum_vec3 i, struct lum
     struct lum_vec3 wi = lum_frame_to_scene(&b->frame, i);
     if (!(i.z > 0.0f && lum_dot(wi, b->ng) > 0.0f))
         return false;
-    *ret_sample = (struct lum_bsdf_sample){wi, cosine_albedo(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
+    *ret_sample = (struct lum_bsdf_sample){wi, lum_bsdf_diffuse_at(b, i.z), i.z * LUM_INV_PI, LUM_LOBE_DIFFUSE};
     return true;
 }
 

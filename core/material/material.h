@@ -105,6 +105,9 @@ struct lum_bsdf_value {
 };
 struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi);
 
+/* Albedo of the cosine-shaped lobes for light that arrives at a cosine: their f |cos| is this times cos_i / pi. */
+struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
+
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
 

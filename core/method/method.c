@@ -109,8 +109,8 @@ static const struct lum_method methods[] = {
         .serves =
             {
                 [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
-                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,
-                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_penumbra,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_penumbra,
                 [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_indirect,
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,

@@ -107,12 +107,12 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 
 /* ---- the stages of a pass ---- */
 
-#define STAGES_MAX (LUM_EFFECT_COUNT + 6) /* an estimator for each effect, filters, and those that every method has */
+#define STAGES_MAX (LUM_EFFECT_COUNT + 10) /* estimators by effect, what goes with them, filters, and what every method has */
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
     uint32_t n;
-    bool vpls;
+    bool vpls, surfaces;
 };
 
 static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
@@ -127,6 +127,10 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     }
     plan->stages[at] = stage;
     plan->n++;
+    plan->vpls = plan->vpls || stage->vpls;
+    plan->surfaces = plan->surfaces || stage->surfaces;
+    if (stage->then)
+        plan_stage(plan, stage->then);
 }
 
 static struct plan make_plan(const struct lum_pass *pass)
@@ -137,15 +141,13 @@ static struct plan make_plan(const struct lum_pass *pass)
     /* Runs even without a light: it also shows what shines by itself. */
     plan_stage(&plan, &lum_estimator_shadow);
     plan_stage(&plan, &lum_stage_composite);
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
-        if (!pass->on[e])
-            continue;
-        plan_stage(&plan, method->serves[e]);
-        plan.vpls = plan.vpls || method->serves[e]->vpls;
-    }
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (pass->on[e])
+            plan_stage(&plan, method->serves[e]);
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);
-    if (method->filters[0])
+    plan.surfaces = plan.surfaces || method->filters[0];
+    if (plan.surfaces)
         plan_stage(&plan, &lum_stage_surfaces);
     return plan;
 }
@@ -182,12 +184,13 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     enum lum_status status = lum_deferred_look(d, pass, err);
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
-    if (status == LUM_OK && pass->settings->method->filters[0]) {
+    if (status == LUM_OK && plan.surfaces) {
         pass->surfaces = &d->surfaces;
-        pass->components = &d->components;
         status = lum_surfaces_update(&d->surfaces, pass, err);
-        if (status == LUM_OK)
-            status = lum_components_update(&d->components, pass, err);
+    }
+    if (status == LUM_OK && pass->settings->method->filters[0]) {
+        pass->components = &d->components;
+        status = lum_components_update(&d->components, pass, err);
     }
     if (status == LUM_OK && plan.vpls)
         status = update_vpls(d, pass, runner, err);

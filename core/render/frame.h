@@ -120,12 +120,15 @@ struct lum_estimator {
     bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
     uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
     bool vpls;           /* gathers from virtual point lights */
+    bool surfaces;       /* reads pass->surfaces */
+    const struct lum_estimator *then; /* goes with it, at a later stage; NULL: nothing */
 };
 
 extern const struct lum_estimator lum_stage_gbuffer;      /* deferred: first hits */
 extern const struct lum_estimator lum_stage_surfaces;     /* deferred: what is there, for components and filters */
 extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to film */
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
+extern const struct lum_estimator lum_estimator_penumbra; /* deferred: direct light with soft shadows, refined pass by pass */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
 extern const struct lum_estimator lum_estimator_indirect; /* components: indirect diffuse light from VPLs, for `live` */
 extern const struct lum_estimator lum_stage_join;         /* filters of `live`: sets of VPLs, */

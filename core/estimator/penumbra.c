@@ -1,0 +1,149 @@
+/* The rays of soft shadows. */
+#include "core/estimator/penumbra.h"
+
+#include "core/interleave/interleave.h"
+
+struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a)
+{
+    struct lum_layers *l = pass->layers;
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    while (*inout_a < lights->n_active) {
+        uint32_t k = l->layer_of[lights->active[(*inout_a)++]];
+        if (k != LUM_NO_OBJECT && l->layers[k].soft.seen)
+            return &l->layers[k];
+    }
+    return NULL;
+}
+
+enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
+                                           uint32_t k, struct lum_light_sample *ret_sample)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    uint8_t kind = s->kind[pixel];
+    if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
+        !lum_light_sample_at(&pass->layers->unit, layer->index, s->p[pixel], layer->soft.point[k], ret_sample))
+        return LUM_PENUMBRA_NEEDLESS;
+    float shading = lum_dot(ret_sample->wi, s->n[pixel]), side = lum_dot(ret_sample->wi, s->ng[pixel]);
+    bool through = (kind & LUM_PIXEL_GLOSS) && (kind & LUM_PIXEL_SPECULAR); /* rough glass */
+    if (!(shading > 0.0f) && !(through && shading < 0.0f))
+        return LUM_PENUMBRA_NEEDLESS;
+    return shading > 0.0f ? (side > 0.0f ? LUM_PENUMBRA_OPEN : LUM_PENUMBRA_HIDDEN)
+                          : (side < 0.0f ? LUM_PENUMBRA_OPEN : LUM_PENUMBRA_NEEDLESS);
+}
+
+/* Shadow rays of one layer that wait to be traced together. */
+struct batch {
+    const struct lum_pass *pass;
+    struct lum_layer *layer;
+    struct lum_counters *counters;
+    struct lum_rays rays;
+    size_t pixel[LUM_RAY_BATCH];
+    uint16_t bit[LUM_RAY_BATCH];
+};
+
+static void flush(struct batch *b)
+{
+    if (b->rays.n == 0)
+        return;
+    uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_trace trace = lum_trace_of(b->pass->snapshot, b->counters);
+    lum_trace_any(&trace, &b->rays, occluded);
+    b->counters->rays[lum_light_ray_kind(&b->layer->light)] += b->rays.n;
+    for (uint32_t i = 0; i < b->rays.n; i++) {
+        struct lum_seen *seen = &b->layer->soft.seen[b->pixel[i]];
+        seen->traced |= b->bit[i];
+        if (!occluded[i])
+            seen->visible |= b->bit[i];
+    }
+    b->rays.n = 0;
+}
+
+/* Finds out whether the pixel sees sample k, if it does not know. */
+static void ask(struct batch *b, size_t pixel, uint32_t k)
+{
+    struct lum_seen *seen = &b->layer->soft.seen[pixel];
+    uint16_t bit = (uint16_t)(1u << k);
+    struct lum_light_sample ls;
+    if ((seen->traced | seen->visible) & bit)
+        return;
+    enum lum_penumbra_side side = lum_penumbra_sample(b->pass, b->layer, pixel, k, &ls);
+    if (side == LUM_PENUMBRA_OPEN) {
+        uint32_t i = b->rays.n;
+        if (lum_shadow_ray(&b->rays, b->pass->surfaces->p[pixel], b->pass->surfaces->ng[pixel], ls.wi, ls.distance)) {
+            b->pixel[i] = pixel;
+            b->bit[i] = bit;
+            if (b->rays.n == LUM_RAY_BATCH)
+                flush(b);
+            return;
+        }
+    }
+    if (side != LUM_PENUMBRA_NEEDLESS)
+        seen->traced |= bit;
+    if (side != LUM_PENUMBRA_HIDDEN)
+        seen->visible |= bit;
+}
+
+/* ---- first stratum ---- */
+
+/* All pixels of the packet that begin with stratum k: their rays end near one point of the light. */
+static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
+{
+    for (uint32_t at = 0; at < LUM_SOFT_POINTS; at++) {
+        uint32_t dx = at % LUM_SOFT_SIDE, dy = at / LUM_SOFT_SIDE;
+        if (lum_pattern_set(LUM_SOFT_SIDE, dx, dy) != k)
+            continue;
+        for (uint32_t y = r.y + dy; y < r.y + r.h; y += LUM_SOFT_SIDE)
+            for (uint32_t x = r.x + dx; x < r.x + r.w; x += LUM_SOFT_SIDE)
+                ask(b, (size_t)y * b->pass->tiling.w + x, k);
+    }
+    flush(b);
+}
+_Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "packets are made of whole tiles of the pattern");
+
+/* Counts the samples of the packet's tiles of the pattern. */
+static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r)
+{
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
+            struct lum_tile_rect t = lum_tile_at(&sets, y * sets.nx + x);
+            struct lum_soft_tally sum = {0};
+            for (uint32_t i = 0; i < t.w * t.h; i++) {
+                struct lum_seen seen = s->seen[(size_t)(t.y + i / t.w) * pass->tiling.w + t.x + i % t.w];
+                sum.known += (uint16_t)__builtin_popcount(seen.traced | seen.visible);
+                sum.traced += (uint16_t)__builtin_popcount(seen.traced);
+                sum.visible += (uint16_t)__builtin_popcount(seen.traced & seen.visible);
+            }
+            s->tally[y * sets.nx + x] = sum;
+        }
+}
+
+static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    if (pass->settings->max_depth == 0)
+        return;
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct batch b;
+    b.pass = pass;
+    b.counters = counters;
+    b.rays.n = 0;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
+        if (layer->soft.begun[packet])
+            continue;
+        b.layer = layer;
+        for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
+            trace_stratum(&b, r, k);
+        count(pass, &layer->soft, r);
+        layer->soft.begun[packet] = 1;
+    }
+}
+
+const struct lum_estimator lum_estimator_penumbra = {
+    .name = "penumbra",
+    .stage = LUM_STAGE_SHADOW,
+    .tile = trace_packet,
+    .packets = true,
+    .surfaces = true,
+    .then = &lum_penumbra_resolve,
+};

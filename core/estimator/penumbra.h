@@ -1,0 +1,25 @@
+/* Soft shadows by interleaved samples, guided refinement and the ratio estimator: the stages of lum_estimator_penumbra.
+ *
+ *   trace    one shadow ray per pixel and light, each pixel another stratum of the light
+ *   refine   further strata where shadow borders are, most useful first, within a budget
+ *   resolve  response = unshadowed light in closed form * visible share, measured over a window of the same surface */
+#ifndef LUM_CORE_ESTIMATOR_PENUMBRA_H
+#define LUM_CORE_ESTIMATOR_PENUMBRA_H
+
+#include "core/estimator/layers.h"
+
+/* The next soft layer of a light that shines, with *inout_a from 0; NULL ends. */
+struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a);
+
+/* Sample k of a layer at pixel, an index into the picture. */
+enum lum_penumbra_side {
+    LUM_PENUMBRA_NEEDLESS, /* no light can come that way, were nothing in between */
+    LUM_PENUMBRA_HIDDEN,   /* the surface itself is in between: normal and shading normal disagree */
+    LUM_PENUMBRA_OPEN,
+};
+enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k,
+                                           struct lum_light_sample *ret_sample);
+
+extern const struct lum_estimator lum_penumbra_resolve;
+
+#endif

@@ -1,0 +1,253 @@
+/* From samples to the response of a light: the ratio estimator (Heitz, Hill & McGuire 2018).
+ *
+ * What the light would give without occluders is known in closed form; the samples only say which share of it arrives:
+ *   share = sum of f visible / sum of f traced,   f = cosine / pdf: what the sample brings, were it visible
+ * over the 4 x 4 window (5 wide with half weights at its ends, which holds each stratum once) of pixels on the same
+ * surface, or over the pixel alone where it knows all strata. Where all samples around agree the share is 1 or 0,
+ * exactly, and no window is looked at. Lights without a closed form take the plain sum of their samples instead.
+ *
+ * The lobes that are not cosine-shaped are summed over the pixel's own view of some strata, untraced ones with the
+ * share as their visibility. */
+#include "core/estimator/penumbra.h"
+
+#include "core/estimator/components.h"
+#include "core/estimator/direct.h"
+#include "core/interleave/interleave.h"
+#include "core/light/irradiance.h"
+#include "core/math/warp.h"
+
+#include <string.h>
+
+#define BORDER 2u /* of the window */
+#define BLOCK (LUM_TILE_SIDE + 2 * BORDER)
+#define WINDOW (2 * BORDER + 1)
+#define GLOSS_POINTS 4u
+
+/* Sums over samples that are known. */
+struct moments {
+    float n;              /* how many */
+    float traced, seen;   /* f of those */
+    float cosine;         /* f cosine of those that are visible */
+    struct lum_rgb light; /* f radiance of those that are visible */
+};
+
+/* One tile, one layer at a time. About 110 KiB: lives on a worker's stack. */
+struct resolve {
+    const struct lum_pass *pass;
+    const struct lum_layer *layer;
+    struct lum_tile_rect r;
+    struct lum_tiling sets;
+    struct lum_guide guide;
+    struct lum_vertices vertices;
+    uint32_t same[LUM_RAY_BATCH];          /* by vertex: bit j is pixel j of the window; 0: not made yet */
+    struct moments moments[BLOCK * BLOCK]; /* of the tile and its border; of the present layer */
+    bool known[BLOCK * BLOCK];
+};
+
+static struct moments sum_samples(const struct resolve *v, size_t pixel)
+{
+    struct lum_seen seen = v->layer->soft.seen[pixel];
+    struct moments m = {.n = (float)__builtin_popcount(seen.traced | seen.visible)};
+    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
+        struct lum_light_sample ls;
+        if (!(seen.traced >> k & 1) || lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
+            continue;
+        float cosine = fabsf(lum_dot(ls.wi, v->pass->surfaces->n[pixel]));
+        float f = cosine / ls.pdf_sa;
+        m.traced += f;
+        if (!(seen.visible >> k & 1))
+            continue;
+        m.seen += f;
+        m.cosine += f * cosine;
+        m.light = lum_rgb_mad(m.light, ls.radiance, f);
+    }
+    return m;
+}
+
+/* x, y: position in the picture, within the tile or its border. */
+static const struct moments *moments_at(struct resolve *v, uint32_t x, uint32_t y)
+{
+    uint32_t at = (y + BORDER - v->r.y) * BLOCK + x + BORDER - v->r.x;
+    if (!v->known[at]) {
+        v->moments[at] = sum_samples(v, (size_t)y * v->pass->tiling.w + x);
+        v->known[at] = true;
+    }
+    return &v->moments[at];
+}
+
+/* The position that stands for at: beyond an edge the one of the same stratum a period further in. False: there is
+ * none. */
+static bool inside(uint32_t at, uint32_t offset, uint32_t size, uint32_t *ret_at)
+{
+    uint32_t shifted = at + offset; /* BORDER more than the position */
+    if (shifted < BORDER)
+        shifted += LUM_SOFT_SIDE;
+    else if (shifted - BORDER >= size)
+        shifted -= LUM_SOFT_SIDE; /* wraps where the picture is less than a period wide */
+    *ret_at = shifted - BORDER;
+    return *ret_at < size;
+}
+
+static uint32_t same_surface(const struct resolve *v, uint32_t x, uint32_t y)
+{
+    uint32_t w = v->guide.w, bits = 0;
+    for (uint32_t j = 0; j < WINDOW * WINDOW; j++) {
+        uint32_t qx, qy;
+        bool there = inside(x, j % WINDOW, w, &qx) && inside(y, j / WINDOW, v->guide.h, &qy);
+        if (there && lum_guide_same_surface(&v->guide, (size_t)y * w + x, (size_t)qy * w + qx))
+            bits |= 1u << j;
+    }
+    return bits | 1u << (WINDOW * WINDOW / 2);
+}
+
+static void add_moments(struct moments *sum, const struct moments *m, float weight)
+{
+    sum->n += m->n * weight;
+    sum->traced += m->traced * weight;
+    sum->seen += m->seen * weight;
+    sum->cosine += m->cosine * weight;
+    sum->light = lum_rgb_mad(sum->light, m->light, weight);
+}
+
+/* Over the window around vertex i, at (x, y); or of the pixel alone when it knows everything. */
+static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
+{
+    struct lum_seen own = v->layer->soft.seen[(size_t)y * v->guide.w + x];
+    if ((uint16_t)(own.traced | own.visible) == UINT16_MAX)
+        return *moments_at(v, x, y);
+    if (v->same[i] == 0)
+        v->same[i] = same_surface(v, x, y);
+    struct moments sum = {0};
+    for (uint32_t j = 0; j < WINDOW * WINDOW; j++) {
+        uint32_t qx, qy, dx = j % WINDOW, dy = j / WINDOW;
+        if (!(v->same[i] >> j & 1) || !inside(x, dx, v->guide.w, &qx) || !inside(y, dy, v->guide.h, &qy))
+            continue;
+        bool end_x = dx == 0 || dx == WINDOW - 1, end_y = dy == 0 || dy == WINDOW - 1;
+        add_moments(&sum, moments_at(v, qx, qy), (end_x ? 0.5f : 1.0f) * (end_y ? 0.5f : 1.0f));
+    }
+    return sum;
+}
+
+/* Per unit of power, without what is in the way of it. */
+static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
+{
+    const struct lum_vertices *vs = &v->vertices;
+    struct lum_seen own = v->layer->soft.seen[pixel];
+    bool whole = (uint16_t)(own.traced | own.visible) == UINT16_MAX;
+    uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->guide.w), (uint32_t)(pixel / v->guide.w));
+    /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
+    uint32_t first = whole ? 0 : (set ^ set >> 2) & 3u, step = whole ? 1 : LUM_SOFT_POINTS / GLOSS_POINTS;
+    struct lum_rgb sum = lum_grey(0.0f);
+    for (uint32_t k = first; k < LUM_SOFT_POINTS; k += step) {
+        struct lum_light_sample ls;
+        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) != LUM_PENUMBRA_OPEN)
+            continue;
+        float visible = own.traced >> k & 1 ? (float)(own.visible >> k & 1) : share;
+        if (!(visible > 0.0f))
+            continue;
+        struct lum_bsdf_value f = lum_bsdf_eval_parts(&vs->bsdf[i], vs->wo[i], ls.wi);
+        float weight = visible / ls.pdf_sa;
+        if (v->pass->on[LUM_EFFECT_GLOSSY]) /* another estimator finds the light by the lobe, too */
+            weight *= lum_power_heuristic(ls.pdf_sa, f.gloss_pdf_sa);
+        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(ls.radiance, weight)));
+    }
+    return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);
+}
+
+static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
+{
+    const struct lum_surfaces *s = v->pass->surfaces;
+    const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
+    size_t pixel = (size_t)y * v->guide.w + x;
+    uint32_t around = lum_soft_around(&v->layer->soft, &v->sets, x / LUM_SOFT_SIDE, y / LUM_SOFT_SIDE);
+    if (!(around & LUM_SOFT_LIT))
+        return lum_grey(0.0f);
+    struct lum_irradiance all;
+    bool exact = lum_light_irradiance(light, s->p[pixel], s->n[pixel], &all);
+    const struct lum_bsdf *b = &v->vertices.bsdf[i];
+    struct lum_rgb diffuse;
+    float share = 1.0f;
+    if (exact && around == LUM_SOFT_LIT) {
+        diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI);
+    } else {
+        struct moments m = gather(v, i, x, y);
+        share = m.traced > 0.0f ? m.seen / m.traced : 0.0f;
+        if (!(share > 0.0f))
+            return lum_grey(0.0f);
+        if (exact)
+            diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
+        else
+            diffuse = lum_rgb_mul(lum_bsdf_diffuse_at(b, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
+    }
+    if (!(s->kind[pixel] & LUM_PIXEL_GLOSS))
+        return diffuse;
+    return lum_rgb_add(diffuse, gloss(v, i, pixel, share));
+}
+
+/* What the eye sees in the tile: the pixels that light can be summed at. */
+static void fill_vertices(struct resolve *v, uint32_t tile)
+{
+    const struct lum_pass *pass = v->pass;
+    const struct lum_snapshot *unit = &pass->layers->unit;
+    struct lum_rays rays;
+    lum_tile_center_rays(pass, tile, &rays);
+    v->vertices.n = 0;
+    for (uint32_t i = 0; i < rays.n; i++) {
+        size_t pixel = (size_t)(v->r.y + i / v->r.w) * pass->tiling.w + v->r.x + i % v->r.w;
+        if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+            continue;
+        struct lum_vec3 d = lum_rays_direction(&rays, i), wo = lum_v3_neg(d);
+        struct lum_surface s;
+        lum_snapshot_surface(unit, &pass->gbuffer->tiles[tile], i, d, &s);
+        lum_bsdf_init(&v->vertices.bsdf[v->vertices.n], &unit->materials[s.material], &s, wo);
+        lum_vertices_push(&v->vertices, i, s.p, wo, 0);
+    }
+}
+
+/* Changes with every sample of the tile and of the border that its windows reach. */
+static uint16_t samples_around(const struct resolve *v)
+{
+    const struct lum_soft *soft = &v->layer->soft;
+    uint32_t sum = 1, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE, n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + n && y < v->sets.ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + n && x < v->sets.nx; x++)
+            sum += soft->tally[y * v->sets.nx + x].known;
+    return (uint16_t)sum;
+}
+
+static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    (void)counters;
+    struct resolve v;
+    v.pass = pass;
+    v.r = lum_tile_at(&pass->tiling, tile);
+    v.sets = lum_soft_tiling(pass);
+    v.guide = lum_components_guide(pass);
+    v.vertices.n = UINT32_MAX;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
+        v.layer = layer;
+        uint16_t samples = samples_around(&v);
+        if (layer->soft.resolved[tile] == samples)
+            continue;
+        if (v.vertices.n == UINT32_MAX) {
+            fill_vertices(&v, tile);
+            memset(v.same, 0, sizeof v.same);
+        }
+        memset(v.known, 0, sizeof v.known);
+        struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
+        memset(direct, 0, LUM_TILE_PIXELS * sizeof *direct);
+        for (uint32_t i = 0; i < v.vertices.n && pass->settings->max_depth > 0; i++) {
+            uint32_t slot = v.vertices.slot[i];
+            direct[slot] = response(&v, i, v.r.x + slot % v.r.w, v.r.y + slot / v.r.w);
+        }
+        layer->soft.resolved[tile] = samples;
+    }
+}
+_Static_assert((LUM_TILE_SIDE / LUM_SOFT_SIDE + 2) * (LUM_TILE_SIDE / LUM_SOFT_SIDE + 2) * LUM_SOFT_POINTS *
+                       LUM_SOFT_POINTS <
+                   UINT16_MAX,
+               "samples_around does not wrap");
+
+const struct lum_estimator lum_penumbra_resolve = {
+    .name = "penumbra, resolve", .stage = LUM_STAGE_FILTER, .tile = resolve_tile, .surfaces = true};

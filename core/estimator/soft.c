@@ -1,0 +1,83 @@
+#include "core/estimator/soft.h"
+
+#include <string.h>
+
+#include "core/interleave/interleave.h"
+
+#define PAIR_SOFT 0x40000000u
+
+/* Numbers of the pattern that lie in one 2 x 2 block differ in their upper two bits. Reversed, they are neighbours in
+ * the sequence: then every such block holds a (0,2,2)-net, one of the four that make up the whole. */
+static uint32_t reversed4(uint32_t k)
+{
+    return (k & 1u) << 3 | (k & 2u) << 1 | (k & 4u) >> 1 | (k & 8u) >> 3;
+}
+
+bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt)
+{
+    size_t n = (size_t)pass->tiling.w * pass->tiling.h, n_slots = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    size_t n_sets = lum_soft_tiling(pass).n;
+    struct lum_soft s = {
+        .seen = lum_calloc(n, sizeof *s.seen),
+        .direct = lum_calloc(n_slots, sizeof *s.direct),
+        .tally = lum_calloc(n_sets, sizeof *s.tally),
+        .goal = lum_calloc(n_sets, 1),
+        .begun = lum_calloc(pass->packets.n, 1),
+        .resolved = lum_calloc(pass->tiling.n, sizeof *s.resolved),
+    };
+    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
+        struct lum_sampler sampler = {lum_hash_combine(salt, pass->settings->seed), reversed4(k)};
+        s.point[k] = lum_sampler_2d(&sampler, PAIR_SOFT);
+    }
+    *ret_soft = s;
+    if (s.seen && s.direct && s.tally && s.goal && s.begun && s.resolved)
+        return true;
+    lum_soft_finish(ret_soft);
+    return false;
+}
+
+void lum_soft_finish(struct lum_soft *s)
+{
+    lum_free(s->seen);
+    lum_free(s->direct);
+    lum_free(s->tally);
+    lum_free(s->goal);
+    lum_free(s->begun);
+    lum_free(s->resolved);
+    *s = (struct lum_soft){0};
+}
+
+static void redo(struct lum_soft *s, const struct lum_pass *pass)
+{
+    memset(s->begun, 0, pass->packets.n);
+    memset(s->resolved, 0, pass->tiling.n * sizeof *s->resolved);
+}
+
+void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
+{
+    memset(s->seen, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen);
+    redo(s, pass);
+}
+
+void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
+{
+    for (size_t i = 0; i < (size_t)pass->tiling.w * pass->tiling.h; i++)
+        s->seen[i].visible &= s->seen[i].traced;
+    redo(s, pass);
+}
+
+size_t lum_soft_bytes(void)
+{
+    return sizeof(struct lum_seen) + sizeof(struct lum_rgb) + 1;
+}
+
+uint32_t lum_soft_around(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y)
+{
+    uint32_t bits = 0;
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++) {
+            struct lum_soft_tally t = s->tally[j * sets->nx + i];
+            bits |= (t.visible > 0 ? LUM_SOFT_LIT : 0) | (t.visible < t.traced ? LUM_SOFT_DARK : 0);
+        }
+    return bits;
+}

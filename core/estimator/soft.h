@@ -1,0 +1,63 @@
+/* What a layer keeps of a light whose shadows are soft, for the estimator `penumbra`.
+ *
+ * A light has 16 points, strata of one (0,4,2)-net on it, and they are the same for every pixel: pixel (x, y) begins with
+ * number lum_pattern_set(4, x, y), so that any 4 x 4 window holds all of them (interleaved sampling), and neighbours can
+ * lend each other what they know. Of each point a pixel knows one of four things; see struct lum_seen. */
+#ifndef LUM_CORE_ESTIMATOR_SOFT_H
+#define LUM_CORE_ESTIMATOR_SOFT_H
+
+#include "core/light/light.h"
+#include "core/render/frame.h"
+
+#define LUM_SOFT_POINTS 16u
+#define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */
+
+/* Shadow samples of a pixel: bit k is sample k.
+ *   traced, visible  what it says
+ *   neither          not known
+ *   visible alone    known not to contribute: the point lies below the pixel's horizon. Soft layers only */
+struct lum_seen {
+    uint16_t traced, visible;
+};
+
+/* Sums over the pixels of a tile of the pattern. */
+struct lum_soft_tally {
+    uint16_t known, traced, visible;
+};
+
+/* What the samples of a tile of the pattern, and of the eight around it, say. */
+enum {
+    LUM_SOFT_LIT = 1,
+    LUM_SOFT_DARK = 2,
+};
+
+/* Tiles of the pattern are `across` by `down`, row by row. */
+struct lum_soft {
+    struct lum_vec2 point[LUM_SOFT_POINTS];
+    struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
+    struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
+    struct lum_soft_tally *tally; /* per tile of the pattern */
+    uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
+    uint8_t *begun;               /* per packet: every pixel has its first stratum */
+    uint16_t *resolved;           /* per tile: 1 + what the samples around added up to when direct was made; 0: it is stale */
+};
+
+/* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
+bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt);
+void lum_soft_finish(struct lum_soft *s);
+/* Nothing is known any more. */
+void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass);
+/* Materials changed: what was traced stays, what was not worth it may be now. */
+void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
+size_t lum_soft_bytes(void); /* per pixel, about */
+
+/* LUM_SOFT_ bits of tile (x, y) of the pattern and of its neighbours. 0: no sample could contribute. */
+uint32_t lum_soft_around(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y);
+
+/* The tiles of the pattern in a picture. */
+static inline struct lum_tiling lum_soft_tiling(const struct lum_pass *pass)
+{
+    return lum_tiling_make(pass->tiling.w, pass->tiling.h, LUM_SOFT_SIDE);
+}
+
+#endif

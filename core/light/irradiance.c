@@ -1,0 +1,227 @@
+/* Everything here is in double: the integrals are small differences of angles when the light is small. The error is
+ * about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones are taken as points, whose
+ * relative error is their solid angle. */
+#include "core/light/irradiance.h"
+
+#define POINT_LIKE_SR 1e-8
+
+static struct lum_vec3d vec(struct lum_vec3 a)
+{
+    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
+}
+
+static double dot(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static struct lum_vec3d cross(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return (struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static struct lum_vec3d mad(struct lum_vec3d a, struct lum_vec3d b, double s)
+{
+    return (struct lum_vec3d){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
+}
+
+static double length(struct lum_vec3d a)
+{
+    return sqrt(dot(a, a));
+}
+
+/* From the irradiance vector: the integral of w over the part of the light above the horizon. */
+static struct lum_irradiance from_vector(struct lum_vec3d e, struct lum_vec3d n)
+{
+    double a = fmin(fmax(dot(e, n), 0.0), LUM_PI_D), all = length(e);
+    return (struct lum_irradiance){(float)a, all > 0.0 ? (float)fmin(a / all, 1.0) : 0.0f};
+}
+
+/* A flat light of this area, seen from d away, that is too small for the integral to be exact. */
+static struct lum_irradiance from_point(struct lum_vec3d d, struct lum_vec3d n, struct lum_vec3d n_light, double area)
+{
+    double r2 = dot(d, d), r = sqrt(r2), cos = fmax(dot(d, n) / r, 0.0);
+    return (struct lum_irradiance){(float)(cos * fmax(-dot(d, n_light) / r, 0.0) * area / r2), (float)cos};
+}
+
+/* ---- polygon ---- */
+
+/* Adds edge a -> b's part of the integral: half the angle that the edge subtends, along the normal of the plane through
+ * it and the point. */
+static void add_edge(struct lum_vec3d a, struct lum_vec3d b, struct lum_vec3d *inout_e)
+{
+    struct lum_vec3d c = cross(a, b);
+    double s = length(c);
+    if (s > 0.0) /* else the edge is seen end on, or is a point */
+        *inout_e = mad(*inout_e, c, 0.5 * atan2(s, dot(a, b)) / s);
+}
+
+/* corner: relative to the point, clockwise as seen from where the light goes. */
+static struct lum_vec3d polygon_vector(const struct lum_vec3d *corner, int n_corners, struct lum_vec3d n)
+{
+    struct lum_vec3d e = {0, 0, 0}, out = {0, 0, 0}, in = {0, 0, 0};
+    int crossings = 0;
+    for (int i = 0; i < n_corners; i++) {
+        struct lum_vec3d a = corner[i], b = corner[(i + 1) % n_corners];
+        double ha = dot(a, n), hb = dot(b, n);
+        if (ha <= 0.0 && hb <= 0.0)
+            continue;
+        if (ha < 0.0 || hb < 0.0) {
+            struct lum_vec3d at_horizon = mad(a, (struct lum_vec3d){b.x - a.x, b.y - a.y, b.z - a.z}, ha / (ha - hb));
+            if (ha < 0.0)
+                a = in = at_horizon;
+            else
+                b = out = at_horizon;
+            crossings++;
+        } else if (ha == 0.0) {
+            in = a;
+            crossings++;
+        } else if (hb == 0.0) {
+            out = b;
+            crossings++;
+        }
+        add_edge(a, b, &e);
+    }
+    if (crossings == 2)
+        add_edge(out, in, &e);
+    return e;
+}
+
+static struct lum_irradiance quad(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+{
+    struct lum_vec3d d = mad(vec(l->p), p, -1.0), u = vec(l->u), v = vec(l->v), n_light = vec(l->n);
+    double r2 = dot(d, d), area = (double)l->area;
+    if (!(-dot(d, n_light) > 0.0))
+        return (struct lum_irradiance){0.0f, 0.0f};
+    if (area < POINT_LIKE_SR * r2)
+        return from_point(d, n, n_light, area);
+    double turn = dot(cross(u, v), n_light) > 0.0 ? 1.0 : -1.0;
+    struct lum_vec3d corner[4] = {
+        mad(mad(d, u, -turn), v, -1.0),
+        mad(mad(d, u, -turn), v, 1.0),
+        mad(mad(d, u, turn), v, 1.0),
+        mad(mad(d, u, turn), v, -1.0),
+    };
+    return from_vector(polygon_vector(corner, 4, n), n);
+}
+
+/* ---- disc ---- */
+
+/* The rim: r(t) = d + R (cos t a + sin t b), with a along the part of d in the disc's plane, so that r.r = square +
+ * slope cos t. The integrand of the contour, r x r' / 2 r.r, is then (k0 + k1 cos t + k2 sin t) / (square + slope cos
+ * t). */
+struct rim {
+    struct lum_vec3d d, a, b;
+    double radius, square, slope;
+};
+
+static struct lum_vec3d rim_at(const struct rim *r, double t)
+{
+    return mad(mad(r->d, r->a, r->radius * cos(t)), r->b, r->radius * sin(t));
+}
+
+/* Integral of 1 / (square + slope cos t) from 0 to t, -pi <= t <= pi. */
+static double integral_inverse(const struct rim *r, double t)
+{
+    double root = sqrt((r->square - r->slope) * (r->square + r->slope));
+    double half = atan2(sqrt(r->square - r->slope) * sin(0.5 * t), sqrt(r->square + r->slope) * cos(0.5 * t));
+    return 2.0 * half / root;
+}
+
+/* Contour integral along the rim from t0 to t1, both in -pi .. pi. */
+static struct lum_vec3d arc_vector(const struct rim *r, double t0, double t1)
+{
+    struct lum_vec3d normal = cross(r->a, r->b), da = cross(r->d, r->a), db = cross(r->d, r->b);
+    double inverse = integral_inverse(r, t1) - integral_inverse(r, t0);
+    double c, s; /* integrals of cos t and of sin t over the denominator */
+    if (r->slope > 1e-6 * r->square) {
+        c = (t1 - t0 - r->square * inverse) / r->slope;
+        s = -(log1p(r->slope / r->square * cos(t1)) - log1p(r->slope / r->square * cos(t0))) / r->slope;
+    } else { /* to first order in slope / square */
+        double q = r->slope / r->square;
+        c = (sin(t1) - sin(t0) - q * 0.5 * (t1 - t0 + 0.5 * (sin(2.0 * t1) - sin(2.0 * t0)))) / r->square;
+        s = (cos(t0) - cos(t1) - q * 0.25 * (cos(2.0 * t0) - cos(2.0 * t1))) / r->square;
+    }
+    /* r x r' = R (cos t d x b - sin t d x a) + R^2 a x b */
+    struct lum_vec3d zero = {0, 0, 0}, e = mad(zero, normal, 0.5 * r->radius * r->radius * inverse);
+    return mad(mad(e, db, 0.5 * r->radius * c), da, -0.5 * r->radius * s);
+}
+
+/* The arc above the horizon, where height + R (cos t a.n + sin t b.n) > 0, and the chord that closes it. */
+static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
+{
+    double height = dot(r->d, n), an = dot(r->a, n), bn = dot(r->b, n), reach = r->radius * sqrt(an * an + bn * bn);
+    if (height >= reach)
+        return arc_vector(r, -LUM_PI_D, LUM_PI_D);
+    if (height <= -reach)
+        return (struct lum_vec3d){0, 0, 0};
+    double middle = atan2(bn, an), half = acos(-height / reach), t0 = middle - half, t1 = middle + half;
+    struct lum_vec3d e;
+    if (t0 < -LUM_PI_D || t1 > LUM_PI_D) { /* over the seam */
+        double from = t0 < -LUM_PI_D ? t0 + 2.0 * LUM_PI_D : t0, to = t1 > LUM_PI_D ? t1 - 2.0 * LUM_PI_D : t1;
+        e = mad(arc_vector(r, from, LUM_PI_D), arc_vector(r, -LUM_PI_D, to), 1.0);
+    } else {
+        e = arc_vector(r, t0, t1);
+    }
+    add_edge(rim_at(r, t1), rim_at(r, t0), &e);
+    return e;
+}
+
+static struct lum_irradiance disc(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+{
+    struct lum_vec3d d = mad(vec(l->p), p, -1.0), n_light = vec(l->n);
+    double r2 = dot(d, d), facing = -dot(d, n_light), radius = (double)l->radius;
+    if (!(facing > 0.0))
+        return (struct lum_irradiance){0.0f, 0.0f};
+    if (LUM_PI_D * radius * radius < POINT_LIKE_SR * r2)
+        return from_point(d, n, n_light, LUM_PI_D * radius * radius);
+    struct lum_vec3d beside = mad(d, n_light, facing);
+    double off = length(beside);
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct rim r = {.d = d, .radius = radius, .square = r2 + radius * radius, .slope = 2.0 * radius * off};
+    r.a = off > 0x1p-20 * radius ? mad((struct lum_vec3d){0, 0, 0}, beside, 1.0 / off) : vec(f.t);
+    r.b = cross(r.a, n_light); /* so that a x b points away from where the light goes */
+    if (!(off > 0x1p-20 * radius))
+        r.slope = 0.0;
+    return from_vector(disc_vector(&r, n), n);
+}
+
+/* ---- sphere ---- */
+
+/* A cap of half angle sigma whose axis is at an angle theta to n, in three parts: above the horizon, below, across. */
+static struct lum_irradiance sphere(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+{
+    struct lum_vec3d d = mad(vec(l->p), p, -1.0);
+    double r2 = dot(d, d), sin2 = (double)l->radius * (double)l->radius / r2, cos = dot(d, n) / sqrt(r2);
+    if (!(sin2 < 1.0))
+        return (struct lum_irradiance){0.0f, 0.0f}; /* inside, where it does not shine */
+    double a = 0.0;
+    if (cos * cos >= sin2) {
+        a = LUM_PI_D * sin2 * fmax(cos, 0.0);
+    } else {
+        double sin = sqrt(fmax(1.0 - cos * cos, 0.0)), cot = sqrt(1.0 / sin2 - 1.0);
+        double y = fmin(fmax(-cot * cos / sin, -1.0), 1.0), s = sin * sqrt(1.0 - y * y);
+        a = fmax((cos * acos(y) - cot * s) * sin2 + atan2(s, cot), 0.0);
+    }
+    return (struct lum_irradiance){(float)a, (float)fmin(a / (LUM_PI_D * sin2), 1.0)};
+}
+
+bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret)
+{
+    switch (l->kind) {
+    case LUM_EMIT_QUAD:
+        *ret = quad(l, vec(p), vec(n));
+        return true;
+    case LUM_EMIT_DISC:
+        *ret = disc(l, vec(p), vec(n));
+        return true;
+    case LUM_EMIT_SPHERE:
+        *ret = sphere(l, vec(p), vec(n));
+        return true;
+    case LUM_EMIT_ENVIRONMENT:
+        *ret = (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
+        return !l->env;
+    default:
+        return false;
+    }
+}

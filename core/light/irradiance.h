@@ -1,0 +1,17 @@
+/* How much light an emitter sends to a point of a surface when nothing is in the way, in closed form. */
+#ifndef LUM_CORE_LIGHT_IRRADIANCE_H
+#define LUM_CORE_LIGHT_IRRADIANCE_H
+
+#include "core/light/light.h"
+
+struct lum_irradiance {
+    float cosine_integral; /* of max(0, n.w) over the directions w in which the emitter is seen: irradiance at radiance 1, 0 .. pi */
+    float mean_cos;        /* n.w, averaged over these directions; for lobes that are nearly Lambert's */
+};
+
+/* n: unit. Exact for quads (Lambert 1760: the polygon, clipped at the horizon), discs (its contour integral, which is
+ * elementary on the circle and on the chord of the horizon), spheres (Snyder 1996) and a constant environment, all from
+ * their emitting side only. False where there is no closed form: meshes, environment images, lights without an area. */
+bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret);
+
+#endif
