@@ -34,6 +34,18 @@ static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slo
                       lum_sampler_at(r.x + slot % r.w, r.y + slot / r.w, 0, pass->settings->seed).pixel_seed);
 }
 
+/* True when no light is kept in layers, so that a surface which does not shine has nothing to add. */
+static bool only_shine_counts(const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    for (uint32_t a = 0; a < lights->n_active; a++) {
+        enum lum_effect e = lum_light_effect(&lights->lights[lights->active[a]]);
+        if (pass->on[e] && pass->settings->method->serves[e] == &lum_estimator_shadow)
+            return false;
+    }
+    return pass->surfaces != NULL;
+}
+
 static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     if (lum_layers_reached(pass, tile, LUM_LAYER_DIRECT))
@@ -43,8 +55,13 @@ static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     struct lum_vertices vertices;
     lum_tile_center_rays(pass, tile, &rays);
     vertices.n = 0;
-    for (uint32_t i = 0; i < rays.n; i++)
-        visit_pixel(pass, tile, i, lum_rays_direction(&rays, i), &vertices);
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    bool only_shine = only_shine_counts(pass);
+    for (uint32_t i = 0; i < rays.n; i++) {
+        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
+        if (!only_shine || pass->surfaces->kind[pixel] & LUM_PIXEL_SHINES)
+            visit_pixel(pass, tile, i, lum_rays_direction(&rays, i), &vertices);
+    }
     if (pass->settings->max_depth > 0)
         lum_layers_light(pass, tile, &vertices, LUM_LAYER_DIRECT, counters);
     lum_layers_reach(pass, tile, LUM_LAYER_DIRECT);

@@ -64,6 +64,7 @@ enum {
     LUM_PIXEL_DIFFUSE = 2,  /* its albedo is not black */
     LUM_PIXEL_GLOSS = 4,    /* it reflects with a gloss */
     LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
+    LUM_PIXEL_SHINES = 16,  /* by itself: emitters, unlit and emissive materials, an environment behind */
 };
 struct lum_surfaces {
     struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */
@@ -72,7 +73,7 @@ struct lum_surfaces {
     uint8_t *kind;               /* LUM_PIXEL_ bits */
     uint32_t *object;            /* as in struct lum_hits */
     uint8_t *done;               /* per tile */
-    uint64_t stamp, material;    /* of the G-buffer and materials that they show */
+    uint64_t stamp, material, light_shape; /* of what they show */
     uint64_t version;            /* changes with what they show */
 };
 

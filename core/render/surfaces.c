@@ -31,8 +31,9 @@ static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
 
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
 {
-    uint64_t stamp = pass->gbuffer->stamp, material = pass->snapshot->versions.material;
-    if (s->p && s->stamp == stamp && s->material == material)
+    const struct lum_versions *v = &pass->snapshot->versions;
+    uint64_t stamp = pass->gbuffer->stamp;
+    if (s->p && s->stamp == stamp && s->material == v->material && s->light_shape == v->light_shape)
         return LUM_OK;
     if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n)) {
         lum_surfaces_finish(s);
@@ -42,7 +43,8 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
     for (uint32_t t = 0; t < pass->tiling.n; t++)
         s->done[t] = 0;
     s->stamp = stamp;
-    s->material = material;
+    s->material = v->material;
+    s->light_shape = v->light_shape; /* who shines: LUM_PIXEL_SHINES */
     s->version++;
     return LUM_OK;
 }
@@ -62,8 +64,11 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
 {
     struct lum_surfaces *s = pass->surfaces;
     set_background(s, at);
-    if (hits->object[i] == LUM_NO_OBJECT)
+    if (hits->object[i] == LUM_NO_OBJECT) {
+        if (pass->snapshot->lights.environment != LUM_NO_OBJECT)
+            s->kind[at] = LUM_PIXEL_SHINES;
         return;
+    }
     struct lum_surface surface;
     lum_snapshot_surface(pass->snapshot, hits, i, d, &surface);
     s->object[at] = hits->object[i];
@@ -71,8 +76,10 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     s->n[at] = surface.ns;
     s->ng[at] = surface.ng;
     s->depth[at] = hits->t[i];
-    if (surface.instance == LUM_NO_OBJECT)
+    if (surface.instance == LUM_NO_OBJECT) {
+        s->kind[at] = LUM_PIXEL_SHINES;
         return;
+    }
     const struct lum_material *m = &pass->snapshot->materials[surface.material];
     struct lum_bsdf b;
     lum_bsdf_init(&b, m, &surface, lum_v3_neg(d));
@@ -82,7 +89,8 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     bool gloss = b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f);
     bool specular = lum_material_is_specular(m);
     s->kind[at] = (uint8_t)((diffuse || gloss || specular ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
-                            (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0));
+                            (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) |
+                            (lum_rgb_black(b.emission) ? 0 : LUM_PIXEL_SHINES));
 }
 
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
