@@ -151,7 +151,8 @@ static void tell_stats(struct lum_director *d, struct lum_server_view *v, const 
               lum_json_add_number(o, "exposure_ev", p->exposure_ev) &&
               lum_json_add_number(o, "encode_ms", p->encode_ms) &&
               lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
-              lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "converged", final);
+              lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "overlay_map", p->has_map) &&
+              lum_json_add_bool(o, "converged", final);
     if (!ok) {
         cJSON_Delete(o);
         return;

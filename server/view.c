@@ -403,7 +403,8 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_en
         int64_t now = lum_clock_ns();
         struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
                                   .exposure_ev = picture.display.ev100,
-                                  .server_us = micros_since(v->newest_ns, now)};
+                                  .server_us = micros_since(v->newest_ns, now),
+                                  .has_map = picture.overlay.iterations != NULL};
         for (uint32_t i = 0; i < v->n_tiles; i++)
             if (tiles[i]) {
                 tiles[i]->header.server_us = p.server_us;

@@ -82,6 +82,7 @@ struct lum_published {
     uint64_t n_bytes;
     double encode_ms, exposure_ev;
     uint32_t server_us;
+    bool has_map; /* the picture shows the map that the view's overlay asks for */
 };
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err);

@@ -281,6 +281,59 @@ test('white balance takes the colour out of the light, and costs no ray', async 
     assert.ok(difference(plain, await thumbnail(page)) < 3);
 });
 
+const effect = (name) => page.locator('.effect', { has: page.locator('th', { hasText: name }) });
+const rays = (name) => effect(name).locator('.effect-rays').textContent();
+
+test('the effect table says what is needed and why; what is switched off costs nothing', async () => {
+    await page.getByLabel('Method').selectOption('whitted');
+    await settled(tab);
+    await effect('soft shadow').getByText('ceiling-panel shines from an area').waitFor();
+    await assertEventually(async () => !/^0/.test(await rays('soft shadow')), () => 'no ray for soft shadows');
+    assert.equal(await rays('media'), '0 rays');
+    assert.match(await effect('media').getAttribute('class'), /is-off/);
+    assert.match(await effect('media').textContent(), /no medium/);
+    const lit = (await measure(page)).mean;
+    const off = page.getByRole('button', { name: 'soft shadow off' });
+    await off.click();
+    await settled(tab);
+    await effect('soft shadow').getByText('switched it off').waitFor();
+    assert.equal(await off.getAttribute('aria-pressed'), 'true');
+    assert.equal(await rays('soft shadow'), '0 rays');
+    const dark = (await measure(page)).mean;
+    assert.ok(dark < 0.6 * lit, `mean ${dark} without the panel, ${lit} with it`);
+    await page.getByRole('button', { name: 'All automatic' }).click();
+    await settled(tab);
+    await effect('soft shadow').getByText('ceiling-panel shines').waitFor();
+    const again = (await measure(page)).mean;
+    assert.ok(Math.abs(again / lit - 1) < 0.01, `mean ${again} after ${lit}`);
+});
+
+test('ais is chosen, and shows where it refined', async () => {
+    const legend = page.getByRole('complementary', { name: 'Legend' });
+    await page.getByLabel('Method').selectOption('ais');
+    await settled(tab);
+    await assertEventually(async () => !/^0/.test(await rays('indirect diffuse')), () => 'no ray for indirect light');
+    assert.ok((await measure(page)).colours > 1000);
+    await page.getByLabel('Show where it was refined').selectOption('guidance_soft_shadow');
+    await legend.getByText('not refined').waitFor();
+    await settled(tab);
+    const blueOrRed = async () => {
+        const p = await thumbnail(page);
+        let n = 0;
+        for (let i = 0; i < p.length; i += 4) n += Math.abs(p[i] - p[i + 2]) > 20;
+        return n / (p.length / 4);
+    };
+    assert.ok((await blueOrRed()) > 0.9, `${await blueOrRed()} of the picture is blue or red`);
+    await page.getByLabel('Method').selectOption('whitted');
+    await legend.getByText('whitted makes no such map').waitFor();
+    await settled(tab);
+    assert.ok((await blueOrRed()) < 0.1, 'grey');
+    await legend.getByRole('button', { name: 'Hide' }).click();
+    await page.getByLabel('Method').selectOption('path');
+    await settled(tab);
+    assert.equal(await legend.count(), 0);
+});
+
 test('every control has a name', async () => {
     await select(page, 'accent');
     const nameless = await page.evaluate(() =>

@@ -25,7 +25,11 @@ export interface FrameNumbers {
 export interface Effect {
     name: string;
     on: boolean;
+    /** What calls for it, or why nothing does. */
     why: string;
+    /** False: the method leaves it out. */
+    served: boolean;
+    tiles: number;
     rays: number;
     ms: number;
 }
@@ -33,7 +37,10 @@ export interface Effect {
 export interface ServerNumbers {
     ms: number;
     raysPerSecond: number;
+    /** Of the last frame that was rendered: one that shows the same samples again costs nothing, and says nothing. */
     effects: Effect[];
+    /** The picture shows the map that the view's overlay asks for. */
+    overlayMap: boolean;
     /** What rendered the frame; "" when the server did not say. */
     method: string;
     /** What "automatic" exposure currently is; null: the server did not say. */
@@ -87,7 +94,8 @@ export class Meter {
         this.server.value = {
             ms,
             raysPerSecond: ms > 0 ? (1000 * rays) / ms : 0,
-            effects: isObject(params.effects) ? effectsOf(params.effects) : [],
+            effects: params.passes !== 0 && isObject(params.effects) ? effectsOf(params.effects) : (this.server.peek()?.effects ?? []),
+            overlayMap: params.overlay_map === true,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
         };
@@ -113,8 +121,15 @@ function effectsOf(effects: JsonObject): Effect[] {
     const list: Effect[] = [];
     for (const [name, e] of Object.entries(effects)) {
         if (!isObject(e)) continue;
-        const why = typeof e.why === 'string' ? e.why : '';
-        list.push({ name, on: e.on === true, why, rays: numberOr(e.rays, 0), ms: numberOr(e.ns, 0) / 1e6 });
+        list.push({
+            name,
+            on: e.on === true,
+            why: stringOr(e.why, ''),
+            served: e.served !== false,
+            tiles: numberOr(e.tiles, 0),
+            rays: numberOr(e.rays, 0),
+            ms: numberOr(e.ns, 0) / 1e6,
+        });
     }
     return list;
 }

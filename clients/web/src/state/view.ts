@@ -29,6 +29,19 @@ export const STREAMS = {
 } as const;
 export type Stream = keyof typeof STREAMS;
 
+/** Maps that the server lays over the picture: where an adaptive method refined its samples. */
+export const OVERLAYS = {
+    none: 'No',
+    guidance_soft_shadow: 'Soft shadows',
+    guidance_indirect_diffuse: 'Indirect light',
+    guidance_media: 'Media',
+} as const;
+export type OverlayName = keyof typeof OVERLAYS;
+
+/** auto: when the scene calls for it. */
+export const FORCES = ['auto', 'off', 'on'] as const;
+export type Force = (typeof FORCES)[number];
+
 export interface ViewSettings {
     /** null: the scene's. */
     method: string | null;
@@ -36,6 +49,9 @@ export interface ViewSettings {
     toneMap: string | null;
     /** Light of this temperature is shown as white; null: as it is. */
     whiteBalance: number | null;
+    /** By name; those not named are automatic. */
+    effects: Readonly<Record<string, Force>>;
+    overlay: OverlayName;
     resolution: Resolution;
     stream: Stream;
 }
@@ -50,6 +66,8 @@ function rememberedSettings(): ViewSettings {
         exposure: null,
         toneMap: null,
         whiteBalance: null,
+        effects: {},
+        overlay: 'none',
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };
@@ -195,7 +213,8 @@ export class ViewLink {
     private settingParams(): JsonObject {
         const s = this.settings.value;
         const { codec, quality } = STREAMS[s.stream];
-        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance };
+        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay };
+        if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;
         if (s.exposure !== null) params.exposure_ev = s.exposure.auto ? null : s.exposure.ev;

@@ -1,37 +1,114 @@
 import { fixed, si } from '../lib/format';
+import type { Effect } from '../state/meter';
+import { FORCES, OVERLAYS, type Force, type OverlayName } from '../state/view';
+import { Choice } from './Choice';
 import { useApp } from './context';
 
-/** What the last frame was made of: effects the scene does not call for are listed too, with the reason, and cost nothing. */
+/** What the last frame was made of: what the scene does not call for is listed too, with the reason, and costs nothing. */
 export function EffectsPanel() {
     const app = useApp();
     const effects = app.meter.server.value?.effects ?? [];
+    const overlay = app.view.settings.value.overlay;
     if (effects.length === 0) return null;
     return (
-        <details class="section effects">
-            <summary>
-                <h2>What this frame cost</h2>
-            </summary>
+        <section class="section effects" aria-labelledby="effects-title">
+            <header class="section-head">
+                <h2 id="effects-title">Effects</h2>
+                <AllAutomatic />
+            </header>
             <table>
+                <caption class="visually-hidden">What each effect cost in the last frame, and why it was needed</caption>
                 <thead>
                     <tr>
-                        <th scope="col">Effect</th>
+                        <th scope="col">Needed because</th>
+                        <th scope="col">Tiles</th>
                         <th scope="col">Rays</th>
                         <th scope="col">CPU ms</th>
                     </tr>
                 </thead>
-                <tbody>
-                    {effects.map((e) => (
-                        <tr key={e.name} class={e.on ? '' : 'is-off'} title={e.why}>
-                            <th scope="row">
-                                {e.name.replace(/_/g, ' ')}
-                                {e.why && <small>{e.why}</small>}
-                            </th>
-                            <td>{e.rays === 0 ? '0' : si(e.rays)}</td>
-                            <td>{e.ms === 0 ? '0' : fixed(e.ms, 1)}</td>
-                        </tr>
-                    ))}
-                </tbody>
+                {effects.map((e) => (
+                    <Row key={e.name} effect={e} />
+                ))}
             </table>
-        </details>
+            <Choice
+                label="Show where it was refined"
+                value={overlay}
+                options={Object.entries(OVERLAYS)}
+                onChange={(v) => app.view.change({ overlay: v as OverlayName })}
+            />
+        </section>
+    );
+}
+
+const spoken = (name: string): string => name.replace(/_/g, ' ');
+
+function Row({ effect: e }: { effect: Effect }) {
+    const idle = e.rays === 0 && e.tiles === 0 && e.ms === 0;
+    return (
+        <tbody class={`effect ${e.on && e.served ? '' : 'is-off'}`}>
+            <tr>
+                <th scope="rowgroup">{spoken(e.name)}</th>
+                {idle ? (
+                    <td colSpan={3} class="effect-rays">
+                        0 rays
+                    </td>
+                ) : (
+                    <>
+                        <td>{si(e.tiles)}</td>
+                        <td class="effect-rays">{si(e.rays)}</td>
+                        <td>{fixed(e.ms, 1)}</td>
+                    </>
+                )}
+            </tr>
+            <tr>
+                <td colSpan={4}>
+                    <div class="effect-why">
+                        <small>{e.on && !e.served ? `left out by this method; ${e.why}` : e.why}</small>
+                        <Forcing name={e.name} />
+                    </div>
+                </td>
+            </tr>
+        </tbody>
+    );
+}
+
+const TITLES: Record<Force, string> = {
+    auto: 'When the scene calls for it',
+    off: 'Left out, for this view',
+    on: 'Computed whether or not the scene calls for it, for this view',
+};
+
+function Forcing({ name }: { name: string }) {
+    const app = useApp();
+    const { effects } = app.view.settings.value;
+    const now = effects[name] ?? 'auto';
+    return (
+        <div class="segmented forcing" role="group" aria-label={spoken(name)}>
+            {FORCES.map((f) => (
+                <button
+                    key={f}
+                    type="button"
+                    title={TITLES[f]}
+                    aria-label={`${spoken(name)} ${f}`}
+                    aria-pressed={f === now}
+                    onClick={() => app.view.change({ effects: { ...effects, [name]: f } })}
+                >
+                    {f}
+                </button>
+            ))}
+        </div>
+    );
+}
+
+/** The way back, as long as something is forced. */
+function AllAutomatic() {
+    const app = useApp();
+    const { effects } = app.view.settings.value;
+    if (Object.values(effects).every((f) => f === 'auto')) return null;
+    const automatic = Object.fromEntries(Object.keys(effects).map((name) => [name, 'auto' as Force]));
+    return (
+        <button type="button" class="toggle at-end" onClick={() => app.view.change({ effects: automatic })}>
+            All automatic
+        </button>
     );
 }

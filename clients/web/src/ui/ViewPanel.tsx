@@ -2,6 +2,7 @@ import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
 import { RESOLUTIONS, STREAMS, type Resolution, type Stream } from '../state/view';
+import { Choice } from './Choice';
 import { useApp } from './context';
 import { Slider } from './Slider';
 
@@ -134,31 +135,5 @@ function WhiteBalance() {
                 onEnd={() => {}}
             />
         </div>
-    );
-}
-
-interface ChoiceProps {
-    label: string;
-    value: string;
-    options: [string, string][];
-    /** What an option means, where its name does not say it. */
-    titles?: ReadonlyMap<string, string>;
-    onChange(value: string): void;
-}
-
-function Choice({ label, value, options, titles, onChange }: ChoiceProps) {
-    const known = options.some(([key]) => key === value);
-    return (
-        <label class="choice">
-            <span class="field-label">{label}</span>
-            <select value={value} title={titles?.get(value)} onChange={(e) => onChange(e.currentTarget.value)}>
-                {!known && <option value={value}>{value || 'default'}</option>}
-                {options.map(([key, name]) => (
-                    <option key={key} value={key} title={titles?.get(key)}>
-                        {name}
-                    </option>
-                ))}
-            </select>
-        </label>
     );
 }

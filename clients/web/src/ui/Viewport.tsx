@@ -4,6 +4,7 @@ import { Navigation } from '../view/navigation';
 import { Banner } from './Banner';
 import { useApp } from './context';
 import { Icon } from './Icon';
+import { Legend } from './Legend';
 import { Overlay } from './Overlay';
 
 /** A window being resized asks for a new picture only when it rests: the server starts anew for every size. */
@@ -45,6 +46,7 @@ export function Viewport() {
             </div>
             <Overlay />
             <ReadingCard />
+            <Legend />
             <Banner />
         </main>
     );
