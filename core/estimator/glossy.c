@@ -25,7 +25,7 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wav
 static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_wave w;
-    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, pass->on[LUM_EFFECT_MEDIA]);
+    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     add_paths(pass, tile, &w);
     if (w.rays.n == 0)
         return;

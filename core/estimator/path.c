@@ -4,7 +4,11 @@
  *
  * A wave goes through two batches per bounce: closest hits of all living paths, then the shadow rays that their
  * vertices asked for. Dead paths are squeezed out as vertices are shaded: path i is read before a path j <= i is
- * written. */
+ * written.
+ *
+ * Effects that are left out are left out exactly: what stays converges to the sum of the others. A lobe that no path
+ * goes on by still reflects the lights, which are then sampled for it alone. So the picture without indirect_diffuse
+ * and glossy is that of direct light on every surface, highlights included. */
 #include "core/estimator/path.h"
 
 #include <string.h>
@@ -53,34 +57,110 @@ static void keep_light(struct lum_wave *w, uint32_t slot, struct lum_rgb value, 
     w->shadow_kind[i] = (uint8_t)kind;
 }
 
+struct vertex {
+    const struct lum_bsdf *b;
+    struct lum_vec3 p, wo;
+    uint32_t depth;
+    uint32_t lobes_off; /* of those that the surface has: what no path goes on by */
+};
+
+/* ---- effects that are left out ---- */
+
+enum {
+    LIGHT_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_DIRECT) | LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW) |
+                    LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT),
+    LOBE_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) |
+                   LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+};
+
+/* The effect that the cosine-shaped lobe counts as: of a metal it is light from several facets. */
+static uint32_t cosine_effect(const struct lum_bsdf *b)
+{
+    return LUM_EFFECT_BIT(lum_rgb_black(b->diffuse) ? LUM_EFFECT_GLOSSY : LUM_EFFECT_INDIRECT_DIFFUSE);
+}
+
+/* Effects that go on from a surface. */
+static uint32_t lobe_effects(const struct lum_bsdf *b)
+{
+    uint32_t effects = b->diffuse_prob > 0.0f ? cosine_effect(b) : 0;
+    if (b->diffuse_prob == 1.0f)
+        return effects;
+    effects |= LUM_EFFECT_BIT(b->alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
+    return b->glass > 0.0f ? effects | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) : effects;
+}
+
+/* f |cos| towards a light, weighted against the lobes that paths go on by; the others have the light to themselves.
+ * pdf: of the light sample. */
+static struct lum_rgb respond_in_part(const struct vertex *at, struct lum_vec3 wi, float pdf)
+{
+    const struct lum_bsdf *b = at->b;
+    struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, wi);
+    bool across = lum_dot(wi, b->ng) < 0.0f;
+    bool cosine = !(at->lobes_off & cosine_effect(b));
+    bool gloss = !(at->lobes_off & LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY));
+    float pdf_gloss = (1.0f - b->diffuse_prob) * v.gloss_pdf_sa, pdf_on = gloss ? pdf_gloss : 0.0f;
+    if (cosine && !across)
+        pdf_on += b->diffuse_prob * lum_max(lum_dot(wi, b->frame.n), 0.0f) * LUM_INV_PI;
+    float weight = lum_power_heuristic(pdf, pdf_on);
+    return lum_rgb_mad(lum_rgb_scale(v.diffuse, cosine ? weight : 1.0f), v.gloss, gloss ? weight : 1.0f);
+}
+
+/* False: the path does not go on by this lobe. Else, where a lobe that covers the same directions is left out, the
+ * sample becomes one of what stays. */
+static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sample)
+{
+    const struct lum_bsdf *b = at->b;
+    struct lum_bsdf_sample *bs = inout_sample;
+    uint32_t effect = LUM_EFFECT_BIT((uint32_t)bounce_kind(bs->lobe) - LUM_RAY_DIRECT);
+    if (at->lobes_off & effect)
+        return false;
+    uint32_t overlap = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
+    if (!(effect & overlap) || !(at->lobes_off & overlap) || b->alpha == 0.0f)
+        return true;
+    struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, bs->wi);
+    bool cosine = effect == cosine_effect(b);
+    struct lum_rgb f = cosine ? v.diffuse : v.gloss;
+    bs->pdf_sa =
+        cosine ? b->diffuse_prob * lum_dot(bs->wi, b->frame.n) * LUM_INV_PI : (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
+    if (!(bs->pdf_sa > 0.0f))
+        return false;
+    bs->weight = lum_rgb(f.r / bs->pdf_sa, f.g / bs->pdf_sa, f.b / bs->pdf_sa);
+    return true;
+}
+
 /* Light picked and sampled from a vertex; queues its shadow ray. */
-static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct lum_bsdf *b, struct lum_vec3 p,
-                        struct lum_vec3 wo, float u_pick, uint32_t depth)
+static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, float u_pick)
 {
     float prob;
     uint32_t light = lum_lights_pick(&w->snapshot->lights, &u_pick, &prob);
     if (light == LUM_NO_OBJECT)
         return;
+    enum lum_effect effect = lum_light_effect(&w->snapshot->lights.lights[light]);
+    if (w->lights_off & LUM_EFFECT_BIT(effect))
+        return;
     struct lum_light_sample ls;
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!w->snapshot->lights.lights[light].delta)
-        u = lum_sampler_2d(&path->sampler, pair_at(depth, PAIR_LIGHT));
-    if (!lum_light_sample_at(w->snapshot, light, p, u, &ls))
+        u = lum_sampler_2d(&path->sampler, pair_at(v->depth, PAIR_LIGHT));
+    if (!lum_light_sample_at(w->snapshot, light, v->p, u, &ls))
         return;
     if (w->media)
-        ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, p, ls.wi, ls.distance));
-    float bsdf_pdf_sa;
-    struct lum_rgb f = lum_bsdf_eval(b, wo, ls.wi, &bsdf_pdf_sa);
-    if (lum_rgb_black(f))
-        return;
+        ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, v->p, ls.wi, ls.distance));
     bool delta = !(ls.pdf_sa > 0.0f);
-    float pdf = delta ? prob : prob * ls.pdf_sa;
-    float weight = delta ? 1.0f : lum_power_heuristic(pdf, bsdf_pdf_sa);
+    float pdf = delta ? prob : prob * ls.pdf_sa, weight = 1.0f, bsdf_pdf_sa;
+    struct lum_rgb f;
+    if (v->lobes_off && !delta) {
+        f = respond_in_part(v, ls.wi, pdf);
+    } else {
+        f = lum_bsdf_eval(v->b, v->wo, ls.wi, &bsdf_pdf_sa);
+        if (!delta && !lum_rgb_black(f))
+            weight = lum_power_heuristic(pdf, bsdf_pdf_sa);
+    }
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
     if (lum_rgb_black(value))
         return;
-    bool has_ray = lum_shadow_ray(&w->shadow_rays, p, b->ng, ls.wi, ls.distance);
-    keep_light(w, path->slot, value, lum_light_ray_kind(&w->snapshot->lights.lights[light]), has_ray);
+    bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
+    keep_light(w, path->slot, value, lum_effect_ray_kind(effect), has_ray);
 }
 
 static void trace_shadows(struct lum_wave *w)
@@ -164,24 +244,28 @@ static void push_path(struct lum_wave *w, struct lum_path path, struct lum_vec3 
 }
 
 /* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
-static void scatter(struct lum_wave *w, struct lum_path path, const struct lum_bsdf *b, struct lum_vec3 p,
-                    struct lum_vec3 wo, uint32_t depth)
+static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
 {
+    const struct lum_bsdf *b = v->b;
     struct lum_vec2 pick = {0.5f, 0.5f};
     if (w->snapshot->lights.n_active > 1 || b->diffuse_prob < 1.0f) /* there is something to choose */
-        pick = lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_PICK));
-    queue_light(w, &path, b, p, wo, pick.x, depth);
+        pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
+    if (w->lobes_off)
+        v->lobes_off = w->lobes_off & lobe_effects(b);
+    queue_light(w, &path, v, pick.x);
     struct lum_bsdf_sample bs;
-    if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, pair_at(depth, PAIR_BSDF)), pick.y, &bs))
+    if (!lum_bsdf_sample(b, v->wo, lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_BSDF)), pick.y, &bs))
+        return;
+    if (v->lobes_off && !keep_lobe(v, &bs))
         return;
     if (w->snapshot->lights.n_active == 0 && bs.pdf_sa > 0.0f)
         return; /* only a mirror could show something that shines without being a light */
     path.throughput = lum_rgb_mul(path.throughput, bs.weight);
     if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin)
         path.eta2 *= b->eta * b->eta;
-    if (lum_rgb_black(path.throughput) || !roulette(&path, depth))
+    if (lum_rgb_black(path.throughput) || !roulette(&path, v->depth))
         return;
-    path.p = p;
+    path.p = v->p;
     path.pdf_sa = bs.pdf_sa;
     path.every_light = false;
     w->counters->rays[bounce_kind(bs.lobe)]++;
@@ -194,6 +278,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 {
     if (!(path->pdf_sa > 0.0f))
         return 1.0f;
+    if (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])))
+        return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
     float pdf = lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
     if (!path->every_light)
@@ -244,16 +330,18 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
             add(w, &path, b.emission, 1.0f);
     }
     if (depth < w->max_depth)
-        scatter(w, path, &b, s.p, wo, depth);
+        scatter(w, path, &(struct vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
 }
 
 void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, struct lum_counters *counters,
-                    uint32_t max_depth, bool media)
+                    uint32_t max_depth, uint32_t effects_off)
 {
     w->snapshot = snapshot;
     w->counters = counters;
     w->max_depth = max_depth;
-    w->media = media && snapshot->n_media > 0;
+    w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
+    w->lights_off = effects_off & LIGHT_EFFECTS;
+    w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
     memset(w->radiance, 0, sizeof w->radiance);
 }
@@ -270,7 +358,7 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo)
 {
     struct lum_path path = {.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
-    scatter(w, path, bsdf, p, wo, 0);
+    scatter(w, path, &(struct vertex){.b = bsdf, .p = p, .wo = wo});
 }
 
 void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
@@ -350,7 +438,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
     if (sample >= pass->target_spp)
         return;
     struct lum_wave w;
-    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, pass->on[LUM_EFFECT_MEDIA]);
+    lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     add_eye_paths(&w, pass, &r, sample);
     lum_wave_run(&w, 0);
     for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)

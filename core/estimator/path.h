@@ -22,6 +22,9 @@ struct lum_wave {
     struct lum_counters *counters;
     uint32_t max_depth;
     bool media; /* there are some, and they are wanted */
+    /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light that light nothing (the eye and mirrors still see what
+     * shines), and lobes that no path goes on by. 0: nothing is asked of any vertex. */
+    uint32_t lights_off, lobes_off;
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_path path[LUM_RAY_BATCH];
@@ -32,9 +35,9 @@ struct lum_wave {
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
 };
 
-/* No path, no radiance. media: the segments cross the media of the snapshot, if it has any. */
+/* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */
 void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, struct lum_counters *counters,
-                    uint32_t max_depth, bool media);
+                    uint32_t max_depth, uint32_t effects_off);
 
 /* Starts path number slot with a ray from the eye. */
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o, struct lum_vec3 d);

@@ -100,6 +100,15 @@ struct lum_pass {
     uint32_t block;              /* pixels a side that share one sample: 1, or more in a rough pass, which leaves tile_spp 0 */
 };
 
+/* Bits LUM_EFFECT_BIT of what the pass leaves out. */
+static inline uint32_t lum_pass_effects_off(const struct lum_pass *pass)
+{
+    uint32_t off = 0;
+    for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++)
+        off |= pass->on[e] ? 0 : LUM_EFFECT_BIT(e);
+    return off;
+}
+
 /* The arrays behind struct lum_aovs; made on demand. */
 struct lum_aov_buffers {
     struct lum_rgb *albedo;

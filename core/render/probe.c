@@ -31,7 +31,7 @@ static void probe_job(void *ctx, uint32_t job, uint32_t worker)
                              .alpha = 1.0f,
                              .eta = 1.0f};
     struct lum_wave w;
-    lum_wave_begin(&w, run->snapshot, c, PROBE_DEPTH, true);
+    lum_wave_begin(&w, run->snapshot, c, PROBE_DEPTH, 0);
     uint32_t first = job * LUM_RAY_BATCH;
     uint32_t n = run->n_samples - first < LUM_RAY_BATCH ? run->n_samples - first : LUM_RAY_BATCH;
     for (uint32_t i = 0; i < n; i++)
