@@ -27,6 +27,27 @@ bool lum_material_is_specular(const struct lum_material *m)
     return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
 }
 
+bool lum_ior_is_matched(float ior)
+{
+    return ior - 1.0f < MATCHED_IOR;
+}
+
+uint32_t lum_material_scatter(const struct lum_material *m)
+{
+    if (m->unlit)
+        return 0;
+    bool metal = m->metallic > 0.0f, dielectric = m->metallic < 1.0f, matched = lum_ior_is_matched(m->ior);
+    bool glass = dielectric && m->transmission > 0.0f, black = lum_rgb_black(m->base_color);
+    bool coat = dielectric && m->specular > 0.0f && !matched;
+    bool total = glass && !m->thin && !matched; /* reflection from inside, whatever specular is */
+    uint32_t bits = dielectric && m->transmission < 1.0f && !black ? LUM_SCATTER_DIFFUSE : 0;
+    if (metal || coat || total) {
+        bool mirror = m->roughness * m->roughness < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
+        bits |= mirror ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
+    }
+    return glass && !black ? bits | LUM_SCATTER_THROUGH : bits;
+}
+
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance)
 {
     if (m->thin || !(m->transmission > 0.0f) || lum_rgb_black(m->sigma_a))
@@ -109,7 +130,7 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
         b->alpha = m->metallic_roughness_tex.image ? LUM_ALPHA_MIN : 0.0f;
 
     float ior = lum_max(m->ior, 1.0f), r = (ior - 1.0f) / (ior + 1.0f);
-    bool matched = ior - 1.0f < MATCHED_IOR;
+    bool matched = lum_ior_is_matched(ior);
     float specular = matched ? 0.0f : clamp01(m->specular); /* matched: there is no interface, at grazing neither */
     b->thin = m->thin;
     b->eta = matched ? 1.0f : s->backface && !m->thin ? ior : 1.0f / ior;

@@ -59,6 +59,18 @@ struct lum_material {
  * texture sets the roughness it is never below LUM_ALPHA_MIN, so that this depends on the material alone. */
 bool lum_material_is_specular(const struct lum_material *m);
 
+/* Ways of scattering that some point of the material may have, whatever its textures say; 0: it reflects nothing. */
+enum {
+    LUM_SCATTER_DIFFUSE = 1, /* evenly */
+    LUM_SCATTER_MIRROR = 2,
+    LUM_SCATTER_GLOSS = 4,
+    LUM_SCATTER_THROUGH = 8, /* lets light pass */
+};
+uint32_t lum_material_scatter(const struct lum_material *m);
+
+/* An index of refraction that is 1 but for rounding: no interface, nothing is reflected or bent there. */
+bool lum_ior_is_matched(float ior);
+
 /* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no inside. */
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);
 

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "core/method/facing.h"
 #include "core/render/view.h"
 
 static void demand(struct lum_demand *d, enum lum_effect effect, const char *id, const char *why)
@@ -29,23 +30,98 @@ static void demand_of_light(const struct lum_light *l, struct lum_demand *d)
         demand(d, LUM_EFFECT_SOFT_SHADOW, l->id, "shines from an area");
 }
 
-static void demand_of_material(const struct lum_material *m, const char *object, struct lum_demand *d)
+static void demand_of_lights(const struct lum_snapshot *s, struct lum_demand *d)
 {
-    if (m->unlit)
-        return;
-    bool metal = m->metallic > 0.0f, coat = m->metallic < 1.0f && m->specular > 0.0f && m->ior > 1.0f;
-    bool glass = m->transmission > 0.0f && m->metallic < 1.0f, base = m->metallic < 1.0f && m->transmission < 1.0f;
-    if (base && !lum_rgb_black(m->base_color))
-        demand(d, LUM_EFFECT_INDIRECT_DIFFUSE, object, "reflects light diffusely");
-    bool total = glass && !m->thin && m->ior > 1.0f; /* from inside, whatever specular is */
-    if (metal || coat || total) {
-        if (lum_material_is_specular(m) && m->roughness * m->roughness < LUM_ALPHA_MIN)
-            demand(d, LUM_EFFECT_REFLECTION, object, "is a mirror");
-        else
-            demand(d, LUM_EFFECT_GLOSSY, object, "reflects with a gloss");
-    }
-    if (glass)
+    for (uint32_t a = 0; a < s->lights.n_active; a++)
+        demand_of_light(&s->lights.lights[s->lights.active[a]], d);
+    refuse(d, LUM_EFFECT_DIRECT, "no point, spot or directional light is on");
+    refuse(d, LUM_EFFECT_SOFT_SHADOW, "no light with an area is on");
+    refuse(d, LUM_EFFECT_ENVIRONMENT, "no environment light is on");
+}
+
+/* ---- what surfaces do with the light of others ---- */
+
+/* What there is to see from a surface. */
+struct sights {
+    bool lit;     /* some light is on */
+    bool shining; /* something that shines has a body, or is all around: it shows in glossy surfaces, not only in
+                     mirrors */
+    bool unlit;   /* a surface that shines without being a light: it shows in mirrors only */
+    enum lum_facing facing;
+};
+
+static struct sights look_around(const struct lum_snapshot *s)
+{
+    struct sights sights = {.lit = s->lights.n_active > 0, .facing = lum_surfaces_facing(s)};
+    for (uint32_t a = 0; a < s->lights.n_active; a++)
+        sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
+    for (uint32_t i = 0; i < s->n_instances; i++)
+        sights.unlit = sights.unlit || s->materials[s->instances[i].material].unlit;
+    return sights;
+}
+
+static void demand_of_object(const struct lum_material *m, const char *object, const struct sights *see,
+                             struct lum_demand *d)
+{
+    uint32_t scatter = lum_material_scatter(m);
+    bool others = see->lit && see->facing == LUM_FACING_EACH_OTHER, lights = see->lit && see->shining;
+    if (scatter & LUM_SCATTER_DIFFUSE && others)
+        demand(d, LUM_EFFECT_INDIRECT_DIFFUSE, object, "passes its light on to other surfaces");
+    if (scatter & LUM_SCATTER_GLOSS && (others || lights))
+        demand(d, LUM_EFFECT_GLOSSY, object, "reflects with a gloss");
+    if (scatter & LUM_SCATTER_MIRROR && (others || lights || see->unlit))
+        demand(d, LUM_EFFECT_REFLECTION, object, "is a mirror");
+    if (scatter & LUM_SCATTER_THROUGH && (others || lights || see->unlit))
         demand(d, LUM_EFFECT_TRANSMISSION, object, "lets light through");
+}
+
+static void refuse_scattering(const struct sights *see, uint32_t scatter, struct lum_demand *d)
+{
+    static const struct {
+        enum lum_effect effect;
+        uint32_t scatter;
+        const char *why;
+    } rows[] = {
+        {LUM_EFFECT_INDIRECT_DIFFUSE, LUM_SCATTER_DIFFUSE, "no object is matte and not black"},
+        {LUM_EFFECT_REFLECTION, LUM_SCATTER_MIRROR, "no object is a mirror"},
+        {LUM_EFFECT_TRANSMISSION, LUM_SCATTER_THROUGH, "no object lets light through"},
+        {LUM_EFFECT_GLOSSY, LUM_SCATTER_GLOSS, "no object reflects with a gloss"},
+    };
+    static const char *const alone[] = {
+        [LUM_FACING_NOTHING] = "no object reflects",
+        [LUM_FACING_FLAT] = "no surface faces another: all lie in one plane",
+        [LUM_FACING_CONVEX] = "no surface faces another: one convex solid, lit from outside",
+        [LUM_FACING_EACH_OTHER] = "nothing shines that it could show",
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++)
+        refuse(d, rows[i].effect,
+               !(scatter & rows[i].scatter) ? rows[i].why
+               : see->lit                   ? alone[see->facing]
+                                            : "no light is on");
+}
+
+static void demand_of_objects(const struct lum_snapshot *s, struct lum_demand *d)
+{
+    struct sights see = look_around(s);
+    uint32_t scatter = 0;
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        const struct lum_material *m = &s->materials[s->instances[i].material];
+        scatter |= lum_material_scatter(m);
+        demand_of_object(m, s->instances[i].id, &see, d);
+    }
+    refuse_scattering(&see, scatter, d);
+}
+
+/* Black stays black in fog: without any light there is nothing to dim or to scatter. */
+static void demand_of_media(const struct lum_snapshot *s, struct lum_demand *d)
+{
+    bool anything = s->lights.n_active > 0;
+    for (uint32_t i = 0; i < s->n_instances && !anything; i++)
+        anything = s->materials[s->instances[i].material].unlit;
+    for (uint32_t i = 0; i < s->n_media && anything; i++)
+        demand(d, LUM_EFFECT_MEDIA, s->media[i].id,
+               lum_rgb_black(s->media[i].sigma_s) ? "absorbs light" : "scatters light");
+    refuse(d, LUM_EFFECT_MEDIA, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
 }
 
 void lum_demand_choose(struct lum_demand *d, const struct lum_view_settings *settings)
@@ -65,21 +141,8 @@ void lum_demand_choose(struct lum_demand *d, const struct lum_view_settings *set
 void lum_demand_derive(const struct lum_snapshot *s, struct lum_demand *ret_demand)
 {
     struct lum_demand d = {0};
-    for (uint32_t a = 0; a < s->lights.n_active; a++)
-        demand_of_light(&s->lights.lights[s->lights.active[a]], &d);
-    refuse(&d, LUM_EFFECT_DIRECT, "no point, spot or directional light is on");
-    refuse(&d, LUM_EFFECT_SOFT_SHADOW, "no light with an area is on");
-    refuse(&d, LUM_EFFECT_ENVIRONMENT, "no environment light is on");
-    const char *nothing = "no object reflects in this way";
-    if (s->lights.n_active == 0)
-        nothing = "no light is on";
-    for (uint32_t i = 0; s->lights.n_active > 0 && i < s->n_instances; i++)
-        demand_of_material(&s->materials[s->instances[i].material], s->instances[i].id, &d);
-    for (int e = LUM_EFFECT_INDIRECT_DIFFUSE; e <= LUM_EFFECT_GLOSSY; e++)
-        refuse(&d, (enum lum_effect)e, nothing);
-    for (uint32_t i = 0; i < s->n_media; i++)
-        demand(&d, LUM_EFFECT_MEDIA, s->media[i].id,
-               lum_rgb_black(s->media[i].sigma_s) ? "absorbs light" : "scatters light");
-    refuse(&d, LUM_EFFECT_MEDIA, "no medium scatters or absorbs light");
+    demand_of_lights(s, &d);
+    demand_of_objects(s, &d);
+    demand_of_media(s, &d);
     *ret_demand = d;
 }

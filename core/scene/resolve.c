@@ -134,6 +134,20 @@ static bool resolve_instance(struct lum_instance *out, const struct lum_object_e
     return true;
 }
 
+/* Clear glass that bends nothing, tints nothing and shines by nothing is not there: light passes it as it passes air,
+ * so rays need not stop at it (algorithms D19). */
+static bool is_air(const struct lum_object_entry *o)
+{
+    const struct lum_material_desc *m = &o->material->desc;
+    bool white = m->base_color.r == 1.0f && m->base_color.g == 1.0f && m->base_color.b == 1.0f &&
+                 !o->material->images[LUM_SLOT_BASE_COLOR] && !o->mesh->mesh->colors;
+    const struct lum_rgb *left = &m->attenuation_color;
+    bool clear =
+        m->thin || !isfinite(m->attenuation_distance_m) || (left->r == 1.0f && left->g == 1.0f && left->b == 1.0f);
+    return m->transmission == 1.0f && m->metallic == 0.0f && lum_ior_is_matched(m->ior) && white && clear &&
+           !m->unlit && (m->emission_cd_m2 == 0.0 || lum_rgb_black(m->emission));
+}
+
 enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struct lum_normalisation *norm,
                                       struct lum_instance_part **ret_part, struct lum_error *err)
 {
@@ -149,7 +163,7 @@ enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struc
     part->items = items;
     for (uint32_t i = 0; i < table->n; i++) {
         const struct lum_object_entry *o = (const struct lum_object_entry *)table->rows[i];
-        if (!o->visible || o->mesh->mesh->n_triangles == 0)
+        if (!o->visible || o->mesh->mesh->n_triangles == 0 || is_air(o))
             continue;
         if (resolve_instance(&items[part->n], o, scene, norm))
             part->n++;
