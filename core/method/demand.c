@@ -46,7 +46,7 @@ struct sights {
     bool lit;     /* some light is on */
     bool shining; /* something that shines has a body, or is all around: it shows in glossy surfaces, not only in
                      mirrors */
-    bool unlit;   /* a surface that shines without being a light: it shows in mirrors only */
+    bool glowing; /* something shows in mirrors and through glass only: unlit surfaces, fog that is lit */
     enum lum_facing facing;
 };
 
@@ -55,8 +55,10 @@ static struct sights look_around(const struct lum_snapshot *s)
     struct sights sights = {.lit = s->lights.n_active > 0, .facing = lum_surfaces_facing(s)};
     for (uint32_t a = 0; a < s->lights.n_active; a++)
         sights.shining = sights.shining || !s->lights.lights[s->lights.active[a]].delta;
+    for (uint32_t i = 0; i < s->n_media && sights.lit; i++)
+        sights.glowing = sights.glowing || !lum_rgb_black(s->media[i].sigma_s);
     for (uint32_t i = 0; i < s->n_instances; i++)
-        sights.unlit = sights.unlit || s->materials[s->instances[i].material].unlit;
+        sights.glowing = sights.glowing || s->materials[s->instances[i].material].unlit;
     return sights;
 }
 
@@ -69,9 +71,9 @@ static void demand_of_object(const struct lum_material *m, const char *object, c
         demand(d, LUM_EFFECT_INDIRECT_DIFFUSE, object, "passes its light on to other surfaces");
     if (scatter & LUM_SCATTER_GLOSS && (others || lights))
         demand(d, LUM_EFFECT_GLOSSY, object, "reflects with a gloss");
-    if (scatter & LUM_SCATTER_MIRROR && (others || lights || see->unlit))
+    if (scatter & LUM_SCATTER_MIRROR && (others || lights || see->glowing))
         demand(d, LUM_EFFECT_REFLECTION, object, "is a mirror");
-    if (scatter & LUM_SCATTER_THROUGH && (others || lights || see->unlit))
+    if (scatter & LUM_SCATTER_THROUGH && (others || lights || see->glowing))
         demand(d, LUM_EFFECT_TRANSMISSION, object, "lets light through");
 }
 
