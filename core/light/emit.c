@@ -72,10 +72,9 @@ struct box {
     float centre[3], half[3], face[3]; /* face: area of the two faces across each axis */
 };
 
-static struct box scene_box(const struct lum_snapshot *s)
+static struct box box_around(struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
-    float lo[3] = {s->bounds_lo.x, s->bounds_lo.y, s->bounds_lo.z};
-    float hi[3] = {s->bounds_hi.x, s->bounds_hi.y, s->bounds_hi.z};
+    float lo[3] = {bounds_lo.x, bounds_lo.y, bounds_lo.z}, hi[3] = {bounds_hi.x, bounds_hi.y, bounds_hi.z};
     struct box b;
     for (int k = 0; k < 3; k++) {
         b.centre[k] = lo[k] <= hi[k] ? 0.5f * (lo[k] + hi[k]) : 0.0f;
@@ -118,7 +117,7 @@ static void seen_faces(const struct box *b, const float d[3], float ret_area[3])
 static bool shoot_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
                            struct lum_vec2 u, struct lum_light_shot *ret)
 {
-    struct box b = scene_box(s);
+    struct box b = box_around(s->bounds_lo, s->bounds_hi);
     float to[3] = {d.x, d.y, d.z}, area[3];
     seen_faces(&b, to, area);
     int axis = pick_axis(area, &u.x);
@@ -138,7 +137,7 @@ static bool shoot_environment(const struct lum_snapshot *s, const struct lum_lig
         return shoot_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->env_frame, d)), irradiance, u_position, ret);
     }
     /* the lines through a convex body are even where they start evenly on its surface, by the cosine */
-    struct box b = scene_box(s);
+    struct box b = box_around(s->bounds_lo, s->bounds_hi);
     int axis = pick_axis(b.face, &u_position.x);
     float side = u_position.y < 0.5f ? -1.0f : 1.0f;
     u_position.y = lum_min(side < 0.0f ? 2.0f * u_position.y : 2.0f * u_position.y - 1.0f, ONE_MINUS);
@@ -180,10 +179,9 @@ bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u
     return false;
 }
 
-double lum_light_flux_unit(const struct lum_snapshot *s, uint32_t i)
+double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
-    const struct lum_light *l = &s->lights.lights[i];
-    struct box b = scene_box(s);
+    struct box b = box_around(bounds_lo, bounds_hi);
     float d[3] = {l->n.x, l->n.y, l->n.z}, area[3];
     switch (l->kind) {
     case LUM_EMIT_POINT:

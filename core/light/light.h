@@ -48,7 +48,7 @@ struct lum_light_table {
     const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
     uint32_t n_active;
     uint32_t environment; /* index, or LUM_NO_OBJECT */
-    float scene_radius;   /* of the bounding sphere: where directional and environment light is shot from */
+    float scene_radius;   /* of the sphere around the bounds */
 };
 
 /* Picks an emitting light; u is remapped to a fresh number. LUM_NO_OBJECT when none emits. */
@@ -98,8 +98,9 @@ struct lum_light_shot {
  * that it sees, a constant environment is a box that shines inwards. False: nothing leaves there. Thread: any. */
 bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
                      struct lum_light_shot *ret_shot);
-/* Flux of light i per unit of power: the mean of flux_unit, textures taken as white and images by their mean luminance. */
-double lum_light_flux_unit(const struct lum_snapshot *s, uint32_t i);
+/* Flux of a light per unit of power: the mean of flux_unit, textures taken as white and images by their mean luminance.
+ * bounds: of all geometry; lo > hi when there is none. */
+double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
 
 /* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs and spheres). Mesh emitters
  * have a material, whose BSDF gives their emission with its texture. */

@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-#include "core/light/environment.h"
 
 struct light_build {
     const struct lum_light_input *in;
@@ -231,30 +230,6 @@ static float bounding_radius(const struct lum_bounds *b)
 
 /* ---- the pick table ---- */
 
-/* Luminous flux of a light in scene units; only its ratio to the others matters. */
-static double light_flux(const struct lum_light *l, double scene_radius)
-{
-    const double pi = 3.14159265358979323846;
-    double y = (double)lum_luminance(l->power);
-    switch (l->kind) {
-    case LUM_EMIT_POINT:
-        return 4.0 * pi * y;
-    case LUM_EMIT_SPOT:
-        return 2.0 * pi * (2.0 * (double)l->omc_inner + (double)l->omc_outer) / 3.0 * y;
-    case LUM_EMIT_DIRECTIONAL:
-        return pi * scene_radius * scene_radius * y;
-    case LUM_EMIT_QUAD:
-    case LUM_EMIT_DISC:
-    case LUM_EMIT_SPHERE:
-        return pi * (double)l->area * y;
-    case LUM_EMIT_MESH: /* both sides */
-        return 2.0 * pi * (double)l->area * y;
-    case LUM_EMIT_ENVIRONMENT:
-        return pi * 4.0 * pi * scene_radius * scene_radius * y * (l->env ? lum_env_map_mean_luminance(l->env) : 1.0);
-    }
-    return 0.0;
-}
-
 /* Only one environment shines: the first by id that is on. */
 static uint32_t find_environment(const struct lum_light_part *part)
 {
@@ -264,19 +239,20 @@ static uint32_t find_environment(const struct lum_light_part *part)
     return LUM_NO_OBJECT;
 }
 
-static double light_weight(const struct lum_light_part *part, uint32_t i, double scene_radius)
+/* Luminous flux of a light in scene units; only its ratio to the others matters. */
+static double light_weight(const struct lum_light_part *part, uint32_t i)
 {
     const struct lum_light *l = &part->items[i];
     if (!l->on || (l->kind == LUM_EMIT_ENVIRONMENT && i != part->table.environment))
         return 0.0;
-    double flux = light_flux(l, scene_radius);
+    double flux = (double)lum_luminance(l->power) * lum_light_flux_unit(l, part->bounds.lo, part->bounds.hi);
     return flux > 0.0 && isfinite(flux) ? flux : 0.0;
 }
 
 /* Half of the picks go by flux, half to all lights alike: a sun that is blocked everywhere must not starve a desk lamp,
  * and the dimmest light keeps a probability far above the CDF's rounding. pick_pdf is the exact difference of
  * neighbouring CDF values, so that what is picked and what is divided by agree. */
-static void fill_table(struct lum_light_part *part, float scene_radius)
+static void fill_table(struct lum_light_part *part)
 {
     part->table = (struct lum_light_table){
         .lights = part->items,
@@ -285,18 +261,18 @@ static void fill_table(struct lum_light_part *part, float scene_radius)
         .active_cdf = part->active_cdf,
         .pick_pdf = part->pick_pdf,
         .environment = find_environment(part),
-        .scene_radius = scene_radius,
+        .scene_radius = bounding_radius(&part->bounds),
     };
     double total = 0.0, sum = 0.0, n_emitting = 0.0;
     for (uint32_t i = 0; i < part->n; i++) {
-        double weight = light_weight(part, i, (double)scene_radius);
+        double weight = light_weight(part, i);
         total += weight;
         n_emitting += weight > 0.0 ? 1.0 : 0.0;
     }
     float before = 0.0f;
     uint32_t n_active = 0;
     for (uint32_t i = 0; i < part->n; i++) {
-        double weight = light_weight(part, i, (double)scene_radius);
+        double weight = light_weight(part, i);
         if (!(weight > 0.0))
             continue;
         sum += 0.5 * weight / total + 0.5 / n_emitting;
@@ -427,7 +403,7 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
     for (uint32_t i = 0; i < b.part->n_shapes; i++)
         grow_by_shape(&bounds, &b.part->shapes[i]);
     b.part->bounds = bounds;
-    fill_table(b.part, bounding_radius(&bounds));
+    fill_table(b.part);
     *ret_part = b.part;
     return LUM_OK;
 }

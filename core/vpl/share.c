@@ -40,20 +40,25 @@ static const struct lum_vpl_share *find_share(const struct lum_vpl_set *former, 
     return NULL;
 }
 
+static double flux_of(const struct lum_vpl_set *set, uint32_t i, const struct lum_snapshot *s)
+{
+    return set->shares[i].luminance * lum_light_flux_unit(&s->lights.lights[i], s->bounds_lo, s->bounds_hi);
+}
+
 /* Half of the paths go by flux, half to all lights alike, as in the pick table of lights (scene/lights.c): a sun that
  * is blocked everywhere must not starve a desk lamp. */
 static void divide(struct lum_vpl_set *set, const struct lum_snapshot *s)
 {
     double total = 0.0, n_shining = 0.0, sum = 0.0;
     for (uint32_t i = 0; i < set->n_shares; i++) {
-        double weight = set->shares[i].luminance * lum_light_flux_unit(s, i);
+        double weight = flux_of(set, i, s);
         total += weight;
         n_shining += weight > 0.0 ? 1.0 : 0.0;
     }
     struct lum_vpl_share *last = NULL;
     for (uint32_t i = 0; i < set->n_shares; i++) {
         struct lum_vpl_share *share = &set->shares[i];
-        double weight = share->luminance * lum_light_flux_unit(s, i);
+        double weight = flux_of(set, i, s);
         share->below = sum;
         if (weight > 0.0) {
             sum += 0.5 * weight / total + 0.5 / n_shining;
@@ -192,16 +197,16 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 enum { NEIGHBOURS = 4, QUERIES = 256 };
 
 /* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, or limit2. */
-static double reach2(const struct lum_vpl_set *set, uint32_t i, double limit2)
+static float reach2(const struct lum_vpl_set *set, uint32_t i, float limit2)
 {
-    double nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
+    float nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
     for (uint32_t k = 0; k < set->n; k++) {
-        if (k == i || set->light[k] == LUM_NO_OBJECT)
+        float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
+        float d2 = x * x + y * y + z * z;
+        if (!(d2 < nearest[NEIGHBOURS - 1]) || k == i)
             continue;
         float facing = set->nx[i] * set->nx[k] + set->ny[i] * set->ny[k] + set->nz[i] * set->nz[k];
-        float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
-        double d2 = (double)(x * x + y * y + z * z);
-        if (!(facing > 0.5f) || !(d2 < nearest[NEIGHBOURS - 1])) /* 60 degrees: round a bend, not round a corner */
+        if (!(facing > 0.5f)) /* 60 degrees: round a bend, not round a corner. Empty slots have no normal */
             continue;
         int at = NEIGHBOURS - 1;
         for (; at > 0 && nearest[at - 1] > d2; at--)
@@ -215,11 +220,11 @@ static double reach2(const struct lum_vpl_set *set, uint32_t i, double limit2)
  * area that a VPL stands for is pi d^2 / k. Queries are spread over the set, which makes the cost linear in n. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 {
-    double sum = 0.0, limit2 = (double)limit * (double)limit, n = 0.0;
+    double sum = 0.0, n = 0.0;
     uint32_t step = (set->n + QUERIES - 1) / QUERIES;
     for (uint32_t i = 0; i < set->n; i += step)
         if (set->light[i] != LUM_NO_OBJECT) {
-            sum += reach2(set, i, limit2) / NEIGHBOURS;
+            sum += (double)reach2(set, i, limit * limit) / NEIGHBOURS;
             n += 1.0;
         }
     return n > 0.0 ? (float)sqrt(sum / n) : 0.0f;

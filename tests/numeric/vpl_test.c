@@ -312,6 +312,7 @@ static void sphere_is_lit_evenly(void **state)
                                  .n_vertices = shape.n_vertices,
                                  .n_triangles = shape.n_triangles};
     RIG_OK(lum_scene_put_mesh(r.scene, "ball", &desc, &err));
+    lum_shape_finish(&shape);
     diffuse_object(&r, "ball", "white", 0.5f, rig_v(0, 0, 0));
     struct lum_light_desc l = rig_point(rig_v(0.2, 0.1, -0.3), 100);
     rig_light(&r, "bulb", &l);
