@@ -46,7 +46,7 @@ def room(s):
     width, n = 0.14, 30
     for k in range(n):
         lo = -x + k * width
-        s.block(f"plank-{k:02d}", (lo + 0.001, -0.02, z0), (min(lo + width - 0.001, x), 0, z1), "plank-" + "abc"[random.whole(3)])
+        s.block(f"plank-{k:02d}", (lo, -0.02, z0), (min(lo + width, x), 0, z1), "plank-" + "abc"[random.whole(3)])
     s.block("ceiling", (-x - t, y, z0 - t), (x + t, y + t, z1 + t), "ceiling-paint")
     s.block("wall-back", (-x - t, -0.2, z0 - t), (x + t, y, z0), "wall-paint")
     s.block("wall-front", (-x - t, -0.2, z1), (x + t, y, z1 + t), "wall-paint")

@@ -59,7 +59,8 @@ def desk_with_things(s, name, x, z, lamp_cd, lamp_on=True):
           inner_cone_deg=32, outer_cone_deg=58, intensity_cd=lamp_cd, cct_k=2700, group="desk-lamps", on=lamp_on)
 
 
-def office_room(s):
+def office_room(s, slats=31, slat_width=0.05, tilt=28):
+    """slats: of the blinds, over the height of the window; tilt: degrees, upwards into the room."""
     s.material("wall-paint", [0.76, 0.75, 0.71])
     s.material("carpet", [0.23, 0.25, 0.29])
     s.material("ceiling-tile", [0.82, 0.82, 0.80])
@@ -90,8 +91,8 @@ def office_room(s):
     for z, name in ((-2.15, "back"), (2.15, "front")):
         s.box(f"window-pier-{name}", [t, 1.6, 0.7], "wall-paint", (-w / 2 - t / 2, 1.7, z))
     s.box("window-mullion", [0.05, 1.6, 0.05], "steel", (-w / 2 - t / 2, 1.7, 0))
-    for k in range(31):
-        s.box(f"blind-{k:02d}", [0.05, 0.003, 3.7], "slat", (-w / 2 + 0.06, 0.915 + 0.0535 * k, 0), (0, 0, 28))
+    for k in range(slats):
+        s.box(f"blind-{k:02d}", [slat_width, 0.003, 3.7], "slat", (-w / 2 + 0.06, 0.915 + 0.0535 * 30 / (slats - 1) * k, 0), (0, 0, tilt))
 
     desk_with_things(s, "desk-a", -1.35, -1.15, 420)
     desk_with_things(s, "desk-b", 1.15, -1.15, 380)
@@ -115,7 +116,7 @@ def office_room(s):
     # a plant in the corner: leaves on a spiral
     s.mesh("pot-mesh", "cylinder", [0.36, 0.34, 0.36], segments=[48, 1])
     s.object("plant-pot", "pot-mesh", "pot", (-2.55, 0.17, -2.1))
-    s.mesh("leaf-mesh", "sphere", [0.30, 0.015, 0.10], segments=[20, 8])
+    s.mesh("leaf-mesh", "sphere", [0.30, 0.015, 0.10], segments=[16, 6])
     for k in range(26):
         a = k * 137.508
         lift = 0.42 + 0.034 * k
@@ -152,12 +153,12 @@ def office():
 
 
 def office_media():
-    """The same room, its panels off, dusty air in it: the blinds cut the sun into sheets."""
+    """The same room without its panels, with wider slats and dusty air: the blinds cut the sun into sheets."""
     s = Scene(title="A dusty office: the blinds cut the sun into sheets")
-    office_room(s)
-    s.add("light", "sky", kind="environment", luminance_cd_m2=260, cct_k=9000, group="daylight")
-    s.add("light", "sun", kind="directional", direction=[0.83, -0.46, -0.24], illuminance_lx=9000, cct_k=3600, group="daylight")
-    s.add("medium", "dust", sigma_s=[0.05, 0.05, 0.05], sigma_a=[0.001, 0.001, 0.001], g=0.5,
+    office_room(s, 16, 0.09, 4)
+    s.add("light", "sky", kind="environment", luminance_cd_m2=300, cct_k=9000, group="daylight")
+    s.add("light", "sun", kind="directional", direction=[0.83, -0.50, -0.12], illuminance_lx=30000, cct_k=3600, group="daylight")
+    s.add("medium", "dust", sigma_s=[0.09, 0.09, 0.09], sigma_a=[0.001, 0.001, 0.001], g=0.5,
           box={"min": [-3, 0, -2.5], "max": [3, 2.8, 2.5]})
     office_cameras(s)
     return s

@@ -74,7 +74,7 @@ def inward(profile):
 def meshes(s):
     s.geometry("column", column)
     s.geometry("capital-leaves", lambda: leaves(0.50, 0.42, 12))
-    s.geometry("arcade-arch", lambda: arch_panel(BAY, STOREY, ARCADE, WALL, 20))
+    s.geometry("arcade-arch", lambda: arch_panel(BAY, STOREY - ARCADE[1], (ARCADE[0], 0, ARCADE[2]), WALL, 20))
     s.geometry("arcade-order", lambda: moulding(ARCADE[0] + 0.02, ARCADE[2] + 0.02, inward([(0, -0.22), (0.12, -0.22), (0.17, -0.15), (0.17, 0.15), (0.12, 0.22), (0, 0.22)]), 20))
     s.geometry("arcade-label", lambda: moulding(ARCADE[0] + 0.22, ARCADE[2] + 0.24, [(0, WALL / 2 - 0.02), (0.12, WALL / 2 - 0.02), (0.12, WALL / 2 + 0.06), (0.06, WALL / 2 + 0.09), (0, WALL / 2 + 0.05)], 20))
     s.geometry("nave-vault", lambda: groin_vault(BAY, 2 * NAVE, RISE, 20, 6))
@@ -103,7 +103,7 @@ def nave(s):
         x = bay_x(k)
         for side, sign in (("n", -1), ("s", 1)):
             f = Frame(s, f"bay-{side}{k}", (x, 0, sign * NAVE), 0 if sign < 0 else 180)
-            f.object("arcade", "arcade-arch", "limestone")
+            f.object("arcade", "arcade-arch", "limestone", (0, ARCADE[1], 0))
             f.object("order", "arcade-order", "limestone-pale", (0, ARCADE[1], 0))
             f.object("label", "arcade-label", "limestone-pale", (0, ARCADE[1], 0))
             f.box("string", [BAY, 0.16, WALL + 0.22], "limestone-pale", (0, STOREY + 0.08, 0))

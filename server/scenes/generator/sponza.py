@@ -56,8 +56,8 @@ def meshes(s):
     s.geometry("lower-column", lower_column)
     s.geometry("upper-column", upper_column)
     s.geometry("baluster", baluster)
-    s.geometry("lower-arch", lambda: arch_panel(BAY, UPPER - 0.35, LOWER_ARCH, 0.42, 14))
-    s.geometry("upper-arch", lambda: arch_panel(BAY, EAVES - UPPER, UPPER_ARCH, 0.36, 14))
+    s.geometry("lower-arch", lambda: arch_panel(BAY, UPPER - 0.35 - LOWER_ARCH[1], (LOWER_ARCH[0], 0, LOWER_ARCH[2]), 0.42, 14))
+    s.geometry("upper-arch", lambda: arch_panel(BAY, EAVES - UPPER - UPPER_ARCH[1], (UPPER_ARCH[0], 0, UPPER_ARCH[2]), 0.36, 14))
     s.geometry("lower-archivolt", lambda: moulding(LOWER_ARCH[0], LOWER_ARCH[2], [(a, 0.21 + b) for a, b in archivolt()], 14))
     s.geometry("upper-archivolt", lambda: moulding(UPPER_ARCH[0], UPPER_ARCH[2], [(a, 0.18 + b) for a, b in archivolt()], 14))
     s.geometry("gallery-vault", lambda: groin_vault(BAY, AISLE, 1.25, 10, 4))
@@ -84,12 +84,12 @@ def bays():
 def arcades(s):
     for name, x, z, turn in bays():
         low, high = Frame(s, f"arcade-{name}", (x, 0, z), turn), Frame(s, f"loggia-{name}", (x, UPPER, z), turn)
-        low.object("arch", "lower-arch", "plaster")
+        low.object("arch", "lower-arch", "plaster", (0, LOWER_ARCH[1], 0))
         low.object("archivolt", "lower-archivolt", "limestone", (0, LOWER_ARCH[1], 0))
         low.object("vault", "gallery-vault", "vault", (0, LOWER_ARCH[1] + 0.35, -AISLE / 2))
         low.box("cornice", [BAY, 0.10, 0.60], "limestone", (0, UPPER - 0.30, 0))
         low.box("cornice-top", [BAY, 0.12, 0.74], "limestone", (0, UPPER - 0.19, 0))
-        high.object("arch", "upper-arch", "plaster")
+        high.object("arch", "upper-arch", "plaster", (0, UPPER_ARCH[1], 0))
         high.object("archivolt", "upper-archivolt", "limestone", (0, UPPER_ARCH[1], 0))
         high.box("rail", [BAY - 0.4, 0.09, 0.26], "limestone", (0, 0.80, 0))
         high.box("plinth", [BAY - 0.4, 0.14, 0.26], "limestone", (0, 0.07, 0))
@@ -110,7 +110,7 @@ def pillars(s):
         g = Frame(s, f"colonnette-{k:02d}", (x, UPPER, z))
         g.box("foot", [0.42, 0.90, 0.42], "limestone", (0, 0.45, 0))
         g.object("shaft", "upper-column", "limestone", (0, 0.84, 0))
-        g.box("abacus", [0.50, 0.12, 0.50], "limestone", (0, 2.70, 0))
+        g.box("abacus", [0.58, 0.12, 0.50], "limestone", (0, 2.70, 0))
     for k, (x, z) in enumerate(((-HX, -HZ), (HX, -HZ), (-HX, HZ), (HX, HZ))):
         s.box(f"corner-{k}", [0.62, EAVES, 0.62], "limestone", (x, EAVES / 2, z))
         s.box(f"corner-{k}-foot", [0.82, 0.3, 0.82], "limestone-dark", (x, 0.15, z))
@@ -157,7 +157,7 @@ def paving(s):
         for k in range(nz):
             w, d = (2 * HX - 1.2) / nx, (2 * HZ - 1.2) / nz
             x, z = -HX + 0.6 + (i + 0.5) * w, -HZ + 0.6 + (k + 0.5) * d
-            s.box(f"slab-{i:02d}-{k}", [w - 0.012, 0.05, d - 0.012], "paving-" + "abc"[random.whole(3)], (x, -0.025, z))
+            s.box(f"slab-{i:02d}-{k}", [w, 0.05, d], "paving-" + "abc"[random.whole(3)], (x, -0.025, z))
     s.block("walk-north", (-OUT_X, -0.06, -OUT_Z), (OUT_X, 0, -HZ + 0.6), "paving-c")
     s.block("walk-south", (-OUT_X, -0.06, HZ - 0.6), (OUT_X, 0, OUT_Z), "paving-c")
     for side, x0, x1 in (("west", -OUT_X, -HX + 0.6), ("east", HX - 0.6, OUT_X)):
