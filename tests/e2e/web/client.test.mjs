@@ -273,10 +273,10 @@ test('white balance takes the colour out of the light, and costs no ray', async 
     const blue = async () => (await thumbnail(page)).reduce((sum, v, i) => sum + (i % 4 === 2 ? v : i % 4 === 0 ? -v : 0), 0);
     const warm = await blue();
     const plain = await thumbnail(page);
-    await page.getByLabel('White balance on').click();
+    await page.getByLabel('White balance off').click();
     await settled(tab);
     assert.ok((await blue()) > warm + 64 * 48 * 10, 'bluer by more than ten steps of 255');
-    await page.getByLabel('White balance on').click();
+    await page.getByLabel('White balance off').click();
     await settled(tab);
     assert.ok(difference(plain, await thumbnail(page)) < 3);
 });

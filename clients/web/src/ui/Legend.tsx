@@ -7,6 +7,7 @@ export function Legend() {
     const { overlay } = app.view.settings.value;
     if (overlay === 'none') return null;
     const server = app.meter.server.value;
+    const effect = server?.effects.find((e) => `guidance_${e.name}` === overlay);
     return (
         <aside class="legend" aria-label="Legend">
             <header>
@@ -20,11 +21,15 @@ export function Legend() {
                     <div class="legend-ramp" aria-hidden="true" />
                     <p>
                         <span>not refined</span>
-                        <span>once … as often as can be</span>
+                        <span>more often</span>
                     </p>
                 </>
             ) : (
-                <p>{server?.method} makes no such map here. Methods that sample adaptively do, like ais.</p>
+                <p>
+                    {effect && !effect.on
+                        ? 'Nothing to refine: the effect is off.'
+                        : `${server?.method ?? 'This method'} makes no such map. Methods that sample adaptively do, like ais.`}
+                </p>
             )}
         </aside>
     );

@@ -106,23 +106,17 @@ function WhiteBalance() {
         <div class="exposure">
             <div class="line">
                 <span class="field-label">White balance</span>
-                <output>
-                    {kelvin === null ? (
-                        <small>off</small>
-                    ) : (
-                        <>
-                            {number(kelvin)} <small>K</small>
-                        </>
-                    )}
+                <output class={kelvin === null ? 'is-idle' : ''}>
+                    {number(kelvin ?? DAYLIGHT_K)} <small>K</small>
                 </output>
                 <button
                     type="button"
-                    class="toggle"
-                    aria-label="White balance on"
-                    aria-pressed={kelvin !== null}
+                    class="toggle is-quiet"
+                    aria-label="White balance off"
+                    aria-pressed={kelvin === null}
                     onClick={() => set(kelvin === null ? LAMP_K : null)}
                 >
-                    On
+                    Off
                 </button>
             </div>
             <Slider
