@@ -10,11 +10,6 @@
 
 #include "core/vpl/vpl.h"
 
-/* The thesis bounds the geometry term of a virtual point light "as in [PH04]": by a constant, which it does not give.
- * Here it is that of the distance for which one light stands, so that it falls as their number grows and the sum
- * converges. */
-#define BOUND_SPACINGS 1.0f
-
 /* About 150 KiB: lives on a worker's stack. */
 struct indirect {
     struct lum_ais_packet packet;
@@ -57,7 +52,7 @@ static void gather(struct indirect *s, uint32_t n_slots)
         .set = s->pass->vpls,
         .slots = s->slots,
         .n_slots = n_slots,
-        .bound = {LUM_BOUND_CLAMP, BOUND_SPACINGS * s->pass->vpls->spacing},
+        .bound = {LUM_BOUND_CLAMP, LUM_AIS_BOUND_SPACINGS * s->pass->vpls->spacing},
         .media = s->pass->on[LUM_EFFECT_MEDIA],
         .points = &s->points,
         .irradiance = s->irradiance,
