@@ -173,7 +173,7 @@ static uint32_t guide_tile(const struct march *m, uint32_t tile_x, uint32_t tile
             uint32_t i = y * LUM_PACKET_SIDE + x;
             value[n++] = lum_guidance_media_value(m->missed[i], m->in_halo[i], n_points);
         }
-    return lum_guidance_media(value, n, n_points, max);
+    return lum_guidance_media(value, n, STEPS, max);
 }
 
 static void guide(struct march *m)

@@ -146,12 +146,21 @@ static struct lum_rgb smooth_at(const struct lum_components *c, enum lum_compone
     return smooth ? smooth[pixel] : lum_grey(0.0f);
 }
 
+static struct lum_rgb transmittance_to_eye(const struct lum_pass *pass, size_t pixel)
+{
+    float x = (float)(pixel % pass->tiling.w) + 0.5f, y = (float)(pixel / pass->tiling.w) + 0.5f;
+    struct lum_vec3 d = lum_eye_direction(&pass->eye, x, y);
+    return lum_media_transmittance(pass->snapshot, pass->eye.o, d, pass->surfaces->depth[pixel]);
+}
+
 struct lum_rgb lum_components_radiance(const struct lum_pass *pass, size_t pixel, struct lum_rgb layers)
 {
     const struct lum_components *c = pass->components;
     struct lum_rgb white =
         lum_rgb_add(smooth_at(c, LUM_COMPONENT_SHADOW, pixel), smooth_at(c, LUM_COMPONENT_INDIRECT, pixel));
     struct lum_rgb sum = lum_rgb_add(layers, lum_rgb_mul(pass->surfaces->albedo[pixel], white));
-    return lum_rgb_add(lum_rgb_add(sum, smooth_at(c, LUM_COMPONENT_GLOSS, pixel)),
-                       smooth_at(c, LUM_COMPONENT_MEDIA, pixel));
+    sum = lum_rgb_add(sum, smooth_at(c, LUM_COMPONENT_GLOSS, pixel));
+    if (pass->on[LUM_EFFECT_MEDIA])
+        sum = lum_rgb_mul(sum, transmittance_to_eye(pass, pixel));
+    return lum_rgb_add(sum, smooth_at(c, LUM_COMPONENT_MEDIA, pixel));
 }

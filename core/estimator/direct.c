@@ -32,6 +32,9 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
     struct lum_rgb f = lum_bsdf_eval(&v->bsdf[i], v->wo[i], ret_sample->wi, &pdf_unused);
     float pdf = (ret_sample->pdf_sa > 0.0f ? ret_sample->pdf_sa : 1.0f) * (float)n_samples;
     *ret_value = lum_rgb_mul(lum_rgb_mul(v->weight[i], f), lum_rgb_scale(ret_sample->radiance, 1.0f / pdf));
+    if (job->media && !lum_rgb_black(*ret_value))
+        *ret_value = lum_rgb_mul(*ret_value,
+                                 lum_media_transmittance(job->snapshot, v->p[i], ret_sample->wi, ret_sample->distance));
     return !lum_rgb_black(*ret_value);
 }
 

@@ -23,6 +23,7 @@ bool lum_bsdf_spreads(const struct lum_bsdf *b);
 struct lum_direct {
     const struct lum_snapshot *snapshot; /* with the light's power as it shall be */
     uint32_t light, salt;
+    bool media;                          /* dims light on its way */
     uint32_t n_samples;                  /* of an area light or the environment; delta lights take one */
     const struct lum_vertices *vertices;
     struct lum_seen *seen;               /* by slot: visibility to use and to extend; NULL: trace everything. With it, at

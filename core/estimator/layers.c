@@ -252,7 +252,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     if (gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry ||
         set->shadow_samples != l->shadow_samples || set->seed != l->seed)
         lower_all(l, pass, LUM_LAYER_EMPTY);
-    else if (now->material != was->material || set->max_depth != l->max_depth)
+    else if (now->material != was->material || now->medium != was->medium || set->max_depth != l->max_depth)
         lower_all(l, pass, LUM_LAYER_SEEN);
     if (now->light_shape != was->light_shape)
         match_lights(l, pass);
@@ -370,6 +370,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .snapshot = shared ? pass->snapshot : &l->unit,
             .light = light,
             .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
+            .media = pass->on[LUM_EFFECT_MEDIA],
             .n_samples = pass->settings->shadow_samples,
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,

@@ -136,7 +136,11 @@ static void visit(struct tree *t, uint32_t i, uint32_t number)
 {
     const struct lum_snapshot *unit = &t->pass->layers->unit;
     struct branch from = t->batch[i];
-    if (t->hits.object[i] == LUM_NO_OBJECT) {
+    bool missed = t->hits.object[i] == LUM_NO_OBJECT;
+    if (t->pass->on[LUM_EFFECT_MEDIA])
+        from.weight =
+            lum_rgb_mul(from.weight, lum_media_transmittance(unit, from.o, from.d, missed ? INFINITY : t->hits.t[i]));
+    if (missed) {
         if (unit->lights.environment != LUM_NO_OBJECT)
             add_emission(t, &from, unit->lights.environment, lum_lights_background(&unit->lights, from.d, false));
         return;

@@ -48,12 +48,12 @@ float lum_guidance_media_value(uint32_t missed, uint32_t in_halo, uint32_t n)
     return parts > 1 ? value / (float)parts : value;
 }
 
-uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n, uint32_t max)
+uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_steps, uint32_t max)
 {
-    if (n_pixels == 0 || n == 0)
+    if (n_pixels == 0 || n_steps == 0)
         return 0;
-    /* Values are multiples of 1 / 2n: the limit lies between one point and the next step above it. */
-    float same = 1.25f / (float)n;
+    /* With one light, values are multiples of half a step: the limit lies between one step and one and a half. */
+    float same = 1.25f / (float)n_steps;
     uint32_t different = 0;
     for (uint32_t i = 1; i < n_pixels; i++)
         different += fabsf(value[i] - value[i - 1]) > same;

@@ -53,8 +53,8 @@ uint32_t lum_guidance_shadow(uint32_t sampled, uint32_t missed, uint32_t max);
 float lum_guidance_media_value(uint32_t missed, uint32_t in_halo, uint32_t n);
 /* Lines 28 to 43: value by pixel in scan order. The comparison with the previous pixel begins anew in every tile, or the
  * result would depend on who renders what. Rays of neighbours march at offsets that differ by less than a step, and so
- * count one point more or less at every boundary: up to one point of n is no difference (A0.3). */
-uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n, uint32_t max);
+ * count one step more or less at every boundary: up to one of n_steps is no difference (A0.3). */
+uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_steps, uint32_t max);
 
 /* ---- filters ---- */
 
