@@ -43,7 +43,7 @@ static const uint32_t part_bits[AIS_PARTS] = {
 
 static const struct {
     uint32_t n_vpls, shadow_samples;
-} budgets[] = {{32, 1}, {64, 4}, {128, 4}, {256, 9}, {512, 9}, {1024, 16}, {4096, 16}};
+} budgets[] = {{32, 1}, {64, 4}, {128, 4}, {256, 9}, {512, 9}, {1024, 16}, {2048, 16}};
 
 /* One scene at work. */
 struct rig {
@@ -151,31 +151,41 @@ static void read_film(const struct lum_view *view, float *ret_values)
         }
 }
 
-/* Path tracing until it has the samples, or its time is up; an even number, so that the halves are equal. */
+static void read_reference(struct rig *r)
+{
+    size_t n = (size_t)r->settings.w * r->settings.h;
+    read_film(r->reference, r->truth);
+    r->mean = 0.0;
+    for (size_t i = 0; i < 3 * n; i += 3)
+        r->mean += (double)lum_luminance(lum_rgb(r->truth[i], r->truth[i + 1], r->truth[i + 2])) / (double)n;
+    r->out->reference_relmse = relmse_against(r, NULL);
+}
+
+/* Path tracing until its noise is a tenth of the least error that is to be told; looked at whenever the samples have
+ * doubled, so that their number is even and the halves are equal. */
+#define REFERENCE_RELMSE 5e-4
+
 static bool make_reference(struct rig *r)
 {
     struct lum_error err = {0};
     struct lum_view_settings s = r->settings;
     s.method = lum_method_find("path");
     s.seed = 1000003; /* independent of the pictures that are compared */
-    uint32_t max_spp = r->options->quick ? 16 : 4096;
-    int64_t end_ns = lum_clock_ns() + (r->options->quick ? 2 : 60) * 1000000000ll;
+    uint32_t least_spp = r->options->quick ? 16 : 64, most_spp = r->options->quick ? 16 : 1024;
     struct lum_pass_stats stats = {0};
     if (lum_view_create(r->world.pool, &r->reference, &err) != LUM_OK)
         return failed(&err);
-    do
+    bool done = false;
+    while (!done) {
         if (lum_view_pass(r->reference, r->world.snapshot, &s, NULL, &stats, &err) != LUM_OK)
             return failed(&err);
-    while (stats.spp % 2 != 0 || (stats.spp < max_spp && lum_clock_ns() < end_ns));
+        if (stats.spp < least_spp || (stats.spp & (stats.spp - 1)) != 0)
+            continue;
+        read_reference(r);
+        done = stats.spp >= most_spp || r->out->reference_relmse <= REFERENCE_RELMSE;
+    }
     r->demand = stats.demand;
     r->out->reference_spp = stats.spp;
-    read_film(r->reference, r->truth);
-    size_t n = (size_t)s.w * s.h;
-    r->mean = 0.0;
-    for (size_t i = 0; i < n; i++)
-        r->mean +=
-            (double)lum_luminance(lum_rgb(r->truth[3 * i], r->truth[3 * i + 1], r->truth[3 * i + 2])) / (double)n;
-    r->out->reference_relmse = relmse_against(r, NULL);
     return true;
 }
 
@@ -250,33 +260,46 @@ static bool measure_frames(struct rig *r)
 
 /* ---- error against cost ---- */
 
-static bool measure_budgets(struct rig *r, const struct lum_method *method, struct ais_curve *ret_curve)
+/* A frame at settings, and the median of its CPU time; dear ones are not repeated. */
+static bool measure_point(struct rig *r, struct lum_view *view, const struct lum_view_settings *s,
+                          struct ais_point *ret_point)
 {
     enum { FRAMES = 5 };
+    double cpu_ms[FRAMES], sum_ms = 0.0, enough_ms = r->options->quick ? 0.0 : 2000.0;
+    struct lum_pass_stats stats = {0};
+    size_t n = 0;
+    do {
+        if (!fresh_frame(r, view, s, &stats))
+            return false;
+        cpu_ms[n++] = stats.cpu_ms;
+        sum_ms += stats.cpu_ms;
+    } while (n < FRAMES && sum_ms < enough_ms);
+    *ret_point = (struct ais_point){
+        .n_vpls = s->n_vpls,
+        .shadow_samples = s->shadow_samples,
+        .cpu_ms = lum_bench_quantile(cpu_ms, n, 0.5),
+        .relmse = error_of(r, view).relmse,
+        .rays = sum_rays(stats.rays),
+    };
+    return true;
+}
+
+/* Ends where a frame takes seconds. */
+static bool measure_budgets(struct rig *r, const struct lum_method *method, struct ais_curve *ret_curve)
+{
     struct lum_view *view = NULL;
     struct lum_error err = {0};
     if (lum_view_create(r->world.pool, &view, &err) != LUM_OK)
         return failed(&err);
     struct lum_view_settings s = settings_of(r, method, AIS_FULL);
-    bool ok = true;
-    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1) {
-        double cpu_ms[FRAMES];
-        struct lum_pass_stats stats = {0};
+    bool ok = true, dear = false;
+    for (size_t i = 0; ok && !dear && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1) {
+        struct ais_point *p = &ret_curve->points[ret_curve->n];
         s.n_vpls = budgets[i].n_vpls;
         s.shadow_samples = budgets[i].shadow_samples;
-        size_t n = r->options->quick ? 1 : FRAMES;
-        for (size_t k = 0; ok && k < n; k++) {
-            ok = fresh_frame(r, view, &s, &stats);
-            cpu_ms[k] = stats.cpu_ms;
-        }
-        if (ok)
-            ret_curve->points[ret_curve->n++] = (struct ais_point){
-                .n_vpls = s.n_vpls,
-                .shadow_samples = s.shadow_samples,
-                .cpu_ms = lum_bench_quantile(cpu_ms, n, 0.5),
-                .relmse = error_of(r, view).relmse,
-                .rays = sum_rays(stats.rays),
-            };
+        ok = measure_point(r, view, &s, p);
+        ret_curve->n += ok;
+        dear = p->cpu_ms > 4000.0;
     }
     lum_view_destroy(view);
     return ok;
