@@ -302,11 +302,98 @@ static void a_glossy_object_changes_what_sees_it(void **state)
     }
 }
 
+/* ---- path tracing leaves out exactly what it is told to ---- */
+
+enum { N_SEEDS = 12 };
+
+/* Mean luminance of the picture and its standard error, from pictures of different seeds. */
+static double mean_of_seeds(struct rig *r, uint32_t off, double *ret_error)
+{
+    double sum = 0.0, squares = 0.0;
+    for (uint32_t seed = 0; seed < N_SEEDS; seed++) {
+        r->settings.seed = seed;
+        struct picture p = render(r, lum_method_find("path"), off, 16);
+        lum_free(p.pixels);
+        double mean = (double)lum_luminance(rig_mean(r));
+        sum += mean;
+        squares += mean * mean;
+    }
+    double mean = sum / N_SEEDS;
+    *ret_error = sqrt(fmax(squares / N_SEEDS - mean * mean, 0.0) / (N_SEEDS - 1));
+    return mean;
+}
+
+/* With one bounce there is no light but the lamp's own, and no lobe that paths do not go on by may change it: what its
+ * samples carried, light sampling carries. Five standard errors of the difference. */
+static void direct_light_does_not_depend_on_lobes(void **state)
+{
+    (void)state;
+    static const float roughness[] = {0.0f, 0.3f, 0.8f}, metallic[] = {0.0f, 0.5f, 1.0f};
+    const uint32_t diffuse = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE), gloss = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
+    const uint32_t offs[] = {diffuse, gloss, diffuse | gloss};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(roughness); k++) {
+        struct rig r;
+        rig_begin(&r, 2);
+        struct lum_material_desc m = rig_diffuse(0.6f);
+        m.specular = 1.0f;
+        m.roughness = roughness[k];
+        m.metallic = metallic[k];
+        rig_material(&r, "floor", &m);
+        rig_square(&r, "floor", 2.0);
+        rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
+        struct lum_light_desc panel = rig_quad(rig_v(0, 1.5, -0.5), rig_v(1, 0, 0), rig_v(0, 0, 1), 90.0);
+        rig_light(&r, "panel", &panel);
+        rig_camera(&r, rig_v(0.2, 1.1, 2.6), rig_v(0, 0.4, -0.2), 45);
+        r.settings.max_depth = 1;
+        rig_commit(&r);
+        double error, error_off, all = mean_of_seeds(&r, 0, &error);
+        for (size_t i = 0; i < LUM_ARRAY_LEN(offs); i++) {
+            double part = mean_of_seeds(&r, offs[i], &error_off), tolerance = 5.0 * hypot(error, error_off);
+            if (!(fabs(part - all) <= tolerance))
+                fail_msg("roughness %g, effects_off %x: %.6f, not %.6f +- %.6f", (double)roughness[k], offs[i], part,
+                         all, tolerance);
+        }
+        rig_end(&r);
+    }
+}
+
+/* One lamp without size, no mirror: without the light of surfaces both methods add up the same terms, pixel by pixel.
+ */
+static void without_indirect_light_path_is_whitted(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    stage_furnish(&r, &(struct stage){LUM_EFFECT_INDIRECT_DIFFUSE, STAGE_FULL});
+    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "panel", &err));
+    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "sky", &err));
+    struct lum_material_desc m = rig_diffuse(0.5f);
+    m.specular = 1.0f;
+    m.roughness = 0.5f;
+    rig_material(&r, "crate", &m);
+    rig_commit(&r);
+    uint32_t off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) |
+                   LUM_EFFECT_BIT(LUM_EFFECT_ANTIALIAS);
+    struct picture whitted = render(&r, lum_method_find("whitted"), 0, 1);
+    struct picture path = render(&r, lum_method_find("path"), off, 1);
+    for (uint32_t i = 0; i < N_PIXELS; i++) {
+        /* both round a few products of floats, each by 2^-24 */
+        float want = whitted.pixels[i].g, got = path.pixels[i].g;
+        if (!(fabsf(got - want) <= 1e-6f * want))
+            fail_msg("pixel %u: %.9g, not %.9g", i, (double)got, (double)want);
+    }
+    lum_free(whitted.pixels);
+    lum_free(path.pixels);
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(absent_effects_leave_no_trace),
         cmocka_unit_test(a_glossy_object_changes_what_sees_it),
+        cmocka_unit_test(direct_light_does_not_depend_on_lobes),
+        cmocka_unit_test(without_indirect_light_path_is_whitted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
