@@ -8,7 +8,8 @@ def arch_curve(half, rise, steps):
     """From (half, 0) over the top to (-half, 0). rise up to half: an ellipse, round where equal; above, pointed: two arcs
     with their centres on the springing line."""
     if rise <= half:
-        return [(half * math.cos(math.pi * k / steps), rise * math.sin(math.pi * k / steps)) for k in range(steps)] + [(-half, 0.0)]
+        angles = [math.pi * k / steps for k in range(steps)]
+        return [(half * math.cos(a), rise * math.sin(a)) for a in angles] + [(-half, 0.0)]
     radius = (half * half + rise * rise) / (2 * half)
     top = math.asin(rise / radius)
     angles = [top * 2 * k / steps for k in range(steps // 2 + 1)]

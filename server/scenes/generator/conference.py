@@ -1,5 +1,4 @@
 """A meeting room: a long table, many chairs, light from panels in the ceiling."""
-import math
 
 from .furniture import mug, plant, swivel_chair
 from .mesh import Mesh, cup
@@ -49,7 +48,8 @@ def room(s):
         s.box(f"panel-back-{k:02d}", [0.96, 0.86, 0.03], "walnut-light", (-x + 0.5 + k, 0.53, -z + 0.015))
     for k in range(7):
         s.box(f"panel-left-{k}", [0.03, 0.86, 0.98], "walnut-light", (-x + 0.015, 0.53, -z + 0.56 + 1.013 * k))
-    for name, size, at in (("back", [WIDTH, 0.05, 0.05], (0, 0.985, -z + 0.025)), ("left", [0.05, 0.05, DEPTH], (-x + 0.025, 0.985, 0))):
+    for name, size, at in (("back", [WIDTH, 0.05, 0.05], (0, 0.985, -z + 0.025)),
+                           ("left", [0.05, 0.05, DEPTH], (-x + 0.025, 0.985, 0))):
         s.box(f"rail-{name}", size, "walnut", at)
         s.box(f"skirting-{name}", [size[0], 0.10, size[2]], "walnut", (at[0], 0.05, at[2]))
 
@@ -99,8 +99,8 @@ def chairs(s):
         for k in range(9):
             x = -2.88 + 0.72 * k
             edge = 0.625 + 0.32 * (1 - (x / 3.3) ** 2)
-            wobble = ((k * 5 + (3 if side > 0 else 0)) % 7 - 3) * 3
-            swivel_chair(s, f"chair-{name}-{k}", (x, 0, side * (edge + 0.26 + 0.02 * (k % 3))), (0 if side > 0 else 180) + wobble, "cloth", 2)
+            turn = ((k * 5 + (3 if side > 0 else 0)) % 7 - 3) * 3 + (0 if side > 0 else 180)
+            swivel_chair(s, f"chair-{name}-{k}", (x, 0, side * (edge + 0.26 + 0.02 * (k % 3))), turn, "cloth", 2)
     swivel_chair(s, "chair-head", (-3.75, 0, 0), -90, "leather", 2)
     swivel_chair(s, "chair-foot", (3.85, 0, 0.1), 104, "leather", 2)
     for k, z in enumerate((-2.3, 2.1)):
@@ -116,22 +116,25 @@ def things_on_the_table(s):
             z = side * (0.625 + 0.32 * (1 - (x / 3.3) ** 2) - 0.22)
             if (k + (side > 0)) % 2:
                 s.box(f"pad-{n:02d}", [0.21, 0.008, 0.297], "paper", (x, TOP + 0.0045, z), (0, 9 * (k % 5) - 18, 0))
-                Frame(s, f"pen-{n:02d}", (x, TOP, z), 40 * k).rod("body", (-0.07, 0.0125, 0.02), (0.07, 0.0125, 0.02), 0.009, "black", 12)
+                pen = Frame(s, f"pen-{n:02d}", (x, TOP, z), 40 * k)
+                pen.rod("body", (-0.07, 0.0125, 0.02), (0.07, 0.0125, 0.02), 0.009, "black", 12)
             elif (k * 2 + side) % 3:
                 s.object(f"tumbler-{n:02d}", "tumbler", "glass", (x + 0.12, TOP, z))
             else:
                 mug(s, f"mug-{n:02d}", (x + 0.1, TOP, z), 50 * k, "ceramic")
             n += 1
-    profile = [(0, 0), (0.065, 0), (0.07, 0.01), (0.07, 0.15), (0.05, 0.20), (0.036, 0.215), (0.036, 0.25), (0.028, 0.262), (0, 0.265)]
+    profile = [(0, 0), (0.065, 0), (0.07, 0.01), (0.07, 0.15), (0.05, 0.20), (0.036, 0.215), (0.036, 0.25), (0.028, 0.262),
+               (0, 0.265)]
     s.geometry("flask", lambda: Mesh().lathe(profile, 48))
     for k, x in enumerate((-1.5, 1.3)):
         s.object(f"flask-{k}", "flask", "steel", (x, TOP, 0.08))
-    bowl = [(0, 0), (0.07, 0), (0.07, 0.012), (0.14, 0.05), (0.17, 0.09), (0.165, 0.092), (0.13, 0.055), (0.06, 0.02), (0, 0.018)]
+    bowl = [(0, 0), (0.07, 0), (0.07, 0.012), (0.14, 0.05), (0.17, 0.09), (0.165, 0.092), (0.13, 0.055), (0.06, 0.02),
+            (0, 0.018)]
     s.geometry("bowl", lambda: Mesh().lathe(bowl, 48))
     s.object("fruit-bowl", "bowl", "brass", (-0.1, TOP, 0))
     s.mesh("fruit", "sphere", [0.08, 0.075, 0.08], segments=[24, 12])
-    for k, (x, y, z, paint) in enumerate(((0.05, 0.07, 0.02, "rust"), (-0.04, 0.07, 0.05, "sand"), (-0.03, 0.07, -0.05, "rust"),
-                                          (0.0, 0.125, 0.01, "sand"))):
+    fruit = ((0.05, 0.07, 0.02, "rust"), (-0.04, 0.07, 0.05, "sand"), (-0.03, 0.07, -0.05, "rust"), (0.0, 0.125, 0.01, "sand"))
+    for k, (x, y, z, paint) in enumerate(fruit):
         s.object(f"fruit-{k}", "fruit", f"paint-{paint}", (-0.1 + x, TOP + y, z))
 
 
@@ -151,7 +154,8 @@ def back_wall(s):
         s.box(f"painting-{k}-frame", [1.0, 0.8, 0.04], "inlay", (x, 1.8, z + 0.02))
         s.box(f"painting-{k}-canvas", [0.92, 0.72, 0.004], "canvas", (x, 1.8, z + 0.042))
         s.box(f"painting-{k}-sea", [0.92, 0.26, 0.002], "paint-sea", (x, 1.57, z + 0.045))
-        s.box(f"painting-{k}-hill", [0.55, 0.20, 0.002], "paint-rust" if k else "paint-sand", (x + 0.185 - 0.37 * k, 1.80, z + 0.045))
+        hill = "paint-rust" if k else "paint-sand"
+        s.box(f"painting-{k}-hill", [0.55, 0.20, 0.002], hill, (x + 0.185 - 0.37 * k, 1.80, z + 0.045))
     s.box("door-frame", [1.06, 2.2, 0.07], "walnut", (4.2, 1.1, z + 0.035))
     s.box("door-leaf", [0.92, 2.08, 0.03], "walnut-light", (4.2, 1.04, z + 0.075))
     s.mesh("handle", "sphere", [0.06, 0.06, 0.06], segments=[24, 12])

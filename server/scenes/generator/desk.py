@@ -3,7 +3,7 @@ import math
 
 from .furniture import book, mug, plant, standing_book, swivel_chair
 from .mesh import Mesh, cup
-from .scene import Frame, Random, Scene
+from .scene import Frame, Random, Scene, rounded
 
 
 def materials(s):
@@ -102,7 +102,8 @@ def keyboard(s):
     f.box("case", [0.44, 0.014, 0.14], "black", (0, 0.009, 0), (3, 0, 0))
     for row in range(4):
         for k in range(13):
-            f.box(f"key-{row}-{k:02d}", [0.027, 0.008, 0.024], "key", (-0.198 + 0.033 * k, 0.020 - 0.0012 * row, -0.050 + 0.029 * row))
+            f.box(f"key-{row}-{k:02d}", [0.027, 0.008, 0.024], "key",
+                  (-0.198 + 0.033 * k, 0.020 - 0.0012 * row, -0.050 + 0.029 * row))
     f.box("space", [0.20, 0.008, 0.014], "key", (0, 0.0155, 0.059))
     s.mesh("mouse-mesh", "sphere", [0.062, 0.045, 0.105], segments=[16, 8])
     s.object("mouse", "mouse-mesh", "black", (0.06, 0.765, -1.15), (0, -8, 0))
@@ -111,10 +112,11 @@ def keyboard(s):
 def lamp(s):
     """A banker's arm lamp: a foot, two arms, and a shade with a disc of light in its mouth."""
     f = Frame(s, "lamp", (0.28, 0.76, -1.52))
-    s.geometry("lamp-foot-mesh", lambda: Mesh().lathe([(0, 0), (0.095, 0), (0.095, 0.012), (0.085, 0.020), (0.03, 0.026), (0.018, 0.045), (0, 0.045)], 28))
-    s.geometry("lamp-shade-mesh", lambda: Mesh().lathe(
-        [(0.105, 0), (0.102, 0.03), (0.085, 0.075), (0.052, 0.105), (0.024, 0.12), (0.024, 0.16), (0, 0.165)], 28).lathe(
-        [(0, 0.10), (0.048, 0.10), (0.080, 0.072), (0.099, 0.029), (0.105, 0)], 28))
+    foot = [(0, 0), (0.095, 0), (0.095, 0.012), (0.085, 0.020), (0.03, 0.026), (0.018, 0.045), (0, 0.045)]
+    outside = [(0.105, 0), (0.102, 0.03), (0.085, 0.075), (0.052, 0.105), (0.024, 0.12), (0.024, 0.16), (0, 0.165)]
+    inside = [(0, 0.10), (0.048, 0.10), (0.080, 0.072), (0.099, 0.029), (0.105, 0)]
+    s.geometry("lamp-foot-mesh", lambda: Mesh().lathe(foot, 28))
+    s.geometry("lamp-shade-mesh", lambda: Mesh().lathe(outside, 28).lathe(inside, 28))
     s.mesh("joint", "sphere", [0.03, 0.03, 0.03], segments=[12, 6])
     f.object("foot", "lamp-foot-mesh", "lamp-green")
     elbow, head = (0.16, 0.36, -0.03), (-0.14, 0.55, 0.10)
@@ -124,8 +126,8 @@ def lamp(s):
     f.object("head", "joint", "brass", head)
     f.object("shade", "lamp-shade-mesh", "lamp-green", (head[0] - 0.02, head[1] - 0.16, head[2] + 0.005))
     x, y, z = f.point((head[0] - 0.02, head[1] - 0.135, head[2] + 0.005))
-    s.add("light", "desk-lamp", kind="disc", position=[round(x, 4), round(y, 4), round(z, 4)], direction=[0, -1, 0], radius=0.06,
-          flux_lm=620, cct_k=2800, group="lamp")
+    s.add("light", "desk-lamp", kind="disc", position=rounded((x, y, z), 4), direction=[0, -1, 0], radius=0.06, flux_lm=620,
+          cct_k=2800, group="lamp")
 
 
 def things_on_the_desk(s):
@@ -150,7 +152,8 @@ def globe(s, at):
     f = Frame(s, "globe", at, 25)
     s.mesh("globe-ball-mesh", "sphere", [0.22, 0.22, 0.22], segments=[28, 14])
     s.mesh("globe-ring-mesh", "torus", [0.26, 0.010, 0.26], segments=[24, 6], param=[0.04, 0, 0, 0])
-    s.geometry("globe-foot-mesh", lambda: Mesh().lathe([(0, 0), (0.075, 0), (0.07, 0.012), (0.02, 0.022), (0.012, 0.055), (0, 0.055)], 32))
+    foot = [(0, 0), (0.075, 0), (0.07, 0.012), (0.02, 0.022), (0.012, 0.055), (0, 0.055)]
+    s.geometry("globe-foot-mesh", lambda: Mesh().lathe(foot, 32))
     f.object("foot", "globe-foot-mesh", "oak-dark")
     f.object("ball", "globe-ball-mesh", "ocean", (0, 0.18, 0))
     f.object("ring", "globe-ring-mesh", "brass", (0, 0.18, 0), (90, 0, 23))
@@ -170,13 +173,15 @@ def shelf(s):
             standing_book(s, f"book-{row}-{k:02d}", (t, h, random.between(0.14, 0.19)), (x + t / 2, y + 0.025, -1.69), cover)
             x += t + 0.002
             k += 1
-    s.geometry("vase-mesh", lambda: Mesh().lathe([(0, 0), (0.05, 0), (0.075, 0.05), (0.08, 0.09), (0.055, 0.15), (0.025, 0.19),
-                                             (0.028, 0.22), (0.033, 0.225), (0.022, 0.20), (0, 0.19)], 24))
+    vase = [(0, 0), (0.05, 0), (0.075, 0.05), (0.08, 0.09), (0.055, 0.15), (0.025, 0.19), (0.028, 0.22), (0.033, 0.225),
+            (0.022, 0.20), (0, 0.19)]
+    s.geometry("vase-mesh", lambda: Mesh().lathe(vase, 24))
     s.object("vase", "vase-mesh", "ceramic", (1.76, 1.875, -1.69))
 
 
 def pictures(s):
-    for name, x, y, w, h, inner in (("large", -0.42, 1.78, 0.70, 0.50, "cover-grey"), ("small", 0.32, 1.72, 0.30, 0.38, "cover-ochre")):
+    for name, x, y, w, h, inner in (("large", -0.42, 1.78, 0.70, 0.50, "cover-grey"),
+                                    ("small", 0.32, 1.72, 0.30, 0.38, "cover-ochre")):
         s.box(f"picture-{name}-frame", [w, h, 0.025], "oak-dark", (x, y, -1.787))
         s.box(f"picture-{name}-mount", [w - 0.05, h - 0.05, 0.004], "paper", (x, y, -1.774))
         s.box(f"picture-{name}-sky", [w - 0.18, (h - 0.18) * 0.6, 0.002], "ocean", (x, y + (h - 0.18) * 0.2, -1.772))

@@ -72,9 +72,9 @@ class Mesh:
             self.grid([[(r * math.cos(a), y, -r * math.sin(a)) for r, y in run] for a in angles], closed)
         return self
 
-    def sweep(self, path, profile, up, closed=False):
+    def sweep(self, path, profile, up, closed=False, smooth=False):
         """A closed profile of (side, up) points, counter-clockwise seen against the path, carried along it. up: what the
-        profile's second axis leans to."""
+        profile's second axis leans to. smooth: the profile has no edges, however few its points."""
         n = len(path)
         frames = []
         for i, p in enumerate(path):
@@ -83,7 +83,7 @@ class Mesh:
             along = unit(sub(ahead, behind))
             side = unit(cross(along, up))
             frames.append((p, side, cross(side, along)))
-        for run in smooth_runs(profile, closed=True):
+        for run in [profile + profile[:1]] if smooth else smooth_runs(profile, closed=True):
             self.grid([[tuple(p[k] + a * s[k] + b * u[k] for k in range(3)) for a, b in run] for p, s, u in frames], closed)
         return self
 
@@ -171,11 +171,12 @@ def cushion(size, corner=0.4, flatness=0.45, around=40, along=20):
 
 def round_profile(width, height, sides):
     """An ellipse to sweep."""
-    return [(0.5 * width * math.cos(a), 0.5 * height * math.sin(a)) for a in (2 * math.pi * k / sides for k in range(sides))]
+    angles = [2 * math.pi * k / sides for k in range(sides)]
+    return [(0.5 * width * math.cos(a), 0.5 * height * math.sin(a)) for a in angles]
 
 
 def tube(path, thickness, up, sides=10, closed=False):
-    return Mesh().sweep(path, round_profile(thickness, thickness, sides), up, closed)
+    return Mesh().sweep(path, round_profile(thickness, thickness, sides), up, closed, smooth=True)
 
 
 def cup(radius, height, wall, around, foot=0.8):

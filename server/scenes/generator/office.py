@@ -92,7 +92,8 @@ def office_room(s, slats=31, slat_width=0.05, tilt=28):
         s.box(f"window-pier-{name}", [t, 1.6, 0.7], "wall-paint", (-w / 2 - t / 2, 1.7, z))
     s.box("window-mullion", [0.05, 1.6, 0.05], "steel", (-w / 2 - t / 2, 1.7, 0))
     for k in range(slats):
-        s.box(f"blind-{k:02d}", [slat_width, 0.003, 3.7], "slat", (-w / 2 + 0.06, 0.915 + 0.0535 * 30 / (slats - 1) * k, 0), (0, 0, tilt))
+        s.box(f"blind-{k:02d}", [slat_width, 0.003, 3.7], "slat",
+              (-w / 2 + 0.06, 0.915 + 0.0535 * 30 / (slats - 1) * k, 0), (0, 0, tilt))
 
     desk_with_things(s, "desk-a", -1.35, -1.15, 420)
     desk_with_things(s, "desk-b", 1.15, -1.15, 380)

@@ -3,7 +3,7 @@ import base64
 import math
 
 from .arches import arch_panel, diagonal_rib, groin_vault, moulding
-from .mesh import Mesh, round_profile
+from .mesh import Mesh, tube
 from .scene import Frame, Scene, rounded
 
 BAYS, BAY = 6, 5.0
@@ -56,7 +56,9 @@ def leaves(radius, height, n):
         rows = []
         for i in range(7):
             t = i / 6
-            out, up, w = radius + 0.16 * t * t + (0.05 * math.sin(math.pi * t)), height * (t - 0.35 * max(t - 0.75, 0) * 4), 0.10 * math.sin(math.pi * (0.15 + 0.8 * t))
+            out = radius + 0.16 * t * t + 0.05 * math.sin(math.pi * t)
+            up = height * (t - 0.35 * max(t - 0.75, 0) * 4)
+            w = 0.10 * math.sin(math.pi * (0.15 + 0.8 * t))
             rows.append([(out * math.cos(a) - d * w * math.sin(a), up + 0.03 * abs(d), -(out * math.sin(a) + d * w * math.cos(a)))
                          for d in (1, 0, -1)])
         mesh.grid(rows)
@@ -75,23 +77,28 @@ def meshes(s):
     s.geometry("column", column)
     s.geometry("capital-leaves", lambda: leaves(0.50, 0.42, 12))
     s.geometry("arcade-arch", lambda: arch_panel(BAY, STOREY - ARCADE[1], (ARCADE[0], 0, ARCADE[2]), WALL, 20))
-    s.geometry("arcade-order", lambda: moulding(ARCADE[0] + 0.02, ARCADE[2] + 0.02, inward([(0, -0.22), (0.12, -0.22), (0.17, -0.15), (0.17, 0.15), (0.12, 0.22), (0, 0.22)]), 20))
-    s.geometry("arcade-label", lambda: moulding(ARCADE[0] + 0.22, ARCADE[2] + 0.24, [(0, WALL / 2 - 0.02), (0.12, WALL / 2 - 0.02), (0.12, WALL / 2 + 0.06), (0.06, WALL / 2 + 0.09), (0, WALL / 2 + 0.05)], 20))
+    order = [(0, -0.22), (0.12, -0.22), (0.17, -0.15), (0.17, 0.15), (0.12, 0.22), (0, 0.22)]
+    s.geometry("arcade-order", lambda: moulding(ARCADE[0] + 0.02, ARCADE[2] + 0.02, inward(order), 20))
+    z = WALL / 2
+    label = [(0, z - 0.02), (0.12, z - 0.02), (0.12, z + 0.06), (0.06, z + 0.09), (0, z + 0.05)]
+    s.geometry("arcade-label", lambda: moulding(ARCADE[0] + 0.22, ARCADE[2] + 0.24, label, 20))
     s.geometry("nave-vault", lambda: groin_vault(BAY, 2 * NAVE, RISE, 20, 6))
     s.geometry("nave-rib", lambda: diagonal_rib(BAY, 2 * NAVE, RISE, rib_profile(0.11), 24))
     s.geometry("transverse-rib", lambda: moulding(NAVE, RISE, inward(PROFILE), 28))
     s.geometry("aisle-vault", lambda: groin_vault(BAY, AISLE, AISLE_RISE, 12, 5))
     s.geometry("aisle-rib", lambda: diagonal_rib(BAY, AISLE, AISLE_RISE, rib_profile(0.08), 20))
     s.geometry("aisle-arch", lambda: moulding(AISLE / 2, AISLE_RISE, inward(PROFILE), 20))
-    s.geometry("clerestory", lambda: arch_panel(BAY, SPRING + RISE + 0.6 - STOREY - 0.6, (0.62, 3.3, 0.75), WALL, 16))
-    s.geometry("clerestory-frame", lambda: moulding(0.64, 0.77, inward([(0, -0.08), (0.10, -0.08), (0.10, 0.08), (0, 0.08)]), 16, legs=3.3))
-    s.geometry("shaft-capital", lambda: Mesh().lathe([(0.13, 0), (0.16, 0.03), (0.13, 0.06), (0.16, 0.2), (0.24, 0.34), (0.24, 0.42), (0, 0.42)], 16))
+    s.geometry("clerestory", lambda: arch_panel(BAY, SPRING + RISE - STOREY, (0.62, 3.3, 0.75), WALL, 16))
+    frame = [(0, -0.08), (0.10, -0.08), (0.10, 0.08), (0, 0.08)]
+    s.geometry("clerestory-frame", lambda: moulding(0.64, 0.77, inward(frame), 16, legs=3.3))
+    capital = [(0.13, 0), (0.16, 0.03), (0.13, 0.06), (0.16, 0.2), (0.24, 0.34), (0.24, 0.42), (0, 0.42)]
+    s.geometry("shaft-capital", lambda: Mesh().lathe(capital, 16))
     s.mesh("shaft", "cylinder", [0.30, 1, 0.30], segments=[20, 1])
 
 
 def rib_profile(r):
     """Half round, below the vault: (side, up)."""
-    return [(r * math.cos(a), -1.4 * r * math.sin(a)) for a in (math.pi * k / 5 for k in range(6))][::-1]
+    return [(-r * math.cos(a), -1.4 * r * math.sin(a)) for a in (math.pi * k / 5 for k in range(6))]
 
 
 def bay_x(k):
@@ -111,8 +118,8 @@ def nave(s):
             f.object("clerestory", "clerestory", "plaster", (0, STOREY + 0.6, 0))
             f.object("window-frame", "clerestory-frame", "limestone-pale", (0, STOREY + 0.6 + 3.3, 0.3))
         s.object(f"vault-{k}", "nave-vault", "vault", (x, SPRING, 0))
-        for way, scale in (("a", (1, 1, 1)), ("b", (1, 1, -1))):
-            s.object(f"vault-{k}-rib-{way}", "nave-rib", "limestone-pale", (x, SPRING, 0), scale=scale)
+        for way, flip in (("a", 1), ("b", -1)):
+            s.object(f"vault-{k}-rib-{way}", "nave-rib", "limestone-pale", (x, SPRING, 0), scale=(1, 1, flip))
         s.mesh("boss", "sphere", [0.6, 0.3, 0.6], segments=[16, 8])
         s.object(f"vault-{k}-boss", "boss", "gold", (x, SPRING + RISE - 0.12, 0))
     for k in range(BAYS + 1):
@@ -129,8 +136,9 @@ def columns(s):
             f.object("column", "column", "limestone-pale")
             f.object("leaves", "capital-leaves", "limestone-pale", (0, 4.62, 0))
             f.box("abacus", [1.5, 0.30, 1.5], "limestone", (0, 5.45, 0))
-            f.object("shaft", "shaft", "limestone-pale", (0, (5.6 + SPRING) / 2, WALL / 2 + 0.04), scale=(1, SPRING - 5.9, 1))
-            f.object("shaft-capital", "shaft-capital", "limestone-pale", (0, SPRING - 0.40, WALL / 2 + 0.04), scale=(1.15, 1, 1.15))
+            z = WALL / 2 + 0.04
+            f.object("shaft", "shaft", "limestone-pale", (0, (5.6 + SPRING) / 2, z), scale=(1, SPRING - 5.9, 1))
+            f.object("shaft-capital", "shaft-capital", "limestone-pale", (0, SPRING - 0.40, z), scale=(1.15, 1, 1.15))
 
 
 def aisles(s):
@@ -139,13 +147,16 @@ def aisles(s):
         for k in range(BAYS):
             x = bay_x(k)
             s.object(f"aisle-{side}{k}-vault", "aisle-vault", "vault", (x, AISLE_SPRING, sign * z_mid))
-            for way, scale in (("a", (1, 1, 1)), ("b", (1, 1, -1))):
-                s.object(f"aisle-{side}{k}-rib-{way}", "aisle-rib", "limestone-pale", (x, AISLE_SPRING, sign * z_mid), scale=scale)
+            for way, flip in (("a", 1), ("b", -1)):
+                s.object(f"aisle-{side}{k}-rib-{way}", "aisle-rib", "limestone-pale", (x, AISLE_SPRING, sign * z_mid),
+                         scale=(1, 1, flip))
         for k in range(BAYS + 1):
             x = WEST + k * BAY
             s.object(f"aisle-{side}{k}-arch", "aisle-arch", "limestone-pale", (x, AISLE_SPRING, sign * z_mid), (0, 90, 0))
-            s.box(f"aisle-{side}{k}-pilaster", [0.7, AISLE_SPRING, 0.24], "limestone", (x, AISLE_SPRING / 2, sign * (z_out - 0.1)))
-        s.box(f"aisle-wall-{side}", [EAST - WEST + 2, ROOF + 0.4, 0.8], "plaster", (0, (ROOF + 0.4) / 2, sign * (z_out + 0.4)))
+            s.box(f"aisle-{side}{k}-pilaster", [0.7, AISLE_SPRING, 0.24], "limestone",
+                  (x, AISLE_SPRING / 2, sign * (z_out - 0.1)))
+        s.box(f"aisle-wall-{side}", [EAST - WEST + 2, ROOF + 0.4, 0.8], "plaster",
+              (0, (ROOF + 0.4) / 2, sign * (z_out + 0.4)))
         s.box(f"aisle-roof-{side}", [EAST - WEST + 2, 0.3, AISLE], "plaster", (0, STOREY + 0.2, sign * z_mid))
         s.box(f"aisle-bench-{side}", [EAST - WEST, 0.45, 0.45], "limestone", (0, 0.225, sign * (z_out - 0.22)))
 
@@ -155,15 +166,17 @@ def ends(s):
     z = NAVE + AISLE + 0.8
     s.block("west-wall", (WEST - 0.9, -0.3, -z), (WEST, ROOF + 0.4, z), "plaster")
     s.box("west-door", [0.12, 3.6, 2.4], "oak", (WEST + 0.05, 1.8, 0))
-    s.geometry("door-arch", lambda: moulding(1.2, 1.2, [(0, -0.2), (0.35, -0.2), (0.35, 0.1), (0.2, 0.2), (0, 0.2)], 20, legs=3.6))
+    jamb = [(0, -0.2), (0.35, -0.2), (0.35, 0.1), (0.2, 0.2), (0, 0.2)]
+    s.geometry("door-arch", lambda: moulding(1.2, 1.2, jamb, 20, legs=3.6))
     s.object("west-door-arch", "door-arch", "limestone-pale", (WEST + 0.1, 3.6, 0), (0, 90, 0))
     s.geometry("apse-wall", lambda: arch_panel(2 * NAVE, ROSE_Y - ROSE_R - 0.1, APSE, 0.9, 28))
     s.object("apse-wall-low", "apse-wall", "limestone", (EAST + 0.45, 0, 0), (0, -90, 0))
-    s.geometry("apse-order", lambda: moulding(APSE[0] + 0.02, APSE[2] + 0.02, inward([(0, -0.5), (0.12, -0.5), (0.2, -0.42), (0.2, 0.3), (0, 0.3)]), 28, legs=APSE[1]))
+    order = [(0, -0.5), (0.12, -0.5), (0.2, -0.42), (0.2, 0.3), (0, 0.3)]
+    s.geometry("apse-order", lambda: moulding(APSE[0] + 0.02, APSE[2] + 0.02, inward(order), 28, legs=APSE[1]))
     s.object("apse-wall-order", "apse-order", "limestone-pale", (EAST + 0.4, APSE[1], 0), (0, -90, 0))
     rose_wall(s)
     for side, sign in (("n", -1), ("s", 1)):
-        s.block(f"east-wall-{side}", (EAST, -0.3, min(sign * NAVE, sign * z)), (EAST + 0.9, ROOF + 0.4, max(sign * NAVE, sign * z)), "plaster")
+        s.box(f"east-wall-{side}", [0.9, ROOF + 0.7, z - NAVE], "plaster", (EAST + 0.45, ROOF / 2 + 0.05, sign * (NAVE + z) / 2))
         # an altar at the end of the aisle
         at = sign * (NAVE + AISLE / 2)
         s.box(f"side-altar-{side}", [0.7, 0.95, 1.7], "marble", (EAST - 0.45, 0.475, at))
@@ -173,12 +186,12 @@ def ends(s):
 
 def rose_wall(s):
     """A square of wall with a round hole, from the apse's arch to the roof, and what fills the hole."""
-    lo, n = ROSE_Y - ROSE_R - 0.1, 48
-    top = ROOF + 0.2
+    lo, top, n = ROSE_Y - ROSE_R - 0.1, ROOF + 0.2, 48
 
     def at_border(a):
         c, d = math.cos(a), math.sin(a)
-        reach = min(NAVE / abs(c) if abs(c) > 1e-9 else 1e9, ((top - ROSE_Y) if d > 0 else (ROSE_Y - lo)) / abs(d) if abs(d) > 1e-9 else 1e9)
+        height = top - ROSE_Y if d > 0 else ROSE_Y - lo
+        reach = min(NAVE / max(abs(c), 1e-9), height / max(abs(d), 1e-9))
         return (reach * c, ROSE_Y + reach * d)
 
     def wall():
@@ -206,59 +219,60 @@ def rose_wall(s):
         f.object(f"petal-{k:02d}", "rose-petal", "limestone-pale", (1.36 * math.cos(b), 1.36 * math.sin(b), 0), (90, 0, 0))
 
 
-def apse(s):
+def apse_shell():
+    """Half a cylinder open to the nave, and half a dome on it; the front is inside."""
     half, spring, _ = APSE
-    n = 32
+    arc = [math.pi * k / 32 for k in range(33)][::-1]
+    ring = [(half * math.sin(a), half * math.cos(a)) for a in arc]
+    rise = [math.pi / 2 * j / 12 for j in range(13)]
+    mesh = Mesh().grid([[(x, 0, z), (x, spring, z)] for x, z in ring])
+    return mesh.grid([[(x * math.cos(b), spring + half * math.sin(b), z * math.cos(b)) for b in rise] for x, z in ring])
 
-    def wall():
-        """Half a cylinder open to the nave, and half a dome on it; the front is inside."""
-        arc = [math.pi * k / n for k in range(n + 1)]
-        mesh = Mesh()
-        mesh.grid([[(half * math.sin(a), 0, half * math.cos(a)), (half * math.sin(a), spring, half * math.cos(a))] for a in arc][::-1])
-        rows = []
-        for a in arc[::-1]:
-            rows.append([(half * math.sin(a) * math.cos(b), spring + half * math.sin(b), half * math.cos(a) * math.cos(b))
-                         for b in (math.pi / 2 * j / 12 for j in range(13))])
-        return mesh.grid(rows)
 
-    s.geometry("apse-shell", wall)
-    s.object("apse-shell-wall", "apse-shell", "plaster", (EAST + 0.9, 0, 0))
-    s.geometry("apse-string", lambda: Mesh().sweep([((half - 0.02) * math.sin(a), 0, (half - 0.02) * math.cos(a)) for a in (math.pi * k / n for k in range(n + 1))],
-                                                   [(0.1, -0.1), (0.1, 0.1), (-0.14, 0.1), (-0.08, -0.1)], (0, 1, 0)))
-    s.object("apse-string-course", "apse-string", "limestone-pale", (EAST + 0.9, spring, 0))
-    s.geometry("apse-rib", lambda: Mesh().sweep([(half * math.cos(b), half * math.sin(b), 0) for b in (math.pi / 2 * j / 14 for j in range(15))],
-                                                round_profile(0.2, 0.2, 8), (0, 0, 1)))
+def apse(s):
+    """The shell, a string course where its dome begins, ribs on shafts, and painted panels between them."""
+    half, spring, _ = APSE
+    x0 = EAST + 0.9
+    s.geometry("apse-shell", apse_shell)
+    s.object("apse-shell-wall", "apse-shell", "plaster", (x0, 0, 0))
+    r = half - 0.02
+    course = [(r * math.sin(a), 0, r * math.cos(a)) for a in (math.pi * k / 32 for k in range(33))]
+    s.geometry("apse-string", lambda: Mesh().sweep(course, [(0.1, -0.1), (0.1, 0.1), (-0.14, 0.1), (-0.08, -0.1)], (0, 1, 0)))
+    s.object("apse-string-course", "apse-string", "limestone-pale", (x0, spring, 0))
+    rib = [(half * math.cos(b), half * math.sin(b), 0) for b in (math.pi / 2 * j / 14 for j in range(15))]
+    s.geometry("apse-rib", lambda: tube(rib, 0.2, (0, 0, 1), 8))
     for k in range(5):
-        s.object(f"apse-rib-{k}", "apse-rib", "limestone-pale", (EAST + 0.9, spring, 0), (0, 60 - 30 * k, 0))
         a = math.radians(60 - 30 * k)
-        s.object(f"apse-shaft-{k}", "shaft", "limestone-pale", (EAST + 0.9 + (half - 0.05) * math.cos(a), spring / 2, -(half - 0.05) * math.sin(a)),
-                 scale=(0.7, spring, 0.7))
+        x, z = x0 + (half - 0.05) * math.cos(a), -(half - 0.05) * math.sin(a)
+        s.object(f"apse-rib-{k}", "apse-rib", "limestone-pale", (x0, spring, 0), (0, 60 - 30 * k, 0))
+        s.object(f"apse-shaft-{k}", "shaft", "limestone-pale", (x, spring / 2, z), scale=(0.7, spring, 0.7))
     for k in range(4):
         a = math.radians(45 - 30 * k)
-        s.box(f"apse-panel-{k}", [0.06, 2.6, 1.0], "fresco", (EAST + 0.9 + (half - 0.05) * math.cos(a), 3.6, -(half - 0.05) * math.sin(a)),
-              (0, 45 - 30 * k, 0))
-    s.block("apse-cover", (EAST + 0.9, -0.3, -half - 0.3), (EAST + 4.6, 0.0, half + 0.3), "floor-light")
+        x, z = x0 + (half - 0.05) * math.cos(a), -(half - 0.05) * math.sin(a)
+        s.box(f"apse-panel-{k}", [0.06, 2.6, 1.0], "fresco", (x, 3.6, z), (0, 45 - 30 * k, 0))
+    s.block("apse-floor", (x0, -0.3, -half - 0.3), (EAST + 4.6, 0, half + 0.3), "floor-light")
 
 
 def floor(s):
     """Slabs in two colours, laid as one mesh of each; the choir is three steps higher."""
     s.block("floor", (WEST - 0.9, -0.3, -NAVE - AISLE - 0.8), (EAST + 0.9, 0, NAVE + AISLE + 0.8), "floor-light")
-    size, columns_, rows = 0.625, int((CHOIR - WEST) / 0.625), 12
+    size, n_x, n_z = 0.625, int((CHOIR - WEST) / 0.625), 12
 
     def slabs():
         mesh = Mesh()
-        for i in range(columns_):
-            for k in range(rows):
+        for i in range(n_x):
+            for k in range(n_z):
                 if (i + k) % 2:
-                    x, z = WEST + i * size, (k - rows / 2) * size
-                    mesh.grid([[(x, 0.003, z), (x, 0.003, z + size)], [(x + size, 0.003, z), (x + size, 0.003, z + size)]][::-1], normal=(0, 1, 0))
+                    x, z = WEST + i * size, (k - n_z / 2) * size
+                    mesh.grid([[(a, 0.003, z), (a, 0.003, z + size)] for a in (x + size, x)], normal=(0, 1, 0))
         return mesh
 
     s.geometry("dark-slabs", slabs)
     s.object("floor-dark-slabs", "dark-slabs", "floor-dark")
     for k in range(3):
         x = CHOIR + 0.38 * k
-        s.block(f"choir-step-{k}", (x, 0, -NAVE + 0.9), (EAST + 4.3, STEP * (k + 1), NAVE - 0.9), "limestone-pale" if k < 2 else "floor-light")
+        s.block(f"choir-step-{k}", (x, 0, -NAVE + 0.9), (EAST + 4.3, STEP * (k + 1), NAVE - 0.9),
+                "limestone-pale" if k < 2 else "floor-light")
     s.block("carpet", (WEST + 1.5, 0, -0.7), (CHOIR - 0.1, 0.008, 0.7), "cloth")
 
 
@@ -283,7 +297,9 @@ def furnishing(s):
     s.box("altar-front", [0.01, 0.65, 1.2], "cloth", (EAST + 0.493, base + 0.62, 0))
     s.box("cross-post", [0.05, 1.1, 0.07], "gold", (EAST + 1.25, base + 1.58, 0))
     s.box("cross-bar", [0.05, 0.07, 0.6], "gold", (EAST + 1.25, base + 1.80, 0))
-    s.geometry("candlestick", lambda: Mesh().lathe([(0, 0), (0.09, 0), (0.08, 0.03), (0.025, 0.06), (0.02, 0.12), (0.035, 0.16), (0.018, 0.22), (0.02, 0.34), (0.055, 0.38), (0, 0.38)], 16))
+    candlestick = [(0, 0), (0.09, 0), (0.08, 0.03), (0.025, 0.06), (0.02, 0.12), (0.035, 0.16), (0.018, 0.22), (0.02, 0.34),
+                   (0.055, 0.38), (0, 0.38)]
+    s.geometry("candlestick", lambda: Mesh().lathe(candlestick, 16))
     s.mesh("candle", "cylinder", [0.035, 0.32, 0.035], segments=[12, 1])
     for k, z in enumerate((-1.1, -0.75, 0.75, 1.1)):
         s.object(f"candlestick-{k}", "candlestick", "gold", (EAST + 1.1, base + 1.03, z))
@@ -295,7 +311,8 @@ def pulpit(s):
     f = Frame(s, "pulpit", (CHOIR - 1.6, 0, -NAVE + 1.7))
     octagon = [(0.62 * math.cos(a), -0.62 * math.sin(a)) for a in (2 * math.pi * (k + 0.5) / 8 for k in range(8))]
     s.geometry("pulpit-tub", lambda: Mesh().prism(octagon, 0, 1.05))
-    s.geometry("pulpit-stem", lambda: Mesh().lathe([(0.35, 0), (0.30, 0.12), (0.15, 0.2), (0.13, 1.3), (0.2, 1.45), (0.58, 1.75)], 24))
+    stem = [(0.35, 0), (0.30, 0.12), (0.15, 0.2), (0.13, 1.3), (0.2, 1.45), (0.58, 1.75)]
+    s.geometry("pulpit-stem", lambda: Mesh().lathe(stem, 24))
     f.object("foot", "pulpit-stem", "marble")
     f.object("box", "pulpit-tub", "marble", (0, 1.75, 0))
     f.object("ledge", "pulpit-tub", "oak", (0, 2.80, 0), scale=(1.12, 0.08, 1.12))

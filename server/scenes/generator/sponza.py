@@ -56,17 +56,17 @@ def meshes(s):
     s.geometry("lower-column", lower_column)
     s.geometry("upper-column", upper_column)
     s.geometry("baluster", baluster)
-    s.geometry("lower-arch", lambda: arch_panel(BAY, UPPER - 0.35 - LOWER_ARCH[1], (LOWER_ARCH[0], 0, LOWER_ARCH[2]), 0.42, 14))
-    s.geometry("upper-arch", lambda: arch_panel(BAY, EAVES - UPPER - UPPER_ARCH[1], (UPPER_ARCH[0], 0, UPPER_ARCH[2]), 0.36, 14))
-    s.geometry("lower-archivolt", lambda: moulding(LOWER_ARCH[0], LOWER_ARCH[2], [(a, 0.21 + b) for a, b in archivolt()], 14))
-    s.geometry("upper-archivolt", lambda: moulding(UPPER_ARCH[0], UPPER_ARCH[2], [(a, 0.18 + b) for a, b in archivolt()], 14))
+    for name, (half, spring, rise), height, depth in (("lower", LOWER_ARCH, UPPER - 0.35, 0.42),
+                                                      ("upper", UPPER_ARCH, EAVES - UPPER, 0.36)):
+        s.geometry(f"{name}-arch", lambda: arch_panel(BAY, height - spring, (half, 0, rise), depth, 14))
+        s.geometry(f"{name}-archivolt", lambda: moulding(half, rise, archivolt(depth / 2), 14))
     s.geometry("gallery-vault", lambda: groin_vault(BAY, AISLE, 1.25, 10, 4))
     s.geometry("drape", drape)
 
 
-def archivolt():
-    """A band round an arch, standing out of the wall's face; counter-clockwise in (outward, z)."""
-    return [(0.02, -0.01), (0.20, -0.01), (0.20, 0.035), (0.13, 0.05), (0.02, 0.05)]
+def archivolt(face):
+    """A band round an arch, standing out of the wall's face at that z; counter-clockwise in (outward, z)."""
+    return [(0.02, face - 0.01), (0.20, face - 0.01), (0.20, face + 0.035), (0.13, face + 0.05), (0.02, face + 0.05)]
 
 
 def bays():
@@ -182,8 +182,9 @@ def furnishing(s):
             f.object("cloth", "drape", f"cloth-{hung[name]}", (0, 0.86, 0.30))
             f.rod("pole", (-0.85, 0.88, 0.30), (0.85, 0.88, 0.30), 0.05, "bronze", 12)
     s.geometry("basin", lambda: cup(1.25, 0.55, 0.14, 48, 0.86))
-    s.geometry("fountain-bowl", lambda: Mesh().lathe([(0.13, 0.0), (0.20, 0.06), (0.11, 0.18), (0.10, 0.75), (0.16, 0.86), (0.60, 1.05),
-                                                      (0.66, 1.13), (0.60, 1.13), (0.20, 1.02), (0, 1.0)], 40))
+    bowl = [(0.13, 0.0), (0.20, 0.06), (0.11, 0.18), (0.10, 0.75), (0.16, 0.86), (0.60, 1.05), (0.66, 1.13), (0.60, 1.13),
+            (0.20, 1.02), (0, 1.0)]
+    s.geometry("fountain-bowl", lambda: Mesh().lathe(bowl, 40))
     s.mesh("pool", "disc", [2.2, 0, 2.2], segments=[48, 1])
     s.mesh("fountain-ball", "sphere", [0.3, 0.3, 0.3], segments=[24, 12])
     at = (3.4, 0, 0)
@@ -191,8 +192,8 @@ def furnishing(s):
     s.object("fountain-pool", "pool", "water", (at[0], 0.42, 0))
     s.object("fountain-stem", "fountain-bowl", "marble", (at[0], 0.10, 0))
     s.object("fountain-top", "fountain-ball", "bronze", (at[0], 1.25, 0))
-    for k, (x, z) in enumerate(((-8.2, -2.75), (-3.2, -2.75), (1.8, -2.75), (6.8, -2.75), (-5.7, 2.75), (-0.7, 2.75), (4.3, 2.75), (9.3, 2.75))):
-        plant(s, f"plant-{k}", (x, 0, z), 11, 1.5)
+    for k in range(8):
+        plant(s, f"plant-{k}", (-8.2 + 2.5 * k, 0, 2.75 if k % 2 else -2.75), 11, 1.5)
 
 
 def sponza():
