@@ -142,9 +142,11 @@ export class App {
         if (pick) this.view.moveTo(retarget(this.view.orbit.value, pick.point));
     }
 
-    /** An object, or all that an import brought. */
+    /** An object, or all that an import brought: as its own camera shows it, for a room is best seen from inside. */
     async frameRecord(id: string): Promise<void> {
-        if (!this.rpc) return;
+        const camera = this.scene.list('camera').value.find((c) => c.startsWith(`${id}/`));
+        if (camera) this.goToCamera(camera);
+        if (camera || !this.rpc) return;
         try {
             const box = await this.rpc.call('bounds', { id });
             const lo = vec3Or(box.min, [0, 0, 0]);

@@ -31,7 +31,7 @@ export type Stream = keyof typeof STREAMS;
 
 /** Maps that the server lays over the picture: where an adaptive method refined its samples. */
 export const OVERLAYS = {
-    none: 'No',
+    none: 'Off',
     guidance_soft_shadow: 'Soft shadows',
     guidance_indirect_diffuse: 'Indirect light',
     guidance_media: 'Media',
