@@ -19,7 +19,9 @@
 #include <string.h>
 
 #define BORDER 2u /* of the window */
-#define BLOCK (LUM_TILE_SIDE + 2 * BORDER)
+#define MARGIN                                                                                                         \
+    (LUM_SOFT_SIDE - 1u) /* of a tile's surroundings: what stands for a place beyond an edge lies so far in */
+#define BLOCK (LUM_TILE_SIDE + 2 * MARGIN)
 #define WINDOW (2 * BORDER + 1)
 #define GLOSS_POINTS 4u
 
@@ -67,7 +69,7 @@ static struct moments sum_samples(const struct resolve *v, size_t pixel)
 /* x, y: position in the picture, within the tile or its border. */
 static const struct moments *moments_at(struct resolve *v, uint32_t x, uint32_t y)
 {
-    uint32_t at = (y + BORDER - v->r.y) * BLOCK + x + BORDER - v->r.x;
+    uint32_t at = (y + MARGIN - v->r.y) * BLOCK + x + MARGIN - v->r.x;
     if (!v->known[at]) {
         v->moments[at] = sum_samples(v, (size_t)y * v->pass->tiling.w + x);
         v->known[at] = true;

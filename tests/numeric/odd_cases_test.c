@@ -1,0 +1,184 @@
+/* Pictures at the edge of what is allowed, by every method: sizes that no tile or pattern divides, scenes without
+ * lights or objects, a camera inside a wall, fog that touches the eye. Everything is finite (rig_pass asserts that no
+ * sample was dropped and no ray refused), every pixel has its samples, and counters say what was done. */
+#include "tests/support/effects_stage.h"
+
+struct odd {
+    struct rig r;
+    const struct lum_method *method;
+    const char *what;
+    uint64_t rays[LUM_RAY_KIND_COUNT]; /* of all passes of the last picture */
+    uint32_t n_passes;
+};
+
+static void begin(struct odd *o, const struct lum_method *method)
+{
+    rig_begin(&o->r, 2);
+    o->method = o->r.settings.method = method;
+    o->r.settings.max_spp = 3;
+    o->r.settings.n_vpls = 32;
+}
+
+/* A complete picture; the brightest component of any pixel. */
+static float render(struct odd *o, const char *what)
+{
+    struct rig *r = &o->r;
+    struct lum_pass_stats stats;
+    float brightest = 0.0f;
+    o->what = what;
+    memset(o->rays, 0, sizeof o->rays);
+    o->n_passes = 0;
+    rig_fresh_view(r);
+    do {
+        stats = rig_pass(r);
+        o->n_passes++;
+        for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+            o->rays[k] += stats.rays[k];
+    } while (!stats.complete);
+    for (uint32_t y = 0; y < r->settings.h; y++)
+        for (uint32_t x = 0; x < r->settings.w; x++) {
+            struct lum_rgb c = lum_film_mean(lum_view_film(r->view), x, y);
+            if (!(isfinite(c.r) && isfinite(c.g) && isfinite(c.b) && c.r >= 0.0f && c.g >= 0.0f && c.b >= 0.0f))
+                fail_msg("%s, %s: pixel %u,%u is %g %g %g", o->method->name, what, x, y, (double)c.r, (double)c.g,
+                         (double)c.b);
+            brightest = fmaxf(brightest, lum_rgb_max(c));
+        }
+    /* one primary ray for each pixel of a frame, one for each sample of path tracing */
+    uint64_t pixels = (uint64_t)r->settings.w * r->settings.h;
+    if (o->rays[LUM_RAY_PRIMARY] != pixels * o->n_passes)
+        fail_msg("%s, %s: %llu primary rays in %u passes of %llu pixels", o->method->name, what,
+                 (unsigned long long)o->rays[LUM_RAY_PRIMARY], o->n_passes, (unsigned long long)pixels);
+    return brightest;
+}
+
+static void assert_idle(const struct odd *o)
+{
+    for (int k = LUM_RAY_PRIMARY + 1; k < LUM_RAY_KIND_COUNT; k++)
+        if (o->rays[k] && k != LUM_RAY_ANTIALIAS)
+            fail_msg("%s, %s: %llu %s rays", o->method->name, o->what, (unsigned long long)o->rays[k],
+                     lum_ray_kind_names[k]);
+}
+
+static void sizes(struct odd *o)
+{
+    static const uint32_t rows[][2] = {{1, 1}, {1, 7}, {7, 1}, {2, 2}, {3, 50}, {17, 1}, {49, 47}, {97, 5}};
+    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_DIRECT, STAGE_FULL});
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        char what[32];
+        snprintf(what, sizeof what, "%u x %u", rows[i][0], rows[i][1]);
+        o->r.settings.w = rows[i][0];
+        o->r.settings.h = rows[i][1];
+        assert_true(render(o, what) > 0.0f);
+    }
+}
+
+static void no_lights(struct odd *o)
+{
+    rig_room(&o->r);
+    rig_commit(&o->r);
+    assert_true(render(o, "no light") == 0.0f);
+    assert_idle(o);
+}
+
+static void no_objects(struct odd *o)
+{
+    rig_commit(&o->r);
+    assert_true(render(o, "nothing at all") == 0.0f);
+    assert_idle(o);
+    struct lum_light_desc bulb = rig_point(rig_v(0, 2, 0), 50);
+    rig_light(&o->r, "bulb", &bulb);
+    rig_commit(&o->r);
+    assert_true(render(o, "a bulb alone") == 0.0f);
+    assert_idle(o);
+    struct lum_light_desc sky = {
+        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 3, .on = true, .camera_visible = true};
+    rig_light(&o->r, "sky", &sky);
+    rig_commit(&o->r);
+    assert_true(fabsf(render(o, "sky and a bulb") - 3.0f) <= 3e-6f);
+    assert_idle(o);
+}
+
+/* Closed, and all lights are outside: black. Its own surface, from inside. */
+static void inside_a_wall(struct odd *o)
+{
+    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_INDIRECT_DIFFUSE, STAGE_FULL});
+    rig_camera(&o->r, rig_v(0.3, 0.25, -0.6), rig_v(2, 0.3, 0), 60);
+    assert_true(render(o, "camera inside a box") == 0.0f);
+    rig_camera(&o->r, rig_v(0.3, 0.0, 0.5), rig_v(2, 0.0, 0), 60);
+    render(o, "camera in the floor");
+    rig_camera(&o->r, rig_v(-1, 2, 0.5), rig_v(0, 0, 0), 60);
+    render(o, "camera at the bulb");
+}
+
+static void fog(struct odd *o, struct lum_vec3d lo, struct lum_vec3d hi, bool everywhere, const char *what)
+{
+    struct lum_medium_desc d = {.sigma_s = lum_grey(0.2f), .everywhere = everywhere, .lo = lo, .hi = hi};
+    RIG_OK(lum_scene_put_medium(o->r.scene, "fog", &d, &err));
+    rig_commit(&o->r);
+    assert_true(render(o, what) > 0.0f);
+}
+
+static void touching_fog(struct odd *o)
+{
+    stage_furnish(&o->r, &(struct stage){LUM_EFFECT_DIRECT, STAGE_FULL});
+    const double z = o->r.settings.camera.position.z;
+    fog(o, rig_v(-2, 0, -2), rig_v(2, 2, z), false, "fog up to the eye");
+    fog(o, rig_v(-2, 0, -2), rig_v(2, 2, nextafter(z, 9)), false, "fog just past the eye");
+    fog(o, rig_v(-2, 0, -2), rig_v(2, 2, nextafter(z, 0)), false, "fog just before the eye");
+    fog(o, rig_v(-2, 0, z), rig_v(2, 2, z + 1), false, "fog behind the eye");
+    fog(o, rig_v(-2, 1.1, -2), rig_v(2, 2, 9), false, "a layer that begins at the eye");
+    fog(o, rig_v(-9, -9, -9), rig_v(9, 9, 9), false, "fog around everything");
+    fog(o, rig_v(0, 0, 0), rig_v(0, 0, 0), true, "fog everywhere");
+}
+
+static void for_each_method(void (*check)(struct odd *))
+{
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t m = 0; m < n; m++) {
+        struct odd o = {0};
+        begin(&o, &methods[m]);
+        check(&o);
+        rig_end(&o.r);
+    }
+}
+
+static void pictures_of_any_size(void **state)
+{
+    (void)state;
+    for_each_method(sizes);
+}
+
+static void scenes_without_lights(void **state)
+{
+    (void)state;
+    for_each_method(no_lights);
+}
+
+static void scenes_without_objects(void **state)
+{
+    (void)state;
+    for_each_method(no_objects);
+}
+
+static void cameras_inside_walls(void **state)
+{
+    (void)state;
+    for_each_method(inside_a_wall);
+}
+
+static void media_that_touch_the_camera(void **state)
+{
+    (void)state;
+    for_each_method(touching_fog);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pictures_of_any_size),        cmocka_unit_test(scenes_without_lights),
+        cmocka_unit_test(scenes_without_objects),      cmocka_unit_test(cameras_inside_walls),
+        cmocka_unit_test(media_that_touch_the_camera),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
