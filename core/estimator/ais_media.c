@@ -101,23 +101,37 @@ struct point {
     uint32_t pixel, step;
 };
 
-static void sample_light(struct march *m, const struct point *pt, uint32_t index)
+/* False: the light does not shine there, were it visible or not. */
+static bool arriving_light(const struct march *m, const struct point *pt, uint32_t index,
+                           struct lum_light_sample *ret_sample, struct lum_rgb *ret_value)
 {
     const struct lum_snapshot *s = m->pass->snapshot;
     const struct lum_light *light = &s->lights.lights[index];
-    struct lum_light_sample ls;
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!light->delta)
         u = lum_sampler_2d(&pt->sampler, PAIR_MARCH | (lum_hash_text(light->id) + m->salt + pt->step));
-    if (!lum_light_sample_at(s, index, pt->p, u, &ls))
+    if (!lum_light_sample_at(s, index, pt->p, u, ret_sample))
+        return false;
+    struct lum_vec3 wi = ret_sample->wi;
+    struct lum_rgb arriving =
+        lum_rgb_mul(ret_sample->radiance, lum_media_transmittance(s, pt->p, wi, ret_sample->distance));
+    float phase = lum_phase_hg(m->medium->g, lum_dot(wi, pt->d)) / (light->delta ? 1.0f : ret_sample->pdf_sa);
+    *ret_value = lum_rgb_mul(lum_rgb_mul(pt->weight, m->medium->sigma_s), lum_rgb_scale(arriving, phase));
+    return !lum_rgb_black(*ret_value);
+}
+
+static void sample_light(struct march *m, const struct point *pt, uint32_t index)
+{
+    struct lum_light_sample ls;
+    struct lum_rgb value;
+    if (!arriving_light(m, pt, index, &ls, &value)) {
+        if (m->iteration ==
+            0) /* beside a cone of light or behind a lamp is as dark as in a shadow, and has the same edge */
+            m->missed[pt->pixel]++;
         return;
-    struct lum_rgb arriving = lum_rgb_mul(ls.radiance, lum_media_transmittance(s, pt->p, ls.wi, ls.distance));
-    float phase = lum_phase_hg(m->medium->g, lum_dot(ls.wi, pt->d)) / (light->delta ? 1.0f : ls.pdf_sa);
-    struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(pt->weight, m->medium->sigma_s), lum_rgb_scale(arriving, phase));
-    if (lum_rgb_black(value))
-        return;
+    }
     /* Line 9; sigma_t per metre is that per scene unit times the scale. */
-    float scale = (float)s->norm.scale, sigma_t_m = lum_rgb_max(m->medium->sigma_t) * scale;
+    float scale = (float)m->pass->snapshot->norm.scale, sigma_t_m = lum_rgb_max(m->medium->sigma_t) * scale;
     if (m->iteration == 0 && ls.distance < (HALO_M - sigma_t_m) * scale)
         m->in_halo[pt->pixel]++;
     if (m->rays.n == LUM_RAY_BATCH)
