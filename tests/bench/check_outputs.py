@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""What the studies left in a folder can be read: check_outputs.py DIR STUDY...
+
+SVG is well-formed XML whose coordinates are numbers inside the picture; JSON and CSV hold the same rows."""
+import csv
+import json
+import pathlib
+import re
+import sys
+import xml.etree.ElementTree as ET
+
+FILES = {
+    "rays": {"rays"},
+    "stream": {"stream"},
+    "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
+    "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
+}
+
+
+def check_svg(path):
+    root = ET.parse(path).getroot()
+    width, height = float(root.get("width")), float(root.get("height"))
+    n_lines = 0
+    for element in root.iter():
+        for name in ("x", "y", "cx", "cy", "r"):
+            assert 0 <= float(element.get(name, 0)) <= max(width, height), f"{path}: {name} is {element.get(name)}"
+        d = element.get("d", "")
+        assert "nan" not in d and "inf" not in d, f"{path}: {d}"
+        absolute = re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", d)
+        assert all(0 <= float(x) <= width and 0 <= float(y) <= height for x, y in absolute), f"{path}: {d}"
+        n_lines += len(absolute) > 2
+    assert n_lines > 0, f"{path} shows no curve"
+
+
+def check_table(base):
+    rows = json.loads(base.with_suffix(".json").read_text())
+    with base.with_suffix(".csv").open(newline="") as f:
+        table = list(csv.DictReader(f))
+    assert rows and len(rows) == len(table), f"{base}: {len(rows)} rows in JSON, {len(table)} in CSV"
+    for row, line in zip(rows, table):
+        assert row.keys() == line.keys() and None not in line.values(), f"{base}: {line}"
+        for key, value in row.items():
+            same = line[key] == "" if value is None else line[key] == value or float(line[key]) == value
+            assert same, f"{base}: {key} is {value} in JSON, {line[key]} in CSV"
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    for study in sys.argv[2:]:
+        for name in sorted(FILES[study]):
+            base = folder / name
+            if base.with_suffix(".svg").exists():
+                check_svg(base.with_suffix(".svg"))
+            else:
+                check_table(base)
+            print("ok", name)
+
+
+if __name__ == "__main__":
+    main()
