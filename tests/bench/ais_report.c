@@ -128,6 +128,41 @@ static void print_errors(const struct ais_study *study, struct lum_bench_table *
     }
 }
 
+static const struct lum_bench_column ray_columns[] = {
+    {"", "million rays in FULL", TEXT},
+    {"", "ID A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "LIVE", 2},
+    {"", "SS A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "LIVE", 2},
+    {"", "PM A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "LIVE", 2},
+};
+
+static double million_rays(const struct ais_cell *c, enum ais_part part)
+{
+    const uint64_t *n = c->rays;
+    uint64_t direct = n[LUM_RAY_DIRECT] + n[LUM_RAY_SOFT_SHADOW] + n[LUM_RAY_ENVIRONMENT];
+    uint64_t indirect = n[LUM_RAY_INDIRECT_DIFFUSE] + n[LUM_RAY_VPL];
+    uint64_t sum = part == AIS_ID ? indirect : part == AIS_SS ? direct : n[LUM_RAY_MEDIA];
+    return c->n ? (double)sum * 1e-6 : (double)NAN;
+}
+
+static void print_rays(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        lum_bench_table_text(t, study->scenes[i].name);
+        for (int p = 0; p < AIS_FULL; p++)
+            for (int m = 0; m < AIS_METHODS; m++)
+                lum_bench_table_number(t, million_rays(&study->scenes[i].cells[m][AIS_FULL], (enum ais_part)p));
+    }
+}
+
 /* ---- equal time, equal error ---- */
 
 /* y of a curve at x, both logarithmic, between the points that enclose x; NAN outside. by_error: x is the error and y
@@ -327,6 +362,7 @@ static const struct output {
 } outputs[] = {
     {NULL, fps_columns, LUM_ARRAY_LEN(fps_columns), print_frames},
     {NULL, speedup_columns, LUM_ARRAY_LEN(speedup_columns), print_speedups},
+    {NULL, ray_columns, LUM_ARRAY_LEN(ray_columns), print_rays},
     {NULL, error_columns, LUM_ARRAY_LEN(error_columns), print_errors},
     {NULL, equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
     {"ais", frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
