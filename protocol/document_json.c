@@ -190,7 +190,8 @@ static bool news_init(struct news *n, const struct lum_changes *c)
     return n->imports != NULL;
 }
 
-/* True when the import that made r is changed in the same way, comes, goes or stays: its op stands for r's. */
+/* True when the import that made the record comes, goes or is changed along with it: the import's op stands for both.
+ */
 static bool import_does(const struct news *n, const struct lum_change *c)
 {
     const struct lum_record *r = subject(c);
