@@ -365,7 +365,7 @@ static bool run_scene(const struct lum_bench_options *options, const char *name,
     fprintf(stderr, "ais: %s\n", name);
     lum_bench_machine(&r.world, study->machine, sizeof study->machine);
     r.out = &study->scenes[study->n_scenes++];
-    r.out->name = name;
+    r.out->name = lum_bench_scene_name(name);
     bool ok = measure_scene(&r);
     lum_view_destroy(r.reference);
     lum_free(r.picture);

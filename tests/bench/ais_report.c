@@ -334,15 +334,11 @@ static bool draw(const struct ais_study *study, const struct ais_scene *s, const
         {"(a) by time", {"CPU time of a frame, ms", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[0], n},
         {"(b) by rays", {"rays of a frame, millions", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[1], n},
     };
-    char title[128], subtitle[512], file[128], name[96];
+    char title[128], subtitle[512], file[128];
     snprintf(title, sizeof title, "Error against cost: %s", s->name);
     snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples). %s", study->w,
              study->h, s->reference_spp, study->machine);
-    snprintf(name, sizeof name, "%s", s->name);
-    for (char *c = name; *c; c++) /* a file's path */
-        if (*c == '/')
-            *c = '_';
-    snprintf(file, sizeof file, "ais-%s.svg", name);
+    snprintf(file, sizeof file, "ais-%s.svg", s->name);
     FILE *f = lum_bench_open(options, file);
     if (!f)
         return false;

@@ -66,6 +66,12 @@ bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_
     return true;
 }
 
+const char *lum_bench_scene_name(const char *scene)
+{
+    const char *slash = strrchr(scene, '/');
+    return slash ? slash + 1 : scene;
+}
+
 void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size)
 {
     char line[256], name[128] = "unknown processor";

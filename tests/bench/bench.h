@@ -33,6 +33,8 @@ FILE *lum_bench_open(const struct lum_bench_options *options, const char *name);
 bool lum_bench_close(FILE *f, const char *name);
 /* A world with the scene loaded and committed; false after a message on stderr. */
 bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_world);
+/* What figures call a scene: a file without its folder. */
+const char *lum_bench_scene_name(const char *scene);
 /* "AMD EPYC, 2 threads": what figures were measured on. */
 void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size);
 

@@ -301,7 +301,7 @@ static bool load_all(struct stride_study *st, const struct lum_bench_options *o)
     char grid[4200];
     st->n_scenes = 1;
     if (o->scene)
-        return load(&st->scenes[0], o->scene, o->scene, st->side);
+        return load(&st->scenes[0], lum_bench_scene_name(o->scene), o->scene, st->side);
     st->n_scenes = STRIDE_SCENES;
     return write_sphere_grid(o, grid, sizeof grid) && load(&st->scenes[0], "sphere-grid", grid, st->side) &&
            load(&st->scenes[1], "cornell", "cornell", st->side) && load(&st->scenes[2], "office", "office", st->side) &&
