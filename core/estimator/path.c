@@ -407,7 +407,7 @@ static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const
 {
     for (uint32_t y = r->y; y < r->y + r->h; y += pass->block)
         for (uint32_t x = r->x; x < r->x + r->w; x += pass->block) {
-            struct lum_sampler sampler = lum_sampler_at(x, y, sample, pass->settings->seed);
+            struct lum_sampler sampler = lum_sampler_halves(x, y, sample, pass->settings->seed);
             struct lum_vec2 at = {0.5f, 0.5f};
             if (pass->on[LUM_EFFECT_ANTIALIAS])
                 at = lum_sampler_2d(&sampler, PAIR_PIXEL);

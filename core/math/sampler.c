@@ -31,6 +31,14 @@ struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uin
     return (struct lum_sampler){h, sample};
 }
 
+struct lum_sampler lum_sampler_halves(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed)
+{
+    struct lum_sampler s = lum_sampler_at(px, py, sample >> 1, seed);
+    if (sample & 1u)
+        s.pixel_seed = lum_hash_u32(s.pixel_seed ^ 0x6f646421u);
+    return s;
+}
+
 static uint32_t reverse_bits(uint32_t x)
 {
     x = __builtin_bswap32(x);

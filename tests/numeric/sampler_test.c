@@ -210,6 +210,26 @@ static void samples_can_be_replayed_alone(void **state)
     assert_true(x.x == y.x && x.y == y.y);
 }
 
+/* Means of the two halves over many pixels: their covariance is 0 when they are independent. Its estimate from n
+ * products has a standard deviation of var / sqrt(n). Even and odd members of one sequence have -var, nearly. */
+static void halves_are_independent(void **state)
+{
+    (void)state;
+    enum { PIXELS = 4096, SAMPLES = 8 };
+    double var = 0.0, cov = 0.0;
+    for (uint32_t p = 0; p < PIXELS; p++) {
+        double half[2] = {0.0, 0.0};
+        for (uint32_t k = 0; k < SAMPLES; k++) {
+            struct lum_sampler s = lum_sampler_halves(p % 64, p / 64, k, 3);
+            half[k & 1] += ((double)lum_sampler_1d(&s, 0) - 0.5) / (SAMPLES / 2);
+        }
+        var += 0.5 * (half[0] * half[0] + half[1] * half[1]) / PIXELS;
+        cov += half[0] * half[1] / PIXELS;
+    }
+    assert_true(var > 0.0);
+    assert_true(fabs(cov) < 4.0 * var / 64.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -219,6 +239,7 @@ int main(void)
         cmocka_unit_test(shuffles_decorrelate_pairs),
         cmocka_unit_test(error_is_far_below_random),
         cmocka_unit_test(numbers_are_pinned),
+        cmocka_unit_test(halves_are_independent),
         cmocka_unit_test(samples_can_be_replayed_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,150 @@
+/* From the fast frame to the truth: the blend's weights and errors, on made-up frames and samples whose truth is known.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "core/render/refine.h"
+
+#define W 80u
+#define H 64u
+#define TRUTH 10.0
+
+struct rig {
+    struct lum_tiling tiling;
+    struct lum_refinement r;
+    struct lum_film film;
+};
+
+static double noise(uint32_t i, uint32_t sample)
+{
+    /* uniform with variance 1 */
+    struct lum_sampler s = lum_sampler_halves(i % W, i / W, sample, 7);
+    return ((double)lum_sampler_1d(&s, 0) - 0.5) * sqrt(12.0);
+}
+
+/* The frame is TRUTH + bias; each half is one sample of TRUTH with standard deviation sd. */
+static void rig_init(struct rig *g, double bias, double sd)
+{
+    struct lum_error err;
+    uint64_t nonfinite = 0;
+    *g = (struct rig){.tiling = lum_tiling_make(W, H, LUM_TILE_SIDE)};
+    assert_int_equal(lum_film_init(&g->film, W, H, &err), LUM_OK);
+    assert_int_equal(lum_refine_init(&g->r, &g->tiling, &err), LUM_OK);
+    for (uint32_t i = 0; i < W * H; i++)
+        lum_film_add(&g->film, i % W, i / W, 0, lum_grey((float)(TRUTH + bias)), &nonfinite);
+    lum_refine_begin(&g->r, &g->tiling, &g->film);
+    for (uint32_t i = 0; i < W * H; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            lum_film_add(&g->r.truth, i % W, i / W, k, lum_grey((float)(TRUTH + sd * noise(i, k))), &nonfinite);
+    lum_refine_blend(&g->r, &g->tiling, &g->film, &nonfinite);
+    assert_int_equal(nonfinite, 0);
+}
+
+static void rig_finish(struct rig *g)
+{
+    lum_refine_finish(&g->r);
+    lum_film_finish(&g->film);
+}
+
+static double mean_square_error(const struct rig *g)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < W * H; i++) {
+        double d = (double)lum_film_mean(&g->film, i % W, i / W).g - TRUTH;
+        sum += d * d;
+    }
+    return sum / (W * H);
+}
+
+/* bias b against noise of variance v of the mean: weight b^2 / (b^2 + v). Both are measured over 3 x 3 tiles (2304
+ * pixels; 4 at a corner, 1024): the mean of (b - A)(b - B) has a standard deviation of sqrt((2 b^2 sd^2 + sd^4) / n),
+ * here 0.038 of 0.25 at the corner; 4 of these either way give weights between 0.17 and 0.45. */
+static void weight_is_that_of_the_measured_errors(void **state)
+{
+    (void)state;
+    struct rig g;
+    rig_init(&g, 0.5, 1.0);
+    double mean = 0.0;
+    for (uint32_t t = 0; t < g.tiling.n; t++) {
+        assert_true(g.r.errors[t].weight > 0.17f && g.r.errors[t].weight < 0.45f);
+        mean += (double)g.r.errors[t].weight / g.tiling.n;
+    }
+    assert_true(fabs(mean - 1.0 / 3.0) < 0.05); /* 4 sd over the 5120 pixels: 0.07 of 0.25 */
+    rig_finish(&g);
+}
+
+/* The blend is better than either: b^2 v / (b^2 + v) = 1/6, against 1/4 and 1/2. */
+static void blend_beats_both(void **state)
+{
+    (void)state;
+    struct rig g;
+    rig_init(&g, 0.5, 1.0);
+    double mse = mean_square_error(&g);
+    assert_true(mse > 0.14 && mse < 0.19);
+    /* and knows it: the estimate's own noise is that of the frame's error, 4 sd = 0.07 times (2/3)^2 */
+    double said = g.r.error_rel * TRUTH;
+    assert_true(fabs(said * said - mse) < 0.035);
+    rig_finish(&g);
+}
+
+static void samples_take_over_in_the_end(void **state)
+{
+    (void)state;
+    struct rig g;
+    rig_init(&g, 0.5, 1e-3);
+    assert_true(mean_square_error(&g) < 1e-5);
+    rig_finish(&g);
+    rig_init(&g, 0.0, 1e-3); /* even from a perfect frame, which is never believed in */
+    for (uint32_t t = 0; t < g.tiling.n; t++)
+        assert_true(g.r.errors[t].weight > 0.99f);
+    rig_finish(&g);
+}
+
+/* A good frame stays while the samples are noise: at most 1 % of TRUTH is believed to be its error, so the weight is at
+ * most 0.01 / (0.01 + v); the measured error adds 4 standard deviations of sd^2 / sqrt(1024): 0.125 sd^2. */
+static void noise_does_not_show(void **state)
+{
+    (void)state;
+    struct rig g;
+    rig_init(&g, 0.0, 1.0);
+    for (uint32_t t = 0; t < g.tiling.n; t++)
+        assert_true(g.r.errors[t].weight < 0.22f);
+    assert_true(mean_square_error(&g) < 0.05 * 0.5);
+    rig_finish(&g);
+}
+
+static void black_stays_black(void **state)
+{
+    (void)state;
+    struct rig g;
+    rig_init(&g, -TRUTH, 0.0); /* a black frame of a lit scene */
+    assert_true(mean_square_error(&g) < 1e-9);
+    uint64_t nonfinite = 0;
+    for (uint32_t i = 0; i < W * H; i++) {
+        g.r.frame[i] = lum_grey(0.0f);
+        lum_film_reset_pixel(&g.r.truth, i % W, i / W);
+        for (uint32_t k = 0; k < 2; k++)
+            lum_film_add(&g.r.truth, i % W, i / W, k, lum_grey(0.0f), &nonfinite);
+    }
+    lum_refine_blend(&g.r, &g.tiling, &g.film, &nonfinite);
+    assert_int_equal(nonfinite, 0);
+    assert_true(g.r.error_rel == 0.0);
+    assert_true(lum_film_mean(&g.film, 3, 3).g == 0.0f);
+    rig_finish(&g);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(weight_is_that_of_the_measured_errors),
+        cmocka_unit_test(blend_beats_both),
+        cmocka_unit_test(samples_take_over_in_the_end),
+        cmocka_unit_test(noise_does_not_show),
+        cmocka_unit_test(black_stays_black),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
