@@ -21,11 +21,6 @@
 #define LUM_AIS_TILES ((LUM_PACKET_SIDE / LUM_AIS_SIDE) * (LUM_PACKET_SIDE / LUM_AIS_SIDE)) /* of a packet, at most */
 _Static_assert(LUM_AIS_TILES <= LUM_RAY_BATCH, "the pixels of a packet at one place of the pattern are one ray batch");
 
-/* The thesis bounds the geometry term of a virtual point light by a constant (min(g, 1 / d^2), "as in [PH04]"), which it does
- * not give. Here d is this many times the radius of the area that one of them stands for: it falls as their number grows, and
- * the sum converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
-#define LUM_AIS_BOUND_SPACINGS 2.0f
-
 /* What distinguishes the methods. */
 struct lum_ais {
     uint32_t max;  /* iterations, the first one included: SSmaxSamples = IDmaxSamples = PMmaxSamples (5.4) */

@@ -52,7 +52,7 @@ static void gather(struct indirect *s, uint32_t n_slots)
         .set = s->pass->vpls,
         .slots = s->slots,
         .n_slots = n_slots,
-        .bound = {LUM_BOUND_CLAMP, LUM_AIS_BOUND_SPACINGS * s->pass->vpls->spacing},
+        .bound = lum_vpl_bound(s->pass->vpls),
         .media = s->pass->on[LUM_EFFECT_MEDIA],
         .points = &s->points,
         .irradiance = s->irradiance,

@@ -29,6 +29,7 @@ struct lum_component_buffer {
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
+    uint32_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */

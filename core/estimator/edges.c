@@ -4,6 +4,8 @@
  * done again. */
 #include "core/estimator/components.h"
 
+#include <string.h>
+
 #define EDGE_RAYS                                                                                                      \
     8u /* per pixel at an edge; the fewest with which a slanted edge shows no steps at 8 bits of contrast 1:20 */
 #define EDGE_BATCH (LUM_RAY_BATCH / EDGE_RAYS)
@@ -22,51 +24,63 @@ static bool same_surface(const struct lum_pass *pass, const struct lum_guide *gu
     return s->object[a] == s->object[b] && (s->object[a] == LUM_NO_OBJECT || lum_guide_same_surface(guide, a, b));
 }
 
-static bool at_edge(const struct lum_pass *pass, const struct lum_guide *guide, uint32_t x, uint32_t y)
+/* Pixels of a tile that have a neighbour which shows another surface: each pair of neighbours is tested once. */
+static void find_edges(const struct lum_pass *pass, const struct lum_guide *guide, const struct lum_tile_rect *r,
+                       uint8_t ret_edge[LUM_TILE_PIXELS])
 {
-    size_t at = (size_t)y * guide->w + x;
-    return (x > 0 && !same_surface(pass, guide, at, at - 1)) ||
-           (x + 1 < guide->w && !same_surface(pass, guide, at, at + 1)) ||
-           (y > 0 && !same_surface(pass, guide, at, at - guide->w)) ||
-           (y + 1 < guide->h && !same_surface(pass, guide, at, at + guide->w));
+    memset(ret_edge, 0, LUM_TILE_PIXELS);
+    uint32_t x0 = r->x > 0 ? r->x - 1 : 0, y0 = r->y > 0 ? r->y - 1 : 0;
+    for (uint32_t y = y0; y < r->y + r->h; y++)
+        for (uint32_t x = x0; x < r->x + r->w; x++) {
+            size_t at = (size_t)y * guide->w + x;
+            bool right = y >= r->y && x + 1 < guide->w && !same_surface(pass, guide, at, at + 1);
+            bool below = x >= r->x && y + 1 < guide->h && !same_surface(pass, guide, at, at + guide->w);
+            uint32_t i = (y - r->y) * r->w + x - r->x;
+            if ((right || below) && x >= r->x && y >= r->y)
+                ret_edge[i] = 1;
+            if (right && x + 1 < r->x + r->w)
+                ret_edge[i + 1] = 1;
+            if (below && y + 1 < r->y + r->h)
+                ret_edge[i + r->w] = 1;
+        }
 }
 
-/* Cosine between normals of one smooth surface, at least; and the distance of a point from a pixel's plane, in pixels
- * there, at most: two, for a neighbour's point lies up to a pixel and a half away on a curved surface. */
-#define NORMAL_COS_MIN 0.9f
+/* A hit belongs to the surface that a pixel shows when it lies near the plane there: at most two pixels off, since a
+ * neighbour on a curved surface lies up to a pixel and a half away. Of several the likeliest is taken: distance from
+ * the plane counts four times as much as distance in the picture, or beside a box's edge the wrong face would win. */
 #define PLANE_PIXELS_MAX 2.0f
+#define PLANE_WEIGHT 4.0f
 
-/* Whether pixel `at` shows the surface that hit i of the batch is on. */
-static bool shows(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i,
-                  const struct lum_surface *hit, size_t at)
+/* How badly pixel `at` stands for hit i, at p; INFINITY: not at all. */
+static float mismatch(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, struct lum_vec3 p,
+                      size_t at)
 {
     const struct lum_surfaces *s = pass->surfaces;
     if (s->object[at] != batch->hits.object[i])
-        return false;
+        return INFINITY;
     if (s->object[at] == LUM_NO_OBJECT)
-        return true;
+        return 0.0f;
     float pixel = pass->eye.per_pixel * s->depth[at];
-    return lum_dot(s->n[at], hit->ns) > NORMAL_COS_MIN &&
-           fabsf(lum_dot(lum_v3_sub(hit->p, s->p[at]), s->n[at])) <= PLANE_PIXELS_MAX * pixel;
+    float off = PLANE_WEIGHT * lum_dot(lum_v3_sub(p, s->p[at]), s->n[at]) / pixel;
+    return fabsf(off) <= PLANE_WEIGHT * PLANE_PIXELS_MAX ? off * off : INFINITY;
 }
 
-/* Radiance of ray i, which went through the film at (fx, fy) in pixel (x, y): that of the pixel nearest to it, of the
- * nine around, which shows its surface; of its own pixel where none does. */
+/* Radiance of ray i, which went through the film at `film` in pixel (x, y): that of the pixel, of the nine around,
+ * which shows its surface best; of its own pixel where none does. */
 static struct lum_rgb borrow(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
                              uint32_t y, struct lum_vec2 film)
 {
     uint32_t w = pass->tiling.w, h = pass->tiling.h;
-    struct lum_surface hit;
-    if (batch->hits.object[i] != LUM_NO_OBJECT)
-        lum_snapshot_surface(pass->snapshot, &batch->hits, i, lum_rays_direction(&batch->rays, i), &hit);
+    struct lum_vec3 p = lum_v3_mad(pass->eye.o, lum_rays_direction(&batch->rays, i), batch->hits.t[i]);
     size_t best = (size_t)y * w + x;
-    float nearest = INFINITY;
+    float least = INFINITY;
     for (uint32_t ny = y > 0 ? y - 1 : 0; ny <= y + 1 && ny < h; ny++)
         for (uint32_t nx = x > 0 ? x - 1 : 0; nx <= x + 1 && nx < w; nx++) {
-            float dx = (float)nx + 0.5f - film.x, dy = (float)ny + 0.5f - film.y, d2 = dx * dx + dy * dy;
+            float dx = (float)nx + 0.5f - film.x, dy = (float)ny + 0.5f - film.y;
             size_t at = (size_t)ny * w + nx;
-            if (d2 < nearest && shows(pass, batch, i, &hit, at)) {
-                nearest = d2;
+            float worse = mismatch(pass, batch, i, p, at) + dx * dx + dy * dy;
+            if (worse < least) {
+                least = worse;
                 best = at;
             }
         }
@@ -110,20 +124,23 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    struct edge_batch batch = {.n = 0};
-    for (uint32_t y = r.y; y < r.y + r.h; y++)
-        for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            if (at_edge(pass, &guide, x, y)) {
-                batch.x[batch.n] = x;
-                batch.y[batch.n++] = y;
-                if (batch.n == EDGE_BATCH)
-                    finish_batch(pass, &batch, counters);
-                continue;
-            }
-            lum_film_reset_pixel(pass->film, x, y);
-            lum_film_add(pass->film, x, y, 0, pass->components->radiance[(size_t)y * pass->tiling.w + x],
-                         &counters->nonfinite);
+    struct edge_batch batch;
+    uint8_t edge[LUM_TILE_PIXELS];
+    batch.n = 0;
+    find_edges(pass, &guide, &r, edge);
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
+        if (edge[i]) {
+            batch.x[batch.n] = x;
+            batch.y[batch.n++] = y;
+            if (batch.n == EDGE_BATCH)
+                finish_batch(pass, &batch, counters);
+            continue;
         }
+        lum_film_reset_pixel(pass->film, x, y);
+        lum_film_add(pass->film, x, y, 0, pass->components->radiance[(size_t)y * pass->tiling.w + x],
+                     &counters->nonfinite);
+    }
     finish_batch(pass, &batch, counters);
     pass->tile_spp[tile] = pass->target_spp;
 }

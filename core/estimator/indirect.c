@@ -30,17 +30,18 @@ struct gathering {
 };
 
 /* The two coarse pictures in component INDIRECT: what each pixel's own set gives, and what the sets that it misses do;
- * after joining, the second holds the sum of all. */
+ * after joining, the second holds the sum of all. And the window that each pixel takes the other sets from. */
 struct coarse {
     uint32_t w, h;
     struct lum_rgb *own, *rest;
+    uint32_t *windows;
 };
 
 static struct coarse coarse_of(const struct lum_pass *pass)
 {
     uint32_t w = lum_filter_size(pass->tiling.w, 2), h = lum_filter_size(pass->tiling.h, 2);
     struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
-    return (struct coarse){w, h, raw, raw + (size_t)w * h};
+    return (struct coarse){w, h, raw, raw + (size_t)w * h, pass->components->windows};
 }
 
 /* ---- what is missing ---- */
@@ -50,28 +51,73 @@ static size_t site(const struct lum_pass *pass, uint32_t i, uint32_t j)
     return (size_t)(2 * j) * pass->tiling.w + 2 * i;
 }
 
-/* Coarse pixels around (i, j) that are joined: 5 x 5, those at the ends with half weight; less at the picture's edges.
- */
-struct window {
-    uint32_t i0, i1, j0, j1;
+/* The window of a coarse pixel: 5 x 5, those at its ends with half weight, so that each set has a weight of 1. Bit
+ * (dy + 2) * 5 + dx + 2 stands for the pixel at (dx, dy) from its middle. */
+#define REACH 2u
+#define WINDOW (2 * REACH + 1)
+#define WHOLE_WINDOW ((1u << WINDOW * WINDOW) - 1)
+#define BLOCK (COARSE_SIDE + 2 * REACH)
+
+/* Surfaces at the coarse pixels of a packet and around it, as structures of arrays: all pixels of a row are tested at
+ * once against their neighbours at one offset. */
+struct block {
+    _Alignas(64) float px[BLOCK * BLOCK];
+    float py[BLOCK * BLOCK], pz[BLOCK * BLOCK], nx[BLOCK * BLOCK], ny[BLOCK * BLOCK], nz[BLOCK * BLOCK];
+    float limit[BLOCK * BLOCK];
 };
-static struct window window_at(const struct coarse *c, uint32_t i, uint32_t j)
+
+static void load_block(const struct lum_guide *g, const struct coarse *c, uint32_t x0, uint32_t y0, struct block *b)
 {
-    return (struct window){i >= 2 ? i - 2 : 0, i + 2 < c->w ? i + 2 : c->w - 1, j >= 2 ? j - 2 : 0,
-                           j + 2 < c->h ? j + 2 : c->h - 1};
+    for (uint32_t k = 0; k < BLOCK * BLOCK; k++) {
+        uint32_t i = x0 + k % BLOCK - REACH, j = y0 + k / BLOCK - REACH; /* wraps around at the picture's edge */
+        bool there = i < c->w && j < c->h;
+        size_t at = there ? (size_t)(2 * j) * g->w + 2 * i : 0;
+        there = there && isfinite(g->depth[at]);
+        b->px[k] = there ? g->p[at].x : 0.0f;
+        b->py[k] = there ? g->p[at].y : 0.0f;
+        b->pz[k] = there ? g->p[at].z : 0.0f;
+        b->nx[k] = there ? g->n[at].x : 0.0f; /* no normal: on no surface */
+        b->ny[k] = there ? g->n[at].y : 0.0f;
+        b->nz[k] = there ? g->n[at].z : 0.0f;
+        b->limit[k] = there ? lum_guide_limit(g, at) : 0.0f;
+    }
 }
 
-/* Sets that a coarse pixel finds on its own surface around it. */
-static uint32_t sets_around(const struct lum_pass *pass, const struct lum_guide *guide, uint32_t i, uint32_t j)
+/* lum_guide_same_surface for the `n` pixels from `a` on, and those `step` behind them; sets `bit` where it holds. */
+static void test_row(const struct block *b, uint32_t a, uint32_t step, uint32_t n, uint32_t bit, uint32_t *window)
 {
-    struct coarse c = coarse_of(pass);
-    struct window win = window_at(&c, i, j);
-    size_t at = site(pass, i, j);
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t p = a + i, q = a + i + step;
+        float cosine = b->nx[p] * b->nx[q] + b->ny[p] * b->ny[q] + b->nz[p] * b->nz[q];
+        float off = (b->nx[p] + b->nx[q]) * (b->px[q] - b->px[p]) + (b->ny[p] + b->ny[q]) * (b->py[q] - b->py[p]) +
+                    (b->nz[p] + b->nz[q]) * (b->pz[q] - b->pz[p]);
+        uint32_t same = (uint32_t)(cosine > LUM_SAME_COS) & (uint32_t)(fabsf(off) <= b->limit[p] + b->limit[q]);
+        window[i] |= same ? bit : 0;
+    }
+}
+
+/* Windows of a packet's coarse pixels, cut off at the edges of surfaces and of the picture: w x h of them, COARSE_SIDE
+ * apart. */
+static void find_windows(const struct block *b, uint32_t w, uint32_t h, uint32_t *ret_windows)
+{
+    memset(ret_windows, 0, COARSE_SIDE * COARSE_SIDE * sizeof *ret_windows);
+    for (uint32_t j = 0; j < h; j++)
+        for (uint32_t k = 0; k < WINDOW * WINDOW; k++) {
+            uint32_t step = k / WINDOW * BLOCK + k % WINDOW - (REACH * BLOCK + REACH); /* wraps to what is before */
+            test_row(b, (j + REACH) * BLOCK + REACH, step, w, 1u << k, ret_windows + j * COARSE_SIDE);
+        }
+}
+
+/* Sets that are found in a window around coarse pixel (i, j). */
+static uint32_t sets_in(uint32_t window, uint32_t i, uint32_t j)
+{
     uint32_t sets = 0;
-    for (uint32_t b = win.j0; b <= win.j1; b++)
-        for (uint32_t a = win.i0; a <= win.i1; a++)
-            if (lum_guide_same_surface(guide, at, site(pass, a, b)))
-                sets |= 1u << lum_pattern_set(SIDE, a, b);
+    if (window == WHOLE_WINDOW)
+        return ALL_SETS;
+    for (; window; window &= window - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(window);
+        sets |= 1u << lum_pattern_set(SIDE, i + k % WINDOW - REACH, j + k / WINDOW - REACH);
+    }
     return sets;
 }
 
@@ -102,7 +148,7 @@ static void flush(struct gathering *g, uint32_t set, struct lum_rgb *sums)
         .set = g->pass->vpls,
         .slots = g->slots,
         .n_slots = n,
-        .bound = {LUM_BOUND_CLAMP, g->pass->vpls->spacing},
+        .bound = lum_vpl_bound(g->pass->vpls),
         .media = g->pass->on[LUM_EFFECT_MEDIA],
         .points = &g->points,
         .irradiance = g->irradiance,
@@ -134,11 +180,18 @@ struct coarse_packet {
 
 static void find_missing(const struct lum_pass *pass, const struct lum_guide *guide, struct coarse_packet *c)
 {
+    struct coarse all = coarse_of(pass);
+    struct block block;
+    uint32_t windows[COARSE_SIDE * COARSE_SIDE];
+    load_block(guide, &all, c->x, c->y, &block);
+    find_windows(&block, c->w, c->h, windows);
     uint8_t *iterations = pass->components->buffer[LUM_COMPONENT_INDIRECT].iterations;
     for (uint32_t k = 0; k < c->w * c->h; k++) {
         uint32_t i = c->x + k % c->w, j = c->y + k / c->w;
         size_t at = site(pass, i, j);
-        uint32_t missing = is_diffuse(pass, at) ? ALL_SETS & ~sets_around(pass, guide, i, j) : 0;
+        uint32_t window = windows[k / c->w * COARSE_SIDE + k % c->w];
+        uint32_t missing = is_diffuse(pass, at) ? ALL_SETS & ~sets_in(window, i, j) : 0;
+        all.windows[(size_t)j * all.w + i] = window;
         c->missing[k] = (uint16_t)missing;
         for (uint32_t y = 2 * j; y <= 2 * j + 1 && y < pass->tiling.h; y++)
             for (uint32_t x = 2 * i; x <= 2 * i + 1 && x < pass->tiling.w; x++)
@@ -207,38 +260,56 @@ static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct
 
 /* ---- filtering ---- */
 
-/* All 16 sets at coarse pixel (i, j): each the mean over those around it on its surface; to be added to the ones it
- * gathered because none was there. */
-static struct lum_rgb sum_around(const struct lum_pass *pass, const struct lum_guide *guide, uint32_t i, uint32_t j)
+static float window_weight(uint32_t k)
 {
-    struct coarse c = coarse_of(pass);
-    struct window win = window_at(&c, i, j);
-    size_t at = site(pass, i, j);
+    uint32_t x = k % WINDOW, y = k / WINDOW;
+    return (x == 0 || x == WINDOW - 1 ? 0.5f : 1.0f) * (y == 0 || y == WINDOW - 1 ? 0.5f : 1.0f);
+}
+
+/* Every set is there, with a weight of 1 in all. */
+static struct lum_rgb sum_whole(const struct lum_rgb *middle, uint32_t pitch)
+{
+    struct lum_rgb all = lum_grey(0.0f);
+    for (uint32_t y = 0; y < WINDOW; y++) {
+        const struct lum_rgb *v = middle + (size_t)y * pitch - (size_t)REACH * pitch - REACH;
+        struct lum_rgb row = lum_rgb_add(lum_rgb_add(v[1], v[2]), v[3]);
+        row = lum_rgb_mad(row, lum_rgb_add(v[0], v[4]), 0.5f);
+        all = lum_rgb_mad(all, row, y == 0 || y == WINDOW - 1 ? 0.5f : 1.0f);
+    }
+    return all;
+}
+
+/* All 16 sets at coarse pixel (i, j): each the mean over its window; to be added to the ones it gathered because none
+ * was there. */
+static struct lum_rgb sum_around(const struct coarse *c, uint32_t i, uint32_t j)
+{
+    uint32_t window = c->windows[(size_t)j * c->w + i];
+    const struct lum_rgb *middle = &c->own[(size_t)j * c->w + i];
+    if (window == WHOLE_WINDOW)
+        return sum_whole(middle, c->w);
     struct lum_rgb sum[N_SETS] = {{0}}, all = lum_grey(0.0f);
     float weight[N_SETS] = {0};
-    for (uint32_t y = win.j0; y <= win.j1; y++)
-        for (uint32_t x = win.i0; x <= win.i1; x++) {
-            if (!lum_guide_same_surface(guide, at, site(pass, x, y)))
-                continue;
-            uint32_t set = lum_pattern_set(SIDE, x, y);
-            float w = (x + 2 == i || x == i + 2 ? 0.5f : 1.0f) * (y + 2 == j || y == j + 2 ? 0.5f : 1.0f);
-            sum[set] = lum_rgb_mad(sum[set], c.own[(size_t)y * c.w + x], w);
-            weight[set] += w;
-        }
+    for (; window; window &= window - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(window), x = i + k % WINDOW - REACH, y = j + k / WINDOW - REACH;
+        uint32_t set = lum_pattern_set(SIDE, x, y);
+        float w = window_weight(k);
+        sum[set] = lum_rgb_mad(sum[set], c->own[(size_t)y * c->w + x], w);
+        weight[set] += w;
+    }
     for (uint32_t set = 0; set < N_SETS; set++)
         if (weight[set] > 0.0f)
             all = lum_rgb_mad(all, sum[set], 1.0f / weight[set]);
     return all;
 }
 
-static void join_sets(const struct lum_pass *pass, const struct lum_guide *guide, const struct lum_tile_rect *r)
+static void join_sets(const struct lum_pass *pass, const struct lum_tile_rect *r)
 {
     struct coarse c = coarse_of(pass);
     for (uint32_t j = r->y / 2; 2 * j < r->y + r->h; j++)
         for (uint32_t i = r->x / 2; 2 * i < r->x + r->w; i++)
             if (is_diffuse(pass, site(pass, i, j))) {
                 struct lum_rgb *rest = &c.rest[(size_t)j * c.w + i];
-                *rest = lum_rgb_add(*rest, sum_around(pass, guide, i, j));
+                *rest = lum_rgb_add(*rest, sum_around(&c, i, j));
             }
 }
 
@@ -250,7 +321,7 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
     if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw)
-        join_sets(pass, &guide, &r);
+        join_sets(pass, &r);
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
     struct lum_filter f = {.guide = &guide, .side = SIDE, .step = 1, .in = gloss->raw};
     if (gloss->raw)

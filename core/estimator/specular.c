@@ -58,7 +58,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         .set = pass->vpls,
         .slots = slots,
         .n_slots = n_slots,
-        .bound = {LUM_BOUND_CLAMP, pass->vpls->spacing},
+        .bound = lum_vpl_bound(pass->vpls),
         .media = pass->on[LUM_EFFECT_MEDIA],
         .points = &points,
         .irradiance = irradiance,

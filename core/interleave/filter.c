@@ -8,26 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Two pixels lie on one smooth surface when their normals are within acos 0.9 = 26 degrees, and the chord between them
- * is at right angles to the sum of their normals, as it is on a plane, a cylinder and a sphere, to within the size of a
- * pixel there: lesser steps cannot be told from noise, larger ones are edges. What float positions lose is allowed for:
- * scene coordinates are at most 2^7, 2^-17 apart, three products of two roundings each, so 2^-14 a pixel covers it. */
-#define SAME_COS 0.9f
-#define SAME_ROUNDING 0x1p-14f
-
-static float plane_limit(const struct lum_guide *g, size_t i)
-{
-    return g->pixel * g->depth[i] + SAME_ROUNDING;
-}
-
-bool lum_guide_same_surface(const struct lum_guide *g, size_t a, size_t b)
-{
-    if (!(lum_dot(g->n[a], g->n[b]) > SAME_COS))
-        return false;
-    float off = lum_dot(lum_v3_add(g->n[a], g->n[b]), lum_v3_sub(g->p[b], g->p[a]));
-    return fabsf(off) <= plane_limit(g, a) + plane_limit(g, b);
-}
-
 static bool takes_part(const struct lum_filter *f, size_t at)
 {
     return f->need == 0 || (f->guide->kind[at] & f->need);
@@ -105,7 +85,7 @@ static void set_pixel(const struct strip *s, struct row *row, uint32_t i, uint32
     row->nx[i] = g->n[at].x;
     row->ny[i] = g->n[at].y;
     row->nz[i] = g->n[at].z;
-    row->limit[i] = plane_limit(g, at);
+    row->limit[i] = lum_guide_limit(g, at);
 }
 
 static struct row *row_at(struct strip *s, int64_t y)
@@ -147,7 +127,7 @@ static void add_neighbour(struct sums *restrict sums, const struct neighbour *nb
         float cosine = nx * mx + ny * my + nz * mz;
         float off =
             (nx + mx) * (b->px[l] - a->px[k]) + (ny + my) * (b->py[l] - a->py[k]) + (nz + mz) * (b->pz[l] - a->pz[k]);
-        bool same = (cosine > SAME_COS) & (fabsf(off) <= a->limit[k] + b->limit[l]);
+        bool same = (cosine > LUM_SAME_COS) & (fabsf(off) <= a->limit[k] + b->limit[l]);
         sums->weight[i] += same ? weight : 0.0f;
         sums->r[i] += same ? weight * b->r[l] : 0.0f;
         sums->g[i] += same ? weight * b->g[l] : 0.0f;

@@ -9,6 +9,8 @@
 #ifndef LUM_CORE_INTERLEAVE_INTERLEAVE_H
 #define LUM_CORE_INTERLEAVE_INTERLEAVE_H
 
+#include <math.h>
+
 #include "core/base/base.h"
 #include "core/math/vec.h"
 
@@ -58,8 +60,25 @@ uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_st
 
 /* ---- filters ---- */
 
-/* True when pixels a and b (indices) lie on the same smooth surface. Symmetric. Background is no surface. */
-bool lum_guide_same_surface(const struct lum_guide *guide, size_t a, size_t b);
+/* Two pixels lie on one smooth surface when
+ *   - their normals are within acos 0.9 = 26 degrees, and
+ *   - the chord between them is at right angles to the sum of their normals, as it is on a plane, a cylinder and a sphere, to
+ *     within the size of a pixel there: lesser steps cannot be told from noise, larger ones are edges. What float positions
+ *     lose is allowed for: scene coordinates are at most 2^7, 2^-17 apart, three products of two roundings each, so
+ *     2^-14 a pixel covers it. */
+#define LUM_SAME_COS 0.9f
+static inline float lum_guide_limit(const struct lum_guide *g, size_t i)
+{
+    return g->pixel * g->depth[i] + 0x1p-14f;
+}
+/* Pixels by index. Symmetric. Background is no surface. */
+static inline bool lum_guide_same_surface(const struct lum_guide *g, size_t a, size_t b)
+{
+    if (!(lum_dot(g->n[a], g->n[b]) > LUM_SAME_COS))
+        return false;
+    float off = lum_dot(lum_v3_add(g->n[a], g->n[b]), lum_v3_sub(g->p[b], g->p[a]));
+    return fabsf(off) <= lum_guide_limit(g, a) + lum_guide_limit(g, b);
+}
 
 /* What is filtered: a picture at full resolution (step 1), or at a quarter of it (step 2): ceil(w / step) * ceil(h / step)
  * pixels, of which (i, j) was computed at the guide's pixel (i * step, j * step). */

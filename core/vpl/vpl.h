@@ -86,6 +86,14 @@ struct lum_bound {
     float min_distance; /* scene units */
 };
 
+/* What methods use. The thesis bounds the geometry term by a constant (min(g, 1 / d^2), "as in [PH04]") that it does not give.
+ * Here d is a multiple of the radius of the area that one VPL stands for: it falls as their number grows, and the sum
+ * converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
+static inline struct lum_bound lum_vpl_bound(const struct lum_vpl_set *set)
+{
+    return (struct lum_bound){LUM_BOUND_CLAMP, 2.0f * set->spacing};
+}
+
 /* Points that gather: at most LUM_RAY_BATCH. n: the shading normal; ng: geometric, on the viewer's side. */
 struct lum_gather_points {
     uint32_t n_points;

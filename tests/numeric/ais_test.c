@@ -194,7 +194,7 @@ static double plain_sum(struct rig *r)
                                         .set = &set,
                                         .slots = slots,
                                         .n_slots = set.n,
-                                        .bound = {LUM_BOUND_CLAMP, LUM_AIS_BOUND_SPACINGS * set.spacing},
+                                        .bound = lum_vpl_bound(&set),
                                         .points = &points,
                                         .irradiance = &irradiance,
                                         .sampled = &sampled,
