@@ -1,5 +1,5 @@
 /* Batches of rays through Embree, 16 at a time. The structure-of-arrays batch has Embree's own packet layout in runs of
- * 16 lanes, so packing is ten 64-byte copies; lanes past the end of the batch are copied too and masked off. */
+ * 16 lanes, so packing is ten 64-byte copies; lanes past the end of the batch are copied too and switched off. */
 #include "core/accel/embree.h"
 
 #include <string.h>
@@ -54,6 +54,20 @@ static uint32_t gate(const struct lum_rays *r, uint32_t first, uint32_t n, int v
         bad += (ok ^ 1u) & live;
     }
     return bad;
+}
+
+/* Makes lanes that are not valid such as Embree never looks at. It has a mask for that, but where the processor has no
+ * vectors of 16 it traces every lane with tnear <= tfar, whatever the mask says, and aborts on what it finds there. */
+static void switch_off(const int valid[WIDTH], struct RTCRay16 *packet)
+{
+    for (uint32_t k = 0; k < WIDTH; k++)
+        if (valid[k] == 0) {
+            packet->org_x[k] = packet->org_y[k] = packet->org_z[k] = 0.0f;
+            packet->dir_x[k] = packet->dir_y[k] = 0.0f;
+            packet->dir_z[k] = 1.0f;
+            packet->tnear[k] = 1.0f;
+            packet->tfar[k] = 0.0f;
+        }
 }
 
 static void pack(const struct lum_rays *r, uint32_t first, uint32_t mask, struct RTCRay16 *packet)
@@ -172,8 +186,11 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
     _Alignas(64) int valid[WIDTH];
     for (uint32_t first = 0; first < rays->n; first += WIDTH) {
         uint32_t n = rays->n - first;
-        bad += gate(rays, first, n, valid);
+        uint32_t unfit = gate(rays, first, n, valid);
+        bad += unfit;
         pack(rays, first, mask, &packet.ray);
+        if (n < WIDTH || unfit)
+            switch_off(valid, &packet.ray);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
         intersect(trace, &context, valid, &packet);
@@ -242,8 +259,11 @@ void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, u
     _Alignas(64) int valid[WIDTH];
     for (uint32_t first = 0; first < rays->n; first += WIDTH) {
         uint32_t n = rays->n - first;
-        bad += gate(rays, first, n, valid);
+        uint32_t unfit = gate(rays, first, n, valid);
+        bad += unfit;
         pack(rays, first, mask, &packet);
+        if (n < WIDTH || unfit)
+            switch_off(valid, &packet);
         occluded(trace, &context, valid, &packet);
         /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
         for (uint32_t k = 0; k < WIDTH; k++)

@@ -13,6 +13,7 @@ FILES = {
     "rays": {"rays"},
     "stream": {"stream"},
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
+    "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
 }
 
@@ -28,8 +29,8 @@ def check_svg(path):
         assert "nan" not in d and "inf" not in d, f"{path}: {d}"
         absolute = re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", d)
         assert all(0 <= float(x) <= width and 0 <= float(y) <= height for x, y in absolute), f"{path}: {d}"
-        n_lines += len(absolute) > 2
-    assert n_lines > 0, f"{path} shows no curve"
+        n_lines += len(absolute) > 2 or (element.tag.endswith("rect") and len(element) > 0)  # a bar with its title
+    assert n_lines > 0, f"{path} shows no curve and no bar"
 
 
 def check_table(base):

@@ -374,6 +374,12 @@ static void fuzzed_rays_are_counted_not_traced(void **state)
     lum_snapshot_unref(s);
 }
 
+/* Embree traces packets of 16 in another way there, in which it does not heed its own mask. */
+static void fuzzed_rays_on_a_narrow_processor(void **state)
+{
+    fuzzed_rays_are_counted_not_traced(state);
+}
+
 /* [7] Turning every triangle over changes nothing that a two-sided material sees. */
 static void winding_changes_only_the_side(void **state)
 {
@@ -601,6 +607,7 @@ int main(void)
         TEST(closed_rooms_do_not_leak),
         TEST(broken_triangles_are_dropped_and_counted),
         TEST(fuzzed_rays_are_counted_not_traced),
+        cmocka_unit_test_setup_teardown(fuzzed_rays_on_a_narrow_processor, fixture_setup_narrow, fixture_teardown),
         TEST(winding_changes_only_the_side),
         TEST(refit_equals_rebuild),
         TEST(emitter_shapes_are_where_they_should_be),

@@ -4,14 +4,24 @@
 
 #include "core/base/pool.h"
 
-int fixture_setup(void **state)
+static int setup(void **state, const char *isa)
 {
     struct fixture *f = calloc(1, sizeof *f);
-    if (!f || lum_device_create(2, NULL, &f->device, NULL) != LUM_OK)
+    if (!f || lum_device_create(2, isa, &f->device, NULL) != LUM_OK)
         return 1;
     lum_thread_init_fp();
     *state = f;
     return lum_scene_create(f->device, &f->scene, NULL) == LUM_OK ? 0 : 1;
+}
+
+int fixture_setup(void **state)
+{
+    return setup(state, NULL);
+}
+
+int fixture_setup_narrow(void **state)
+{
+    return setup(state, "avx2");
 }
 
 int fixture_teardown(void **state)

@@ -27,6 +27,7 @@ struct fixture {
 };
 
 int fixture_setup(void **state); /* cmocka: *state is a struct fixture with an empty scene */
+int fixture_setup_narrow(void **state); /* the same, with vectors of 8 */
 int fixture_teardown(void **state);
 
 void put_shape(struct lum_scene *scene, const char *id, const char *shape, uint32_t around, uint32_t along);
