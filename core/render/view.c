@@ -22,6 +22,7 @@ struct lum_view {
     uint32_t *tile_spp;
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
+    struct lum_view *rough;           /* methods that refine: the same at a part of the resolution, for rough passes */
     struct lum_aov_buffers aov;
     /* what the film shows */
     bool rendered;
@@ -39,7 +40,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .camera = {.position = {0, 1, 3}, .target = {0, 1, 0}, .up = {0, 1, 0}, .vfov_deg = 45},
         .w = 600,
         .h = 400,
-        .method = lum_method_find("path"),
+        .method = lum_method_find("live"),
         .max_depth = 8,
         .shadow_samples = 16,
         .antialias = true,
@@ -79,6 +80,7 @@ void lum_view_destroy(struct lum_view *view)
 {
     if (!view)
         return;
+    lum_view_destroy(view->rough);
     drop_buffers(view);
     lum_free(view->counters);
     lum_free(view);
@@ -204,6 +206,33 @@ static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const
     return status;
 }
 
+/* The fast frame at a part of the resolution, each of its pixels shown as a block. */
+static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    uint32_t block = pass->settings->preview;
+    struct lum_view_settings settings = *pass->settings;
+    settings.w = (settings.w + block - 1) / block;
+    settings.h = (settings.h + block - 1) / block;
+    settings.preview = 1;
+    settings.max_spp = 1;
+    enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
+    if (status == LUM_OK)
+        status = lum_view_pass(v->rough, pass->snapshot, &settings, runner->cancel, runner->stats, err);
+    if (status != LUM_OK)
+        return status;
+    for (uint32_t y = 0; y < pass->tiling.h; y++)
+        for (uint32_t x = 0; x < pass->tiling.w; x++) {
+            lum_film_reset_pixel(&v->film, x, y);
+            lum_film_add(&v->film, x, y, 0, lum_film_mean(&v->rough->film, x / block, y / block),
+                         &runner->counters[0].nonfinite);
+        }
+    runner->stats->preview = block;
+    runner->stats->changed = true;
+    v->previewed = true;
+    return LUM_OK;
+}
+
 /* The fast frame; its picture is what later passes refine. */
 static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
@@ -311,6 +340,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
+        else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed)
+            status = run_rough(view, &pass, &runner, err);
         else if (spp > 0)
             status = run_refinement(view, &pass, &runner);
         else

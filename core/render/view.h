@@ -20,8 +20,8 @@ struct lum_view_settings {
     uint32_t max_depth;      /* path segments after the first hit */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     bool antialias;          /* false: rays through pixel centres */
-    uint32_t preview;        /* progressive methods: after a change, first one rough pass with one sample per block of this
-                                many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
+    uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
+                                block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
     uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
     uint32_t effects_off, effects_on;

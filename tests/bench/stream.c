@@ -172,7 +172,8 @@ int lum_bench_stream(const struct lum_bench_options *options)
     }
     struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
     if (t && server_start(options, &server)) {
-        bool ok = measure(options, &server, "path", t) && measure(options, &server, "whitted", t);
+        bool ok = measure(options, &server, "live", t) && measure(options, &server, "path", t) &&
+                  measure(options, &server, "whitted", t);
         server_stop(&server);
         printf("%s at 600x400, milliseconds\n\n", options->scene);
         lum_bench_table_markdown(t, stdout);

@@ -317,7 +317,7 @@ static void what_is_one_surface(void **state)
 {
     (void)state;
     for (float radius = 0.04f; radius < 50.0f; radius *= 1.7f) { /* of pixels of 0.01 */
-        struct lum_vec3 p[2], n[2];
+        struct lum_vec3 p[2] = {{0}}, n[2] = {{0}};
         float depth[2] = {1, 1};
         struct lum_guide g = {2, 1, p, n, depth, NULL, 0.01f};
         for (float angle = 0.0f; angle < 1.4f; angle += 0.1f) {
