@@ -2,11 +2,12 @@
  *
  * Light is linear, so a picture is the sum over its lights of power times response, where a light's response is the
  * radiance that it would give at power 1. A layer keeps, for one light and every pixel, which of its shadow samples were
- * traced and which of them see the light (visibility: geometry only), and the response (visibility, geometry and
- * materials). Then
+ * traced and which of them see the light (visibility: geometry only), and the response (visibility, geometry,
+ * materials and what media leave of the light on its way). Then
  *   - another colour, intensity or switch of a light is another sum: no ray, no shading;
  *   - another material is another response from the same visibility bits: no shadow ray, except for samples that nobody
  *     needed before;
+ *   - another medium dims the same light otherwise: likewise;
  *   - a moved light drops its own layer only.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *

@@ -46,6 +46,16 @@ struct resolve {
     bool known[BLOCK * BLOCK];
 };
 
+/* Radiance of a sample, less what media take of it. */
+static struct lum_rgb arriving(const struct resolve *v, size_t pixel, const struct lum_light_sample *ls)
+{
+    const struct lum_pass *pass = v->pass;
+    if (!pass->on[LUM_EFFECT_MEDIA])
+        return ls->radiance;
+    return lum_rgb_mul(ls->radiance,
+                       lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls->wi, ls->distance));
+}
+
 static struct moments sum_samples(const struct resolve *v, size_t pixel)
 {
     struct lum_seen seen = v->layer->soft.seen[pixel];
@@ -61,7 +71,7 @@ static struct moments sum_samples(const struct resolve *v, size_t pixel)
             continue;
         m.seen += f;
         m.cosine += f * cosine;
-        m.light = lum_rgb_mad(m.light, ls.radiance, f);
+        m.light = lum_rgb_mad(m.light, arriving(v, pixel, &ls), f);
     }
     return m;
 }
@@ -151,9 +161,27 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
         float weight = visible / ls.pdf_sa;
         if (v->pass->on[LUM_EFFECT_GLOSSY]) /* another estimator finds the light by the lobe, too */
             weight *= lum_power_heuristic(ls.pdf_sa, f.gloss_pdf_sa);
-        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(ls.radiance, weight)));
+        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(arriving(v, pixel, &ls), weight)));
     }
     return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);
+}
+
+/* What media leave of the light as a whole. It changes little over a light, so that a few strata tell, the same for
+ * every pixel: no noise. */
+static struct lum_rgb left_of_light(const struct resolve *v, size_t pixel)
+{
+    struct lum_rgb sum = lum_grey(0.0f);
+    float weight = 0.0f;
+    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k += LUM_SOFT_POINTS / GLOSS_POINTS) {
+        struct lum_light_sample ls;
+        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
+            continue;
+        float f = fabsf(lum_dot(ls.wi, v->pass->surfaces->n[pixel])) / ls.pdf_sa;
+        sum = lum_rgb_mad(
+            sum, lum_media_transmittance(v->pass->snapshot, v->pass->surfaces->p[pixel], ls.wi, ls.distance), f);
+        weight += f;
+    }
+    return weight > 0.0f ? lum_rgb_scale(sum, 1.0f / weight) : lum_grey(1.0f);
 }
 
 static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
@@ -181,6 +209,8 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
         else
             diffuse = lum_rgb_mul(lum_bsdf_diffuse_at(b, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
     }
+    if (exact && v->pass->on[LUM_EFFECT_MEDIA])
+        diffuse = lum_rgb_mul(diffuse, left_of_light(v, pixel));
     if (!(s->kind[pixel] & LUM_PIXEL_GLOSS))
         return diffuse;
     return lum_rgb_add(diffuse, gloss(v, i, pixel, share));
