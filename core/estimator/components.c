@@ -16,6 +16,7 @@ void lum_components_finish(struct lum_components *c)
         finish_buffer(&c->buffer[i]);
     lum_free(c->radiance);
     lum_free(c->windows);
+    lum_free(c->airlight);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         lum_free(c->done[i]);
     *c = (struct lum_components){0};
@@ -41,6 +42,20 @@ static uint32_t components_called_for(const struct lum_pass *pass)
     return bits;
 }
 
+static bool reserve_airlight(struct lum_components *c, const struct lum_pass *pass)
+{
+    bool wanted =
+        pass->on[LUM_EFFECT_MEDIA] && pass->settings->method->serves[LUM_EFFECT_MEDIA] == &lum_estimator_airlight;
+    uint32_t n = wanted ? pass->snapshot->n_media * pass->snapshot->lights.n_active : 0;
+    n = n < LUM_AIRLIGHTS_MAX ? n : LUM_AIRLIGHTS_MAX;
+    if (n == c->n_airlights)
+        return true;
+    lum_free(c->airlight);
+    c->airlight = n ? lum_calloc((size_t)n * c->w * c->h, sizeof *c->airlight) : NULL;
+    c->n_airlights = c->airlight ? n : 0;
+    return c->n_airlights == n;
+}
+
 static bool reserve(struct lum_components *c, const struct lum_pass *pass)
 {
     uint32_t bits = components_called_for(pass);
@@ -60,6 +75,8 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
     } else if (!c->radiance && !(c->radiance = lum_calloc((size_t)c->w * c->h, sizeof *c->radiance))) {
         return false;
     }
+    if (!reserve_airlight(c, pass))
+        return false;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
             return false;
@@ -96,6 +113,8 @@ static void forget(struct lum_components *c)
         memset(b->raw, 0, (size_t)(c->w + 1) * (c->h + 1) * sizeof *b->raw);
         memset(b->iterations, 0, (size_t)c->w * c->h);
     }
+    if (c->airlight)
+        memset(c->airlight, 0, (size_t)c->n_airlights * c->w * c->h * sizeof *c->airlight);
 }
 
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)

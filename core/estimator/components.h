@@ -27,9 +27,19 @@ struct lum_component_buffer {
     uint8_t *iterations;          /* w * h: how often the pixel's tile of the pattern was refined, for the guidance map */
 };
 
+/* What a medium scatters of one light's light towards the eye, by points on the pixel's ray: their mean, and its luminance were
+ * nothing in the way. */
+struct lum_airlight {
+    struct lum_rgb seen;
+    float open;
+};
+#define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
+
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     uint32_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
+    struct lum_airlight *airlight; /* by pair and pixel; NULL: estimator `airlight` is not called for */
+    uint32_t n_airlights;
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */

@@ -14,6 +14,7 @@
 #include "core/base/base.h"
 #include "core/math/vec.h"
 
+struct lum_light;
 struct lum_snapshot;
 
 #define LUM_MEDIA_MAX 8u       /* in one scene */
@@ -54,6 +55,8 @@ struct lum_segment {
     struct lum_vec3 o, d; /* d unit */
     float t0, t1;
 };
+/* Narrows the segment to the part that a light can shine on: the cone of a spot, the front of a panel. False: none. */
+bool lum_light_reaches(const struct lum_light *l, struct lum_segment *inout_segment);
 struct lum_equiangular lum_equiangular_init(const struct lum_segment *segment, struct lum_vec3 light);
 float lum_equiangular_sample(const struct lum_equiangular *e, float u);
 float lum_equiangular_pdf(const struct lum_equiangular *e, float t);
@@ -81,5 +84,11 @@ struct lum_scatter {
  * from there. Its mean over u (in [0, 1)^4) is the integral. Fog beyond LUM_RAY_LIMIT, a million scenes away, is not seen. */
 bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_distance, struct lum_vec2 u_light,
                         struct lum_scatter *ret_scatter);
+
+/* The same in two steps, for who draws distances otherwise. The part of the ray that scatters; false: none does. */
+bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float *ret_t1);
+/* At distance t, which was drawn with pdf. */
+bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf, struct lum_vec2 u_light,
+                           struct lum_scatter *ret_scatter);
 
 #endif

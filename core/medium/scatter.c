@@ -122,13 +122,24 @@ static bool in_reach(struct lum_vec3 p)
 bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_distance, struct lum_vec2 u_light,
                         struct lum_scatter *ret_scatter)
 {
-    const struct lum_medium *m = &q->snapshot->media[q->medium];
     struct mixture x = {.segment = {.o = q->o, .d = q->d}};
-    if (lum_rgb_black(m->sigma_s) ||
-        !lum_medium_clip(m, q->o, q->d, lum_min(q->tmax, REACH), &x.segment.t0, &x.segment.t1))
+    if (!lum_medium_scatters(q, &x.segment.t0, &x.segment.t1))
         return false;
     init_mixture(&x, q);
-    float t = mixture_sample(&x, u_distance), pdf = mixture_pdf(&x, t);
+    float t = mixture_sample(&x, u_distance);
+    return lum_medium_scatter_at(q, t, mixture_pdf(&x, t), u_light, ret_scatter);
+}
+
+bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float *ret_t1)
+{
+    const struct lum_medium *m = &q->snapshot->media[q->medium];
+    return !lum_rgb_black(m->sigma_s) && lum_medium_clip(m, q->o, q->d, lum_min(q->tmax, REACH), ret_t0, ret_t1);
+}
+
+bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf, struct lum_vec2 u_light,
+                           struct lum_scatter *ret_scatter)
+{
+    const struct lum_medium *m = &q->snapshot->media[q->medium];
     struct lum_scatter s = {.p = lum_v3_mad(q->o, q->d, t)};
     struct lum_light_sample ls;
     if (!(pdf > 0.0f) || !in_reach(s.p) || !lum_light_sample_at(q->snapshot, q->light, s.p, u_light, &ls))

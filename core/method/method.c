@@ -115,6 +115,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_glossy,
+                [LUM_EFFECT_MEDIA] = &lum_estimator_airlight,
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
             },
         .pattern = 4,

@@ -143,6 +143,7 @@ extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror an
 extern const struct lum_estimator lum_estimator_indirect; /* components: indirect diffuse light from VPLs, for `live` */
 extern const struct lum_estimator lum_stage_join;         /* filters of `live`: sets of VPLs, */
 extern const struct lum_estimator lum_stage_upsample;     /* full resolution */
+extern const struct lum_estimator lum_estimator_airlight; /* components: single scattering in media, for `live` */
 extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */
 extern const struct lum_estimator lum_estimator_edges;    /* components: anti-aliasing of edges */
 extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
