@@ -167,21 +167,22 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
 }
 
 /* What media leave of the light as a whole. It changes little over a light, so that a few strata tell, the same for
- * every pixel: no noise. */
+ * every pixel: no noise. Summed up as what they take, so that nothing taken leaves exactly 1. */
 static struct lum_rgb left_of_light(const struct resolve *v, size_t pixel)
 {
-    struct lum_rgb sum = lum_grey(0.0f);
+    const struct lum_pass *pass = v->pass;
+    struct lum_rgb taken = lum_grey(0.0f);
     float weight = 0.0f;
     for (uint32_t k = 0; k < LUM_SOFT_POINTS; k += LUM_SOFT_POINTS / GLOSS_POINTS) {
         struct lum_light_sample ls;
-        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
+        if (lum_penumbra_sample(pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
             continue;
-        float f = fabsf(lum_dot(ls.wi, v->pass->surfaces->n[pixel])) / ls.pdf_sa;
-        sum = lum_rgb_mad(
-            sum, lum_media_transmittance(v->pass->snapshot, v->pass->surfaces->p[pixel], ls.wi, ls.distance), f);
+        float f = fabsf(lum_dot(ls.wi, pass->surfaces->n[pixel])) / ls.pdf_sa;
+        struct lum_rgb left = lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls.wi, ls.distance);
+        taken = lum_rgb_mad(taken, lum_rgb_mad(lum_grey(1.0f), left, -1.0f), f);
         weight += f;
     }
-    return weight > 0.0f ? lum_rgb_scale(sum, 1.0f / weight) : lum_grey(1.0f);
+    return weight > 0.0f ? lum_rgb_mad(lum_grey(1.0f), taken, -1.0f / weight) : lum_grey(1.0f);
 }
 
 static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
