@@ -37,7 +37,7 @@ struct lum_airlight {
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
-    uint32_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
+    uint64_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
     struct lum_airlight *airlight; /* by pair and pixel; NULL: estimator `airlight` is not called for */
     uint32_t n_airlights;
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */

@@ -22,6 +22,29 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wav
     }
 }
 
+/* A path that found a small bright thing by a rare way would stand out as a dot for as long as the frame shows, so that
+ * no path is let be brighter than this many times the mean of its tile. What that takes away, refinement brings back.
+ */
+#define BRIGHTEST 6.0f
+
+static void tame(struct lum_rgb *radiance, uint32_t n)
+{
+    for (int round = 0; round < 2; round++) { /* the first mean is still that of the outliers, too */
+        float sum = 0.0f, lit = 0.0f;
+        for (uint32_t i = 0; i < n; i++) {
+            float y = lum_luminance(radiance[i]);
+            sum += y;
+            lit += y > 0.0f ? 1.0f : 0.0f;
+        }
+        float most = lit > 0.0f ? BRIGHTEST * sum / lit : 0.0f;
+        for (uint32_t i = 0; i < n; i++) {
+            float y = lum_luminance(radiance[i]);
+            if (y > most)
+                radiance[i] = lum_rgb_scale(radiance[i], most / y);
+        }
+    }
+}
+
 static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_wave w;
@@ -31,6 +54,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
         return;
     lum_wave_run(&w, 1);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    tame(w.radiance, r.w * r.h);
     for (uint32_t i = 0; i < r.w * r.h; i++)
         lum_component_add(pass->components, LUM_COMPONENT_GLOSS,
                           (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, w.radiance[i]);

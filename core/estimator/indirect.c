@@ -34,7 +34,7 @@ struct gathering {
 struct coarse {
     uint32_t w, h;
     struct lum_rgb *own, *rest;
-    uint32_t *windows;
+    uint64_t *windows;
 };
 
 static struct coarse coarse_of(const struct lum_pass *pass)
@@ -51,11 +51,13 @@ static size_t site(const struct lum_pass *pass, uint32_t i, uint32_t j)
     return (size_t)(2 * j) * pass->tiling.w + 2 * i;
 }
 
-/* The window of a coarse pixel: 5 x 5, those at its ends with half weight, so that each set has a weight of 1. Bit
- * (dy + 2) * 5 + dx + 2 stands for the pixel at (dx, dy) from its middle. */
-#define REACH 2u
+/* The window of a coarse pixel: 7 x 7, weighted by a tent that reaches 0 at 4. So each set has a weight of 1 in all,
+ * and is interpolated bilinearly between the pixels that use it; with a box, which is 4 wide, its steps would show as
+ * blocks. Bit (dy + 3) * 7 + dx + 3 stands for the pixel at (dx, dy) from its middle. */
+#define REACH 3u
 #define WINDOW (2 * REACH + 1)
-#define WHOLE_WINDOW ((1u << WINDOW * WINDOW) - 1)
+#define WHOLE_WINDOW ((UINT64_C(1) << WINDOW * WINDOW) - 1)
+static const float tent[WINDOW] = {0.25f, 0.5f, 0.75f, 1.0f, 0.75f, 0.5f, 0.25f};
 #define BLOCK (COARSE_SIDE + 2 * REACH)
 
 /* Surfaces at the coarse pixels of a packet and around it, as structures of arrays: all pixels of a row are tested at
@@ -84,7 +86,7 @@ static void load_block(const struct lum_guide *g, const struct coarse *c, uint32
 }
 
 /* lum_guide_same_surface for the `n` pixels from `a` on, and those `step` behind them; sets `bit` where it holds. */
-static void test_row(const struct block *b, uint32_t a, uint32_t step, uint32_t n, uint32_t bit, uint32_t *window)
+static void test_row(const struct block *b, uint32_t a, uint32_t step, uint32_t n, uint64_t bit, uint64_t *window)
 {
     for (uint32_t i = 0; i < n; i++) {
         uint32_t p = a + i, q = a + i + step;
@@ -98,24 +100,24 @@ static void test_row(const struct block *b, uint32_t a, uint32_t step, uint32_t 
 
 /* Windows of a packet's coarse pixels, cut off at the edges of surfaces and of the picture: w x h of them, COARSE_SIDE
  * apart. */
-static void find_windows(const struct block *b, uint32_t w, uint32_t h, uint32_t *ret_windows)
+static void find_windows(const struct block *b, uint32_t w, uint32_t h, uint64_t *ret_windows)
 {
     memset(ret_windows, 0, COARSE_SIDE * COARSE_SIDE * sizeof *ret_windows);
     for (uint32_t j = 0; j < h; j++)
         for (uint32_t k = 0; k < WINDOW * WINDOW; k++) {
             uint32_t step = k / WINDOW * BLOCK + k % WINDOW - (REACH * BLOCK + REACH); /* wraps to what is before */
-            test_row(b, (j + REACH) * BLOCK + REACH, step, w, 1u << k, ret_windows + j * COARSE_SIDE);
+            test_row(b, (j + REACH) * BLOCK + REACH, step, w, UINT64_C(1) << k, ret_windows + j * COARSE_SIDE);
         }
 }
 
 /* Sets that are found in a window around coarse pixel (i, j). */
-static uint32_t sets_in(uint32_t window, uint32_t i, uint32_t j)
+static uint32_t sets_in(uint64_t window, uint32_t i, uint32_t j)
 {
     uint32_t sets = 0;
     if (window == WHOLE_WINDOW)
         return ALL_SETS;
     for (; window; window &= window - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(window);
+        uint32_t k = (uint32_t)__builtin_ctzll(window);
         sets |= 1u << lum_pattern_set(SIDE, i + k % WINDOW - REACH, j + k / WINDOW - REACH);
     }
     return sets;
@@ -182,14 +184,14 @@ static void find_missing(const struct lum_pass *pass, const struct lum_guide *gu
 {
     struct coarse all = coarse_of(pass);
     struct block block;
-    uint32_t windows[COARSE_SIDE * COARSE_SIDE];
+    uint64_t windows[COARSE_SIDE * COARSE_SIDE];
     load_block(guide, &all, c->x, c->y, &block);
     find_windows(&block, c->w, c->h, windows);
     uint8_t *iterations = pass->components->buffer[LUM_COMPONENT_INDIRECT].iterations;
     for (uint32_t k = 0; k < c->w * c->h; k++) {
         uint32_t i = c->x + k % c->w, j = c->y + k / c->w;
         size_t at = site(pass, i, j);
-        uint32_t window = windows[k / c->w * COARSE_SIDE + k % c->w];
+        uint64_t window = windows[k / c->w * COARSE_SIDE + k % c->w];
         uint32_t missing = is_diffuse(pass, at) ? ALL_SETS & ~sets_in(window, i, j) : 0;
         all.windows[(size_t)j * all.w + i] = window;
         c->missing[k] = (uint16_t)missing;
@@ -260,21 +262,16 @@ static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct
 
 /* ---- filtering ---- */
 
-static float window_weight(uint32_t k)
-{
-    uint32_t x = k % WINDOW, y = k / WINDOW;
-    return (x == 0 || x == WINDOW - 1 ? 0.5f : 1.0f) * (y == 0 || y == WINDOW - 1 ? 0.5f : 1.0f);
-}
-
 /* Every set is there, with a weight of 1 in all. */
 static struct lum_rgb sum_whole(const struct lum_rgb *middle, uint32_t pitch)
 {
     struct lum_rgb all = lum_grey(0.0f);
     for (uint32_t y = 0; y < WINDOW; y++) {
         const struct lum_rgb *v = middle + (size_t)y * pitch - (size_t)REACH * pitch - REACH;
-        struct lum_rgb row = lum_rgb_add(lum_rgb_add(v[1], v[2]), v[3]);
-        row = lum_rgb_mad(row, lum_rgb_add(v[0], v[4]), 0.5f);
-        all = lum_rgb_mad(all, row, y == 0 || y == WINDOW - 1 ? 0.5f : 1.0f);
+        struct lum_rgb row = lum_grey(0.0f);
+        for (uint32_t x = 0; x < WINDOW; x++)
+            row = lum_rgb_mad(row, v[x], tent[x]);
+        all = lum_rgb_mad(all, row, tent[y]);
     }
     return all;
 }
@@ -283,16 +280,16 @@ static struct lum_rgb sum_whole(const struct lum_rgb *middle, uint32_t pitch)
  * was there. */
 static struct lum_rgb sum_around(const struct coarse *c, uint32_t i, uint32_t j)
 {
-    uint32_t window = c->windows[(size_t)j * c->w + i];
+    uint64_t window = c->windows[(size_t)j * c->w + i];
     const struct lum_rgb *middle = &c->own[(size_t)j * c->w + i];
     if (window == WHOLE_WINDOW)
         return sum_whole(middle, c->w);
     struct lum_rgb sum[N_SETS] = {{0}}, all = lum_grey(0.0f);
     float weight[N_SETS] = {0};
     for (; window; window &= window - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(window), x = i + k % WINDOW - REACH, y = j + k / WINDOW - REACH;
+        uint32_t k = (uint32_t)__builtin_ctzll(window), x = i + k % WINDOW - REACH, y = j + k / WINDOW - REACH;
         uint32_t set = lum_pattern_set(SIDE, x, y);
-        float w = window_weight(k);
+        float w = tent[k % WINDOW] * tent[k / WINDOW];
         sum[set] = lum_rgb_mad(sum[set], c->own[(size_t)y * c->w + x], w);
         weight[set] += w;
     }
