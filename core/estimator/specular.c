@@ -17,6 +17,7 @@ struct branch {
     struct lum_vec3 o, d;
     struct lum_rgb weight;
     uint32_t slot, depth; /* depth: segments up to its end */
+    uint32_t path;        /* 1, and then a bit for each segment: 1 for a reflection. Names it within its pixel */
 };
 
 /* About 260 KiB: lives on a worker's stack. */
@@ -100,8 +101,8 @@ static void push_branches(struct tree *t, const struct lum_bsdf *b, struct lum_v
             !t->pass->on[mirror ? LUM_EFFECT_REFLECTION : LUM_EFFECT_TRANSMISSION])
             continue;
         struct lum_vec3 side = lum_dot(lobes[i].wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng);
-        t->branches[t->n_branches++] =
-            (struct branch){lum_ray_offset(p, side), lobes[i].wi, weight, from->slot, from->depth + 1};
+        t->branches[t->n_branches++] = (struct branch){
+            lum_ray_offset(p, side), lobes[i].wi, weight, from->slot, from->depth + 1, 2 * from->path + mirror};
         t->counters->rays[mirror ? LUM_RAY_REFLECTION : LUM_RAY_TRANSMISSION]++;
     }
 }
@@ -114,7 +115,7 @@ static void add_emission(struct tree *t, const struct branch *from, uint32_t lig
 
 /* The vertex is shaded with direct light, if light from there still fits the depth. */
 static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
-                         const struct branch *from, uint32_t number)
+                         const struct branch *from)
 {
     if (!lum_bsdf_spreads(b) || from->depth >= t->max_depth)
         return;
@@ -124,15 +125,15 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
     uint32_t i = v->n;
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     v->bsdf[i] = *b;
-    /* each vertex behind the pixel has samples of its own */
+    /* Each vertex behind the pixel has samples of its own, whatever other pixels show. */
     uint32_t seed =
         lum_sampler_at(r.x + from->slot % r.w, r.y + from->slot / r.w, 0, t->pass->settings->seed).pixel_seed;
-    lum_vertices_push(v, from->slot, p, wo, lum_hash_combine(seed, number));
+    lum_vertices_push(v, from->slot, p, wo, lum_hash_combine(seed, from->path));
     v->weight[i] = from->weight;
 }
 
 /* A branch ended on hit i of the batch. */
-static void visit(struct tree *t, uint32_t i, uint32_t number)
+static void visit(struct tree *t, uint32_t i)
 {
     const struct lum_snapshot *unit = &t->pass->layers->unit;
     struct branch from = t->batch[i];
@@ -159,7 +160,7 @@ static void visit(struct tree *t, uint32_t i, uint32_t number)
     lum_bsdf_init(&b, m, &s, wo);
     if (!lum_rgb_black(b.emission))
         add_emission(t, &from, s.light, b.emission);
-    queue_vertex(t, &b, s.p, wo, &from, number);
+    queue_vertex(t, &b, s.p, wo, &from);
     push_branches(t, &b, s.p, wo, &from);
 }
 
@@ -180,7 +181,7 @@ static void plant(struct tree *t)
         struct lum_bsdf b;
         lum_snapshot_surface(unit, hits, i, d, &s);
         lum_bsdf_init(&b, m, &s, wo);
-        struct branch root = {.weight = lum_grey(1.0f), .slot = i};
+        struct branch root = {.weight = lum_grey(1.0f), .slot = i, .path = 1};
         push_branches(t, &b, s.p, wo, &root);
     }
 }
@@ -210,13 +211,12 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
     t.n_branches = t.vertices.n = 0;
     plant(&t);
-    uint32_t number = 0;
     while (t.n_branches > 0) {
         uint32_t n = pop_batch(&t);
         struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
         lum_trace_closest(&trace, &t.rays, &t.hits);
         for (uint32_t i = 0; i < n; i++)
-            visit(&t, i, ++number);
+            visit(&t, i);
     }
     shade_vertices(&t);
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
