@@ -104,7 +104,7 @@ struct lum_frame {
 };
 static inline struct lum_frame lum_frame_from_normal(struct lum_vec3 n)
 {
-    float s = copysignf(1.0f, n.z);
+    float s = n.z < 0.0f ? -1.0f : 1.0f; /* not the sign bit: of an upright wall it is that of a zero, by its winding */
     float a = -1.0f / (s + n.z);
     float c = n.x * n.y * a;
     return (struct lum_frame){{1.0f + s * n.x * n.x * a, s * c, -s * n.x}, {c, s + n.y * n.y * a, -n.y}, n};
