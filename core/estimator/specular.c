@@ -20,7 +20,14 @@ struct branch {
     uint32_t path;        /* 1, and then a bit for each segment: 1 for a reflection. Names it within its pixel */
 };
 
-/* About 260 KiB: lives on a worker's stack. */
+/* Light on its way to points in media that branches pass. */
+struct fog {
+    struct lum_rays rays;
+    struct lum_rgb value[LUM_RAY_BATCH];
+    uint32_t slot[LUM_RAY_BATCH];
+};
+
+/* About 270 KiB: lives on a worker's stack. */
 struct tree {
     const struct lum_pass *pass;
     struct lum_counters *counters;
@@ -29,6 +36,7 @@ struct tree {
     struct lum_rays rays;
     struct lum_hits hits;
     struct lum_vertices vertices;
+    struct fog fog;
 };
 
 /* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
@@ -132,6 +140,71 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
     v->weight[i] = from->weight;
 }
 
+/* ---- media ---- */
+
+#define FOG_POINTS 4u /* per branch, medium and light; neighbours have others, and the filter joins them */
+#define PAIR_FOG 0x20000000u
+
+static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
+{
+    struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
+    size_t pixel = (size_t)(r.y + slot / r.w) * t->pass->tiling.w + r.x + slot % r.w;
+    lum_component_add(t->pass->components, LUM_COMPONENT_GLOSS, pixel, value);
+}
+
+static void flush_fog(struct tree *t)
+{
+    uint8_t occluded[LUM_RAY_BATCH];
+    if (t->fog.rays.n == 0)
+        return;
+    struct lum_trace trace = lum_trace_of(t->pass->snapshot, t->counters);
+    lum_trace_any(&trace, &t->fog.rays, occluded);
+    t->counters->rays[LUM_RAY_MEDIA] += t->fog.rays.n;
+    for (uint32_t i = 0; i < t->fog.rays.n; i++)
+        if (!occluded[i])
+            add_fog(t, t->fog.slot[i], t->fog.value[i]);
+    t->fog.rays.n = 0;
+}
+
+/* One point of one medium and one light on a branch. */
+static void sample_fog(struct tree *t, const struct branch *b, const struct lum_scatter_query *q,
+                       const struct lum_sampler *sampler)
+{
+    uint32_t pair = PAIR_FOG + 2 * (q->medium + LUM_MEDIA_MAX * q->light);
+    struct lum_scatter s;
+    if (!lum_medium_scatter(q, lum_sampler_2d(sampler, pair), lum_sampler_2d(sampler, pair + 1), &s))
+        return;
+    struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(b->weight, s.radiance), 1.0f / FOG_POINTS);
+    if (t->fog.rays.n == LUM_RAY_BATCH)
+        flush_fog(t);
+    uint32_t i = t->fog.rays.n;
+    if (!lum_shadow_ray(&t->fog.rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance)) {
+        add_fog(t, b->slot, value);
+        return;
+    }
+    t->fog.value[i] = value;
+    t->fog.slot[i] = b->slot;
+}
+
+/* What a branch's segment gains and loses in media. */
+static void cross_media(struct tree *t, struct branch *b, float tmax, uint32_t number)
+{
+    const struct lum_snapshot *s = t->pass->snapshot;
+    struct lum_scatter_query q = {.snapshot = s, .o = b->o, .d = b->d, .tmax = tmax};
+    struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
+    struct lum_sampler sampler = lum_sampler_at(r.x + b->slot % r.w, r.y + b->slot / r.w, 0, t->pass->settings->seed);
+    sampler.pixel_seed = lum_hash_combine(sampler.pixel_seed, number);
+    for (q.medium = 0; q.medium < s->n_media && b->depth < t->max_depth; q.medium++)
+        for (uint32_t a = 0; a < s->lights.n_active; a++) {
+            q.light = s->lights.active[a];
+            for (sampler.sample = 0; sampler.sample < FOG_POINTS; sampler.sample++)
+                sample_fog(t, b, &q, &sampler);
+        }
+    b->weight = lum_rgb_mul(b->weight, lum_media_transmittance(s, b->o, b->d, tmax));
+}
+
+/* ---- branches ---- */
+
 /* A branch ended on hit i of the batch. */
 static void visit(struct tree *t, uint32_t i)
 {
@@ -139,8 +212,7 @@ static void visit(struct tree *t, uint32_t i)
     struct branch from = t->batch[i];
     bool missed = t->hits.object[i] == LUM_NO_OBJECT;
     if (t->pass->on[LUM_EFFECT_MEDIA])
-        from.weight =
-            lum_rgb_mul(from.weight, lum_media_transmittance(unit, from.o, from.d, missed ? INFINITY : t->hits.t[i]));
+        cross_media(t, &from, missed ? INFINITY : t->hits.t[i], number);
     if (missed) {
         if (unit->lights.environment != LUM_NO_OBJECT)
             add_emission(t, &from, unit->lights.environment, lum_lights_background(&unit->lights, from.d, false));
@@ -209,7 +281,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.counters = counters;
     t.tile = tile;
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
-    t.n_branches = t.vertices.n = 0;
+    t.n_branches = t.vertices.n = t.fog.rays.n = 0;
     plant(&t);
     while (t.n_branches > 0) {
         uint32_t n = pop_batch(&t);
@@ -219,6 +291,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
             visit(&t, i);
     }
     shade_vertices(&t);
+    flush_fog(&t);
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
 }
 
@@ -226,5 +299,5 @@ const struct lum_estimator lum_estimator_specular = {
     .name = "specular",
     .stage = LUM_STAGE_SPECULAR,
     .tile = specular_tile,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS), /* indirect light behind mirrors and glass */
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS), /* indirect light and fog behind mirrors and glass */
 };
