@@ -34,8 +34,8 @@ _Static_assert(LUM_PACKET_SIDE % SIDE == 0, "a packet is made of whole tiles of 
 #define NEAR_DEPTH 2.0f
 
 /* Points of a pixel and pair, at most; and the error of a tile, relative to its light, that is worth further ones. */
-#define POINTS_MAX 9u
-#define TOLERANCE 0.02f
+#define POINTS_MAX 5u
+#define TOLERANCE 0.05f
 
 /* What is done in a packet. */
 enum { UNTRACED, TRACED, RESOLVED, JOINED };
@@ -408,12 +408,18 @@ static struct window window_at(const struct lum_pass *pass, uint32_t x, uint32_t
     return win;
 }
 
-/* Gauss and Legendre's points and weights on (0, 1). */
-#define GAUSS_POINTS 6
-static const float gauss_u[GAUSS_POINTS] = {0.0337652429f, 0.1693953068f, 0.3806904070f,
-                                            0.6193095930f, 0.8306046932f, 0.9662347571f};
-static const float gauss_weight[GAUSS_POINTS] = {0.0856622462f, 0.1803807865f, 0.2339569673f,
-                                                 0.2339569673f, 0.1803807865f, 0.0856622462f};
+/* Gauss and Legendre's points and weights on (0, 1): few where the light is far from the ray and all is smooth. */
+struct rule {
+    uint32_t n;
+    float u[6], weight[6];
+};
+static const struct rule far_rule = {4,
+                                     {0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f},
+                                     {0.1739274226f, 0.3260725774f, 0.3260725774f, 0.1739274226f}};
+static const struct rule near_rule = {
+    6,
+    {0.0337652429f, 0.1693953068f, 0.3806904070f, 0.6193095930f, 0.8306046932f, 0.9662347571f},
+    {0.0856622462f, 0.1803807865f, 0.2339569673f, 0.2339569673f, 0.1803807865f, 0.0856622462f}};
 
 /* Light that the pair would send to the eye if nothing were in the way, by the light's middle. */
 static struct lum_rgb open_light(const struct lum_pass *pass, const struct pair *pair, uint32_t x, uint32_t y)
@@ -423,19 +429,21 @@ static struct lum_rgb open_light(const struct lum_pass *pass, const struct pair 
     struct draw w;
     if (!plan_draw(&q, &w))
         return sum;
-    for (int k = 0; k < GAUSS_POINTS; k++) {
+    const struct rule *rule = w.by_angle ? &near_rule : &far_rule;
+    for (uint32_t k = 0; k < rule->n; k++) {
         struct lum_scatter s;
-        float pdf, t = draw_distance(&w, gauss_u[k], &pdf);
+        float pdf, t = draw_distance(&w, rule->u[k], &pdf);
         if (lum_medium_scatter_at(&q, t, pdf, (struct lum_vec2){0.5f, 0.5f}, &s))
-            sum = lum_rgb_mad(sum, s.radiance, gauss_weight[k]);
+            sum = lum_rgb_mad(sum, s.radiance, rule->weight[k]);
     }
     return sum;
 }
 
-/* True when light and its falling off are well told by the light's middle. */
-static bool takes_ratio(const struct lum_light *l)
+/* True when the light's middle tells well what all of it would give, and how that falls off. */
+static bool is_sharp(const struct lum_pass *pass, const struct pair *pair)
 {
-    return l->kind == LUM_EMIT_POINT || l->kind == LUM_EMIT_SPOT || l->kind == LUM_EMIT_SPHERE;
+    enum lum_emitter kind = pass->snapshot->lights.lights[pair->light].kind;
+    return pair->alone && (kind == LUM_EMIT_POINT || kind == LUM_EMIT_SPOT || kind == LUM_EMIT_SPHERE);
 }
 
 /* Mean over the window of what the pair's points see, and of what they would see if nothing were in the way. */
@@ -465,7 +473,7 @@ static void resolve_pixel(const struct lum_pass *pass, uint32_t x, uint32_t y)
             continue;
         last = pair.slot;
         struct lum_airlight mean = mean_around(pass, &pair, &win);
-        if (!pair.alone || !takes_ratio(&pass->snapshot->lights.lights[pair.light])) {
+        if (!is_sharp(pass, &pair)) {
             even = lum_rgb_add(even, mean.seen);
             continue;
         }
@@ -490,6 +498,15 @@ static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct 
             resolve_pixel(pass, x, y);
 }
 
+static bool any_even(const struct lum_pass *pass)
+{
+    struct pair pair;
+    for (uint32_t i = 0; next_pair(pass, i, &pair); i++)
+        if (!is_sharp(pass, &pair))
+            return true;
+    return false;
+}
+
 /* Light without a place changes slowly over the picture: means around are joined once more, over three periods of the
  * pattern. */
 #define JOIN_STEP 3u
@@ -502,6 +519,8 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     if (*done != RESOLVED)
         return;
     *done = JOINED;
+    if (!any_even(pass))
+        return;
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {

@@ -187,13 +187,13 @@ static void sample_fog(struct tree *t, const struct branch *b, const struct lum_
 }
 
 /* What a branch's segment gains and loses in media. */
-static void cross_media(struct tree *t, struct branch *b, float tmax, uint32_t number)
+static void cross_media(struct tree *t, struct branch *b, float tmax)
 {
     const struct lum_snapshot *s = t->pass->snapshot;
     struct lum_scatter_query q = {.snapshot = s, .o = b->o, .d = b->d, .tmax = tmax};
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     struct lum_sampler sampler = lum_sampler_at(r.x + b->slot % r.w, r.y + b->slot / r.w, 0, t->pass->settings->seed);
-    sampler.pixel_seed = lum_hash_combine(sampler.pixel_seed, number);
+    sampler.pixel_seed = lum_hash_combine(sampler.pixel_seed, b->path);
     for (q.medium = 0; q.medium < s->n_media && b->depth < t->max_depth; q.medium++)
         for (uint32_t a = 0; a < s->lights.n_active; a++) {
             q.light = s->lights.active[a];
@@ -212,7 +212,7 @@ static void visit(struct tree *t, uint32_t i)
     struct branch from = t->batch[i];
     bool missed = t->hits.object[i] == LUM_NO_OBJECT;
     if (t->pass->on[LUM_EFFECT_MEDIA])
-        cross_media(t, &from, missed ? INFINITY : t->hits.t[i], number);
+        cross_media(t, &from, missed ? INFINITY : t->hits.t[i]);
     if (missed) {
         if (unit->lights.environment != LUM_NO_OBJECT)
             add_emission(t, &from, unit->lights.environment, lum_lights_background(&unit->lights, from.d, false));

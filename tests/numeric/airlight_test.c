@@ -117,7 +117,7 @@ static double mean_of(struct rig *r, const char *method, uint32_t spp)
     return (double)rig_mean(r).g;
 }
 
-/* The fast frame has the energy of the path tracer's. Tolerance: live stops where a tile's error is 2 %, and the mean
+/* The fast frame has the energy of the path tracer's. Tolerance: live stops where a tile's error is 5 %, and the mean
  * over 24 tiles of the pattern and more has less; the path tracer's standard error is below 0.3 % (its halves differ by
  * that). Boxes, everywhere, forward and backward. */
 static void energy_is_that_of_path_tracing(void **state)
