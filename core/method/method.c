@@ -103,8 +103,8 @@ static const struct lum_method methods[] = {
     },
     {
         .name = "live",
-        .summary =
-            "soft shadows, indirect light from virtual point lights, gloss; then path tracing while the scene rests",
+        .summary = "soft shadows, fog, indirect light from virtual point lights, gloss; then path tracing while the "
+                   "scene rests",
         .refines = true,
         .serves =
             {
