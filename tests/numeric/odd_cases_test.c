@@ -1,6 +1,8 @@
 /* Pictures at the edge of what is allowed, by every method: sizes that no tile or pattern divides, scenes without
- * lights or objects, a camera inside a wall, fog that touches the eye. Everything is finite (rig_pass asserts that no
- * sample was dropped and no ray refused), every pixel has its samples, and counters say what was done. */
+ * lights or objects, a camera inside a wall, fog that touches the eye, lights inside of things, in their surfaces,
+ * without power or area, glass that does not bend (algorithms D13, D14, D15, D19, D40, D41). Everything is finite
+ * (rig_pass asserts that no sample was dropped and no ray refused), every pixel has its samples, and counters say what
+ * was done. */
 #include "tests/support/effects_stage.h"
 
 struct odd {
@@ -131,6 +133,101 @@ static void touching_fog(struct odd *o)
     fog(o, rig_v(0, 0, 0), rig_v(0, 0, 0), true, "fog everywhere");
 }
 
+static const struct lum_light_desc lamps[] = {
+    {.kind = LUM_LIGHT_POINT, .intensity = 90},
+    {.kind = LUM_LIGHT_SPOT, .direction = {1, -2, 0}, .outer_cone_rad = 0.5, .intensity = 90},
+    {.kind = LUM_LIGHT_QUAD, .u = {0.1, 0, 0}, .v = {0, 0, 0.1}, .intensity = 900},
+    {.kind = LUM_LIGHT_DISC, .direction = {0, -1, 0}, .radius_m = 0.1, .intensity = 900},
+    {.kind = LUM_LIGHT_SPHERE, .radius_m = 0.1, .intensity = 900},
+};
+
+static void put_lamp(struct odd *o, size_t k, struct lum_vec3d at, double share)
+{
+    struct lum_light_desc lamp = lamps[k];
+    lamp.position = at;
+    lamp.intensity *= share;
+    lamp.color = lum_grey(1);
+    lamp.on = lamp.camera_visible = true;
+    rig_light(&o->r, "lamp", &lamp);
+    rig_commit(&o->r);
+}
+
+/* Shut in, in the crate of a room, seen from the room. */
+static void shut_in(struct odd *o)
+{
+    rig_room(&o->r);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(lamps); k++) {
+        put_lamp(o, k, rig_v(0.55, 0.45, -0.35), 1.0);
+        assert_true(render(o, "a lamp inside a box") == 0.0f);
+    }
+}
+
+/* In the top of the crate and in a corner of it; as near beside them as numbers lie; and where the eye looks. */
+static void in_a_surface(struct odd *o)
+{
+    rig_room(&o->r);
+    const struct lum_vec3d places[] = {{0.5, 1, -0.4}, {0.5, nextafter(1, 2), -0.4}, {0.5, nextafter(1, 0), -0.4},
+                                       {0.9, 1, 0},    {0.5, 1 + 1e-7, -0.4},        {0.5, 1 - 1e-7, -0.4}};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(lamps); k++)
+        for (size_t i = 0; i < LUM_ARRAY_LEN(places); i++) {
+            put_lamp(o, k, places[i], 1.0);
+            render(o, "a lamp in a surface");
+        }
+    o->r.settings.w = o->r.settings.h = 1;
+    rig_camera(&o->r, rig_v(0.5, 2, -0.4), rig_v(0.5, 1, -0.4), 20);
+    put_lamp(o, 0, places[0], 1.0);
+    render(o, "a lamp in the only point that is seen");
+}
+
+/* Without power, or without area: not one ray but the eye's. */
+static void without_strength(struct odd *o)
+{
+    struct lum_error err;
+    rig_room(&o->r);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(lamps); k++) {
+        put_lamp(o, k, rig_v(0, 2, 0.5), 0.0);
+        assert_true(render(o, "a lamp without power") == 0.0f);
+        assert_idle(o);
+        struct lum_light_desc flat = lamps[k];
+        flat.u = flat.v;
+        flat.radius_m = 0.0;
+        flat.color = lum_grey(1);
+        if (flat.kind != LUM_LIGHT_POINT && flat.kind != LUM_LIGHT_SPOT)
+            assert_int_equal(lum_scene_put_light(o->r.scene, "flat", &flat, &err), LUM_ERR_INVALID);
+    }
+    const double line[] = {0, 1, 0, 1, 1, 0, 2, 1, 0};
+    const uint32_t indices[] = {0, 1, 2, 1, 1, 1};
+    struct lum_material_desc glow = rig_diffuse(0.5f);
+    glow.emission_cd_m2 = 1e6;
+    rig_material(&o->r, "glow", &glow);
+    rig_mesh(&o->r, "line", line, 3, indices, 2);
+    rig_object(&o->r, "line", "line", "glow", rig_v(0, 0, 0));
+    rig_commit(&o->r);
+    assert_true(render(o, "a mesh without area that shines") == 0.0f);
+    assert_idle(o);
+}
+
+/* A solid of the index around it is not there. */
+static void without_refraction(struct odd *o)
+{
+    rig_room(&o->r);
+    put_lamp(o, 4, rig_v(-0.5, 2, 0.5), 1.0);
+    render(o, "an empty room");
+    struct lum_rgb *empty = rig_picture(&o->r);
+    struct lum_material_desc matched = lum_material_default();
+    matched.transmission = 1.0f;
+    matched.roughness = 0.0f;
+    matched.ior = 1.0f;
+    rig_material(&o->r, "matched", &matched);
+    rig_box(&o->r, "block", 0.5, 0.5, 0.25);
+    rig_object(&o->r, "block", "block", "matched", rig_v(-0.5, 0.75, 0.5));
+    rig_commit(&o->r);
+    render(o, "a room with glass of index 1");
+    rig_assert_picture(&o->r, empty, o->method->name);
+    assert_int_equal(o->rays[LUM_RAY_REFLECTION] + o->rays[LUM_RAY_TRANSMISSION], 0);
+    lum_free(empty);
+}
+
 static void for_each_method(void (*check)(struct odd *))
 {
     size_t n;
@@ -173,12 +270,38 @@ static void media_that_touch_the_camera(void **state)
     for_each_method(touching_fog);
 }
 
+static void lamps_inside_of_things(void **state)
+{
+    (void)state;
+    for_each_method(shut_in);
+}
+
+static void lamps_in_surfaces(void **state)
+{
+    (void)state;
+    for_each_method(in_a_surface);
+}
+
+static void lamps_without_strength(void **state)
+{
+    (void)state;
+    for_each_method(without_strength);
+}
+
+static void glass_without_refraction(void **state)
+{
+    (void)state;
+    for_each_method(without_refraction);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_of_any_size),        cmocka_unit_test(scenes_without_lights),
         cmocka_unit_test(scenes_without_objects),      cmocka_unit_test(cameras_inside_walls),
-        cmocka_unit_test(media_that_touch_the_camera),
+        cmocka_unit_test(media_that_touch_the_camera), cmocka_unit_test(lamps_inside_of_things),
+        cmocka_unit_test(lamps_in_surfaces),           cmocka_unit_test(lamps_without_strength),
+        cmocka_unit_test(glass_without_refraction),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
