@@ -24,15 +24,15 @@ static double present_luminance(const struct lum_snapshot *s, uint32_t i)
 
 /* ---- shares ---- */
 
-/* The former share of a light, or NULL. Both tables are in the order of ids, lights before objects; the search begins
- * where the last one ended. */
+/* The former share of a light, or NULL. Objects and lights have ids of their own, but no light is of kind mesh. Both
+ * tables are in the order of ids, lights before objects; the search begins where the last one ended. */
 static const struct lum_vpl_share *find_share(const struct lum_vpl_set *former, const struct lum_light *l,
                                               uint32_t *inout_at)
 {
     for (uint32_t i = 0; i < former->n_shares; i++) {
         uint32_t at = (*inout_at + i) % former->n_shares;
         const struct lum_vpl_share *share = &former->shares[at];
-        if (share->mesh == (l->kind == LUM_EMIT_MESH) && strcmp(share->id, l->id) == 0) {
+        if (share->kind == l->kind && strcmp(share->id, l->id) == 0) {
             *inout_at = at + 1;
             return share;
         }
@@ -82,13 +82,14 @@ enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vp
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the shares of %u lights", n);
     for (uint32_t i = 0; i < n; i++) {
         const struct lum_light *l = &s->lights.lights[i];
-        const struct lum_vpl_share *before = find_share(former, l, &at);
+        const struct lum_vpl_share *before = former->scale == s->norm.scale ? find_share(former, l, &at) : NULL;
         memcpy(shares[i].id, l->id, sizeof shares[i].id);
-        shares[i].mesh = l->kind == LUM_EMIT_MESH;
+        shares[i].kind = l->kind;
         shares[i].luminance = before && before->luminance > 0.0 ? before->luminance : present_luminance(s, i);
     }
     set->shares = shares;
     set->n_shares = n;
+    set->scale = s->norm.scale;
     divide(set, s);
     return LUM_OK;
 }
@@ -148,7 +149,7 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
 /* FNV-1a. */
 static uint32_t hash_share(const struct lum_vpl_share *share)
 {
-    uint32_t h = 2166136261u + share->mesh;
+    uint32_t h = 2166136261u + (share->kind == LUM_EMIT_MESH);
     for (const char *c = share->id; *c; c++)
         h = (h ^ (uint8_t)*c) * 16777619u;
     return h;

@@ -9,8 +9,8 @@
 /* A light's share of the paths. By index in the light table. */
 struct lum_vpl_share {
     char id[LUM_ID_MAX + 1];
-    bool mesh;           /* objects and lights have ids of their own */
-    double luminance;    /* of its power when it was first seen to shine; 0: it never did, and has no path */
+    enum lum_emitter kind;
+    double luminance;    /* of its power when it was first seen to shine as this kind; 0: it never did, and has no path */
     double below, upto;  /* its part of [0, 1] */
     uint32_t first_path; /* number of its first path among all */
 };
@@ -18,7 +18,8 @@ struct lum_vpl_share {
 /* Power that a light has now: black when it is off. */
 struct lum_rgb lum_light_present_power(const struct lum_light_table *t, uint32_t i);
 
-/* Fills set->shares for the snapshot's lights; those that are in former keep the luminance they had. */
+/* Fills set->shares for the snapshot's lights; those that are in former keep the luminance they had, if its unit is the
+ * same. */
 LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *former,
                                                  const struct lum_snapshot *s, struct lum_error *err);
 /* True when every light that shines has paths. The light table has the same shape as when the shares were made. */

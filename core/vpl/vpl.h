@@ -52,6 +52,7 @@ struct lum_vpl_set {
     /* private */
     struct lum_vpl_share *shares; /* of the paths, by light */
     uint32_t n_shares;
+    double scale; /* of the scene, which powers in candela are in units of */
     void *memory; /* of the arrays */
 };
 
