@@ -1,7 +1,8 @@
 /* One mutex guards the loop's description; jobs themselves are handed out by an atomic counter without a lock.
  *
- * A loop is published by raising `generation` under the lock. Each worker takes part in each generation exactly once and
- * decrements `busy` when it finds no job left; the caller waits for busy == 0, so fn and ctx outlive their last use. */
+ * A loop is published by raising `generation` under the lock. Each worker takes part in each generation exactly once
+ * and decrements `busy` when it finds no job left; the caller waits for busy == 0, so fn and ctx outlive their last
+ * use. */
 #define _GNU_SOURCE
 #include "core/base/pool.h"
 
@@ -47,10 +48,10 @@ void lum_thread_init_fp(void)
 static void run_jobs(struct lum_pool *pool, struct worker *w)
 {
     int64_t begin_ns = lum_cpu_clock_ns();
-    for (;;) {
+    while (!pool->cancel || !atomic_load_explicit(pool->cancel, memory_order_relaxed)) {
         /* relaxed: the loop's description was read under the lock, and results are published by the final lock */
         uint32_t job = atomic_fetch_add_explicit(&pool->next_job, 1u, memory_order_relaxed);
-        if (job >= pool->n_jobs || (pool->cancel && atomic_load_explicit(pool->cancel, memory_order_relaxed)))
+        if (job >= pool->n_jobs)
             break;
         pool->fn(pool->ctx, job, w->index);
     }
@@ -145,7 +146,8 @@ uint32_t lum_pool_size(const struct lum_pool *pool)
     return pool->n_workers;
 }
 
-enum lum_status lum_pool_run(struct lum_pool *pool, uint32_t n_jobs, lum_job_fn fn, void *ctx, const _Atomic bool *cancel)
+enum lum_status lum_pool_run(struct lum_pool *pool, uint32_t n_jobs, lum_job_fn fn, void *ctx,
+                             const _Atomic bool *cancel)
 {
     pthread_mutex_lock(&pool->lock);
     pool->fn = fn;
@@ -158,8 +160,9 @@ enum lum_status lum_pool_run(struct lum_pool *pool, uint32_t n_jobs, lum_job_fn 
     pthread_cond_broadcast(&pool->wake);
     while (pool->busy > 0)
         pthread_cond_wait(&pool->done, &pool->lock);
+    uint32_t taken = atomic_load_explicit(&pool->next_job, memory_order_relaxed);
     pthread_mutex_unlock(&pool->lock);
-    return cancel && atomic_load_explicit(cancel, memory_order_relaxed) ? LUM_ERR_CANCELLED : LUM_OK;
+    return taken < n_jobs ? LUM_ERR_CANCELLED : LUM_OK; /* what was taken was done */
 }
 
 int64_t lum_pool_cpu_ns(const struct lum_pool *pool)

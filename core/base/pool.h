@@ -18,7 +18,7 @@ void lum_pool_destroy(struct lum_pool *pool); /* accepts NULL; joins the workers
 uint32_t lum_pool_size(const struct lum_pool *pool);
 
 /* Runs fn for every job and returns when all have ended. Jobs not yet begun are skipped once *cancel (may be NULL)
- * reads true. Returns LUM_ERR_CANCELLED then, else LUM_OK. Thread: one caller at a time (the director). */
+ * reads true: LUM_ERR_CANCELLED if there were any, else LUM_OK. Thread: one caller at a time (the director). */
 enum lum_status lum_pool_run(struct lum_pool *pool, uint32_t n_jobs, lum_job_fn fn, void *ctx,
                              const _Atomic bool *cancel);
 

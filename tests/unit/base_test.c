@@ -71,6 +71,10 @@ static void pool_cancel_skips_jobs_not_begun(void **state)
     l.cancel_at = 10;
     assert_int_equal(lum_pool_run(pool, 1000, visit, &l, &l.cancel), LUM_ERR_CANCELLED);
     assert_int_equal(atomic_load(&l.total), 11);
+    /* Too late: who is told that the loop was cancelled may rely on there being something left to do. */
+    atomic_store(&l.cancel, false);
+    l.cancel_at = 999;
+    assert_int_equal(lum_pool_run(pool, 1000, visit, &l, &l.cancel), LUM_OK);
     lum_pool_destroy(pool);
 }
 
