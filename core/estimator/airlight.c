@@ -342,9 +342,11 @@ static bool next_pair(const struct lum_pass *pass, uint32_t i, struct pair *ret_
 static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
     uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][packet];
-    if (pass->settings->max_depth == 0 || *done != UNTRACED)
+    if (*done != UNTRACED)
         return;
     *done = TRACED;
+    if (pass->settings->max_depth == 0) /* and what is kept is black */
+        return;
     struct airlight a;
     a.pass = pass;
     a.counters = counters;

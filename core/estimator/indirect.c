@@ -74,7 +74,7 @@ static void load_block(const struct lum_guide *g, const struct coarse *c, uint32
         uint32_t i = x0 + k % BLOCK - REACH, j = y0 + k / BLOCK - REACH; /* wraps around at the picture's edge */
         bool there = i < c->w && j < c->h;
         size_t at = there ? (size_t)(2 * j) * g->w + 2 * i : 0;
-        there = there && isfinite(g->depth[at]);
+        there = there && g->kind[at] & LUM_PIXEL_DIFFUSE; /* others gather nothing */
         b->px[k] = there ? g->p[at].x : 0.0f;
         b->py[k] = there ? g->p[at].y : 0.0f;
         b->pz[k] = there ? g->p[at].z : 0.0f;
@@ -248,7 +248,7 @@ static void gather_lone(struct gathering *g, const struct lum_guide *guide, cons
 
 static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
-    if (!pass->vpls || pass->vpls->n_lit == 0 || lum_components_enter(pass, LUM_STAGE_INDIRECT, packet))
+    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, packet))
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);

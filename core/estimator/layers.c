@@ -60,31 +60,6 @@ static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lu
     lower(&l->shared, pass, LUM_LAYER_EMPTY); /* has no bits to fall back on */
 }
 
-/* Forgets layers whose light is gone or emits along other paths, and finds the others' new index. */
-static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
-{
-    const struct lum_light_table *lights = &pass->snapshot->lights;
-    uint32_t kept = 0;
-    for (uint32_t k = 0; k < l->n_layers; k++) {
-        struct lum_layer *layer = &l->layers[k];
-        layer->index = LUM_NO_OBJECT;
-        for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
-            if (strcmp(lights->lights[i].id, layer->light.id) == 0)
-                layer->index = i;
-        if (layer->index == LUM_NO_OBJECT) {
-            finish_layer(layer);
-            continue;
-        }
-        if (!same_shape(&layer->light, &lights->lights[layer->index]))
-            lower(layer, pass, LUM_LAYER_EMPTY);
-        layer->light = lights->lights[layer->index];
-        l->layers[kept++] = *layer;
-    }
-    for (uint32_t k = kept; k < l->n_layers; k++)
-        l->layers[k] = (struct lum_layer){0}; /* moved down */
-    l->n_layers = kept;
-}
-
 static bool is_served_by(const struct lum_pass *pass, const struct lum_light *light, const struct lum_estimator *by)
 {
     enum lum_effect e = lum_light_effect(light);
@@ -100,6 +75,38 @@ static bool is_soft(const struct lum_pass *pass, const struct lum_light *light)
 static bool is_layered(const struct lum_pass *pass, const struct lum_light *light)
 {
     return is_served_by(pass, light, &lum_estimator_shadow) || is_soft(pass, light);
+}
+
+/* True when the layer has the buffers that this light asks for. */
+static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass *pass, const struct lum_light *light)
+{
+    return is_layered(pass, light) && is_soft(pass, light) == (layer->soft.seen != NULL);
+}
+
+/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and finds the others' new
+ * index. */
+static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        layer->index = LUM_NO_OBJECT;
+        for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
+            if (strcmp(lights->lights[i].id, layer->light.id) == 0)
+                layer->index = i;
+        if (layer->index == LUM_NO_OBJECT || !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
+            finish_layer(layer);
+            continue;
+        }
+        if (!same_shape(&layer->light, &lights->lights[layer->index]))
+            lower(layer, pass, LUM_LAYER_EMPTY);
+        layer->light = lights->lights[layer->index];
+        l->layers[kept++] = *layer;
+    }
+    for (uint32_t k = kept; k < l->n_layers; k++)
+        l->layers[k] = (struct lum_layer){0}; /* moved down */
+    l->n_layers = kept;
 }
 
 /* Bytes of a layer; 0 for a light that has none. */

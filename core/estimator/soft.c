@@ -13,11 +13,20 @@ static uint32_t reversed4(uint32_t k)
     return (k & 1u) << 3 | (k & 2u) << 1 | (k & 4u) >> 1 | (k & 8u) >> 3;
 }
 
+static void draw_points(struct lum_soft *s, const struct lum_pass *pass)
+{
+    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
+        struct lum_sampler sampler = {lum_hash_combine(s->salt, pass->settings->seed), reversed4(k)};
+        s->point[k] = lum_sampler_2d(&sampler, PAIR_SOFT);
+    }
+}
+
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt)
 {
     size_t n = (size_t)pass->tiling.w * pass->tiling.h, n_slots = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
     size_t n_sets = lum_soft_tiling(pass).n;
     struct lum_soft s = {
+        .salt = salt,
         .seen = lum_calloc(n, sizeof *s.seen),
         .direct = lum_calloc(n_slots, sizeof *s.direct),
         .tally = lum_calloc(n_sets, sizeof *s.tally),
@@ -25,10 +34,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .begun = lum_calloc(pass->packets.n, 1),
         .resolved = lum_calloc(pass->tiling.n, sizeof *s.resolved),
     };
-    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
-        struct lum_sampler sampler = {lum_hash_combine(salt, pass->settings->seed), reversed4(k)};
-        s.point[k] = lum_sampler_2d(&sampler, PAIR_SOFT);
-    }
+    draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && s.direct && s.tally && s.goal && s.begun && s.resolved)
         return true;
@@ -55,6 +61,7 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
 
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
 {
+    draw_points(s, pass); /* the seed may be another */
     memset(s->seen, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen);
     redo(s, pass);
 }

@@ -33,6 +33,7 @@ enum {
 
 /* Tiles of the pattern are `across` by `down`, row by row. */
 struct lum_soft {
+    uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */

@@ -54,7 +54,7 @@ static void set_background(struct lum_surfaces *s, size_t at)
     s->p[at] = s->n[at] = s->ng[at] = lum_v3(0.0f, 0.0f, 0.0f);
     s->albedo[at] = lum_grey(0.0f);
     s->depth[at] = INFINITY;
-    s->kind[at] = 0;
+    s->kind[at] = LUM_PIXEL_SHINES; /* or may: an environment is switched on and off */
     s->object[at] = LUM_NO_OBJECT;
 }
 
@@ -64,11 +64,8 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
 {
     struct lum_surfaces *s = pass->surfaces;
     set_background(s, at);
-    if (hits->object[i] == LUM_NO_OBJECT) {
-        if (pass->snapshot->lights.environment != LUM_NO_OBJECT)
-            s->kind[at] = LUM_PIXEL_SHINES;
+    if (hits->object[i] == LUM_NO_OBJECT)
         return;
-    }
     struct lum_surface surface;
     lum_snapshot_surface(pass->snapshot, hits, i, d, &surface);
     s->object[at] = hits->object[i];

@@ -228,6 +228,63 @@ static void without_refraction(struct odd *o)
     lum_free(empty);
 }
 
+/* A chequered floor that is lit by way of the ceiling alone. */
+static void furnish_chequers(struct odd *o, float other)
+{
+    struct rig *r = &o->r;
+    struct lum_material_desc white = rig_diffuse(0.8f), second = rig_diffuse(other);
+    rig_material(r, "white", &white);
+    rig_material(r, "other", &second);
+    rig_square(r, "chequer", 0.05);
+    rig_box(r, "ceiling", 1, 0.1, 1);
+    rig_object(r, "ceiling", "ceiling", "white", rig_v(0, 2, 0));
+    for (int k = 0; k < 100; k++) {
+        char id[16];
+        snprintf(id, sizeof id, "floor-%d", k);
+        int x = k % 10, z = k / 10;
+        rig_object(r, id, "chequer", (x + z) % 2 ? "other" : "white", rig_v(0.1 * x - 0.45, 0, 0.1 * z - 0.45));
+    }
+    struct lum_light_desc lamp = {.kind = LUM_LIGHT_SPOT,
+                                  .position = rig_v(0, 0.5, 0),
+                                  .direction = rig_v(0, 1, 0),
+                                  .color = lum_grey(1),
+                                  .intensity = 100,
+                                  .inner_cone_rad = 0.3,
+                                  .outer_cone_rad = 0.4,
+                                  .on = true};
+    rig_light(r, "lamp", &lamp);
+    rig_camera(r, rig_v(0, 1.5, 0), rig_v(0, 0, 0), 30);
+    r->settings.max_depth = 2; /* light, ceiling, floor, eye */
+    r->settings.n_vpls = 16;
+    r->settings.antialias = false;
+    r->settings.max_spp = 1;
+    rig_commit(r);
+}
+
+/* What does not reflect has no light to lend: white chequers look the same among black ones as among white ones.
+ * Windows reach 10 pixels of 25 mm, and the nearest virtual light is 1.9 m away: what it gives varies with r^-4 cos^2
+ * by less than 4 * 0.25 / 1.9 = 53 % even if all of a window lay at one end of it; a window that counts black ones in
+ * loses a half on average, at every pixel. So on average, where the ends cancel, a fifth tells the two apart. */
+static void black_neighbours(struct odd *o)
+{
+    double sum[2] = {0};
+    furnish_chequers(o, 0.8f);
+    render(o, "white chequers");
+    struct lum_rgb *white = rig_picture(&o->r);
+    furnish_chequers(o, 0.0f);
+    render(o, "black and white chequers");
+    for (uint32_t i = 0; i < o->r.settings.w * o->r.settings.h; i++) {
+        struct lum_rgb c = lum_film_mean(lum_view_film(o->r.view), i % o->r.settings.w, i / o->r.settings.w);
+        if (!(c.r > 0.0f))
+            continue;
+        sum[0] += (double)c.r;
+        sum[1] += (double)white[i].r;
+    }
+    lum_free(white);
+    if (fabs(sum[0] - sum[1]) > 0.2 * sum[1])
+        fail_msg("%s: white chequers give %g among black ones, %g among white ones", o->method->name, sum[0], sum[1]);
+}
+
 static void for_each_method(void (*check)(struct odd *))
 {
     size_t n;
@@ -294,6 +351,12 @@ static void glass_without_refraction(void **state)
     for_each_method(without_refraction);
 }
 
+static void black_does_not_bleed(void **state)
+{
+    (void)state;
+    for_each_method(black_neighbours);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,7 +364,7 @@ int main(void)
         cmocka_unit_test(scenes_without_objects),      cmocka_unit_test(cameras_inside_walls),
         cmocka_unit_test(media_that_touch_the_camera), cmocka_unit_test(lamps_inside_of_things),
         cmocka_unit_test(lamps_in_surfaces),           cmocka_unit_test(lamps_without_strength),
-        cmocka_unit_test(glass_without_refraction),
+        cmocka_unit_test(glass_without_refraction),    cmocka_unit_test(black_does_not_bleed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -106,6 +106,15 @@ static void edit_object(struct editor *e, uint32_t k)
     RIG_OK(lum_scene_put_object(e->rig.scene, id, &d, &err));
 }
 
+/* Opened, it shows the sky. */
+static void edit_room(struct editor *e)
+{
+    struct lum_object_desc d = {
+        .mesh = "room", .material = "white", .local_to_world = at(0, 1.5, 0), .visible = chance(e, 0.5)};
+    note(e, "room", d.visible ? "closed" : "open");
+    RIG_OK(lum_scene_put_object(e->rig.scene, "room", &d, &err));
+}
+
 static void remove_one(struct editor *e, enum lum_entity kind, char prefix)
 {
     const char id[] = {prefix, (char)('a' + choose(e, 4)), 0};
@@ -145,7 +154,7 @@ static void edit_medium(struct editor *e)
 
 static void edit(struct editor *e)
 {
-    switch (choose(e, 10)) {
+    switch (choose(e, 11)) {
     case 0:
         edit_image(e, choose(e, 2));
         break;
@@ -168,6 +177,9 @@ static void edit(struct editor *e)
         break;
     case 7:
         edit_medium(e);
+        break;
+    case 8:
+        edit_room(e);
         break;
     default:
         edit_light(e, choose(e, 4));
@@ -269,6 +281,30 @@ static void edit_at_random(const struct lum_method *method, bool steady, uint64_
     rig_end(r);
 }
 
+/* Where a sky is switched on, it is seen: no power of a light is in what is kept of surfaces. */
+static void sky_that_comes_on_is_seen(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t i = 0; i < n; i++) {
+        struct editor e = {0};
+        rig_begin(&e.rig, 2);
+        rig_room(&e.rig);
+        RIG_OK(lum_scene_remove(e.rig.scene, LUM_ENTITY_OBJECT, "room", &err));
+        e.rig.settings.method = &methods[i];
+        e.rig.settings.max_spp = 1;
+        struct lum_light_desc sky = light_desc(LUM_LIGHT_ENVIRONMENT);
+        for (int on = 0; on <= 2; on++) {
+            sky.on = on == 1;
+            rig_light(&e.rig, "sky", &sky);
+            rig_commit(&e.rig);
+            compare_with_fresh_view(&e, methods[i].name);
+        }
+        rig_end(&e.rig);
+    }
+}
+
 /* What a method did the first time it does again, and no more. */
 static void forgotten_views_do_everything_again(void **state)
 {
@@ -299,7 +335,7 @@ static void pictures_are_never_stale(void **state)
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
     for (size_t i = 0; i < n; i++)
-        for (uint64_t seed = 1; seed <= 20; seed++)
+        for (uint64_t seed = 1; seed <= 8; seed++)
             edit_at_random(&methods[i], seed % 2, seed);
 }
 
@@ -307,6 +343,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forgotten_views_do_everything_again),
+        cmocka_unit_test(sky_that_comes_on_is_seen),
         cmocka_unit_test(pictures_are_never_stale),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
