@@ -80,16 +80,20 @@ static void weigh_tile(struct lum_refinement *r, const struct lum_tiling *t, uin
     r->errors[tile].weight = e + v > 0.0 ? (float)(e / (e + v)) : 1.0f;
 }
 
+/* The frame's error is measured against noise, so its sum may come out below what the weights believe, even below 0. */
 static double blend_error(const struct lum_refinement *r, const struct lum_tiling *t)
 {
-    double squares = 0.0, mean = 0.0, pixels = (double)t->w * t->h;
+    double noise = 0.0, frame = 0.0, least = 0.0, mean = 0.0, n = (double)t->w * t->h;
     for (uint32_t i = 0; i < t->n; i++) {
         const struct lum_tile_error *e = &r->errors[i];
-        double w = (double)e->weight;
-        squares += w * w * e->noise + (1.0 - w) * (1.0 - w) * e->frame;
+        struct lum_tile_rect rect = lum_tile_at(t, i);
+        double w = (double)e->weight, rest = (1.0 - w) * (1.0 - w), floor = FRAME_ERROR_MIN * e->mean;
+        noise += w * w * e->noise;
+        frame += rest * e->frame;
+        least += rest * floor * floor / ((double)rect.w * rect.h);
         mean += e->mean;
     }
-    return mean > 0.0 ? sqrt(fmax(squares, 0.0) / pixels) / (mean / pixels) : 0.0;
+    return mean > 0.0 ? sqrt((noise + fmax(frame, least)) / n) / (mean / n) : 0.0;
 }
 
 /* ---- the blend ---- */
