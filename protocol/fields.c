@@ -1,6 +1,7 @@
 /* The tables. PROTOCOL.md repeats them; a test compares the two. */
 #include "protocol/field.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "protocol/json.h"
@@ -208,12 +209,25 @@ const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *
     return NULL;
 }
 
+/* ": there are a, b, c"; false where that does not fit. */
+static bool join_names(const struct lum_fields *t, char *ret_text, size_t size)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < t->n && n < size; i++)
+        n += (size_t)snprintf(ret_text + n, size - n, "%s%s", i ? ", " : ": there are ", t->fields[i].name);
+    return t->n > 0 && n < size;
+}
+
 bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err)
 {
     const char *names[LUM_LIMIT_JSON_MEMBERS];
     for (size_t i = 0; i < t->n; i++)
         names[i] = t->fields[i].name;
     const char *near = lum_json_nearest(name, names, t->n);
-    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s%s%s", name,
-                          near ? ": did you mean \"" : "", near ? near : "", near ? "\"?" : "");
+    if (near)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name,
+                              "unknown field \"%.64s\": did you mean \"%s\"?", name, near);
+    char all[sizeof err->text / 2];
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s", name,
+                          join_names(t, all, sizeof all) ? all : "");
 }

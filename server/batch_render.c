@@ -372,8 +372,7 @@ int lum_cmd_render(int argc, char **argv)
     if (b.progress_shown)
         fputc('\n', stderr);
     if (!ok)
-        fprintf(stderr, "lumend render: %s%s%s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.path,
-                err.path[0] ? ": " : "", err.text);
+        fprintf(stderr, "lumend render: %s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.text);
     cJSON_Delete(b.frames);
     lum_view_destroy(b.view);
     lum_ops_finish(&b.edits);

@@ -387,8 +387,7 @@ static enum lum_status load(struct lum_director *d, struct lum_error *err)
         .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_proto_error e;
     if (!lum_scene_load(&d->world, d->config.scene, &import, &e))
-        return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s%s%s", d->config.scene, e.path, e.path[0] ? ": " : "",
-                        e.text);
+        return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s", d->config.scene, e.text);
     if (d->config.method && !set_method(d, &e))
         return lum_fail(err, LUM_ERR_INVALID, "method", "%s", e.text);
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
