@@ -336,8 +336,8 @@ static bool draw(const struct ais_study *study, const struct ais_scene *s, const
     };
     char title[128], subtitle[512], file[128];
     snprintf(title, sizeof title, "Error against cost: %s", s->name);
-    snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples). %s", study->w,
-             study->h, s->reference_spp, study->machine);
+    snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples). %s%s", study->w,
+             study->h, s->reference_spp, study->machine, options->quick ? LUM_BENCH_QUICK : "");
     snprintf(file, sizeof file, "ais-%s.svg", s->name);
     FILE *f = lum_bench_open(options, file);
     if (!f)

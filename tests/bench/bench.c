@@ -144,6 +144,8 @@ int main(int argc, char **argv)
     if (strcmp(argv[1], "--version") == 0)
         return puts("lumend-bench " LUMEND_VERSION) < 0;
     for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--help") == 0)
+            return usage(stdout, 0);
         if (strcmp(argv[i], "--quick") == 0)
             options.quick = true;
         else if (strcmp(argv[i], "--out") == 0 && i + 1 < argc)

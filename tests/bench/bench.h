@@ -15,6 +15,9 @@ struct lum_bench_options {
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
 };
 
+/* Ends the subtitle of a figure that --quick made. */
+#define LUM_BENCH_QUICK ". Made with --quick: not for quoting"
+
 struct lum_bench {
     const char *name, *summary;
     const char *scene; /* where none is given */

@@ -140,8 +140,8 @@ static bool draw(const struct report *r, const struct figure *figure)
     struct lum_plot_panel panels[STRIDE_CREWS];
     char many[64], subtitle[512];
     snprintf(many, sizeof many, "(b) all threads: %u", lum_pool_size(r->study->scenes[0].world.pool));
-    snprintf(subtitle, sizeof subtitle, "%u × %u pixels, of which every stride-th in x and in y is rendered. %s%s",
-             r->study->side, r->study->side, r->machine,
+    snprintf(subtitle, sizeof subtitle, "%u × %u pixels, of which every stride-th in x and in y is rendered. %s%s%s",
+             r->study->side, r->study->side, r->machine, r->options->quick ? LUM_BENCH_QUICK : "",
              figure->speedup ? ". 1: a share of the pixels takes that share of the time" : ". Bars: quartiles");
     for (uint32_t crew = 0; crew < STRIDE_CREWS; crew++)
         panels[crew] = (struct lum_plot_panel){
