@@ -20,10 +20,16 @@ export function EffectsPanel() {
                 <caption class="visually-hidden">What each effect cost in the last frame, and why it was needed</caption>
                 <thead>
                     <tr>
-                        <th scope="col">Needed because</th>
-                        <th scope="col">Tiles</th>
-                        <th scope="col">Rays</th>
-                        <th scope="col">CPU ms</th>
+                        <th scope="col">Effect, and why</th>
+                        <th scope="col" title="Parts of the picture, and samples of them, in which it was computed">
+                            Tiles
+                        </th>
+                        <th scope="col" title="Rays traced for it in the last frame">
+                            Rays
+                        </th>
+                        <th scope="col" title="Processor time that it took in the last frame, of all threads together">
+                            CPU ms
+                        </th>
                     </tr>
                 </thead>
                 {effects.map((e) => (

@@ -1,5 +1,6 @@
 import type { ComponentChildren } from 'preact';
 import { fixed, number, percent, si } from '../lib/format';
+import type { FrameNumbers } from '../state/meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
 
@@ -41,6 +42,13 @@ export function StatusBar() {
     );
 }
 
+/** A method that makes one frame and no estimate of its error is done, which says nothing about how near the truth it is. */
+function word({ converged, rough, error }: FrameNumbers): string {
+    if (rough) return 'rough';
+    if (!converged) return 'refining';
+    return error === null ? 'done' : 'converged';
+}
+
 /** How good the picture is: samples per pixel, what error is left, and whether it goes on improving. */
 function Converged() {
     const app = useApp();
@@ -48,9 +56,9 @@ function Converged() {
     if (app.connection.value.at !== 'online') return <span class="quality">not connected</span>;
     if (!frame) return <span class="quality">no picture yet</span>;
     return (
-        <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel, and the relative error that is left">
+        <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel (spp), and how far the picture is off: root mean square error by mean luminance">
             <span class="quality-mark" aria-hidden="true" />
-            <span class="quality-word">{frame.converged ? 'converged' : frame.rough ? 'rough' : 'refining'}</span>
+            <span class="quality-word">{word(frame)}</span>
             {!frame.rough && <b>{number(frame.spp)} spp</b>}
             {frame.error !== null && <span>±{percent(frame.error)}</span>}
         </span>

@@ -12,7 +12,7 @@ export function TopBar() {
             <Logo />
             <span class={`link link-${state}`}>
                 <span class="link-dot" aria-hidden="true" />
-                <span class="link-text">{state === 'online' ? 'live' : state === 'refused' ? 'locked' : 'offline'}</span>
+                <span class="link-text">{state === 'online' ? 'connected' : state === 'refused' ? 'locked' : 'offline'}</span>
             </span>
             <nav class="tools" aria-label="Tools">
                 <Tool label="Undo (Z)" onClick={() => void app.edits.undo()}>
