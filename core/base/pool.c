@@ -13,6 +13,11 @@
 #include <xmmintrin.h>
 #endif
 
+/* Estimators keep up to half a MiB of a packet's work there, with sanitizers twice that; the system's own limit may be
+ * less.
+ */
+#define STACK_BYTES ((size_t)4 << 20)
+
 struct worker {
     struct lum_pool *pool;
     pthread_t thread;
@@ -90,6 +95,17 @@ static uint32_t allowed_cpus(void)
     return n > 0 ? (uint32_t)n : 1u;
 }
 
+static bool start(struct worker *w)
+{
+    pthread_attr_t attr;
+    if (pthread_attr_init(&attr) != 0)
+        return false;
+    bool ok =
+        pthread_attr_setstacksize(&attr, STACK_BYTES) == 0 && pthread_create(&w->thread, &attr, worker_main, w) == 0;
+    pthread_attr_destroy(&attr);
+    return ok;
+}
+
 enum lum_status lum_pool_create(uint32_t n_threads, struct lum_pool **ret_pool, struct lum_error *err)
 {
     if (n_threads == 0)
@@ -111,7 +127,7 @@ enum lum_status lum_pool_create(uint32_t n_threads, struct lum_pool **ret_pool, 
         struct worker *w = &pool->workers[i];
         w->pool = pool;
         w->index = i;
-        if (pthread_create(&w->thread, NULL, worker_main, w) != 0) {
+        if (!start(w)) {
             lum_pool_destroy(pool);
             return lum_fail(err, LUM_ERR_LIMIT, "threads", "the system refused to start worker thread %u", i);
         }
