@@ -10,7 +10,7 @@
 
 #include "core/vpl/vpl.h"
 
-/* About 150 KiB: lives on a worker's stack. */
+/* About 320 KiB, most of it the slots: lives on a worker's stack. */
 struct indirect {
     struct lum_ais_packet packet;
     const struct lum_pass *pass;

@@ -19,7 +19,7 @@
 #define COARSE_SIDE (LUM_PACKET_SIDE / 2)
 #define LONE UINT8_MAX /* iterations of a pixel that was gathered at full resolution */
 
-/* One packet's work: which pixels gather from which sets into which sums. About 130 KiB: lives on a worker's stack. */
+/* Which pixels gather from which sets into which sums. About 15 KiB: lives on a worker's stack. */
 struct gathering {
     const struct lum_pass *pass;
     struct lum_counters *counters;

@@ -58,6 +58,8 @@ static struct lum_rgb arriving(const struct resolve *v, size_t pixel, const stru
 
 static struct moments sum_samples(const struct resolve *v, size_t pixel)
 {
+    if (!(v->pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+        return (struct moments){0}; /* nobody asked what light it gets: it must not count as unlit */
     struct lum_seen seen = v->layer->soft.seen[pixel];
     struct moments m = {.n = (float)__builtin_popcount(seen.traced | seen.visible)};
     for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
