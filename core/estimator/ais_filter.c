@@ -27,7 +27,7 @@ static void filter_packet(const struct lum_pass *pass, uint32_t packet, struct l
         return;
     filter(pass, packet, LUM_COMPONENT_SHADOW, LUM_PIXEL_DIFFUSE);
     filter(pass, packet, LUM_COMPONENT_INDIRECT, LUM_PIXEL_DIFFUSE);
-    filter(pass, packet, LUM_COMPONENT_GLOSS, LUM_PIXEL_GLOSS);
+    filter(pass, packet, LUM_COMPONENT_GLOSS, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
     filter(pass, packet, LUM_COMPONENT_MEDIA, 0);
 }
 
