@@ -320,7 +320,8 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw)
         join_sets(pass, &r);
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
-    struct lum_filter f = {.guide = &guide, .side = SIDE, .step = 1, .in = gloss->raw};
+    const uint8_t kinds = LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR;
+    struct lum_filter f = {.guide = &guide, .need = kinds, .side = SIDE, .step = 1, .in = gloss->raw};
     if (gloss->raw)
         lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,
                        guide.w);

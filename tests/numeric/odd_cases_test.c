@@ -229,20 +229,20 @@ static void without_refraction(struct odd *o)
 }
 
 /* A chequered floor. */
-static void put_chequers(struct odd *o, float other)
+static void put_chequers(struct odd *o, const struct lum_material_desc *first, float other)
 {
     struct rig *r = &o->r;
-    struct lum_material_desc white = rig_diffuse(0.8f), second = rig_diffuse(other);
-    rig_material(r, "white", &white);
+    struct lum_material_desc second = rig_diffuse(other);
+    rig_material(r, "first", first);
     rig_material(r, "other", &second);
     rig_square(r, "chequer", 0.05);
     for (int k = 0; k < 100; k++) {
         char id[16];
         snprintf(id, sizeof id, "floor-%d", k);
         int x = k % 10, z = k / 10;
-        rig_object(r, id, "chequer", (x + z) % 2 ? "other" : "white", rig_v(0.1 * x - 0.45, 0, 0.1 * z - 0.45));
+        rig_object(r, id, "chequer", (x + z) % 2 ? "other" : "first", rig_v(0.1 * x - 0.45, 0, 0.1 * z - 0.45));
     }
-    rig_camera(r, rig_v(0, 1.5, 0), rig_v(0, 0, 0), 30);
+    rig_camera(r, rig_v(0, 1.5, 0), rig_v(0, 0, 0), 24); /* sees nothing else */
     r->settings.antialias = false;
     r->settings.max_spp = 1;
     rig_commit(r);
@@ -290,10 +290,11 @@ static void hang_panel(struct odd *o)
 static void compare_chequers(struct odd *o)
 {
     double sum[2] = {0};
-    put_chequers(o, 0.8f);
+    const struct lum_material_desc first = rig_diffuse(0.8f);
+    put_chequers(o, &first, 0.8f);
     render(o, "white chequers");
     struct lum_rgb *white = rig_picture(&o->r);
-    put_chequers(o, 0.0f);
+    put_chequers(o, &first, 0.0f);
     render(o, "black and white chequers");
     for (uint32_t i = 0; i < o->r.settings.w * o->r.settings.h; i++) {
         struct lum_rgb c = lum_film_mean(lum_view_film(o->r.view), i % o->r.settings.w, i / o->r.settings.w);
@@ -317,6 +318,26 @@ static void black_neighbours_in_direct_light(struct odd *o)
 {
     hang_panel(o);
     compare_chequers(o);
+}
+
+/* Nothing of what mirrors show gets onto what lies beside them: the black half of the floor stays black, but for the
+ * pixels of its edges. */
+static void black_among_mirrors(struct odd *o)
+{
+    struct lum_material_desc mirror = lum_material_default();
+    mirror.metallic = 1.0f;
+    mirror.roughness = 0.0f;
+    hang_ceiling(o);
+    rig_square(&o->r, "ground", 2.0); /* what lights the ceiling */
+    rig_object(&o->r, "ground", "ground", "plaster", rig_v(0, -0.5, 0));
+    put_chequers(o, &mirror, 0.0f);
+    o->r.settings.max_depth = 3;
+    render(o, "black and mirroring chequers");
+    uint32_t black = 0, n = o->r.settings.w * o->r.settings.h;
+    for (uint32_t i = 0; i < n; i++)
+        black += lum_film_mean(lum_view_film(o->r.view), i % o->r.settings.w, i / o->r.settings.w).r == 0.0f;
+    if (black < 0.45 * n)
+        fail_msg("%s: %u of %u pixels are black, expected half", o->method->name, black, n);
 }
 
 /* A mirror that fills the picture, and in it a wall that is lit by way of the ceiling alone. Filters put the sets of
@@ -431,6 +452,7 @@ static void mirrors_are_filtered(void **state)
 {
     (void)state;
     for_each_method(mirrored_light);
+    for_each_method(black_among_mirrors);
 }
 
 int main(void)
