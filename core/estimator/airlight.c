@@ -40,7 +40,7 @@ _Static_assert(LUM_PACKET_SIDE % SIDE == 0, "a packet is made of whole tiles of 
 /* What is done in a packet. */
 enum { UNTRACED, TRACED, RESOLVED, JOINED };
 
-/* Pairs of medium and light that a packet has: those from LUM_AIRLIGHTS_MAX - 1 on share a buffer and are not refined.
+/* Pairs of medium and light that a packet has: those for which there is no buffer share the last and are not refined.
  */
 struct pair {
     uint32_t medium, light, slot;
@@ -333,9 +333,9 @@ static bool next_pair(const struct lum_pass *pass, uint32_t i, struct pair *ret_
     uint32_t n = pass->snapshot->n_media * lights->n_active;
     if (i >= n)
         return false;
-    bool alone = n <= LUM_AIRLIGHTS_MAX || i < LUM_AIRLIGHTS_MAX - 1;
-    *ret_pair = (struct pair){i / lights->n_active, lights->active[i % lights->n_active],
-                              alone ? i : LUM_AIRLIGHTS_MAX - 1, alone};
+    uint32_t slots = pass->components->n_airlights;
+    bool alone = n <= slots || i < slots - 1;
+    *ret_pair = (struct pair){i / lights->n_active, lights->active[i % lights->n_active], alone ? i : slots - 1, alone};
     return true;
 }
 

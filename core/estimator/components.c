@@ -42,12 +42,20 @@ static uint32_t components_called_for(const struct lum_pass *pass)
     return bits;
 }
 
+/* By size and number of lights alone: what shares a buffer must not depend on memory. */
+static uint32_t airlights_within_budget(const struct lum_components *c, uint32_t n)
+{
+    size_t fit = LUM_AIRLIGHTS_BYTES / ((size_t)c->w * c->h * sizeof *c->airlight), most = LUM_AIRLIGHTS_MAX;
+    most = fit < most ? fit : most;
+    return n > most ? (most > 0 ? (uint32_t)most : 1) : n;
+}
+
 static bool reserve_airlight(struct lum_components *c, const struct lum_pass *pass)
 {
     bool wanted =
         pass->on[LUM_EFFECT_MEDIA] && pass->settings->method->serves[LUM_EFFECT_MEDIA] == &lum_estimator_airlight;
     uint32_t n = wanted ? pass->snapshot->n_media * pass->snapshot->lights.n_active : 0;
-    n = n < LUM_AIRLIGHTS_MAX ? n : LUM_AIRLIGHTS_MAX;
+    n = airlights_within_budget(c, n);
     if (n == c->n_airlights)
         return true;
     lum_free(c->airlight);

@@ -34,6 +34,7 @@ struct lum_airlight {
     float open;
 };
 #define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
+#define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above a million pixels fewer are kept apart */
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
