@@ -74,26 +74,6 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
 }
 
-static bool same_vec3d(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
-static bool same_camera(const struct lum_camera *a, const struct lum_camera *b)
-{
-    return same_vec3d(a->position, b->position) && same_vec3d(a->target, b->target) && same_vec3d(a->up, b->up) &&
-           a->vfov_deg == b->vfov_deg;
-}
-
-/* Everything that the film depends on, but for how many samples it holds. */
-static bool same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
-{
-    return same_camera(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
-           a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
-           a->antialias == b->antialias && a->n_vpls == b->n_vpls && a->effects_off == b->effects_off &&
-           a->effects_on == b->effects_on;
-}
-
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
                              uint64_t order)
 {
@@ -101,7 +81,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     struct resolved r;
     struct lum_proto_error ignored;
     resolve(&v->want, world, &r, &ignored);
-    if (!same_picture(&v->settings, &r.settings) || !lum_versions_equal(&v->versions, &snapshot->versions)) {
+    if (!lum_view_same_picture(&v->settings, &r.settings) || !lum_versions_equal(&v->versions, &snapshot->versions)) {
         v->stale = true;
         v->complete = v->failed = false;
         v->rendered_ms = 0.0;
@@ -111,7 +91,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
         v->unsent = v->unsent || v->last_pass.spp > 0; /* the same film, under a new revision or exposure */
         v->scene_rev = snapshot->scene_rev;
     }
-    if (!same_camera(&v->settings.camera, &r.settings.camera) || v->n_instances != snapshot->n_instances ||
+    if (!lum_camera_equal(&v->settings.camera, &r.settings.camera) || v->n_instances != snapshot->n_instances ||
         v->exposure_ev.set)
         v->auto_settled = false;
     v->n_instances = snapshot->n_instances;

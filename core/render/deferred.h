@@ -40,6 +40,4 @@ LUM_MUST_USE enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum
 void lum_surfaces_finish(struct lum_surfaces *s);
 LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err);
 
-bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b);
-
 #endif

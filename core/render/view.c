@@ -142,8 +142,7 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a picture of %u x %u", w, h);
 }
 
-/* True when both make the same picture, sample for sample. */
-static bool same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
+bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
 {
     return lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
            a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
@@ -157,7 +156,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
 {
     const struct lum_versions *now = &pass->snapshot->versions;
     bool same_scene = v->rendered && lum_versions_equal(now, &v->versions);
-    bool same = same_scene && same_picture(&v->settings, pass->settings);
+    bool same = same_scene && lum_view_same_picture(&v->settings, pass->settings);
     if (!same_scene)
         lum_demand_derive(pass->snapshot, &v->demand);
     if (!same) {

@@ -26,7 +26,11 @@ struct lum_view_settings {
     /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
     uint32_t effects_off, effects_on;
 };
-struct lum_view_settings lum_view_settings_default(void); /* 600x400, path, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs */
+struct lum_view_settings lum_view_settings_default(void); /* 600x400, live, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs */
+
+/* True when both make the same picture of a scene, sample for sample: all but how many samples, and how early it shows. */
+bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b);
+bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b);
 
 /* In the order in which they run. */
 enum lum_stage {
