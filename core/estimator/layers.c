@@ -19,6 +19,7 @@ void lum_layers_finish(struct lum_layers *l)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
     lum_free(l->layers);
+    lum_free(l->brightness);
     lum_free(l->layer_of);
     lum_free(l->unit_lights);
     lum_free(l->unit_materials);
@@ -215,6 +216,17 @@ static bool reserve(struct lum_layers *l, uint32_t n_lights)
     return true;
 }
 
+/* For the guidance of soft shadows. */
+static bool reserve_brightness(struct lum_layers *l, const struct lum_pass *pass)
+{
+    bool soft = false;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        soft = soft || l->layers[k].soft.seen;
+    if (soft && !l->brightness)
+        l->brightness = lum_calloc(lum_soft_tiling(pass).n, sizeof *l->brightness);
+    return !soft || l->brightness;
+}
+
 static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
 {
     if (s->n_materials > l->material_capacity) {
@@ -254,10 +266,13 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
 {
     const struct lum_view_settings *set = pass->settings;
     const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
-    if (set->method != l->method || memcmp(l->on, pass->on, sizeof l->on) != 0)
+    bool same = set->method == l->method && set->seed == l->seed && memcmp(l->on, pass->on, sizeof l->on) == 0;
+    bool moved = gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry;
+    l->relit = same && !moved && now->light_power != was->light_power && now->light_shape == was->light_shape &&
+               now->material == was->material;
+    if (!same)
         drop_layers(l);
-    if (gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry ||
-        set->shadow_samples != l->shadow_samples || set->seed != l->seed)
+    if (moved || set->shadow_samples != l->shadow_samples)
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (now->material != was->material || now->medium != was->medium || set->max_depth != l->max_depth)
         lower_all(l, pass, LUM_LAYER_SEEN);
@@ -282,8 +297,10 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
         l->n_tiles = pass->tiling.n;
     }
     mark_stale(l, pass, gbuffer_stamp);
+    l->unfinished = false;
     const struct lum_snapshot *s = pass->snapshot;
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s)) {
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
+        !reserve_brightness(l, pass)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }

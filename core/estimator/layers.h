@@ -55,6 +55,10 @@ struct lum_layers {
     uint32_t n_layers;
     struct lum_layer shared;
     bool shared_on;
+    /* soft shadows */
+    float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
+    bool unfinished;   /* another pass of the same picture would add samples */
+    bool relit;        /* this pass differs from the one before by the power of lights alone: it traces nothing */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */

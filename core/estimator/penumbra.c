@@ -2,6 +2,9 @@
 #include "core/estimator/penumbra.h"
 
 #include "core/interleave/interleave.h"
+#include "core/light/irradiance.h"
+
+#define GLOSS_ALBEDO 0.1f /* guidance only: what a surface reflects otherwise than diffusely */
 
 struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a)
 {
@@ -118,6 +121,36 @@ static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_ti
         }
 }
 
+/* About what the light would bring to a pixel, at power 1. */
+static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    struct lum_irradiance all;
+    struct lum_light_sample ls;
+    float white = 0.0f;
+    if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all))
+        white = all.cosine_integral;
+    else if (lum_penumbra_sample(pass, layer, pixel, k, &ls) != LUM_PENUMBRA_NEEDLESS)
+        white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
+    float albedo = s->kind[pixel] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
+    return white * LUM_INV_PI * (albedo + lum_luminance(s->albedo[pixel]));
+}
+
+/* The mean over a diagonal of each tile of the pattern in the packet. */
+static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *layer, struct lum_tile_rect r)
+{
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    for (uint32_t y = r.y; y < r.y + r.h; y += LUM_SOFT_SIDE)
+        for (uint32_t x = r.x; x < r.x + r.w; x += LUM_SOFT_SIDE) {
+            uint32_t n = 0;
+            float sum = 0.0f;
+            for (; n < LUM_SOFT_SIDE && x + n < r.x + r.w && y + n < r.y + r.h; n++)
+                sum += unshadowed_at(pass, layer, (size_t)(y + n) * pass->tiling.w + x + n,
+                                     lum_pattern_set(LUM_SOFT_SIDE, n, n));
+            layer->soft.unshadowed[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE] = sum / (float)n;
+        }
+}
+
 static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
     if (pass->settings->max_depth == 0)
@@ -135,6 +168,7 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
         for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
             trace_stratum(&b, r, k);
         count(pass, &layer->soft, r);
+        estimate_unshadowed(pass, layer, r);
         layer->soft.begun[packet] = 1;
     }
 }
@@ -143,6 +177,66 @@ const struct lum_estimator lum_estimator_penumbra = {
     .name = "penumbra",
     .stage = LUM_STAGE_SHADOW,
     .tile = trace_packet,
+    .packets = true,
+    .surfaces = true,
+    .then = &lum_penumbra_refine,
+};
+
+/* ---- further strata ---- */
+
+static void refine_pixel(struct batch *b, uint32_t x, uint32_t y, uint32_t goal)
+{
+    size_t pixel = (size_t)y * b->pass->tiling.w + x;
+    struct lum_seen seen = b->layer->soft.seen[pixel];
+    uint32_t known = seen.traced | seen.visible, n = (uint32_t)__builtin_popcount(known);
+    uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, x, y);
+    for (uint32_t i = 0; i < LUM_SOFT_POINTS && n < goal; i++) {
+        uint32_t k = lum_pattern_next(LUM_SOFT_SIDE, set, i);
+        if (known >> k & 1)
+            continue;
+        ask(b, pixel, k);
+        n++;
+    }
+}
+
+static bool refine_layer(struct batch *b, struct lum_tile_rect r)
+{
+    struct lum_tiling sets = lum_soft_tiling(b->pass);
+    bool any = false;
+    for (uint32_t y = r.y; y < r.y + r.h; y += LUM_SOFT_SIDE)
+        for (uint32_t x = r.x; x < r.x + r.w; x += LUM_SOFT_SIDE) {
+            uint32_t set = y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE, goal = b->layer->soft.goal[set];
+            if (goal == 0)
+                continue;
+            struct lum_tile_rect t = lum_tile_at(&sets, set);
+            for (uint32_t i = 0; i < t.w * t.h; i++)
+                refine_pixel(b, t.x + i % t.w, t.y + i / t.w, goal);
+            any = true;
+        }
+    flush(b);
+    return any;
+}
+
+static void refine_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct batch b;
+    b.pass = pass;
+    b.counters = counters;
+    b.rays.n = 0;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
+        b.layer = layer;
+        if (refine_layer(&b, r))
+            count(pass, &layer->soft, r);
+    }
+}
+
+const struct lum_estimator lum_penumbra_refine = {
+    .name = "penumbra, refine",
+    .stage = LUM_STAGE_REFINE,
+    .begin = lum_penumbra_plan,
+    .tile = refine_packet,
     .packets = true,
     .surfaces = true,
     .then = &lum_penumbra_resolve,

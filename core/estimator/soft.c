@@ -30,13 +30,14 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .seen = lum_calloc(n, sizeof *s.seen),
         .direct = lum_calloc(n_slots, sizeof *s.direct),
         .tally = lum_calloc(n_sets, sizeof *s.tally),
+        .unshadowed = lum_calloc(n_sets, sizeof *s.unshadowed),
         .goal = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
         .resolved = lum_calloc(pass->tiling.n, sizeof *s.resolved),
     };
     draw_points(&s, pass);
     *ret_soft = s;
-    if (s.seen && s.direct && s.tally && s.goal && s.begun && s.resolved)
+    if (s.seen && s.direct && s.tally && s.unshadowed && s.goal && s.begun && s.resolved)
         return true;
     lum_soft_finish(ret_soft);
     return false;
@@ -47,6 +48,7 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->seen);
     lum_free(s->direct);
     lum_free(s->tally);
+    lum_free(s->unshadowed);
     lum_free(s->goal);
     lum_free(s->begun);
     lum_free(s->resolved);

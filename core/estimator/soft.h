@@ -38,6 +38,7 @@ struct lum_soft {
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
+    float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
     uint8_t *begun;               /* per packet: every pixel has its first stratum */
     uint16_t *resolved;           /* per tile: 1 + what the samples around added up to when direct was made; 0: it is stale */

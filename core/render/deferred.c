@@ -21,7 +21,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 /* All other stages look for the G-buffer's stamp. */
 void lum_deferred_forget(struct lum_deferred *d)
 {
-    d->gbuffer.geometry = UINT64_MAX; /* no snapshot's */
+    d->gbuffer.geometry = d->layers.versions.geometry = UINT64_MAX; /* no snapshot's */
     d->vpls.valid = false;
 }
 
@@ -66,6 +66,8 @@ enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struc
 {
     struct stage_job job = {pass, stage, runner->counters};
     int64_t begin_ns = lum_clock_ns();
+    if (stage->begin)
+        stage->begin(pass);
     uint32_t n = stage->packets ? pass->packets.n : pass->tiling.n;
     enum lum_status status = lum_pool_run(runner->pool, n, run_tile, &job, runner->cancel);
     runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
@@ -107,7 +109,8 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 
 /* ---- the stages of a pass ---- */
 
-#define STAGES_MAX (LUM_EFFECT_COUNT + 10) /* estimators by effect, what goes with them, filters, and what every method has */
+#define STAGES_MAX                                                                                                     \
+    (LUM_EFFECT_COUNT + 10) /* estimators by effect, what goes with them, filters, and what every method has */
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];

@@ -126,6 +126,7 @@ LUM_MUST_USE enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const s
 struct lum_estimator {
     const char *name;
     enum lum_stage stage;
+    void (*begin)(const struct lum_pass *pass); /* once before its tiles, on the calling thread; NULL: nothing to do */
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
     bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
     uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */

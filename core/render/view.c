@@ -7,11 +7,11 @@
 #include "core/render/refine.h"
 
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
-    [LUM_STAGE_DIRECT] = "direct",       [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_INDIRECT] = "indirect",
-    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",       [LUM_STAGE_MEDIA] = "media",
-    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",   [LUM_STAGE_PATH] = "path",
-    [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
+    [LUM_STAGE_GBUFFER] = "gbuffer",   [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
+    [LUM_STAGE_DIRECT] = "direct",     [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_REFINE] = "refine",
+    [LUM_STAGE_INDIRECT] = "indirect", [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",
+    [LUM_STAGE_MEDIA] = "media",       [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",
+    [LUM_STAGE_PATH] = "path",         [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
 };
 
 struct lum_view {
@@ -43,6 +43,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .method = lum_method_find("live"),
         .max_depth = 8,
         .shadow_samples = 16,
+        .shadow_budget = 200000,
         .antialias = true,
         .n_vpls = LUM_VPL_DEFAULT,
     };
@@ -240,6 +241,7 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     enum lum_status status = LUM_OK;
     if (refines && !v->refinement.frame)
         status = lum_refine_init(&v->refinement, &v->tiling, err);
+    memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp); /* a frame that goes on is composed anew */
     if (status == LUM_OK)
         status = lum_deferred_run(&v->deferred, pass, runner, err);
     if (status == LUM_OK && refines)
@@ -334,22 +336,24 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
-    if (max_spp == 0 || spp < max_spp) {
+    bool unfinished = spp > 0 && !method->progressive && view->deferred.layers.unfinished;
+    if (max_spp == 0 || spp < max_spp || unfinished) {
         memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
         else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed)
             status = run_rough(view, &pass, &runner, err);
-        else if (spp > 0)
+        else if (spp > 0 && !unfinished)
             status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
+        unfinished = !method->progressive && view->deferred.layers.unfinished;
     }
     stats.spp = spp;
-    stats.complete = max_spp > 0 && spp >= max_spp;
+    stats.complete = max_spp > 0 && spp >= max_spp && !unfinished;
     stats.error_rel = view->error_rel;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
