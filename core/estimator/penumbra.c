@@ -18,13 +18,24 @@ struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout
     return NULL;
 }
 
+/* Point k of the light for a pixel. Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras
+ * would have 16 steps: the digits below are exclusive-ored with a pixel's own, which leaves its 16 points a
+ * (0,4,2)-net. */
+static struct lum_vec2 point_at(const struct lum_layer *layer, size_t pixel, uint32_t k)
+{
+    uint32_t h = lum_hash_combine(layer->salt, (uint32_t)pixel);
+    uint32_t x = (uint32_t)(layer->soft.point[k].x * 0x1p24f) ^ (h & 0xfff) << 10;
+    uint32_t y = (uint32_t)(layer->soft.point[k].y * 0x1p24f) ^ (h >> 12 & 0xfff) << 10;
+    return (struct lum_vec2){(float)x * 0x1p-24f, (float)y * 0x1p-24f};
+}
+
 enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
                                            uint32_t k, struct lum_light_sample *ret_sample)
 {
     const struct lum_surfaces *s = pass->surfaces;
     uint8_t kind = s->kind[pixel];
     if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
-        !lum_light_sample_at(&pass->layers->unit, layer->index, s->p[pixel], layer->soft.point[k], ret_sample))
+        !lum_light_sample_at(&pass->layers->unit, layer->index, s->p[pixel], point_at(layer, pixel, k), ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
     float shading = lum_dot(ret_sample->wi, s->n[pixel]), side = lum_dot(ret_sample->wi, s->ng[pixel]);
     bool through = (kind & LUM_PIXEL_GLOSS) && (kind & LUM_PIXEL_SPECULAR); /* rough glass */

@@ -24,6 +24,11 @@
 #define BLOCK (LUM_TILE_SIDE + 2 * MARGIN)
 #define WINDOW (2 * BORDER + 1)
 #define GLOSS_POINTS 4u
+/* A pixel that knows all strata of its own still takes the window's share, 256 samples for 16, unless that is further
+ * from its own than this times the deviation of a single sample. 16 stratified samples are off by about 0.08 of it at
+ * an edge; the error is least at 0.2 (cornell: 4.1e-4 without the window, 3.8e-4 at 0.1, 2.9e-4 at 0.2, 4.4e-4 at 0.4).
+ */
+#define CONTRADICTION 0.2f
 
 /* Sums over samples that are known. */
 struct moments {
@@ -123,12 +128,27 @@ static void add_moments(struct moments *sum, const struct moments *m, float weig
     sum->light = lum_rgb_mad(sum->light, m->light, weight);
 }
 
-/* Over the window around vertex i, at (x, y); or of the pixel alone when it knows everything. */
+static bool knows_all(struct lum_seen seen)
+{
+    return (uint16_t)(seen.traced | seen.visible) == UINT16_MAX;
+}
+
+static float share_of(const struct moments *m)
+{
+    return m->traced > 0.0f ? m->seen / m->traced : 0.0f;
+}
+
+/* True when the window says something else than the pixel's own 16 samples, by more than these can be wrong. */
+static bool contradicts(const struct moments *alone, const struct moments *window)
+{
+    float share = share_of(window);
+    return !(fabsf(share - share_of(alone)) <= CONTRADICTION * sqrtf(lum_max(share * (1.0f - share), 0.0f)));
+}
+
+/* Over the window around vertex i, at (x, y); or of the pixel alone when it knows better. */
 static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
 {
     struct lum_seen own = v->layer->soft.seen[(size_t)y * v->guide.w + x];
-    if ((uint16_t)(own.traced | own.visible) == UINT16_MAX)
-        return *moments_at(v, x, y);
     if (v->same[i] == 0)
         v->same[i] = same_surface(v, x, y);
     struct moments sum = {0};
@@ -139,7 +159,8 @@ static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t
         bool end_x = dx == 0 || dx == WINDOW - 1, end_y = dy == 0 || dy == WINDOW - 1;
         add_moments(&sum, moments_at(v, qx, qy), (end_x ? 0.5f : 1.0f) * (end_y ? 0.5f : 1.0f));
     }
-    return sum;
+    const struct moments *alone = moments_at(v, x, y);
+    return knows_all(own) && contradicts(alone, &sum) ? *alone : sum;
 }
 
 /* Per unit of power, without what is in the way of it. */
@@ -147,7 +168,7 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
 {
     const struct lum_vertices *vs = &v->vertices;
     struct lum_seen own = v->layer->soft.seen[pixel];
-    bool whole = (uint16_t)(own.traced | own.visible) == UINT16_MAX;
+    bool whole = knows_all(own);
     uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->guide.w), (uint32_t)(pixel / v->guide.w));
     /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
     uint32_t first = whole ? 0 : (set ^ set >> 2) & 3u, step = whole ? 1 : LUM_SOFT_POINTS / GLOSS_POINTS;
@@ -204,7 +225,7 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
         diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI);
     } else {
         struct moments m = gather(v, i, x, y);
-        share = m.traced > 0.0f ? m.seen / m.traced : 0.0f;
+        share = share_of(&m);
         if (!(share > 0.0f))
             return lum_grey(0.0f);
         if (exact)

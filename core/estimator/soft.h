@@ -1,8 +1,8 @@
 /* What a layer keeps of a light whose shadows are soft, for the estimator `penumbra`.
  *
- * A light has 16 points, strata of one (0,4,2)-net on it, and they are the same for every pixel: pixel (x, y) begins with
- * number lum_pattern_set(4, x, y), so that any 4 x 4 window holds all of them (interleaved sampling), and neighbours can
- * lend each other what they know. Of each point a pixel knows one of four things; see struct lum_seen. */
+ * A light has 16 points, a (0,4,2)-net on it, in the same strata for every pixel: pixel (x, y) begins with number
+ * lum_pattern_set(4, x, y), so that any 4 x 4 window holds all of them (interleaved sampling), and neighbours can lend each
+ * other what they know. Of each point a pixel knows one of four things; see struct lum_seen. */
 #ifndef LUM_CORE_ESTIMATOR_SOFT_H
 #define LUM_CORE_ESTIMATOR_SOFT_H
 
