@@ -268,8 +268,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
     bool same = set->method == l->method && set->seed == l->seed && memcmp(l->on, pass->on, sizeof l->on) == 0;
     bool moved = gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry;
-    l->relit = same && !moved && now->light_power != was->light_power && now->light_shape == was->light_shape &&
-               now->material == was->material;
+    l->edited_elsewhere = same && !moved && now->light_shape == was->light_shape && !lum_versions_equal(now, was);
     if (!same)
         drop_layers(l);
     if (moved || set->shadow_samples != l->shadow_samples)

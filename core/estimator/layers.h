@@ -58,7 +58,7 @@ struct lum_layers {
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
     bool unfinished;   /* another pass of the same picture would add samples */
-    bool relit;        /* this pass differs from the one before by the power of lights alone: it traces nothing */
+    bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */
