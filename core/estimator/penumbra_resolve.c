@@ -253,6 +253,11 @@ static void fill_vertices(struct resolve *v, uint32_t tile)
         if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
             continue;
         struct lum_vec3 d = lum_rays_direction(&rays, i), wo = lum_v3_neg(d);
+        if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR))) { /* matte: its albedo is all */
+            v->vertices.bsdf[v->vertices.n] = (struct lum_bsdf){.diffuse = pass->surfaces->albedo[pixel]};
+            lum_vertices_push(&v->vertices, i, pass->surfaces->p[pixel], wo, 0);
+            continue;
+        }
         struct lum_surface s;
         lum_snapshot_surface(unit, &pass->gbuffer->tiles[tile], i, d, &s);
         lum_bsdf_init(&v->vertices.bsdf[v->vertices.n], &unit->materials[s.material], &s, wo);

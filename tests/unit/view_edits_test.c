@@ -254,6 +254,7 @@ static void edit_at_random(const struct lum_method *method, bool steady, uint64_
     r->settings.h = 19;
     r->settings.max_spp = 1;
     r->settings.shadow_samples = 2;
+    r->settings.shadow_budget = 0; /* what an older view knows of soft shadows beyond that, a new one does not */
     r->settings.n_vpls = 24;
     r->settings.method = method;
     for (uint32_t k = 0; k < 2; k++) {
