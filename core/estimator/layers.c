@@ -296,7 +296,6 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
         l->n_tiles = pass->tiling.n;
     }
     mark_stale(l, pass, gbuffer_stamp);
-    l->unfinished = false;
     const struct lum_snapshot *s = pass->snapshot;
     if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
         !reserve_brightness(l, pass)) {

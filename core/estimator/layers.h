@@ -57,7 +57,6 @@ struct lum_layers {
     bool shared_on;
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
-    bool unfinished;   /* another pass of the same picture would add samples */
     bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */

@@ -20,7 +20,7 @@ enum lum_penumbra_side {
 enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k,
                                            struct lum_light_sample *ret_sample);
 
-/* Sets the goal of each tile of the pattern, and lum_layers.unfinished. Reads what trace counted. */
+/* Sets the goal of each tile of the pattern. Reads what trace counted. */
 void lum_penumbra_plan(const struct lum_pass *pass);
 
 extern const struct lum_estimator lum_penumbra_refine, lum_penumbra_resolve;

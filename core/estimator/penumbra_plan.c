@@ -18,7 +18,6 @@ struct plan {
     uint64_t rays[BUCKETS]; /* that steps of this worth cost */
     uint32_t least;         /* bucket down to which all steps are taken */
     uint64_t budget;        /* left for steps of the bucket below */
-    bool unfinished;
 };
 
 /* What the light brings to the tile, of that which the samples say arrives. */
@@ -115,7 +114,6 @@ static void set_goals(struct plan *p, struct lum_layer *layer)
                 p->budget -= s.rays;
         }
         layer->soft.goal[i] = (uint8_t)(n > s.first ? n : 0);
-        p->unfinished = p->unfinished || n < LUM_SOFT_POINTS;
     }
 }
 
@@ -124,7 +122,6 @@ void lum_penumbra_plan(const struct lum_pass *pass)
     struct lum_layers *l = pass->layers;
     struct plan p = {.pass = pass, .sets = lum_soft_tiling(pass), .brightness = l->brightness};
     uint32_t a = 0;
-    l->unfinished = false;
     if (!l->brightness || pass->settings->max_depth == 0)
         return;
     p.mean = sum_brightness(pass, p.sets.n, l->brightness);
@@ -140,5 +137,4 @@ void lum_penumbra_plan(const struct lum_pass *pass)
     a = 0;
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
         set_goals(&p, layer);
-    l->unfinished = p.unfinished && pass->settings->shadow_budget > 0;
 }

@@ -63,6 +63,10 @@ static void measure_tile(struct lum_refinement *r, const struct lum_tiling *t, u
  * and an estimate that noise drove below 0 does no harm. */
 #define FRAME_ERROR_MIN 0.01
 
+/* How much worse the eye takes grain than a smooth error of the same square: a picture that rests must not get worse to
+ * look at. Samples take over where their noise is a quarter of the frame's error. */
+#define GRAIN 16.0
+
 static void weigh_tile(struct lum_refinement *r, const struct lum_tiling *t, uint32_t tile)
 {
     uint32_t tx = tile % t->nx, ty = tile / t->nx;
@@ -77,7 +81,7 @@ static void weigh_tile(struct lum_refinement *r, const struct lum_tiling *t, uin
             pixels += (double)rect.w * rect.h;
         }
     double least = FRAME_ERROR_MIN * mean / pixels, e = fmax(frame / pixels, least * least), v = noise / pixels;
-    r->errors[tile].weight = e + v > 0.0 ? (float)(e / (e + v)) : 1.0f;
+    r->errors[tile].weight = e > 0.0 ? (float)(e / (e + GRAIN * v)) : 1.0f;
 }
 
 /* The frame's error is measured against noise, so its sum may come out below what the weights believe, even below 0. */

@@ -3,7 +3,8 @@
  *
  * The shown picture is c = w y + (1 - w) b, with b the frame and y the mean of the samples so far. y is unbiased and its
  * noise independent of b, so the expected squared error is w^2 v + (1 - w)^2 e with v the variance of y and e the
- * squared error of b, and the best weight is e / (e + v). Both are measured: the samples are kept in two independent halves
+ * squared error of b. The least would have w = e / (e + v); for the eye, to which grain is worse than a smooth error, v counts
+ * several times. Both are measured: the samples are kept in two independent halves
  * A and B, so v = (A - B)^2 / 4, and (b - A)(b - B) is an unbiased estimate of e, since the noise of A and B cancels in the
  * mean (algorithms B3). Means are over a tile and its eight neighbours. */
 #ifndef LUM_CORE_RENDER_REFINE_H

@@ -241,7 +241,6 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     enum lum_status status = LUM_OK;
     if (refines && !v->refinement.frame)
         status = lum_refine_init(&v->refinement, &v->tiling, err);
-    memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp); /* a frame that goes on is composed anew */
     if (status == LUM_OK)
         status = lum_deferred_run(&v->deferred, pass, runner, err);
     if (status == LUM_OK && refines)
@@ -336,24 +335,22 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
-    bool unfinished = spp > 0 && !method->progressive && view->deferred.layers.unfinished;
-    if (max_spp == 0 || spp < max_spp || unfinished) {
+    if (max_spp == 0 || spp < max_spp) {
         memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
         else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed)
             status = run_rough(view, &pass, &runner, err);
-        else if (spp > 0 && !unfinished)
+        else if (spp > 0)
             status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
-        unfinished = !method->progressive && view->deferred.layers.unfinished;
     }
     stats.spp = spp;
-    stats.complete = max_spp > 0 && spp >= max_spp && !unfinished;
+    stats.complete = max_spp > 0 && spp >= max_spp;
     stats.error_rel = view->error_rel;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;

@@ -19,7 +19,7 @@ struct lum_view_settings {
     uint32_t max_spp;        /* progressive methods stop here; 0: never */
     uint32_t max_depth;      /* path segments after the first hit */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
-    uint32_t shadow_budget;  /* rays that `live` may add per pass where shadows are soft, until all is known; 0: none */
+    uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0: none */
     bool antialias;          /* false: rays through pixel centres */
     uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
                                 block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
