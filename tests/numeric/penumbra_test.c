@@ -1,0 +1,506 @@
+/* Soft shadows of `live`: the closed forms of unshadowed light, what is exact, what an edit costs. */
+#include "core/light/irradiance.h"
+#include "tests/support/rig.h"
+
+#include <math.h>
+
+/* ---- unshadowed irradiance, against plain integration over the emitter ---- */
+
+struct spot {
+    struct lum_vec3 p, n;
+};
+
+static struct lum_vec3 unit(float x, float y, float z)
+{
+    return lum_normalize(lum_v3(x, y, z));
+}
+
+static struct lum_vec3d wide(struct lum_vec3 a)
+{
+    return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
+}
+
+static double dot(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* cos cos' / r^2 at point x of an emitter with normal nl; 0 below either horizon. */
+static double kernel(const struct spot *s, struct lum_vec3d x, struct lum_vec3d nl)
+{
+    struct lum_vec3d p = wide(s->p), d = {x.x - p.x, x.y - p.y, x.z - p.z};
+    double r2 = dot(d, d), here = dot(d, wide(s->n)), there = -dot(d, nl);
+    return here > 0.0 && there > 0.0 ? here * there / (r2 * r2) : 0.0;
+}
+
+/* Midpoint rule over N x N cells: the error of a smooth integrand falls with N^-2, that of the kink at the horizon too,
+ * since the integrand is 0 there. */
+#define N 1000
+
+static double integrate_quad(const struct lum_light *l, const struct spot *s)
+{
+    struct lum_vec3d c = wide(l->p), u = wide(l->u), v = wide(l->v), nl = wide(l->n);
+    double sum = 0.0;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < N; i++) {
+            double a = (2.0 * i + 1.0) / N - 1.0, b = (2.0 * j + 1.0) / N - 1.0;
+            struct lum_vec3d x = {c.x + a * u.x + b * v.x, c.y + a * u.y + b * v.y, c.z + a * u.z + b * v.z};
+            sum += kernel(s, x, nl);
+        }
+    return sum * (double)l->area / ((double)N * N);
+}
+
+/* Over rings of equal width; a sphere is integrated over its whole surface by height. */
+static double integrate_round(const struct lum_light *l, const struct spot *s)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct lum_vec3d c = wide(l->p), t = wide(f.t), b = wide(f.b), nl = wide(l->n);
+    double sum = 0.0, radius = (double)l->radius;
+    bool sphere = l->kind == LUM_EMIT_SPHERE;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < N; i++) {
+            double h = (j + 0.5) / N, phi = 2.0 * LUM_PI_D * (i + 0.5) / N;
+            double z = sphere ? 2.0 * h - 1.0 : 0.0, r = sphere ? sqrt(1.0 - z * z) : h;
+            double x = radius * r * cos(phi), y = radius * r * sin(phi);
+            struct lum_vec3d e = {x * t.x + y * b.x, x * t.y + y * b.y, x * t.z + y * b.z};
+            struct lum_vec3d at = {c.x + e.x + radius * z * nl.x, c.y + e.y + radius * z * nl.y,
+                                   c.z + e.z + radius * z * nl.z};
+            struct lum_vec3d out = {(at.x - c.x) / radius, (at.y - c.y) / radius, (at.z - c.z) / radius};
+            sum += kernel(s, at, sphere ? out : nl) * (sphere ? 2.0 : 2.0 * h);
+        }
+    double area = sphere ? 2.0 * LUM_PI_D * radius * radius : LUM_PI_D * radius * radius;
+    return sum * area / ((double)N * N);
+}
+
+static struct lum_light lamp(enum lum_emitter kind)
+{
+    struct lum_light l = {.kind = kind, .p = {0.2f, 1.0f, -0.1f}, .n = {0.0f, -1.0f, 0.0f}, .radius = 0.4f};
+    l.u = lum_v3(0.5f, 0.0f, 0.0f);
+    l.v = lum_v3(0.0f, 0.0f, 0.3f);
+    l.area = 4.0f * 0.5f * 0.3f;
+    return l;
+}
+
+static const struct spot spots[] = {
+    {{0.1f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+    {{2.0f, 0.0f, 1.0f}, {0.0f, 1.0f, 0.0f}},
+    {{0.2f, 0.9f, -0.1f}, {0.0f, 1.0f, 0.0f}}, /* next to it */
+    {{1.5f, 0.2f, 0.3f}, {-1.0f, 0.0f, 0.0f}}, /* the light crosses no horizon, and shines along */
+    {{0.3f, 0.1f, 0.2f}, {1.0f, 0.0f, 0.0f}},  /* it crosses the horizon */
+    {{0.3f, 0.1f, 0.2f}, {-0.6f, 0.0f, 0.8f}},
+    {{0.2f, 0.2f, -0.1f}, {0.0f, 0.0f, 1.0f}},
+    {{0.2f, 0.2f, -0.1f}, {0.0f, -0.28f, 0.96f}},
+    {{573.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}, /* 89.9 degrees off the normal */
+    {{0.0f, 0.0f, 0.0f}, {0.0f, -1.0f, 0.0f}},  /* turned away: nothing */
+    {{3.0f, 1.5f, 0.0f}, {-1.0f, 0.0f, 0.0f}},  /* behind quad and disc: nothing */
+};
+
+static void closed_forms_are_the_integrals(void **state)
+{
+    (void)state;
+    const enum lum_emitter kinds[] = {LUM_EMIT_QUAD, LUM_EMIT_DISC, LUM_EMIT_SPHERE};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++)
+        for (size_t i = 0; i < LUM_ARRAY_LEN(spots); i++) {
+            struct lum_light l = lamp(kinds[k]);
+            struct spot s = {spots[i].p, lum_normalize(spots[i].n)};
+            struct lum_irradiance got;
+            assert_true(lum_light_irradiance(&l, s.p, s.n, &got));
+            double want = l.kind == LUM_EMIT_QUAD ? integrate_quad(&l, &s) : integrate_round(&l, &s);
+            /* Smooth: N^-2, a hundredfold where the light is near. The sphere's integrand goes with the root of the
+             * height at its poles: N^-1.5, a tenfold. */
+            double tolerance = 3e-4 * want + 1e-9;
+            if (!(fabs((double)got.cosine_integral - want) <= tolerance))
+                fail_msg("kind %d, spot %zu: %.9g, integral %.9g", (int)kinds[k], i, (double)got.cosine_integral, want);
+            assert_true(got.mean_cos >= 0.0f && got.mean_cos <= 1.0f);
+            assert_true((got.mean_cos > 0.0f) == (want > 0.0));
+        }
+}
+
+/* A wall and floors of light, and lights so small that they are points. */
+static void closed_forms_at_their_limits(void **state)
+{
+    (void)state;
+    struct lum_irradiance got;
+    struct lum_light l = lamp(LUM_EMIT_DISC);
+    const float h = 0.6f;
+    struct lum_vec3 up = {0.0f, 1.0f, 0.0f}, below = {l.p.x, l.p.y - h, l.p.z};
+    assert_true(lum_light_irradiance(&l, below, up, &got)); /* on the axis: pi R^2 / (R^2 + h^2) */
+    double r = (double)l.radius, want = LUM_PI_D * r * r / (r * r + (double)h * (double)h);
+    assert_true(fabs((double)got.cosine_integral - want) < 1e-6);
+
+    l = lamp(LUM_EMIT_QUAD);
+    l.u.x = l.v.z = 1e4f; /* almost the whole sky: what is missing is below pi h^2 / 1e8 */
+    l.area = 4e8f;
+    assert_true(lum_light_irradiance(&l, below, up, &got));
+    assert_true(fabs((double)got.cosine_integral - LUM_PI_D) < 1e-6);
+    assert_true(lum_light_irradiance(&l, below, unit(1.0f, 0.0f, 0.0f), &got)); /* half the sky of a wall */
+    assert_true(fabs((double)got.cosine_integral - 0.5 * LUM_PI_D) < 1e-3);     /* that ends at 1e4: 1e-4 of it */
+
+    const enum lum_emitter kinds[] = {LUM_EMIT_QUAD, LUM_EMIT_DISC, LUM_EMIT_SPHERE};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++)
+        for (float size = 1.0f; size > 1e-12f; size *= 0.25f) { /* E / area tends to cos cos' / r^2, without a jump */
+            l = lamp(kinds[k]);
+            l.u = lum_v3_mul(l.u, size);
+            l.v = lum_v3_mul(l.v, size);
+            l.radius *= size;
+            l.area *= size * size;
+            struct spot s = {{1.0f, 0.0f, 0.5f}, unit(0.1f, 1.0f, 0.2f)};
+            double area = kinds[k] == LUM_EMIT_QUAD ? (double)l.area : LUM_PI_D * (double)l.radius * (double)l.radius;
+            struct lum_vec3d d = {(double)(l.p.x - s.p.x), (double)(l.p.y - s.p.y), (double)(l.p.z - s.p.z)};
+            double r2 = dot(d, d), facing = kinds[k] == LUM_EMIT_SPHERE ? 1.0 : d.y / sqrt(r2);
+            double point = dot(d, wide(s.n)) / sqrt(r2) * facing * area / r2;
+            assert_true(lum_light_irradiance(&l, s.p, s.n, &got));
+            /* relative difference of the order of (size / distance)^2 */
+            double off = fabs((double)got.cosine_integral / point - 1.0);
+            if (!(off < 0.3 * (double)(size * size) + 2e-6))
+                fail_msg("kind %d, size %g: off by %g", (int)kinds[k], (double)size, off);
+        }
+}
+
+/* In the plane of the light, on it, in its middle, inside: finite, and 0 where it does not shine. */
+static void closed_forms_in_odd_places(void **state)
+{
+    (void)state;
+    const enum lum_emitter kinds[] = {LUM_EMIT_QUAD, LUM_EMIT_DISC, LUM_EMIT_SPHERE};
+    const struct lum_vec3 places[] = {{0.2f, 1.0f, -0.1f}, {3.0f, 1.0f, 0.0f}, {0.7f, 1.0f, 0.2f},
+                                      {0.6f, 1.0f, -0.1f}, {0.2f, 1.0f, 0.2f}, {0.2f, 1.4f, -0.1f}};
+    const struct lum_vec3 normals[] = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0, -1}};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++)
+        for (size_t i = 0; i < LUM_ARRAY_LEN(places); i++)
+            for (size_t j = 0; j < LUM_ARRAY_LEN(normals); j++) {
+                struct lum_light l = lamp(kinds[k]);
+                struct lum_irradiance got;
+                assert_true(lum_light_irradiance(&l, places[i], normals[j], &got));
+                assert_true(got.cosine_integral >= 0.0f && got.cosine_integral <= LUM_PI);
+                if (kinds[k] != LUM_EMIT_SPHERE)
+                    assert_true(got.cosine_integral == 0.0f);
+            }
+}
+
+/* ---- pictures ---- */
+
+static void set_live(struct rig *r, uint32_t budget)
+{
+    r->settings.method = lum_method_find("live");
+    r->settings.effects_off = 1u << LUM_EFFECT_INDIRECT_DIFFUSE;
+    r->settings.max_spp = 1;
+    r->settings.antialias = false;
+    r->settings.shadow_budget = budget;
+}
+
+static uint64_t shadow_rays(const struct lum_pass_stats *s)
+{
+    return s->rays[LUM_RAY_SOFT_SHADOW] + s->rays[LUM_RAY_ENVIRONMENT];
+}
+
+static void put_lamp(struct rig *r, const char *id, double x, double cd_m2)
+{
+    struct lum_light_desc l = rig_quad(rig_v(x, 2.8, 0), rig_v(1, 0, 0), rig_v(0, 0, 0.7), cd_m2);
+    rig_light(r, id, &l);
+}
+
+static void furnished_room(struct rig *r, uint32_t threads)
+{
+    rig_begin(r, threads);
+    rig_room(r);
+    put_lamp(r, "lamp", -0.5, 100);
+    struct lum_light_desc ball = {.kind = LUM_LIGHT_SPHERE,
+                                  .position = rig_v(-1, 0.6, 0.5),
+                                  .radius_m = 0.15,
+                                  .color = lum_grey(1),
+                                  .intensity = 300,
+                                  .on = true,
+                                  .camera_visible = true};
+    rig_light(r, "ball", &ball);
+    rig_commit(r);
+    set_live(r, 20000);
+}
+
+/* A floor with nothing above but the lamp: one ray a pixel, and every pixel the closed form. */
+static void lit_is_exact(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 0);
+    struct lum_material_desc m = rig_diffuse(0.5f);
+    rig_material(&r, "floor", &m);
+    rig_square(&r, "floor", 3);
+    rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
+    put_lamp(&r, "lamp", 0, 100);
+    rig_camera(&r, rig_v(1, 2, 2), rig_v(0, 0, 0), 30);
+    rig_commit(&r);
+    set_live(&r, 1000000);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h);
+    struct lum_light l = {.kind = LUM_EMIT_QUAD, .p = {0, 2.8f, 0}, .n = {0, -1, 0}, .u = {0.5f, 0, 0}};
+    l.v = lum_v3(0, 0, 0.35f);
+    l.area = 0.7f;
+    for (uint32_t y = 0; y < r.settings.h; y++)
+        for (uint32_t x = 0; x < r.settings.w; x++) {
+            struct lum_pick pick;
+            lum_pick_at(r.snapshot, &r.settings.camera, r.settings.w, r.settings.h, x + 0.5, y + 0.5, &pick);
+            assert_string_equal(pick.id, "floor");
+            struct lum_vec3 p = {(float)pick.point_world.x, (float)pick.point_world.y, (float)pick.point_world.z};
+            struct lum_irradiance e;
+            assert_true(lum_light_irradiance(&l, p, lum_v3(0, 1, 0), &e));
+            double want = 100.0 * 0.5 * (double)e.cosine_integral / LUM_PI_D;
+            double got = (double)lum_film_mean(lum_view_film(r.view), x, y).g;
+            if (!(fabs(got / want - 1.0) < 1e-5)) /* floats: the point, and four products */
+                fail_msg("pixel %u,%u: %.8g, closed form %.8g", x, y, got, want);
+        }
+    rig_end(&r);
+}
+
+/* Under a roof as large as the floor nothing arrives, exactly. */
+static void umbra_is_black(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 0);
+    struct lum_material_desc m = rig_diffuse(0.5f);
+    rig_material(&r, "floor", &m);
+    rig_square(&r, "floor", 1);
+    rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
+    rig_square(&r, "roof", 6);
+    rig_object(&r, "roof", "roof", "floor", rig_v(0, 2.5, 0));
+    put_lamp(&r, "lamp", 0, 100);
+    rig_camera(&r, rig_v(1, 2, 2), rig_v(0, 0, 0), 10);
+    rig_commit(&r);
+    set_live(&r, 1000000);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h);
+    const struct lum_film *f = lum_view_film(r.view);
+    for (uint32_t i = 0; i < f->w * f->h; i++)
+        assert_true(lum_film_mean(f, i % f->w, i / f->w).g == 0.0f);
+    rig_end(&r);
+}
+
+static double square_difference(const struct rig *r, const struct lum_rgb *reference)
+{
+    const struct lum_film *f = lum_view_film(r->view);
+    double sum = 0.0;
+    for (uint32_t i = 0; i < f->w * f->h; i++) {
+        double d = (double)lum_film_mean(f, i % f->w, i / f->w).g - (double)reference[i].g;
+        sum += d * d;
+    }
+    return sum / (f->w * f->h);
+}
+
+static void whitted_pass(struct rig *r, uint32_t seed, uint32_t samples)
+{
+    struct lum_view_settings keep = r->settings;
+    r->settings.method = lum_method_find("whitted");
+    r->settings.seed = seed;
+    r->settings.shadow_samples = samples;
+    rig_pass(r);
+    r->settings = keep;
+}
+
+/* The mean of 32 pictures of `whitted` with 16 samples each. */
+static struct lum_rgb *whitted_reference(struct rig *r)
+{
+    struct lum_rgb *sum = lum_calloc((size_t)r->settings.w * r->settings.h, sizeof *sum);
+    assert_non_null(sum);
+    for (uint32_t seed = 100; seed < 132; seed++) {
+        whitted_pass(r, seed, 16);
+        struct lum_rgb *one = rig_picture(r);
+        for (uint32_t i = 0; i < r->settings.w * r->settings.h; i++)
+            sum[i] = lum_rgb_mad(sum[i], one[i], 1.0f / 32.0f);
+        lum_free(one);
+    }
+    return sum;
+}
+
+/* With one ray a pixel the error is far below whitted's with one; with all strata at shadow borders about that of all
+ * everywhere; and the light is the same. */
+static void agrees_with_whitted(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.w = 96;
+    r.settings.h = 64;
+    struct lum_rgb *reference = whitted_reference(&r);
+    whitted_pass(&r, 7, 1);
+    double plain_one = square_difference(&r, reference);
+    whitted_pass(&r, 7, 16);
+    double plain_all = square_difference(&r, reference);
+    r.settings.shadow_budget = 0;
+    rig_pass(&r);
+    double one = square_difference(&r, reference);
+    rig_fresh_view(&r);
+    r.settings.shadow_budget = UINT32_MAX;
+    rig_pass(&r);
+    double all = square_difference(&r, reference);
+    if (!(one < plain_one / 10.0 && all < 2.0 * plain_all))
+        fail_msg("mean square error %g and %g; whitted with 1 and 16: %g, %g", one, all, plain_one, plain_all);
+    double mean = 0.0;
+    for (uint32_t i = 0; i < r.settings.w * r.settings.h; i++)
+        mean += (double)reference[i].g / (r.settings.w * r.settings.h);
+    /* 256 samples in each window of some 1000 pixels of penumbra, off by 0.03 each, a sixth of the picture: 2e-4 */
+    assert_true(fabs((double)rig_mean(&r).g / mean - 1.0) < 1e-3);
+    lum_free(reference);
+    rig_end(&r);
+}
+
+static void budget_is_kept(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.shadow_budget = 0;
+    struct lum_pass_stats none = rig_pass(&r);
+    assert_true(shadow_rays(&none) <= 2u * r.settings.w * r.settings.h); /* two lights */
+    for (uint32_t budget = 16; budget < 100000; budget *= 4) {
+        rig_fresh_view(&r);
+        r.settings.shadow_budget = budget;
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_true(shadow_rays(&s) <= shadow_rays(&none) + budget);
+    }
+    rig_end(&r);
+}
+
+/* Power and colour of a light are a sum; a material is another response from the same samples. */
+static void edits_trace_nothing(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.shadow_budget = UINT32_MAX; /* all is known: what a new view shows does not depend on what came first */
+    rig_pass(&r);
+    put_lamp(&r, "lamp", -0.5, 3);
+    rig_commit(&r);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_int_equal(rig_all_rays(&s), 0);
+    struct lum_rgb *dimmed = rig_picture(&r);
+    rig_fresh_view(&r);
+    rig_pass(&r);
+    rig_assert_picture(&r, dimmed, "dimmed");
+    lum_free(dimmed);
+
+    struct lum_material_desc blue = rig_diffuse(0.4f);
+    blue.base_color = lum_rgb(0.1f, 0.1f, 0.7f);
+    rig_material(&r, "red", &blue);
+    rig_commit(&r);
+    s = rig_pass(&r);
+    assert_int_equal(rig_all_rays(&s), 0);
+    struct lum_rgb *painted = rig_picture(&r);
+    rig_fresh_view(&r);
+    rig_pass(&r);
+    rig_assert_picture(&r, painted, "painted");
+    lum_free(painted);
+
+    s = rig_pass(&r); /* nothing changed */
+    assert_int_equal(rig_all_rays(&s), 0);
+    rig_end(&r);
+}
+
+/* An emitter is a shape that others' rays meet, so that the other light is traced again, too. */
+static void moved_light_leaves_no_trace(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.shadow_budget = 0;
+    rig_pass(&r);
+    put_lamp(&r, "lamp", -0.4, 100);
+    rig_commit(&r);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_true(shadow_rays(&s) > 0 && shadow_rays(&s) <= 2u * r.settings.w * r.settings.h);
+    struct lum_rgb *moved = rig_picture(&r);
+    rig_fresh_view(&r);
+    rig_pass(&r);
+    rig_assert_picture(&r, moved, "moved");
+    lum_free(moved);
+    rig_end(&r);
+}
+
+/* Samples belong to a light's id: the order in which lights were added is not seen, but for the order of a sum of
+ * floats. */
+static void order_of_lights_does_not_matter(void **state)
+{
+    (void)state;
+    struct lum_rgb *first = NULL;
+    for (int order = 0; order < 2; order++) {
+        struct rig r;
+        rig_begin(&r, 0);
+        rig_room(&r);
+        for (int k = 0; k < 3; k++) {
+            int i = order ? 2 - k : k;
+            const char id[] = {(char)('a' + i), 0};
+            put_lamp(&r, id, i - 1.0, 50 + 20 * i);
+        }
+        rig_commit(&r);
+        set_live(&r, 0);
+        rig_pass(&r);
+        struct lum_rgb *p = rig_picture(&r);
+        for (uint32_t i = 0; first && i < r.settings.w * r.settings.h; i++)
+            assert_true(fabsf(p[i].g - first[i].g) <= 4e-7f * first[i].g); /* three terms */
+        if (first)
+            lum_free(p);
+        else
+            first = p;
+        rig_end(&r);
+    }
+    lum_free(first);
+}
+
+static void any_size_and_any_threads(void **state)
+{
+    (void)state;
+    const uint32_t sizes[][2] = {{1, 1}, {1, 9}, {2, 3}, {7, 1}, {5, 50}, {97, 49}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(sizes); i++) {
+        struct lum_rgb *first = NULL;
+        for (uint32_t threads = 1; threads <= 3; threads++) {
+            struct rig r;
+            furnished_room(&r, threads);
+            r.settings.w = sizes[i][0];
+            r.settings.h = sizes[i][1];
+            rig_pass(&r);
+            if (first)
+                rig_assert_picture(&r, first, "threads");
+            else
+                first = rig_picture(&r);
+            rig_end(&r);
+        }
+        lum_free(first);
+    }
+}
+
+static void nothing_to_light(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 0);
+    rig_room(&r);
+    rig_commit(&r);
+    set_live(&r, 1000);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_int_equal(shadow_rays(&s), 0);
+    assert_true(rig_mean(&r).g == 0.0f);
+    put_lamp(&r, "lamp", 0, 100);
+    rig_commit(&r);
+    r.settings.max_depth = 0;
+    s = rig_pass(&r);
+    assert_int_equal(shadow_rays(&s), 0);
+    rig_end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_forms_are_the_integrals),
+        cmocka_unit_test(closed_forms_at_their_limits),
+        cmocka_unit_test(closed_forms_in_odd_places),
+        cmocka_unit_test(lit_is_exact),
+        cmocka_unit_test(umbra_is_black),
+        cmocka_unit_test(agrees_with_whitted),
+        cmocka_unit_test(budget_is_kept),
+        cmocka_unit_test(edits_trace_nothing),
+        cmocka_unit_test(moved_light_leaves_no_trace),
+        cmocka_unit_test(order_of_lights_does_not_matter),
+        cmocka_unit_test(any_size_and_any_threads),
+        cmocka_unit_test(nothing_to_light),
+    };
+    return cmocka_run_group_tests_name("penumbra", tests, NULL, NULL);
+}
