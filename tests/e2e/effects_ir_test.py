@@ -87,7 +87,7 @@ class Instructions(unittest.TestCase):
                 worst = max(worst, abs(absent - off) / off)
                 with self.subTest(effect=effect, method=method):
                     self.assertFalse(demand["on"], demand["why"])
-                    self.assertGreater(off, 1_000_000)  # the passes were counted
+                    self.assertGreater(off, 100_000)  # the passes were counted: thousands of instructions, were it only the loop around them
                     self.assertLessEqual(abs(absent - off), TOLERANCE * off, f"{absent} absent, {off} forced off")
         print(f"worst of {len(runs)}: {worst:.1e}")
 
