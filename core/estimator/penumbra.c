@@ -20,9 +20,12 @@ struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout
 
 /* Point k of the light for a pixel. Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras
  * would have 16 steps: the digits below are exclusive-ored with a pixel's own, which leaves its 16 points a
- * (0,4,2)-net. */
+ * (0,4,2)-net. But not of the environment: through a window few of them see the sky, and what would be grain of single
+ * bright pixels is better seen as the shadows of 16 lamps. */
 static struct lum_vec2 point_at(const struct lum_layer *layer, size_t pixel, uint32_t k)
 {
+    if (layer->light.kind == LUM_EMIT_ENVIRONMENT)
+        return layer->soft.point[k];
     uint32_t h = lum_hash_combine(layer->salt, (uint32_t)pixel);
     uint32_t x = (uint32_t)(layer->soft.point[k].x * 0x1p24f) ^ (h & 0xfff) << 10;
     uint32_t y = (uint32_t)(layer->soft.point[k].y * 0x1p24f) ^ (h >> 12 & 0xfff) << 10;
