@@ -38,7 +38,8 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const st
     const struct lum_surfaces *s = pass->surfaces;
     uint8_t kind = s->kind[pixel];
     if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
-        !lum_light_sample_at(&pass->layers->unit, layer->index, s->p[pixel], point_at(layer, pixel, k), ret_sample))
+        !lum_light_sample_plainly(&pass->layers->unit, layer->index, s->p[pixel], point_at(layer, pixel, k),
+                                  ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
     float shading = lum_dot(ret_sample->wi, s->n[pixel]), side = lum_dot(ret_sample->wi, s->ng[pixel]);
     bool through = (kind & LUM_PIXEL_GLOSS) && (kind & LUM_PIXEL_SPECULAR); /* rough glass */

@@ -163,6 +163,18 @@ static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t
     return knows_all(own) && contradicts(alone, &sum) ? *alone : sum;
 }
 
+/* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
+ * one was sampled with. */
+static float light_pdf(const struct resolve *v, size_t pixel, const struct lum_light_sample *ls)
+{
+    const struct lum_snapshot *unit = &v->pass->layers->unit;
+    const struct lum_light *l = &unit->lights.lights[v->layer->index];
+    if (l->kind != LUM_EMIT_QUAD)
+        return ls->pdf_sa;
+    struct lum_vec3 p = v->pass->surfaces->p[pixel];
+    return lum_light_pdf(unit, v->layer->index, p, ls->wi, lum_v3_mad(p, ls->wi, ls->distance), l->n);
+}
+
 /* Per unit of power, without what is in the way of it. */
 static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
 {
@@ -183,7 +195,7 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
         struct lum_bsdf_value f = lum_bsdf_eval_parts(&vs->bsdf[i], vs->wo[i], ls.wi);
         float weight = visible / ls.pdf_sa;
         if (v->pass->on[LUM_EFFECT_GLOSSY]) /* another estimator finds the light by the lobe, too */
-            weight *= lum_power_heuristic(ls.pdf_sa, f.gloss_pdf_sa);
+            weight *= lum_power_heuristic(light_pdf(v, pixel, &ls), f.gloss_pdf_sa);
         sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(arriving(v, pixel, &ls), weight)));
     }
     return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);

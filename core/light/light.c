@@ -92,6 +92,13 @@ static bool quad_view(const struct lum_light *l, struct lum_vec3 p, struct lum_r
     return true;
 }
 
+static bool sample_quad_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                             struct lum_light_sample *ret)
+{
+    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
+    return finish_area(l, p, x, l->n, ret);
+}
+
 static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
 {
     if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
@@ -102,8 +109,7 @@ static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum
         *ret = (struct lum_light_sample){lum_normalize(d), lum_length(d), l->power, (float)(1.0 / view.solid_angle)};
         return ret->distance > 0.0f;
     }
-    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
-    return finish_area(l, p, x, l->n, ret);
+    return sample_quad_area(l, p, u, ret);
 }
 
 static bool sample_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
@@ -251,6 +257,20 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
         return sample_environment(l, u, ret_sample);
     }
     return false;
+}
+
+/* Squared distance over area from which on a quad is sampled by area. The weights of its samples differ by a third at
+ * most. */
+#define PLAIN_FROM 2.0f
+
+bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
+                              struct lum_light_sample *ret_sample)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct lum_vec3 d = lum_v3_sub(p, l->p);
+    if (l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area)
+        return sample_quad_area(l, p, u, ret_sample);
+    return lum_light_sample_at(s, i, p, u, ret_sample);
 }
 
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,

@@ -75,6 +75,11 @@ struct lum_light_sample {
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 
+/* The same where only the weight of the sample has to be right, and not its pdf: quads are sampled by area, which costs a fifth,
+ * unless they are so near that the weights would differ much. */
+bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
+                              struct lum_light_sample *ret_sample);
+
 /* pdf_sa with which lum_light_sample_at would make the direction p -> p_light (on light i, geometric normal ng_light). For the
  * environment p_light and ng_light are unused. For MIS. */
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
