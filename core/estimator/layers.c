@@ -19,6 +19,7 @@ void lum_layers_finish(struct lum_layers *l)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
     lum_free(l->layers);
+    lum_crowd_finish(&l->crowd);
     lum_free(l->brightness);
     lum_free(l->layer_of);
     lum_free(l->unit_lights);
@@ -54,11 +55,18 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
         lum_soft_reconsider(&l->soft, pass);
 }
 
+/* It has no bits to fall back on. */
+static void lower_shared(struct lum_layers *l, const struct lum_pass *pass)
+{
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lum_crowd_forget(&l->crowd, pass);
+}
+
 static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
         lower(&l->layers[i], pass, state);
-    lower(&l->shared, pass, LUM_LAYER_EMPTY); /* has no bits to fall back on */
+    lower_shared(l, pass);
 }
 
 static bool is_served_by(const struct lum_pass *pass, const struct lum_light *light, const struct lum_estimator *by)
@@ -227,6 +235,17 @@ static bool reserve_brightness(struct lum_layers *l, const struct lum_pass *pass
     return !soft || l->brightness;
 }
 
+/* The lights that have no layer, when a soft one is among them. */
+static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    l->crowd.on = false;
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        l->crowd.on = l->crowd.on || (l->layer_of[lights->active[a]] == LUM_NO_OBJECT &&
+                                      is_soft(pass, &lights->lights[lights->active[a]]));
+    return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
+}
+
 static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
 {
     if (s->n_materials > l->material_capacity) {
@@ -258,6 +277,7 @@ static void drop_layers(struct lum_layers *l)
     for (uint32_t i = 0; i < l->n_layers; i++)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
+    lum_crowd_finish(&l->crowd);
     l->n_layers = 0;
 }
 
@@ -278,7 +298,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     if (now->light_shape != was->light_shape)
         match_lights(l, pass);
     if (now->light_shape != was->light_shape || now->light_power != was->light_power)
-        lower(&l->shared, pass, LUM_LAYER_EMPTY);
+        lower_shared(l, pass);
     l->versions = *now;
     l->gbuffer_stamp = gbuffer_stamp;
     l->shadow_samples = set->shadow_samples;
@@ -298,7 +318,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
     if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
-        !reserve_brightness(l, pass)) {
+        !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }
@@ -385,9 +405,10 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
         struct lum_layer *layer = layer_for(l, light);
         if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
             continue;
-        if (state == LUM_LAYER_DIRECT && (layer->soft.seen || !is_layered(pass, &lights->lights[light])))
-            continue;
         bool shared = layer == &l->shared;
+        if (state == LUM_LAYER_DIRECT &&
+            (layer->soft.seen || (shared && l->crowd.on) || !is_layered(pass, &lights->lights[light])))
+            continue;
         lum_direct_light(&(struct lum_direct){
             .snapshot = shared ? pass->snapshot : &l->unit,
             .light = light,
@@ -423,4 +444,6 @@ void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixel
         if (l->layers[k].soft.seen)
             add_scaled(l->layers[k].soft.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
     }
+    if (l->crowd.on)
+        lum_crowd_add(pass, tile, n_pixels, ret_radiance);
 }

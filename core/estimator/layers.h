@@ -20,6 +20,7 @@
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
 #define LUM_CORE_ESTIMATOR_LAYERS_H
 
+#include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
 #define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 69 lights */
@@ -55,6 +56,7 @@ struct lum_layers {
     uint32_t n_layers;
     struct lum_layer shared;
     bool shared_on;
+    struct lum_crowd crowd; /* lights without a layer, of methods with soft shadows: their light on what the eye sees */
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
     bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */

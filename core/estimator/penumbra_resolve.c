@@ -322,5 +322,8 @@ _Static_assert((LUM_TILE_SIDE / LUM_SOFT_SIDE + 2) * (LUM_TILE_SIDE / LUM_SOFT_S
                    UINT16_MAX,
                "samples_around does not wrap");
 
-const struct lum_estimator lum_penumbra_resolve = {
-    .name = "penumbra, resolve", .stage = LUM_STAGE_FILTER, .tile = resolve_tile, .surfaces = true};
+const struct lum_estimator lum_penumbra_resolve = {.name = "penumbra, resolve",
+                                                   .stage = LUM_STAGE_FILTER,
+                                                   .tile = resolve_tile,
+                                                   .surfaces = true,
+                                                   .then = &lum_crowd_trace};

@@ -16,6 +16,7 @@ struct lum_counters {
     uint64_t tiles[LUM_EFFECT_COUNT];
     int64_t ns[LUM_EFFECT_COUNT];
     uint64_t nonfinite, bad_rays;
+    double culled_bound; /* the largest, and not the sum */
 };
 
 /* The camera in scene space. */

@@ -314,6 +314,7 @@ static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
         }
         stats->nonfinite += c->nonfinite;
         stats->bad_rays += c->bad_rays;
+        stats->culled_bound = fmax(stats->culled_bound, c->culled_bound);
     }
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats->effects[e].rays = stats->rays[lum_effect_ray_kind((enum lum_effect)e)];

@@ -70,6 +70,7 @@ struct lum_pass_stats {
     bool served[LUM_EFFECT_COUNT]; /* by the method: one that is called for and not served is missing in the picture */
     uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and that lie elsewhere than in the pass before */
     uint64_t nonfinite, bad_rays;  /* must be 0 */
+    double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
     uint32_t spp;                 /* least samples of any pixel so far */
     double error_rel;             /* NAN: unknown */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */

@@ -467,6 +467,77 @@ static void any_size_and_any_threads(void **state)
     }
 }
 
+/* ---- more lights than layers ---- */
+
+#define CROWD                                                                                                          \
+    40 /* of which some 30 have layers in a picture of 2 x 16384, whose tiles take as much room as full ones */
+
+static void crowded_room(struct rig *r, uint32_t threads, int from, int to)
+{
+    rig_begin(r, threads);
+    rig_room(r);
+    for (int i = from; i < to; i++) {
+        const char id[] = {'l', (char)('0' + i / 10), (char)('0' + i % 10), 0};
+        struct lum_light_desc l = rig_quad(rig_v(-1.8 + 0.4 * (i % 10), 2.9, -1.5 + 0.9 * (i / 10)), rig_v(0.1, 0, 0),
+                                           rig_v(0, 0, 0.1), i == 39 ? 0.001 : 100 + 20 * i);
+        l.camera_visible = false;
+        rig_light(r, id, &l);
+    }
+    rig_commit(r);
+    set_live(r, 0);
+    r->settings.w = 2;
+    r->settings.h = 16384;
+}
+
+/* Light is linear: what 40 lights give is the sum of what 20 and 20 give, which all have layers. */
+static void crowd_is_the_sum(void **state)
+{
+    (void)state;
+    struct rig r;
+    double parts = 0.0;
+    for (int half = 0; half < 2; half++) {
+        crowded_room(&r, 0, half * CROWD / 2, (half + 1) * CROWD / 2);
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_true(s.culled_bound == 0.0);
+        parts += (double)rig_mean(&r).g;
+        rig_end(&r);
+    }
+    crowded_room(&r, 0, 0, CROWD);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_true(s.culled_bound > 0.0 && s.culled_bound <= 1.0 / 512);
+    /* a tenth of the light has samples of its own choice: off by a percent of it, and what is left out */
+    if (!(fabs((double)rig_mean(&r).g / parts - 1.0) < 0.003))
+        fail_msg("together %g, in parts %g", (double)rig_mean(&r).g, parts);
+    rig_end(&r);
+}
+
+/* An edit of one of the crowd makes all of it anew; the picture is that of a new view, for any number of threads. */
+static void crowd_is_never_stale(void **state)
+{
+    (void)state;
+    struct rig r;
+    struct lum_rgb *first = NULL;
+    for (uint32_t threads = 1; threads <= 2; threads++) {
+        crowded_room(&r, threads, 0, CROWD);
+        rig_pass(&r);
+        struct lum_light_desc l = rig_quad(rig_v(1.8, 2.9, 1.2), rig_v(0.1, 0, 0), rig_v(0, 0, 0.1), 5000);
+        l.camera_visible = false;
+        rig_light(&r, "l39", &l);
+        rig_commit(&r);
+        rig_pass(&r);
+        if (first) {
+            rig_assert_picture(&r, first, "threads");
+        } else {
+            first = rig_picture(&r);
+            rig_fresh_view(&r);
+            rig_pass(&r);
+            rig_assert_picture(&r, first, "brightened");
+        }
+        rig_end(&r);
+    }
+    lum_free(first);
+}
+
 static void nothing_to_light(void **state)
 {
     (void)state;
@@ -500,6 +571,8 @@ int main(void)
         cmocka_unit_test(moved_light_leaves_no_trace),
         cmocka_unit_test(order_of_lights_does_not_matter),
         cmocka_unit_test(any_size_and_any_threads),
+        cmocka_unit_test(crowd_is_the_sum),
+        cmocka_unit_test(crowd_is_never_stale),
         cmocka_unit_test(nothing_to_light),
     };
     return cmocka_run_group_tests_name("penumbra", tests, NULL, NULL);
