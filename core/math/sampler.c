@@ -25,6 +25,14 @@ uint32_t lum_hash_text(const char *text)
     return h;
 }
 
+uint64_t lum_hash64_text(const char *text)
+{
+    uint64_t h = UINT64_C(14695981039346656037);
+    for (; *text; text++)
+        h = (h ^ (uint8_t)*text) * UINT64_C(1099511628211);
+    return h;
+}
+
 struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed)
 {
     uint32_t h = lum_hash_combine(lum_hash_combine(lum_hash_u32(seed ^ 0x6c756d65u), px), py);

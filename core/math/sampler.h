@@ -29,5 +29,6 @@ float lum_sampler_1d(const struct lum_sampler *s, uint32_t pair);
 uint32_t lum_hash_u32(uint32_t x);
 uint32_t lum_hash_combine(uint32_t seed, uint32_t value);
 uint32_t lum_hash_text(const char *text);
+uint64_t lum_hash64_text(const char *text); /* for what stands for an id itself: collisions are not to be met */
 
 #endif

@@ -1,0 +1,111 @@
+/* The shared irradiance cache: records of indirect irradiance on surfaces, made where somebody looks, found again by every
+ * later frame of every view, and brought up to date when the scene changes.
+ *
+ * A *kind* says how records are made and kept true: `irrcache` samples the hemisphere (chapter 7), `ic` and `tic` sum virtual
+ * point lights (chapter 6), `live` does so with visibility bits. A kind is one row and one file. Where records are placed, how
+ * they are stored, found and interpolated is the same for all.
+ *
+ * A struct lum_caches holds the caches of a scene by what they depend on besides it (struct lum_cache_key), so that views with
+ * the same settings share one, whatever their cameras and sizes.
+ *
+ * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record serves;
+ * place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each step is a
+ * parallel loop with a barrier; every one is a pure function of what was there before it, so that the picture does not
+ * depend on the number of threads. `irrcache`, `ic` and `tic` can also run freely, as published: a pixel that finds nothing
+ * makes a record at once, and shares it (settings.deterministic false). */
+#ifndef LUM_CORE_CACHE_CACHE_H
+#define LUM_CORE_CACHE_CACHE_H
+
+#include "core/cache/store.h"
+#include "core/scene/motion.h"
+#include "core/vpl/vpl.h"
+
+struct lum_cache;
+struct lum_counters;
+
+/* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
+ *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The thesis'
+ *         6.2.5 is the same with R = 1 m everywhere.
+ *   HATS  tents over distance and angle, multiplied: reaches 0 at the edge, so that nothing pops. */
+enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_HATS };
+
+/* Some records of one cache, for one worker. */
+struct lum_cache_job {
+    struct lum_cache *cache;
+    const struct lum_snapshot *snapshot;
+    struct lum_record *const *records;
+    uint32_t n;
+    float pixel;  /* size of a pixel at distance 1 from the eye: no finer than needed */
+    struct lum_vec3 eye;
+    uint32_t worker;
+    struct lum_counters *counters;
+};
+
+struct lum_cache_kind {
+    const char *name;
+    enum lum_metric metric;
+    bool vpls;     /* sums virtual point lights */
+    bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
+    size_t (*record_bytes)(uint32_t n_vpls);
+    /* Fills new records whose p, n and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
+    void (*build)(const struct lum_cache_job *job);
+    /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
+    void (*refresh)(const struct lum_cache_job *job);
+    /* The scene changed: cache->snapshot -> now, with motion between them; the VPLs are already new (moved: bit by slot).
+     * Decides what is stale; must not trace more than the immediate update of the thesis does. NULL: lasting is false. */
+    void (*change)(struct lum_cache *cache, const struct lum_snapshot *now, const struct lum_motion *motion);
+};
+extern const struct lum_cache_kind lum_cache_irradiance, lum_cache_instant, lum_cache_temporal, lum_cache_live;
+
+struct lum_cache_key {
+    const struct lum_cache_kind *kind;
+    enum lum_storage storage;
+    uint32_t n_vpls, max_bounces, seed; /* of the VPLs; n_vpls: rays of a hemisphere for kinds without */
+    float accuracy;                     /* a of Ward: error that is let pass; less is finer */
+    bool media;                         /* light is dimmed by media */
+};
+
+struct lum_caches;
+/* n_workers: of the pools whose views use it. Thread: the director's alone, but for the workers of a pass. */
+LUM_MUST_USE enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_caches, struct lum_error *err);
+void lum_caches_destroy(struct lum_caches *caches); /* accepts NULL; all views that share it are gone */
+/* The cache for these settings, made if need be and counted: one lum_cache_release each. Caches that nobody holds are kept while
+ * memory allows (LUM_CACHES_IDLE), the last used last: a viewer that comes back finds its records. */
+#define LUM_CACHES_IDLE 2u
+LUM_MUST_USE enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,
+                                               struct lum_cache **ret_cache, struct lum_error *err);
+void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* accepts NULL */
+
+/* What passes did; of one pass when it was zeroed before. */
+struct lum_cache_counts {
+    uint64_t records;  /* there now */
+    uint64_t created, updated, reused, removed, discarded; /* reused: found by a pixel, and neither new nor updated */
+};
+
+struct lum_cache {
+    struct lum_cache_key key;
+    struct lum_store *store;             /* NULL until the first update */
+    struct lum_vpl_set vpls;
+    uint64_t *moved;                     /* bit by slot: VPLs that the last update put elsewhere */
+    const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
+    uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
+    void *kind_state;                    /* the kind's own; freed by lum_free */
+    _Atomic uint64_t created, updated, removed, discarded; /* since creation */
+};
+
+/* Brings VPLs up to date with the snapshot and tells the kind what changed. Thread: the director. On failure the cache is empty,
+ * but usable. */
+struct lum_cache_update {
+    const struct lum_snapshot *snapshot;
+    struct lum_pool *pool;
+    struct lum_counters *counters;
+};
+LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *update,
+                                              struct lum_error *err);
+
+/* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
+ * front of or behind the point's surface (Ward 1988, algorithms A2). */
+float lum_record_weight(const struct lum_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
+                        struct lum_vec3 n);
+
+#endif

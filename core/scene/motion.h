@@ -1,0 +1,33 @@
+/* What moved between two snapshots: which light paths an edit may have changed.
+ *
+ * A segment of a light path can only have changed if it meets the box that a changed object had before, or has now. */
+#ifndef LUM_CORE_SCENE_MOTION_H
+#define LUM_CORE_SCENE_MOTION_H
+
+#include "core/scene/snapshot.h"
+
+/* More objects than this moved at once: everything did. */
+#define LUM_MOTION_MAX 64u
+
+struct lum_mover {
+    uint64_t object;               /* lum_hash64_text of its id */
+    uint32_t before, now;          /* index of its instance (or n_instances + index of its shape) in either snapshot;
+                                    * LUM_NO_OBJECT: not there */
+    struct lum_vec3 old_lo, old_hi; /* its box, scene space; lo > hi: not there */
+    struct lum_vec3 new_lo, new_hi;
+};
+
+struct lum_motion {
+    bool everything; /* cannot be told apart: another scene, or placed anew, or too many movers */
+    uint32_t n;
+    struct lum_mover movers[LUM_MOTION_MAX];
+};
+
+/* Objects and emitter shapes that were moved, deformed, added or removed, or whose surface became another (alpha, visibility).
+ * Boxes are padded by LUM_RAY_OFFSET, from where shadow rays start. Thread: any. */
+void lum_motion_between(const struct lum_snapshot *before, const struct lum_snapshot *now, struct lum_motion *ret_motion);
+
+/* True when the object of this hash is among the movers. */
+bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
+
+#endif
