@@ -26,7 +26,8 @@ struct lum_counters;
 /* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
  *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The thesis'
  *         6.2.5 is the same with R = 1 m everywhere.
- *   HATS  tents over distance and angle, multiplied: reaches 0 at the edge, so that nothing pops. */
+ *   HATS  tents over distance, angle and step, multiplied: reaches 0 at the edge, so that nothing pops. The tent over the angle
+ *         is 10 degrees + a wide (Radiance, algorithms A2). */
 enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_HATS };
 
 /* Some records of one cache, for one worker. */
@@ -47,7 +48,7 @@ struct lum_cache_kind {
     bool vpls;     /* sums virtual point lights */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
-    /* Fills new records whose p, n and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
+    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
     void (*build)(const struct lum_cache_job *job);
     /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
     void (*refresh)(const struct lum_cache_job *job);
@@ -107,5 +108,11 @@ LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const str
  * front of or behind the point's surface (Ward 1988, algorithms A2). */
 float lum_record_weight(const struct lum_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
                         struct lum_vec3 n);
+
+/* True when the record may not be what it would be if it were built now: whoever wants to use it refreshes it first. */
+static inline bool lum_cache_is_stale(const struct lum_cache *cache, const struct lum_record *record)
+{
+    return cache->key.kind->refresh && record->epoch != cache->epoch;
+}
 
 #endif

@@ -27,12 +27,15 @@ extern const char *const lum_storage_names[LUM_STORAGE_COUNT]; /* "serial", "loc
 bool lum_storage_find(const char *name, enum lum_storage *ret_storage);
 
 struct lum_record {
-    struct lum_vec3 p, n;       /* scene space; n: unit, the side of the surface that it serves */
+    struct lum_vec3 p, n, ng;   /* scene space; n: unit shading normal, on the side of the surface that it serves; ng: geometric,
+                                 * on the same side, for where rays start */
     float radius;               /* > 0; serves points nearer than this */
     uint32_t index;             /* of the record in its store, 0 .. capacity - 1; given by lum_store_new */
     uint64_t object;            /* what it lies on: lum_hash64_text of the object's id */
     struct lum_rgb irradiance;  /* what it is for; scene units */
     struct lum_rgb gradient[3]; /* change of irradiance by moving along x, y, z, per scene unit; 0: the kind has none */
+    uint64_t epoch;             /* of its cache: what it is up to date with. Set by whoever builds or refreshes it, after that */
+    _Atomic uint64_t claimed;   /* the epoch that a worker refreshes it to, so that none other does */
     _Atomic uint32_t state;     /* private to the store */
 };
 
