@@ -42,6 +42,7 @@ struct lum_cache_job {
     struct lum_counters *counters;
 };
 
+struct lum_cache_update;
 struct lum_cache_kind {
     const char *name;
     enum lum_metric metric;
@@ -52,9 +53,10 @@ struct lum_cache_kind {
     void (*build)(const struct lum_cache_job *job);
     /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
     void (*refresh)(const struct lum_cache_job *job);
-    /* The scene changed: cache->snapshot -> now, with motion between them; the VPLs are already new (moved: bit by slot).
-     * Decides what is stale; must not trace more than the immediate update of the thesis does. NULL: lasting is false. */
-    void (*change)(struct lum_cache *cache, const struct lum_snapshot *now, const struct lum_motion *motion);
+    /* The scene changed: cache->snapshot -> update->snapshot, with motion between them; the VPLs are already new (moved: bit by
+     * slot), and so is the epoch. Decides what is stale; must not trace more than the immediate update of the thesis does.
+     * NULL: lasting is false. Thread: the director, no pass is under way; may use update->pool. */
+    void (*change)(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
 };
 extern const struct lum_cache_kind lum_cache_irradiance, lum_cache_instant, lum_cache_temporal, lum_cache_live;
 
@@ -87,6 +89,8 @@ struct lum_cache {
     struct lum_cache_key key;
     struct lum_store *store;             /* NULL until the first update */
     struct lum_vpl_set vpls;
+    float spacing;                       /* vpls.spacing when the cache was last empty. Bounds follow this one, so that what
+                                          * records keep of a VPL stays right while other VPLs move */
     uint64_t *moved;                     /* bit by slot: VPLs that the last update put elsewhere */
     const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
     uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
