@@ -2,9 +2,19 @@
 
 #include <string.h>
 
-const struct lum_ais lum_ais_igi = {.max = 1, .joined = true};
-const struct lum_ais lum_ais_adaptive = {.max = LUM_AIS_SETS, .adaptive = true, .quarter = true};
-const struct lum_ais lum_ais_full = {.max = LUM_AIS_SETS, .quarter = true};
+const struct lum_ais lum_ais_igi = {.max = 1, .step = 1, .joined = true};
+const struct lum_ais lum_ais_adaptive = {.max = LUM_AIS_SETS, .adaptive = true, .step = 4};
+const struct lum_ais lum_ais_full = {.max = LUM_AIS_SETS, .step = 4};
+
+struct lum_filter lum_ais_upsampling(const struct lum_pass *pass, const struct lum_guide *guide)
+{
+    return (struct lum_filter){.guide = guide,
+                               .need = LUM_PIXEL_DIFFUSE,
+                               .side = LUM_AIS_SIDE,
+                               .step = lum_ais_of(pass)->step,
+                               .in = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw,
+                               .lenient = true};
+}
 
 void lum_ais_packet_init(struct lum_ais_packet *p, const struct lum_pass *pass, uint32_t packet, uint32_t step)
 {

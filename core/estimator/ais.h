@@ -25,7 +25,7 @@ _Static_assert(LUM_AIS_TILES <= LUM_RAY_BATCH, "the pixels of a packet at one pl
 struct lum_ais {
     uint32_t max;  /* iterations, the first one included: SSmaxSamples = IDmaxSamples = PMmaxSamples (5.4) */
     bool adaptive; /* false: every tile gets max iterations */
-    bool quarter;  /* indirect light at a quarter of the resolution */
+    uint32_t step; /* indirect light at every step-th pixel of every step-th row */
     bool joined;   /* direct and indirect light in one buffer, and one filter over their sum */
 };
 extern const struct lum_ais lum_ais_igi, lum_ais_adaptive, lum_ais_full;
@@ -82,5 +82,8 @@ extern const struct lum_estimator lum_estimator_ais_indirect; /* ID */
 extern const struct lum_estimator lum_estimator_igi_indirect; /* ID, into the same buffer as SS */
 extern const struct lum_estimator lum_estimator_ais_media;    /* PM */
 extern const struct lum_estimator lum_filter_ais;
+
+/* How indirect light is filtered. */
+struct lum_filter lum_ais_upsampling(const struct lum_pass *pass, const struct lum_guide *guide);
 
 #endif

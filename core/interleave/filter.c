@@ -182,24 +182,45 @@ void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *r,
 
 /* ---- upsampling ---- */
 
-/* The sites around a pixel that lie on its surface. */
+/* The samples around a pixel that it takes from, and how much of each. */
 struct sites {
     uint32_t n, x[4], y[4];
+    float weight[4];
 };
+
+/* How much the surface at a site is like that at a pixel. */
+static float likeness(const struct lum_filter *f, size_t at, size_t site)
+{
+    const struct lum_guide *g = f->guide;
+    if (site == at)
+        return 1.0f;
+    if (!takes_part(f, site))
+        return 0.0f;
+    if (!f->lenient)
+        return lum_guide_same_surface(g, at, site) ? 1.0f : 0.0f;
+    float cosine = lum_dot(g->n[at], g->n[site]);
+    float off = lum_dot(lum_v3_add(g->n[at], g->n[site]), lum_v3_sub(g->p[site], g->p[at])) /
+                (lum_guide_limit(g, at) + lum_guide_limit(g, site));
+    float same = lum_guide_same_surface(g, at, site) ? 1.0f : LUM_LENIENT_SHARE / (1.0f + off * off);
+    return same * lum_max(cosine, 0.0f);
+}
 
 static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t y)
 {
     const struct lum_guide *g = f->guide;
-    uint32_t low_w = lum_filter_size(g->w, 2), low_h = lum_filter_size(g->h, 2);
+    uint32_t step = f->step, low_w = lum_filter_size(g->w, step), low_h = lum_filter_size(g->h, step);
+    uint32_t right = (x + step - 1) / step, below = (y + step - 1) / step;
     size_t at = (size_t)y * g->w + x;
     struct sites sites = {.n = 0};
-    for (uint32_t j = y / 2; j <= (y + 1) / 2 && j < low_h; j++)
-        for (uint32_t i = x / 2; i <= (x + 1) / 2 && i < low_w; i++) {
-            size_t site = (size_t)j * 2 * g->w + (size_t)i * 2;
-            if (site != at && !(takes_part(f, site) && lum_guide_same_surface(g, at, site)))
+    for (uint32_t j = y / step; j <= below && j < low_h; j++)
+        for (uint32_t i = x / step; i <= right && i < low_w; i++) {
+            float dx = fabsf((float)x / (float)step - (float)i), dy = fabsf((float)y / (float)step - (float)j);
+            float weight = (1.0f - dx) * (1.0f - dy) * likeness(f, at, (size_t)j * step * g->w + (size_t)i * step);
+            if (!(weight > 0.0f))
                 continue;
             sites.x[sites.n] = i;
-            sites.y[sites.n++] = j;
+            sites.y[sites.n] = j;
+            sites.weight[sites.n++] = weight;
         }
     return sites;
 }
@@ -215,9 +236,9 @@ void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_re
 {
     const struct lum_guide *g = f->guide;
     struct lum_rgb low[LOW_MAX * LOW_MAX];
-    struct lum_filter_rect l = {r->x / 2, r->y / 2, 0, 0};
-    uint32_t to_x = (r->x + r->w) / 2 + 1, to_y = (r->y + r->h) / 2 + 1;
-    uint32_t low_w = lum_filter_size(g->w, 2), low_h = lum_filter_size(g->h, 2);
+    struct lum_filter_rect l = {r->x / f->step, r->y / f->step, 0, 0};
+    uint32_t to_x = (r->x + r->w) / f->step + 1, to_y = (r->y + r->h) / f->step + 1;
+    uint32_t low_w = lum_filter_size(g->w, f->step), low_h = lum_filter_size(g->h, f->step);
     l.w = (to_x < low_w ? to_x : low_w) - l.x;
     l.h = (to_y < low_h ? to_y : low_h) - l.y;
     lum_filter_box(f, &l, low, LOW_MAX);
@@ -228,11 +249,12 @@ void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_re
             struct sites sites = find_sites(f, x, y);
             if (sites.n == 0)
                 continue;
-            /* A site is 0 or 1 pixel away, and between two of them their weights are equal: those that serve share the
-             * whole. */
             struct lum_rgb sum = lum_grey(0.0f);
-            for (uint32_t k = 0; k < sites.n; k++)
-                sum = lum_rgb_add(sum, low[(sites.y[k] - l.y) * LOW_MAX + sites.x[k] - l.x]);
-            out[(size_t)y * g->w + x] = lum_rgb_scale(sum, 1.0f / (float)sites.n);
+            float weight = 0.0f;
+            for (uint32_t k = 0; k < sites.n; k++) {
+                sum = lum_rgb_mad(sum, low[(sites.y[k] - l.y) * LOW_MAX + sites.x[k] - l.x], sites.weight[k]);
+                weight += sites.weight[k];
+            }
+            out[(size_t)y * g->w + x] = lum_rgb_scale(sum, 1.0f / weight);
         }
 }

@@ -80,15 +80,17 @@ static inline bool lum_guide_same_surface(const struct lum_guide *g, size_t a, s
     return fabsf(off) <= lum_guide_limit(g, a) + lum_guide_limit(g, b);
 }
 
-/* What is filtered: a picture at full resolution (step 1), or at a quarter of it (step 2): ceil(w / step) * ceil(h / step)
- * pixels, of which (i, j) was computed at the guide's pixel (i * step, j * step). */
+/* What is filtered: a picture at full resolution (step 1), or at a half or a quarter of it along both axes (step 2 and 4):
+ * ceil(w / step) * ceil(h / step) pixels, of which (i, j) was computed at the guide's pixel (i * step, j * step). */
 struct lum_filter {
     const struct lum_guide *guide;
     uint8_t need;  /* pixels take part whose guide->kind has one of these bits; 0: all, and the background is a surface too */
     uint32_t side; /* of the pattern */
     uint32_t step;
     const struct lum_rgb *in;
+    bool lenient; /* upsampling: a pixel on whose surface no sample lies takes from those that are most like it */
 };
+#define LUM_LENIENT_SHARE 0x1p-10f /* of such a sample, against one on the pixel's own surface */
 struct lum_filter_rect {
     uint32_t x, y, w, h;
 };
@@ -105,10 +107,10 @@ static inline uint32_t lum_filter_size(uint32_t full, uint32_t step)
  * Writes the pixels of rect (of the picture that is filtered), row after row, pitch apart; reads around it as well. */
 void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out, size_t pitch);
 
-/* The same of a picture of step 2, followed by guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et al.
- * 2007): a pixel takes of the samples around it those on its own surface, with their bilinear weights. rect: of the full
- * resolution, even x and y, at most LUM_PACKET_SIDE a side. out: the whole picture at full resolution; pixels that do not take
- * part or that no sample serves are left alone. */
+/* The same of a picture of step 2 or 4, followed by guided bilinear upsampling (5.2.4, after Tomasi & Manduchi 1998, Kopf et
+ * al. 2007): a pixel takes of the samples around it those on its own surface, with their bilinear weights. rect: of the full
+ * resolution, x and y multiples of step, at most LUM_PACKET_SIDE a side. out: the whole picture at full resolution; pixels
+ * that do not take part or that no sample serves are left alone. */
 void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out);
 /* False where none of the samples around the pixel serves: the caller computes it itself. */
 bool lum_upsample_serves(const struct lum_filter *f, uint32_t x, uint32_t y);

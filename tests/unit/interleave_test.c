@@ -157,7 +157,7 @@ static struct lum_filter_rect packet_at(uint32_t x, uint32_t y, uint32_t w, uint
 
 static void filter(struct picture *pic, uint32_t side, uint32_t step, uint8_t need)
 {
-    struct lum_filter f = {&pic->guide, need, side, step, pic->in};
+    struct lum_filter f = {&pic->guide, need, side, step, pic->in, false};
     uint32_t w = lum_filter_size(pic->guide.w, step), h = lum_filter_size(pic->guide.h, step);
     for (uint32_t y = 0; y < h; y += LUM_PACKET_SIDE) /* in packets, as it is used */
         for (uint32_t x = 0; x < w; x += LUM_PACKET_SIDE) {
@@ -166,14 +166,19 @@ static void filter(struct picture *pic, uint32_t side, uint32_t step, uint8_t ne
         }
 }
 
-static void upsample(struct picture *pic, uint32_t side)
+static void upsample_by(struct picture *pic, uint32_t side, uint32_t step, bool lenient)
 {
-    struct lum_filter f = {&pic->guide, NEED, side, 2, pic->in};
+    struct lum_filter f = {&pic->guide, NEED, side, step, pic->in, lenient};
     for (uint32_t y = 0; y < pic->guide.h; y += LUM_PACKET_SIDE)
         for (uint32_t x = 0; x < pic->guide.w; x += LUM_PACKET_SIDE) {
             struct lum_filter_rect r = packet_at(x, y, pic->guide.w, pic->guide.h);
             lum_filter_upsampled(&f, &r, pic->out);
         }
+}
+
+static void upsample(struct picture *pic, uint32_t side)
+{
+    upsample_by(pic, side, 2, false);
 }
 
 static bool close_to(float a, float b, float ulps)
@@ -338,17 +343,44 @@ static void what_is_one_surface(void **state)
 static void ramps_are_upsampled(void **state)
 {
     (void)state;
-    struct picture *pic = make_wall(101, 60);
-    uint32_t low_w = 51, low_h = 30;
-    for (uint32_t i = 0; i < low_w * low_h; i++)
-        pic->in[i] = lum_rgb((float)(2 * (i % low_w)), (float)(2 * (i / low_w)), 7.0f);
-    upsample(pic, 1);
-    for (uint32_t y = 0; y < 60; y++)
-        for (uint32_t x = 0; x < 101; x++) {
-            struct lum_rgb v = pic->out[y * 101 + x];
-            assert_true(v.r == (float)x && v.b == 7.0f);
-            assert_true(v.g == (float)(y < 59 ? y : 58)); /* the last row lies beyond the samples */
-        }
+    for (uint32_t step = 2; step <= 4; step += 2) {
+        struct picture *pic = make_wall(101, 60);
+        uint32_t low_w = lum_filter_size(101, step), low_h = 60 / step, last = step * (low_h - 1);
+        for (uint32_t i = 0; i < low_w * low_h; i++)
+            pic->in[i] = lum_rgb((float)(step * (i % low_w)), (float)(step * (i / low_w)), 7.0f);
+        upsample_by(pic, 1, step, false);
+        for (uint32_t y = 0; y < 60; y++)
+            for (uint32_t x = 0; x < 101; x++) { /* weights are multiples of 1/16: all of this is exact */
+                struct lum_rgb v = pic->out[y * 101 + x];
+                assert_true(v.r == (float)x && v.b == 7.0f);
+                assert_true(v.g == (float)(y < last ? y : last)); /* further rows lie beyond the samples */
+            }
+        free(pic);
+    }
+}
+
+/* A pixel on a surface without a sample takes from what is around it, if that is lenient; a share of 2^-10 of it where
+ * there are samples of its own. */
+static void lenient_upsampling_serves_all(void **state)
+{
+    (void)state;
+    struct picture *pic = make_wall(40, 40);
+    for (uint32_t i = 0; i < 10 * 10; i++)
+        pic->in[i] = lum_grey(3.0f);
+    for (uint32_t y = 0; y < 40; y++)
+        pic->p[y * 40 + 5].z = 3.0f; /* no sample lies on this column, */
+    for (uint32_t y = 0; y < 40; y++)
+        pic->n[y * 40 + 6] = lum_v3(0, 0, 1); /* and this one faces away from all */
+    pic->out[6] = lum_grey(-1.0f);
+    upsample_by(pic, 1, 4, true);
+    assert_true(close_to(pic->out[5].r, 3.0f, 13) && pic->out[6].r == -1.0f);
+    for (uint32_t i = 0; i < 10 * 10; i++)
+        pic->in[i] = lum_grey(i % 10 == 1 ? 3.0f : 1024.0f); /* at x = 4; the others lie on the farther wall */
+    for (uint32_t i = 0; i < 40 * 40; i++)
+        pic->p[i].z = i % 40 == 4 || i % 40 == 3 ? 1.0f : 3.0f;
+    upsample_by(pic, 1, 4, true);
+    float v = pic->out[3].r; /* 3/4 on its wall, against 1/4 of the share at most */
+    assert_true(v >= 3.0f && v <= 3.0f + 1024.0f * LUM_LENIENT_SHARE / 3.0f);
     free(pic);
 }
 
@@ -381,7 +413,7 @@ static void upsampling_stops_at_edges(void **state)
         pic->p[y * 40 + 5].z = 3.0f; /* a column that no sample lies on */
     pic->kind[0] = 0;
     upsample(pic, 3);
-    struct lum_filter f = {&pic->guide, NEED, 3, 2, pic->in};
+    struct lum_filter f = {&pic->guide, NEED, 3, 2, pic->in, false};
     for (uint32_t y = 0; y < 40; y++)
         for (uint32_t x = 0; x < 40; x++) {
             float v = pic->out[y * 40 + x].r;
@@ -429,6 +461,7 @@ int main(void)
         cmocka_unit_test(rows_agree_with_pixels),
         cmocka_unit_test(what_is_one_surface),
         cmocka_unit_test(ramps_are_upsampled),
+        cmocka_unit_test(lenient_upsampling_serves_all),
         cmocka_unit_test(constants_are_upsampled),
         cmocka_unit_test(upsampling_stops_at_edges),
         cmocka_unit_test(measure),
