@@ -25,6 +25,9 @@ void *__wrap_lum_calloc(size_t n, size_t size)
 
 /* ---- pictures ---- */
 
+/* Large enough for a tile of the coarsest pattern to lie on the objects that reflect light. */
+enum { W = 72, H = 48, N_PIXELS = W * H };
+
 struct picture {
     struct lum_rgb *pixels;
     struct lum_pass_stats stats;                       /* of the last pass */
@@ -40,6 +43,8 @@ static struct picture render(struct rig *r, const struct lum_method *method, uin
     struct picture p = {0};
     rig_fresh_view(r);
     r->settings.method = method;
+    r->settings.w = W;
+    r->settings.h = H;
     r->settings.max_spp = spp;
     r->settings.effects_off = off;
     uint64_t before = atomic_load(&allocated_bytes);
@@ -102,8 +107,6 @@ static size_t first_difference(const struct picture *a, const struct picture *b,
             return i;
     return n;
 }
-
-enum { N_PIXELS = 48 * 32 };
 
 static void assert_same(const struct picture *a, const struct picture *b, struct place *at)
 {
@@ -228,9 +231,9 @@ static void mark_seeing(const struct rig *r, const struct slab_box *box, struct 
 {
     const struct lum_vec3d eye = r->settings.camera.position;
     struct lum_eye e;
-    RIG_OK(lum_eye_init(&e, &r->settings.camera, &(struct lum_normalisation){.scale = 1.0}, 48, 32, &err));
+    RIG_OK(lum_eye_init(&e, &r->settings.camera, &(struct lum_normalisation){.scale = 1.0}, W, H, &err));
     for (uint32_t i = 0; i < N_PIXELS; i++) {
-        struct lum_vec3 f = lum_eye_direction(&e, (float)(i % 48) + 0.5f, (float)(i / 48) + 0.5f);
+        struct lum_vec3 f = lum_eye_direction(&e, (float)(i % W) + 0.5f, (float)(i / W) + 0.5f);
         double o[3] = {eye.x, eye.y, eye.z}, d[3] = {(double)f.x, (double)f.y, (double)f.z};
         double t = d[1] < 0.0 ? -o[1] / d[1] : 1e9;
         double p[3] = {o[0] + t * d[0], 0.0, o[2] + t * d[2]};
@@ -243,7 +246,7 @@ static bool any_within(const bool seeing[N_PIXELS], uint32_t x, uint32_t y, int 
 {
     for (int j = (int)y - reach; j <= (int)y + reach; j++)
         for (int i = (int)x - reach; i <= (int)x + reach; i++)
-            if (i >= 0 && j >= 0 && i < 48 && j < 32 && seeing[j * 48 + i])
+            if (i >= 0 && j >= 0 && i < W && j < H && seeing[j * W + i])
                 return true;
     return false;
 }
@@ -291,9 +294,9 @@ static void a_glossy_object_changes_what_sees_it(void **state)
             if (memcmp(&before.pixels[i], &after.pixels[i], sizeof before.pixels[i]) == 0)
                 continue;
             n_changed++;
-            if (!any_within(seeing, i % 48, i / 48, filter_reach(&methods[m])))
-                fail_msg("%s: pixel %u,%u does not see the object, but went from %.9g to %.9g", methods[m].name, i % 48,
-                         i / 48, (double)before.pixels[i].g, (double)after.pixels[i].g);
+            if (!any_within(seeing, i % W, i / W, filter_reach(&methods[m])))
+                fail_msg("%s: pixel %u,%u does not see the object, but went from %.9g to %.9g", methods[m].name, i % W,
+                         i / W, (double)before.pixels[i].g, (double)after.pixels[i].g);
         }
         assert_true(n_changed > 20);
         lum_free(before.pixels);
