@@ -153,19 +153,22 @@ static bool any_alpha(const struct lum_snapshot_parts *p)
     return false;
 }
 
+bool lum_material_same_alpha(const struct lum_material *a, const struct lum_material *b)
+{
+    if (!needs_alpha_test(a) && !needs_alpha_test(b))
+        return true;
+    return a->alpha_mode == b->alpha_mode && a->alpha == b->alpha && a->alpha_cutoff == b->alpha_cutoff &&
+           memcmp(&a->base_color_tex, &b->base_color_tex, sizeof a->base_color_tex) == 0;
+}
+
 static bool same_alpha(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
 {
     if (a->instances->n != b->instances->n)
         return false;
-    for (uint32_t i = 0; i < a->instances->n; i++) {
-        const struct lum_material *x = &a->materials->items[a->instances->items[i].material];
-        const struct lum_material *y = &b->materials->items[b->instances->items[i].material];
-        if (!needs_alpha_test(x) && !needs_alpha_test(y))
-            continue;
-        if (x->alpha_mode != y->alpha_mode || x->alpha != y->alpha || x->alpha_cutoff != y->alpha_cutoff ||
-            memcmp(&x->base_color_tex, &y->base_color_tex, sizeof x->base_color_tex) != 0)
+    for (uint32_t i = 0; i < a->instances->n; i++)
+        if (!lum_material_same_alpha(&a->materials->items[a->instances->items[i].material],
+                                     &b->materials->items[b->instances->items[i].material]))
             return false;
-    }
     return true;
 }
 

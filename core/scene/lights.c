@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-
 struct light_build {
     const struct lum_light_input *in;
     struct lum_light_part *part;
@@ -213,13 +212,12 @@ static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t
     l->shape = part->n_shapes++;
 }
 
-static void grow_by_shape(struct lum_bounds *b, const struct lum_accel_shape *s)
+struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *s)
 {
     struct lum_vec3 half = lum_v3(s->radius, s->radius, s->radius);
     if (s->kind == LUM_SHAPE_QUAD)
         half = lum_v3(fabsf(s->u.x) + fabsf(s->v.x), fabsf(s->u.y) + fabsf(s->v.y), fabsf(s->u.z) + fabsf(s->v.z));
-    lum_bounds_grow(b, lum_v3_sub(s->p, half));
-    lum_bounds_grow(b, lum_v3_add(s->p, half));
+    return (struct lum_bounds){lum_v3_sub(s->p, half), lum_v3_add(s->p, half)};
 }
 
 /* Of the sphere around the bounds; 1 for an empty scene. */
@@ -400,8 +398,11 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
         return status;
     }
     struct lum_bounds bounds = *in->bounds;
-    for (uint32_t i = 0; i < b.part->n_shapes; i++)
-        grow_by_shape(&bounds, &b.part->shapes[i]);
+    for (uint32_t i = 0; i < b.part->n_shapes; i++) {
+        struct lum_bounds shape = lum_shape_bounds(&b.part->shapes[i]);
+        lum_bounds_grow(&bounds, shape.lo);
+        lum_bounds_grow(&bounds, shape.hi);
+    }
     b.part->bounds = bounds;
     fill_table(b.part);
     *ret_part = b.part;

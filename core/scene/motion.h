@@ -23,11 +23,16 @@ struct lum_motion {
     struct lum_mover movers[LUM_MOTION_MAX];
 };
 
-/* Objects and emitter shapes that were moved, deformed, added or removed, or whose surface became another (alpha, visibility).
- * Boxes are padded by LUM_RAY_OFFSET, from where shadow rays start. Thread: any. */
+/* Objects and emitter shapes that were moved, deformed, added or removed, or whose surface lets other rays through (alpha).
+ * What the camera alone sees does not count. Boxes are padded by 2 LUM_RAY_OFFSET: one for where shadow rays start, one for
+ * the rounding of corners, points and slab tests. So a shadow ray between two surface points can only have changed if
+ * lum_motion_meets says so of the segment between the points. O(objects). Thread: any. */
 void lum_motion_between(const struct lum_snapshot *before, const struct lum_snapshot *now, struct lum_motion *ret_motion);
 
 /* True when the object of this hash is among the movers. */
 bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
+
+/* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
+bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
 
 #endif

@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#include "core/math/sampler.h"
+
 /* ---- materials ---- */
 
 static const struct lum_image *part_image(struct lum_image_entry *entry)
@@ -129,6 +131,7 @@ static bool resolve_instance(struct lum_instance *out, const struct lum_object_e
     out->local_to_scene = lum_affine_from_double(&m);
     out->material = lum_table_lower_bound(&scene->tables[LUM_ENTITY_MATERIAL], o->material->base.id);
     out->light = LUM_NO_OBJECT;
+    out->hash = lum_hash64_text(o->base.id);
     memcpy(out->id, o->base.id, sizeof out->id);
     out->mesh = lum_mesh_ref(o->mesh->mesh);
     return true;
@@ -201,19 +204,30 @@ void lum_bounds_grow(struct lum_bounds *b, struct lum_vec3 p)
     b->hi = lum_v3(fmaxf(b->hi.x, p.x), fmaxf(b->hi.y, p.y), fmaxf(b->hi.z, p.z));
 }
 
-struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part)
+#define EMPTY_BOUNDS ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
+
+struct lum_bounds lum_instance_bounds(const struct lum_instance *instance)
 {
-    struct lum_bounds b = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (uint32_t i = 0; i < part->n; i++) {
-        const struct lum_mesh *mesh = part->items[i].mesh;
-        for (int corner = 0; corner < 8; corner++) {
-            struct lum_vec3 p = lum_v3(corner & 1 ? mesh->bounds_hi.x : mesh->bounds_lo.x,
-                                       corner & 2 ? mesh->bounds_hi.y : mesh->bounds_lo.y,
-                                       corner & 4 ? mesh->bounds_hi.z : mesh->bounds_lo.z);
-            lum_bounds_grow(&b, lum_affine_point(&part->items[i].local_to_scene, p));
-        }
+    const struct lum_mesh *mesh = instance->mesh;
+    struct lum_bounds b = EMPTY_BOUNDS;
+    for (int corner = 0; corner < 8; corner++) {
+        struct lum_vec3 p = lum_v3(corner & 1 ? mesh->bounds_hi.x : mesh->bounds_lo.x,
+                                   corner & 2 ? mesh->bounds_hi.y : mesh->bounds_lo.y,
+                                   corner & 4 ? mesh->bounds_hi.z : mesh->bounds_lo.z);
+        lum_bounds_grow(&b, lum_affine_point(&instance->local_to_scene, p));
     }
     return b;
+}
+
+struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part)
+{
+    struct lum_bounds all = EMPTY_BOUNDS;
+    for (uint32_t i = 0; i < part->n; i++) {
+        struct lum_bounds b = lum_instance_bounds(&part->items[i]);
+        lum_bounds_grow(&all, b.lo);
+        lum_bounds_grow(&all, b.hi);
+    }
+    return all;
 }
 
 /* ---- cameras ---- */

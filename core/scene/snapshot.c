@@ -221,14 +221,14 @@ void lum_snapshot_surface(const struct lum_snapshot *snapshot, const struct lum_
 
 /* ---- alpha ---- */
 
-/* A fraction in [0, 1) from the place of the hit, so that a see-through surface lets the same rays through every time.
- */
-static float place_hash(uint32_t object, uint32_t prim, float u, float v)
+/* A fraction in [0, 1) from the place of the hit, so that a see-through surface lets the same rays through every time,
+ * whatever other objects come and go. */
+static float place_hash(uint64_t object, uint32_t prim, float u, float v)
 {
     uint32_t bits[2];
     memcpy(&bits[0], &u, sizeof u);
     memcpy(&bits[1], &v, sizeof v);
-    uint32_t h = lum_hash_combine(lum_hash_combine(object, prim), lum_hash_combine(bits[0], bits[1]));
+    uint32_t h = lum_hash_combine(lum_hash_combine((uint32_t)object, prim), lum_hash_combine(bits[0], bits[1]));
     return (float)(h >> 8) * 0x1p-24f;
 }
 
@@ -248,5 +248,5 @@ bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float
         struct lum_vec2 uv = {w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]};
         alpha *= lum_texture_sample(&m->base_color_tex, uv).a;
     }
-    return m->alpha_mode == LUM_ALPHA_MASK ? alpha >= m->alpha_cutoff : alpha > place_hash(object, prim, u, v);
+    return m->alpha_mode == LUM_ALPHA_MASK ? alpha >= m->alpha_cutoff : alpha > place_hash(instance->hash, prim, u, v);
 }

@@ -40,6 +40,7 @@ struct lum_instance {
     struct lum_affine local_to_scene;
     float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit. Keeps outward outward in mirrors
                                       * too, as glTF asks */
+    uint64_t hash;                   /* lum_hash64_text of the id */
     char id[LUM_ID_MAX + 1];
 };
 

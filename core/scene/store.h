@@ -186,6 +186,7 @@ enum lum_status lum_resolve_media(const struct lum_scene *scene, const struct lu
 bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct lum_instance_part *b);
 
 void lum_bounds_grow(struct lum_bounds *b, struct lum_vec3 p);
+struct lum_bounds lum_instance_bounds(const struct lum_instance *instance);
 struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part);
 
 /* lights.c. Sets the light index of emissive instances. */
@@ -201,6 +202,11 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
 /* Nothing added, removed, moved or reshaped; nothing brighter, dimmer, switched or regrouped. */
 bool lum_lights_same_shape(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
 bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
+
+struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *shape);
+
+/* commit.c: both let the same rays through. */
+bool lum_material_same_alpha(const struct lum_material *a, const struct lum_material *b);
 
 /* snapshot.c: alpha test of a candidate hit; user is the snapshot (struct lum_accel_alpha). */
 bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float u, float v);

@@ -1,0 +1,144 @@
+/* Both snapshots have their objects in the order of their ids, and their emitter shapes in that of their lights' ids:
+ * one walk along both finds what is in only one of them, and what differs. A mesh is immutable once it is in a
+ * snapshot: a pose of a mesh that deforms is a struct lum_mesh of its own (only Embree's part of an older pose is used
+ * again, when no snapshot holds it any more), so that equal pointers mean equal contents, and the box before is still
+ * known. */
+#include "core/scene/motion.h"
+
+#include <string.h>
+
+#include "core/math/sampler.h"
+#include "core/scene/store.h"
+
+#define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
+
+/* Objects are numbered as in struct lum_hits: instances, then emitter shapes. */
+static const struct lum_accel_shape *shape_of(const struct lum_snapshot *s, uint32_t object)
+{
+    return &s->parts->lights->shapes[object - s->n_instances];
+}
+
+static const char *object_id(const struct lum_snapshot *s, uint32_t object)
+{
+    if (object < s->n_instances)
+        return s->instances[object].id;
+    return s->lights.lights[s->parts->lights->shape_lights[object - s->n_instances]].id;
+}
+
+static struct lum_bounds object_box(const struct lum_snapshot *s, uint32_t object)
+{
+    struct lum_bounds b =
+        object < s->n_instances ? lum_instance_bounds(&s->instances[object]) : lum_shape_bounds(shape_of(s, object));
+    const float pad = 2.0f * LUM_RAY_OFFSET;
+    b.lo = lum_v3_sub(b.lo, lum_v3(pad, pad, pad));
+    b.hi = lum_v3_add(b.hi, lum_v3(pad, pad, pad));
+    return b;
+}
+
+static bool same_shape(const struct lum_accel_shape *a, const struct lum_accel_shape *b)
+{
+    return a->kind == b->kind && memcmp(&a->p, &b->p, sizeof a->p) == 0 && memcmp(&a->u, &b->u, sizeof a->u) == 0 &&
+           memcmp(&a->v, &b->v, sizeof a->v) == 0 && memcmp(&a->n, &b->n, sizeof a->n) == 0 && a->radius == b->radius;
+}
+
+/* Object i of one snapshot blocks the same rays as object j of the other, of the same id. */
+static bool same_object(const struct lum_snapshot *a, uint32_t i, const struct lum_snapshot *b, uint32_t j)
+{
+    if (i >= a->n_instances)
+        return same_shape(shape_of(a, i), shape_of(b, j));
+    const struct lum_instance *x = &a->instances[i], *y = &b->instances[j];
+    return x->mesh == y->mesh && memcmp(&x->local_to_scene, &y->local_to_scene, sizeof x->local_to_scene) == 0 &&
+           lum_material_same_alpha(&a->materials[x->material], &b->materials[y->material]);
+}
+
+static void add_mover(struct lum_motion *motion, const struct lum_snapshot *before, uint32_t i,
+                      const struct lum_snapshot *now, uint32_t j)
+{
+    if (motion->n == LUM_MOTION_MAX) {
+        motion->everything = true;
+        return;
+    }
+    struct lum_bounds old_box = i == LUM_NO_OBJECT ? NOWHERE : object_box(before, i);
+    struct lum_bounds new_box = j == LUM_NO_OBJECT ? NOWHERE : object_box(now, j);
+    motion->movers[motion->n++] = (struct lum_mover){
+        .object = lum_hash64_text(i == LUM_NO_OBJECT ? object_id(now, j) : object_id(before, i)),
+        .before = i,
+        .now = j,
+        .old_lo = old_box.lo,
+        .old_hi = old_box.hi,
+        .new_lo = new_box.lo,
+        .new_hi = new_box.hi,
+    };
+}
+
+struct range {
+    uint32_t at, end;
+};
+
+static void walk(struct lum_motion *motion, const struct lum_snapshot *before, struct range a,
+                 const struct lum_snapshot *now, struct range b)
+{
+    while ((a.at < a.end || b.at < b.end) && !motion->everything) {
+        int order = a.at == a.end ? 1 : b.at == b.end ? -1 : strcmp(object_id(before, a.at), object_id(now, b.at));
+        uint32_t i = order <= 0 ? a.at++ : LUM_NO_OBJECT, j = order >= 0 ? b.at++ : LUM_NO_OBJECT;
+        if (order != 0 || !same_object(before, i, now, j))
+            add_mover(motion, before, i, now, j);
+    }
+}
+
+static uint32_t object_end(const struct lum_snapshot *s)
+{
+    return s->n_instances + s->parts->lights->n_shapes;
+}
+
+static bool same_place(const struct lum_normalisation *a, const struct lum_normalisation *b)
+{
+    return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z &&
+           a->scale == b->scale;
+}
+
+void lum_motion_between(const struct lum_snapshot *before, const struct lum_snapshot *now,
+                        struct lum_motion *ret_motion)
+{
+    ret_motion->n = 0;
+    ret_motion->everything = !same_place(&before->norm, &now->norm);
+    const struct lum_snapshot_parts *a = before->parts, *b = now->parts;
+    if (a->instances != b->instances || a->materials != b->materials)
+        walk(ret_motion, before, (struct range){0, before->n_instances}, now, (struct range){0, now->n_instances});
+    if (a->lights != b->lights)
+        walk(ret_motion, before, (struct range){before->n_instances, object_end(before)}, now,
+             (struct range){now->n_instances, object_end(now)});
+}
+
+bool lum_motion_has(const struct lum_motion *motion, uint64_t object)
+{
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (motion->movers[i].object == object)
+            return true;
+    return motion->everything;
+}
+
+/* Separating axes (Gottschalk 1996): the box's own three, and those across the segment and an edge. No division; what
+ * is rounded is far below the padding of the boxes. mid, half: of the segment. */
+static bool segment_meets(struct lum_vec3 mid, struct lum_vec3 half, struct lum_vec3 lo, struct lum_vec3 hi)
+{
+    if (!(lo.x <= hi.x))
+        return false;
+    struct lum_vec3 c = lum_v3_sub(mid, lum_v3_mul(lum_v3_add(lo, hi), 0.5f)), e = lum_v3_mul(lum_v3_sub(hi, lo), 0.5f);
+    struct lum_vec3 d = lum_v3(fabsf(half.x), fabsf(half.y), fabsf(half.z));
+    return fabsf(c.x) <= e.x + d.x && fabsf(c.y) <= e.y + d.y && fabsf(c.z) <= e.z + d.z &&
+           fabsf(c.y * half.z - c.z * half.y) <= e.y * d.z + e.z * d.y &&
+           fabsf(c.z * half.x - c.x * half.z) <= e.z * d.x + e.x * d.z &&
+           fabsf(c.x * half.y - c.y * half.x) <= e.x * d.y + e.y * d.x;
+}
+
+bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)
+{
+    struct lum_vec3 mid = lum_v3_mul(lum_v3_add(a, b), 0.5f), half = lum_v3_mul(lum_v3_sub(b, a), 0.5f);
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        if (segment_meets(mid, half, m->old_lo, m->old_hi) || segment_meets(mid, half, m->new_lo, m->new_hi))
+            return true;
+    }
+    return motion->everything;
+}

@@ -1,0 +1,313 @@
+/* What moved between two snapshots: each kind of edit, and that a shadow ray which meets no box has not changed. */
+#include "core/scene/motion.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/math/sampler.h"
+#include "tests/support/scene_fixture.h"
+
+static void put_pose(struct lum_scene *scene, const char *id, double height)
+{
+    const double p[] = {-1, 0, -1, 1, 0, -1, 0, height, 0, 0, 0, 1};
+    const uint32_t index[] = {0, 1, 2, 1, 3, 2, 3, 0, 2, 0, 3, 1};
+    struct lum_mesh_desc d = {.positions = p, .indices = index, .n_vertices = 4, .n_triangles = 4, .deforming = true};
+    CHECK_OK(lum_scene_put_mesh(scene, id, &d, err));
+}
+
+/* A wide floor, so that nothing that happens on it moves the placement of the scene. */
+static void fill(struct lum_scene *scene)
+{
+    put_shape(scene, "ball", "sphere", 16, 8);
+    put_shape(scene, "box", "box", 1, 1);
+    put_pose(scene, "tent", 1.0);
+    put_material(scene, "white");
+    put_material(scene, "leaf");
+    put_object(scene, "floor", "box", "white", scaled_at(20, 0, -20, 0));
+    put_object(scene, "ball", "ball", "white", at(0, 1, 0));
+    put_object(scene, "leaf", "box", "leaf", at(4, 1, 0));
+    put_object(scene, "tent", "tent", "white", at(-4, 0, 0));
+    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    put_light(scene, "panel", &l);
+    l = light_desc(LUM_LIGHT_POINT);
+    put_light(scene, "bulb", &l);
+}
+
+static struct lum_motion between(const struct lum_snapshot *a, const struct lum_snapshot *b)
+{
+    struct lum_motion m;
+    lum_motion_between(a, b, &m);
+    return m;
+}
+
+/* Commits, and says what moved since *s, which becomes the new one. */
+static struct lum_motion step(struct fixture *f, const struct lum_snapshot **s)
+{
+    const struct lum_snapshot *next = commit(f);
+    struct lum_motion m = between(*s, next);
+    lum_snapshot_unref(*s);
+    *s = next;
+    return m;
+}
+
+static void assert_holds(struct lum_vec3 lo, struct lum_vec3 hi, struct lum_vec3 p)
+{
+    assert_true(p.x > lo.x && p.x < hi.x && p.y > lo.y && p.y < hi.y && p.z > lo.z && p.z < hi.z);
+}
+
+static void a_moved_object_was_there_and_is_here(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    put_object(f->scene, "ball", "ball", "white", at(2, 3, 1));
+    struct lum_motion m = step(f, &s);
+    assert_false(m.everything);
+    assert_int_equal(m.n, 1);
+    assert_true(m.movers[0].object == lum_hash64_text("ball"));
+    assert_true(lum_motion_has(&m, lum_hash64_text("ball")));
+    assert_false(lum_motion_has(&m, lum_hash64_text("tent")));
+    assert_holds(m.movers[0].old_lo, m.movers[0].old_hi, to_scene(s, 0, 1, 0));
+    assert_holds(m.movers[0].new_lo, m.movers[0].new_hi, to_scene(s, 2, 3, 1));
+    assert_int_equal(m.movers[0].before, m.movers[0].now);
+    assert_true(lum_motion_meets(&m, to_scene(s, -5, 1, 0), to_scene(s, 5, 1, 0)));
+    assert_true(lum_motion_meets(&m, to_scene(s, 2, 3, 1), to_scene(s, 2, 3, 1)));
+    assert_false(lum_motion_meets(&m, to_scene(s, -5, 1, 2), to_scene(s, 5, 1, 2)));
+    assert_false(lum_motion_meets(&m, to_scene(s, -5, 1, 0), to_scene(s, -2, 1, 0))); /* ends before it */
+    lum_snapshot_unref(s);
+}
+
+static void added_and_removed_objects(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    put_object(f->scene, "cup", "ball", "white", at(1, 1, 5));
+    struct lum_motion m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    assert_int_equal(m.movers[0].before, LUM_NO_OBJECT);
+    assert_string_equal(s->instances[m.movers[0].now].id, "cup");
+    assert_true(m.movers[0].old_lo.x > m.movers[0].old_hi.x);
+    struct lum_object_desc hidden = {
+        .mesh = "ball", .material = "white", .local_to_world = at(1, 1, 5), .visible = false};
+    CHECK_OK(lum_scene_put_object(f->scene, "cup", &hidden, err));
+    m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    assert_int_equal(m.movers[0].now, LUM_NO_OBJECT);
+    CHECK_OK(lum_scene_remove(f->scene, LUM_ENTITY_OBJECT, "cup", err));
+    m = step(f, &s);
+    assert_int_equal(m.n, 0);
+    lum_snapshot_unref(s);
+}
+
+/* Poses are put one after the other while their snapshots go, so that Embree's part of an old pose is used again. */
+static void a_mesh_deforms(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    for (int i = 0; i < 6; i++) {
+        double before = i % 2 ? 3.0 : 1.0, now = i % 2 ? 1.0 : 3.0;
+        put_pose(f->scene, "tent", now);
+        struct lum_motion m = step(f, &s);
+        assert_int_equal(m.n, 1);
+        assert_holds(m.movers[0].old_lo, m.movers[0].old_hi, to_scene(s, -4, before, 0));
+        assert_holds(m.movers[0].new_lo, m.movers[0].new_hi, to_scene(s, -4, now, 0));
+        bool tall_now = m.movers[0].new_hi.y > to_scene(s, 0, 2, 0).y;
+        assert_int_equal(tall_now, now > 2.0);
+        assert_int_not_equal(tall_now, m.movers[0].old_hi.y > to_scene(s, 0, 2, 0).y);
+    }
+    lum_snapshot_unref(s);
+}
+
+static void put_leaf(struct lum_scene *scene, enum lum_alpha_mode mode, float alpha, float red)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.alpha_mode = mode;
+    m.alpha = alpha;
+    m.base_color = lum_rgb(red, 0.5f, 0.5f);
+    CHECK_OK(lum_scene_put_material(scene, "leaf", &m, err));
+}
+
+static void a_material_counts_when_other_rays_pass(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    put_leaf(f->scene, LUM_ALPHA_OPAQUE, 0.5f, 0.9f);
+    assert_int_equal(step(f, &s).n, 0);
+    put_leaf(f->scene, LUM_ALPHA_BLEND, 0.5f, 0.9f);
+    struct lum_motion m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    assert_true(m.movers[0].object == lum_hash64_text("leaf"));
+    put_leaf(f->scene, LUM_ALPHA_BLEND, 0.5f, 0.2f);
+    assert_int_equal(step(f, &s).n, 0);
+    put_object(f->scene, "leaf", "box", "white", at(4, 1, 0));
+    assert_int_equal(step(f, &s).n, 1);
+    lum_snapshot_unref(s);
+}
+
+static void lights_count_by_their_shapes(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    struct lum_light_desc panel = light_desc(LUM_LIGHT_QUAD), bulb = light_desc(LUM_LIGHT_POINT);
+    panel.intensity *= 0.5;
+    panel.camera_visible = !panel.camera_visible;
+    put_light(f->scene, "panel", &panel);
+    bulb.position.x += 1.0;
+    put_light(f->scene, "bulb", &bulb);
+    assert_int_equal(step(f, &s).n, 0);
+    panel.position.x += 0.5;
+    put_light(f->scene, "panel", &panel);
+    struct lum_motion m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    assert_true(m.movers[0].object == lum_hash64_text("panel"));
+    assert_int_equal(m.movers[0].now, s->n_instances);
+    CHECK_OK(lum_scene_remove(f->scene, LUM_ENTITY_LIGHT, "panel", err));
+    m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    assert_int_equal(m.movers[0].now, LUM_NO_OBJECT);
+    lum_snapshot_unref(s);
+}
+
+static void too_much_is_everything(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *empty = commit(f), *s = lum_snapshot_ref(empty);
+    char id[16];
+    for (uint32_t i = 0; i < LUM_MOTION_MAX; i++) {
+        snprintf(id, sizeof id, "many-%u", i);
+        put_object(f->scene, id, "ball", "white", at(0.1 * i, 1, 2));
+    }
+    struct lum_motion m = step(f, &s);
+    assert_int_equal(m.n, LUM_MOTION_MAX);
+    assert_false(m.everything);
+    put_object(f->scene, "many-more", "ball", "white", at(0, 1, 3));
+    m = step(f, &s);
+    assert_int_equal(m.n, 1);
+    m = between(empty, s);
+    assert_true(m.everything);
+    assert_true(lum_motion_has(&m, 1) && lum_motion_meets(&m, s->bounds_lo, s->bounds_lo));
+    put_object(f->scene, "far", "ball", "white", at(1e4, 0, 0));
+    assert_true(step(f, &s).everything); /* placed anew: nothing is where it was */
+    lum_snapshot_unref(s);
+    lum_snapshot_unref(empty);
+}
+
+/* ---- the promise: what meets no box is as it was ---- */
+
+static void edit(struct fixture *f, struct random_stream *r)
+{
+    static const char *const ids[] = {"ball", "leaf", "tent", "x", "y", "z"};
+    static const char *const meshes[] = {"ball", "box", "tent"};
+    uint32_t n = 1 + random_bits(r) % 3;
+    for (uint32_t i = 0; i < n; i++) {
+        const char *id = ids[random_bits(r) % 6];
+        double x = 6 * random_double(r) - 3, y = 3 * random_double(r), z = 6 * random_double(r) - 3;
+        struct lum_object_desc d = {.mesh = meshes[random_bits(r) % 3],
+                                    .material = random_bits(r) % 2 ? "leaf" : "white",
+                                    .local_to_world = scaled_at(0.3 + random_double(r), x, y, z),
+                                    .visible = random_bits(r) % 5 != 0};
+        CHECK_OK(lum_scene_put_object(f->scene, id, &d, err));
+        if (random_bits(r) % 4 == 0)
+            put_pose(f->scene, "tent", 0.5 + 2 * random_double(r));
+        if (random_bits(r) % 8 == 0)
+            put_leaf(f->scene, LUM_ALPHA_BLEND, 0.5f, 0.5f);
+        struct lum_light_desc panel = light_desc(LUM_LIGHT_QUAD);
+        panel.position = (struct lum_vec3d){x, y + 1, z};
+        if (random_bits(r) % 4 == 0)
+            put_light(f->scene, "panel", &panel);
+    }
+}
+
+struct shadow_rays {
+    struct lum_rays rays;
+    struct lum_vec3 from[LUM_RAY_BATCH], to[LUM_RAY_BATCH]; /* on the surfaces; the rays run between offset ones */
+};
+
+/* Between points of surfaces that were found by chance, as those of records and virtual point lights. */
+static void find_rays(const struct lum_snapshot *s, struct random_stream *r, struct shadow_rays *out)
+{
+    struct lum_rays rays = {.n = LUM_RAY_BATCH};
+    struct lum_hits hits;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+        struct lum_vec3 d = random_direction(r);
+        d.y = -fabsf(d.y);
+        set_ray(&rays, i, to_scene(s, 8 * random_double(r) - 4, 5, 8 * random_double(r) - 4), d);
+    }
+    trace(s, &rays, &hits);
+    struct lum_vec3 p[LUM_RAY_BATCH], n[LUM_RAY_BATCH];
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+        p[i] = to_scene(s, 0, 5 + 0.01 * i, 0), n[i] = lum_v3(0, 1, 0);
+        struct lum_surface surface;
+        if (hits.object[i] == LUM_NO_OBJECT)
+            continue;
+        lum_snapshot_surface(s, &hits, i, (struct lum_vec3){rays.dx[i], rays.dy[i], rays.dz[i]}, &surface);
+        p[i] = surface.p, n[i] = surface.ng;
+    }
+    out->rays.n = LUM_RAY_BATCH;
+    for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+        uint32_t j = (i + 1) % LUM_RAY_BATCH;
+        struct lum_vec3 a = lum_ray_offset(p[i], n[i]), b = lum_ray_offset(p[j], n[j]);
+        set_ray(&out->rays, i, a, lum_v3_sub(b, a));
+        out->rays.tfar[i] = 1.0f;
+        out->from[i] = p[i];
+        out->to[i] = p[j];
+    }
+}
+
+static void occlusion(const struct lum_snapshot *s, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
+{
+    uint64_t bad = 0;
+    struct lum_trace t = {.top = s->top, .alpha = s->has_alpha ? &s->alpha : NULL, .bad_rays = &bad};
+    lum_trace_any(&t, rays, ret_occluded);
+    assert_int_equal(bad, 0);
+}
+
+static void what_meets_no_box_is_as_it_was(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    struct random_stream r = {7};
+    uint64_t kept = 0, changed = 0, missed = 0;
+    for (int round = 0; round < 200; round++) {
+        edit(f, &r);
+        const struct lum_snapshot *next = commit(f);
+        struct lum_motion m = between(s, next);
+        assert_false(m.everything);
+        struct shadow_rays sr;
+        uint8_t before[LUM_RAY_BATCH], now[LUM_RAY_BATCH];
+        find_rays(s, &r, &sr);
+        occlusion(s, &sr.rays, before);
+        occlusion(next, &sr.rays, now);
+        for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+            bool meets = lum_motion_meets(&m, sr.from[i], sr.to[i]);
+            kept += !meets;
+            changed += before[i] != now[i];
+            missed += before[i] != now[i] && !meets;
+        }
+        lum_snapshot_unref(s);
+        s = next;
+    }
+    print_message("%llu rays met no box, %llu changed, %llu of these met none\n", (unsigned long long)kept,
+                  (unsigned long long)changed, (unsigned long long)missed);
+    assert_int_equal(missed, 0);
+    assert_true(kept > 1000 && changed > 1000);
+    lum_snapshot_unref(s);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(a_moved_object_was_there_and_is_here),   TEST(added_and_removed_objects),    TEST(a_mesh_deforms),
+        TEST(a_material_counts_when_other_rays_pass), TEST(lights_count_by_their_shapes), TEST(too_much_is_everything),
+        TEST(what_meets_no_box_is_as_it_was),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
