@@ -11,6 +11,7 @@
  * and glossy is that of direct light on every surface, highlights included. */
 #include "core/estimator/path.h"
 
+#include <float.h>
 #include <string.h>
 
 #include "core/math/warp.h"
@@ -267,7 +268,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         return;
     path.p = v->p;
     path.pdf_sa = bs.pdf_sa;
-    path.every_light = false;
+    path.every_light = path.direct_apart = false;
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
 }
@@ -278,6 +279,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 {
     if (!(path->pdf_sa > 0.0f))
         return 1.0f;
+    if (path->direct_apart)
+        return 0.0f;
     if (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])))
         return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
@@ -382,24 +385,44 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     push_path(w, path, bsdf->ng, bs.wi);
 }
 
+void lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                           struct lum_vec3 n)
+{
+    struct lum_frame frame = lum_frame_from_normal(n);
+    struct lum_vec3 local = lum_warp_cosine(lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)));
+    struct lum_path path = {.throughput = lum_grey(1.0f),
+                            .eta2 = 1.0f,
+                            .slot = slot,
+                            .sampler = sampler,
+                            .p = p,
+                            .pdf_sa = lum_max(local.z, FLT_MIN) * LUM_INV_PI, /* 0 would say that it is a mirror's */
+                            .direct_apart = true};
+    w->counters->rays[LUM_RAY_INDIRECT_DIFFUSE]++;
+    push_path(w, path, n, lum_frame_to_scene(&frame, local));
+}
+
+void lum_wave_step(struct lum_wave *w, uint32_t depth)
+{
+    uint32_t n = w->rays.n;
+    struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
+    if (depth == 0) {
+        trace = lum_trace_of_eye(w->snapshot, w->counters);
+        w->counters->rays[LUM_RAY_PRIMARY] += n;
+    }
+    lum_trace_closest(&trace, &w->rays, &w->hits);
+    if (w->media)
+        cross_media(w, depth);
+    w->rays.n = 0;
+    for (uint32_t i = 0; i < n; i++)
+        shade(w, i, depth);
+    trace_shadows(w);
+}
+
 void lum_wave_run(struct lum_wave *w, uint32_t depth)
 {
     trace_shadows(w);
-    for (; w->rays.n > 0; depth++) {
-        uint32_t n = w->rays.n;
-        struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
-        if (depth == 0) {
-            trace = lum_trace_of_eye(w->snapshot, w->counters);
-            w->counters->rays[LUM_RAY_PRIMARY] += n;
-        }
-        lum_trace_closest(&trace, &w->rays, &w->hits);
-        if (w->media)
-            cross_media(w, depth);
-        w->rays.n = 0;
-        for (uint32_t i = 0; i < n; i++)
-            shade(w, i, depth);
-        trace_shadows(w);
-    }
+    for (; w->rays.n > 0; depth++)
+        lum_wave_step(w, depth);
 }
 
 static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const struct lum_tile_rect *r,

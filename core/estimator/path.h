@@ -10,6 +10,7 @@ struct lum_path {
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
+    bool direct_apart;   /* what shines at the end of the ray is counted by whoever started the path */
     bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
@@ -52,6 +53,15 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
  * afterwards. */
 void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                         const struct lum_bsdf *bsdf, struct lum_vec3 wo);
+
+/* Starts path number slot with one ray from a surface point, in proportion to its cosine with the normal n. radiance[slot]
+ * becomes the light that other surfaces send along it; what shines there by itself is direct light, and left out. pi times
+ * its mean is the indirect irradiance. Call lum_wave_step or lum_wave_run with depth 1 afterwards. */
+void lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                           struct lum_vec3 n);
+
+/* One segment of all paths. Afterwards hits says where the rays ended that were there before, in their order. */
+void lum_wave_step(struct lum_wave *w, uint32_t depth);
 
 /* Traces all paths to their end. depth: segments they have behind them (0: eye rays, 1: after lum_wave_add_vertex). */
 void lum_wave_run(struct lum_wave *w, uint32_t depth);
