@@ -1,0 +1,343 @@
+/* The cache of `live`: sums of virtual point lights, kept as who sees whom.
+ *
+ * A record holds a bit for each VPL: it sees it. The irradiance is the sum over those that it sees, with the flux that
+ * they have now, taken anew whenever anything changed: in 256 VPLs less than the time of three rays. So
+ *   - light that is dimmed, coloured or switched, and surfaces that are coloured, cost no ray;
+ *   - what moved costs a ray for each bit that may have changed: of VPLs that moved, and of those whose segment meets
+ * the box that an object had when the record was last true, or the box that it has now;
+ *   - nothing drifts: after any edits a record is bit for bit what it would be if it were built now.
+ * Records are brought up to date when somebody looks at them, so that what nobody looks at costs nothing.
+ *
+ * Compared with the thesis' instant cache: a bit instead of a colour for each VPL, one test against boxes and one ray
+ * instead of the ladder of five cases (algorithms A3), VPLs that are lifted instead of cut off and a gradient in closed
+ * form (vpl_sum.h), and a radius by what is around instead of one for the whole scene (proximity.h). */
+#include <string.h>
+
+#include "core/cache/cache.h"
+#include "core/cache/proximity.h"
+#include "core/cache/since.h"
+#include "core/cache/vpl_sum.h"
+#include "core/render/frame.h"
+
+/* `lift` of vpl_sum.h, in radii of the area that a VPL stands for. */
+#define LIFT_PER_SPACING 1.0f
+/* The lift stays while it is right within this factor, so that what moves in one corner changes nothing in another. */
+#define LIFT_HYSTERESIS 1.25f
+
+/* The radius of a record, before accuracy: at most this share of the scene's, */
+#define REACH_MAX 0.25f
+/* and, with accuracy, at least as many pixels, */
+#define PIXELS_MIN 4.0f
+/* and at most this share of the scene's radius. */
+#define RADIUS_MAX 0.1f
+/* A record whose surroundings moved is let go when they are nearer, or further, than it was made for by this factor. */
+#define PROXIMITY_CHANGE 1.5f
+
+struct live_record {
+    struct lum_record base;
+    float proximity; /* of lum_proximity */
+    uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces */
+};
+
+struct live_state {
+    float lift;
+    struct lum_since_ring *ring; /* behind this struct */
+};
+
+static size_t record_bytes(uint32_t n_vpls)
+{
+    return sizeof(struct live_record) + 2 * lum_vpl_words(n_vpls) * sizeof(uint64_t);
+}
+
+static struct live_record *live_of(struct lum_record *record)
+{
+    return (struct live_record *)(void *)record;
+}
+
+static struct lum_receiver receiver_of(const struct lum_record *r)
+{
+    return (struct lum_receiver){r->p, r->n, r->ng};
+}
+
+static float wanted_lift(const struct lum_vpl_set *set)
+{
+    return lum_max(LIFT_PER_SPACING * set->spacing, LUM_POINT_LIGHT_NEAR);
+}
+
+static float lift_of(const struct lum_cache *cache)
+{
+    const struct live_state *state = cache->kind_state;
+    return state ? state->lift : wanted_lift(&cache->vpls);
+}
+
+/* ---- which VPLs a record sees ---- */
+
+static uint32_t least_of(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Rays under way, of several records. About 10 KiB: lives on a worker's stack. */
+struct seeing {
+    const struct lum_cache_job *job;
+    struct lum_rays rays;
+    struct live_record *record[LUM_RAY_BATCH]; /* by ray */
+    uint32_t slot[LUM_RAY_BATCH];
+};
+
+static void trace_rays(struct seeing *s)
+{
+    if (s->rays.n == 0)
+        return;
+    uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_trace trace = lum_trace_of(s->job->snapshot, s->job->counters);
+    lum_trace_any(&trace, &s->rays, occluded);
+    s->job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += s->rays.n;
+    for (uint32_t i = 0; i < s->rays.n; i++)
+        if (!occluded[i])
+            s->record[i]->bits[s->slot[i] / 64] |= UINT64_C(1) << s->slot[i] % 64;
+    s->rays.n = 0;
+}
+
+/* Nearer than this there is no room for an occluder between the two ends, each moved off its surface by LUM_RAY_OFFSET.
+ */
+#define TOUCHING (4.0f * LUM_RAY_OFFSET)
+
+static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, uint32_t slot)
+{
+    const struct lum_vpl_set *set = &s->job->cache->vpls;
+    struct lum_vec3 p = {set->px[slot], set->py[slot], set->pz[slot]};
+    struct lum_vec3 d = lum_v3_sub(lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot])), from);
+    struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
+    if (lum_dot(direct, direct) < TOUCHING * TOUCHING) {
+        r->bits[slot / 64] |= UINT64_C(1) << slot % 64;
+        return;
+    }
+    if (s->rays.n == LUM_RAY_BATCH)
+        trace_rays(s);
+    s->record[s->rays.n] = r;
+    s->slot[s->rays.n] = slot;
+    lum_rays_push(&s->rays, from, d, 1.0f);
+}
+
+/* Looks at the VPLs that the record faces and of which nothing is known. */
+static void look_at_unknown(struct seeing *s, struct live_record *r)
+{
+    const struct lum_vpl_set *set = &s->job->cache->vpls;
+    const uint32_t words = lum_vpl_words(set->n);
+    uint64_t *sees = r->bits, *known = r->bits + words, faces[LUM_VPL_MAX / 64];
+    struct lum_receiver at = receiver_of(&r->base);
+    struct lum_vec3 from = lum_ray_offset(at.p, at.ng);
+    lum_vpl_faces(set, &at, faces);
+    for (uint32_t w = 0; w < words; w++) {
+        uint64_t unknown = faces[w] & ~known[w];
+        known[w] &= faces[w];
+        sees[w] &= known[w];
+        known[w] |= unknown;
+        for (; unknown; unknown &= unknown - 1)
+            look(s, r, from, w * 64 + (uint32_t)__builtin_ctzll(unknown));
+    }
+}
+
+/* ---- what it adds up to ---- */
+
+/* No further than the gradient is to be trusted: over the radius it changes the irradiance by at most all of it
+ * (algorithms A2). Along the surface only: what lies before or behind it is another. */
+static void limit_gradient(struct lum_record *r)
+{
+    struct lum_rgb *g = r->gradient;
+    struct lum_rgb off =
+        lum_rgb_add(lum_rgb_add(lum_rgb_scale(g[0], r->n.x), lum_rgb_scale(g[1], r->n.y)), lum_rgb_scale(g[2], r->n.z));
+    g[0] = lum_rgb_mad(g[0], off, -r->n.x);
+    g[1] = lum_rgb_mad(g[1], off, -r->n.y);
+    g[2] = lum_rgb_mad(g[2], off, -r->n.z);
+    float steep = sqrtf(lum_luminance(g[0]) * lum_luminance(g[0]) + lum_luminance(g[1]) * lum_luminance(g[1]) +
+                        lum_luminance(g[2]) * lum_luminance(g[2]));
+    float most = lum_luminance(r->irradiance);
+    if (steep * r->radius > most)
+        for (uint32_t i = 0; i < 3; i++)
+            g[i] = lum_rgb_scale(g[i], most / (steep * r->radius));
+}
+
+static void add_up(const struct lum_cache_job *job, struct lum_record *r)
+{
+    const struct lum_cache *cache = job->cache;
+    bool media = cache->key.media && job->snapshot->n_media > 0;
+    struct lum_receiver at = receiver_of(r);
+    struct lum_vpl_sum sum;
+    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lift_of(cache), media ? job->snapshot : NULL, &sum);
+    if (!lum_rgb_finite(sum.irradiance)) {
+        job->counters->nonfinite++;
+        memset(&sum, 0, sizeof sum);
+    }
+    r->irradiance = sum.irradiance;
+    memcpy(r->gradient, sum.gradient, sizeof r->gradient);
+    limit_gradient(r);
+    r->epoch = cache->epoch;
+}
+
+/* ---- building ---- */
+
+static float radius_of(const struct lum_cache_job *job, const struct live_record *r)
+{
+    float scene = job->snapshot->lights.scene_radius;
+    float distance = lum_length(lum_v3_sub(r->base.p, job->eye));
+    float least = PIXELS_MIN * job->pixel * distance, most = RADIUS_MAX * scene;
+    return lum_max(lum_clamp(job->cache->key.accuracy * r->proximity, least, most), LUM_RAY_OFFSET);
+}
+
+/* How near its surroundings are now. */
+static void measure(const struct lum_cache_job *job, struct live_record **records, uint32_t n, float *ret_proximity)
+{
+    struct lum_receiver points[LUM_PROXIMITY_POINTS];
+    for (uint32_t i = 0; i < n; i++)
+        points[i] = receiver_of(&records[i]->base);
+    lum_proximity(job->snapshot, points, n, REACH_MAX * job->snapshot->lights.scene_radius, job->counters,
+                  ret_proximity);
+}
+
+static void build(const struct lum_cache_job *job)
+{
+    struct seeing s;
+    s.job = job;
+    s.rays.n = 0;
+    for (uint32_t first = 0; first < job->n; first += LUM_PROXIMITY_POINTS) {
+        uint32_t n = least_of(job->n - first, LUM_PROXIMITY_POINTS);
+        struct live_record *records[LUM_PROXIMITY_POINTS];
+        float proximity[LUM_PROXIMITY_POINTS];
+        for (uint32_t i = 0; i < n; i++)
+            records[i] = live_of(job->records[first + i]);
+        measure(job, records, n, proximity);
+        for (uint32_t i = 0; i < n; i++) {
+            records[i]->proximity = proximity[i];
+            records[i]->base.radius = radius_of(job, records[i]);
+            memset(records[i]->bits, 0, record_bytes(job->cache->vpls.n) - sizeof *records[i]);
+            look_at_unknown(&s, records[i]);
+        }
+    }
+    trace_rays(&s);
+    for (uint32_t i = 0; i < job->n; i++)
+        add_up(job, job->records[i]);
+}
+
+/* ---- bringing up to date ---- */
+
+/* Forgets what may have changed. */
+static void forget(const struct lum_cache *cache, const struct lum_since *since, struct live_record *r)
+{
+    const uint32_t words = lum_vpl_words(cache->vpls.n);
+    uint64_t *sees = r->bits, *known = r->bits + words;
+    if (since) {
+        for (uint32_t w = 0; w < words; w++)
+            known[w] &= ~since->vpls[w];
+        lum_since_cross_out(since, &cache->vpls, lum_ray_offset(r->base.p, r->base.ng), known);
+    } else {
+        memset(known, 0, words * sizeof *known);
+    }
+    for (uint32_t w = 0; w < words; w++)
+        sees[w] &= known[w];
+}
+
+/* Removes those records whose surroundings are no longer what their radius was made for; n: at most
+ * LUM_PROXIMITY_POINTS. Returns how many are left, in front. */
+static uint32_t review(const struct lum_cache_job *job, struct live_record **records, uint32_t n)
+{
+    float proximity[LUM_PROXIMITY_POINTS];
+    uint32_t left = 0;
+    if (n == 0)
+        return 0;
+    measure(job, records, n, proximity);
+    for (uint32_t i = 0; i < n; i++) {
+        float ratio = proximity[i] / records[i]->proximity;
+        if (ratio <= PROXIMITY_CHANGE && ratio >= 1.0f / PROXIMITY_CHANGE)
+            records[left++] = records[i];
+        else if (lum_store_remove(job->cache->store, job->worker, &records[i]->base))
+            atomic_fetch_add_explicit(&job->cache->removed, 1, memory_order_relaxed);
+    }
+    return left;
+}
+
+/* Up to LUM_PROXIMITY_POINTS records. */
+static void refresh_some(struct seeing *s, struct lum_record *const *records, uint32_t n)
+{
+    const struct lum_cache *cache = s->job->cache;
+    const struct live_state *state = cache->kind_state;
+    struct live_record *kept[LUM_PROXIMITY_POINTS], *doubtful[LUM_PROXIMITY_POINTS];
+    uint32_t n_kept = 0, n_doubtful = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        struct live_record *r = live_of(records[i]);
+        const struct lum_since *since = state ? lum_since(state->ring, r->base.epoch) : NULL;
+        forget(cache, since, r);
+        if (!since || lum_since_meets_ball(since, r->base.p, r->base.radius))
+            doubtful[n_doubtful++] = r;
+        else
+            kept[n_kept++] = r;
+    }
+    n_doubtful = review(s->job, doubtful, n_doubtful);
+    for (uint32_t i = 0; i < n_kept; i++)
+        look_at_unknown(s, kept[i]);
+    for (uint32_t i = 0; i < n_doubtful; i++)
+        look_at_unknown(s, doubtful[i]);
+}
+
+static void refresh(const struct lum_cache_job *job)
+{
+    struct seeing s;
+    s.job = job;
+    s.rays.n = 0;
+    for (uint32_t first = 0; first < job->n; first += LUM_PROXIMITY_POINTS)
+        refresh_some(&s, job->records + first, least_of(job->n - first, LUM_PROXIMITY_POINTS));
+    trace_rays(&s);
+    for (uint32_t i = 0; i < job->n; i++) /* the removed ones too: whoever found them before may still read them */
+        add_up(job, job->records[i]);
+}
+
+/* ---- what changed ---- */
+
+static void remove_movers(struct lum_cache *cache, const struct lum_motion *motion)
+{
+    if (!cache->store || (motion->n == 0 && !motion->everything))
+        return;
+    for (uint32_t i = 0; i < lum_store_limit(cache->store); i++) {
+        struct lum_record *r = lum_store_at(cache->store, i);
+        if (r && lum_motion_has(motion, r->object) && lum_store_remove(cache->store, 0, r))
+            atomic_fetch_add_explicit(&cache->removed, 1, memory_order_relaxed);
+    }
+}
+
+static struct live_state *make_state(uint32_t n_vpls)
+{
+    struct live_state *state = lum_calloc(1, sizeof *state + lum_since_bytes(n_vpls));
+    if (!state)
+        return NULL;
+    state->ring = (struct lum_since_ring *)(void *)(state + 1);
+    lum_since_init(state->ring, n_vpls);
+    return state;
+}
+
+/* Without memory for the state, stale records look at all VPLs again. */
+static void change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion)
+{
+    (void)update;
+    remove_movers(cache, motion);
+    if (!cache->kind_state)
+        cache->kind_state = make_state(cache->vpls.n);
+    struct live_state *state = cache->kind_state;
+    if (!state)
+        return;
+    float lift = wanted_lift(&cache->vpls);
+    if (!(state->lift < lift * LIFT_HYSTERESIS && lift < state->lift * LIFT_HYSTERESIS))
+        state->lift = lift;
+    lum_since_add(state->ring, cache->epoch, motion, cache->moved);
+}
+
+const struct lum_cache_kind lum_cache_live = {
+    .name = "live",
+    .metric = LUM_METRIC_HATS,
+    .vpls = true,
+    .lasting = true,
+    .record_bytes = record_bytes,
+    .build = build,
+    .refresh = refresh,
+    .change = change,
+};

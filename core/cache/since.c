@@ -1,0 +1,158 @@
+#include "core/cache/since.h"
+
+#include <string.h>
+
+#include "core/cache/vpl_sum.h"
+
+struct lum_since_ring {
+    uint32_t n_vpls;
+    uint64_t first, now;                      /* epochs that it knows of; first > now: none */
+    struct lum_since since[LUM_SINCE_EPOCHS]; /* of epoch e at e % LUM_SINCE_EPOCHS */
+    uint64_t moved[];                         /* of each */
+};
+
+size_t lum_since_bytes(uint32_t n_vpls)
+{
+    return sizeof(struct lum_since_ring) + LUM_SINCE_EPOCHS * lum_vpl_words(n_vpls) * sizeof(uint64_t);
+}
+
+void lum_since_init(struct lum_since_ring *ring, uint32_t n_vpls)
+{
+    ring->n_vpls = n_vpls;
+    ring->first = 1;
+    for (uint32_t i = 0; i < LUM_SINCE_EPOCHS; i++)
+        ring->since[i].vpls = ring->moved + (size_t)i * lum_vpl_words(n_vpls);
+}
+
+static struct lum_mover *find_mover(struct lum_motion *motion, uint64_t object)
+{
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (motion->movers[i].object == object)
+            return &motion->movers[i];
+    return NULL;
+}
+
+static void append_motion(struct lum_motion *all, const struct lum_motion *motion)
+{
+    all->everything |= motion->everything;
+    for (uint32_t i = 0; i < motion->n && !all->everything; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        struct lum_mover *known = find_mover(all, m->object);
+        if (known) {
+            known->now = m->now;
+            known->new_lo = m->new_lo;
+            known->new_hi = m->new_hi;
+        } else if (all->n < LUM_MOTION_MAX) {
+            all->movers[all->n++] = *m;
+        } else {
+            all->everything = true;
+        }
+    }
+}
+
+static uint64_t *moved_of(struct lum_since_ring *ring, uint64_t epoch)
+{
+    return ring->moved + epoch % LUM_SINCE_EPOCHS * lum_vpl_words(ring->n_vpls);
+}
+
+void lum_since_add(struct lum_since_ring *ring, uint64_t epoch, const struct lum_motion *motion, const uint64_t *moved)
+{
+    uint32_t words = lum_vpl_words(ring->n_vpls);
+    if (ring->first > ring->now || epoch != ring->now + 1) /* nothing is known of what was before */
+        ring->first = ring->now = epoch - 1;
+    if (epoch - ring->first >= LUM_SINCE_EPOCHS)
+        ring->first = epoch - LUM_SINCE_EPOCHS + 1;
+    struct lum_since *fresh =
+        &ring->since[(epoch - 1) % LUM_SINCE_EPOCHS]; /* nothing yet: this is the first change after it */
+    fresh->motion.n = 0;
+    fresh->motion.everything = false;
+    memset(moved_of(ring, epoch - 1), 0, words * sizeof *moved);
+    for (uint64_t e = ring->first; e < epoch; e++) {
+        append_motion(&ring->since[e % LUM_SINCE_EPOCHS].motion, motion);
+        uint64_t *bits = moved_of(ring, e);
+        for (uint32_t w = 0; w < words; w++)
+            bits[w] |= moved[w];
+    }
+    ring->now = epoch;
+}
+
+const struct lum_since *lum_since(const struct lum_since_ring *ring, uint64_t epoch)
+{
+    return epoch >= ring->first && epoch < ring->now ? &ring->since[epoch % LUM_SINCE_EPOCHS] : NULL;
+}
+
+/* ---- boxes ---- */
+
+struct box {
+    struct lum_vec3 middle, half;
+};
+
+/* False: there is none. */
+static bool box_of(struct lum_vec3 lo, struct lum_vec3 hi, struct box *ret_box)
+{
+    if (!(lo.x <= hi.x))
+        return false;
+    *ret_box = (struct box){lum_v3_mul(lum_v3_add(lo, hi), 0.5f), lum_v3_mul(lum_v3_sub(hi, lo), 0.5f)};
+    return true;
+}
+
+/* The boxes of a mover: before and now. */
+static uint32_t boxes_of(const struct lum_mover *m, struct box ret_boxes[2])
+{
+    uint32_t n = box_of(m->old_lo, m->old_hi, &ret_boxes[0]);
+    if (memcmp(&m->old_lo, &m->new_lo, sizeof m->old_lo) == 0 && memcmp(&m->old_hi, &m->new_hi, sizeof m->old_hi) == 0)
+        return n;
+    return n + box_of(m->new_lo, m->new_hi, &ret_boxes[n]);
+}
+
+/* Segments from one point to LUM_SUM_LANES VPLs against a box, by separating axes (Gottschalk 1996): the box's own
+ * three, and those across the segment and an edge. No division; what is rounded is far below the padding of the boxes.
+ */
+static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct lum_vec3 from, const struct box *box)
+{
+    const struct lum_vec3 e = box->half, o = lum_v3_sub(from, box->middle);
+    uint32_t meets[LUM_SUM_LANES], bits = 0;
+    for (uint32_t i = 0; i < LUM_SUM_LANES; i++) {
+        float x = 0.5f * (set->px[k + i] - from.x), y = 0.5f * (set->py[k + i] - from.y);
+        float z = 0.5f * (set->pz[k + i] - from.z);
+        float cx = o.x + x, cy = o.y + y, cz = o.z + z, ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
+        meets[i] = (uint32_t)(fabsf(cx) <= e.x + ax) & (uint32_t)(fabsf(cy) <= e.y + ay) &
+                   (uint32_t)(fabsf(cz) <= e.z + az) & (uint32_t)(fabsf(cy * z - cz * y) <= e.y * az + e.z * ay) &
+                   (uint32_t)(fabsf(cz * x - cx * z) <= e.z * ax + e.x * az) &
+                   (uint32_t)(fabsf(cx * y - cy * x) <= e.x * ay + e.y * ax);
+    }
+    for (uint32_t i = 0; i < LUM_SUM_LANES; i++)
+        bits |= meets[i] << i;
+    return bits;
+}
+
+void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set *set, struct lum_vec3 from,
+                         uint64_t *inout_bits)
+{
+    if (since->motion.everything)
+        memset(inout_bits, 0, lum_vpl_words(set->n) * sizeof *inout_bits);
+    for (uint32_t m = 0; m < since->motion.n; m++) {
+        struct box boxes[2];
+        uint32_t n_boxes = boxes_of(&since->motion.movers[m], boxes);
+        for (uint32_t b = 0; b < n_boxes; b++)
+            for (uint32_t k = 0; k < set->n; k += LUM_SUM_LANES)
+                if (inout_bits[k / 64] >> k % 64 & ((1u << LUM_SUM_LANES) - 1u))
+                    inout_bits[k / 64] &= ~((uint64_t)segments_meet(set, k, from, &boxes[b]) << k % 64);
+    }
+}
+
+bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle, float radius)
+{
+    for (uint32_t m = 0; m < since->motion.n; m++) {
+        struct box boxes[2];
+        uint32_t n_boxes = boxes_of(&since->motion.movers[m], boxes);
+        for (uint32_t b = 0; b < n_boxes; b++) {
+            struct lum_vec3 d = lum_v3_sub(middle, boxes[b].middle), e = boxes[b].half;
+            d = lum_v3(lum_max(fabsf(d.x) - e.x, 0.0f), lum_max(fabsf(d.y) - e.y, 0.0f),
+                       lum_max(fabsf(d.z) - e.z, 0.0f));
+            if (lum_dot(d, d) <= radius * radius)
+                return true;
+        }
+    }
+    return since->motion.everything;
+}

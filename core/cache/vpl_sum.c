@@ -1,0 +1,128 @@
+/* Loops over LUM_SUM_LANES values without a branch, which become vector code. */
+#include "core/cache/vpl_sum.h"
+
+#include <string.h>
+
+#include "core/medium/medium.h"
+
+#define LANES LUM_SUM_LANES
+
+void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint64_t *ret_faces)
+{
+    memset(ret_faces, 0, lum_vpl_words(set->n) * sizeof *ret_faces);
+    const struct lum_vec3 p = at->p, n = at->n, g = at->ng;
+    for (uint32_t k = 0; k < set->n; k += LANES) { /* padding has no normal, and faces nothing */
+        uint32_t faces[LANES], bits = 0;
+        for (uint32_t i = 0; i < LANES; i++) {
+            float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
+            float to = dx * n.x + dy * n.y + dz * n.z, side = dx * g.x + dy * g.y + dz * g.z;
+            float from = -(dx * set->nx[k + i] + dy * set->ny[k + i] + dz * set->nz[k + i]);
+            faces[i] = (uint32_t)(to > 0.0f) & (uint32_t)(side > 0.0f) & (uint32_t)(from > 0.0f);
+        }
+        for (uint32_t i = 0; i < LANES; i++)
+            bits |= faces[i] << i;
+        ret_faces[k / 64] |= (uint64_t)bits << k % 64;
+    }
+}
+
+/* Geometry terms of LANES VPLs and their gradients; 0 where the bit is not set. */
+struct terms {
+    _Alignas(64) float g[LANES], x[LANES], y[LANES], z[LANES];
+};
+
+/* With d = v - p from the lifted point p to the VPL, a = d.n, b = -d.n_vpl and r = |d|: G = a b / r^4,
+ * dG/dp = (a n_vpl - b n) / r^4 + 4 G d / r^2. As p moves, the lifted point follows, but along n_vpl by a factor
+ * b_unlifted / b only. */
+static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
+                         float lift2, struct terms *ret)
+{
+    const struct lum_vec3 p = at->p, n = at->n;
+    for (uint32_t i = 0; i < LANES; i++) {
+        float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
+        float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
+        float h = -(dx * vx + dy * vy + dz * vz);
+        float b = sqrtf(h * h + lift2), rise = b - h;
+        dx -= rise * vx, dy -= rise * vy, dz -= rise * vz;
+        float a = dx * n.x + dy * n.y + dz * n.z, facing = n.x * vx + n.y * vy + n.z * vz;
+        float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz), per_r4 = per_r2 * per_r2;
+        per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
+        float term = a * b * per_r4, spread = 4.0f * term * per_r2;
+        /* n_vpl . dG/dp at the lifted point, and how much of it p does not see */
+        float along = (a - b * facing) * per_r4 - spread * b, lost = (h / b - 1.0f) * along;
+        ret->g[i] = term;
+        ret->x[i] = (a * vx - b * n.x) * per_r4 + spread * dx + lost * vx;
+        ret->y[i] = (a * vy - b * n.y) * per_r4 + spread * dy + lost * vy;
+        ret->z[i] = (a * vz - b * n.z) * per_r4 + spread * dz + lost * vz;
+    }
+}
+
+/* Lanes of irradiance and gradient, by colour. */
+struct lanes {
+    _Alignas(64) float e[3][LANES], x[3][LANES], y[3][LANES], z[3][LANES];
+};
+
+static void add_terms(struct lanes *sum, const struct terms *t, float *const flux[3], uint32_t k)
+{
+    for (uint32_t c = 0; c < 3; c++) {
+        const float *f = flux[c] + k;
+        for (uint32_t i = 0; i < LANES; i++) {
+            sum->e[c][i] += f[i] * t->g[i];
+            sum->x[c][i] += f[i] * t->x[i];
+            sum->y[c][i] += f[i] * t->y[i];
+            sum->z[c][i] += f[i] * t->z[i];
+        }
+    }
+}
+
+/* What media leave of the flux of LANES VPLs. */
+static void dim(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
+                const struct lum_snapshot *media, float ret_flux[3][LANES])
+{
+    for (uint32_t i = 0; i < LANES; i++) {
+        struct lum_vec3 d = lum_v3_sub(lum_v3(set->px[k + i], set->py[k + i], set->pz[k + i]), at->p);
+        struct lum_rgb left = lum_grey(0.0f);
+        if (bits >> i & 1u)
+            left = lum_media_transmittance(media, at->p, lum_normalize(d), lum_length(d));
+        ret_flux[0][i] = set->flux[0][k + i] * left.r;
+        ret_flux[1][i] = set->flux[1][k + i] * left.g;
+        ret_flux[2][i] = set->flux[2][k + i] * left.b;
+    }
+}
+
+static void add_lanes(double sum[4][3], const struct lanes *lanes)
+{
+    for (uint32_t c = 0; c < 3; c++)
+        for (uint32_t i = 0; i < LANES; i++) {
+            sum[0][c] += (double)lanes->e[c][i];
+            sum[1][c] += (double)lanes->x[c][i];
+            sum[2][c] += (double)lanes->y[c][i];
+            sum[3][c] += (double)lanes->z[c][i];
+        }
+}
+
+void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
+                         float lift, const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum)
+{
+    double sum[4][3] = {{0}};
+    for (uint32_t block = 0; block < set->n; block += LUM_SUM_BLOCK) {
+        struct lanes lanes = {0};
+        for (uint32_t k = block; k < set->n && k < block + LUM_SUM_BLOCK; k += LANES) {
+            uint32_t bits = (uint32_t)(visible[k / 64] >> k % 64) & ((1u << LANES) - 1u);
+            if (!bits)
+                continue;
+            struct terms terms;
+            float dimmed[3][LANES];
+            lifted_terms(set, k, at, bits, lift * lift, &terms);
+            if (media)
+                dim(set, k, at, bits, media, dimmed);
+            float *const here[3] = {dimmed[0], dimmed[1], dimmed[2]};
+            add_terms(&lanes, &terms, media ? here : set->flux, media ? 0 : k);
+        }
+        add_lanes(sum, &lanes);
+    }
+    struct lum_rgb values[4];
+    for (uint32_t q = 0; q < 4; q++)
+        values[q] = lum_rgb_scale(lum_rgb((float)sum[q][0], (float)sum[q][1], (float)sum[q][2]), LUM_INV_PI);
+    ret_sum->irradiance = values[0];
+    memcpy(ret_sum->gradient, values + 1, sizeof ret_sum->gradient);
+}

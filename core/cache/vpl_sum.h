@@ -1,0 +1,41 @@
+/* Irradiance of a point from virtual point lights, given which of them it sees: no ray.
+ *
+ * The geometry term is lifted: cos cos / r^2 is taken not at the point p, at height h above the tangent plane of the VPL, but
+ * at p + (sqrt(h^2 + m^2) - h) n_vpl, at height sqrt(h^2 + m^2). So it is at most 1 / m^2, smooth, and loses no energy: for
+ * VPLs spread evenly over a plane, the sum is the irradiance at the lifted point, which a plane lights exactly as much as p,
+ * whatever the direction that p faces. (Clamping it, or 1 / (r^2 + m^2), loses half and more of the light of walls nearer than
+ * the VPLs' spacing: algorithms A0.1.) Far from the VPL, where h >> m, it is the plain term.
+ *
+ * All sums are in an order that depends on the number of VPLs alone: floats in LUM_SUM_LANES lanes over blocks of
+ * LUM_SUM_BLOCK VPLs, lanes and blocks added up in double. No machine, and no history, changes a bit of it. */
+#ifndef LUM_CORE_CACHE_VPL_SUM_H
+#define LUM_CORE_CACHE_VPL_SUM_H
+
+#include "core/vpl/vpl.h"
+
+#define LUM_SUM_LANES 16u
+#define LUM_SUM_BLOCK 256u
+
+/* Bits of VPLs, by slot. */
+static inline uint32_t lum_vpl_words(uint32_t n_vpls)
+{
+    return (n_vpls + 63u) / 64u;
+}
+
+/* A point of a surface, as in struct lum_gather_points. */
+struct lum_receiver {
+    struct lum_vec3 p, n, ng;
+};
+
+/* Bits of the VPLs that the point faces and that face it, be they lit or not; others give it nothing. */
+void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint64_t *ret_faces);
+
+struct lum_vpl_sum {
+    struct lum_rgb irradiance;
+    struct lum_rgb gradient[3]; /* by moving p along x, y, z, while the same VPLs are seen, undimmed by media */
+};
+/* Over the VPLs in `visible`. lift: m above; > 0. media: of this snapshot dim the light; NULL: none. */
+void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible, float lift,
+                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
+
+#endif
