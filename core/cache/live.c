@@ -21,8 +21,6 @@
 
 /* `lift` of vpl_sum.h, in radii of the area that a VPL stands for. */
 #define LIFT_PER_SPACING 1.0f
-/* The lift stays while it is right within this factor, so that what moves in one corner changes nothing in another. */
-#define LIFT_HYSTERESIS 1.25f
 
 /* The radius of a record, before accuracy: at most this share of the scene's, */
 #define REACH_MAX 0.25f
@@ -37,11 +35,6 @@ struct live_record {
     struct lum_record base;
     float proximity; /* of lum_proximity */
     uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces */
-};
-
-struct live_state {
-    float lift;
-    struct lum_since_ring *ring; /* behind this struct */
 };
 
 static size_t record_bytes(uint32_t n_vpls)
@@ -59,15 +52,9 @@ static struct lum_receiver receiver_of(const struct lum_record *r)
     return (struct lum_receiver){r->p, r->n, r->ng};
 }
 
-static float wanted_lift(const struct lum_vpl_set *set)
-{
-    return lum_max(LIFT_PER_SPACING * set->spacing, LUM_POINT_LIGHT_NEAR);
-}
-
 static float lift_of(const struct lum_cache *cache)
 {
-    const struct live_state *state = cache->kind_state;
-    return state ? state->lift : wanted_lift(&cache->vpls);
+    return lum_max(LIFT_PER_SPACING * cache->spacing, LUM_POINT_LIGHT_NEAR);
 }
 
 /* ---- which VPLs a record sees ---- */
@@ -261,12 +248,12 @@ static uint32_t review(const struct lum_cache_job *job, struct live_record **rec
 static void refresh_some(struct seeing *s, struct lum_record *const *records, uint32_t n)
 {
     const struct lum_cache *cache = s->job->cache;
-    const struct live_state *state = cache->kind_state;
+    const struct lum_since_ring *ring = cache->kind_state;
     struct live_record *kept[LUM_PROXIMITY_POINTS], *doubtful[LUM_PROXIMITY_POINTS];
     uint32_t n_kept = 0, n_doubtful = 0;
     for (uint32_t i = 0; i < n; i++) {
         struct live_record *r = live_of(records[i]);
-        const struct lum_since *since = state ? lum_since(state->ring, r->base.epoch) : NULL;
+        const struct lum_since *since = ring ? lum_since(ring, r->base.epoch) : NULL;
         forget(cache, since, r);
         if (!since || lum_since_meets_ball(since, r->base.p, r->base.radius))
             doubtful[n_doubtful++] = r;
@@ -305,30 +292,15 @@ static void remove_movers(struct lum_cache *cache, const struct lum_motion *moti
     }
 }
 
-static struct live_state *make_state(uint32_t n_vpls)
-{
-    struct live_state *state = lum_calloc(1, sizeof *state + lum_since_bytes(n_vpls));
-    if (!state)
-        return NULL;
-    state->ring = (struct lum_since_ring *)(void *)(state + 1);
-    lum_since_init(state->ring, n_vpls);
-    return state;
-}
-
-/* Without memory for the state, stale records look at all VPLs again. */
+/* Without memory for the ring, stale records look at all VPLs again. */
 static void change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion)
 {
     (void)update;
     remove_movers(cache, motion);
     if (!cache->kind_state)
-        cache->kind_state = make_state(cache->vpls.n);
-    struct live_state *state = cache->kind_state;
-    if (!state)
-        return;
-    float lift = wanted_lift(&cache->vpls);
-    if (!(state->lift < lift * LIFT_HYSTERESIS && lift < state->lift * LIFT_HYSTERESIS))
-        state->lift = lift;
-    lum_since_add(state->ring, cache->epoch, motion, cache->moved);
+        cache->kind_state = lum_since_create(cache->vpls.n);
+    if (cache->kind_state)
+        lum_since_add(cache->kind_state, cache->epoch, motion, cache->moved);
 }
 
 const struct lum_cache_kind lum_cache_live = {

@@ -11,17 +11,17 @@ struct lum_since_ring {
     uint64_t moved[];                         /* of each */
 };
 
-size_t lum_since_bytes(uint32_t n_vpls)
+struct lum_since_ring *lum_since_create(uint32_t n_vpls)
 {
-    return sizeof(struct lum_since_ring) + LUM_SINCE_EPOCHS * lum_vpl_words(n_vpls) * sizeof(uint64_t);
-}
-
-void lum_since_init(struct lum_since_ring *ring, uint32_t n_vpls)
-{
+    size_t words = lum_vpl_words(n_vpls);
+    struct lum_since_ring *ring = lum_calloc(1, sizeof *ring + LUM_SINCE_EPOCHS * words * sizeof ring->moved[0]);
+    if (!ring)
+        return NULL;
     ring->n_vpls = n_vpls;
     ring->first = 1;
     for (uint32_t i = 0; i < LUM_SINCE_EPOCHS; i++)
-        ring->since[i].vpls = ring->moved + (size_t)i * lum_vpl_words(n_vpls);
+        ring->since[i].vpls = ring->moved + i * words;
+    return ring;
 }
 
 static struct lum_mover *find_mover(struct lum_motion *motion, uint64_t object)

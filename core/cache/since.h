@@ -18,8 +18,8 @@ struct lum_since {
 };
 
 struct lum_since_ring;
-size_t lum_since_bytes(uint32_t n_vpls); /* of zeroed memory, which is made a ring that knows of nothing: */
-void lum_since_init(struct lum_since_ring *ring, uint32_t n_vpls);
+/* n_vpls: slots. NULL: out of memory. Freed by lum_free. */
+struct lum_since_ring *lum_since_create(uint32_t n_vpls);
 /* Begins an epoch: from the one before it to this one `motion` happened, and the VPLs in `moved` did. */
 void lum_since_add(struct lum_since_ring *ring, uint64_t epoch, const struct lum_motion *motion, const uint64_t *moved);
 /* What happened after `epoch`; NULL: it is too long ago, or never was. */
