@@ -73,17 +73,22 @@ static void trace_rays(struct building *b, uint64_t first, uint32_t n)
     uint32_t off = key->media ? 0 : LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
     lum_wave_begin(&b->wave, job->snapshot, &b->counters, key->max_bounces + 1, off);
     struct lum_sampler sampler = {0};
+    uint8_t ray_of[LUM_RAY_BATCH]; /* by path that was started */
     for (uint32_t i = 0; i < n; i++) {
         const struct lum_record *record = job->records[(first + i) / b->n_rays];
         uint32_t sample = (uint32_t)((first + i) % b->n_rays);
         if (i == 0 || sample == 0)
             sampler = sampler_of(record, key->seed);
         sampler.sample = sample;
-        lum_wave_add_indirect(&b->wave, i, sampler, record->p, record->n);
+        b->distance[i] = INFINITY;
+        if (lum_wave_add_indirect(&b->wave, i, sampler, record->p, record->n, record->ng))
+            ray_of[b->wave.rays.n - 1] = (uint8_t)i;
     }
+    uint32_t n_traced = b->wave.rays.n;
     lum_wave_step(&b->wave, 1);
-    for (uint32_t i = 0; i < n; i++)
-        b->distance[i] = b->wave.hits.object[i] == LUM_NO_OBJECT ? INFINITY : b->wave.hits.t[i];
+    for (uint32_t k = 0; k < n_traced; k++)
+        if (b->wave.hits.object[k] != LUM_NO_OBJECT)
+            b->distance[ray_of[k]] = b->wave.hits.t[k];
     lum_wave_run(&b->wave, 2);
 }
 

@@ -11,7 +11,6 @@
  * and glossy is that of direct light on every surface, highlights included. */
 #include "core/estimator/path.h"
 
-#include <float.h>
 #include <string.h>
 
 #include "core/math/warp.h"
@@ -385,20 +384,24 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     push_path(w, path, bsdf->ng, bs.wi);
 }
 
-void lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
-                           struct lum_vec3 n)
+bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                           struct lum_vec3 n, struct lum_vec3 ng)
 {
     struct lum_frame frame = lum_frame_from_normal(n);
     struct lum_vec3 local = lum_warp_cosine(lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)));
+    struct lum_vec3 wi = lum_frame_to_scene(&frame, local);
+    if (!(lum_dot(wi, ng) > 0.0f) || !(local.z > 0.0f))
+        return false;
     struct lum_path path = {.throughput = lum_grey(1.0f),
                             .eta2 = 1.0f,
                             .slot = slot,
                             .sampler = sampler,
                             .p = p,
-                            .pdf_sa = lum_max(local.z, FLT_MIN) * LUM_INV_PI, /* 0 would say that it is a mirror's */
+                            .pdf_sa = local.z * LUM_INV_PI,
                             .direct_apart = true};
     w->counters->rays[LUM_RAY_INDIRECT_DIFFUSE]++;
-    push_path(w, path, n, lum_frame_to_scene(&frame, local));
+    push_path(w, path, ng, wi);
+    return true;
 }
 
 void lum_wave_step(struct lum_wave *w, uint32_t depth)

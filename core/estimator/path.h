@@ -54,11 +54,12 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
 void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                         const struct lum_bsdf *bsdf, struct lum_vec3 wo);
 
-/* Starts path number slot with one ray from a surface point, in proportion to its cosine with the normal n. radiance[slot]
- * becomes the light that other surfaces send along it; what shines there by itself is direct light, and left out. pi times
- * its mean is the indirect irradiance. Call lum_wave_step or lum_wave_run with depth 1 afterwards. */
-void lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
-                           struct lum_vec3 n);
+/* Starts path number slot with one ray from a surface point with geometric normal ng, in proportion to its cosine with the
+ * shading normal n. radiance[slot] becomes the light that other surfaces send along it; what shines there by itself is direct
+ * light, and left out. pi times its mean is the indirect irradiance. False: the ray would leave into the surface, and brings
+ * nothing. Call lum_wave_step or lum_wave_run with depth 1 afterwards. */
+bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
+                           struct lum_vec3 n, struct lum_vec3 ng);
 
 /* One segment of all paths. Afterwards hits says where the rays ended that were there before, in their order. */
 void lum_wave_step(struct lum_wave *w, uint32_t depth);
