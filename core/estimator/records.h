@@ -1,13 +1,15 @@
 /* Records of a cache as one view sees them: which of its pixels are served, where new records go, and the irradiance that
  * pixels interpolate.
  *
- * Two phases: rounds of request and build, then interpolation. In a round, pixels on a grid that no record serves ask for one;
- * the requests are sorted and thinned (none is served by another's record that comes earlier), and what is left is built in
- * parallel. The grid starts coarse and halves each round down to single pixels, so that most pixels find themselves served by
- * what an earlier round made. Everything depends only on what the round before left: the picture is the same for any number of
- * threads. Records that pixels look at and that are stale are refreshed before the rounds, each once.
+ * Two phases: rounds of request and build, then interpolation. In a round, every block of the picture that shows a point which
+ * no record serves gets one new record, at that of these points which is nearest to its middle. Blocks begin at
+ * LUM_RECORDS_BLOCK pixels a side, and are halved each round down to single pixels: so a round adds few records
+ * where one reaches far, those that it adds are a block apart, and most points find themselves served by what an earlier
+ * round made. After the last round, every point is served. Everything depends only on what the round before left: the
+ * picture is the same for any number of threads. Records that the view looks at and that are stale are refreshed before the
+ * rounds, each once.
  *
- * Candidates are looked up once for each square of LUM_RECORDS_SIDE pixels, with the box of its surface points, and not pixel by
+ * Candidates are looked up once for each square of LUM_TILE_SIDE pixels, with the box of its surface points, and not pixel by
  * pixel. */
 #ifndef LUM_CORE_ESTIMATOR_RECORDS_H
 #define LUM_CORE_ESTIMATOR_RECORDS_H
@@ -15,18 +17,25 @@
 #include "core/cache/cache.h"
 #include "core/render/frame.h"
 
+#define LUM_RECORDS_BLOCK 64u
+
 struct lum_stage_runner;
+struct lum_records_memory;
 
 struct lum_records {
-    struct lum_cache *cache; /* held for the view; NULL: its method has none */
-    uint64_t epoch;          /* of the cache, as of the last pass */
-    void *memory;            /* requests and candidate lists, kept from pass to pass */
-    struct lum_cache_counts counts; /* of the last pass */
+    struct lum_cache *cache;            /* held for the view; NULL: its method has none */
+    struct lum_records_memory *memory;  /* kept from pass to pass: no allocation in a frame at rest */
+    struct lum_cache_counts counts;     /* of the last pass */
 };
 void lum_records_finish(struct lum_records *records, struct lum_caches *caches); /* accepts a zeroed one */
 
-/* Refresh and rounds: afterwards every diffuse pixel of the pass is served. Needs pass->surfaces and pass->cache. */
-enum lum_status lum_records_run(struct lum_records *records, const struct lum_pass *pass,
-                                const struct lum_stage_runner *runner, struct lum_error *err);
+/* Refresh and rounds: afterwards every point that is interpolated in the pass is served. Needs pass->surfaces, and a cache that
+ * is up to date with the snapshot. Does nothing where neither the picture nor the scene has changed since the last time. */
+LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const struct lum_pass *pass,
+                                             const struct lum_stage_runner *runner, struct lum_error *err);
+
+extern const struct lum_estimator lum_stage_records;             /* lum_records_run, as a stage */
+extern const struct lum_estimator lum_estimator_cached;          /* component INDIRECT, interpolated at every pixel, */
+extern const struct lum_estimator lum_estimator_cached_quarter;  /* or at every fourth, for lum_stage_upsample */
 
 #endif

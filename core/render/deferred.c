@@ -27,9 +27,9 @@ void lum_deferred_forget(struct lum_deferred *d)
 
 /* ---- one stage ---- */
 
-struct stage_job {
-    const struct lum_pass *pass;
-    const struct lum_estimator *stage;
+struct loop {
+    void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters);
+    void *ctx;
     struct lum_counters *counters;
 };
 
@@ -50,26 +50,44 @@ static void account(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_C
     }
 }
 
-static void run_tile(void *ctx, uint32_t tile, uint32_t worker)
+static void run_job(void *ctx, uint32_t job, uint32_t worker)
 {
-    const struct stage_job *job = ctx;
-    struct lum_counters *c = &job->counters[worker];
+    const struct loop *loop = ctx;
+    struct lum_counters *c = &loop->counters[worker];
     uint64_t before[LUM_RAY_KIND_COUNT];
     memcpy(before, c->rays, sizeof before);
     int64_t begin_ns = lum_cpu_clock_ns();
-    job->stage->tile(job->pass, tile, c);
+    loop->fn(loop->ctx, job, c);
     account(c, before, lum_cpu_clock_ns() - begin_ns);
+}
+
+enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
+                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx)
+{
+    struct loop loop = {fn, ctx, runner->counters};
+    return lum_pool_run(runner->pool, n, run_job, &loop, runner->cancel);
+}
+
+struct stage_job {
+    const struct lum_pass *pass;
+    const struct lum_estimator *stage;
+};
+
+static void run_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
+{
+    const struct stage_job *job = ctx;
+    job->stage->tile(job->pass, tile, counters);
 }
 
 enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
                               const struct lum_estimator *stage)
 {
-    struct stage_job job = {pass, stage, runner->counters};
+    struct stage_job job = {pass, stage};
     int64_t begin_ns = lum_clock_ns();
     if (stage->begin)
         stage->begin(pass);
     uint32_t n = stage->packets ? pass->packets.n : pass->tiling.n;
-    enum lum_status status = lum_pool_run(runner->pool, n, run_tile, &job, runner->cancel);
+    enum lum_status status = lum_stage_loop(runner, n, run_tile, &job);
     runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;
 }
@@ -179,6 +197,15 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
     return LUM_OK;
 }
 
+static enum lum_status run_whole(const struct lum_stage_runner *runner, const struct lum_pass *pass,
+                                 const struct lum_estimator *stage, struct lum_error *err)
+{
+    int64_t begin_ns = lum_clock_ns();
+    enum lum_status status = stage->run(pass, runner, err);
+    runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    return status;
+}
+
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
 {
@@ -198,6 +225,7 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     if (status == LUM_OK && plan.vpls)
         status = update_vpls(d, pass, runner, err);
     for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
-        status = lum_stage_run(runner, pass, plan.stages[i]);
+        status = plan.stages[i]->run ? run_whole(runner, pass, plan.stages[i], err)
+                                     : lum_stage_run(runner, pass, plan.stages[i]);
     return status;
 }

@@ -31,6 +31,10 @@ struct lum_stage_runner {
 enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
                               const struct lum_estimator *stage);
 
+/* A parallel loop within a stage that has a `run` of its own. Rays and time are counted by effect. */
+enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
+                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx);
+
 /* Makes the G-buffer stale if the pass looks at something else. */
 LUM_MUST_USE enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err);
 /* All stages of a pass. Fills in the buffers of *pass. */

@@ -17,6 +17,7 @@ struct lum_counters {
     int64_t ns[LUM_EFFECT_COUNT];
     uint64_t nonfinite, bad_rays;
     double culled_bound; /* the largest, and not the sum */
+    uint32_t worker;     /* whose they are */
 };
 
 /* The camera in scene space. */
@@ -81,6 +82,8 @@ struct lum_surfaces {
 struct lum_layers;
 struct lum_components;
 struct lum_vpl_set;
+struct lum_records;
+struct lum_stage_runner;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
 struct lum_pass {
@@ -95,6 +98,7 @@ struct lum_pass {
     struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
     struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
     const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
+    struct lum_records *records;       /* methods with a cache (estimator/records.h); NULL: likewise */
     struct lum_film *film;
     uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp;         /* tiles that have as many are left alone */
@@ -129,11 +133,14 @@ struct lum_estimator {
     enum lum_stage stage;
     void (*begin)(const struct lum_pass *pass); /* once before its tiles, on the calling thread; NULL: nothing to do */
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
+    /* In place of begin and tile: all of it. */
+    enum lum_status (*run)(const struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
     bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
     uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
     bool vpls;           /* gathers from virtual point lights */
+    bool cache;          /* uses the records of the method's cache */
     bool surfaces;       /* reads pass->surfaces */
-    const struct lum_estimator *then; /* goes with it, at a later stage; NULL: nothing */
+    const struct lum_estimator *then; /* goes with it, at another stage; NULL: nothing */
 };
 
 extern const struct lum_estimator lum_stage_gbuffer;      /* deferred: first hits */

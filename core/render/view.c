@@ -7,11 +7,12 @@
 #include "core/render/refine.h"
 
 const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer",   [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
-    [LUM_STAGE_DIRECT] = "direct",     [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_REFINE] = "refine",
-    [LUM_STAGE_INDIRECT] = "indirect", [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",
-    [LUM_STAGE_MEDIA] = "media",       [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",
-    [LUM_STAGE_PATH] = "path",         [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
+    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
+    [LUM_STAGE_CACHE] = "cache",         [LUM_STAGE_RECORDS] = "records",     [LUM_STAGE_DIRECT] = "direct",
+    [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_REFINE] = "refine",       [LUM_STAGE_INDIRECT] = "indirect",
+    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",       [LUM_STAGE_MEDIA] = "media",
+    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",   [LUM_STAGE_PATH] = "path",
+    [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
 };
 
 struct lum_view {
@@ -302,6 +303,12 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
     return LUM_OK;
 }
 
+static void clear_counters(struct lum_view *v)
+{
+    for (uint32_t w = 0; w < lum_pool_size(v->pool); w++)
+        v->counters[w] = (struct lum_counters){.worker = w};
+}
+
 static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
 {
     for (uint32_t w = 0; w < lum_pool_size(v->pool); w++) {
@@ -337,7 +344,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
     if (max_spp == 0 || spp < max_spp) {
-        memset(view->counters, 0, lum_pool_size(view->pool) * sizeof *view->counters);
+        clear_counters(view);
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);

@@ -1,0 +1,87 @@
+/* Indirect diffuse light from the records of a cache, into component INDIRECT: the radiance of a white surface. */
+#include "core/estimator/components.h"
+#include "core/estimator/records.h"
+#include "core/estimator/sites.h"
+
+bool lum_sites_quarter(const struct lum_pass *pass)
+{
+    return pass->settings->method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] == &lum_estimator_cached_quarter;
+}
+
+/* The picture that is upsampled: behind the one of lum_estimator_indirect's own sets, where lum_stage_upsample looks.
+ */
+static struct lum_rgb *coarse_picture(const struct lum_pass *pass)
+{
+    size_t n = (size_t)lum_filter_size(pass->tiling.w, 2) * lum_filter_size(pass->tiling.h, 2);
+    return pass->components->buffer[LUM_COMPONENT_INDIRECT].raw + n;
+}
+
+void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    bool quarter = lum_sites_quarter(pass);
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2};
+    struct lum_square_sites sites = {0};
+    for (uint32_t y = r.y; y < r.y + r.h; y++)
+        for (uint32_t x = r.x; x < r.x + r.w; x++) {
+            if (!(guide.kind[(size_t)y * guide.w + x] & LUM_PIXEL_DIFFUSE))
+                continue;
+            uint32_t site = (y - r.y) * LUM_TILE_SIDE + (x - r.x);
+            if (!quarter || (x % 2 == 0 && y % 2 == 0))
+                lum_sites_set(&sites.coarse, site);
+            else if (!lum_upsample_serves(&f, x, y))
+                lum_sites_set(&sites.lone, site);
+        }
+    *ret_sites = sites;
+}
+
+/* Interpolates at some sites. step 2: out is a picture of a quarter of the resolution. */
+static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct lum_sites *sites, uint32_t step,
+                        struct lum_rgb *out, uint32_t worker)
+{
+    struct lum_square square;
+    struct lum_rgb irradiance[LUM_SQUARE_SITES];
+    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, worker);
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    uint32_t pitch = lum_filter_size(pass->tiling.w, step);
+    if (lum_sites_none(sites))
+        return;
+    lum_square_load(&square, pass, tile, sites);
+    lum_square_interpolate(&lookup, &square, irradiance);
+    for (uint32_t i = 0; i < square.n; i++) {
+        uint32_t x = (r.x + square.site[i] % LUM_TILE_SIDE) / step, y = (r.y + square.site[i] / LUM_TILE_SIDE) / step;
+        out[(size_t)y * pitch + x] = lum_rgb_scale(irradiance[i], LUM_INV_PI);
+    }
+}
+
+static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
+        return;
+    struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
+    struct lum_square_sites sites;
+    lum_sites_of(pass, tile, &sites);
+    bool quarter = lum_sites_quarter(pass);
+    interpolate(pass, tile, &sites.coarse, quarter ? 2 : 1, quarter ? coarse_picture(pass) : smooth, counters->worker);
+    interpolate(pass, tile, &sites.lone, 1, smooth, counters->worker);
+}
+
+const struct lum_estimator lum_estimator_cached = {
+    .name = "cached",
+    .stage = LUM_STAGE_INDIRECT,
+    .tile = cached_tile,
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .surfaces = true,
+    .cache = true,
+    .then = &lum_stage_records,
+};
+const struct lum_estimator lum_estimator_cached_quarter = {
+    .name = "cached_quarter",
+    .stage = LUM_STAGE_INDIRECT,
+    .tile = cached_tile,
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .surfaces = true,
+    .cache = true,
+    .then = &lum_stage_records,
+};

@@ -1,0 +1,16 @@
+/* Which pixels of a pass interpolate records. Internal to core/estimator. */
+#ifndef LUM_CORE_ESTIMATOR_SITES_H
+#define LUM_CORE_ESTIMATOR_SITES_H
+
+#include "core/estimator/square.h"
+
+/* True when the method interpolates every second pixel of every second row, and those that none of these serves. */
+bool lum_sites_quarter(const struct lum_pass *pass);
+/* Pixels of the square that interpolate. coarse: those of a quarter of the resolution; lone: the others. At full resolution all are
+ * coarse. */
+struct lum_square_sites {
+    struct lum_sites coarse, lone;
+};
+void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites);
+
+#endif

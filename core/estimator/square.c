@@ -1,0 +1,250 @@
+#include "core/estimator/square.h"
+
+#include <string.h>
+
+void lum_square_load(struct lum_square *ret_square, const struct lum_pass *pass, uint32_t tile,
+                     const struct lum_sites *sites)
+{
+    struct lum_square *s = ret_square;
+    const struct lum_surfaces *surfaces = pass->surfaces;
+    s->n = 0;
+    for (uint32_t word = 0; word < LUM_SQUARE_WORDS; word++)
+        for (uint64_t bits = sites->bits[word]; bits; bits &= bits - 1) {
+            uint32_t site = 64 * word + (uint32_t)__builtin_ctzll(bits), i = s->n++;
+            size_t pixel = lum_square_pixel(pass, tile, site);
+            struct lum_vec3 p = surfaces->p[pixel], n = surfaces->n[pixel];
+            s->px[i] = p.x, s->py[i] = p.y, s->pz[i] = p.z;
+            s->nx[i] = n.x, s->ny[i] = n.y, s->nz[i] = n.z;
+            s->site[i] = (uint8_t)site;
+        }
+    for (uint32_t i = s->n; i % 16 != 0; i++)
+        s->px[i] = s->py[i] = s->pz[i] = s->nx[i] = s->ny[i] = s->nz[i] = 0.0f;
+}
+
+struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker)
+{
+    return (struct lum_lookup){cache->store, worker, cache->key.kind->metric, lum_weighting_of(cache->key.accuracy)};
+}
+
+bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, uint32_t from, uint32_t n,
+                     struct lum_candidates *ret_candidates)
+{
+    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    for (uint32_t i = from; i < from + n; i++) {
+        lo = lum_v3(lum_min(lo.x, square->px[i]), lum_min(lo.y, square->py[i]), lum_min(lo.z, square->pz[i]));
+        hi = lum_v3(lum_max(hi.x, square->px[i]), lum_max(hi.y, square->py[i]), lum_max(hi.z, square->pz[i]));
+    }
+    ret_candidates->n = lum_store_overlap(l->store, l->worker, lo, hi, ret_candidates->records, LUM_SQUARE_RECORDS);
+    return ret_candidates->n < LUM_SQUARE_RECORDS || n <= 1;
+}
+
+/* ---- who is served ---- */
+
+/* The metric is a constant where this is called, so that each has a loop of its own. */
+static inline float weigh(const struct lum_weighting *w, enum lum_metric metric, const struct lum_record *r,
+                          float per_radius, const struct lum_square *s, uint32_t i)
+{
+    struct lum_vec3 d = {s->px[i] - r->p.x, s->py[i] - r->p.y, s->pz[i] - r->p.z}, n = {s->nx[i], s->ny[i], s->nz[i]};
+    return metric == LUM_METRIC_WARD ? lum_weight_ward(w, per_radius, d, r->n, n)
+                                     : lum_weight_hats(w, per_radius, d, r->n, n);
+}
+
+/* Raises best[i] to the weight of record r at point i. */
+static inline void raise_best(const struct lum_lookup *l, enum lum_metric metric, const struct lum_record *r,
+                              const struct lum_square *restrict s, float *restrict best)
+{
+    const struct lum_weighting w = l->weighting;
+    const struct lum_record at = {.p = r->p, .n = r->n};
+    float per_radius = 1.0f / r->radius;
+    for (uint32_t i = 0; i < s->n; i++)
+        best[i] = lum_max(best[i], weigh(&w, metric, &at, per_radius, s, i));
+}
+
+/* Keeps the points that nobody serves yet. */
+static void drop_served(struct lum_square *s, struct lum_sites *sites, float *best)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (best[i] > 0.0f) {
+            lum_sites_clear(sites, s->site[i]);
+            continue;
+        }
+        s->px[n] = s->px[i], s->py[n] = s->py[i], s->pz[n] = s->pz[i];
+        s->nx[n] = s->nx[i], s->ny[n] = s->ny[i], s->nz[n] = s->nz[i];
+        s->site[n++] = s->site[i];
+    }
+    s->n = n;
+    memset(best, 0, n * sizeof *best);
+}
+
+/* Most points are served by the first few records: they are dropped after 1, 2, 4, .. of them. */
+static void serve_by(const struct lum_lookup *l, const struct lum_candidates *c, struct lum_square *s,
+                     struct lum_sites *sites)
+{
+    _Alignas(64) float best[LUM_SQUARE_SITES] = {0};
+    for (uint32_t k = 0; k < c->n && s->n > 0; k++) {
+        if (l->metric == LUM_METRIC_WARD)
+            raise_best(l, LUM_METRIC_WARD, c->records[k], s, best);
+        else
+            raise_best(l, LUM_METRIC_HATS, c->records[k], s, best);
+        if ((k & (k + 1)) == 0)
+            drop_served(s, sites, best);
+    }
+    drop_served(s, sites, best);
+}
+
+static void note_found(const struct lum_candidates *c, _Atomic uint64_t *found)
+{
+    for (uint32_t k = 0; k < c->n; k++) {
+        uint32_t index = c->records[k]->index;
+        uint64_t bit = UINT64_C(1) << index % 64;
+        if (!(atomic_load_explicit(&found[index / 64], memory_order_relaxed) & bit))
+            atomic_fetch_or_explicit(&found[index / 64], bit, memory_order_relaxed);
+    }
+}
+
+void lum_square_serve(const struct lum_lookup *l, struct lum_square *square, struct lum_sites *sites,
+                      _Atomic uint64_t *found)
+{
+    struct lum_candidates c;
+    if (square->n == 0)
+        return;
+    bool all = lum_square_find(l, square, 0, square->n, &c);
+    if (found)
+        note_found(&c, found);
+    serve_by(l, &c, square, sites);
+    while (!all && square->n > 0) { /* what is left, point by point */
+        struct lum_square one = {.n = 1};
+        uint32_t i = --square->n;
+        one.px[0] = square->px[i], one.py[0] = square->py[i], one.pz[0] = square->pz[i];
+        one.nx[0] = square->nx[i], one.ny[0] = square->ny[i], one.nz[0] = square->nz[i];
+        one.site[0] = square->site[i];
+        lum_square_find(l, &one, 0, 1, &c);
+        if (found)
+            note_found(&c, found);
+        serve_by(l, &c, &one, sites);
+    }
+}
+
+/* ---- interpolation ---- */
+
+/* Sums are of differences to the first record that serves a point: what all agree on stays exact. */
+struct sums {
+    _Alignas(64) float weight[LUM_SQUARE_SITES];
+    float first[3][LUM_SQUARE_SITES], sum[3][LUM_SQUARE_SITES];
+};
+
+/* What a record says at distance d: no less than a twentieth and no more than 20 times what it says where it lies
+ * (Radiance; algorithms D29). */
+static inline float extrapolate(float value, const float gradient[3], struct lum_vec3 d)
+{
+    float there = value + (gradient[0] * d.x + gradient[1] * d.y + gradient[2] * d.z);
+    return lum_max(lum_min(there, 20.0f * value), 0.05f * value);
+}
+
+static inline void add_record(const struct lum_lookup *l, enum lum_metric metric, bool inclined,
+                              const struct lum_record *r, const struct lum_square *restrict s,
+                              struct sums *restrict sums)
+{
+    const struct lum_weighting w = l->weighting;
+    const struct lum_record at = {.p = r->p, .n = r->n};
+    const float per_radius = 1.0f / r->radius;
+    const float value[3] = {r->irradiance.r, r->irradiance.g, r->irradiance.b};
+    const float gradient[3][3] = {{r->gradient[0].r, r->gradient[1].r, r->gradient[2].r},
+                                  {r->gradient[0].g, r->gradient[1].g, r->gradient[2].g},
+                                  {r->gradient[0].b, r->gradient[1].b, r->gradient[2].b}};
+    uint32_t n = (s->n + 15u) & ~15u;
+    for (uint32_t i = 0; i < n; i++) {
+        float weight = weigh(&w, metric, &at, per_radius, s, i);
+        bool begins = !(sums->weight[i] > 0.0f) & (weight > 0.0f);
+        struct lum_vec3 d = {s->px[i] - at.p.x, s->py[i] - at.p.y, s->pz[i] - at.p.z};
+        for (uint32_t c = 0; c < 3; c++) {
+            float there = inclined ? extrapolate(value[c], gradient[c], d) : value[c];
+            float first = begins ? there : sums->first[c][i];
+            sums->first[c][i] = first;
+            sums->sum[c][i] += weight * (there - first);
+        }
+        sums->weight[i] += weight;
+    }
+}
+
+static bool has_gradient(const struct lum_record *r)
+{
+    float most = 0.0f;
+    for (uint32_t k = 0; k < 3; k++)
+        most =
+            lum_max(most, lum_max(fabsf(r->gradient[k].r), lum_max(fabsf(r->gradient[k].g), fabsf(r->gradient[k].b))));
+    return most > 0.0f;
+}
+
+static void add_any_record(const struct lum_lookup *l, const struct lum_record *r, const struct lum_square *s,
+                           struct sums *sums)
+{
+    bool inclined = has_gradient(r);
+    if (l->metric == LUM_METRIC_WARD && inclined)
+        add_record(l, LUM_METRIC_WARD, true, r, s, sums);
+    else if (l->metric == LUM_METRIC_WARD)
+        add_record(l, LUM_METRIC_WARD, false, r, s, sums);
+    else if (inclined)
+        add_record(l, LUM_METRIC_HATS, true, r, s, sums);
+    else
+        add_record(l, LUM_METRIC_HATS, false, r, s, sums);
+}
+
+/* By where they lie, and not by index: that may depend on which worker removed what. */
+static bool comes_before(const struct lum_record *a, const struct lum_record *b)
+{
+    int order = memcmp(&a->p, &b->p, sizeof a->p);
+    if (order == 0)
+        order = memcmp(&a->n, &b->n, sizeof a->n);
+    return order != 0 ? order < 0 : a->index < b->index;
+}
+
+/* Shell sort (gaps of Ciura 2001): a few dozen as a rule. */
+static void sort_candidates(struct lum_candidates *c)
+{
+    static const uint32_t gaps[] = {301, 132, 57, 23, 10, 4, 1};
+    for (size_t g = 0; g < LUM_ARRAY_LEN(gaps); g++)
+        for (uint32_t i = gaps[g]; i < c->n; i++) {
+            struct lum_record *r = c->records[i];
+            uint32_t k = i;
+            for (; k >= gaps[g] && comes_before(r, c->records[k - gaps[g]]); k -= gaps[g])
+                c->records[k] = c->records[k - gaps[g]];
+            c->records[k] = r;
+        }
+}
+
+static void interpolate_by(const struct lum_lookup *l, struct lum_candidates *c, const struct lum_square *s,
+                           struct lum_rgb *ret_irradiance)
+{
+    struct sums sums;
+    memset(&sums, 0, sizeof sums);
+    sort_candidates(c);
+    for (uint32_t k = 0; k < c->n; k++)
+        add_any_record(l, c->records[k], s, &sums);
+    for (uint32_t i = 0; i < s->n; i++) {
+        float per_weight = sums.weight[i] > 0.0f ? 1.0f / sums.weight[i] : 0.0f;
+        ret_irradiance[i] = lum_rgb(lum_max(sums.first[0][i] + sums.sum[0][i] * per_weight, 0.0f),
+                                    lum_max(sums.first[1][i] + sums.sum[1][i] * per_weight, 0.0f),
+                                    lum_max(sums.first[2][i] + sums.sum[2][i] * per_weight, 0.0f));
+    }
+}
+
+void lum_square_interpolate(const struct lum_lookup *l, const struct lum_square *square,
+                            struct lum_rgb ret_irradiance[LUM_SQUARE_SITES])
+{
+    struct lum_candidates c;
+    if (square->n == 0)
+        return;
+    if (lum_square_find(l, square, 0, square->n, &c)) {
+        interpolate_by(l, &c, square, ret_irradiance);
+        return;
+    }
+    for (uint32_t i = 0; i < square->n; i++) { /* point by point */
+        struct lum_square one = {.n = 1};
+        one.px[0] = square->px[i], one.py[0] = square->py[i], one.pz[0] = square->pz[i];
+        one.nx[0] = square->nx[i], one.ny[0] = square->ny[i], one.nz[0] = square->nz[i];
+        lum_square_find(l, &one, 0, 1, &c);
+        interpolate_by(l, &c, &one, &ret_irradiance[i]);
+    }
+}
