@@ -60,6 +60,10 @@ struct lum_accel_alpha {
 LUM_MUST_USE enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
                                                   uint32_t n_instances, const struct lum_accel_shape *shapes,
                                                   uint32_t n_shapes, struct lum_accel_top **ret_top, struct lum_error *err);
+/* Only some objects of `whole`, under their numbers there: for rays that ask about what moved. Thread: any. */
+LUM_MUST_USE enum lum_status lum_accel_top_create_part(const struct lum_accel_top *whole, const uint32_t *objects,
+                                                       uint32_t n_objects, struct lum_accel_top **ret_part,
+                                                       struct lum_error *err);
 struct lum_accel_top *lum_accel_top_ref(struct lum_accel_top *top);
 void lum_accel_top_unref(struct lum_accel_top *top);
 

@@ -44,8 +44,9 @@ struct lum_accel_mesh {
 
 struct lum_accel_top {
     struct lum_refs refs;
+    struct lum_device *device;
     RTCScene scene;
-    struct lum_accel_mesh **meshes; /* one reference per instance */
+    struct lum_accel_mesh **meshes; /* one reference per instance; NULL: not in this part */
     struct lum_accel_shape *shapes;
     uint32_t n_instances, n_shapes, n_attached;
 };

@@ -136,16 +136,43 @@ static void top_destroy(struct lum_accel_top *top)
     lum_free(top);
 }
 
-static bool fill_scene(struct lum_accel_top *top, struct lum_device *device, const struct lum_accel_instance *instances,
-                       uint32_t n_instances)
+static void set_flags(RTCScene scene)
 {
-    rtcSetSceneFlags(top->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | LUM_SCENE_FLAG_FILTER);
-    rtcSetSceneBuildQuality(top->scene, RTC_BUILD_QUALITY_LOW);
-    for (uint32_t i = 0; i < n_instances; i++) {
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | LUM_SCENE_FLAG_FILTER);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
+}
+
+/* Of this size, with nothing in it yet. NULL: out of memory. */
+static struct lum_accel_top *top_new(struct lum_device *device, uint32_t n_instances,
+                                     const struct lum_accel_shape *shapes, uint32_t n_shapes)
+{
+    struct lum_accel_top *top = lum_calloc(1, sizeof *top);
+    if (!top)
+        return NULL;
+    lum_refs_init(&top->refs);
+    top->device = device;
+    top->meshes = lum_calloc(n_instances, sizeof(struct lum_accel_mesh *));
+    top->shapes = lum_calloc(n_shapes, sizeof *top->shapes);
+    top->scene = rtcNewScene(device->rtc);
+    if (!top->meshes || !top->shapes || !top->scene) {
+        top_destroy(top);
+        return NULL;
+    }
+    if (n_shapes)
+        memcpy(top->shapes, shapes, n_shapes * sizeof *shapes);
+    top->n_instances = n_instances;
+    top->n_shapes = n_shapes;
+    set_flags(top->scene);
+    return top;
+}
+
+static bool fill_scene(struct lum_accel_top *top, const struct lum_accel_instance *instances)
+{
+    struct lum_device *device = top->device;
+    for (uint32_t i = 0; i < top->n_instances; i++) {
         if (!attach_instance(top, device->rtc, instances[i].mesh->scene, &instances[i].local_to_scene, LUM_MASK_ALL))
             return false;
         top->meshes[i] = lum_accel_mesh_ref(instances[i].mesh);
-        top->n_instances = i + 1;
     }
     for (uint32_t i = 0; i < top->n_shapes; i++) {
         const struct lum_accel_shape *s = &top->shapes[i];
@@ -158,34 +185,52 @@ static bool fill_scene(struct lum_accel_top *top, struct lum_device *device, con
     return true;
 }
 
-enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
-                                     uint32_t n_instances, const struct lum_accel_shape *shapes, uint32_t n_shapes,
-                                     struct lum_accel_top **ret_top, struct lum_error *err)
+static enum lum_status no_memory(struct lum_error *err)
 {
-    struct lum_accel_top *top = lum_calloc(1, sizeof *top);
-    if (!top)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the scene's top level");
-    lum_refs_init(&top->refs);
-    top->meshes = lum_calloc(n_instances, sizeof(struct lum_accel_mesh *));
-    top->shapes = lum_calloc(n_shapes, sizeof *top->shapes);
-    top->scene = rtcNewScene(device->rtc);
-    if (!top->meshes || !top->shapes || !top->scene)
-        goto no_memory;
-    if (n_shapes)
-        memcpy(top->shapes, shapes, n_shapes * sizeof *shapes);
-    top->n_shapes = n_shapes;
-    if (!fill_scene(top, device, instances, n_instances))
-        goto no_memory;
-    enum lum_status status = lum_device_check(device, "scene build", err);
+    return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the scene's top level");
+}
+
+/* Destroys it when Embree has something to say about it. */
+static enum lum_status give(struct lum_accel_top *top, struct lum_accel_top **ret_top, struct lum_error *err)
+{
+    enum lum_status status = lum_device_check(top->device, "scene build", err);
     if (status != LUM_OK) {
         top_destroy(top);
         return status;
     }
     *ret_top = top;
     return LUM_OK;
-no_memory:
-    top_destroy(top);
-    return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the scene's top level");
+}
+
+enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
+                                     uint32_t n_instances, const struct lum_accel_shape *shapes, uint32_t n_shapes,
+                                     struct lum_accel_top **ret_top, struct lum_error *err)
+{
+    struct lum_accel_top *top = top_new(device, n_instances, shapes, n_shapes);
+    if (!top)
+        return no_memory(err);
+    if (!fill_scene(top, instances)) {
+        top_destroy(top);
+        return no_memory(err);
+    }
+    return give(top, ret_top, err);
+}
+
+/* Embree lets scenes share a geometry. */
+enum lum_status lum_accel_top_create_part(const struct lum_accel_top *whole, const uint32_t *objects,
+                                          uint32_t n_objects, struct lum_accel_top **ret_part, struct lum_error *err)
+{
+    struct lum_accel_top *part = top_new(whole->device, whole->n_instances, whole->shapes, whole->n_shapes);
+    if (!part)
+        return no_memory(err);
+    for (uint32_t i = 0; i < n_objects; i++) {
+        uint32_t object = objects[i];
+        rtcAttachGeometryByID(part->scene, rtcGetGeometry(whole->scene, object), object);
+        if (object < whole->n_instances)
+            part->meshes[object] = lum_accel_mesh_ref(whole->meshes[object]);
+    }
+    rtcCommitScene(part->scene);
+    return give(part, ret_part, err);
 }
 
 struct lum_accel_top *lum_accel_top_ref(struct lum_accel_top *top)

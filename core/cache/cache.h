@@ -57,6 +57,7 @@ struct lum_cache_kind {
      * slot), and so is the epoch. Decides what is stale; must not trace more than the immediate update of the thesis does.
      * NULL: lasting is false. Thread: the director, no pass is under way; may use update->pool. */
     void (*change)(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
+    void (*finish)(struct lum_cache *cache); /* frees cache->kind_state; NULL: lum_free does */
 };
 extern const struct lum_cache_kind lum_cache_irradiance, lum_cache_instant, lum_cache_temporal, lum_cache_live;
 
@@ -94,7 +95,7 @@ struct lum_cache {
     uint64_t *moved;                     /* bit by slot: VPLs that the last update put elsewhere */
     const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
     uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
-    void *kind_state;                    /* the kind's own; freed by lum_free */
+    void *kind_state;                    /* the kind's own */
     _Atomic uint64_t created, updated, removed, discarded; /* since creation */
 };
 

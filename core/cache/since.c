@@ -32,9 +32,25 @@ static struct lum_mover *find_mover(struct lum_motion *motion, uint64_t object)
     return NULL;
 }
 
+/* The number that an object which did not move has now: objects that come and go move those behind them. */
+static uint32_t renumber(const struct lum_motion *motion, uint32_t object)
+{
+    uint32_t now = object;
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (motion->movers[i].now == LUM_NO_OBJECT && motion->movers[i].before < object)
+            now--;
+    for (uint32_t i = 0; i < motion->n; i++) /* in the order of their numbers */
+        if (motion->movers[i].before == LUM_NO_OBJECT && motion->movers[i].now <= now)
+            now++;
+    return now;
+}
+
 static void append_motion(struct lum_motion *all, const struct lum_motion *motion)
 {
     all->everything |= motion->everything;
+    for (uint32_t i = 0; i < all->n; i++)
+        if (all->movers[i].now != LUM_NO_OBJECT && !lum_motion_has(motion, all->movers[i].object))
+            all->movers[i].now = renumber(motion, all->movers[i].now);
     for (uint32_t i = 0; i < motion->n && !all->everything; i++) {
         const struct lum_mover *m = &motion->movers[i];
         struct lum_mover *known = find_mover(all, m->object);

@@ -142,3 +142,12 @@ bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct
     }
     return motion->everything;
 }
+
+bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)
+{
+    struct lum_vec3 mid = lum_v3_mul(lum_v3_add(a, b), 0.5f), half = lum_v3_mul(lum_v3_sub(b, a), 0.5f);
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (segment_meets(mid, half, motion->movers[i].old_lo, motion->movers[i].old_hi))
+            return true;
+    return motion->everything;
+}

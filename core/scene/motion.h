@@ -34,5 +34,7 @@ bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
 
 /* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
+/* The same, of the boxes where something was alone. */
+bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
 
 #endif

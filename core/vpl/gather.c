@@ -5,6 +5,8 @@
  * for each point, however batches fell. */
 #include "core/vpl/vpl.h"
 
+#include <string.h>
+
 #include "core/render/frame.h"
 
 /* The points as the loop reads them, and the rays under way. About 35 KiB: lives on a worker's stack. */
@@ -20,6 +22,8 @@ struct gathering {
     struct lum_rays rays;
     uint8_t occluded[LUM_RAY_BATCH], point[LUM_RAY_BATCH]; /* by ray */
     struct lum_rgb value[LUM_RAY_BATCH];                   /* by ray */
+    float *kept[LUM_RAY_BATCH];                            /* by ray: its place in job->terms */
+    float *row;                                            /* of job->terms, of the VPL at hand; NULL: not wanted */
     double sum[LUM_RAY_BATCH][3];
 };
 
@@ -134,23 +138,17 @@ static void trace_batch(struct gathering *g)
     if (g->job->missed)
         for (uint32_t r = 0; r < n; r++)
             g->job->missed[g->point[r]] += g->occluded[r];
+    if (g->job->terms)
+        for (uint32_t r = 0; r < n; r++)
+            *g->kept[r] = g->occluded[r] ? -*g->kept[r] : *g->kept[r];
     g->rays.n = 0;
 }
 
-/* Nearer than this there is no room for an occluder between the two ends, each of which is moved off its surface by
- * LUM_RAY_OFFSET: the ray would run backwards. */
-#define TOUCHING (4.0f * LUM_RAY_OFFSET)
-
-/* From the point to the VPL, both moved off their surfaces: 0 <= t <= 1. */
 static void push_ray(struct gathering *g, uint32_t i, struct lum_vec3 target)
 {
-    struct lum_rays *rays = &g->rays;
-    uint32_t r = rays->n++;
-    rays->ox[r] = g->ox[i], rays->oy[r] = g->oy[i], rays->oz[r] = g->oz[i];
-    rays->dx[r] = target.x - g->ox[i], rays->dy[r] = target.y - g->oy[i], rays->dz[r] = target.z - g->oz[i];
-    rays->tnear[r] = 0.0f;
-    rays->tfar[r] = 1.0f;
-    g->point[r] = (uint8_t)i;
+    g->point[g->rays.n] = (uint8_t)i;
+    g->kept[g->rays.n] = g->row ? g->row + i : NULL;
+    lum_vpl_push_ray(&g->rays, lum_v3(g->ox[i], g->oy[i], g->oz[i]), target);
 }
 
 static struct lum_rgb transmittance(const struct gathering *g, const struct source *s, uint32_t i)
@@ -163,6 +161,8 @@ static void gather_source(struct gathering *g, const struct source *s)
 {
     geometry_terms(g, s);
     struct lum_vec3 target = lum_ray_offset(s->p, s->n);
+    if (g->row)
+        memcpy(g->row, g->term, g->job->points->n_points * sizeof *g->row);
     for (uint32_t i = 0; i < g->job->points->n_points; i++) {
         if (!(g->term[i] > 0.0f))
             continue;
@@ -171,7 +171,7 @@ static void gather_source(struct gathering *g, const struct source *s)
         struct lum_rgb value = lum_rgb_scale(s->radiance, g->term[i]);
         if (g->media)
             value = lum_rgb_mul(value, transmittance(g, s, i));
-        if (g->r2[i] < TOUCHING * TOUCHING) {
+        if (g->r2[i] < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING) {
             add(g, i, value);
             continue;
         }
@@ -180,6 +180,12 @@ static void gather_source(struct gathering *g, const struct source *s)
         g->value[g->rays.n] = value;
         push_ray(g, i, target);
     }
+}
+
+static void leave_unknown(struct gathering *g)
+{
+    for (uint32_t i = 0; i < g->job->points->n_points; i++)
+        g->row[i] = LUM_VPL_UNKNOWN;
 }
 
 void lum_vpl_gather(const struct lum_gather *job)
@@ -195,8 +201,11 @@ void lum_vpl_gather(const struct lum_gather *job)
         struct source s = {{set->px[i], set->py[i], set->pz[i]},
                            {set->nx[i], set->ny[i], set->nz[i]},
                            lum_rgb_scale(lum_rgb(set->flux[0][i], set->flux[1][i], set->flux[2][i]), LUM_INV_PI)};
+        g.row = job->terms ? job->terms + (size_t)k * job->points->n_points : NULL;
         if (!lum_rgb_black(s.radiance))
             gather_source(&g, &s);
+        else if (g.row)
+            leave_unknown(&g);
     }
     trace_batch(&g);
     for (uint32_t i = 0; i < job->points->n_points; i++) {

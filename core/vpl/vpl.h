@@ -111,9 +111,26 @@ struct lum_gather {
     struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
     uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of
                                    * them that are occluded (algorithms A0.3, listing 5.2) */
+    float *terms;                 /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
+                                   * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
     struct lum_counters *counters; /* rays as LUM_RAY_INDIRECT_DIFFUSE */
 };
+#define LUM_VPL_UNKNOWN (-INFINITY)
 /* All points against each VPL in turn, so that a packet's rays end in one place. Thread: any. */
 void lum_vpl_gather(const struct lum_gather *job);
+
+/* Nearer than this there is no room for an occluder between the two ends, each of which is moved off its surface by
+ * LUM_RAY_OFFSET: the ray would run backwards. */
+#define LUM_VPL_TOUCHING (4.0f * LUM_RAY_OFFSET)
+
+/* Ray of visibility from a point to a VPL, both moved off their surfaces: 0 <= t <= 1. */
+static inline void lum_vpl_push_ray(struct lum_rays *rays, struct lum_vec3 from, struct lum_vec3 target)
+{
+    uint32_t r = rays->n++;
+    rays->ox[r] = from.x, rays->oy[r] = from.y, rays->oz[r] = from.z;
+    rays->dx[r] = target.x - from.x, rays->dy[r] = target.y - from.y, rays->dz[r] = target.z - from.z;
+    rays->tnear[r] = 0.0f;
+    rays->tfar[r] = 1.0f;
+}
 
 #endif
