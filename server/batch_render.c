@@ -333,7 +333,7 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     if (!lum_scene_load(&b->world, o->scene, &b->import, err))
         return false;
     b->reading = o->edits;
-    if (o->edits && !lum_scene_read_ops(o->edits, &b->edits, err))
+    if (o->edits && !lum_edits_load(o->edits, &b->edits, err))
         return false;
     b->reading = NULL;
     if (lum_view_create(b->world.pool, &b->view, &e))

@@ -10,6 +10,7 @@ struct lum_embedded {
     size_t n;
 };
 extern const struct lum_embedded lum_embedded_scenes[]; /* key: "cornell.jsonl" */
+extern const struct lum_embedded lum_embedded_replays[]; /* key: "cornell-moves.jsonl" */
 extern const struct lum_embedded lum_embedded_web[];    /* key: "index.html", "assets/app-1a2b.js" ... */
 
 #endif

@@ -189,8 +189,11 @@ static bool own_error(struct child *c, const uint8_t *text, size_t n)
     cJSON *json = lum_json_parse((const char *)text, n, &ignored);
     const cJSON *code = cJSON_GetObjectItemCaseSensitive(json, "code");
     const cJSON *why = cJSON_GetObjectItemCaseSensitive(json, "text");
-    refuse(c, cJSON_IsString(code) ? code->valuestring : "import_failed",
-           cJSON_IsString(why) ? why->valuestring : "failed");
+    const char *told = cJSON_IsString(why) ? why->valuestring : "failed";
+    size_t n_name = strlen(c->name); /* the importer names each file; the asset itself is named by us */
+    if (strncmp(told, c->name, n_name) == 0 && strncmp(told + n_name, ": ", 2) == 0)
+        told += n_name + 2;
+    refuse(c, cJSON_IsString(code) ? code->valuestring : "import_failed", told);
     cJSON_Delete(json);
     return false;
 }

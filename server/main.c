@@ -36,8 +36,8 @@ static int usage(void)
           "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
-          "  lumend scenes | methods             what is built in\n"
-          "  lumend --version | --help           render and compare have their own --help\n"
+          "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
+          "  lumend --version | --help           each command has its own --help\n"
           "\n"
           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
           stdout);

@@ -17,7 +17,8 @@
 
 const char lum_render_help[] =
     "usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n"
-    "  --edits FILE.jsonl   ops applied to the scene; with --frames they happen at their t_ms\n"
+    "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with --frames they\n"
+    "                       happen at their t_ms\n"
     "  --method M           see: lumend methods\n"
     "  --camera ID          a camera of the scene (default: main)\n"
     "  --size WxH           default 600x400\n"

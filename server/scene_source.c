@@ -16,13 +16,23 @@
 #define LIT_CD_M2 10.0f
 #define CAMERA_ID "main"
 
-const struct lum_embedded *lum_scene_builtin(const char *name)
+static const struct lum_embedded *find_builtin(const struct lum_embedded *e, const char *name)
 {
     size_t n = strlen(name);
-    for (const struct lum_embedded *e = lum_embedded_scenes; e->key; e++)
+    for (; e->key; e++)
         if (strncmp(e->key, name, n) == 0 && strcmp(e->key + n, ".jsonl") == 0)
             return e;
     return NULL;
+}
+
+const struct lum_embedded *lum_scene_builtin(const char *name)
+{
+    return find_builtin(lum_embedded_scenes, name);
+}
+
+const struct lum_embedded *lum_replay_builtin(const char *name)
+{
+    return find_builtin(lum_embedded_replays, name);
 }
 
 static bool ends_with(const char *s, const char *end)
@@ -41,8 +51,7 @@ static char *read_file(const char *path, size_t *ret_n, struct lum_proto_error *
     if (size < 0 || fseek(f, 0, SEEK_SET) != 0)
         goto fail;
     if ((unsigned long)size > LUM_LIMIT_SCENE_BYTES) {
-        lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "%.150s is larger than %u bytes", path,
-                       LUM_LIMIT_SCENE_BYTES);
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "larger than %u bytes", LUM_LIMIT_SCENE_BYTES);
         fclose(f);
         return NULL;
     }
@@ -54,14 +63,14 @@ static char *read_file(const char *path, size_t *ret_n, struct lum_proto_error *
     *ret_n = (size_t)size;
     return text;
 fail:
-    lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot read %.150s: %s", path, strerror(errno));
+    lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot be read: %s", strerror(errno));
     free(text);
     if (f)
         fclose(f);
     return NULL;
 }
 
-bool lum_scene_read_ops(const char *path, struct lum_ops *ret_ops, struct lum_proto_error *err)
+static bool read_ops(const char *path, struct lum_ops *ret_ops, struct lum_proto_error *err)
 {
     size_t n;
     char *text = read_file(path, &n, err);
@@ -70,6 +79,28 @@ bool lum_scene_read_ops(const char *path, struct lum_ops *ret_ops, struct lum_pr
     bool ok = lum_ops_from_jsonl(text, n, ret_ops, err);
     free(text);
     return ok;
+}
+
+/* A name is a word; what has a slash or a dot is a file. */
+static bool is_name(const char *text)
+{
+    return !strchr(text, '/') && !strchr(text, '.');
+}
+
+static bool builtin_ops(const struct lum_embedded *builtin, struct lum_ops *ret_ops, struct lum_proto_error *err)
+{
+    return lum_ops_from_jsonl((const char *)builtin->bytes, builtin->n, ret_ops, err);
+}
+
+bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err)
+{
+    const struct lum_embedded *builtin = lum_replay_builtin(replay);
+    if (builtin)
+        return builtin_ops(builtin, ret_ops, err);
+    if (is_name(replay) && lum_scene_builtin(replay))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
+                              "is a scene, not a replay (see: lumend scenes)");
+    return read_ops(replay, ret_ops, err);
 }
 
 /* ---- a model file: one import op, and what the file lacks ---- */
@@ -212,17 +243,18 @@ static bool open_source(const char *scene, struct source *ret_source, struct lum
 {
     const struct lum_embedded *builtin = lum_scene_builtin(scene);
     if (builtin)
-        return lum_ops_from_jsonl((const char *)builtin->bytes, builtin->n, &ret_source->ops, err);
+        return builtin_ops(builtin, &ret_source->ops, err);
     const char *slash = strrchr(scene, '/');
     int n_dir = slash ? (int)(slash - scene) + 1 : 0;
     if ((size_t)n_dir + 2 > sizeof ret_source->dir)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path of the scene is too long");
     snprintf(ret_source->dir, sizeof ret_source->dir, "%.*s", slash ? n_dir : 1, slash ? scene : ".");
     if (ends_with(scene, ".jsonl"))
-        return lum_scene_read_ops(scene, &ret_source->ops, err);
-    if (!slash && !strchr(scene, '.'))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
-                              "there is no built-in scene %.60s (see: lumend scenes)", scene);
+        return read_ops(scene, &ret_source->ops, err);
+    if (is_name(scene))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "%s (see: lumend scenes)",
+                              lum_replay_builtin(scene) ? "is a replay, not a scene"
+                                                        : "no built-in scene has this name");
     ret_source->is_model = true;
     return import_op(scene, &ret_source->ops, err);
 }
@@ -247,6 +279,17 @@ static bool apply_source(struct lum_world *w, struct source *source, const struc
     return ok && commit(w, err);
 }
 
+/* The user wrote no op that err->path could lead into, and knows the file as `scene`: its last part is not told again.
+ */
+static void forget_our_op(const char *scene, struct lum_proto_error *err)
+{
+    const char *slash = strrchr(scene, '/'), *name = slash ? slash + 1 : scene;
+    size_t n = strlen(name);
+    err->path[0] = '\0';
+    if (strncmp(err->text, name, n) == 0 && strncmp(err->text + n, ": ", 2) == 0)
+        memmove(err->text, err->text + n + 2, strlen(err->text + n + 2) + 1);
+}
+
 bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_import_config *import,
                     struct lum_proto_error *err)
 {
@@ -257,7 +300,7 @@ bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_imp
     if (!ok)
         lum_ops_name_line(&source.ops, err);
     if (!ok && source.is_model)
-        err->path[0] = '\0'; /* it leads into our own op: the user wrote none */
+        forget_our_op(scene, err);
     lum_ops_finish(&source.ops);
     return ok;
 }

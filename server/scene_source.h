@@ -9,11 +9,15 @@
 /* The built-in scene of this name, or NULL. */
 const struct lum_embedded *lum_scene_builtin(const char *name);
 
-/* A file of ops, for --edits; whole in memory. */
-bool lum_scene_read_ops(const char *path, struct lum_ops *ret_ops, struct lum_proto_error *err);
+/* The built-in replay of this name, or NULL. That of scene S is called S-moves. */
+const struct lum_embedded *lum_replay_builtin(const char *name);
+
+/* Ops for --edits: of a built-in replay, or of a file. Whole in memory. The caller names it in front of err->text. */
+bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err);
 
 /* Fills an empty world and commits. Assets of a .jsonl are below import->assets_dir, or beside the file when that is NULL.
- * A model file without a camera gets "main", and one without any light "default-sky"; the log says so. Blocking. */
+ * A model file without a camera gets "main", and one without any light "default-sky"; the log says so. Blocking. The caller
+ * names the scene in front of err->text. */
 bool lum_scene_load(struct lum_world *world, const char *scene, const struct lum_import_config *import,
                     struct lum_proto_error *err);
 

@@ -216,8 +216,5 @@ enum lum_status lum_shape_figure(struct lum_shape_build *b, const struct lum_sha
                                          .closed_u = true,
                                          .pole_lo = k == 0,
                                          .pole_hi = k + 1 == PLINTH_ROWS};
-    enum lum_status status = lum_shape_reserve(b, grids, (uint32_t)LUM_ARRAY_LEN(grids), err);
-    for (size_t k = 0; k < LUM_ARRAY_LEN(grids) && status == LUM_OK; k++)
-        lum_shape_add(b, &grids[k]);
-    return status;
+    return lum_shape_of_grids(b, grids, (uint32_t)LUM_ARRAY_LEN(grids), err);
 }

@@ -1,14 +1,14 @@
-/* Private to core/scene: surfaces sampled on a grid, from which all built-in shapes are made. */
+/* Private to core/scene: meshes in the making, and surfaces sampled on a grid, from which most built-in shapes are made. */
 #ifndef LUM_CORE_SCENE_SHAPE_GRID_H
 #define LUM_CORE_SCENE_SHAPE_GRID_H
 
 #include "core/math/vec.h"
 #include "core/scene/shapes.h"
 
-/* A mesh in the making; storage for n_vertices, n_triangles as planned by lum_shape_reserve. */
+/* A mesh in the making, with the storage that lum_shape_reserve made. */
 struct lum_shape_build {
     struct lum_shape_mesh mesh;
-    uint32_t max_vertices, max_triangles;
+    double half[3]; /* of the box around the origin that is stretched to the size; 0: the box of the vertices is. */
 };
 
 struct lum_grid_point {
@@ -26,12 +26,13 @@ struct lum_grid {
     bool pole_lo, pole_hi;   /* row 0 (row nv) is a single point */
 };
 
-uint32_t lum_grid_vertices(const struct lum_grid *grid);
-uint32_t lum_grid_triangles(const struct lum_grid *grid);
-/* Memory for all grids of a shape at once. */
-enum lum_status lum_shape_reserve(struct lum_shape_build *b, const struct lum_grid *grids, uint32_t n_grids,
+enum lum_status lum_shape_reserve(struct lum_shape_build *b, uint32_t n_vertices, uint32_t n_triangles,
                                   struct lum_error *err);
-void lum_shape_add(struct lum_shape_build *b, const struct lum_grid *grid);
+void lum_shape_add_vertex(struct lum_shape_build *b, const struct lum_grid_point *point);
+void lum_shape_add_triangle(struct lum_shape_build *b, uint32_t p, uint32_t q, uint32_t r);
+/* All of a shape at once: reserves, and adds grid after grid. */
+enum lum_status lum_shape_of_grids(struct lum_shape_build *b, const struct lum_grid *grids, uint32_t n_grids,
+                                   struct lum_error *err);
 /* Sets n by central differences of a position function over (u, v), which may reach outside 0..1 by 1e-5. */
 void lum_grid_normal(struct lum_grid_point *point, struct lum_vec3d (*position)(const void *ctx, double u, double v),
                      const void *ctx);
@@ -40,6 +41,7 @@ struct lum_shape_input {
     uint32_t segments[2]; /* defaults filled in */
     double param[4];
 };
+enum lum_status lum_shape_bunny(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err);
 enum lum_status lum_shape_figure(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err);
 
 #endif

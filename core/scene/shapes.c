@@ -53,10 +53,7 @@ static enum lum_status make_box(struct lum_shape_build *b, const struct lum_shap
         sized[k].n = in->segments[0];
         grids[k] = (struct lum_grid){.at = face_at, .ctx = &sized[k], .nu = in->segments[0], .nv = in->segments[0]};
     }
-    enum lum_status status = lum_shape_reserve(b, grids, 6, err);
-    for (int k = 0; k < 6 && status == LUM_OK; k++)
-        lum_shape_add(b, &grids[k]);
-    return status;
+    return lum_shape_of_grids(b, grids, 6, err);
 }
 
 static void quad_at(const void *ctx, struct lum_grid_point *g)
@@ -69,25 +66,22 @@ static void quad_at(const void *ctx, struct lum_grid_point *g)
 static enum lum_status make_quad(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
 {
     struct lum_grid grid = {.at = quad_at, .nu = in->segments[0], .nv = in->segments[1]};
-    enum lum_status status = lum_shape_reserve(b, &grid, 1, err);
-    if (status == LUM_OK)
-        lum_shape_add(b, &grid);
-    return status;
+    return lum_shape_of_grids(b, &grid, 1, err);
 }
 
 /* ---- round ones, of radius 1 around the y axis ---- */
 
-/* A disc at a height; up: rim to centre, down: centre to rim, so that the winding is outward. */
+/* A disc; up: rim to centre, down: centre to rim, so that the winding is outward. */
 struct cap {
-    double y;
+    double x, y, radius; /* centre, z = 0 */
     bool up;
 };
 
 static void cap_at(const void *ctx, struct lum_grid_point *g)
 {
     const struct cap *cap = ctx;
-    double r = cap->up ? 1.0 - g->v : g->v, phi = two_pi * g->u;
-    g->p = (struct lum_vec3d){r * cos(phi), cap->y, -r * sin(phi)};
+    double r = cap->radius * (cap->up ? 1.0 - g->v : g->v), phi = two_pi * g->u;
+    g->p = (struct lum_vec3d){cap->x + r * cos(phi), cap->y, -r * sin(phi)};
     g->n = (struct lum_vec3d){0, cap->up ? 1 : -1, 0};
 }
 
@@ -99,13 +93,10 @@ static struct lum_grid cap_grid(const struct cap *cap, uint32_t around)
 
 static enum lum_status make_disc(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
 {
-    const struct cap cap = {0.0, true};
+    const struct cap cap = {0.0, 0.0, 1.0, true};
     struct lum_grid grid = cap_grid(&cap, in->segments[0]);
     grid.nv = in->segments[1];
-    enum lum_status status = lum_shape_reserve(b, &grid, 1, err);
-    if (status == LUM_OK)
-        lum_shape_add(b, &grid);
-    return status;
+    return lum_shape_of_grids(b, &grid, 1, err);
 }
 
 static void cylinder_at(const void *ctx, struct lum_grid_point *g)
@@ -118,16 +109,53 @@ static void cylinder_at(const void *ctx, struct lum_grid_point *g)
 
 static enum lum_status make_cylinder(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
 {
-    const struct cap top = {1.0, true}, bottom = {-1.0, false};
+    const struct cap top = {0.0, 1.0, 1.0, true}, bottom = {0.0, -1.0, 1.0, false};
     const struct lum_grid grids[3] = {
         {.at = cylinder_at, .nu = in->segments[0], .nv = in->segments[1], .closed_u = true},
         cap_grid(&top, in->segments[0]),
         cap_grid(&bottom, in->segments[0]),
     };
-    enum lum_status status = lum_shape_reserve(b, grids, 3, err);
-    for (int k = 0; k < 3 && status == LUM_OK; k++)
-        lum_shape_add(b, &grids[k]);
-    return status;
+    return lum_shape_of_grids(b, grids, 3, err);
+}
+
+/* A cylinder whose axis is a sine wave: every slice is moved along x. phase in turns, so that 0 and 1 are one pose. */
+struct wobble {
+    double amplitude, waves, phase;
+};
+
+static double sway(const struct wobble *w, double v)
+{
+    return w->amplitude * sin(two_pi * (w->waves * v - w->phase));
+}
+
+static void wobble_at(const void *ctx, struct lum_grid_point *g)
+{
+    const struct wobble *w = ctx;
+    double phi = two_pi * g->u, r = 1.0 - w->amplitude;
+    double slope = 0.5 * w->amplitude * two_pi * w->waves * cos(two_pi * (w->waves * g->v - w->phase)); /* dx / dy */
+    g->p = (struct lum_vec3d){sway(w, g->v) + r * cos(phi), 2.0 * g->v - 1.0, -r * sin(phi)};
+    g->n = (struct lum_vec3d){cos(phi), -slope * cos(phi), -sin(phi)};
+}
+
+/* The box is that of all poses: setting the phase bends it, and nothing else. */
+static enum lum_status make_wobble(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
+{
+    const struct wobble w = {in->param[0], in->param[1], fmod(in->param[2], 1.0)};
+    if (!(w.amplitude > 0.0 && w.amplitude <= 0.9))
+        return lum_fail(err, LUM_ERR_INVALID, "param", "a wobble's amplitude is above 0 and at most 0.9");
+    if (!(w.waves > 0.0 && w.waves <= 16.0) || !isfinite(w.phase))
+        return lum_fail(err, LUM_ERR_INVALID, "param", "a wobble has up to 16 waves, and a phase");
+    double r = 1.0 - w.amplitude;
+    const struct cap top = {sway(&w, 1.0), 1.0, r, true}, bottom = {sway(&w, 0.0), -1.0, r, false};
+    const struct lum_grid grids[3] = {
+        {.at = wobble_at, .ctx = &w, .nu = in->segments[0], .nv = in->segments[1], .closed_u = true},
+        cap_grid(&top, in->segments[0]),
+        cap_grid(&bottom, in->segments[0]),
+    };
+    b->half[0] = 1.0;
+    b->half[1] = 1.0;
+    b->half[2] = r;
+    return lum_shape_of_grids(b, grids, 3, err);
 }
 
 static void cone_at(const void *ctx, struct lum_grid_point *g)
@@ -140,15 +168,12 @@ static void cone_at(const void *ctx, struct lum_grid_point *g)
 
 static enum lum_status make_cone(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
 {
-    const struct cap bottom = {-1.0, false};
+    const struct cap bottom = {0.0, -1.0, 1.0, false};
     const struct lum_grid grids[2] = {
         {.at = cone_at, .nu = in->segments[0], .nv = in->segments[1], .closed_u = true, .pole_hi = true},
         cap_grid(&bottom, in->segments[0]),
     };
-    enum lum_status status = lum_shape_reserve(b, grids, 2, err);
-    for (int k = 0; k < 2 && status == LUM_OK; k++)
-        lum_shape_add(b, &grids[k]);
-    return status;
+    return lum_shape_of_grids(b, grids, 2, err);
 }
 
 static void sphere_at(const void *ctx, struct lum_grid_point *g)
@@ -170,10 +195,7 @@ static enum lum_status make_sphere(struct lum_shape_build *b, const struct lum_s
                             .pole_lo = true,
                             .pole_hi = true};
     grid.ctx = &grid;
-    enum lum_status status = lum_shape_reserve(b, &grid, 1, err);
-    if (status == LUM_OK)
-        lum_shape_add(b, &grid);
-    return status;
+    return lum_shape_of_grids(b, &grid, 1, err);
 }
 
 /* ---- tubes ---- */
@@ -226,10 +248,7 @@ static enum lum_status make_tube(struct lum_shape_build *b, const struct lum_sha
 {
     struct lum_grid grid = {
         .at = tube_at, .ctx = tube, .nu = in->segments[0], .nv = in->segments[1], .closed_u = true, .closed_v = true};
-    enum lum_status status = lum_shape_reserve(b, &grid, 1, err);
-    if (status == LUM_OK)
-        lum_shape_add(b, &grid);
-    return status;
+    return lum_shape_of_grids(b, &grid, 1, err);
 }
 
 static enum lum_status make_torus(struct lum_shape_build *b, const struct lum_shape_input *in, struct lum_error *err)
@@ -262,8 +281,9 @@ struct shape {
 };
 
 /* param: torus 0 = tube over ring radius; knot 0, 1 = windings round the axis and the ring, 2 = tube radius over ring
- * radius; figure 0 = depth of the folds (1 = as designed), 1 = turn of the folds. segments of a box: along each edge,
- * the first only. */
+ * radius; figure 0 = depth of the folds (1 = as designed), 1 = turn of the folds; wobble 0 = amplitude over half the
+ * width, 1 = waves over the height, 2 = phase in turns. segments of a box: along each edge, the first only; of a bunny:
+ * cells of the lattice along its height, the first only. */
 static const struct shape shapes[] = {
     {"box", make_box, {1, 1}, {1, 1}, {0}, {1, 1, 1}},
     {"sphere", make_sphere, {48, 24}, {3, 2}, {0}, {1, 1, 1}},
@@ -274,14 +294,16 @@ static const struct shape shapes[] = {
     {"torus", make_torus, {64, 24}, {3, 3}, {0.35}, {1, 0.26, 1}},
     {"knot", make_knot, {256, 24}, {3, 3}, {2, 3, 0.18}, {1, 0.37, 1}},
     {"figure", lum_shape_figure, {128, 90}, {16, 16}, {1, 1}, {0.43, 1, 0.43}},
+    {"bunny", lum_shape_bunny, {67, 1}, {16, 1}, {0}, {0.495, 1, 0.805}},
+    {"wobble", make_wobble, {96, 64}, {3, 1}, {0.35, 1, 0}, {1, 2, 0.65}},
 };
 #define SEGMENTS_MAX 2048u /* 8 million triangles */
 #define SIZE_MAX_M 1e9
 
 const char *const *lum_shape_names(void)
 {
-    static const char *const names[LUM_ARRAY_LEN(shapes) + 1] = {"box",  "sphere", "quad", "disc",   "cylinder",
-                                                                 "cone", "torus",  "knot", "figure", NULL};
+    static const char *const names[LUM_ARRAY_LEN(shapes) + 1] = {
+        "box", "sphere", "quad", "disc", "cylinder", "cone", "torus", "knot", "figure", "bunny", "wobble", NULL};
     return names;
 }
 
@@ -310,16 +332,25 @@ static enum lum_status fill_input(const struct shape *shape, const struct lum_sh
     return LUM_OK;
 }
 
-/* Stretches the bounding box of the vertices to the size, centred at the origin. */
-static void stretch(struct lum_shape_mesh *m, const struct shape *shape, const double size[3])
+static void vertex_box(const struct lum_shape_mesh *m, int axis, double *ret_centre, double *ret_extent)
 {
+    float lo = INFINITY, hi = -INFINITY;
+    for (size_t i = (size_t)axis; i < 3 * (size_t)m->n_vertices; i += 3) {
+        lo = fminf(lo, m->positions[i]);
+        hi = fmaxf(hi, m->positions[i]);
+    }
+    *ret_extent = (double)hi - (double)lo;
+    *ret_centre = 0.5 * ((double)lo + (double)hi);
+}
+
+/* Stretches the shape's box to the size, centred at the origin. */
+static void stretch(struct lum_shape_build *b, const struct shape *shape, const double size[3])
+{
+    struct lum_shape_mesh *m = &b->mesh;
     for (int k = 0; k < 3; k++) {
-        float lo = INFINITY, hi = -INFINITY;
-        for (size_t i = (size_t)k; i < 3 * (size_t)m->n_vertices; i += 3) {
-            lo = fminf(lo, m->positions[i]);
-            hi = fmaxf(hi, m->positions[i]);
-        }
-        double extent = (double)hi - (double)lo, centre = 0.5 * ((double)lo + (double)hi);
+        double centre = 0.0, extent = 2.0 * b->half[k];
+        if (!(extent > 0.0))
+            vertex_box(m, k, &centre, &extent);
         double wanted = size[k] > 0.0 ? size[k] : shape->proportions[k];
         double scale = extent > 0.0 ? wanted / extent : 1.0;
         for (size_t i = (size_t)k; i < 3 * (size_t)m->n_vertices; i += 3) {
@@ -341,12 +372,12 @@ enum lum_status lum_shape_make(const char *name, const struct lum_shape_params *
         return lum_fail(err, LUM_ERR_NOT_FOUND, "shape", "there is no shape \"%.32s\"", name ? name : "");
     struct lum_shape_input in;
     enum lum_status status = fill_input(shape, params, &in, err);
-    struct lum_shape_build b = {.max_vertices = 0};
+    struct lum_shape_build b = {.half = {0}};
     if (status == LUM_OK)
         status = shape->make(&b, &in, err);
     if (status != LUM_OK)
         return status;
-    stretch(&b.mesh, shape, params->size);
+    stretch(&b, shape, params->size);
     *ret_mesh = b.mesh;
     return LUM_OK;
 }

@@ -7,14 +7,17 @@ import os
 import sys
 
 sys.dont_write_bytecode = True  # beside the sources, in every build
-from generator import conference, cornell, desk, many_lights, office, shirley6, sibenik, sponza  # noqa: E402
+from generator import bunnies, conference, cornell, desk, many_lights, moves, office, shirley6, sibenik, sponza  # noqa: E402
 
 SCENES = {
+    "bunnies-1": lambda: bunnies.bunnies(1),
+    "bunnies-2": lambda: bunnies.bunnies(2),
+    "bunnies-4": lambda: bunnies.bunnies(4),
+    "bunnies-9": lambda: bunnies.bunnies(9),
     "conference": conference.conference,
     "cornell": cornell.cornell,
     "cornell-indirect": cornell.cornell_indirect,
     "cornell-media": cornell.cornell_media,
-    "cornell-turn": cornell.cornell_turn,
     "desk": desk.desk_scene,
     "furnace": cornell.furnace,
     "many-lights": many_lights.many_lights,
@@ -23,13 +26,27 @@ SCENES = {
     "shirley6": shirley6.shirley6,
     "sibenik": sibenik.sibenik,
     "sponza": sponza.sponza,
+    "wobble": cornell.wobble,
+}
+# NAME-moves: the replay of NAME
+REPLAYS = {
+    "bunnies-1-moves": lambda: moves.bunnies(1),
+    "bunnies-2-moves": lambda: moves.bunnies(2),
+    "bunnies-4-moves": lambda: moves.bunnies(4),
+    "bunnies-9-moves": lambda: moves.bunnies(9),
+    "conference-moves": moves.conference,
+    "cornell-moves": moves.cornell,
+    "desk-moves": moves.desk,
+    "sibenik-moves": moves.sibenik,
+    "wobble-moves": moves.wobble,
 }
 
 
 def main(out=os.path.dirname(os.path.abspath(__file__)), *names):
-    for name in names or SCENES:
+    files = {**SCENES, **REPLAYS}
+    for name in names or files:
         with open(os.path.join(out, name + ".jsonl"), "w", encoding="utf-8") as f:
-            f.write(SCENES[name]().text())
+            f.write(files[name]().text())
 
 
 if __name__ == "__main__":

@@ -112,6 +112,22 @@ class CommandLine(unittest.TestCase):
         for line in lines:
             self.assertGreater(len(line.split()), 2, line)
 
+    def test_scenes_and_methods_explain_themselves(self):
+        for command in ("scenes", "methods"):
+            done = run(command, "--help")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertTrue(done.stdout.startswith(f"usage: lumend {command}"))
+        self.assertTrue(run("scenes", "cornell-moves").stdout.startswith('{"lumend": 1, "kind": "replay"'))
+        for arguments in (("scenes", "nonsense"), ("scenes", "cornell", "nonsense"), ("methods", "nonsense")):
+            done = run(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertIn("unexpected argument 'nonsense'", done.stderr)
+
+    def test_a_file_is_named_once(self):
+        for arguments in (("--scene", "/no/place.jsonl"), ("--scene", "/no/place.glb"), ("--edits", "/no/place")):
+            done = run("render", "--scene", "cornell", *arguments, "--out", "/tmp/x.png")
+            self.assertEqual((done.returncode, done.stderr.count("place")), (1, 1), done.stderr)
+
     def test_usage_errors(self):
         for arguments, words in ((["--nonsense"], "unknown option '--nonsense'"), (["--scene"], "--scene needs a value"),
                                  (["--no-auth=1"], "--no-auth takes no value"), (["serve", "x"], "unexpected argument 'x'"),

@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 import unittest
 
-from daemon import Daemon
+from daemon import LUMEND, Daemon
 
 REPLAY = os.environ.get("LUMEND_REPLAY", "lumend-replay")
 HEADER = '{"lumend":1,"kind":"replay"}\n'
@@ -76,6 +76,26 @@ class Replay(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("token", log)
         self.assertEqual(self.play("--speed", "fast", text=HEADER)[0], 2)
+
+
+class BuiltIn(unittest.TestCase):
+    """A replay of the server's own, as a user plays it: lumend scenes NAME | lumend-replay -"""
+
+    def test_a_deforming_mesh_through_the_daemon(self):
+        text = subprocess.run([LUMEND, "scenes", "wobble-moves"], capture_output=True, text=True, check=True).stdout
+        with Daemon("--scene", "wobble") as daemon, tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([REPLAY, "--url", f"ws://127.0.0.1:{daemon.port}", "--token", daemon.token, "--view-size",
+                                   "48x32", "--method", "whitted", "--speed", "0", "--json", "--record", folder, "-"],
+                                  input=text, capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            report = json.loads(done.stdout)
+            self.assertEqual((report["edits"], report["refused"], report["edit_to_frame_us"]["n"]), (100, 0, 100))
+            pictures = set()
+            for name in os.listdir(folder):
+                with open(os.path.join(folder, name), "rb") as f:
+                    pictures.add(f.read())
+            # two waves of 50 poses each: the second shows the pictures of the first again
+            self.assertGreaterEqual(len(pictures), 50)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,4 @@
 """Cornell boxes, and the room whose light is known."""
-import json
-
 from .scene import Scene
 
 
@@ -79,12 +77,21 @@ def cornell_media():
     return s
 
 
-def cornell_turn():
-    s = Scene("replay", title="The marble statue turns once in six seconds", scene="cornell")
-    frames = 180
-    for i in range(1, frames + 1):
-        s.lines.append(json.dumps({"t_ms": round(i * 1000 / 30, 3), "op": "set", "id": "tall-statue",
-                                   "path": "/transform/rotate_deg", "value": [0, round(18 + 360 * i / frames, 3), 0]}))
+def wobble():
+    """moves.py bends the column: a mesh that deforms (6.3.2)."""
+    s = Scene(title="A column in a box, to be bent by a sine wave")
+    cornell_room(s)
+    s.material("coral", [0.78, 0.42, 0.30])
+    s.material("plinth", [0.55, 0.53, 0.50])
+    s.mesh("column-mesh", "wobble", [1.7, 2.6, 1.1], param=[0.35, 1, 0, 0], deforming=True)
+    s.object("column", "column-mesh", "coral", (-0.15, 0.2 + 1.3, -0.35))
+    s.box("column-plinth", [1.9, 0.2, 1.3], "plinth", (-0.15, 0.1, -0.35))
+    s.box("stone", [0.7, 0.55, 0.7], "white", (1.2, 0.275, 0.75), (0, 24, 0))
+    s.add("light", "ceiling-panel", kind="quad", position=[0, 3.98, 0], u=[1.3, 0, 0], v=[0, 0, 1.05], flux_lm=11000,
+          cct_k=3500, group="ceiling")
+    s.add("light", "globe", kind="sphere", position=[-1.25, 0.35, 0.95], radius=0.14, flux_lm=900, cct_k=2400, group="globe")
+    cornell_camera(s)
+    s.op("set", id="render", path="/exposure_ev", value=7.6)
     return s
 
 
