@@ -54,8 +54,9 @@ struct lum_cache_kind {
     /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
     void (*refresh)(const struct lum_cache_job *job);
     /* The scene changed: cache->snapshot -> update->snapshot, with motion between them; the VPLs are already new (moved: bit by
-     * slot), and so is the epoch. Decides what is stale; must not trace more than the immediate update of the thesis does.
-     * NULL: lasting is false. Thread: the director, no pass is under way; may use update->pool. */
+     * slot), and so is the epoch. Not called when motion is everything: then all records are gone. Powers, fluxes and media may
+     * have changed too: versions of both snapshots tell. Decides what is stale; must not trace more than the immediate update
+     * of the thesis does. NULL: lasting is false. Thread: the director, no pass is under way; may use update->pool. */
     void (*change)(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
     void (*finish)(struct lum_cache *cache); /* frees cache->kind_state; NULL: lum_free does */
 };
@@ -92,15 +93,19 @@ struct lum_cache {
     struct lum_vpl_set vpls;
     float spacing;                       /* vpls.spacing when the cache was last empty. Bounds follow this one, so that what
                                           * records keep of a VPL stays right while other VPLs move */
-    uint64_t *moved;                     /* bit by slot: VPLs that the last update put elsewhere */
+    const uint64_t *moved;               /* vpls.moved: those that the last update put elsewhere; NULL: the kind has none */
     const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
     uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
-    void *kind_state;                    /* the kind's own */
+    void *kind_state;                    /* the kind's own; NULL again as soon as all records are gone */
     _Atomic uint64_t created, updated, removed, discarded; /* since creation */
 };
 
-/* Brings VPLs up to date with the snapshot and tells the kind what changed. Thread: the director. On failure the cache is empty,
- * but usable. */
+/* Records of a cache take at most this. */
+#define LUM_CACHE_BYTES ((size_t)512 << 20)
+
+/* Brings VPLs up to date with the snapshot and tells the kind what changed; nothing when only the camera did, and no ray when
+ * only powers did. pool has at most the n_workers of the caches. Thread: the director. On failure the cache is empty, but
+ * usable. */
 struct lum_cache_update {
     const struct lum_snapshot *snapshot;
     struct lum_pool *pool;

@@ -16,12 +16,6 @@
 #define LUM_SUM_LANES 16u
 #define LUM_SUM_BLOCK 256u
 
-/* Bits of VPLs, by slot. */
-static inline uint32_t lum_vpl_words(uint32_t n_vpls)
-{
-    return (n_vpls + 63u) / 64u;
-}
-
 /* A point of a surface, as in struct lum_gather_points. */
 struct lum_receiver {
     struct lum_vec3 p, n, ng;

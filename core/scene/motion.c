@@ -91,17 +91,11 @@ static uint32_t object_end(const struct lum_snapshot *s)
     return s->n_instances + s->parts->lights->n_shapes;
 }
 
-static bool same_place(const struct lum_normalisation *a, const struct lum_normalisation *b)
-{
-    return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z &&
-           a->scale == b->scale;
-}
-
 void lum_motion_between(const struct lum_snapshot *before, const struct lum_snapshot *now,
                         struct lum_motion *ret_motion)
 {
     ret_motion->n = 0;
-    ret_motion->everything = !same_place(&before->norm, &now->norm);
+    ret_motion->everything = !lum_normalisation_equal(&before->norm, &now->norm);
     const struct lum_snapshot_parts *a = before->parts, *b = now->parts;
     if (a->instances != b->instances || a->materials != b->materials)
         walk(ret_motion, before, (struct range){0, before->n_instances}, now, (struct range){0, now->n_instances});

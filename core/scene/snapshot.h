@@ -18,6 +18,10 @@ struct lum_normalisation {
     struct lum_vec3d centre;
     double scale; /* a power of two */
 };
+static inline bool lum_normalisation_equal(const struct lum_normalisation *a, const struct lum_normalisation *b)
+{
+    return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z && a->scale == b->scale;
+}
 
 /* A mesh as the renderer reads it. Vertices are in the mesh's own normalised local space. */
 struct lum_mesh {

@@ -205,7 +205,8 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
                         &set->flux_unit[2], &set->flux[0], &set->flux[1],      &set->flux[2]};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
-    char *memory = lum_calloc(n, n_floats * sizeof(float) + n_indices * sizeof(uint32_t));
+    char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +
+                                     lum_vpl_words(set->n) * sizeof *set->moved);
     if (!memory)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u virtual point lights", set->n);
     set->memory = memory;
@@ -215,6 +216,7 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
         *indices[i] = (uint32_t *)(void *)memory;
         memset(memory, 0xff, n * sizeof(uint32_t)); /* LUM_NO_OBJECT */
     }
+    set->moved = (uint64_t *)(void *)memory;
     return LUM_OK;
 }
 
@@ -250,16 +252,24 @@ static bool same_place(const struct lum_vpl_set *a, const struct lum_vpl_set *b,
            a->ny[i] == b->ny[i] && a->nz[i] == b->nz[i];
 }
 
-static uint32_t count_moved(const struct lum_vpl_set *before, const struct lum_vpl_set *now)
+/* Fills in n_moved and moved. */
+static void find_moved(struct lum_vpl_set *now, const struct lum_vpl_set *before)
 {
-    uint32_t n = 0, common = before->n < now->n ? before->n : now->n;
-    for (uint32_t i = 0; i < common; i++)
-        n += !same_place(before, now, i);
+    uint32_t common = before->n < now->n ? before->n : now->n;
+    for (uint32_t i = 0; i < now->n; i++) {
+        bool moved = i < common ? !same_place(before, now, i) : now->light[i] != LUM_NO_OBJECT;
+        now->moved[i / 64] |= (uint64_t)moved << (i % 64);
+        now->n_moved += moved;
+    }
     for (uint32_t i = common; i < before->n; i++)
-        n += before->light[i] != LUM_NO_OBJECT;
-    for (uint32_t i = common; i < now->n; i++)
-        n += now->light[i] != LUM_NO_OBJECT;
-    return n;
+        now->n_moved += before->light[i] != LUM_NO_OBJECT;
+}
+
+static void forget_moved(struct lum_vpl_set *set)
+{
+    if (set->n_moved > 0)
+        memset(set->moved, 0, lum_vpl_words(set->n) * sizeof *set->moved);
+    set->n_moved = 0;
 }
 
 /* Of the media that dim paths; 0: none. */
@@ -294,7 +304,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
     }
     apply_power(&set, s);
     set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
-    set.n_moved = count_moved(former, &set);
+    find_moved(&set, former);
     *ret_set = set;
     return LUM_OK;
 }
@@ -307,13 +317,11 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     bool same = set->valid && set->n == rq->n && set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
                 set->geometry == s->versions.geometry && set->material == s->versions.material &&
                 set->light_shape == s->versions.light_shape && set->medium == medium_version(rq);
-    if (same && set->light_power == s->versions.light_power) {
-        set->n_moved = 0;
-        return LUM_OK;
-    }
-    if (same && lum_vpl_shares_serve(set, s)) {
-        apply_power(set, s);
-        set->n_moved = 0;
+    bool same_power = set->light_power == s->versions.light_power;
+    if (same && (same_power || lum_vpl_shares_serve(set, s))) {
+        if (!same_power)
+            apply_power(set, s);
+        forget_moved(set);
         return LUM_OK;
     }
     struct lum_vpl_set next;

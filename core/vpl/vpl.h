@@ -43,6 +43,7 @@ struct lum_vpl_set {
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
     uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
+    uint64_t *moved;                             /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
     float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units, averaged
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
@@ -55,6 +56,12 @@ struct lum_vpl_set {
     double scale; /* of the scene, which powers in candela are in units of */
     void *memory; /* of the arrays */
 };
+
+/* Words of a mask with a bit for each slot. */
+static inline uint32_t lum_vpl_words(uint32_t n)
+{
+    return (n + 63u) / 64u;
+}
 
 void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
 

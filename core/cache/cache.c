@@ -1,0 +1,221 @@
+/* The registry of a scene's caches, and how an edit reaches them. */
+#include "core/cache/cache.h"
+
+#include <string.h>
+
+/* A cache and who holds it. */
+struct entry {
+    struct lum_cache cache; /* first: what callers have is the address of both */
+    struct entry *next;
+    uint32_t n_workers, n_users;
+    uint64_t used; /* greater: released later */
+};
+
+struct lum_caches {
+    struct entry *entries;
+    uint32_t n_workers;
+    uint64_t n_released;
+};
+
+static struct entry *entry_of(struct lum_cache *cache)
+{
+    return (struct entry *)cache;
+}
+
+/* ---- one cache ---- */
+
+static void forget_state(struct lum_cache *cache)
+{
+    if (cache->kind_state && cache->key.kind->finish)
+        cache->key.kind->finish(cache);
+    else
+        lum_free(cache->kind_state);
+    cache->kind_state = NULL;
+}
+
+static void forget_records(struct lum_cache *cache)
+{
+    if (cache->store) {
+        atomic_fetch_add_explicit(&cache->removed, lum_store_count(cache->store), memory_order_relaxed);
+        lum_store_clear(cache->store);
+    }
+    forget_state(cache);
+}
+
+static void take_snapshot(struct lum_cache *cache, const struct lum_snapshot *s)
+{
+    if (s)
+        lum_snapshot_ref(s);
+    lum_snapshot_unref(cache->snapshot);
+    cache->snapshot = s;
+}
+
+static void destroy_entry(struct entry *e)
+{
+    forget_state(&e->cache);
+    lum_store_destroy(e->cache.store);
+    lum_vpl_finish(&e->cache.vpls);
+    lum_snapshot_unref(e->cache.snapshot);
+    lum_free(e);
+}
+
+static enum lum_status make_store(struct lum_cache *cache, const struct lum_snapshot *s, struct lum_error *err)
+{
+    struct lum_store_config config = {
+        .storage = cache->key.storage,
+        .lo = s->bounds_lo,
+        .hi = s->bounds_hi,
+        .n_workers = entry_of(cache)->n_workers,
+        .record_bytes = cache->key.kind->record_bytes(cache->key.n_vpls),
+    };
+    if (!(config.lo.x <= config.hi.x)) { /* an empty scene: any box serves */
+        config.lo = lum_v3(-1.0f, -1.0f, -1.0f);
+        config.hi = lum_v3(1.0f, 1.0f, 1.0f);
+    }
+    size_t fit = LUM_CACHE_BYTES / config.record_bytes;
+    config.capacity = fit > LUM_STORE_MAX ? LUM_STORE_MAX : fit > 0 ? (uint32_t)fit : 1;
+    return lum_store_create(&config, &cache->store, err);
+}
+
+static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cache_update *u, struct lum_error *err)
+{
+    struct lum_vpl_request request = {
+        .snapshot = u->snapshot,
+        .n = cache->key.n_vpls,
+        .max_bounces = cache->key.max_bounces,
+        .seed = cache->key.seed,
+        .media = cache->key.media,
+        .pool = u->pool,
+        .counters = u->counters,
+    };
+    enum lum_status status = lum_vpl_update(&cache->vpls, &request, err);
+    if (status == LUM_OK)
+        cache->moved = cache->vpls.moved;
+    return status;
+}
+
+/* Nothing changed that an irradiance may depend on. */
+static bool is_current(const struct lum_cache *cache, const struct lum_snapshot *now)
+{
+    const struct lum_snapshot *was = cache->snapshot;
+    if (!was)
+        return false;
+    const struct lum_versions *a = &was->versions, *b = &now->versions;
+    bool same_media = !cache->key.media || a->medium == b->medium || (was->n_media == 0 && now->n_media == 0);
+    return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
+           a->light_power == b->light_power && same_media;
+}
+
+/* The VPLs are new. */
+static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
+{
+    struct lum_motion motion = {.everything = true};
+    if (cache->snapshot && cache->key.kind->lasting)
+        lum_motion_between(cache->snapshot, u->snapshot, &motion);
+    cache->epoch++;
+    if (!motion.everything)
+        cache->key.kind->change(cache, u, &motion);
+    else if (cache->snapshot) /* there may be records */
+        forget_records(cache);
+    if (lum_store_count(cache->store) == 0)
+        cache->spacing = cache->vpls.spacing;
+}
+
+enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *u, struct lum_error *err)
+{
+    bool current = is_current(cache, u->snapshot);
+    if (cache->store && cache->snapshot && !lum_normalisation_equal(&cache->snapshot->norm, &u->snapshot->norm)) {
+        forget_records(cache);
+        lum_store_destroy(cache->store); /* the next one gets the scene's new box */
+        cache->store = NULL;
+    }
+    enum lum_status status = cache->store ? LUM_OK : make_store(cache, u->snapshot, err);
+    if (status == LUM_OK && cache->key.kind->vpls)
+        status = update_vpls(cache, u, err);
+    if (status != LUM_OK) {
+        forget_records(cache);
+        take_snapshot(cache, NULL);
+        return status;
+    }
+    if (!current)
+        tell_kind(cache, u);
+    take_snapshot(cache, u->snapshot);
+    return LUM_OK;
+}
+
+/* ---- the registry ---- */
+
+enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_caches, struct lum_error *err)
+{
+    struct lum_caches *caches = lum_calloc(1, sizeof *caches);
+    if (!caches)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the irradiance caches");
+    caches->n_workers = n_workers;
+    *ret_caches = caches;
+    return LUM_OK;
+}
+
+void lum_caches_destroy(struct lum_caches *caches)
+{
+    if (!caches)
+        return;
+    for (struct entry *e = caches->entries, *next; e; e = next) {
+        next = e->next;
+        destroy_entry(e);
+    }
+    lum_free(caches);
+}
+
+static bool same_key(const struct lum_cache_key *a, const struct lum_cache_key *b)
+{
+    return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&
+           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media;
+}
+
+enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,
+                                  struct lum_cache **ret_cache, struct lum_error *err)
+{
+    struct entry *e = caches->entries;
+    while (e && !same_key(&e->cache.key, key))
+        e = e->next;
+    if (!e) {
+        e = lum_calloc(1, sizeof *e);
+        if (!e)
+            return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an irradiance cache");
+        e->cache.key = *key;
+        e->n_workers = caches->n_workers;
+        e->next = caches->entries;
+        caches->entries = e;
+    }
+    e->n_users++;
+    *ret_cache = &e->cache;
+    return LUM_OK;
+}
+
+/* Frees the idle cache that was used longest ago, if there are too many. */
+static void drop_one_idle(struct lum_caches *caches)
+{
+    struct entry **oldest = NULL;
+    uint32_t n_idle = 0;
+    for (struct entry **at = &caches->entries; *at; at = &(*at)->next) {
+        if ((*at)->n_users > 0)
+            continue;
+        n_idle++;
+        if (!oldest || (*at)->used < (*oldest)->used)
+            oldest = at;
+    }
+    if (n_idle <= LUM_CACHES_IDLE)
+        return;
+    struct entry *e = *oldest;
+    *oldest = e->next;
+    destroy_entry(e);
+}
+
+void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache)
+{
+    if (!cache)
+        return;
+    entry_of(cache)->n_users--;
+    entry_of(cache)->used = ++caches->n_released;
+    drop_one_idle(caches);
+}
