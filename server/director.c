@@ -413,8 +413,10 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the configuration");
     if (!st)
         st = lum_world_init(&d->world, config->threads, &config->log, err);
-    if (!st)
+    if (!st) {
+        d->world.deterministic = config->deterministic;
         st = lum_encoder_create(d->world.pool, &d->encoder, err);
+    }
     if (!st)
         st = load(d, err);
     if (!st && pthread_create(&d->thread, NULL, director_main, d))

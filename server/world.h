@@ -18,6 +18,7 @@ struct lum_world {
     struct lum_device *device;
     struct lum_scene *scene;
     struct lum_document *doc;
+    bool deterministic; /* a picture does not depend on what was shown before it */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
     struct lum_log log;
 };

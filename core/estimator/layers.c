@@ -281,17 +281,36 @@ static void drop_layers(struct lum_layers *l)
     l->n_layers = 0;
 }
 
+/* The eye moved: who sees which light stays as true as it was, of other pixels. */
+static void step_back(struct lum_layers *l, const struct lum_pass *pass)
+{
+    l->former_eye = l->eye;
+    l->n_moves++;
+    for (uint32_t i = 0; i < l->n_layers; i++) {
+        struct lum_layer *layer = &l->layers[i];
+        memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
+        if (layer->soft.seen)
+            lum_soft_step_back(&layer->soft, pass);
+    }
+    lower_shared(l, pass);
+}
+
 /* What the kinds of edit since the last update make stale. */
 static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
 {
     const struct lum_view_settings *set = pass->settings;
     const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
-    bool same = set->method == l->method && set->seed == l->seed && memcmp(l->on, pass->on, sizeof l->on) == 0;
+    bool same = set->method == l->method && set->seed == l->seed && set->carry_shadows == l->carry_shadows &&
+                memcmp(l->on, pass->on, sizeof l->on) == 0;
     bool moved = gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry;
     l->edited_elsewhere = same && !moved && now->light_shape == was->light_shape && !lum_versions_equal(now, was);
     if (!same)
         drop_layers(l);
-    if (moved || set->shadow_samples != l->shadow_samples)
+    if (moved || !same)
+        l->carried = same && set->carry_shadows && now->geometry == was->geometry;
+    if (l->carried && moved)
+        step_back(l, pass);
+    else if (moved || set->shadow_samples != l->shadow_samples)
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (now->material != was->material || now->medium != was->medium || set->max_depth != l->max_depth)
         lower_all(l, pass, LUM_LAYER_SEEN);
@@ -301,6 +320,8 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         lower_shared(l, pass);
     l->versions = *now;
     l->gbuffer_stamp = gbuffer_stamp;
+    l->eye = pass->eye;
+    l->carry_shadows = set->carry_shadows;
     l->shadow_samples = set->shadow_samples;
     l->seed = set->seed;
     l->max_depth = set->max_depth;

@@ -11,7 +11,7 @@
  *   - a moved light drops its own layer only.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 16 bytes a pixel, one with soft shadows 29. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
+ * A layer takes 16 bytes a pixel, one with soft shadows 33. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
  * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
  * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
  * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
@@ -59,6 +59,10 @@ struct lum_layers {
     struct lum_crowd crowd; /* lights without a layer, of methods with soft shadows: their light on what the eye sees */
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
+    struct lum_eye eye, former_eye; /* that the buffers show; and what lum_soft.former and lum_surfaces.former_p do */
+    bool carry_shadows;
+    bool carried;          /* former samples serve: the eye moved, and nothing else */
+    uint32_t n_moves;      /* of the eye, while samples were carried on */
     bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */

@@ -101,6 +101,50 @@ static void ask(struct batch *b, size_t pixel, uint32_t k)
         seen->visible |= bit;
 }
 
+/* ---- what is known from before the eye moved ---- */
+
+#define SAME_COS 0.9f /* between normals, as in lum_guide_same_surface */
+#define NOWHERE UINT32_MAX
+
+/* The pixel that saw the same spot when the eye was elsewhere: it lies within a pixel's size of the plane there. */
+static uint32_t former_pixel(const struct lum_pass *pass, size_t pixel)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    uint32_t x, y;
+    if (!(s->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
+        !lum_eye_pixel(&pass->layers->former_eye, s->p[pixel], &x, &y))
+        return NOWHERE;
+    uint32_t from = y * pass->tiling.w + x;
+    float off = lum_dot(s->n[pixel], lum_v3_sub(s->former_p[from], s->p[pixel]));
+    bool same =
+        lum_dot(s->n[pixel], s->former_n[from]) > SAME_COS && fabsf(off) <= pass->eye.per_pixel * s->depth[pixel];
+    return same ? from : NOWHERE;
+}
+
+static void find_former(const struct lum_pass *pass, struct lum_tile_rect r, uint32_t *ret_from)
+{
+    for (uint32_t i = 0; i < r.w * r.h; i++)
+        ret_from[i] = former_pixel(pass, (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w);
+}
+
+/* Takes over what that pixel knew of every other stratum, in turn. So nothing is older than two moves, each of which is
+ * off by up to half a pixel. Measured in a pan of cornell by 2.5 pixels a frame (relMSE, rays): nothing carried
+ * on 1.4e-3, 475 thousand; all but one stratum 2.6e-3, 114; all but four 9e-4, 339; half 7e-4, 394. What the pixel
+ * knows by itself, after an edit of materials, stays. */
+static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum_tile_rect r, const uint32_t *from)
+{
+    uint16_t keep = pass->layers->n_moves % 2 ? 0xaaaau : 0x5555u;
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        if (from[i] == NOWHERE)
+            continue;
+        struct lum_seen was = soft->former[from[i]];
+        struct lum_seen *seen = &soft->seen[(size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w];
+        uint16_t traced = was.traced & keep & (uint16_t) ~(seen->traced | seen->visible);
+        seen->traced |= traced;
+        seen->visible |= was.visible & traced;
+    }
+}
+
 /* ---- first stratum ---- */
 
 /* All pixels of the packet that begin with stratum k: their rays end near one point of the light. */
@@ -175,11 +219,17 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     b.pass = pass;
     b.counters = counters;
     b.rays.n = 0;
-    uint32_t a = 0;
+    uint32_t a = 0, from[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
+    bool looked_up = false;
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
         if (layer->soft.begun[packet])
             continue;
         b.layer = layer;
+        if (pass->layers->carried && !looked_up)
+            find_former(pass, r, from);
+        looked_up = true;
+        if (pass->layers->carried)
+            carry(pass, &layer->soft, r, from);
         for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
             trace_stratum(&b, r, k);
         count(pass, &layer->soft, r);

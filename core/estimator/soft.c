@@ -28,6 +28,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     struct lum_soft s = {
         .salt = salt,
         .seen = lum_calloc(n, sizeof *s.seen),
+        .former = pass->settings->carry_shadows ? lum_calloc(n, sizeof *s.former) : NULL,
         .direct = lum_calloc(n_slots, sizeof *s.direct),
         .tally = lum_calloc(n_sets, sizeof *s.tally),
         .unshadowed = lum_calloc(n_sets, sizeof *s.unshadowed),
@@ -37,7 +38,8 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     };
     draw_points(&s, pass);
     *ret_soft = s;
-    if (s.seen && s.direct && s.tally && s.unshadowed && s.goal && s.begun && s.resolved)
+    if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.unshadowed && s.goal &&
+        s.begun && s.resolved)
         return true;
     lum_soft_finish(ret_soft);
     return false;
@@ -46,6 +48,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
 void lum_soft_finish(struct lum_soft *s)
 {
     lum_free(s->seen);
+    lum_free(s->former);
     lum_free(s->direct);
     lum_free(s->tally);
     lum_free(s->unshadowed);
@@ -64,6 +67,18 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
 {
     draw_points(s, pass); /* the seed may be another */
+    size_t bytes = (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen;
+    memset(s->seen, 0, bytes);
+    if (s->former)
+        memset(s->former, 0, bytes);
+    redo(s, pass);
+}
+
+void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
+{
+    struct lum_seen *seen = s->seen;
+    s->seen = s->former;
+    s->former = seen;
     memset(s->seen, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen);
     redo(s, pass);
 }
@@ -77,7 +92,7 @@ void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
 
 size_t lum_soft_bytes(void)
 {
-    return sizeof(struct lum_seen) + sizeof(struct lum_rgb) + 1;
+    return 2 * sizeof(struct lum_seen) + sizeof(struct lum_rgb) + 1;
 }
 
 uint32_t lum_soft_around(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y)

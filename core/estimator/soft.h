@@ -36,6 +36,7 @@ struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
+    struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way */
@@ -49,6 +50,8 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
 void lum_soft_finish(struct lum_soft *s);
 /* Nothing is known any more. */
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass);
+/* The eye moved: what is known belongs to the picture before. */
+void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass);
 /* Materials changed: what was traced stays, what was not worth it may be now. */
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */

@@ -114,3 +114,14 @@ bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng
     lum_rays_push(rays, o, d, tfar);
     return true;
 }
+
+bool lum_eye_pixel(const struct lum_eye *eye, struct lum_vec3 p, uint32_t *ret_x, uint32_t *ret_y)
+{
+    struct lum_vec3 d = lum_frame_to_local(&eye->frame, lum_v3_sub(p, eye->o));
+    float x = 0.5f * eye->w + d.x / (d.z * eye->per_pixel), y = 0.5f * eye->h - d.y / (d.z * eye->per_pixel);
+    if (!(d.z > 0.0f && x >= 0.0f && x < eye->w && y >= 0.0f && y < eye->h))
+        return false;
+    *ret_x = (uint32_t)x;
+    *ret_y = (uint32_t)y;
+    return true;
+}

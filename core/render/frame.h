@@ -39,6 +39,9 @@ static inline struct lum_vec3 lum_eye_direction(const struct lum_eye *eye, float
     return lum_normalize(lum_v3_mad(lum_v3_mad(eye->frame.n, eye->frame.t, sx), eye->frame.b, sy));
 }
 
+/* The pixel through which the eye sees p, were nothing before it. False: p is behind the eye or beside the picture. */
+bool lum_eye_pixel(const struct lum_eye *eye, struct lum_vec3 p, uint32_t *ret_x, uint32_t *ret_y);
+
 /* Where tiles lie in a picture. */
 struct lum_tiling {
     uint32_t w, h, side, nx, ny, n;
@@ -74,6 +77,7 @@ struct lum_surfaces {
     float *depth;                /* distance from the eye, scene units; INFINITY: background */
     uint8_t *kind;               /* LUM_PIXEL_ bits */
     uint32_t *object;            /* as in struct lum_hits */
+    struct lum_vec3 *former_p, *former_n; /* p and n before the eye last moved; NULL: settings->carry_shadows is off */
     uint8_t *done;               /* per tile */
     uint64_t stamp, material, light_shape; /* of what they show */
     uint64_t version;            /* changes with what they show */

@@ -10,6 +10,8 @@ void lum_surfaces_finish(struct lum_surfaces *s)
     lum_free(s->depth);
     lum_free(s->kind);
     lum_free(s->object);
+    lum_free(s->former_p);
+    lum_free(s->former_n);
     lum_free(s->done);
     *s = (struct lum_surfaces){.version = s->version};
 }
@@ -29,13 +31,34 @@ static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
     return s->p && s->n && s->ng && s->albedo && s->depth && s->kind && s->object && s->done;
 }
 
+/* The eye has moved: what it saw becomes what it saw before. */
+static bool step_back(struct lum_surfaces *s, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.w * pass->tiling.h;
+    if (!pass->settings->carry_shadows)
+        return true;
+    if (!s->former_p)
+        s->former_p = lum_calloc(n, sizeof *s->former_p);
+    if (!s->former_n)
+        s->former_n = lum_calloc(n, sizeof *s->former_n);
+    if (!s->former_p || !s->former_n)
+        return false;
+    struct lum_vec3 *p = s->p, *normal = s->n;
+    s->p = s->former_p;
+    s->n = s->former_n;
+    s->former_p = p;
+    s->former_n = normal;
+    return true;
+}
+
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
 {
     const struct lum_versions *v = &pass->snapshot->versions;
     uint64_t stamp = pass->gbuffer->stamp;
     if (s->p && s->stamp == stamp && s->material == v->material && s->light_shape == v->light_shape)
         return LUM_OK;
-    if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n)) {
+    if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n) ||
+        (s->stamp != stamp && !step_back(s, pass))) {
         lum_surfaces_finish(s);
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the surfaces of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);

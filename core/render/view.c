@@ -148,8 +148,8 @@ bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_v
 {
     return lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
            a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
-           a->antialias == b->antialias && a->n_vpls == b->n_vpls && a->effects_off == b->effects_off &&
-           a->effects_on == b->effects_on;
+           a->antialias == b->antialias && a->carry_shadows == b->carry_shadows && a->n_vpls == b->n_vpls &&
+           a->effects_off == b->effects_off && a->effects_on == b->effects_on;
 }
 
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until

@@ -20,6 +20,8 @@ struct lum_view_settings {
     uint32_t max_depth;      /* path segments after the first hit */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0: none */
+    bool carry_shadows;      /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does not
+                                depend on where the eye was before */
     bool antialias;          /* false: rays through pixel centres */
     uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
                                 block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */

@@ -467,6 +467,93 @@ static void any_size_and_any_threads(void **state)
     }
 }
 
+/* ---- samples that are carried on ---- */
+
+/* A pan to where the room is looked at. */
+static struct lum_pass_stats pan(struct rig *r, int n_frames)
+{
+    struct lum_camera end = r->settings.camera;
+    struct lum_pass_stats s = {0};
+    for (int k = n_frames - 1; k >= 0; k--) {
+        r->settings.camera.position.x = end.position.x + 0.01 * k;
+        s = rig_pass(r);
+    }
+    return s;
+}
+
+/* In a slow pan a frame takes fewer rays than from scratch, and is nearer to the truth: half of all strata are known.
+ */
+static void a_pan_learns(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.w = 96;
+    r.settings.h = 64;
+    struct lum_rgb *reference = whitted_reference(&r);
+    r.settings.shadow_budget = 2000;
+    struct lum_pass_stats fresh = rig_pass(&r);
+    double alone = square_difference(&r, reference);
+    rig_fresh_view(&r);
+    r.settings.carry_shadows = true;
+    struct lum_pass_stats s = pan(&r, 12);
+    double carried = square_difference(&r, reference);
+    if (!(carried < alone && shadow_rays(&s) < shadow_rays(&fresh)))
+        fail_msg("mean square %g, from scratch %g; rays %llu, %llu", carried, alone,
+                 (unsigned long long)shadow_rays(&s), (unsigned long long)shadow_rays(&fresh));
+    s = rig_pass(&r);
+    assert_int_equal(rig_all_rays(&s), 0);
+    lum_free(reference);
+    rig_end(&r);
+}
+
+/* Visibility of a spot is carried, so that it is dropped with what it depends on: where light or object moved, the
+ * picture is that of a view that never looked elsewhere. */
+static void nothing_outdated_is_carried(void **state)
+{
+    (void)state;
+    for (int object = 0; object < 2; object++) {
+        struct rig r;
+        furnished_room(&r, 0);
+        r.settings.shadow_budget = 0;
+        r.settings.carry_shadows = true;
+        pan(&r, 3);
+        r.settings.camera.position.x += 0.02;
+        if (object)
+            rig_object(&r, "crate", "crate", "red", rig_v(-0.2, 0.5, -0.4));
+        else
+            put_lamp(&r, "lamp", 0.4, 100);
+        rig_commit(&r);
+        rig_pass(&r);
+        struct lum_rgb *edited = rig_picture(&r);
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        rig_assert_picture(&r, edited, object ? "object moved" : "light moved");
+        lum_free(edited);
+        rig_end(&r);
+    }
+}
+
+/* After a pan the eye rests, and a material gets another colour: samples of before the pan are not taken over again. */
+static void a_recolour_after_a_pan_traces_nothing(void **state)
+{
+    (void)state;
+    struct rig r;
+    furnished_room(&r, 0);
+    r.settings.carry_shadows = true;
+    pan(&r, 4);
+    struct lum_material_desc blue = rig_diffuse(0.4f);
+    blue.base_color = lum_rgb(0.1f, 0.1f, 0.7f);
+    rig_material(&r, "red", &blue);
+    rig_commit(&r);
+    struct lum_pass_stats s = rig_pass(&r);
+    assert_int_equal(shadow_rays(&s), 0);
+    r.settings.carry_shadows = false; /* forgets all; must not look for what it no longer keeps */
+    s = rig_pass(&r);
+    assert_true(shadow_rays(&s) > 0);
+    rig_end(&r);
+}
+
 /* ---- more lights than layers ---- */
 
 #define CROWD                                                                                                          \
@@ -571,6 +658,9 @@ int main(void)
         cmocka_unit_test(moved_light_leaves_no_trace),
         cmocka_unit_test(order_of_lights_does_not_matter),
         cmocka_unit_test(any_size_and_any_threads),
+        cmocka_unit_test(a_pan_learns),
+        cmocka_unit_test(nothing_outdated_is_carried),
+        cmocka_unit_test(a_recolour_after_a_pan_traces_nothing),
         cmocka_unit_test(crowd_is_the_sum),
         cmocka_unit_test(crowd_is_never_stale),
         cmocka_unit_test(nothing_to_light),
