@@ -44,11 +44,12 @@ struct lum_store;
 struct lum_store_config {
     enum lum_storage storage;
     struct lum_vec3 lo, hi; /* box of the scene; points outside are found all the same, only less quickly */
-    uint32_t n_workers;     /* workers 0 .. n_workers - 1 may use it at once */
+    uint32_t n_workers;     /* workers 0 .. n_workers - 1 may use it at once; 1 .. LUM_STORE_WORKERS_MAX */
     size_t record_bytes;    /* sizeof the owner's struct, a multiple of 8 */
     uint32_t capacity;      /* records at most, 1 .. LUM_STORE_MAX */
 };
 #define LUM_STORE_MAX (1u << 22)
+#define LUM_STORE_WORKERS_MAX 1024u
 
 LUM_MUST_USE enum lum_status lum_store_create(const struct lum_store_config *config, struct lum_store **ret_store,
                                               struct lum_error *err);
@@ -72,6 +73,10 @@ uint32_t lum_store_overlap(struct lum_store *store, uint32_t worker, struct lum_
                            struct lum_record **ret_records, uint32_t max);
 /* Takes it out. Any worker may, while others search; taking it out twice is the same as once. True: it was this call that did. */
 bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_record *record);
+/* Record by index; NULL: there is none. For going over all: 0 .. lum_store_limit - 1, in the order of their indices. While others
+ * insert, those records may be among them or not. */
+struct lum_record *lum_store_at(const struct lum_store *store, uint32_t index);
+uint32_t lum_store_limit(const struct lum_store *store);
 
 /* ---- by one thread, while no worker is inside ---- */
 
@@ -79,9 +84,6 @@ bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_recor
 LUM_MUST_USE enum lum_status lum_store_end_frame(struct lum_store *store, struct lum_error *err);
 void lum_store_clear(struct lum_store *store);   /* all records are gone; memory stays */
 uint32_t lum_store_count(const struct lum_store *store); /* records that are there */
-/* Record by index; NULL: there is none. For going over all: 0 .. lum_store_limit - 1, in the order of their indices. */
-struct lum_record *lum_store_at(const struct lum_store *store, uint32_t index);
-uint32_t lum_store_limit(const struct lum_store *store);
 
 struct lum_store_stats {
     uint64_t inserted, removed;
