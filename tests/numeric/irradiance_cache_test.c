@@ -141,7 +141,10 @@ static void sphere_with_its_light_anywhere(void **state)
     rig_commit(&r);
     struct bench b = bench_of(4096, 20);
     add_sphere_records(&b, &r, 32);
-    build_all(&b, &r);
+    for (uint32_t i = 0; i < b.n; i++) { /* numbers of their own, so that errors are independent */
+        b.cache.key.seed = i;
+        build_some(&b, &r, i, 1);
+    }
     struct mean mean = {0};
     double worst = 0.0;
     for (uint32_t i = 0; i < b.n; i++) {
