@@ -252,6 +252,17 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
     return st;
 }
 
+static enum lum_status write_png(struct batch *b, const char *path, struct lum_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    const struct lum_record_render *r = &lum_world_render(&b->world)->render;
+    const struct lum_film *film = lum_view_film(b->view);
+    struct lum_opt ev = o->has_exposure ? o->exposure_ev : r->exposure_ev;
+    enum lum_tone_map tone = LUM_TONE_AGX;
+    enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
+    return st ? st : lum_write_png(path, film, ev.set ? ev.value : lum_exposure_auto(film), tone, err);
+}
+
 static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     char path[4096];
@@ -262,13 +273,7 @@ static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error 
     if (b->options.exr) {
         st = write_exr(b, path, &e);
     } else {
-        const struct lum_record_render *r = &lum_world_render(&b->world)->render;
-        const struct lum_film *film = lum_view_film(b->view);
-        enum lum_tone_map tone = LUM_TONE_AGX;
-        st = lum_apply_tone_map(r->tone_map, &tone, &e);
-        if (!st)
-            st = lum_write_png(path, film, r->exposure_ev.set ? r->exposure_ev.value : lum_exposure_auto(film), tone,
-                               &e);
+        st = write_png(b, path, &e);
     }
     return !st || core_failed(&e, err);
 }

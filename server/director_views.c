@@ -145,14 +145,14 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
     cJSON *o = lum_frame_stats_json(&v->frame);
-    bool ok = lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&
-              lum_json_add_number(o, "camera_seq", v->want.camera_seq) &&
-              lum_json_add_string(o, "method", v->settings.method->name) &&
-              lum_json_add_number(o, "exposure_ev", p->exposure_ev) &&
-              lum_json_add_number(o, "encode_ms", p->encode_ms) &&
-              lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
-              lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "overlay_map", p->has_map) &&
-              lum_json_add_bool(o, "converged", final);
+    bool ok =
+        lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&
+        lum_json_add_number(o, "camera_seq", v->want.camera_seq) &&
+        lum_json_add_string(o, "method", v->settings.method->name) &&
+        lum_json_add_number(o, "exposure_ev", p->exposure_ev) && lum_json_add_number(o, "encode_ms", p->encode_ms) &&
+        lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
+        lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "overlay_map", p->has_map) &&
+        lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) && lum_json_add_bool(o, "converged", final);
     if (!ok) {
         cJSON_Delete(o);
         return;

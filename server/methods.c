@@ -147,7 +147,7 @@ static bool read_view(struct lum_json_reader *r, struct lum_view_request *v)
     read_coding(r, v);
     v->has_method = lum_json_string(r, "method", v->method, sizeof v->method);
     v->has_camera_seq = lum_json_u32(r, "camera_seq", 0, UINT32_MAX, &v->camera_seq);
-    v->has_exposure = lum_json_opt(r, "exposure_ev", -40.0, 40.0, &v->exposure_ev);
+    v->has_exposure = lum_json_opt(r, "exposure_ev", -LUM_LIMIT_VIEW_EV, LUM_LIMIT_VIEW_EV, &v->exposure_ev);
     v->has_tone_map = lum_json_choice(r, "tone_map", "agx|aces|reinhard|none", &tone_map);
     if (v->has_tone_map)
         strcpy(v->tone_map, tone_maps[tone_map]);

@@ -11,13 +11,15 @@
 #include "core/method/method.h"
 #include "core/vpl/vpl.h"
 #include "protocol/limits.h"
+#include "server/apply.h"
 
 #define MAX_FRAMES 1000000u
 #define MAX_THREADS 1024u
 
 const char lum_render_help[] =
     "usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n"
-    "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with --frames they\n"
+    "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with --frames "
+    "they\n"
     "                       happen at their t_ms\n"
     "  --method M           see: lumend methods\n"
     "  --camera ID          a camera of the scene (default: main)\n"
@@ -31,6 +33,8 @@ const char lum_render_help[] =
     "                       transmission, glossy, media, antialias\n"
     "  --effects-on A,B     effects to compute although nothing in the scene calls for them\n"
     "  --vpls N             virtual point lights, of methods that use them (default: the scene's)\n"
+    "  --exposure EV        of a PNG: EV100 from -40 to 40, higher is darker, or auto (default: the scene's)\n"
+    "  --tone-map T         of a PNG: agx, aces, reinhard or none (default: the scene's)\n"
     "  --light-groups       a layer for each light group (EXR)\n"
     "  --threads N          default: all processors\n"
     "  --seed N             another draw of random numbers\n"
@@ -53,6 +57,8 @@ enum option_code {
     OPT_EFFECTS_OFF,
     OPT_EFFECTS_ON,
     OPT_VPLS,
+    OPT_EXPOSURE,
+    OPT_TONE_MAP,
     OPT_LIGHT_GROUPS,
     OPT_THREADS,
     OPT_SEED,
@@ -77,6 +83,8 @@ static const struct option long_options[] = {
     {"effects-off", required_argument, NULL, OPT_EFFECTS_OFF},
     {"effects-on", required_argument, NULL, OPT_EFFECTS_ON},
     {"vpls", required_argument, NULL, OPT_VPLS},
+    {"exposure", required_argument, NULL, OPT_EXPOSURE},
+    {"tone-map", required_argument, NULL, OPT_TONE_MAP},
     {"light-groups", no_argument, NULL, OPT_LIGHT_GROUPS},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"seed", required_argument, NULL, OPT_SEED},
@@ -126,6 +134,30 @@ static enum lum_status read_size(const char *text, struct lum_render_options *o,
         o->h = rh;
     }
     return st;
+}
+
+static enum lum_status read_exposure(const char *text, struct lum_render_options *o, struct lum_error *err)
+{
+    char *end;
+    double ev = strtod(text, &end);
+    bool automatic = strcmp(text, "auto") == 0;
+    if (!automatic && (end == text || *end || !(fabs(ev) <= LUM_LIMIT_VIEW_EV)))
+        return lum_fail(err, LUM_ERR_INVALID, "exposure",
+                        "--exposure takes auto or a number from %g to %g, not \"%.40s\"", -LUM_LIMIT_VIEW_EV,
+                        LUM_LIMIT_VIEW_EV, text);
+    o->has_exposure = true;
+    o->exposure_ev = (struct lum_opt){.set = !automatic, .value = automatic ? 0.0 : ev};
+    return LUM_OK;
+}
+
+static enum lum_status read_tone_map(const char *text, struct lum_render_options *o, struct lum_error *err)
+{
+    enum lum_tone_map tone;
+    if (lum_apply_tone_map(text, &tone, NULL))
+        return lum_fail(err, LUM_ERR_INVALID, "tone-map", "--tone-map takes agx, aces, reinhard or none, not \"%.40s\"",
+                        text);
+    o->tone_map = text;
+    return LUM_OK;
 }
 
 /* Names with commas between them; added to *inout_bits. */
@@ -186,6 +218,10 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         return read_effects("effects-on", text, &o->effects_on, err);
     case OPT_VPLS:
         return read_u32("vpls", text, 1, LUM_VPL_MAX, &o->vpls, err);
+    case OPT_EXPOSURE:
+        return read_exposure(text, o, err);
+    case OPT_TONE_MAP:
+        return read_tone_map(text, o, err);
     case OPT_LIGHT_GROUPS:
         o->light_groups = true;
         return LUM_OK;
@@ -237,6 +273,9 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
         return lum_fail(err, LUM_ERR_INVALID, "out", "--out must hold %%04d when --frames is above 1");
     if (o->light_groups && !o->exr)
         return lum_fail(err, LUM_ERR_INVALID, "light-groups", "--light-groups needs an .exr as --out");
+    if (o->exr && (o->has_exposure || o->tone_map))
+        return lum_fail(err, LUM_ERR_INVALID, "out", "--%s needs a .png as --out: an .exr holds light itself",
+                        o->tone_map ? "tone-map" : "exposure");
     return LUM_OK;
 }
 

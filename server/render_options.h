@@ -3,6 +3,7 @@
 #define LUM_SERVER_RENDER_OPTIONS_H
 
 #include "core/base/base.h"
+#include "protocol/record.h"
 
 struct lum_render_options {
     /* as given, borrowed from argv; NULL: not given */
@@ -18,6 +19,9 @@ struct lum_render_options {
     uint32_t seed;
     uint32_t effects_off, effects_on; /* bits LUM_EFFECT_BIT */
     uint32_t vpls;                    /* 0: the scene's */
+    bool has_exposure;                /* of a .png; else the scene's */
+    struct lum_opt exposure_ev;       /* not set: automatic */
+    const char *tone_map;             /* of a .png; NULL: the scene's */
 };
 
 /* A failure here is a usage error; err->field names the option. */

@@ -7,6 +7,9 @@
 #include "server/apply.h"
 
 enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
+enum { GLANCES = 16 }; /* across, and down */
+const char *const lum_in_view_names[] = {
+    [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
 #define GROWING_INTERVAL_NS 250000000ll
 /* A first pass that would take longer than this is preceded by a rough one, of a quarter or a sixteenth of its paths:
  * an edit must show while the hand still moves. */
@@ -75,6 +78,21 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
 }
 
+/* A grid of rays, ended by the first that meets something: mostly one. */
+static bool sees_only_background(const struct lum_snapshot *snapshot, const struct lum_view_settings *s)
+{
+    for (int i = 0; i < GLANCES * GLANCES; i++) {
+        int k =
+            (i * 151 + GLANCES * GLANCES / 2 + GLANCES / 2) % (GLANCES * GLANCES); /* from the middle, then scattered */
+        struct lum_pick pick;
+        lum_pick_at(snapshot, &s->camera, s->w, s->h, (k % GLANCES + 0.5) / GLANCES * s->w,
+                    (k / GLANCES + 0.5) / GLANCES * s->h, &pick);
+        if (pick.hit)
+            return false;
+    }
+    return true;
+}
+
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
                              uint64_t order)
 {
@@ -92,8 +110,10 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
         v->unsent = v->unsent || v->last_pass.spp > 0; /* the same film, under a new revision or exposure */
         v->scene_rev = snapshot->scene_rev;
     }
-    if (!lum_camera_equal(&v->settings.camera, &r.settings.camera) || v->n_instances != snapshot->n_instances ||
-        v->exposure_ev.set)
+    bool same_camera = lum_camera_equal(&v->settings.camera, &r.settings.camera);
+    if (!same_camera || v->versions.geometry != snapshot->versions.geometry || v->frame_seq == 0)
+        v->only_background = sees_only_background(snapshot, &r.settings);
+    if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
         v->auto_settled = false;
     v->n_instances = snapshot->n_instances;
     v->final_sent = false;
@@ -367,6 +387,22 @@ static struct lum_overlay_picture overlay(const struct lum_server_view *v)
     return o;
 }
 
+static bool is_black(const struct lum_film *film)
+{
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            if (lum_luminance(lum_film_mean(film, x, y)) > 0.0f)
+                return false;
+    return true;
+}
+
+static enum lum_in_view in_view(const struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->only_background)
+        return LUM_IN_VIEW_NOTHING;
+    return is_black(film) ? LUM_IN_VIEW_DARK : LUM_IN_VIEW_SCENE;
+}
+
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
 {
@@ -385,6 +421,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_en
         struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
                                   .exposure_ev = picture.display.ev100,
                                   .server_us = micros_since(v->newest_ns, now),
+                                  .in_view = in_view(v, film),
                                   .has_map = picture.overlay.iterations != NULL};
         for (uint32_t i = 0; i < v->n_tiles; i++)
             if (tiles[i]) {

@@ -32,6 +32,7 @@ struct lum_server_view {
     bool auto_settled;
     uint32_t n_instances; /* that it was settled for */
     struct lum_versions versions; /* of the snapshot last resolved against */
+    bool only_background;
     uint64_t scene_rev;           /* that the picture stands for */
     /* progress */
     bool stale;    /* changed, and no pass has run since */
@@ -77,11 +78,20 @@ enum lum_frame_due { LUM_DUE_NONE, LUM_DUE_FRAME, LUM_DUE_FINAL };
  * before something changes. */
 enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns);
 
+/* What there is to see, so that an empty picture can be explained. */
+enum lum_in_view {
+    LUM_IN_VIEW_SCENE,
+    LUM_IN_VIEW_DARK,   /* something is there, and no light comes from it */
+    LUM_IN_VIEW_NOTHING /* background alone */
+};
+extern const char *const lum_in_view_names[];
+
 struct lum_published {
     uint32_t n_tiles;
     uint64_t n_bytes;
     double encode_ms, exposure_ev;
     uint32_t server_us;
+    enum lum_in_view in_view;
     bool has_map; /* the picture shows the map that the view's overlay asks for */
 };
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,

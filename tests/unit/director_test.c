@@ -694,6 +694,42 @@ static void an_overlay_is_display_only(void **state)
     assert_int_equal(after.rays, before.rays);
 }
 
+/* in_view of the final frame.stats for camera number seq, once its frame has come. */
+static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
+{
+    uint8_t pixels[W * H * 4];
+    char numbered[32], told[32];
+    snprintf(numbered, sizeof numbered, "\"camera_seq\":%u,", seq);
+    snprintf(told, sizeof told, "\"in_view\":\"%s\"", wanted);
+    sum_of_numbered(c, seq, pixels);
+    for (size_t i = 0;; i = c->n_texts) {
+        listen(c);
+        for (; i < c->n_texts; i++)
+            if (strstr(c->texts[i], numbered) && strstr(c->texts[i], "\"converged\":true")) {
+                if (!strstr(c->texts[i], told))
+                    fail_msg("camera %u: not %s in %s", seq, told, c->texts[i]);
+                return;
+            }
+        wait_for_bell(c);
+    }
+}
+
+static void an_empty_picture_is_explained(void **state)
+{
+    struct client *c = *state;
+    open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    assert_in_view(c, 1, "scene");
+    assert_taken(
+        update_view(c, "{\"view_id\":1,\"camera\":{\"position\":[0,50,0],\"target\":[0,60,1]},\"camera_seq\":2}"));
+    assert_in_view(c, 2, "nothing");
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_id\":\"main\",\"camera_seq\":3}"));
+    assert_in_view(c, 3, "scene");
+    apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":4}"));
+    assert_in_view(c, 4, "dark");
+}
+
 static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
@@ -766,6 +802,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, setup, teardown),
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, setup, teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, setup, teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, setup, teardown),

@@ -225,6 +225,48 @@ static void effects_are_forced(void **state)
             fail_msg("--help does not name %s", lum_effect_names[e]);
 }
 
+static bool same_file(const char *a, const char *b)
+{
+    char command[300];
+    snprintf(command, sizeof command, "cmp -s '%s' '%s'", in_dir(a), in_dir(b));
+    return system(command) == 0;
+}
+
+/* cornell is exposed for 7.6, by AgX: saying so changes nothing, saying anything else does. */
+static void a_png_is_exposed_as_asked(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *options;
+        bool same;
+    } rows[] = {{"--exposure 7.6", true},
+                {"--tone-map agx", true},
+                {"--exposure 9", false},
+                {"--exposure auto", false},
+                {"--tone-map none", false}};
+    const char *plain = "render --scene cornell --method whitted --size 20x20 --out";
+    char line[256];
+    snprintf(line, sizeof line, "%s @plain.png", plain);
+    assert_int_equal(run(lum_cmd_render, line), LUM_EXIT_OK);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        snprintf(line, sizeof line, "%s @asked.png %s", plain, rows[i].options);
+        assert_int_equal(run(lum_cmd_render, line), LUM_EXIT_OK);
+        if (same_file("plain.png", "asked.png") != rows[i].same)
+            fail_msg("%s: the picture is %s", rows[i].options, rows[i].same ? "another" : "the same");
+    }
+}
+
+/* A replay by its name: the frames follow it. */
+static void a_built_in_replay_is_rendered(void **state)
+{
+    (void)state;
+    assert_int_equal(run(lum_cmd_render,
+                         "render --scene wobble --edits wobble-moves --frames 3 --fps 3 --method whitted "
+                         "--size 60x40 --out @w%d.png"),
+                     LUM_EXIT_OK);
+    assert_false(same_file("w0.png", "w1.png") || same_file("w1.png", "w2.png"));
+}
+
 /* Ten frames a second: edits at 0, 100 and 150 ms show in frames 0, 1 and 2. */
 static void edits_follow_the_timeline(void **state)
 {
@@ -313,7 +355,15 @@ static void mistakes_are_told_apart(void **state)
         {"render --scene cornell --out @x.png --effects-on", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --vpls 0", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --vpls 65537", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --exposure bright", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --exposure 40.5", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --exposure nan", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --tone-map film", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.exr --exposure 7", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.exr --tone-map agx", LUM_EXIT_USAGE},
         {"render --scene no-such-scene --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --edits cornell --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell-moves --out @x.png", LUM_EXIT_FAILED},
         {"render --scene @no-such.jsonl --out @x.png", LUM_EXIT_FAILED},
         {"render --scene cornell --method radiosity --out @x.png", LUM_EXIT_FAILED},
         {"render --scene cornell --camera nobody --out @x.png", LUM_EXIT_FAILED},
@@ -386,6 +436,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
+        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
         cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
         cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(compare_gives_closed_forms),
     };

@@ -308,6 +308,39 @@ test('the effect table says what is needed and why; what is switched off costs n
     assert.ok(Math.abs(again / lit - 1) < 0.01, `mean ${again} after ${lit}`);
 });
 
+test('an empty picture says why, and H is the way back', async () => {
+    const notice = page.locator('.banner-empty');
+    assert.equal(await notice.count(), 0);
+    for (const id of ['ceiling-panel', 'accent']) await edit(() => field(page, id, `${id} on`).click());
+    await notice.getByText('No light comes from what is in view').waitFor();
+    for (let i = 0; i < 2; i++) await edit(() => page.locator('.stage').press('z'));
+    await notice.waitFor({ state: 'detached' });
+    const stage = await centre(page.locator('.stage'));
+    await page.keyboard.down('Shift');
+    for (let i = 0; i < 3; i++) await drag(page, { x: stage.x - 200, y: stage.y }, { x: stage.x + 300, y: stage.y });
+    await page.keyboard.up('Shift');
+    await settled(tab);
+    await notice.getByText('Nothing in view').waitFor();
+    await notice.getByRole('button', { name: 'Go there' }).click();
+    await settled(tab);
+    await notice.waitFor({ state: 'detached' });
+    assert.ok((await measure(page)).colours > 1000);
+});
+
+test('what the picture was said to be goes with the setting that it had', async () => {
+    await settled(tab);
+    await page.evaluate(() => {
+        window.words = [];
+        const note = () => window.words.push(document.querySelector('.quality').textContent);
+        window.observer = new MutationObserver(note);
+        window.observer.observe(document.querySelector('.status'), { childList: true, subtree: true, characterData: true });
+    });
+    await page.getByLabel('Method').selectOption('whitted');
+    await settled(tab);
+    const words = await page.evaluate(() => (window.observer.disconnect(), window.words));
+    assert.equal(words[0], 'updating', `first of ${words.join(' | ')}`);
+});
+
 test('ais is chosen, and shows where it refined', async () => {
     const legend = page.getByRole('complementary', { name: 'Legend' });
     await page.getByLabel('Method').selectOption('ais');

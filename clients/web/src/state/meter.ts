@@ -34,11 +34,29 @@ export interface Effect {
     ms: number;
 }
 
-export interface ServerNumbers {
+/** Records of the cache that all views share, and what the frame did with them. */
+export interface CacheNumbers {
+    records: number;
+    created: number;
+    updated: number;
+    reused: number;
+    removed: number;
+}
+
+/** Why a picture may be empty. */
+export type InView = 'scene' | 'dark' | 'nothing';
+
+/** What a frame took to render. A frame that shows the same samples again took nothing, and leaves these as they were. */
+export interface Work {
     ms: number;
     raysPerSecond: number;
-    /** Of the last frame that was rendered: one that shows the same samples again costs nothing, and says nothing. */
     effects: Effect[];
+    /** null: the method keeps none. */
+    cache: CacheNumbers | null;
+}
+
+export interface ServerNumbers extends Work {
+    inView: InView;
     /** The picture shows the map that the view's overlay asks for. */
     overlayMap: boolean;
     /** What rendered the frame; "" when the server did not say. */
@@ -89,17 +107,21 @@ export class Meter {
 
     /** frame.stats */
     stats(params: JsonObject): void {
-        const ms = numberOr(params.ms, 0);
-        const rays = isObject(params.rays) ? sum(params.rays) : 0;
+        const rendered = params.passes !== 0;
+        const before = this.server.peek();
+        const work = rendered || !before ? workOf(params) : before;
         this.server.value = {
-            ms,
-            raysPerSecond: ms > 0 ? (1000 * rays) / ms : 0,
-            effects: params.passes !== 0 && isObject(params.effects) ? effectsOf(params.effects) : (this.server.peek()?.effects ?? []),
+            ms: work.ms,
+            raysPerSecond: work.raysPerSecond,
+            effects: work.effects,
+            cache: work.cache,
+            inView: params.in_view === 'dark' || params.in_view === 'nothing' ? params.in_view : 'scene',
             overlayMap: params.overlay_map === true,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
         };
-        this.frameHistory.push(ms);
+        if (!rendered) return;
+        this.frameHistory.push(work.ms);
         this.ticks.value++;
     }
 
@@ -109,6 +131,27 @@ export class Meter {
         this.fps.value = this.frames.rate(now);
         this.kbits.value = (8 * this.bytes.rate(now)) / 1000;
     }
+}
+
+function workOf(params: JsonObject): Work {
+    const ms = numberOr(params.ms, 0);
+    const rays = isObject(params.rays) ? sum(params.rays) : 0;
+    return {
+        ms,
+        raysPerSecond: ms > 0 ? (1000 * rays) / ms : 0,
+        effects: isObject(params.effects) ? effectsOf(params.effects) : [],
+        cache: isObject(params.cache) && sum(params.cache) > 0 ? cacheOf(params.cache) : null,
+    };
+}
+
+function cacheOf(cache: JsonObject): CacheNumbers {
+    return {
+        records: numberOr(cache.records, 0),
+        created: numberOr(cache.created, 0),
+        updated: numberOr(cache.updated, 0),
+        reused: numberOr(cache.reused, 0),
+        removed: numberOr(cache.removed, 0),
+    };
 }
 
 function sum(counters: JsonObject): number {

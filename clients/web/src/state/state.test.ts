@@ -4,6 +4,7 @@ import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { explainImport, idForAsset, placementOf } from './imports';
 import { intensityOf, Solo } from './lights';
+import { Meter } from './meter';
 import { SceneMirror, withField } from './scene';
 import { viewSize } from './view';
 
@@ -123,4 +124,19 @@ test('a failed import says what to do, and nothing of the protocol', () => {
         assert.ok(!text.includes('ops/') && /^[A-ZT“].*\.$/.test(text), text);
     }
     assert.match(explainImport(new Error('connection lost'), 'room.glb'), /^Connection lost\. Try again/);
+});
+
+test('a frame that took no work says what it shows, and not that it took nothing', () => {
+    const meter = new Meter();
+    const frame = { ms: 20, passes: 1, rays: { primary: 4000 }, effects: { direct: { on: true, rays: 7 } } };
+    meter.stats({ ...frame, cache: { records: 90, created: 3, updated: 2, reused: 80, removed: 1, discarded: 0 }, method: 'live' });
+    assert.equal(meter.server.value?.raysPerSecond, 200000);
+    assert.deepEqual(meter.server.value?.cache, { records: 90, created: 3, updated: 2, reused: 80, removed: 1 });
+    meter.stats({ ms: 0, passes: 0, rays: { primary: 0 }, effects: {}, cache: { records: 0 }, overlay_map: true, in_view: 'nothing' });
+    const { ms, raysPerSecond, effects, cache, overlayMap, inView } = meter.server.value!;
+    assert.deepEqual([ms, raysPerSecond, effects[0]?.rays, cache?.records], [20, 200000, 7, 90]);
+    assert.deepEqual([overlayMap, inView], [true, 'nothing']);
+    assert.equal(meter.ticks.value, 1, 'and leaves no mark in the history');
+    meter.stats({ ...frame, cache: { records: 0, created: 0, updated: 0, reused: 0, removed: 0, discarded: 0 } });
+    assert.equal(meter.server.value?.cache, null, 'a method without a cache');
 });

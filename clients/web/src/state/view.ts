@@ -103,6 +103,8 @@ export class ViewLink {
     readonly aspect = computed(() => this.cssSize.value[0] / this.cssSize.value[1]);
     /** The size the server was asked for. */
     readonly size = signal<[number, number]>([1, 1]);
+    /** Something of this view was changed that no frame shows yet. */
+    readonly pending = signal(false);
     viewId: number | null = null;
 
     private opening = false;
@@ -163,6 +165,7 @@ export class ViewLink {
     closed(): void {
         this.viewId = null;
         this.sent.clear();
+        this.settle();
     }
 
     /** Frames may overtake the reply to view.open that names their view. */
@@ -176,11 +179,18 @@ export class ViewLink {
         if (!sent) return null;
         this.shownPose.value = sent.pose;
         for (const seq of this.sent.keys()) if (seq <= h.cameraSeq) this.sent.delete(seq);
+        this.settle();
         return sent.at === null ? null : performance.now() - sent.at;
+    }
+
+    private settle(): void {
+        const { camera, size, settings } = this.dirty;
+        this.pending.value = this.sent.size > 0 || camera || size || settings;
     }
 
     private mark(what: 'camera' | 'size' | 'settings'): void {
         this.dirty[what] = true;
+        this.pending.value = true;
         if (this.viewId !== null) this.pacer.request();
     }
 
@@ -189,12 +199,15 @@ export class ViewLink {
         const { camera, size, settings } = this.dirty;
         this.dirty = { camera: false, size: false, settings: false };
         const params: JsonObject = { view_id: this.viewId, ...this.numbered(performance.now()) };
+        const seq = this.cameraSeq;
         if (camera) params.camera = this.pose();
         if (size) params.size = this.size.value;
         if (settings) Object.assign(params, this.settingParams());
         try {
             await this.call('view.update', params);
         } catch (error) {
+            this.sent.delete(seq); // no frame will show it
+            this.settle();
             this.onError(error as Error);
         }
     }
@@ -207,6 +220,7 @@ export class ViewLink {
     private numbered(at: number | null): JsonObject {
         this.sent.set(++this.cameraSeq, { pose: poseFromOrbit(this.orbit.value), at });
         if (this.sent.size > MAX_POSES) this.sent.delete(this.sent.keys().next().value!);
+        this.pending.value = true;
         return { camera_seq: this.cameraSeq };
     }
 

@@ -2,13 +2,36 @@ import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useApp } from './context';
 
-/** Says what is wrong with the connection, over the picture; nothing when all is well. */
+/** Says over the picture what is wrong with the connection, or why there is nothing to see; nothing when all is well. */
 export function Banner() {
     const state = useApp().connection.value;
-    if (state.at === 'online') return null;
+    if (state.at === 'online') return <EmptyPicture />;
     if (state.at === 'refused') return <TokenForm reason={state.reason} />;
     if (state.at === 'connecting') return <div class="banner">Connecting…</div>;
     return <Waiting retryAt={state.retryAt} reason={state.reason} />;
+}
+
+const EMPTY = {
+    nothing: ['Nothing in view', ''],
+    dark: ['No light comes from what is in view', 'switch a lamp on, or '],
+} as const;
+
+/** A camera that left the room, or a room without light. */
+function EmptyPicture() {
+    const app = useApp();
+    const inView = app.meter.server.value?.inView ?? 'scene';
+    if (inView === 'scene' || app.view.pending.value) return null;
+    const [what, remedy] = EMPTY[inView];
+    return (
+        <div class="banner banner-empty" role="status">
+            <span>
+                <b>{what}:</b> {remedy}press <kbd>H</kbd> for the scene’s camera
+            </span>
+            <button type="button" class="button" onClick={() => app.goHome()}>
+                Go there
+            </button>
+        </div>
+    );
 }
 
 function Waiting({ retryAt, reason }: { retryAt: number; reason: string }) {

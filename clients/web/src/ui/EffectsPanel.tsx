@@ -36,6 +36,7 @@ export function EffectsPanel() {
                     <Row key={e.name} effect={e} />
                 ))}
             </table>
+            <Cache />
             <Choice
                 label="Show where it was refined"
                 value={overlay}
@@ -43,6 +44,29 @@ export function EffectsPanel() {
                 onChange={(v) => app.view.change({ overlay: v as OverlayName })}
             />
         </section>
+    );
+}
+
+/** What the frame had of the irradiance cache that all views share; nothing where the method keeps none. */
+function Cache() {
+    const cache = useApp().meter.server.value?.cache;
+    if (!cache) return null;
+    const parts: [string, number, string][] = [
+        ['records', cache.records, 'Places where indirect light is known'],
+        ['created', cache.created, 'New in the last frame'],
+        ['updated', cache.updated, 'Known already, and renewed in part for what changed'],
+        ['reused', cache.reused, 'Taken as they were'],
+        ['removed', cache.removed, 'Dropped: too old, or where nothing is any more'],
+    ];
+    return (
+        <dl class="cache" aria-label="Irradiance cache">
+            {parts.map(([name, n, title]) => (
+                <div key={name} title={title}>
+                    <dt>{name}</dt>
+                    <dd>{si(n)}</dd>
+                </div>
+            ))}
+        </dl>
     );
 }
 
@@ -56,7 +80,8 @@ function Row({ effect: e }: { effect: Effect }) {
                 <th scope="rowgroup">{spoken(e.name)}</th>
                 {idle ? (
                     <td colSpan={3} class="effect-rays">
-                        0 rays
+                        {/* one that is on, like antialias of path, may ride on the rays of others */}
+                        {e.on && e.served ? 'no rays of its own' : '0 rays'}
                     </td>
                 ) : (
                     <>

@@ -16,10 +16,10 @@ export function StatusBar() {
             <Item label="rev" title="Revision of the scene in the picture">
                 {frame ? number(frame.sceneRev) : '–'}
             </Item>
-            <Item label="frame" title="Time the server took for the last pass">
+            <Item label="frame" title="Time the server took for the last frame that it rendered">
                 {server ? `${fixed(server.ms, server.ms < 100 ? 1 : 0)} ms` : '–'}
             </Item>
-            <Item label="rays" title="Rays traced per second in the last pass">
+            <Item label="rays" title="Rays traced per second in that frame">
                 {server ? `${si(server.raysPerSecond)}/s` : '–'}
             </Item>
             <Item label="fps" title="Frames drawn here per second">
@@ -55,6 +55,8 @@ function Converged() {
     const frame = app.meter.frame.value;
     if (app.connection.value.at !== 'online') return <span class="quality">not connected</span>;
     if (!frame) return <span class="quality">no picture yet</span>;
+    // The numbers are of the picture that is about to go.
+    if (app.view.pending.value || app.scene.rev.value > frame.sceneRev) return <span class="quality">updating</span>;
     return (
         <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel (spp), and how far the picture is off: root mean square error by mean luminance">
             <span class="quality-mark" aria-hidden="true" />
