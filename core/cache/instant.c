@@ -21,7 +21,7 @@ static size_t record_bytes(uint32_t n_vpls)
  * taken as small as the spikes of single VPLs allow. */
 #define MIN_DISTANCE 1.0f
 
-static struct lum_bound bound_of(const struct lum_cache *cache)
+struct lum_bound lum_instant_bound(const struct lum_cache *cache)
 {
     return (struct lum_bound){LUM_BOUND_THESIS, MIN_DISTANCE * cache->spacing};
 }
@@ -50,7 +50,7 @@ uint64_t lum_instant_trace(const struct lum_cache_job *job, const uint32_t *slot
     load_points(job, &points);
     struct lum_gather gather = {.snapshot = job->snapshot,
                                 .set = &job->cache->vpls,
-                                .bound = bound_of(job->cache),
+                                .bound = lum_instant_bound(job->cache),
                                 .points = &points,
                                 .irradiance = irradiance, /* of these slots; lum_instant_sum knows them all */
                                 .terms = terms,

@@ -23,6 +23,8 @@ struct lum_instant_record {
 
 /* The terms of these slots, for all records of the job: at most LUM_INSTANT_GROUP. Returns the rays. */
 uint64_t lum_instant_trace(const struct lum_cache_job *job, const uint32_t *slots, uint32_t n_slots);
+/* What bounds the geometry term. */
+struct lum_bound lum_instant_bound(const struct lum_cache *cache);
 /* The record's irradiance: the sum of what it sees. */
 void lum_instant_sum(const struct lum_cache_job *job, struct lum_instant_record *record);
 
