@@ -96,6 +96,8 @@ struct lum_cache {
     const uint64_t *moved;               /* vpls.moved: those that the last update put elsewhere; NULL: the kind has none */
     const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
     uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
+    bool immediate;                      /* `tic`: records are brought up to date at once when the scene changes, as algorithm 1 is
+                                          * printed. False, as caches are made: when somebody looks at them, which never traces more */
     void *kind_state;                    /* the kind's own; NULL again as soon as all records are gone */
     _Atomic uint64_t created, updated, removed, discarded; /* since creation */
 };

@@ -16,9 +16,11 @@ static size_t record_bytes(uint32_t n_vpls)
     return sizeof(struct lum_instant_record) + padded(n_vpls) * sizeof(float);
 }
 
-/* Equation 6.2.2 leaves its min_d open. It has to follow the spacing of the VPLs, like every bound of a sum that is to
- * converge (vpl.h); and it is not a clamp: light of VPLs nearer than 0.8 min_d is lost (algorithms A0.1), so that it is
- * taken as small as the spikes of single VPLs allow. */
+/* In radii of the area that a VPL stands for. Equation 6.2.2 leaves its min_d open; like every bound of a sum that is
+ * to converge it has to follow the spacing of the VPLs (vpl.h), and it is not a clamp: light of VPLs nearer than 0.8
+ * min_d is lost (algorithms A0.1). Measured against hemisphere sampling on eight built-in scenes with 256 VPLs, of 0 to
+ * 2: the relative squared error is least at 1, where 5 % of the light is lost beside a clamp; single VPLs spoil it
+ * below 1/2. */
 #define MIN_DISTANCE 1.0f
 
 struct lum_bound lum_instant_bound(const struct lum_cache *cache)

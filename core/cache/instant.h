@@ -34,11 +34,8 @@ void lum_instant_refresh(const struct lum_cache_job *job);
 void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
 void lum_instant_finish(struct lum_cache *cache);
 
-/* True: every record is brought up to date at once when the scene changes, as algorithm 1 is printed. False, as caches are made:
- * when somebody looks at it (6.2.2, "flagged"), which never traces more. */
-LUM_MUST_USE enum lum_status lum_cache_temporal_immediate(struct lum_cache *cache, bool immediate, struct lum_error *err);
-
-/* What updates did, by the cases of algorithm 1; since creation. */
+/* What updates did, by the cases of algorithm 1; since all
+ * records were last gone. */
 struct lum_instant_counts {
     uint64_t vpl_rays;   /* cases 1 and 2: to VPLs that moved, against the scene */
     uint64_t mover_rays; /* case 3: against what moved, where it is now */

@@ -17,7 +17,6 @@
 #include "core/render/frame.h"
 
 struct state {
-    bool immediate;
     struct lum_since_ring *ring;
     uint32_t n_vpls;
     float *flux; /* of the VPLs as of the last change, three channels */
@@ -92,15 +91,6 @@ void lum_instant_finish(struct lum_cache *cache)
     forget_movers(state);
     state_destroy(state);
     cache->kind_state = NULL;
-}
-
-enum lum_status lum_cache_temporal_immediate(struct lum_cache *cache, bool immediate, struct lum_error *err)
-{
-    struct state *state = state_of(cache);
-    if (!state)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the changes of a cache");
-    state->immediate = immediate;
-    return LUM_OK;
 }
 
 struct lum_instant_counts lum_cache_temporal_counts(const struct lum_cache *cache)
@@ -456,7 +446,7 @@ void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *
         state->relit = cache->epoch;
     forget_movers(state);
     lum_since_add(state->ring, cache->epoch, motion, cache->moved);
-    if (state->immediate && !update_all(cache, update))
+    if (cache->immediate && !update_all(cache, update))
         lum_store_clear(cache->store);
     else if (cache->epoch % LUM_SINCE_EPOCHS == 0)
         drop_old(cache, state);

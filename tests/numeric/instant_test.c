@@ -1,10 +1,12 @@
-/* Instant caching: records are direct sums of their VPLs; each of the five cases, alone; any edits against building anew. */
+/* Instant caching: records are direct sums of their VPLs; each of the five cases, alone; any edits against building
+ * anew. */
 #include "tests/support/rig.h"
 
 #include "core/cache/instant.h"
 #include "core/math/sampler.h"
 #include "core/render/frame.h"
 #include "core/scene/shapes.h"
+#include "tests/support/built_in.h"
 
 #define MAX_RECORDS 256u
 
@@ -19,11 +21,8 @@ struct bench {
 
 static struct lum_cache_key key_of(const struct lum_cache_kind *kind, uint32_t n_vpls, uint32_t max_bounces)
 {
-    return (struct lum_cache_key){.kind = kind,
-                                  .storage = LUM_STORAGE_WAITFREE,
-                                  .n_vpls = n_vpls,
-                                  .max_bounces = max_bounces,
-                                  .accuracy = 0.25f};
+    return (struct lum_cache_key){
+        .kind = kind, .storage = LUM_STORAGE_WAITFREE, .n_vpls = n_vpls, .max_bounces = max_bounces, .accuracy = 0.25f};
 }
 
 static void bench_begin(struct bench *b, const struct lum_cache_key *key)
@@ -41,25 +40,27 @@ static void bench_end(struct bench *b)
     rig_end(&b->rig);
 }
 
-/* Publishes the edits and tells the cache. */
-static void publish(struct bench *b)
+static void tell_cache(struct bench *b)
 {
     struct lum_counters counters = {0};
-    rig_commit(&b->rig);
     struct lum_cache_update update = {b->rig.snapshot, b->rig.pool, &counters};
     RIG_OK(lum_cache_update(b->cache, &update, &err));
     assert_int_equal(counters.bad_rays, 0);
     b->rays = counters.rays[LUM_RAY_INDIRECT_DIFFUSE];
 }
 
+/* Publishes the edits and tells the cache. */
+static void publish(struct bench *b)
+{
+    rig_commit(&b->rig);
+    tell_cache(b);
+}
+
 static struct lum_cache_job job_of(struct bench *b, struct lum_record *const *records, uint32_t n,
                                    struct lum_counters *counters)
 {
-    return (struct lum_cache_job){.cache = b->cache,
-                                  .snapshot = b->rig.snapshot,
-                                  .records = records,
-                                  .n = n,
-                                  .counters = counters};
+    return (struct lum_cache_job){
+        .cache = b->cache, .snapshot = b->rig.snapshot, .records = records, .n = n, .counters = counters};
 }
 
 static void build(struct bench *b, struct lum_record *const *records, uint32_t n)
@@ -156,8 +157,8 @@ static uint32_t n_left(const struct bench *b)
     return n;
 }
 
-/* Every record that is up to date is bit for bit what it would be if it were built now: its terms are what was traced, with
- * the same arithmetic, and their sum is taken in the same order, so that there is nothing to tolerate. */
+/* Every record that is up to date is bit for bit what it would be if it were built now: its terms are what was traced,
+ * with the same arithmetic, and their sum is taken in the same order, so that there is nothing to tolerate. */
 static void assert_as_built(struct bench *b, const char *what)
 {
     for (uint32_t i = 0; i < b->n; i++) {
@@ -211,7 +212,8 @@ static void compare_with_gather(struct bench *b, const char *what)
     assert_int_equal(counters.rays[LUM_RAY_INDIRECT_DIFFUSE], b->rays);
     double lit = 0.0;
     for (uint32_t i = 0; i < b->n; i++) {
-        /* flux, pi and term are multiplied in another order where there are media: 3 products, 2^-24 each; sums of doubles */
+        /* flux, pi and term are multiplied in another order where there are media: 3 products, 2^-24 each; sums of
+         * doubles */
         double got = (double)b->records[i]->irradiance.g, want = (double)sums[i].g;
         if (!(fabs(got - want) <= 4 * 0x1p-24 * want))
             fail_msg("%s: record %u is %.9g, the sum of its VPLs %.9g", what, i, got, want);
@@ -254,11 +256,81 @@ static void a_record_is_the_sum_of_its_vpls(void **state)
     }
 }
 
+/* ---- built-in scenes ---- */
+
+/* A bench whose scene is a built-in one, in its first pose. */
+static struct built_in *begin_built_in(struct bench *b, const char *scene, const struct lum_cache_kind *kind)
+{
+    struct built_in *source = built_in_open(scene, 2);
+    struct lum_cache_key key = key_of(kind, 256, 7);
+    struct lum_camera camera;
+    memset(b, 0, sizeof *b);
+    built_in_next_pose(source);
+    b->rig.snapshot = built_in_snapshot(source);
+    b->rig.pool = built_in_pool(source);
+    key.media = b->rig.snapshot->n_media > 0;
+    RIG_OK(lum_caches_create(2, &b->caches, &err));
+    RIG_OK(lum_cache_acquire(b->caches, &key, &b->cache, &err));
+    tell_cache(b);
+    RIG_OK(lum_snapshot_camera(b->rig.snapshot, NULL, &camera, &err));
+    struct lum_vec3d p = camera.position, q = camera.target; /* cameras may stand outside of what they look into */
+    add_seen_records(b, place(b, 0.2 * p.x + 0.8 * q.x, 0.2 * p.y + 0.8 * q.y, 0.2 * p.z + 0.8 * q.z), MAX_RECORDS, 21);
+    build_and_insert(b, 0);
+    return source;
+}
+
+static void end_built_in(struct bench *b, struct built_in *source)
+{
+    lum_cache_release(b->caches, b->cache);
+    lum_caches_destroy(b->caches);
+    built_in_close(source);
+}
+
+static void built_in_scenes_are_sums_too(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"cornell", "office", "sibenik", "office-media", "many-lights"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(scenes); i++) {
+        struct bench b;
+        struct built_in *source = begin_built_in(&b, scenes[i], &lum_cache_instant);
+        assert_true(b.n > 100);
+        compare_with_gather(&b, scenes[i]);
+        end_built_in(&b, source);
+    }
+}
+
+/* The animations of 6.3.2: dense meshes, several movers, one that deforms. */
+static void animations_leave_records_as_built(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"cornell", "wobble", "desk", "bunnies-9", "conference"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(scenes); i++) {
+        struct bench b;
+        struct built_in *source = begin_built_in(&b, scenes[i], &lum_cache_temporal);
+        uint64_t rays = b.rays, updates = 0;
+        for (int pose = 0; pose < 6 && built_in_next_pose(source); pose++) {
+            b.rig.snapshot = built_in_snapshot(source);
+            tell_cache(&b);
+            refresh(&b, 0, b.n);
+            updates += b.rays;
+            assert_true(b.rays > 0);
+            assert_as_built(&b, scenes[i]);
+        }
+        struct lum_instant_counts c = lum_cache_temporal_counts(b.cache);
+        print_message(
+            "%s: %llu rays to build %u records; in 5 to 6 poses %llu to VPLs, %llu to movers, %llu to the scene\n",
+            scenes[i], (unsigned long long)rays, b.n, (unsigned long long)c.vpl_rays, (unsigned long long)c.mover_rays,
+            (unsigned long long)c.scene_rays);
+        assert_int_equal(updates, c.vpl_rays + c.mover_rays + c.scene_rays);
+        end_built_in(&b, source);
+    }
+}
+
 /* ---- the five cases ---- */
 
-/* A room lit by one spot light, which makes all its VPLs on the wall at x = -2, around the height of 2 m; a pillar that keeps
- * some light from the floor for good; and a board that may stand outside, in the corner before the other wall, or in
- * the beam. Only one bounce: nothing else moves VPLs. */
+/* A room lit by one spot light, which makes all its VPLs on the wall at x = -2, around the height of 2 m; a pillar that
+ * keeps some light from the floor for good; and a board that may stand outside, in the corner before the other wall, or
+ * in the beam. Only one bounce: nothing else moves VPLs. */
 static void stage(struct bench *b)
 {
     rig_room(&b->rig);
@@ -290,7 +362,7 @@ static void begin_stage(struct bench *b, const double at[3], bool immediate)
     stage(b);
     put_board(b, at);
     publish(b);
-    RIG_OK(lum_cache_temporal_immediate(b->cache, immediate, &err));
+    b->cache->immediate = immediate;
     assert_true(b->cache->vpls.n_lit > 32);
     for (int i = 0; i < 8; i++)
         for (int j = 0; j < 8; j++)
@@ -314,8 +386,8 @@ static struct tally count_rays(const struct bench *b)
     return t;
 }
 
-/* Moves the board (or NULL: takes it away) and brings all records up to date; returns what that took, which is checked against
- * the rays that were counted. */
+/* Moves the board (or NULL: takes it away) and brings all records up to date; returns what that took, which is checked
+ * against the rays that were counted. */
 static struct lum_instant_counts move_board(struct bench *b, const double at[3])
 {
     struct lum_instant_counts was = lum_cache_temporal_counts(b->cache), is;
@@ -422,8 +494,8 @@ static void records_on_what_moves_are_removed(void **state)
         (void)state;
         struct bench b;
         begin_stage(&b, corner, immediate);
-        add_record(&b, place(&b, corner[0], corner[1] + 0.2, corner[2]), lum_v3(0, 1, 0));      /* on it */
-        add_record(&b, place(&b, corner[0], corner[1] + 0.25, corner[2]), lum_v3(0, 1, 0));     /* above it */
+        add_record(&b, place(&b, corner[0], corner[1] + 0.2, corner[2]), lum_v3(0, 1, 0));  /* on it */
+        add_record(&b, place(&b, corner[0], corner[1] + 0.25, corner[2]), lum_v3(0, 1, 0)); /* above it */
         build_and_insert(&b, b.n - 2);
         uint32_t n = b.n, count = lum_store_count(b.cache->store);
         struct lum_instant_counts c = move_board(&b, outside);
@@ -457,7 +529,8 @@ static void what_went_and_came_back_costs_nothing_twice(void **state)
     refresh(&b, b.n / 2, b.n - b.n / 2);
     struct lum_instant_counts is = lum_cache_temporal_counts(b.cache);
     assert_true(is.mover_rays - was.mover_rays < before.facing);
-    assert_int_equal(is.scene_rays - was.scene_rays, 0); /* where it was when they were last true, nothing was in its shadow */
+    assert_int_equal(is.scene_rays - was.scene_rays,
+                     0); /* where it was when they were last true, nothing was in its shadow */
     refresh(&b, 0, b.n);
     assert_true(total(&b) == sum);
     assert_as_built(&b, "all of them");
@@ -630,7 +703,7 @@ static void edit_at_random(uint64_t seed, bool immediate, uint32_t n_edits)
     put_board(&b, corner);
     lamp(&b, "l0", 0.5, 2.2, 0.7, 80);
     publish(&b);
-    RIG_OK(lum_cache_temporal_immediate(b.cache, immediate, &err));
+    b.cache->immediate = immediate;
     add_seen_records(&b, place(&b, -0.5, 1.5, 0.5), 100, 11);
     build_and_insert(&b, 0);
     for (uint32_t i = 0; i < n_edits; i++) {
@@ -727,6 +800,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_record_is_the_sum_of_its_vpls),
+        cmocka_unit_test(built_in_scenes_are_sums_too),
+        cmocka_unit_test(animations_leave_records_as_built),
         cmocka_unit_test(an_occluder_enters_and_leaves),
         cmocka_unit_test(what_is_taken_away_is_not_traced),
         cmocka_unit_test(paths_of_vpls_are_blocked_and_freed),
