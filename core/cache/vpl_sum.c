@@ -44,8 +44,8 @@ static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct
         float b = sqrtf(h * h + lift2), rise = b - h;
         dx -= rise * vx, dy -= rise * vy, dz -= rise * vz;
         float a = dx * n.x + dy * n.y + dz * n.z, facing = n.x * vx + n.y * vy + n.z * vz;
-        float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz), per_r4 = per_r2 * per_r2;
-        per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
+        float r2 = dx * dx + dy * dy + dz * dz; /* >= b^2, but for padding */
+        float per_r2 = (bits >> i & 1u) && a > 0.0f ? 1.0f / r2 : 0.0f, per_r4 = per_r2 * per_r2;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2;
         /* n_vpl . dG/dp at the lifted point, and how much of it p does not see */
         float along = (a - b * facing) * per_r4 - spread * b, lost = (h / b - 1.0f) * along;

@@ -1,0 +1,213 @@
+/* The lifted sum of virtual point lights: against closed forms, its gradient against differences, and its order. */
+#include "core/cache/vpl_sum.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <string.h>
+
+#include "core/base/base.h"
+#include "core/math/sampler.h"
+
+/* A set of `n` slots by hand, all of them seen. */
+struct fake {
+    struct lum_vpl_set set;
+    float *memory;
+    uint64_t *all;
+};
+
+static void fake_begin(struct fake *f, uint32_t n)
+{
+    size_t padded = (n + 15u) & ~15u;
+    *f = (struct fake){.set = {.n = n}};
+    f->memory = lum_calloc(padded * 9, sizeof *f->memory);
+    f->all = lum_calloc(lum_vpl_words(n), sizeof *f->all);
+    assert_true(f->memory && f->all);
+    float **arrays[] = {&f->set.px, &f->set.py,      &f->set.pz,      &f->set.nx,     &f->set.ny,
+                        &f->set.nz, &f->set.flux[0], &f->set.flux[1], &f->set.flux[2]};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(arrays); i++)
+        *arrays[i] = f->memory + i * padded;
+}
+
+static void fake_put(struct fake *f, uint32_t i, struct lum_vec3 p, struct lum_vec3 n, struct lum_rgb flux)
+{
+    f->set.px[i] = p.x, f->set.py[i] = p.y, f->set.pz[i] = p.z;
+    f->set.nx[i] = n.x, f->set.ny[i] = n.y, f->set.nz[i] = n.z;
+    f->set.flux[0][i] = flux.r, f->set.flux[1][i] = flux.g, f->set.flux[2][i] = flux.b;
+    f->all[i / 64] |= UINT64_C(1) << i % 64;
+}
+
+static void fake_end(struct fake *f)
+{
+    lum_free(f->memory);
+    lum_free(f->all);
+}
+
+static float random_unit(uint32_t i, uint32_t salt)
+{
+    return (float)(lum_hash_combine(lum_hash_u32(i), salt) >> 8) * 0x1p-24f;
+}
+
+static struct lum_vec3 random_vector(uint32_t i, uint32_t salt)
+{
+    return lum_v3(2.0f * random_unit(i, salt) - 1.0f, 2.0f * random_unit(i, salt + 1) - 1.0f,
+                  2.0f * random_unit(i, salt + 2) - 1.0f);
+}
+
+static struct lum_vpl_sum sum_at(const struct fake *f, struct lum_vec3 p, struct lum_vec3 n, float lift)
+{
+    struct lum_receiver at = {p, n, n};
+    uint64_t faces[LUM_VPL_MAX / 64];
+    struct lum_vpl_sum sum;
+    lum_vpl_faces(&f->set, &at, faces);
+    lum_vpl_sum_visible(&f->set, &at, faces, lift, NULL, &sum);
+    return sum;
+}
+
+/* ---- closed forms ---- */
+
+#define SIDE 256u
+#define HALF 64.0
+
+/* A square of radiance 1 in the plane y = 0, as SIDE^2 VPLs. Flux of one: pi * area (vpl.h). */
+static void make_wall(struct fake *f)
+{
+    fake_begin(f, SIDE * SIDE);
+    const double cell = 2.0 * HALF / SIDE;
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+        double x = (i % SIDE + 0.5) * cell - HALF, z = ((double)(i / SIDE) + 0.5) * cell - HALF;
+        fake_put(f, i, lum_v3((float)x, 0.0f, (float)z), lum_v3(0, 1, 0), lum_grey((float)(LUM_PI_D * cell * cell)));
+    }
+}
+
+/* Irradiance from a square of half side a and radiance 1, seen from height h above its middle by a surface parallel to
+ * it: four times the corner formula for x = y = a / h. */
+static double parallel_irradiance(double a, double h)
+{
+    double x = a / h, r = sqrt(1.0 + x * x);
+    return 4.0 * x / r * atan(x / r);
+}
+
+/* And by a surface at right angles to it, through its middle: half of the square is before it. Corner formula for a
+ * rectangle a wide and a deep, twice: 1/2 (atan(a/h) - h / sqrt(h^2 + a^2) atan(a / sqrt(h^2 + a^2))). */
+static double upright_irradiance(double a, double h)
+{
+    double r = sqrt(h * h + a * a);
+    return atan(a / h) - h / r * atan(a / r);
+}
+
+/* However near the wall, it gives what it gives at the lifted point: nothing is lost. The lift is 4 cells, so that the
+ * midpoint rule is good to the share (cell / lift)^2 / 24 of the second difference, which is about 1: 0.3 %. */
+static void wall_keeps_its_energy(void **state)
+{
+    (void)state;
+    struct fake f;
+    make_wall(&f);
+    const double lift = 4.0 * 2.0 * HALF / SIDE, heights[] = {1e-4, 0.01, 0.1, 0.5, 1.0, 4.0, 16.0};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(heights); i++) {
+        double h = heights[i], lifted = sqrt(h * h + lift * lift);
+        double above = (double)sum_at(&f, lum_v3(0, (float)h, 0), lum_v3(0, -1, 0), (float)lift).irradiance.g;
+        double beside = (double)sum_at(&f, lum_v3(0, (float)h, 0), lum_v3(1, 0, 0), (float)lift).irradiance.g;
+        if (!(fabs(above / parallel_irradiance(HALF, lifted) - 1.0) < 3e-3))
+            fail_msg("height %g: %g, expected %g", h, above, parallel_irradiance(HALF, lifted));
+        if (!(fabs(beside / upright_irradiance(HALF, lifted) - 1.0) < 3e-3))
+            fail_msg("upright at height %g: %g, expected %g", h, beside, upright_irradiance(HALF, lifted));
+        /* the share of the true irradiance that is there: all of an endless wall's; here it is 64 lifts wide */
+        assert_true(above / parallel_irradiance(HALF, h) > 0.98);
+    }
+    fake_end(&f);
+}
+
+/* ---- gradient ---- */
+
+/* Central differences over 2 h. Their own error is h^2 / 6 times the third derivative, which is at most 4 * 5 * 6 /
+ * lift^3 of the value for a term that falls as r^-4, and twice that with the cosines; rounding of the two sums adds
+ * 2^-22 / h. With h = 2^-9 and lift 1 both are near 1.5e-4 of the irradiance: three times their sum is let pass. Where
+ * the lifted VPL passes the horizon there is a kink: not looked at. */
+static void gradient_is_the_difference(void **state)
+{
+    (void)state;
+    struct fake f;
+    const float step = 0x1p-9f;
+    const struct lum_vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    uint32_t looked_at = 0;
+    fake_begin(&f, 1);
+    for (uint32_t round = 0; round < 5000; round++) {
+        fake_put(&f, 0, lum_v3_mul(random_vector(round, 1), 5.0f), lum_normalize(random_vector(round, 4)), lum_grey(1));
+        struct lum_vec3 p = random_vector(round, 7), n = lum_normalize(random_vector(round, 21));
+        struct lum_vpl_sum here = sum_at(&f, p, n, 1.0f);
+        for (int k = 0; k < 3; k++) {
+            double low = (double)sum_at(&f, lum_v3_mad(p, axes[k], -step), n, 1.0f).irradiance.g;
+            double high = (double)sum_at(&f, lum_v3_mad(p, axes[k], step), n, 1.0f).irradiance.g;
+            if (!(low > 0.0) || !(high > 0.0))
+                continue;
+            looked_at++;
+            double expected = (high - low) / (2.0 * (double)step), got = (double)here.gradient[k].g;
+            if (!(fabs(got - expected) < 1e-3 * (double)here.irradiance.g + 1e-6))
+                fail_msg("round %u, axis %d: %g, difference %g", round, k, got, expected);
+        }
+    }
+    assert_true(looked_at > 1000);
+    fake_end(&f);
+}
+
+/* ---- who counts ---- */
+
+static void only_who_faces_counts(void **state)
+{
+    (void)state;
+    struct fake f;
+    fake_begin(&f, 5);
+    const struct lum_vec3 up = {0, 1, 0}, down = {0, -1, 0};
+    fake_put(&f, 0, lum_v3(0, 2, 0), down, lum_grey(1)); /* above, looks down */
+    fake_put(&f, 1, lum_v3(0, 2, 0), up, lum_grey(1));   /* above, looks away */
+    fake_put(&f, 2, lum_v3(0, -2, 0), up, lum_grey(1));  /* below */
+    fake_put(&f, 3, lum_v3(3, 0, 0), up, lum_grey(1));   /* in the plane */
+    fake_put(&f, 4, lum_v3(1, 2, 0), down, lum_grey(0)); /* black, but it may be switched on */
+    struct lum_receiver at = {lum_v3(0, 0, 0), up, up};
+    uint64_t faces;
+    lum_vpl_faces(&f.set, &at, &faces);
+    assert_int_equal(faces, 1u | 1u << 4);
+    at.ng = lum_normalize(lum_v3(-1, 0.1f, 0)); /* a shading normal may look at what lies behind the surface */
+    lum_vpl_faces(&f.set, &at, &faces);
+    assert_int_equal(faces, 1u);
+    uint64_t none = 0;
+    struct lum_vpl_sum sum;
+    lum_vpl_sum_visible(&f.set, &at, &none, 1.0f, NULL, &sum);
+    assert_true(lum_rgb_black(sum.irradiance));
+    fake_end(&f);
+}
+
+/* On a VPL, and at every distance down to it: finite, and never more than flux / (pi lift^2). */
+static void near_is_finite(void **state)
+{
+    (void)state;
+    struct fake f;
+    fake_begin(&f, 1);
+    fake_put(&f, 0, lum_v3(0, 0, 0), lum_v3(0, 1, 0), lum_grey(1));
+    for (uint32_t i = 0; i < 1000; i++) {
+        struct lum_vec3 p = lum_v3_mul(random_vector(i, 3), ldexpf(1.0f, -(int)(i % 140)));
+        struct lum_vpl_sum sum = sum_at(&f, p, lum_normalize(random_vector(i, 9)), 0.5f);
+        assert_true(lum_rgb_finite(sum.irradiance) && sum.irradiance.g >= 0.0f);
+        assert_true(sum.irradiance.g <= 1.0001f * LUM_INV_PI / 0.25f);
+        for (int k = 0; k < 3; k++)
+            if (!lum_rgb_finite(sum.gradient[k]))
+                fail_msg("%u: %g %g %g", i, (double)sum.gradient[k].r, (double)p.x, (double)p.y);
+    }
+    fake_end(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(wall_keeps_its_energy),
+        cmocka_unit_test(gradient_is_the_difference),
+        cmocka_unit_test(only_who_faces_counts),
+        cmocka_unit_test(near_is_finite),
+    };
+    return cmocka_run_group_tests_name("numeric.vpl_sum", tests, NULL, NULL);
+}
