@@ -275,7 +275,7 @@ static void refresh(const struct lum_cache_job *job)
     for (uint32_t first = 0; first < job->n; first += LUM_PROXIMITY_POINTS)
         refresh_some(&s, job->records + first, least_of(job->n - first, LUM_PROXIMITY_POINTS));
     trace_rays(&s);
-    for (uint32_t i = 0; i < job->n; i++) /* the removed ones too: whoever found them before may still read them */
+    for (uint32_t i = 0; i < job->n; i++) /* nobody will find the removed ones again */
         add_up(job, job->records[i]);
 }
 
