@@ -26,7 +26,8 @@ LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, stru
                                                 struct lum_error *err);
 struct lum_camera lum_apply_camera(const struct lum_record *r);
 struct lum_medium_desc lum_apply_medium(const struct lum_record *r);
-/* What the render record says of method, samples, depth, seed, virtual point lights and antialiasing; camera and size stay. */
+/* What the render record says of method, samples, depth, seed, virtual point lights, caches and antialiasing; camera and size
+ * stay. */
 LUM_MUST_USE enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_view_settings *inout_settings,
                                                 struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_apply_tone_map(const char *name, enum lum_tone_map *ret_tone, struct lum_error *err);

@@ -112,6 +112,11 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
         s.seed = o->seed;
     if (o->vpls)
         s.n_vpls = o->vpls;
+    if (o->has_storage)
+        s.storage = o->storage;
+    if (o->cache_accuracy > 0.0)
+        s.cache_accuracy = (float)o->cache_accuracy;
+    s.deterministic = b->world.deterministic;
     s.effects_off = o->effects_off;
     s.effects_on = o->effects_on;
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
@@ -334,6 +339,7 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
     if (lum_world_init(&b->world, o->threads, &log, &e))
         return core_failed(&e, err);
+    b->world.deterministic = o->deterministic;
     b->reading = o->scene;
     if (!lum_scene_load(&b->world, o->scene, &b->import, err))
         return false;
@@ -343,6 +349,7 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     b->reading = NULL;
     if (lum_view_create(b->world.pool, &b->view, &e))
         return core_failed(&e, err);
+    lum_view_share(b->view, b->world.caches);
     if (o->stats && !(b->frames = cJSON_CreateArray()))
         return lum_proto_fail_memory(err);
     b->setup_ms = (double)(lum_clock_ns() - b->start_ns) * 1e-6;

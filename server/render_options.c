@@ -33,12 +33,15 @@ const char lum_render_help[] =
     "                       transmission, glossy, media, antialias\n"
     "  --effects-on A,B     effects to compute although nothing in the scene calls for them\n"
     "  --vpls N             virtual point lights, of methods that use them (default: the scene's)\n"
+    "  --cache-accuracy A   error that records of a cache may have, 0.01 to 1: less is finer (default: the scene's)\n"
+    "  --storage S          how threads share the records of a cache: serial, lock, local, waitfree (default: the "
+    "scene's)\n"
     "  --exposure EV        of a PNG: EV100 from -40 to 40, higher is darker, or auto (default: the scene's)\n"
     "  --tone-map T         of a PNG: agx, aces, reinhard or none (default: the scene's)\n"
     "  --light-groups       a layer for each light group (EXR)\n"
     "  --threads N          default: all processors\n"
     "  --seed N             another draw of random numbers\n"
-    "  --deterministic      the same bits for any number of threads (always so in this version)\n"
+    "  --deterministic      the same bits for any number of threads\n"
     "  --assets DIR         where imported files are looked for (default: beside the scene)\n"
     "  --stats FILE.json    what each frame cost\n";
 
@@ -57,6 +60,8 @@ enum option_code {
     OPT_EFFECTS_OFF,
     OPT_EFFECTS_ON,
     OPT_VPLS,
+    OPT_CACHE_ACCURACY,
+    OPT_STORAGE,
     OPT_EXPOSURE,
     OPT_TONE_MAP,
     OPT_LIGHT_GROUPS,
@@ -83,6 +88,8 @@ static const struct option long_options[] = {
     {"effects-off", required_argument, NULL, OPT_EFFECTS_OFF},
     {"effects-on", required_argument, NULL, OPT_EFFECTS_ON},
     {"vpls", required_argument, NULL, OPT_VPLS},
+    {"cache-accuracy", required_argument, NULL, OPT_CACHE_ACCURACY},
+    {"storage", required_argument, NULL, OPT_STORAGE},
     {"exposure", required_argument, NULL, OPT_EXPOSURE},
     {"tone-map", required_argument, NULL, OPT_TONE_MAP},
     {"light-groups", no_argument, NULL, OPT_LIGHT_GROUPS},
@@ -182,6 +189,27 @@ static enum lum_status read_effects(const char *option, const char *text, uint32
     return LUM_OK;
 }
 
+static enum lum_status read_accuracy(const char *text, double *ret, struct lum_error *err)
+{
+    double a = 0.0;
+    enum lum_status st = read_positive("cache-accuracy", text, &a, err);
+    const double min = 0.01, max = 1.0; /* as for scenes: protocol/fields.c */
+    if (!st && !(a >= min && a <= max))
+        st = lum_fail(err, LUM_ERR_INVALID, "cache-accuracy", "--cache-accuracy takes %g to %g, not %g", min, max, a);
+    if (!st)
+        *ret = a;
+    return st;
+}
+
+static enum lum_status read_storage(const char *text, struct lum_render_options *o, struct lum_error *err)
+{
+    if (!lum_storage_find(text, &o->storage))
+        return lum_fail(err, LUM_ERR_INVALID, "storage",
+                        "--storage takes serial, lock, local or waitfree, not \"%.40s\"", text);
+    o->has_storage = true;
+    return LUM_OK;
+}
+
 static enum lum_status take(int code, const char *text, struct lum_render_options *o, struct lum_error *err)
 {
     switch (code) {
@@ -218,6 +246,10 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         return read_effects("effects-on", text, &o->effects_on, err);
     case OPT_VPLS:
         return read_u32("vpls", text, 1, LUM_VPL_MAX, &o->vpls, err);
+    case OPT_CACHE_ACCURACY:
+        return read_accuracy(text, &o->cache_accuracy, err);
+    case OPT_STORAGE:
+        return read_storage(text, o, err);
     case OPT_EXPOSURE:
         return read_exposure(text, o, err);
     case OPT_TONE_MAP:
@@ -231,6 +263,7 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         o->has_seed = true;
         return read_u32("seed", text, 0, UINT32_MAX, &o->seed, err);
     case OPT_DETERMINISTIC:
+        o->deterministic = true;
         return LUM_OK;
     case OPT_ASSETS:
         o->assets = text;

@@ -3,6 +3,7 @@
 #define LUM_SERVER_RENDER_OPTIONS_H
 
 #include "core/base/base.h"
+#include "core/cache/caches.h"
 #include "protocol/record.h"
 
 struct lum_render_options {
@@ -13,12 +14,14 @@ struct lum_render_options {
     double fps;
     uint32_t spp;          /* 0: not given */
     double time_s, error;  /* 0: not given */
-    bool light_groups, has_seed, help;
+    bool light_groups, has_seed, has_storage, deterministic, help;
     bool exr;              /* out is .exr, else .png */
     uint32_t threads;      /* 0: all */
     uint32_t seed;
     uint32_t effects_off, effects_on; /* bits LUM_EFFECT_BIT */
     uint32_t vpls;                    /* 0: the scene's */
+    enum lum_storage storage;
+    double cache_accuracy;            /* 0: the scene's */
     bool has_exposure;                /* of a .png; else the scene's */
     struct lum_opt exposure_ev;       /* not set: automatic */
     const char *tone_map;             /* of a .png; NULL: the scene's */

@@ -14,6 +14,16 @@ void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)
     s->sum.error_rel = (double)NAN;
 }
 
+/* How many records there are is of the last pass. */
+static void add_cache(struct lum_cache_counts *sum, const struct lum_cache_counts *before)
+{
+    sum->created += before->created;
+    sum->updated += before->updated;
+    sum->reused += before->reused;
+    sum->removed += before->removed;
+    sum->discarded += before->discarded;
+}
+
 void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats *pass)
 {
     struct lum_pass_stats *sum = &s->sum;
@@ -24,6 +34,7 @@ void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats 
     sum->cpu_ms += before.cpu_ms;
     sum->nonfinite += before.nonfinite;
     sum->bad_rays += before.bad_rays;
+    add_cache(&sum->cache, &before.cache);
     sum->changed = sum->changed || before.changed;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         sum->stage_ms[i] += before.stage_ms[i];
@@ -73,12 +84,15 @@ static struct cJSON *effects_json(const struct lum_pass_stats *p)
     return o;
 }
 
-/* No method of this version keeps a cache: all counters are 0. */
-static struct cJSON *zeros_json(const char *const *names)
+static struct cJSON *cache_json(const struct lum_cache_counts *c)
 {
     cJSON *o = cJSON_CreateObject();
-    for (; *names; names++)
-        lum_json_add_number(o, *names, 0.0);
+    lum_json_add_number(o, "records", (double)c->records);
+    lum_json_add_number(o, "created", (double)c->created);
+    lum_json_add_number(o, "updated", (double)c->updated);
+    lum_json_add_number(o, "reused", (double)c->reused);
+    lum_json_add_number(o, "removed", (double)c->removed);
+    lum_json_add_number(o, "discarded", (double)c->discarded);
     return o;
 }
 
@@ -104,7 +118,6 @@ static struct cJSON *error_json(const struct lum_frame_stats *s)
 
 struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
 {
-    static const char *const cache[] = {"records", "created", "updated", "reused", "removed", "discarded", NULL};
     const struct lum_pass_stats *p = &s->sum;
     cJSON *o = cJSON_CreateObject();
     bool ok = lum_json_add_number(o, "frame", (double)s->frame) &&
@@ -112,7 +125,7 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add_number(o, "cpu_ms", p->cpu_ms) && lum_json_add_number(o, "passes", s->n_passes) &&
               lum_json_add_number(o, "spp", p->spp) && lum_json_add(o, "stage_ms", stages_json(p)) &&
               lum_json_add(o, "rays", rays_json(p)) && lum_json_add(o, "effects", effects_json(p)) &&
-              lum_json_add(o, "cache", zeros_json(cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
+              lum_json_add(o, "cache", cache_json(&p->cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
               lum_json_add_number(o, "bad_rays", (double)p->bad_rays) && lum_json_add(o, "error", error_json(s));
     if (ok)

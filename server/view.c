@@ -63,6 +63,7 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
             ok = lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method %s",
                                 want->method);
     }
+    r->settings.deterministic = world->deterministic;
     r->settings.effects_off = want->effects_off;
     r->settings.effects_on = want->effects_on;
     if (want->has_spp)
@@ -165,6 +166,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_reque
         lum_apply_error(&e, "", err);
         goto fail;
     }
+    lum_view_share(v->core, world->caches);
     v->stream = lum_stream_create(id, lum_tile_count(r.settings.w, r.settings.h));
     if (!v->stream) {
         lum_proto_fail_memory(err);

@@ -14,6 +14,8 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const stru
     if (!st)
         st = lum_device_create(lum_pool_size(w->pool), NULL, &w->device, err);
     if (!st)
+        st = lum_caches_create(lum_pool_size(w->pool), &w->caches, err);
+    if (!st)
         st = lum_scene_create(w->device, &w->scene, err);
     if (!st && !(w->doc = lum_document_create()))
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
@@ -24,6 +26,7 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const stru
 
 void lum_world_finish(struct lum_world *w)
 {
+    lum_caches_destroy(w->caches);
     lum_snapshot_unref(w->snapshot);
     lum_document_destroy(w->doc);
     lum_scene_destroy(w->scene);

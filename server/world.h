@@ -9,6 +9,7 @@
 #define LUM_SERVER_WORLD_H
 
 #include "core/base/pool.h"
+#include "core/cache/caches.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
 #include "protocol/document.h"
@@ -16,9 +17,10 @@
 struct lum_world {
     struct lum_pool *pool;
     struct lum_device *device;
+    struct lum_caches *caches; /* what all views of the scene share */
     struct lum_scene *scene;
     struct lum_document *doc;
-    bool deterministic; /* a picture does not depend on what was shown before it */
+    bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
     struct lum_log log;
 };

@@ -5,8 +5,7 @@
  * point lights (chapter 6), `live` does so with visibility bits. A kind is one row and one file. Where records are placed, how
  * they are stored, found and interpolated is the same for all.
  *
- * A struct lum_caches holds the caches of a scene by what they depend on besides it (struct lum_cache_key), so that views with
- * the same settings share one, whatever their cameras and sizes.
+ * A struct lum_caches (caches.h) holds the caches of a scene by what they depend on besides it (struct lum_cache_key).
  *
  * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record serves;
  * place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each step is a
@@ -16,6 +15,7 @@
 #ifndef LUM_CORE_CACHE_CACHE_H
 #define LUM_CORE_CACHE_CACHE_H
 
+#include "core/cache/caches.h"
 #include "core/cache/store.h"
 #include "core/scene/motion.h"
 #include "core/vpl/vpl.h"
@@ -70,22 +70,12 @@ struct lum_cache_key {
     bool media;                         /* light is dimmed by media */
 };
 
-struct lum_caches;
-/* n_workers: of the pools whose views use it. Thread: the director's alone, but for the workers of a pass. */
-LUM_MUST_USE enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_caches, struct lum_error *err);
-void lum_caches_destroy(struct lum_caches *caches); /* accepts NULL; all views that share it are gone */
 /* The cache for these settings, made if need be and counted: one lum_cache_release each. Caches that nobody holds are kept while
  * memory allows (LUM_CACHES_IDLE), the last used last: a viewer that comes back finds its records. */
 #define LUM_CACHES_IDLE 2u
 LUM_MUST_USE enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,
                                                struct lum_cache **ret_cache, struct lum_error *err);
 void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* accepts NULL */
-
-/* What passes did; of one pass when it was zeroed before. */
-struct lum_cache_counts {
-    uint64_t records;  /* there now */
-    uint64_t created, updated, reused, removed, discarded; /* reused: found by a pixel, and neither new nor updated */
-};
 
 struct lum_cache {
     struct lum_cache_key key;

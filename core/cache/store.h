@@ -20,11 +20,8 @@
 #define LUM_CORE_CACHE_STORE_H
 
 #include "core/base/base.h"
+#include "core/cache/caches.h"
 #include "core/math/vec.h"
-
-enum lum_storage { LUM_STORAGE_SERIAL, LUM_STORAGE_LOCK, LUM_STORAGE_LOCAL, LUM_STORAGE_WAITFREE, LUM_STORAGE_COUNT };
-extern const char *const lum_storage_names[LUM_STORAGE_COUNT]; /* "serial", "lock", "local", "waitfree" */
-bool lum_storage_find(const char *name, enum lum_storage *ret_storage);
 
 struct lum_record {
     struct lum_vec3 p, n, ng;   /* scene space; n: unit shading normal, on the side of the surface that it serves; ng: geometric,

@@ -16,6 +16,7 @@ struct lum_deferred {
     struct lum_layers layers;
     struct lum_components components;
     struct lum_vpl_set vpls;
+    struct lum_caches *caches; /* borrowed: where methods with a cache find theirs */
 };
 void lum_deferred_finish(struct lum_deferred *d); /* accepts a zeroed one; keeps the stamps */
 

@@ -25,6 +25,7 @@ struct lum_view {
     struct lum_refinement refinement; /* methods that refine */
     struct lum_view *rough;           /* methods that refine: the same at a part of the resolution, for rough passes */
     struct lum_aov_buffers aov;
+    struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
     bool rendered;
     bool previewed;   /* the rough pass of the present picture has run */
@@ -47,6 +48,8 @@ struct lum_view_settings lum_view_settings_default(void)
         .shadow_budget = 200000,
         .antialias = true,
         .n_vpls = LUM_VPL_DEFAULT,
+        .storage = LUM_STORAGE_WAITFREE,
+        .cache_accuracy = LUM_CACHE_ACCURACY,
     };
 }
 
@@ -84,8 +87,14 @@ void lum_view_destroy(struct lum_view *view)
         return;
     lum_view_destroy(view->rough);
     drop_buffers(view);
+    lum_caches_destroy(view->own_caches);
     lum_free(view->counters);
     lum_free(view);
+}
+
+void lum_view_share(struct lum_view *view, struct lum_caches *caches)
+{
+    view->deferred.caches = caches;
 }
 
 void lum_view_forget(struct lum_view *view)
@@ -125,6 +134,11 @@ static enum lum_status check_settings(const struct lum_view_settings *s, struct 
         return lum_fail(err, LUM_ERR_INVALID, "shadow_samples", "must be 1 to 16, not %u", s->shadow_samples);
     if (s->n_vpls < 1 || s->n_vpls > LUM_VPL_MAX)
         return lum_fail(err, LUM_ERR_INVALID, "vpls", "must be 1 to %u, not %u", LUM_VPL_MAX, s->n_vpls);
+    if ((unsigned)s->storage >= LUM_STORAGE_COUNT)
+        return lum_fail(err, LUM_ERR_INVALID, "storage", "there is no storage %d", (int)s->storage);
+    if (!(s->cache_accuracy >= LUM_CACHE_ACCURACY_MIN && s->cache_accuracy <= LUM_CACHE_ACCURACY_MAX))
+        return lum_fail(err, LUM_ERR_INVALID, "cache_accuracy", "must be %g to %g, not %g",
+                        (double)LUM_CACHE_ACCURACY_MIN, (double)LUM_CACHE_ACCURACY_MAX, (double)s->cache_accuracy);
     return LUM_OK;
 }
 
@@ -149,6 +163,7 @@ bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_v
     return lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
            a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
            a->antialias == b->antialias && a->carry_shadows == b->carry_shadows && a->n_vpls == b->n_vpls &&
+           a->storage == b->storage && a->cache_accuracy == b->cache_accuracy && a->deterministic == b->deterministic &&
            a->effects_off == b->effects_off && a->effects_on == b->effects_on;
 }
 
@@ -218,8 +233,10 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *pass
     settings.preview = 1;
     settings.max_spp = 1;
     enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
-    if (status == LUM_OK)
+    if (status == LUM_OK) {
+        lum_view_share(v->rough, v->deferred.caches);
         status = lum_view_pass(v->rough, pass->snapshot, &settings, runner->cancel, runner->stats, err);
+    }
     if (status != LUM_OK)
         return status;
     for (uint32_t y = 0; y < pass->tiling.h; y++)
@@ -283,6 +300,16 @@ static enum lum_status run_progressive(struct lum_view *v, struct lum_pass *pass
     return status;
 }
 
+static enum lum_status reserve_caches(struct lum_view *v, struct lum_error *err)
+{
+    if (v->deferred.caches)
+        return LUM_OK;
+    enum lum_status status = lum_caches_create(lum_pool_size(v->pool), &v->own_caches, err);
+    if (status == LUM_OK)
+        lum_view_share(v, v->own_caches);
+    return status;
+}
+
 static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot *snapshot,
                                   const struct lum_view_settings *settings, struct lum_pass *ret_pass,
                                   struct lum_error *err)
@@ -293,6 +320,8 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
         status = lum_eye_init(&pass.eye, &settings->camera, &snapshot->norm, settings->w, settings->h, err);
     if (status == LUM_OK)
         status = resize(v, settings->w, settings->h, err);
+    if (status == LUM_OK)
+        status = reserve_caches(v, err);
     if (status != LUM_OK)
         return status;
     pass.tiling = v->tiling;

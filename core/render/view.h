@@ -7,6 +7,7 @@
 #define LUM_CORE_RENDER_VIEW_H
 
 #include "core/base/pool.h"
+#include "core/cache/caches.h"
 #include "core/film/film.h"
 #include "core/method/method.h"
 #include "core/scene/snapshot.h"
@@ -26,10 +27,19 @@ struct lum_view_settings {
     uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
                                 block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
     uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
+    /* methods with a cache */
+    enum lum_storage storage;
+    float cache_accuracy;    /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */
+    bool deterministic;      /* the same picture for any number of threads: for those that else let threads share records as soon
+                                as they are made */
     /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
     uint32_t effects_off, effects_on;
 };
-struct lum_view_settings lum_view_settings_default(void); /* 600x400, live, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs */
+#define LUM_CACHE_ACCURACY 0.2f /* what Radiance, the oldest user of such caches, has as its default (rpict -aa) */
+#define LUM_CACHE_ACCURACY_MIN 0.01f /* records get 400 times as many */
+#define LUM_CACHE_ACCURACY_MAX 1.0f  /* Ward's metric: as far as where the error is as large as what is estimated */
+/* 600x400, live, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs, wait-free storage */
+struct lum_view_settings lum_view_settings_default(void);
 
 /* True when both make the same picture of a scene, sample for sample: all but how many samples, and how early it shows. */
 bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b);
@@ -73,6 +83,7 @@ struct lum_pass_stats {
     struct lum_effect_stats effects[LUM_EFFECT_COUNT];
     bool served[LUM_EFFECT_COUNT]; /* by the method: one that is called for and not served is missing in the picture */
     uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and that lie elsewhere than in the pass before */
+    struct lum_cache_counts cache;
     uint64_t nonfinite, bad_rays;  /* must be 0 */
     double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
     uint32_t spp;                 /* least samples of any pixel so far */
@@ -87,6 +98,9 @@ struct lum_view;
 /* pool is borrowed and must outlive the view. */
 LUM_MUST_USE enum lum_status lum_view_create(struct lum_pool *pool, struct lum_view **ret_view, struct lum_error *err);
 void lum_view_destroy(struct lum_view *view); /* accepts NULL */
+/* Views that share caches find each other's records. Before the first pass; caches are borrowed, made for at least as many
+ * workers as the view's pool has, and must outlive the view. A view that shares none makes its own. */
+void lum_view_share(struct lum_view *view, struct lum_caches *caches);
 
 /* Runs one pass. *cancel (may be NULL) is read per tile: on true the pass ends early with LUM_ERR_CANCELLED, and the film
  * keeps the tiles that were done. Restarts by itself when snapshot or settings differ from the last pass in a way that
