@@ -343,11 +343,20 @@ static bool measure_scene(struct rig *r)
     r->truth = lum_calloc(n, sizeof *r->truth);
     if (!r->picture || !r->truth)
         return fprintf(stderr, "lumend-bench: out of memory\n"), false;
-    if (!make_reference(r) || !measure_frames(r))
+    lum_bench_progress("ais: %s: reference", r->out->name);
+    if (!make_reference(r))
         return false;
-    for (int m = 0; m < AIS_METHODS; m++)
-        if (r->out->cells[m][AIS_FULL].n && !measure_budgets(r, lum_method_find(ais_methods[m]), &r->out->curves[m]))
+    lum_bench_progress("ais: %s: frames, after %u samples of the reference", r->out->name, r->out->reference_spp);
+    if (!measure_frames(r))
+        return false;
+    for (int m = 0; m < AIS_METHODS; m++) {
+        if (!r->out->cells[m][AIS_FULL].n)
+            continue;
+        lum_bench_progress("ais: %s: error against cost of %s", r->out->name, ais_methods[m]);
+        if (!measure_budgets(r, lum_method_find(ais_methods[m]), &r->out->curves[m]))
             return false;
+    }
+    lum_bench_progress("ais: %s: error against cost of path", r->out->name);
     return measure_path(r, &r->out->curves[AIS_METHODS]);
 }
 
@@ -362,7 +371,6 @@ static bool run_scene(const struct lum_bench_options *options, const char *name,
     r.settings.seed = 1;
     if (!lum_bench_world(name, 0, &r.world))
         return false;
-    fprintf(stderr, "ais: %s\n", name);
     lum_bench_machine(&r.world, study->machine, sizeof study->machine);
     r.out = &study->scenes[study->n_scenes++];
     r.out->name = lum_bench_scene_name(name);

@@ -2,11 +2,14 @@
 
 #include <math.h>
 
+#include "tests/bench/plot.h"
+
 /* Pixels. */
 #define WIDTH 860.0
-#define LEFT 190.0 /* row labels */
-#define RIGHT 90.0 /* totals */
-#define TOP 78.0   /* title and legend */
+#define LEFT 190.0  /* row labels */
+#define RIGHT 90.0  /* totals */
+#define TOP 98.0    /* title, subtitle and legend */
+#define BOTTOM 50.0 /* ticks and the axis' name */
 #define ROW 24.0
 #define BAR 16.0
 #define LEGEND_W 150.0 /* of an entry */
@@ -33,7 +36,7 @@ static double top_of_rows(const struct lum_bars *b)
 static void write_legend(FILE *f, const struct lum_bars *b)
 {
     for (size_t i = 0; i < b->n_parts; i++) {
-        double x = 20.0 + LEGEND_W * (double)(i % PER_LEGEND_ROW), y = 54.0 + LEGEND_ROW * (double)(i / PER_LEGEND_ROW);
+        double x = 20.0 + LEGEND_W * (double)(i % PER_LEGEND_ROW), y = 74.0 + LEGEND_ROW * (double)(i / PER_LEGEND_ROW);
         fprintf(f,
                 "<rect x=\"%.1f\" y=\"%.1f\" width=\"11\" height=\"11\" fill=\"%s\"/>"
                 "<text x=\"%.1f\" y=\"%.1f\">%s</text>\n",
@@ -58,19 +61,38 @@ static void write_row(FILE *f, const struct lum_bars *b, size_t r, double scale)
     fprintf(f, "<text x=\"%.1f\" y=\"%.1f\">%.3g %s</text>\n", x + 6.0, y + 12.5, total_of(b, row), b->unit);
 }
 
+/* Lines behind the bars, their numbers and the name of what they count, below them. */
+static void write_axis(FILE *f, const struct lum_bars *b, double most, double scale)
+{
+    double top = top_of_rows(b) - 4.0, bottom = top + ROW * (double)b->n_rows, step = lum_plot_step(most);
+    for (int k = 0; k * step <= most * (1.0 + 1e-9); k++) {
+        double x = LEFT + k * step * scale;
+        fprintf(f,
+                "<line x1=\"%.2f\" y1=\"%.1f\" x2=\"%.2f\" y2=\"%.1f\" stroke=\"#d9dde3\"/>"
+                "<text x=\"%.2f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#5a6270\">%g</text>\n",
+                x, top, x, bottom, x, bottom + 16.0, k * step);
+    }
+    fprintf(f, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%s, %s</text>\n", 0.5 * (LEFT + WIDTH - RIGHT),
+            bottom + 36.0, b->axis, b->unit);
+}
+
 void lum_bars_write(FILE *f, const struct lum_bars *b)
 {
-    double most = 0.0, height = top_of_rows(b) + ROW * (double)b->n_rows + 14.0;
+    double most = 0.0, height = top_of_rows(b) + ROW * (double)b->n_rows + BOTTOM;
     for (size_t r = 0; r < b->n_rows; r++)
         most = fmax(most, total_of(b, &b->rows[r]));
     fprintf(f,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" viewBox=\"0 0 %.0f %.0f\" "
             "font-family=\"system-ui, sans-serif\" font-size=\"12.5\" fill=\"#1c2026\">\n"
             "<rect width=\"100%%\" height=\"100%%\" rx=\"8\" fill=\"#ffffff\"/>\n"
-            "<text x=\"20\" y=\"28\" font-size=\"16\" font-weight=\"600\">%s</text>\n",
-            WIDTH, height, WIDTH, height, b->title);
+            "<text x=\"20\" y=\"28\" font-size=\"16\" font-weight=\"600\">%s</text>\n"
+            "<text x=\"20\" y=\"48\" fill=\"#5a6270\">%s</text>\n",
+            WIDTH, height, WIDTH, height, b->title, b->subtitle);
     write_legend(f, b);
+    double scale = most > 0.0 ? (WIDTH - LEFT - RIGHT) / most : 0.0;
+    if (most > 0.0)
+        write_axis(f, b, most, scale);
     for (size_t r = 0; r < b->n_rows; r++)
-        write_row(f, b, r, most > 0.0 ? (WIDTH - LEFT - RIGHT) / most : 0.0);
+        write_row(f, b, r, scale);
     fputs("</svg>\n", f);
 }

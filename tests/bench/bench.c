@@ -2,6 +2,7 @@
 #include "tests/bench/bench.h"
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -29,6 +30,15 @@ static int usage(FILE *to, int status)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(to, "\n--quick shows that a study works; its figures are not for quoting.\n");
     return status;
+}
+
+void lum_bench_progress(const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    vfprintf(stderr, fmt, args);
+    va_end(args);
+    fputc('\n', stderr);
 }
 
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name)

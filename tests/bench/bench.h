@@ -31,6 +31,9 @@ int lum_bench_rays(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);
 
+/* A line on stderr, of what is being done now; for each step that may take more than a second. */
+__attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);
+
 /* Opens OUT/name for writing; NULL after a message on stderr. */
 FILE *lum_bench_open(const struct lum_bench_options *options, const char *name);
 /* False after a message on stderr when something was not written. */

@@ -21,6 +21,10 @@ FILES = {
 def check_svg(path):
     root = ET.parse(path).getroot()
     width, height = float(root.get("width")), float(root.get("height"))
+    texts = " ".join(element.text or "" for element in root.iter())
+    assert "--quick" in texts, f"{path} does not say that --quick made it"
+    if path.stem == "effects-bars":
+        assert "CPU time of all threads together, ms" in texts, f"{path}: no name on the axis"
     n_lines = 0
     for element in root.iter():
         for name in ("x", "y", "cx", "cy", "r"):

@@ -165,8 +165,10 @@ static bool measure_scene(struct bench *b, const char *scene, struct effects_stu
     if (lum_snapshot_camera(b->world.snapshot, NULL, &b->settings.camera, &err) != LUM_OK)
         b->settings.camera = lum_snapshot_framing_camera(b->world.snapshot);
     bool ok = lum_view_create(b->world.pool, &b->view, &err) == LUM_OK || failed(&err);
-    for (size_t m = 0; m < n && ok; m++)
+    for (size_t m = 0; m < n && ok; m++) {
+        lum_bench_progress("effects: %s: %s", scene, methods[m].name);
         ok = measure_method(b, scene, &methods[m], study, is_studied(&methods[m]));
+    }
     lum_view_destroy(b->view);
     b->view = NULL;
     lum_world_finish(&b->world);
@@ -183,10 +185,8 @@ int lum_bench_effects(const struct lum_bench_options *options)
     if (!study.cases)
         return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
     bool ok = true;
-    for (size_t i = 0; i < n && ok; i++) {
-        fprintf(stderr, "effects: %s\n", names[i]);
+    for (size_t i = 0; i < n && ok; i++)
         ok = measure_scene(&b, names[i], &study);
-    }
     ok = ok && effects_report(&study, options);
     for (size_t i = 0; i < study.n_cases; i++)
         lum_free(study.cases[i].frames);

@@ -168,7 +168,12 @@ static bool report_bars(const struct effects_study *study, const struct lum_benc
     for (size_t i = 0; i < study->n_cases; i++)
         if (study->cases[i].n_frames)
             fill_row(&rows[n++], &study->cases[i]);
+    char subtitle[320];
+    snprintf(subtitle, sizeof subtitle, "One frame from nothing, all effects that the scene calls for. %s%s",
+             study->machine, options->quick ? LUM_BENCH_QUICK : "");
     lum_bars_write(f, &(struct lum_bars){.title = "Where a frame's CPU time goes",
+                                         .subtitle = subtitle,
+                                         .axis = "CPU time of all threads together",
                                          .unit = "ms",
                                          .parts = parts,
                                          .n_parts = LUM_ARRAY_LEN(parts),

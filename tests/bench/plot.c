@@ -102,8 +102,7 @@ static void include(struct range *r, double v)
     r->hi = fmax(r->hi, u);
 }
 
-/* The largest of 1, 2, 5 times a power of ten with at least four steps in span. */
-static double step_of(double span)
+double lum_plot_step(double span)
 {
     double power = pow(10.0, floor(log10(span / 4.0))), rest = span / 4.0 / power;
     return power * (rest >= 5.0 ? 5.0 : rest >= 2.0 ? 2.0 : 1.0);
@@ -129,7 +128,7 @@ static void round_range(struct range *r)
         r->lo = 0.0, r->hi = 1.0;
     if (r->scale == LUM_PLOT_LINEAR) {
         r->lo = fmin(r->lo, 0.0);
-        double step = step_of(fmax(r->hi - r->lo, 1e-12));
+        double step = lum_plot_step(fmax(r->hi - r->lo, 1e-12));
         r->lo = floor(r->lo / step) * step;
         r->hi = ceil(r->hi / step - 1e-9) * step;
     } else {
@@ -167,7 +166,7 @@ static size_t ticks_of(const struct range *r, struct tick *ret_ticks, size_t max
 {
     size_t n = 0;
     if (r->scale == LUM_PLOT_LINEAR) {
-        double step = step_of(r->hi - r->lo);
+        double step = lum_plot_step(r->hi - r->lo);
         for (double k = ceil(r->lo / step - 1e-9); k * step <= r->hi + 1e-9 * step && n < max; k++)
             ret_ticks[n++] = (struct tick){k * step + 0.0, true}; /* never -0 */
         return n;

@@ -48,4 +48,7 @@ struct lum_plot {
 /* Texts are UTF-8. */
 void lum_plot_write(FILE *f, const struct lum_plot *plot);
 
+/* Between ticks: the largest of 1, 2, 5 times a power of ten with at least four steps in span. */
+double lum_plot_step(double span);
+
 #endif

@@ -273,8 +273,11 @@ int lum_bench_rays(const struct lum_bench_options *options)
     lum_thread_init_fp();
     if (!prepare(&st))
         goto out;
-    for (enum kind k = PRIMARY; k < N_KINDS; k++)
+    for (enum kind k = PRIMARY; k < N_KINDS; k++) {
+        lum_bench_progress("rays: %s", kind_names[k]);
         ratios[k] = measure(&st, k, options->quick ? 4 : 24);
+    }
+    lum_bench_progress("rays: path");
     if (!path_pass(&st, options->quick ? 3 : 8, &path_mrays, &per_sample))
         goto out;
     status = report(options, ratios, path_mrays, per_sample) ? 0 : 1;

@@ -149,6 +149,7 @@ static bool measure(const struct lum_bench_options *o, const struct server *s, c
     char path[4200], steps[16];
     snprintf(steps, sizeof steps, "%d", count);
     for (int edit = 0; edit < N_EDITS; edit++) {
+        lum_bench_progress("stream: %s: %s", method, edit_names[edit]);
         const char *camera[] = {"--method", method, "--camera-orbit", steps, NULL};
         const char *edits[] = {"--method", method, path, NULL};
         if (edit != CAMERA && !write_edits(o, edit, count, path, sizeof path))

@@ -341,7 +341,7 @@ int lum_bench_stride(const struct lum_bench_options *options)
     }
     measure_clocks(b);
     for (uint32_t round = 0; round < st->n_rounds; round++) {
-        fprintf(stderr, "stride: round %u of %u\n", round + 1, st->n_rounds);
+        lum_bench_progress("stride: round %u of %u", round + 1, st->n_rounds);
         run_round(b, round);
     }
     if (b->bad_rays)
