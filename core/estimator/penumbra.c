@@ -22,7 +22,7 @@ struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout
  * would have 16 steps: the digits below are exclusive-ored with a pixel's own, which leaves its 16 points a
  * (0,4,2)-net. But not of the environment: through a window few of them see the sky, and what would be grain of single
  * bright pixels is better seen as the shadows of 16 lamps. */
-static struct lum_vec2 point_at(const struct lum_layer *layer, size_t pixel, uint32_t k)
+struct lum_vec2 lum_penumbra_point(const struct lum_layer *layer, size_t pixel, uint32_t k)
 {
     if (layer->light.kind == LUM_EMIT_ENVIRONMENT)
         return layer->soft.point[k];
@@ -38,7 +38,7 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const st
     const struct lum_surfaces *s = pass->surfaces;
     uint8_t kind = s->kind[pixel];
     if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
-        !lum_light_sample_plainly(&pass->layers->unit, layer->index, s->p[pixel], point_at(layer, pixel, k),
+        !lum_light_sample_plainly(&pass->layers->unit, layer->index, s->p[pixel], lum_penumbra_point(layer, pixel, k),
                                   ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
     float shading = lum_dot(ret_sample->wi, s->n[pixel]), side = lum_dot(ret_sample->wi, s->ng[pixel]);

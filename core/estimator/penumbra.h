@@ -11,6 +11,9 @@
 /* The next soft layer of a light that shines, with *inout_a from 0; NULL ends. */
 struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a);
 
+/* Where on the light sample k of a pixel lies. */
+struct lum_vec2 lum_penumbra_point(const struct lum_layer *layer, size_t pixel, uint32_t k);
+
 /* Sample k of a layer at pixel, an index into the picture. */
 enum lum_penumbra_side {
     LUM_PENUMBRA_NEEDLESS, /* no light can come that way, were nothing in between */

@@ -30,10 +30,11 @@
  */
 #define CONTRADICTION 0.2f
 
-/* Sums over samples that are known. */
+/* Sums over samples that are known; f: what the sample brings to a matte surface, were it visible. */
 struct moments {
+    float traced, seen; /* f */
+    /* lights without a closed form */
     float n;              /* how many */
-    float traced, seen;   /* f of those */
     float cosine;         /* f cosine of those that are visible */
     struct lum_rgb light; /* f radiance of those that are visible */
 };
@@ -46,9 +47,13 @@ struct resolve {
     struct lum_tiling sets;
     struct lum_guide guide;
     struct lum_vertices vertices;
+    bool exact;                            /* the present layer's light has a closed form */
     uint32_t same[LUM_RAY_BATCH];          /* by vertex: bit j is pixel j of the window; 0: not made yet */
     struct moments moments[BLOCK * BLOCK]; /* of the tile and its border; of the present layer */
     bool known[BLOCK * BLOCK];
+    uint8_t around[LUM_TILE_SIDE / LUM_SOFT_SIDE * LUM_TILE_SIDE / LUM_SOFT_SIDE]; /* lum_soft_around */
+    uint8_t
+        says[LUM_TILE_PIXELS]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its surface or not */
 };
 
 /* Radiance of a sample, less what media take of it. */
@@ -61,15 +66,36 @@ static struct lum_rgb arriving(const struct resolve *v, size_t pixel, const stru
                        lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls->wi, ls->distance));
 }
 
+/* What decides the visible share of a light that is known in closed form. */
+static struct moments sum_shares(const struct resolve *v, size_t pixel)
+{
+    const struct lum_surfaces *s = v->pass->surfaces;
+    struct lum_seen seen = v->layer->soft.seen[pixel];
+    bool through = (s->kind[pixel] & LUM_PIXEL_GLOSS) && (s->kind[pixel] & LUM_PIXEL_SPECULAR); /* rough glass */
+    struct moments m = {0};
+    for (uint32_t left = seen.traced; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left);
+        float f = lum_light_plain_weight(&v->pass->layers->unit, v->layer->index, s->p[pixel], s->n[pixel],
+                                         lum_penumbra_point(v->layer, pixel, k));
+        f = through ? fabsf(f) : lum_max(f, 0.0f);
+        m.traced += f;
+        m.seen += seen.visible >> k & 1 ? f : 0.0f;
+    }
+    return m;
+}
+
 static struct moments sum_samples(const struct resolve *v, size_t pixel)
 {
     if (!(v->pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
         return (struct moments){0}; /* nobody asked what light it gets: it must not count as unlit */
+    if (v->exact)
+        return sum_shares(v, pixel);
     struct lum_seen seen = v->layer->soft.seen[pixel];
     struct moments m = {.n = (float)__builtin_popcount(seen.traced | seen.visible)};
-    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
+    for (uint32_t left = seen.traced; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left);
         struct lum_light_sample ls;
-        if (!(seen.traced >> k & 1) || lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
+        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
             continue;
         float cosine = fabsf(lum_dot(ls.wi, v->pass->surfaces->n[pixel]));
         float f = cosine / ls.pdf_sa;
@@ -82,6 +108,59 @@ static struct moments sum_samples(const struct resolve *v, size_t pixel)
     }
     return m;
 }
+
+/* ---- what needs no window ---- */
+
+static uint8_t bits_of(struct lum_seen seen)
+{
+    return (uint8_t)((seen.traced & seen.visible ? LUM_SOFT_LIT : 0) |
+                     (seen.traced & ~seen.visible ? LUM_SOFT_DARK : 0));
+}
+
+/* Where all samples of a window agree, nobody needs to know which of them are of the pixel's own surface: first by
+ * tiles of the pattern, then by windows, a row and a column at a time. */
+static void look_around(struct resolve *v)
+{
+    uint8_t row[BLOCK * BLOCK], mixed = 0;
+    uint32_t w = v->guide.w, h = v->guide.h, n_sets = LUM_TILE_SIDE / LUM_SOFT_SIDE;
+    for (uint32_t y = 0; y < v->r.h; y += LUM_SOFT_SIDE)
+        for (uint32_t x = 0; x < v->r.w; x += LUM_SOFT_SIDE) {
+            uint8_t bits = (uint8_t)lum_soft_around(&v->layer->soft, &v->sets, (v->r.x + x) / LUM_SOFT_SIDE,
+                                                    (v->r.y + y) / LUM_SOFT_SIDE);
+            v->around[y / LUM_SOFT_SIDE * n_sets + x / LUM_SOFT_SIDE] = bits;
+            mixed |= bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
+        }
+    memset(v->says, LUM_SOFT_LIT | LUM_SOFT_DARK, sizeof v->says);
+    if (!mixed || v->r.x < BORDER || v->r.y < BORDER || v->r.x + v->r.w + BORDER > w || v->r.y + v->r.h + BORDER > h)
+        return; /* beyond an edge of the picture others stand in */
+    for (uint32_t y = 0; y < v->r.h + 2 * BORDER; y++) {
+        const struct lum_seen *seen = v->layer->soft.seen + (size_t)(v->r.y + y - BORDER) * w + v->r.x - BORDER;
+        uint8_t bits[BLOCK];
+        for (uint32_t x = 0; x < v->r.w + 2 * BORDER; x++)
+            bits[x] = bits_of(seen[x]);
+        for (uint32_t x = 0; x < v->r.w; x++)
+            row[y * BLOCK + x] = bits[x] | bits[x + 1] | bits[x + 2] | bits[x + 3] | bits[x + 4];
+    }
+    for (uint32_t y = 0; y < v->r.h; y++)
+        for (uint32_t x = 0; x < v->r.w; x++) {
+            const uint8_t *at = &row[y * BLOCK + x];
+            v->says[y * LUM_TILE_SIDE + x] = at[0] | at[BLOCK] | at[2 * BLOCK] | at[3 * BLOCK] | at[4 * BLOCK];
+        }
+}
+_Static_assert(WINDOW == 5, "look_around joins five");
+
+/* LUM_SOFT_ bits: both, when the window has to be looked at. A pixel that asked nobody itself takes its neighbours'
+ * word. */
+static uint32_t says_at(const struct resolve *v, uint32_t x, uint32_t y)
+{
+    uint32_t dx = x - v->r.x, dy = y - v->r.y;
+    uint32_t around = v->around[dy / LUM_SOFT_SIDE * (LUM_TILE_SIDE / LUM_SOFT_SIDE) + dx / LUM_SOFT_SIDE];
+    uint32_t says = v->says[dy * LUM_TILE_SIDE + dx];
+    bool own = v->layer->soft.seen[(size_t)y * v->guide.w + x].traced;
+    return around == (LUM_SOFT_LIT | LUM_SOFT_DARK) && says != 0 && own ? says : around;
+}
+
+/* ---- the window ---- */
 
 /* x, y: position in the picture, within the tile or its border. */
 static const struct moments *moments_at(struct resolve *v, uint32_t x, uint32_t y)
@@ -119,11 +198,13 @@ static uint32_t same_surface(const struct resolve *v, uint32_t x, uint32_t y)
     return bits | 1u << (WINDOW * WINDOW / 2);
 }
 
-static void add_moments(struct moments *sum, const struct moments *m, float weight)
+static void add_moments(struct moments *sum, const struct moments *m, float weight, bool exact)
 {
-    sum->n += m->n * weight;
     sum->traced += m->traced * weight;
     sum->seen += m->seen * weight;
+    if (exact)
+        return;
+    sum->n += m->n * weight;
     sum->cosine += m->cosine * weight;
     sum->light = lum_rgb_mad(sum->light, m->light, weight);
 }
@@ -148,16 +229,15 @@ static bool contradicts(const struct moments *alone, const struct moments *windo
 /* Over the window around vertex i, at (x, y); or of the pixel alone when it knows better. */
 static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
 {
+    static const float weight[WINDOW] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
     struct lum_seen own = v->layer->soft.seen[(size_t)y * v->guide.w + x];
     if (v->same[i] == 0)
         v->same[i] = same_surface(v, x, y);
     struct moments sum = {0};
-    for (uint32_t j = 0; j < WINDOW * WINDOW; j++) {
-        uint32_t qx, qy, dx = j % WINDOW, dy = j / WINDOW;
-        if (!(v->same[i] >> j & 1) || !inside(x, dx, v->guide.w, &qx) || !inside(y, dy, v->guide.h, &qy))
-            continue;
-        bool end_x = dx == 0 || dx == WINDOW - 1, end_y = dy == 0 || dy == WINDOW - 1;
-        add_moments(&sum, moments_at(v, qx, qy), (end_x ? 0.5f : 1.0f) * (end_y ? 0.5f : 1.0f));
+    for (uint32_t left = v->same[i]; left; left &= left - 1) {
+        uint32_t j = (uint32_t)__builtin_ctz(left), dx = j % WINDOW, dy = j / WINDOW, qx, qy;
+        if (inside(x, dx, v->guide.w, &qx) && inside(y, dy, v->guide.h, &qy))
+            add_moments(&sum, moments_at(v, qx, qy), weight[dx] * weight[dy], v->exact);
     }
     const struct moments *alone = moments_at(v, x, y);
     return knows_all(own) && contradicts(alone, &sum) ? *alone : sum;
@@ -165,37 +245,36 @@ static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t
 
 /* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
  * one was sampled with. */
-static float light_pdf(const struct resolve *v, size_t pixel, const struct lum_light_sample *ls)
+static float light_pdf(const struct resolve *v, struct lum_vec3 p, const struct lum_light_sample *ls)
 {
     const struct lum_snapshot *unit = &v->pass->layers->unit;
     const struct lum_light *l = &unit->lights.lights[v->layer->index];
     if (l->kind != LUM_EMIT_QUAD)
         return ls->pdf_sa;
-    struct lum_vec3 p = v->pass->surfaces->p[pixel];
     return lum_light_pdf(unit, v->layer->index, p, ls->wi, lum_v3_mad(p, ls->wi, ls->distance), l->n);
 }
 
 /* Per unit of power, without what is in the way of it. */
 static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
 {
-    const struct lum_vertices *vs = &v->vertices;
     struct lum_seen own = v->layer->soft.seen[pixel];
-    bool whole = knows_all(own);
+    struct lum_vec3 p = v->pass->surfaces->p[pixel], wo = v->vertices.wo[i];
+    struct lum_bsdf lobe = lum_bsdf_gloss(&v->vertices.bsdf[i]);
+    bool whole = knows_all(own), shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
+    float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
     uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->guide.w), (uint32_t)(pixel / v->guide.w));
     /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
     uint32_t first = whole ? 0 : (set ^ set >> 2) & 3u, step = whole ? 1 : LUM_SOFT_POINTS / GLOSS_POINTS;
     struct lum_rgb sum = lum_grey(0.0f);
     for (uint32_t k = first; k < LUM_SOFT_POINTS; k += step) {
         struct lum_light_sample ls;
-        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) != LUM_PENUMBRA_OPEN)
-            continue;
         float visible = own.traced >> k & 1 ? (float)(own.visible >> k & 1) : share;
-        if (!(visible > 0.0f))
+        if (!(visible > 0.0f) || lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) != LUM_PENUMBRA_OPEN)
             continue;
-        struct lum_bsdf_value f = lum_bsdf_eval_parts(&vs->bsdf[i], vs->wo[i], ls.wi);
+        struct lum_bsdf_value f = lum_bsdf_eval_parts(&lobe, wo, ls.wi);
         float weight = visible / ls.pdf_sa;
-        if (v->pass->on[LUM_EFFECT_GLOSSY]) /* another estimator finds the light by the lobe, too */
-            weight *= lum_power_heuristic(light_pdf(v, pixel, &ls), f.gloss_pdf_sa);
+        if (shared)
+            weight *= lum_power_heuristic(even_pdf > 0.0f ? even_pdf : light_pdf(v, p, &ls), f.gloss_pdf_sa);
         sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(arriving(v, pixel, &ls), weight)));
     }
     return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);
@@ -225,28 +304,28 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
     const struct lum_surfaces *s = v->pass->surfaces;
     const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
     size_t pixel = (size_t)y * v->guide.w + x;
-    uint32_t around = lum_soft_around(&v->layer->soft, &v->sets, x / LUM_SOFT_SIDE, y / LUM_SOFT_SIDE);
+    uint32_t around = says_at(v, x, y);
     if (!(around & LUM_SOFT_LIT))
         return lum_grey(0.0f);
-    struct lum_irradiance all;
-    bool exact = lum_light_irradiance(light, s->p[pixel], s->n[pixel], &all);
-    const struct lum_bsdf *b = &v->vertices.bsdf[i];
-    struct lum_rgb diffuse;
+    struct moments m = {0};
     float share = 1.0f;
-    if (exact && around == LUM_SOFT_LIT) {
-        diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI);
-    } else {
-        struct moments m = gather(v, i, x, y);
+    if (!v->exact || around != LUM_SOFT_LIT) {
+        m = gather(v, i, x, y);
         share = share_of(&m);
         if (!(share > 0.0f))
             return lum_grey(0.0f);
-        if (exact)
-            diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
-        else
-            diffuse = lum_rgb_mul(lum_bsdf_diffuse_at(b, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
     }
-    if (exact && v->pass->on[LUM_EFFECT_MEDIA])
-        diffuse = lum_rgb_mul(diffuse, left_of_light(v, pixel));
+    const struct lum_bsdf *b = &v->vertices.bsdf[i];
+    struct lum_rgb diffuse;
+    struct lum_irradiance all;
+    if (!v->exact) {
+        diffuse = lum_rgb_mul(lum_bsdf_diffuse_at(b, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
+    } else {
+        lum_light_irradiance(light, s->p[pixel], s->n[pixel], &all);
+        diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
+        if (v->pass->on[LUM_EFFECT_MEDIA])
+            diffuse = lum_rgb_mul(diffuse, left_of_light(v, pixel));
+    }
     if (!(s->kind[pixel] & LUM_PIXEL_GLOSS))
         return diffuse;
     return lum_rgb_add(diffuse, gloss(v, i, pixel, share));
@@ -257,19 +336,18 @@ static void fill_vertices(struct resolve *v, uint32_t tile)
 {
     const struct lum_pass *pass = v->pass;
     const struct lum_snapshot *unit = &pass->layers->unit;
-    struct lum_rays rays;
-    lum_tile_center_rays(pass, tile, &rays);
     v->vertices.n = 0;
-    for (uint32_t i = 0; i < rays.n; i++) {
+    for (uint32_t i = 0; i < v->r.w * v->r.h; i++) {
         size_t pixel = (size_t)(v->r.y + i / v->r.w) * pass->tiling.w + v->r.x + i % v->r.w;
         if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
             continue;
-        struct lum_vec3 d = lum_rays_direction(&rays, i), wo = lum_v3_neg(d);
         if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR))) { /* matte: its albedo is all */
             v->vertices.bsdf[v->vertices.n] = (struct lum_bsdf){.diffuse = pass->surfaces->albedo[pixel]};
-            lum_vertices_push(&v->vertices, i, pass->surfaces->p[pixel], wo, 0);
+            v->vertices.slot[v->vertices.n++] = i;
             continue;
         }
+        struct lum_vec3 d = lum_center_direction(pass, v->r.x + i % v->r.w, v->r.y + i / v->r.w);
+        struct lum_vec3 wo = lum_v3_neg(d);
         struct lum_surface s;
         lum_snapshot_surface(unit, &pass->gbuffer->tiles[tile], i, d, &s);
         lum_bsdf_init(&v->vertices.bsdf[v->vertices.n], &unit->materials[s.material], &s, wo);
@@ -300,6 +378,7 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     uint32_t a = 0;
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
         v.layer = layer;
+        v.exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
         uint16_t samples = samples_around(&v);
         if (layer->soft.resolved[tile] == samples)
             continue;
@@ -308,6 +387,7 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
             memset(v.same, 0, sizeof v.same);
         }
         memset(v.known, 0, sizeof v.known);
+        look_around(&v);
         struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
         memset(direct, 0, LUM_TILE_PIXELS * sizeof *direct);
         for (uint32_t i = 0; i < v.vertices.n && pass->settings->max_depth > 0; i++) {

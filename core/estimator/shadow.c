@@ -51,16 +51,14 @@ static void shadow_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     if (lum_layers_reached(pass, tile, LUM_LAYER_DIRECT))
         return;
     lum_layers_blacken(pass, tile, LUM_LAYER_DIRECT);
-    struct lum_rays rays;
     struct lum_vertices vertices;
-    lum_tile_center_rays(pass, tile, &rays);
     vertices.n = 0;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool only_shine = only_shine_counts(pass);
-    for (uint32_t i = 0; i < rays.n; i++) {
-        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
-        if (!only_shine || pass->surfaces->kind[pixel] & LUM_PIXEL_SHINES)
-            visit_pixel(pass, tile, i, lum_rays_direction(&rays, i), &vertices);
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
+        if (!only_shine || pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_SHINES)
+            visit_pixel(pass, tile, i, lum_center_direction(pass, x, y), &vertices);
     }
     if (pass->settings->max_depth > 0)
         lum_layers_light(pass, tile, &vertices, LUM_LAYER_DIRECT, counters);

@@ -1,6 +1,7 @@
 #include "core/light/light.h"
 
 #include "core/light/environment.h"
+#include "core/light/irradiance.h"
 #include "core/light/rect.h"
 #include "core/material/material.h"
 #include "core/math/cdf.h"
@@ -67,8 +68,10 @@ static float area_pdf_sa(float distance, float cos_light, float area)
 static bool finish_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
                         struct lum_light_sample *ret)
 {
-    struct lum_vec3 d = lum_v3_sub(x, p), wi = lum_normalize(d);
-    float distance = lum_length(d), cos_light = -lum_dot(wi, n);
+    struct lum_vec3 d = lum_v3_sub(x, p);
+    float distance = lum_length(d);
+    struct lum_vec3 wi = lum_v3_mul(d, 1.0f / distance);
+    float cos_light = -lum_dot(wi, n);
     if (l->kind == LUM_EMIT_MESH)
         cos_light = fabsf(cos_light);
     float pdf = area_pdf_sa(distance, cos_light, l->area);
@@ -92,11 +95,15 @@ static bool quad_view(const struct lum_light *l, struct lum_vec3 p, struct lum_r
     return true;
 }
 
+static struct lum_vec3 quad_point(const struct lum_light *l, struct lum_vec2 u)
+{
+    return lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
+}
+
 static bool sample_quad_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
                              struct lum_light_sample *ret)
 {
-    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
-    return finish_area(l, p, x, l->n, ret);
+    return finish_area(l, p, quad_point(l, u), l->n, ret);
 }
 
 static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
@@ -271,6 +278,32 @@ bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct l
     if (l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area)
         return sample_quad_area(l, p, u, ret_sample);
     return lum_light_sample_at(s, i, p, u, ret_sample);
+}
+
+float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n,
+                             struct lum_vec2 u)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct lum_vec3 off = lum_v3_sub(p, l->p);
+    if (l->kind == LUM_EMIT_QUAD && lum_dot(off, off) > PLAIN_FROM * l->area) {
+        struct lum_vec3 d = lum_v3_sub(quad_point(l, u), p);
+        float r2 = lum_dot(d, d), cos_light = -lum_dot(d, l->n); /* cosines: times r */
+        return cos_light > 0.0f && r2 > 0.0f ? l->area * (cos_light / r2) * (lum_dot(d, n) / r2) : 0.0f;
+    }
+    struct lum_light_sample ls;
+    return lum_light_sample_at(s, i, p, u, &ls) ? lum_dot(ls.wi, n) / ls.pdf_sa : 0.0f;
+}
+
+float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct lum_rect_view view;
+    struct lum_far_quad far;
+    if (l->kind == LUM_EMIT_SPHERE)
+        return sphere_pdf(sphere_one_minus_cos(l, p));
+    if (l->kind == LUM_EMIT_QUAD && lum_quad_far(l, p, &far) && (double)far.solid_angle >= LUM_RECT_MIN_SR)
+        return 1.0f / far.solid_angle;
+    return l->kind == LUM_EMIT_QUAD && quad_view(l, p, &view) ? (float)(1.0 / view.solid_angle) : 0.0f;
 }
 
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,

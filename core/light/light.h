@@ -85,6 +85,14 @@ bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct l
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
                     struct lum_vec3 ng_light);
 
+/* That pdf_sa where it is the same for all directions in which light i is seen from p: over solid angle, within 2e-4. 0: it
+ * is not. */
+float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p);
+
+/* Cosine at a surface of unit normal n, over pdf_sa, of the sample that lum_light_sample_plainly makes at p: what the sample is
+ * worth to a matte surface. Negative: the sample is below the horizon; 0: there is none. */
+float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u);
+
 /* A point of a mesh emitter, by area. False in a see-through place. */
 struct lum_mesh_point {
     struct lum_vec3 p, n;     /* n: unit, by winding; both sides shine */

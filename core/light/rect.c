@@ -1,5 +1,7 @@
 #include "core/light/rect.h"
 
+#include "core/math/angle.h"
+
 static struct lum_vec3d widen(struct lum_vec3 a)
 {
     return (struct lum_vec3d){(double)a.x, (double)a.y, (double)a.z};
@@ -21,7 +23,8 @@ static double clamp(double x, double lo, double hi)
     return x > lo ? (x < hi ? x : hi) : lo;
 }
 
-/* Angles as unit complex numbers: their sum is the product's argument, so that no inverse function is needed for each. */
+/* Angles as unit complex numbers: their sum is the product's argument, so that no inverse function is needed for each.
+ */
 struct turn {
     double c, s;
 };
@@ -31,8 +34,8 @@ static struct turn turned(struct turn a, struct turn b)
     return (struct turn){a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
 }
 
-/* Half the angle at a corner of the spherical rectangle, which lies between the planes through two adjacent edges; a and b
- * are the z components of the planes' unit normals: cos of the angle is -a b. */
+/* Half the angle at a corner of the spherical rectangle, which lies between the planes through two adjacent edges; a
+ * and b are the z components of the planes' unit normals: cos of the angle is -a b. */
 static struct turn half_corner(double a, double b)
 {
     double c = clamp(-a * b, -1.0, 1.0);
@@ -62,12 +65,12 @@ bool lum_rect_view_init(struct lum_rect_view *ret_view, struct lum_vec3 p, struc
     double z2 = w.z0 * w.z0;
     double n0 = -w.y0 / sqrt(z2 + w.y0 * w.y0), n1 = w.x1 / sqrt(z2 + w.x1 * w.x1);
     double n2 = w.y1 / sqrt(z2 + w.y1 * w.y1), n3 = -w.x0 / sqrt(z2 + w.x0 * w.x0);
-    /* The solid angle is the four corners' sum less 2 pi: its half is the argument of the half corners' product turned by
-     * pi, and lies in [0, pi], where atan2 is exact to the last bits and cannot wrap. k = 2 pi - g2 - g3. */
+    /* The solid angle is the four corners' sum less 2 pi: its half is the argument of the half corners' product turned
+     * by pi, and lies in [0, pi], where it cannot wrap. k = 2 pi - g2 - g3. */
     struct turn g01 = turned(half_corner(n0, n1), half_corner(n1, n2));
     struct turn g23 = turned(half_corner(n2, n3), half_corner(n3, n0));
     struct turn all = turned(g01, g23), k = turned(g23, g23);
-    w.solid_angle = 2.0 * atan2(-all.s, -all.c);
+    w.solid_angle = 2.0 * lum_angle(fabs(all.s), -all.c);
     w.b0 = n0, w.b1 = n2;
     w.cos_k = k.c, w.sin_k = -k.s;
     *ret_view = w;

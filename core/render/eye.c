@@ -88,7 +88,7 @@ void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum
     ret_rays->n = 0;
     for (uint32_t y = 0; y < r.h; y++)
         for (uint32_t x = 0; x < r.w; x++) {
-            struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)(r.x + x) + 0.5f, (float)(r.y + y) + 0.5f);
+            struct lum_vec3 d = lum_center_direction(pass, r.x + x, r.y + y);
             lum_rays_push(ret_rays, pass->eye.o, d, INFINITY);
         }
 }

@@ -161,6 +161,12 @@ extern const struct lum_estimator lum_estimator_glossy;   /* components: light b
 extern const struct lum_estimator lum_estimator_edges;    /* components: anti-aliasing of edges */
 extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
 
+/* Of the ray through the centre of pixel (x, y). */
+static inline struct lum_vec3 lum_center_direction(const struct lum_pass *pass, uint32_t x, uint32_t y)
+{
+    return lum_eye_direction(&pass->eye, (float)x + 0.5f, (float)y + 0.5f);
+}
+
 /* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */
 void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays);
 
