@@ -1,7 +1,7 @@
 /* The registry of a scene's caches, and how an edit reaches them. */
 #include "core/cache/cache.h"
 
-#include <string.h>
+#include "core/render/stale.h"
 
 /* A cache and who holds it. */
 struct entry {
@@ -95,15 +95,13 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
 }
 
 /* Nothing changed that an irradiance may depend on. */
-static bool is_current(const struct lum_cache *cache, const struct lum_snapshot *now)
+static bool is_current(const struct lum_cache *cache, const struct lum_snapshot *snapshot)
 {
-    const struct lum_snapshot *was = cache->snapshot;
-    if (!was)
+    if (!cache->snapshot)
         return false;
-    const struct lum_versions *a = &was->versions, *b = &now->versions;
-    bool same_media = !cache->key.media || a->medium == b->medium || (was->n_media == 0 && now->n_media == 0);
-    return a->geometry == b->geometry && a->material == b->material && a->light_shape == b->light_shape &&
-           a->light_power == b->light_power && same_media;
+    struct lum_versions was = lum_versions_seen(cache->snapshot, cache->key.media);
+    struct lum_versions now = lum_versions_seen(snapshot, cache->key.media);
+    return !lum_is_stale(lum_edits_of_versions(&was, &now), LUM_PRODUCT_RECORDS);
 }
 
 /* The VPLs are new. */

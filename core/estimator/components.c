@@ -91,25 +91,6 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
     return true;
 }
 
-/* True when they show what the pass would make; remembers what the pass makes. */
-static bool is_fresh(struct lum_components *c, const struct lum_pass *pass)
-{
-    const struct lum_view_settings *s = pass->settings;
-    bool fresh = c->method == s->method && lum_versions_equal(&c->versions, &pass->snapshot->versions) &&
-                 c->surfaces == pass->surfaces->version && c->seed == s->seed && c->n_vpls == s->n_vpls &&
-                 c->shadow_samples == s->shadow_samples && c->max_depth == s->max_depth &&
-                 memcmp(c->on, pass->on, sizeof c->on) == 0;
-    c->method = s->method;
-    c->versions = pass->snapshot->versions;
-    c->surfaces = pass->surfaces->version;
-    c->seed = s->seed;
-    c->n_vpls = s->n_vpls;
-    c->shadow_samples = s->shadow_samples;
-    c->max_depth = s->max_depth;
-    memcpy(c->on, pass->on, sizeof c->on);
-    return fresh;
-}
-
 static void forget(struct lum_components *c)
 {
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -138,8 +119,10 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the buffers of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);
     }
-    if (!is_fresh(c, pass))
+    uint32_t edits = lum_basis_renew(&c->basis, pass);
+    if (c->surfaces != pass->surfaces->version || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
         forget(c);
+    c->surfaces = pass->surfaces->version;
     return LUM_OK;
 }
 

@@ -46,11 +46,8 @@ struct lum_components {
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */
     uint32_t n_tiles;
     /* what they show */
-    const struct lum_method *method;
-    struct lum_versions versions;
+    struct lum_basis basis;
     uint64_t surfaces; /* version of the surfaces */
-    uint32_t seed, n_vpls, shadow_samples, max_depth;
-    bool on[LUM_EFFECT_COUNT];
 };
 
 void lum_components_finish(struct lum_components *c);

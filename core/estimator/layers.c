@@ -295,38 +295,31 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
     lower_shared(l, pass);
 }
 
-/* What the kinds of edit since the last update make stale. */
+/* What the edits since the last update make stale. */
 static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
 {
-    const struct lum_view_settings *set = pass->settings;
-    const struct lum_versions *now = &pass->snapshot->versions, *was = &l->versions;
-    bool same = set->method == l->method && set->seed == l->seed && set->carry_shadows == l->carry_shadows &&
-                memcmp(l->on, pass->on, sizeof l->on) == 0;
-    bool moved = gbuffer_stamp != l->gbuffer_stamp || now->geometry != was->geometry;
-    l->edited_elsewhere = same && !moved && now->light_shape == was->light_shape && !lum_versions_equal(now, was);
+    uint32_t edits = lum_basis_renew(&l->basis, pass);
+    if (gbuffer_stamp != l->gbuffer_stamp)
+        edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
+    bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
+    bool same_seen = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
+    l->edited_elsewhere = same_seen && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
     if (!same)
         drop_layers(l);
     if (moved || !same)
-        l->carried = same && set->carry_shadows && now->geometry == was->geometry;
+        l->carried = same && pass->settings->carry_shadows && !(edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY));
     if (l->carried && moved)
         step_back(l, pass);
-    else if (moved || set->shadow_samples != l->shadow_samples)
+    else if (!same_seen)
         lower_all(l, pass, LUM_LAYER_EMPTY);
-    else if (now->material != was->material || now->medium != was->medium || set->max_depth != l->max_depth)
+    else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))
         lower_all(l, pass, LUM_LAYER_SEEN);
-    if (now->light_shape != was->light_shape)
+    if (lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER))
         match_lights(l, pass);
-    if (now->light_shape != was->light_shape || now->light_power != was->light_power)
+    if (lum_is_stale(edits, LUM_PRODUCT_SHARED))
         lower_shared(l, pass);
-    l->versions = *now;
     l->gbuffer_stamp = gbuffer_stamp;
     l->eye = pass->eye;
-    l->carry_shadows = set->carry_shadows;
-    l->shadow_samples = set->shadow_samples;
-    l->seed = set->seed;
-    l->max_depth = set->max_depth;
-    l->method = set->method;
-    memcpy(l->on, pass->on, sizeof l->on);
 }
 
 enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp,

@@ -46,11 +46,9 @@ struct lum_layer {
 
 struct lum_layers {
     /* what the buffers depend on, as of the last lum_layers_update */
-    struct lum_versions versions;
-    uint32_t n_tiles, shadow_samples, seed, max_depth;
+    struct lum_basis basis;
+    uint32_t n_tiles;
     uint64_t gbuffer_stamp;
-    const struct lum_method *method;
-    bool on[LUM_EFFECT_COUNT];
     /* by layer */
     struct lum_layer *layers;
     uint32_t n_layers;
@@ -60,7 +58,6 @@ struct lum_layers {
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
     struct lum_eye eye, former_eye; /* that the buffers show; and what lum_soft.former and lum_surfaces.former_p do */
-    bool carry_shadows;
     bool carried;          /* former samples serve: the eye moved, and nothing else */
     uint32_t n_moves;      /* of the eye, while samples were carried on */
     bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */

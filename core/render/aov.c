@@ -65,8 +65,8 @@ static void aov_tile(void *ctx, uint32_t tile, uint32_t worker)
 enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const struct lum_pass *pass, struct lum_pool *pool,
                                struct lum_error *err)
 {
-    uint64_t material = pass->snapshot->versions.material;
-    if (aov->albedo && aov->stamp == pass->gbuffer->stamp && aov->material == material)
+    uint32_t edits = lum_basis_renew(&aov->basis, pass);
+    if (aov->stamp == pass->gbuffer->stamp && !lum_is_stale(edits, LUM_PRODUCT_AOVS))
         return LUM_OK;
     if (!reserve(aov, (size_t)pass->tiling.w * pass->tiling.h)) {
         lum_aov_finish(aov);
@@ -74,6 +74,5 @@ enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const struct lum_pas
     }
     struct aov_run run = {aov, pass};
     aov->stamp = pass->gbuffer->stamp;
-    aov->material = material;
     return lum_pool_run(pool, pass->tiling.n, aov_tile, &run, NULL);
 }

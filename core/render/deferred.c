@@ -21,7 +21,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 /* All other stages look for the G-buffer's stamp. */
 void lum_deferred_forget(struct lum_deferred *d)
 {
-    d->gbuffer.geometry = d->layers.versions.geometry = UINT64_MAX; /* no snapshot's */
+    d->gbuffer.basis.versions.geometry = d->layers.basis.versions.geometry = UINT64_MAX; /* no snapshot's */
     d->vpls.valid = false;
 }
 
@@ -94,13 +94,6 @@ enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struc
 
 /* ---- what is stale ---- */
 
-bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b)
-{
-    return a->position.x == b->position.x && a->position.y == b->position.y && a->position.z == b->position.z &&
-           a->target.x == b->target.x && a->target.y == b->target.y && a->target.z == b->target.z &&
-           a->up.x == b->up.x && a->up.y == b->up.y && a->up.z == b->up.z && a->vfov_deg == b->vfov_deg;
-}
-
 enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err)
 {
     struct lum_gbuffer *g = pass->gbuffer = &d->gbuffer;
@@ -114,14 +107,12 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
         }
         g->tiles = tiles;
         g->done = done;
-    } else if (g->geometry == pass->snapshot->versions.geometry &&
-               lum_camera_equal(&g->camera, &pass->settings->camera)) {
-        return LUM_OK;
     }
+    uint32_t edits = lum_basis_renew(&g->basis, pass);
+    if (!lum_is_stale(edits, LUM_PRODUCT_GBUFFER))
+        return LUM_OK;
     memset(g->done, 0, pass->tiling.n);
     g->stamp++;
-    g->camera = pass->settings->camera;
-    g->geometry = pass->snapshot->versions.geometry;
     return LUM_OK;
 }
 

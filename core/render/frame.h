@@ -3,6 +3,7 @@
 #define LUM_CORE_RENDER_FRAME_H
 
 #include "core/math/sampler.h"
+#include "core/render/stale.h"
 #include "core/render/view.h"
 
 /* A tile is one ray batch: up to 16 x 16 pixels, row by row. Tiles at the right and lower edge are smaller. */
@@ -57,9 +58,7 @@ struct lum_gbuffer {
     struct lum_hits *tiles;
     uint8_t *done;  /* per tile */
     uint64_t stamp; /* changes with what the buffer shows */
-    /* what it shows */
-    struct lum_camera camera;
-    uint64_t geometry;
+    struct lum_basis basis;
 };
 
 /* What the eye sees, ready to shade and to guide filters: one entry per pixel, row by row of the picture. Made from the
@@ -79,7 +78,8 @@ struct lum_surfaces {
     uint32_t *object;            /* as in struct lum_hits */
     struct lum_vec3 *former_p, *former_n; /* p and n before the eye last moved; NULL: settings->carry_shadows is off */
     uint8_t *done;               /* per tile */
-    uint64_t stamp, material, light_shape; /* of what they show */
+    uint64_t stamp; /* of the G-buffer that they show */
+    struct lum_basis basis;
     uint64_t version;            /* changes with what they show */
 };
 
@@ -124,7 +124,8 @@ struct lum_aov_buffers {
     struct lum_vec3 *normal_world;
     float *depth_m;
     uint32_t *instance;
-    uint64_t stamp, material; /* of the G-buffer and materials they show */
+    uint64_t stamp; /* of the G-buffer that they show */
+    struct lum_basis basis;
 };
 void lum_aov_finish(struct lum_aov_buffers *aov);
 /* The G-buffer is complete. */

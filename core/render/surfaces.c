@@ -53,9 +53,9 @@ static bool step_back(struct lum_surfaces *s, const struct lum_pass *pass)
 
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
 {
-    const struct lum_versions *v = &pass->snapshot->versions;
     uint64_t stamp = pass->gbuffer->stamp;
-    if (s->p && s->stamp == stamp && s->material == v->material && s->light_shape == v->light_shape)
+    uint32_t edits = lum_basis_renew(&s->basis, pass);
+    if (s->stamp == stamp && !lum_is_stale(edits, LUM_PRODUCT_SURFACES))
         return LUM_OK;
     if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n) ||
         (s->stamp != stamp && !step_back(s, pass))) {
@@ -66,8 +66,6 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
     for (uint32_t t = 0; t < pass->tiling.n; t++)
         s->done[t] = 0;
     s->stamp = stamp;
-    s->material = v->material;
-    s->light_shape = v->light_shape; /* who shines: LUM_PIXEL_SHINES */
     s->version++;
     return LUM_OK;
 }

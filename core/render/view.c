@@ -114,7 +114,7 @@ const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect ef
                                                        [LUM_EFFECT_INDIRECT_DIFFUSE] = LUM_COMPONENT_INDIRECT + 1,
                                                        [LUM_EFFECT_MEDIA] = LUM_COMPONENT_MEDIA + 1};
     const struct lum_components *c = &view->deferred.components;
-    if (!view->rendered || !component[effect] || c->method != view->settings.method)
+    if (!view->rendered || !component[effect] || c->basis.settings.method != view->settings.method)
         return NULL;
     return c->buffer[component[effect] - 1].iterations;
 }
@@ -156,15 +156,6 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
         return LUM_OK;
     drop_buffers(v);
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a picture of %u x %u", w, h);
-}
-
-bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)
-{
-    return lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h && a->method == b->method &&
-           a->seed == b->seed && a->max_depth == b->max_depth && a->shadow_samples == b->shadow_samples &&
-           a->antialias == b->antialias && a->carry_shadows == b->carry_shadows && a->n_vpls == b->n_vpls &&
-           a->storage == b->storage && a->cache_accuracy == b->cache_accuracy && a->deterministic == b->deterministic &&
-           a->effects_off == b->effects_off && a->effects_on == b->effects_on;
 }
 
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/render/frame.h"
+#include "core/render/stale.h"
 #include "core/vpl/share.h"
 
 /* Segments of a path between mirrors and glass, beyond those that end at a VPL; as deep as the eye's own branches. */
@@ -158,7 +159,7 @@ static void shoot_job(void *ctx, uint32_t job, uint32_t worker)
     w.plan = shooting->plan;
     w.set = shooting->set;
     w.counters = &shooting->counters[worker];
-    w.media = shooting->set->medium != 0;
+    w.media = shooting->set->versions.medium != 0;
     uint32_t first = job * LUM_RAY_BATCH, left = w.plan->n_paths - first;
     walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
 }
@@ -240,7 +241,7 @@ static void apply_power(struct lum_vpl_set *set, const struct lum_snapshot *s)
         set->flux[2][i] = set->flux_unit[2][i] * power.b;
         set->n_lit += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
     }
-    set->light_power = s->versions.light_power;
+    set->versions.light_power = s->versions.light_power;
 }
 
 /* Paths that meet the same things as before end at the very same place, bit by bit. */
@@ -272,12 +273,6 @@ static void forget_moved(struct lum_vpl_set *set)
     set->n_moved = 0;
 }
 
-/* Of the media that dim paths; 0: none. */
-static uint64_t medium_version(const struct lum_vpl_request *rq)
-{
-    return rq->media && rq->snapshot->n_media > 0 ? rq->snapshot->versions.medium : 0;
-}
-
 static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *former,
                                  const struct lum_vpl_request *rq, struct lum_error *err)
 {
@@ -285,10 +280,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
     struct lum_vpl_set set = {.n = rq->n,
                               .max_bounces = rq->max_bounces,
                               .seed = rq->seed,
-                              .geometry = s->versions.geometry,
-                              .material = s->versions.material,
-                              .light_shape = s->versions.light_shape,
-                              .medium = medium_version(rq),
+                              .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
     struct lum_vpl_plan plan;
     enum lum_status status = alloc_arrays(&set, err);
@@ -314,10 +306,11 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     const struct lum_snapshot *s = rq->snapshot;
     if (rq->n < 1 || rq->n > LUM_VPL_MAX)
         return lum_fail(err, LUM_ERR_LIMIT, "vpls", "1 to %u virtual point lights, not %u", LUM_VPL_MAX, rq->n);
+    struct lum_versions now = lum_versions_seen(s, rq->media);
+    uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n == rq->n && set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
-                set->geometry == s->versions.geometry && set->material == s->versions.material &&
-                set->light_shape == s->versions.light_shape && set->medium == medium_version(rq);
-    bool same_power = set->light_power == s->versions.light_power;
+                !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
+    bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || lum_vpl_shares_serve(set, s))) {
         if (!same_power)
             apply_power(set, s);

@@ -23,8 +23,8 @@
 #include "core/accel/accel.h"
 #include "core/base/pool.h"
 #include "core/math/vec.h"
+#include "core/scene/snapshot.h"
 
-struct lum_snapshot;
 struct lum_counters;
 
 #define LUM_VPL_MAX 65536u
@@ -48,7 +48,7 @@ struct lum_vpl_set {
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed;
-    uint64_t geometry, material, light_shape, light_power, medium; /* medium 0: none that count */
+    struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
     /* private */
     struct lum_vpl_share *shares; /* of the paths, by light */
