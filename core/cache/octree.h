@@ -16,14 +16,17 @@
 #define LUM_OCTREE_DEPTH 16u
 
 /* Bits of a page's word, for lane i of it: each is set at most once between two ends of a frame. */
-#define LUM_LANE_CLAIMED(i) (1u << (i))      /* somebody fills it in */
-#define LUM_LANE_READY(i) (1u << (8u + (i))) /* filled in */
-#define LUM_LANE_DEAD(i) (1u << (16u + (i))) /* taken out */
-#define LUM_NODE_CHILD(i) (1u << (24u + (i))) /* of a node's first page: child i is there */
+#define LUM_LANE_CLAIMED(i) (UINT64_C(1) << (i))      /* somebody fills it in */
+#define LUM_LANE_READY(i) (UINT64_C(1) << (8u + (i))) /* filled in */
+#define LUM_LANE_DEAD(i) (UINT64_C(1) << (16u + (i))) /* taken out */
+/* Of a node's first page, for the children. What lies in a child itself reaches half its side beyond it, what lies deeper a
+ * quarter: knowing which there is saves a search half of the nodes. */
+#define LUM_CHILD_DEEPER(i) (UINT64_C(1) << (24u + (i))) /* there may be entries below child i */
+#define LUM_CHILD_HOLDS(i) (UINT64_C(1) << (32u + (i)))  /* and in it */
 
 /* Three cache lines; a search reads the first, and the others only if a lane is in use. */
 struct lum_octree_page {
-    _Atomic uint32_t word;
+    _Atomic uint64_t word;
     uint32_t index[LUM_OCTREE_LANES]; /* of the records; this and what follows: unchanging while ready */
     _Atomic(struct lum_octree_page *) next;
     _Alignas(LUM_CACHE_LINE) float x[LUM_OCTREE_LANES];
@@ -86,7 +89,7 @@ static inline void lum_octree_hide(struct lum_place place)
 /* The lane can be used again. Thread: one alone. */
 static inline void lum_octree_free_lane(struct lum_place place)
 {
-    uint32_t bits = LUM_LANE_CLAIMED(place.lane) | LUM_LANE_READY(place.lane) | LUM_LANE_DEAD(place.lane);
+    uint64_t bits = LUM_LANE_CLAIMED(place.lane) | LUM_LANE_READY(place.lane) | LUM_LANE_DEAD(place.lane);
     atomic_fetch_and_explicit(&place.page->word, ~bits, memory_order_relaxed);
 }
 
