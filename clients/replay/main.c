@@ -14,7 +14,7 @@
 #include "protocol/json.h"
 
 static const char usage_text[] =
-    "usage: lumend-replay [options] [FILE.jsonl]\n"
+    "usage: lumend-replay [options] [FILE.jsonl|-]     lumend scenes NAME | lumend-replay -   plays a built-in replay\n"
     "  --url URL            ws://127.0.0.1:9460\n"
     "  --token T            of the server's URL; default: $LUMEND_TOKEN\n"
     "  --speed X            1: as recorded; 2: twice as fast; 0: each edit when the one before is shown\n"

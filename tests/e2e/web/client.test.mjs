@@ -365,6 +365,7 @@ test('ais is chosen, and shows where it refined', async () => {
     await page.getByLabel('Method').selectOption('path');
     await settled(tab);
     assert.equal(await legend.count(), 0);
+    await assertEventually(async () => (await rays('antialias')) === 'with the samples', () => 'antialias of path');
 });
 
 test('every control has a name', async () => {

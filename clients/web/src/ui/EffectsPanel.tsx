@@ -59,18 +59,24 @@ function Cache() {
         ['removed', cache.removed, 'Dropped: too old, or where nothing is any more'],
     ];
     return (
-        <dl class="cache" aria-label="Irradiance cache">
-            {parts.map(([name, n, title]) => (
-                <div key={name} title={title}>
-                    <dt>{name}</dt>
-                    <dd>{si(n)}</dd>
-                </div>
-            ))}
-        </dl>
+        <div class="cache">
+            <h3>Irradiance cache</h3>
+            <dl>
+                {parts.map(([name, n, title]) => (
+                    <div key={name} title={title}>
+                        <dt>{name}</dt>
+                        <dd>{si(n)}</dd>
+                    </div>
+                ))}
+            </dl>
+        </div>
     );
 }
 
 const spoken = (name: string): string => name.replace(/_/g, ' ');
+
+/** Path samples go through all of a pixel, so they smooth edges without a ray more. */
+const ridesAlong = (e: Effect): boolean => e.name === 'antialias' && e.on && e.served;
 
 function Row({ effect: e }: { effect: Effect }) {
     const idle = e.rays === 0 && e.tiles === 0 && e.ms === 0;
@@ -80,8 +86,7 @@ function Row({ effect: e }: { effect: Effect }) {
                 <th scope="rowgroup">{spoken(e.name)}</th>
                 {idle ? (
                     <td colSpan={3} class="effect-rays">
-                        {/* one that is on, like antialias of path, may ride on the rays of others */}
-                        {e.on && e.served ? 'no rays of its own' : '0 rays'}
+                        {ridesAlong(e) ? 'with the samples' : '0 rays'}
                     </td>
                 ) : (
                     <>
