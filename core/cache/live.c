@@ -19,12 +19,16 @@
 #include "core/cache/vpl_sum.h"
 #include "core/render/frame.h"
 
-/* `lift` of vpl_sum.h, in radii of the area that a VPL stands for. */
-#define LIFT_PER_SPACING 1.0f
+/* `lift` of vpl_sum.h, in radii of the area that a VPL stands for. Less is noise, more is blur. Of 0.5, 0.75,
+ * 1, 1.25, 1.5 and 2 this has the least error against path tracing over seven built-in scenes with 256 VPLs (geometric
+ * mean): 1 is 5 % worse, 1.5 2 %, half and twice as much 20 % and more; the clamp of lum_vpl_bound 15 %. */
+#define LIFT_PER_SPACING 1.25f
 
-/* The radius of a record, before accuracy: at most this share of the scene's, */
+/* What is further away than this share of the scene's radius does not count for a record's radius: */
 #define REACH_MAX 0.25f
-/* and, with accuracy, at least as many pixels, */
+/* which is, for accuracy 1, so many distances of lum_proximity (at the default accuracy of 0.2: 0.3 of them), */
+#define RADIUS_PER_PROXIMITY 1.5f
+/* but at least so many pixels, */
 #define PIXELS_MIN 4.0f
 /* and at most this share of the scene's radius. */
 #define RADIUS_MAX 0.1f
@@ -170,7 +174,8 @@ static float radius_of(const struct lum_cache_job *job, const struct live_record
     float scene = job->snapshot->lights.scene_radius;
     float distance = lum_length(lum_v3_sub(r->base.p, job->eye));
     float least = PIXELS_MIN * job->pixel * distance, most = RADIUS_MAX * scene;
-    return lum_max(lum_clamp(job->cache->key.accuracy * r->proximity, least, most), LUM_RAY_OFFSET);
+    return lum_max(lum_clamp(RADIUS_PER_PROXIMITY * job->cache->key.accuracy * r->proximity, least, most),
+                   LUM_RAY_OFFSET);
 }
 
 /* How near its surroundings are now. */

@@ -66,6 +66,22 @@ static void append_motion(struct lum_motion *all, const struct lum_motion *motio
     }
 }
 
+static void grow(struct lum_since *since, struct lum_vec3 lo, struct lum_vec3 hi)
+{
+    since->lo = lum_v3(lum_min(since->lo.x, lo.x), lum_min(since->lo.y, lo.y), lum_min(since->lo.z, lo.z));
+    since->hi = lum_v3(lum_max(since->hi.x, hi.x), lum_max(since->hi.y, hi.y), lum_max(since->hi.z, hi.z));
+}
+
+static void find_box(struct lum_since *since)
+{
+    since->lo = lum_v3(INFINITY, INFINITY, INFINITY);
+    since->hi = lum_v3(-INFINITY, -INFINITY, -INFINITY);
+    for (uint32_t i = 0; i < since->motion.n; i++) { /* where there is no box lo > hi, which grows nothing */
+        grow(since, since->motion.movers[i].old_lo, since->motion.movers[i].old_hi);
+        grow(since, since->motion.movers[i].new_lo, since->motion.movers[i].new_hi);
+    }
+}
+
 static uint64_t *moved_of(struct lum_since_ring *ring, uint64_t epoch)
 {
     return ring->moved + epoch % LUM_SINCE_EPOCHS * lum_vpl_words(ring->n_vpls);
@@ -85,6 +101,7 @@ void lum_since_add(struct lum_since_ring *ring, uint64_t epoch, const struct lum
     memset(moved_of(ring, epoch - 1), 0, words * sizeof *moved);
     for (uint64_t e = ring->first; e < epoch; e++) {
         append_motion(&ring->since[e % LUM_SINCE_EPOCHS].motion, motion);
+        find_box(&ring->since[e % LUM_SINCE_EPOCHS]);
         uint64_t *bits = moved_of(ring, e);
         for (uint32_t w = 0; w < words; w++)
             bits[w] |= moved[w];
@@ -99,6 +116,10 @@ const struct lum_since *lum_since(const struct lum_since_ring *ring, uint64_t ep
 
 /* ---- boxes ---- */
 
+/* By how much the box around a step may be larger, by surface, than that of what moved: as many segments more are
+ * traced, and half as many tested. */
+#define STEP_GROWTH 1.2f
+
 struct box {
     struct lum_vec3 middle, half;
 };
@@ -112,13 +133,26 @@ static bool box_of(struct lum_vec3 lo, struct lum_vec3 hi, struct box *ret_box)
     return true;
 }
 
-/* The boxes of a mover: before and now. */
+static float area_of(const struct box *b)
+{
+    return b->half.x * b->half.y + b->half.y * b->half.z + b->half.z * b->half.x;
+}
+
+/* The boxes of a mover: before and now; after a small step the one around both, which is hardly larger. */
 static uint32_t boxes_of(const struct lum_mover *m, struct box ret_boxes[2])
 {
     uint32_t n = box_of(m->old_lo, m->old_hi, &ret_boxes[0]);
-    if (memcmp(&m->old_lo, &m->new_lo, sizeof m->old_lo) == 0 && memcmp(&m->old_hi, &m->new_hi, sizeof m->old_hi) == 0)
+    n += box_of(m->new_lo, m->new_hi, &ret_boxes[n]);
+    if (n < 2)
         return n;
-    return n + box_of(m->new_lo, m->new_hi, &ret_boxes[n]);
+    struct box both;
+    struct lum_vec3 lo = m->old_lo, hi = m->old_hi, p = m->new_lo, q = m->new_hi;
+    box_of(lum_v3(lum_min(lo.x, p.x), lum_min(lo.y, p.y), lum_min(lo.z, p.z)),
+           lum_v3(lum_max(hi.x, q.x), lum_max(hi.y, q.y), lum_max(hi.z, q.z)), &both);
+    if (area_of(&both) > STEP_GROWTH * lum_max(area_of(&ret_boxes[0]), area_of(&ret_boxes[1])))
+        return 2;
+    ret_boxes[0] = both;
+    return 1;
 }
 
 /* Segments from one point to LUM_SUM_LANES VPLs against a box, by separating axes (Gottschalk 1996): the box's own
@@ -142,19 +176,40 @@ static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct 
     return bits;
 }
 
+/* Bits of the VPLs whose segments meet the box, out of `of`. */
+static void find_meeting(const struct lum_vpl_set *set, struct lum_vec3 from, const struct box *box, const uint64_t *of,
+                         uint64_t *inout_meet)
+{
+    const uint64_t group = (UINT64_C(1) << LUM_SUM_LANES) - 1u;
+    for (uint32_t k = 0; k < set->n; k += LUM_SUM_LANES)
+        if (of[k / 64] >> k % 64 & group)
+            inout_meet[k / 64] |= of[k / 64] & (uint64_t)segments_meet(set, k, from, box) << k % 64;
+}
+
+/* An object of many parts moves as one, as a rule: few segments meet the box around all, and only those are tested
+ * against each. */
 void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set *set, struct lum_vec3 from,
                          uint64_t *inout_bits)
 {
-    if (since->motion.everything)
-        memset(inout_bits, 0, lum_vpl_words(set->n) * sizeof *inout_bits);
-    for (uint32_t m = 0; m < since->motion.n; m++) {
-        struct box boxes[2];
-        uint32_t n_boxes = boxes_of(&since->motion.movers[m], boxes);
+    const struct lum_motion *motion = &since->motion;
+    uint64_t near[LUM_VPL_MAX / 64], meet[LUM_VPL_MAX / 64];
+    const size_t bytes = lum_vpl_words(set->n) * sizeof *near;
+    struct box boxes[2];
+    if (motion->everything)
+        memset(inout_bits, 0, bytes);
+    if (motion->everything || motion->n == 0)
+        return;
+    memset(near, 0, bytes);
+    memset(meet, 0, bytes);
+    if (box_of(since->lo, since->hi, boxes))
+        find_meeting(set, from, boxes, inout_bits, near);
+    for (uint32_t m = 0; m < motion->n; m++) {
+        uint32_t n_boxes = boxes_of(&motion->movers[m], boxes);
         for (uint32_t b = 0; b < n_boxes; b++)
-            for (uint32_t k = 0; k < set->n; k += LUM_SUM_LANES)
-                if (inout_bits[k / 64] >> k % 64 & ((1u << LUM_SUM_LANES) - 1u))
-                    inout_bits[k / 64] &= ~((uint64_t)segments_meet(set, k, from, &boxes[b]) << k % 64);
+            find_meeting(set, from, &boxes[b], near, meet);
     }
+    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++)
+        inout_bits[w] &= ~meet[w];
 }
 
 bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle, float radius)

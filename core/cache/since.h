@@ -13,8 +13,9 @@
 #define LUM_SINCE_EPOCHS 64u
 
 struct lum_since {
-    struct lum_motion motion;      /* from then to now, numbered as now; everything: too much to tell */
-    const uint64_t *vpls;          /* bit by slot: VPLs that moved, appeared or went */
+    struct lum_motion motion; /* from then to now; everything: too much to tell */
+    struct lum_vec3 lo, hi;   /* around all its boxes */
+    const uint64_t *vpls;     /* bit by slot: VPLs that moved, appeared or went */
 };
 
 struct lum_since_ring;
