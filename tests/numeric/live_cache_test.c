@@ -314,6 +314,17 @@ static void at_rest_and_in_other_light_no_ray(void **state)
     bed_end(&b);
 }
 
+/* Puts the box around where a mover was and is in place of both. */
+static void sweep(struct lum_motion *motion)
+{
+    for (uint32_t m = 0; m < motion->n; m++) {
+        struct lum_mover *v = &motion->movers[m];
+        struct lum_vec3 lo = v->old_lo, hi = v->old_hi, p = v->new_lo, q = v->new_hi;
+        v->old_lo = v->new_lo = lum_v3(lum_min(lo.x, p.x), lum_min(lo.y, p.y), lum_min(lo.z, p.z));
+        v->old_hi = v->new_hi = lum_v3(lum_max(hi.x, q.x), lum_max(hi.y, q.y), lum_max(hi.z, q.z));
+    }
+}
+
 /* Segments that may have changed by what moved, and rays that look around records near it. */
 static uint64_t most_rays(struct bed *b, const struct lum_motion *motion)
 {
@@ -330,15 +341,13 @@ static uint64_t most_rays(struct bed *b, const struct lum_motion *motion)
             bool faces = lum_dot(d, r->n) > 0.0f && lum_dot(d, r->ng) > 0.0f && lum_dot(d, v) < 0.0f;
             n += faces && ((b->cache->moved[k / 64] >> k % 64 & 1u) || lum_motion_meets(motion, from, p));
         }
-        for (uint32_t m = 0; m < motion->n; m++) /* balls that meet a box: by the box around the ball */
-            for (int now = 0; now < 2; now++) {
-                struct lum_vec3 lo = now ? motion->movers[m].new_lo : motion->movers[m].old_lo;
-                struct lum_vec3 hi = now ? motion->movers[m].new_hi : motion->movers[m].old_hi;
-                n += r->p.x + r->radius >= lo.x && r->p.x - r->radius <= hi.x && r->p.y + r->radius >= lo.y &&
-                             r->p.y - r->radius <= hi.y && r->p.z + r->radius >= lo.z && r->p.z - r->radius <= hi.z
-                         ? 16
-                         : 0;
-            }
+        for (uint32_t m = 0; m < motion->n; m++) { /* balls that meet a box: by the box around the ball */
+            struct lum_vec3 lo = motion->movers[m].new_lo, hi = motion->movers[m].new_hi;
+            n += r->p.x + r->radius >= lo.x && r->p.x - r->radius <= hi.x && r->p.y + r->radius >= lo.y &&
+                         r->p.y - r->radius <= hi.y && r->p.z + r->radius >= lo.z && r->p.z - r->radius <= hi.z
+                     ? 16
+                     : 0;
+        }
     }
     return n;
 }
@@ -356,6 +365,7 @@ static void mover_traces_what_it_crosses(void **state)
         bed_commit(&b);
         struct lum_motion motion;
         lum_motion_between(before, b.r.snapshot, &motion);
+        sweep(&motion);
         uint64_t most = most_rays(&b, &motion), got = bed_refresh(&b, 1);
         if (got > most)
             fail_msg("step %u: %llu rays, of %llu that may be needed", step, (unsigned long long)got,
