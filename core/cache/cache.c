@@ -164,7 +164,7 @@ void lum_caches_destroy(struct lum_caches *caches)
     lum_free(caches);
 }
 
-static bool same_key(const struct lum_cache_key *a, const struct lum_cache_key *b)
+bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&
            a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media;
@@ -174,7 +174,7 @@ enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_ca
                                   struct lum_cache **ret_cache, struct lum_error *err)
 {
     struct entry *e = caches->entries;
-    while (e && !same_key(&e->cache.key, key))
+    while (e && !lum_cache_key_equal(&e->cache.key, key))
         e = e->next;
     if (!e) {
         e = lum_calloc(1, sizeof *e);

@@ -69,6 +69,7 @@ struct lum_cache_key {
     float accuracy;                     /* a of Ward: error that is let pass; less is finer */
     bool media;                         /* light is dimmed by media */
 };
+bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b);
 
 /* The cache for these settings, made if need be and counted: one lum_cache_release each. Caches that nobody holds are kept while
  * memory allows (LUM_CACHES_IDLE), the last used last: a viewer that comes back finds its records. */

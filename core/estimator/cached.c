@@ -85,3 +85,23 @@ const struct lum_estimator lum_estimator_cached_quarter = {
     .cache = true,
     .then = &lum_stage_records,
 };
+
+static void filter_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    (void)counters;
+    const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
+    if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, packet))
+        return;
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_filter f = {.guide = &guide,
+                           .need = LUM_PIXEL_SPECULAR,
+                           .side = pass->settings->method->pattern,
+                           .step = 1,
+                           .in = gloss->raw};
+    lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,
+                   guide.w);
+}
+
+const struct lum_estimator lum_filter_cached = {
+    .name = "cached_filter", .stage = LUM_STAGE_FILTER, .tile = filter_packet, .packets = true};

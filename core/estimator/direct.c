@@ -19,13 +19,22 @@ bool lum_bsdf_spreads(const struct lum_bsdf *b)
     return b->alpha > 0.0f || !lum_rgb_black(b->diffuse);
 }
 
+/* True when it shines from its middle. */
+static bool is_hard(const struct lum_direct *job)
+{
+    enum lum_emitter kind = job->snapshot->lights.lights[job->light].kind;
+    return job->hard && (kind == LUM_EMIT_QUAD || kind == LUM_EMIT_DISC || kind == LUM_EMIT_SPHERE);
+}
+
 /* Reflected light of sample k at vertex i, were it visible; false when there is none. */
 static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, uint32_t n_samples,
                          struct lum_light_sample *ret_sample, struct lum_rgb *ret_value)
 {
     const struct lum_vertices *v = job->vertices;
     struct lum_sampler sampler = {v->pixel_seed[i], k};
-    struct lum_vec2 u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
+    struct lum_vec2 u = {0.5f, 0.5f};
+    if (!is_hard(job))
+        u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
     if (!lum_light_sample_at(job->snapshot, job->light, v->p[i], u, ret_sample))
         return false;
     float pdf_unused;
@@ -98,7 +107,8 @@ void lum_direct_light(const struct lum_direct *job)
 {
     if (job->vertices->n == 0)
         return;
-    uint32_t n_samples = job->snapshot->lights.lights[job->light].delta ? 1 : job->n_samples;
+    bool one = job->snapshot->lights.lights[job->light].delta || is_hard(job);
+    uint32_t n_samples = one ? 1 : job->n_samples;
     for (uint32_t k = 0; k < n_samples; k++)
         direct_sample(job, k, n_samples);
 }

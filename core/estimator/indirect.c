@@ -317,7 +317,7 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw)
+    if (pass->components->buffer[LUM_COMPONENT_INDIRECT].raw && !pass->records) /* those come joined */
         join_sets(pass, &r);
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
     const uint8_t kinds = LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR;

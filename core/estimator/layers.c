@@ -429,6 +429,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
             .media = pass->on[LUM_EFFECT_MEDIA],
             .n_samples = pass->settings->shadow_samples,
+            .hard = pass->settings->method->hard_shadows,
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
             .response = layer->response + first,

@@ -374,17 +374,35 @@ static enum lum_status make_rounds(struct run *run, struct lum_error *err)
 
 /* ---- a run ---- */
 
-static bool same_key(const struct lum_cache_key *a, const struct lum_cache_key *b)
+enum lum_status lum_records_update(struct lum_records *records, struct lum_caches *caches,
+                                   const struct lum_cache_key *key, const struct lum_cache_update *update,
+                                   struct lum_error *err)
 {
-    return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&
-           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media;
+    if (!records->cache || !lum_cache_key_equal(key, &records->cache->key)) {
+        struct lum_cache *cache = NULL;
+        enum lum_status status = lum_cache_acquire(caches, key, &cache, err);
+        if (status != LUM_OK)
+            return status;
+        lum_cache_release(caches, records->cache);
+        records->cache = cache;
+    }
+    struct lum_cache *cache = records->cache;
+    uint64_t updated = atomic_load(&cache->updated), removed = atomic_load(&cache->removed);
+    enum lum_status status = lum_cache_update(cache, update, err);
+    records->counts = (struct lum_cache_counts){
+        .updated = atomic_load(&cache->updated) - updated,
+        .removed = atomic_load(&cache->removed) - removed,
+        .records = cache->store ? lum_store_count(cache->store) : 0,
+    };
+    return status;
 }
 
 /* True when the picture is what it was when its records were completed. */
 static bool is_complete(const struct run *run)
 {
     const struct lum_records_memory *m = run->memory;
-    return m->complete && same_key(&m->key, &run->cache->key) && m->surfaces == run->pass->surfaces->version &&
+    return m->complete && lum_cache_key_equal(&m->key, &run->cache->key) &&
+           m->surfaces == run->pass->surfaces->version &&
            lum_versions_equal(&m->versions, &run->pass->snapshot->versions) && m->method == run->pass->settings->method;
 }
 
@@ -396,6 +414,7 @@ static void remember(struct run *run)
     m->surfaces = run->pass->surfaces->version;
     m->versions = run->pass->snapshot->versions;
     m->method = run->pass->settings->method;
+    (void)reserve_found(m, lum_store_limit(run->cache->store)); /* now, and not in the frames that follow */
 }
 
 /* A cache that is full holds mostly what nobody looks at any more: it begins anew. */
@@ -419,7 +438,6 @@ enum lum_status lum_records_run(struct lum_records *records, const struct lum_pa
                                 const struct lum_stage_runner *runner, struct lum_error *err)
 {
     struct lum_cache *cache = records->cache;
-    records->counts = (struct lum_cache_counts){.records = lum_store_count(cache->store)};
     if (!records->memory && !(records->memory = lum_calloc(1, sizeof *records->memory)))
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the records of a picture");
     struct run run = {
@@ -431,9 +449,9 @@ enum lum_status lum_records_run(struct lum_records *records, const struct lum_pa
     uint64_t removed = atomic_load(&cache->removed);
     enum lum_status status = run_twice(&run, err);
     records->counts.records = lum_store_count(cache->store);
-    records->counts.created = atomic_load(&cache->created) - created;
-    records->counts.updated = atomic_load(&cache->updated) - updated;
-    records->counts.removed = atomic_load(&cache->removed) - removed;
+    records->counts.created += atomic_load(&cache->created) - created;
+    records->counts.updated += atomic_load(&cache->updated) - updated;
+    records->counts.removed += atomic_load(&cache->removed) - removed;
     if (status == LUM_OK)
         remember(&run);
     return status;

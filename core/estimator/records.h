@@ -29,6 +29,11 @@ struct lum_records {
 };
 void lum_records_finish(struct lum_records *records, struct lum_caches *caches); /* accepts a zeroed one */
 
+/* Takes the cache for the key, in place of the one that was held, and brings it up to date. Begins the counts of a pass. */
+LUM_MUST_USE enum lum_status lum_records_update(struct lum_records *records, struct lum_caches *caches,
+                                                const struct lum_cache_key *key, const struct lum_cache_update *update,
+                                                struct lum_error *err);
+
 /* Refresh and rounds: afterwards every point that is interpolated in the pass is served. Needs pass->surfaces, and a cache that
  * is up to date with the snapshot. Does nothing where neither the picture nor the scene has changed since the last time. */
 LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const struct lum_pass *pass,
@@ -37,5 +42,6 @@ LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const 
 extern const struct lum_estimator lum_stage_records;             /* lum_records_run, as a stage */
 extern const struct lum_estimator lum_estimator_cached;          /* component INDIRECT, interpolated at every pixel, */
 extern const struct lum_estimator lum_estimator_cached_quarter;  /* or at every fourth, for lum_stage_upsample */
+extern const struct lum_estimator lum_filter_cached;             /* what mirrors show, of interleaved VPLs */
 
 #endif

@@ -21,21 +21,68 @@ void lum_square_load(struct lum_square *ret_square, const struct lum_pass *pass,
         s->px[i] = s->py[i] = s->pz[i] = s->nx[i] = s->ny[i] = s->nz[i] = 0.0f;
 }
 
+/* WARD lets pass sqrt(1 - n.n') < a, HATS |n - n'| = sqrt(2 (1 - n.n')) < its width; less what normals may be off their
+ * unit length. */
+static float least_dot(enum lum_metric metric, const struct lum_weighting *w)
+{
+    float most_turn = metric == LUM_METRIC_WARD ? w->accuracy * w->accuracy : 0.5f / (w->per_chord * w->per_chord);
+    return 1.0f - most_turn - 1e-3f;
+}
+
 struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker)
 {
-    return (struct lum_lookup){cache->store, worker, cache->key.kind->metric, lum_weighting_of(cache->key.accuracy)};
+    enum lum_metric metric = cache->key.kind->metric;
+    struct lum_weighting w = lum_weighting_of(cache->key.accuracy);
+    return (struct lum_lookup){cache->store, worker, metric, w, least_dot(metric, &w)};
+}
+
+/* Of points from .. from + n - 1. */
+struct box {
+    struct lum_vec3 lo, hi, n_lo, n_hi; /* of points, and of normals */
+};
+
+static struct lum_vec3 least(struct lum_vec3 a, float x, float y, float z)
+{
+    return lum_v3(lum_min(a.x, x), lum_min(a.y, y), lum_min(a.z, z));
+}
+
+static struct lum_vec3 most(struct lum_vec3 a, float x, float y, float z)
+{
+    return lum_v3(lum_max(a.x, x), lum_max(a.y, y), lum_max(a.z, z));
+}
+
+static struct box box_of(const struct lum_square *s, uint32_t from, uint32_t n)
+{
+    const struct lum_vec3 up = {INFINITY, INFINITY, INFINITY}, down = {-INFINITY, -INFINITY, -INFINITY};
+    struct box b = {up, down, up, down};
+    for (uint32_t i = from; i < from + n; i++) {
+        b.lo = least(b.lo, s->px[i], s->py[i], s->pz[i]);
+        b.hi = most(b.hi, s->px[i], s->py[i], s->pz[i]);
+        b.n_lo = least(b.n_lo, s->nx[i], s->ny[i], s->nz[i]);
+        b.n_hi = most(b.n_hi, s->nx[i], s->ny[i], s->nz[i]);
+    }
+    return b;
+}
+
+/* False when a record turns away from all normals of the box by more than any metric lets pass. */
+static bool may_face(const struct lum_lookup *l, const struct box *b, struct lum_vec3 n)
+{
+    float dot = lum_max(n.x * b->n_lo.x, n.x * b->n_hi.x) + lum_max(n.y * b->n_lo.y, n.y * b->n_hi.y) +
+                lum_max(n.z * b->n_lo.z, n.z * b->n_hi.z);
+    return dot > l->least_dot;
 }
 
 bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, uint32_t from, uint32_t n,
                      struct lum_candidates *ret_candidates)
 {
-    struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (uint32_t i = from; i < from + n; i++) {
-        lo = lum_v3(lum_min(lo.x, square->px[i]), lum_min(lo.y, square->py[i]), lum_min(lo.z, square->pz[i]));
-        hi = lum_v3(lum_max(hi.x, square->px[i]), lum_max(hi.y, square->py[i]), lum_max(hi.z, square->pz[i]));
-    }
-    ret_candidates->n = lum_store_overlap(l->store, l->worker, lo, hi, ret_candidates->records, LUM_SQUARE_RECORDS);
-    return ret_candidates->n < LUM_SQUARE_RECORDS || n <= 1;
+    struct lum_candidates *c = ret_candidates;
+    struct box box = box_of(square, from, n);
+    uint32_t n_found = lum_store_overlap(l->store, l->worker, box.lo, box.hi, c->records, LUM_SQUARE_RECORDS);
+    c->n = 0;
+    for (uint32_t k = 0; k < n_found; k++)
+        if (may_face(l, &box, c->records[k]->n))
+            c->records[c->n++] = c->records[k];
+    return n_found < LUM_SQUARE_RECORDS || n <= 1;
 }
 
 /* ---- who is served ---- */

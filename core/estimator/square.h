@@ -55,6 +55,7 @@ struct lum_lookup {
     uint32_t worker;
     enum lum_metric metric;
     struct lum_weighting weighting;
+    float least_dot; /* of the normals of a record and a point that it serves */
 };
 struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker);
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/estimator/ais.h"
+#include "core/estimator/records.h"
 
 const char *const lum_effect_names[LUM_EFFECT_COUNT] = {
     [LUM_EFFECT_DIRECT] = "direct",           [LUM_EFFECT_SOFT_SHADOW] = "soft_shadow",
@@ -55,6 +56,14 @@ const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
         [LUM_EFFECT_GLOSSY] = &lum_estimator_ais_gloss, [LUM_EFFECT_MEDIA] = &lum_estimator_ais_media                  \
     }
 
+/* The thesis' "RT", and what its caches add. */
+#define CACHED_EFFECTS                                                                                                 \
+    {                                                                                                                  \
+        [LUM_EFFECT_DIRECT] = &lum_estimator_shadow, [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,                 \
+        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow, [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached,       \
+        [LUM_EFFECT_REFLECTION] = &lum_estimator_specular, [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular         \
+    }
+
 static const struct lum_method methods[] = {
     {
         .name = "whitted",
@@ -100,6 +109,32 @@ static const struct lum_method methods[] = {
         .ais = &lum_ais_full,
         .serves = AIS_EFFECTS,
         .filters = {&lum_filter_ais},
+    },
+    {
+        .name = "irrcache",
+        .summary = "irradiance cache (Ward et al. 1988): records sample the hemisphere; shared without a wait (thesis, "
+                   "chapter 7)",
+        .hard_shadows = true,
+        .cache = &lum_cache_irradiance,
+        .serves = CACHED_EFFECTS,
+    },
+    {
+        .name = "ic",
+        .summary = "instant caching (thesis, chapter 6): records sum virtual point lights; made anew after every edit",
+        .hard_shadows = true,
+        .cache = &lum_cache_instant,
+        .serves = CACHED_EFFECTS,
+        .pattern = 3,
+        .filters = {&lum_filter_cached},
+    },
+    {
+        .name = "tic",
+        .summary = "temporal instant caching: the same, and an edit traces only what it may have changed",
+        .hard_shadows = true,
+        .cache = &lum_cache_temporal,
+        .serves = CACHED_EFFECTS,
+        .pattern = 3,
+        .filters = {&lum_filter_cached},
     },
     {
         .name = "live",

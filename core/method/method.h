@@ -59,6 +59,7 @@ void lum_demand_choose(struct lum_demand *demand, const struct lum_view_settings
 
 struct lum_estimator; /* render/frame.h */
 struct lum_ais;       /* estimator/ais.h */
+struct lum_cache_kind; /* cache/cache.h */
 
 struct lum_method {
     const char *name, *summary;
@@ -66,6 +67,8 @@ struct lum_method {
     bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
     const struct lum_ais *ais; /* interleaved sampling: its parameters; NULL: none */
+    bool hard_shadows; /* of quads, discs and spheres, too: one shadow ray per light and pixel (thesis, 6.3) */
+    const struct lum_cache_kind *cache; /* what its indirect light is kept in; NULL: nothing */
     uint32_t pattern; /* methods with components: side of the interleaved pattern */
     const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
 };

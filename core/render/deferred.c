@@ -16,6 +16,7 @@ void lum_deferred_finish(struct lum_deferred *d)
     lum_layers_finish(&d->layers);
     lum_components_finish(&d->components);
     lum_vpl_finish(&d->vpls);
+    lum_records_finish(&d->records, d->caches);
 }
 
 /* All other stages look for the G-buffer's stamp. */
@@ -124,7 +125,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
     uint32_t n;
-    bool vpls, surfaces;
+    bool vpls, cache, surfaces, components;
 };
 
 static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
@@ -140,6 +141,7 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     plan->stages[at] = stage;
     plan->n++;
     plan->vpls = plan->vpls || stage->vpls;
+    plan->cache = plan->cache || stage->cache;
     plan->surfaces = plan->surfaces || stage->surfaces;
     if (stage->then)
         plan_stage(plan, stage->then);
@@ -158,7 +160,8 @@ static struct plan make_plan(const struct lum_pass *pass)
             plan_stage(&plan, method->serves[e]);
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);
-    plan.surfaces = plan.surfaces || method->filters[0];
+    plan.components = method->filters[0] || method->cache;
+    plan.surfaces = plan.surfaces || plan.components;
     if (plan.surfaces)
         plan_stage(&plan, &lum_stage_surfaces);
     return plan;
@@ -188,6 +191,39 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
     return LUM_OK;
 }
 
+static struct lum_cache_key cache_key(const struct lum_pass *pass)
+{
+    const struct lum_view_settings *set = pass->settings;
+    return (struct lum_cache_key){
+        .kind = set->method->cache,
+        .storage = set->storage,
+        .n_vpls = set->n_vpls,
+        .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
+        .seed = set->seed,
+        .accuracy = set->cache_accuracy,
+        .media = pass->on[LUM_EFFECT_MEDIA],
+    };
+}
+
+static enum lum_status update_cache(struct lum_deferred *d, struct lum_pass *pass,
+                                    const struct lum_stage_runner *runner, struct lum_error *err)
+{
+    int64_t begin_ns = lum_clock_ns();
+    struct lum_cache_key key = cache_key(pass);
+    struct lum_cache_update update = {pass->snapshot, runner->pool, runner->counters};
+    enum lum_status status = lum_records_update(&d->records, d->caches, &key, &update, err);
+    runner->stats->stage_ms[LUM_STAGE_CACHE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    if (status != LUM_OK)
+        return status;
+    pass->records = &d->records;
+    if (!key.kind->vpls)
+        return LUM_OK;
+    const struct lum_vpl_set *vpls = pass->vpls = &d->records.cache->vpls;
+    runner->stats->n_vpls = vpls->n_lit;
+    runner->stats->n_vpls_moved = vpls->n_moved;
+    return LUM_OK;
+}
+
 static enum lum_status run_whole(const struct lum_stage_runner *runner, const struct lum_pass *pass,
                                  const struct lum_estimator *stage, struct lum_error *err)
 {
@@ -209,14 +245,18 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
         pass->surfaces = &d->surfaces;
         status = lum_surfaces_update(&d->surfaces, pass, err);
     }
-    if (status == LUM_OK && pass->settings->method->filters[0]) {
+    if (status == LUM_OK && plan.components) {
         pass->components = &d->components;
         status = lum_components_update(&d->components, pass, err);
     }
-    if (status == LUM_OK && plan.vpls)
+    if (status == LUM_OK && plan.cache)
+        status = update_cache(d, pass, runner, err);
+    else if (status == LUM_OK && plan.vpls)
         status = update_vpls(d, pass, runner, err);
     for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
         status = plan.stages[i]->run ? run_whole(runner, pass, plan.stages[i], err)
                                      : lum_stage_run(runner, pass, plan.stages[i]);
+    if (pass->records)
+        runner->stats->cache = pass->records->counts;
     return status;
 }

@@ -8,6 +8,7 @@
 
 #include "core/estimator/components.h"
 #include "core/estimator/layers.h"
+#include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 
 struct lum_deferred {
@@ -15,7 +16,8 @@ struct lum_deferred {
     struct lum_surfaces surfaces;
     struct lum_layers layers;
     struct lum_components components;
-    struct lum_vpl_set vpls;
+    struct lum_vpl_set vpls; /* of methods without a cache */
+    struct lum_records records;
     struct lum_caches *caches; /* borrowed: where methods with a cache find theirs */
 };
 void lum_deferred_finish(struct lum_deferred *d); /* accepts a zeroed one; keeps the stamps */

@@ -1,6 +1,7 @@
 /* What must not matter does not (algorithms D2, D3, D4, D7, D8, D36, D38): one scene that calls for every effect, told
  * in other ways - elsewhere, in other units, in another order, by other numbers of threads - makes the same picture by
  * every method; bit for bit, unless said. rig_pass asserts that no sample was dropped and no ray refused. */
+#include "core/cache/cache.h"
 #include "core/estimator/ais.h"
 #include "tests/support/rig.h"
 
@@ -153,28 +154,6 @@ static struct lum_rgb *render(struct rig *r, const struct lum_method *method)
 /* Pictures of two tellings by a method. */
 typedef void compare(const char *what, const struct lum_rgb *want, const struct lum_rgb *got, uint32_t n);
 
-static void by_every_method(const struct telling *first, const struct telling *second, compare *check)
-{
-    struct rig a, b;
-    begin(&a, first);
-    begin(&b, second);
-    size_t n;
-    const struct lum_method *methods = lum_methods(&n);
-    for (size_t m = 0; m < n; m++) {
-        /* listing 5.4 compares with one metre, whatever the size of the scene (A0.3): its guidance alone may differ */
-        bool in_metres = methods[m].ais && methods[m].ais->adaptive && second->scale != 1.0;
-        a.settings.effects_off = b.settings.effects_off = in_metres ? LUM_EFFECT_BIT(LUM_EFFECT_MEDIA) : 0;
-        char what[80];
-        snprintf(what, sizeof what, "%s, %s", methods[m].name, second->what);
-        struct lum_rgb *want = render(&a, &methods[m]), *got = render(&b, &methods[m]);
-        check(what, want, got, a.settings.w * a.settings.h);
-        lum_free(want);
-        lum_free(got);
-    }
-    rig_end(&a);
-    rig_end(&b);
-}
-
 static void same_bits(const char *what, const struct lum_rgb *want, const struct lum_rgb *got, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++)
@@ -198,6 +177,46 @@ static void same_but_at_edges(const char *what, const struct lum_rgb *want, cons
     }
     if (n_others > n / 40 || !(fabs(change) <= 1e-3 * sum))
         fail_msg("%s: %u of %u pixels differ, the mean by %g", what, n_others, n, change / sum);
+}
+
+/* Records of `irrcache` sample the hemisphere with numbers that are drawn from where they lie, to the last bit: 64
+ * rays, each of a deviation of twice its mean at most, are off by 1/4, and some 100 records by 2.5 %; three times that.
+ */
+static void same_on_the_whole(const char *what, const struct lum_rgb *want, const struct lum_rgb *got, uint32_t n)
+{
+    double sum = 0.0, change = 0.0;
+    for (uint32_t i = 0; i < n; i++) {
+        sum += (double)want[i].g;
+        change += (double)got[i].g - (double)want[i].g;
+    }
+    if (!(fabs(change) <= 0.075 * sum))
+        fail_msg("%s: the mean differs by %g", what, change / sum);
+}
+
+static void by_every_method(const struct telling *first, const struct telling *second, compare *check)
+{
+    struct rig a, b;
+    begin(&a, first);
+    begin(&b, second);
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t m = 0; m < n; m++) {
+        /* listing 5.4 compares with one metre, whatever the size of the scene (A0.3): its guidance alone may differ */
+        bool in_metres = methods[m].ais && methods[m].ais->adaptive && second->scale != 1.0;
+        a.settings.effects_off = b.settings.effects_off = in_metres ? LUM_EFFECT_BIT(LUM_EFFECT_MEDIA) : 0;
+        /* so does the metric of 6.2.5, which places all records (A0.2) */
+        if ((methods[m].cache == &lum_cache_instant || methods[m].cache == &lum_cache_temporal) && second->scale != 1.0)
+            continue;
+        char what[80];
+        snprintf(what, sizeof what, "%s, %s", methods[m].name, second->what);
+        struct lum_rgb *want = render(&a, &methods[m]), *got = render(&b, &methods[m]);
+        bool drawn = methods[m].cache == &lum_cache_irradiance && check == same_but_at_edges;
+        (drawn ? same_on_the_whole : check)(what, want, got, a.settings.w * a.settings.h);
+        lum_free(want);
+        lum_free(got);
+    }
+    rig_end(&a);
+    rig_end(&b);
 }
 
 static void assert_same(const struct telling *t)
@@ -295,6 +314,8 @@ static void after_edits(void **state)
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
     for (size_t m = 0; m < n; m++) {
+        if (methods[m].cache && methods[m].cache->lasting)
+            continue; /* records lie where the edited scene wanted them */
         struct lum_rgb *want = render(&r, &methods[m]);
         rig_object(&r, "crate", "crate", "crate", rig_v(0.25, 0.75, -0.5));
         rig_commit(&r);

@@ -1,0 +1,108 @@
+#include "tests/support/closed_kind.h"
+
+#include "core/estimator/records.h"
+
+static _Atomic uint64_t n_refreshes;
+
+uint64_t closed_refreshes(void)
+{
+    return atomic_load(&n_refreshes);
+}
+
+struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struct lum_vec3 n)
+{
+    if (kind == CLOSED_LINEAR)
+        return lum_rgb(50.0f + p.x, 50.0f - 0.5f * p.y, 50.0f + 0.25f * p.z);
+    if (kind == CLOSED_BROKEN)
+        return lum_grey(NAN);
+    return lum_rgb(2.0f + sinf(0.3f * p.x), 2.0f + n.y + 0.5f * sinf(0.2f * p.y), 1.5f + n.x * cosf(0.1f * p.z));
+}
+
+static void build(const struct lum_cache_job *job, enum closed_kind kind)
+{
+    for (uint32_t i = 0; i < job->n; i++) {
+        struct lum_record *r = job->records[i];
+        float footprint = job->pixel * lum_length(lum_v3_sub(r->p, job->eye));
+        r->radius = lum_max(0.8f + 0.4f * sinf(0.7f * r->p.x) * sinf(0.5f * r->p.z), 2.0f * footprint);
+        r->irradiance = closed_irradiance(kind, r->p, r->n);
+        if (kind == CLOSED_LINEAR) {
+            r->gradient[0].r = 1.0f;
+            r->gradient[1].g = -0.5f;
+            r->gradient[2].b = 0.25f;
+        }
+    }
+}
+
+static void build_wavy(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_WAVY);
+}
+
+static void build_linear(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_LINEAR);
+}
+
+static void build_broken(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_BROKEN);
+}
+
+/* Every seventh record is removed. */
+static void refresh(const struct lum_cache_job *job)
+{
+    for (uint32_t i = 0; i < job->n; i++) {
+        struct lum_record *r = job->records[i];
+        atomic_fetch_add(&n_refreshes, 1);
+        if (lum_cache_is_stale(job->cache, r) && r->index % 7 == 0 &&
+            lum_store_remove(job->cache->store, job->worker, r))
+            atomic_fetch_add(&job->cache->removed, 1);
+    }
+}
+
+static void change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion)
+{
+    (void)cache;
+    (void)update;
+    (void)motion;
+}
+
+static size_t record_bytes(uint32_t n_vpls)
+{
+    (void)n_vpls;
+    return sizeof(struct lum_record);
+}
+
+const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
+    [CLOSED_WAVY] = {.name = "wavy", .metric = LUM_METRIC_HATS, .record_bytes = record_bytes, .build = build_wavy},
+    [CLOSED_LINEAR] = {.name = "linear",
+                       .metric = LUM_METRIC_WARD,
+                       .record_bytes = record_bytes,
+                       .build = build_linear},
+    [CLOSED_STALE] = {.name = "stale",
+                      .metric = LUM_METRIC_HATS,
+                      .lasting = true,
+                      .record_bytes = record_bytes,
+                      .build = build_wavy,
+                      .refresh = refresh,
+                      .change = change},
+    [CLOSED_BROKEN] = {.name = "broken",
+                       .metric = LUM_METRIC_HATS,
+                       .record_bytes = record_bytes,
+                       .build = build_broken},
+};
+
+#define ROW(i)                                                                                                         \
+    {                                                                                                                  \
+        .name = "closed", .cache = &closed_kinds[i], .serves = {                                                       \
+            [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached                                                      \
+        }                                                                                                              \
+    }
+const struct lum_method closed_methods[CLOSED_KIND_COUNT] = {ROW(CLOSED_WAVY), ROW(CLOSED_LINEAR), ROW(CLOSED_STALE),
+                                                             ROW(CLOSED_BROKEN)};
+const struct lum_method closed_quarter = {
+    .name = "closed_quarter",
+    .cache = &closed_kinds[CLOSED_WAVY],
+    .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_quarter},
+    .filters = {&lum_stage_upsample},
+};

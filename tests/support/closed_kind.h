@@ -1,0 +1,21 @@
+/* Kinds of cache whose records are closed forms of where they lie: what placement and interpolation do to them can be told
+ * exactly. And methods that use them. */
+#ifndef LUM_TESTS_SUPPORT_CLOSED_KIND_H
+#define LUM_TESTS_SUPPORT_CLOSED_KIND_H
+
+#include "core/cache/cache.h"
+#include "core/method/method.h"
+
+/* WAVY: irradiance and radius vary over the scene, no gradient. LINEAR: irradiance is linear in p, with its gradient.
+ * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. */
+enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_KIND_COUNT };
+extern const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT];
+extern const struct lum_method closed_methods[CLOSED_KIND_COUNT], closed_quarter; /* quarter: WAVY */
+
+/* What a record at p with normal n says. */
+struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struct lum_vec3 n);
+
+/* STALE: the refreshes so far, of all caches. */
+uint64_t closed_refreshes(void);
+
+#endif
