@@ -30,7 +30,7 @@ ONLY_IN = {
 }
 # static library -> symbols it must not need
 MUST_NOT_NEED = {
-    "core/liblum_core.a": r"^(lws_|cJSON_|tj[A-Z]|spng_|socket$|connect$|accept$|lum_(record|op|document|proto|frame_)_?)",
+    "core/liblum_core.a": r"^(lws_|cJSON_|tj[A-Z]|spng_|socket$|connect$|accept$|lum_((record|op|document|proto)(_|$)|frame_))",
     "protocol/liblum_protocol.a": r"^(lws_|rtc[A-Z]|exr_|socket$|lum_(scene|snapshot|view|film|accel|pool|calloc|log)(_|$))",
 }
 
