@@ -10,11 +10,32 @@ static void finish_buffer(struct lum_component_buffer *b)
     *b = (struct lum_component_buffer){0};
 }
 
+static void free_antialias(struct lum_components *c)
+{
+    lum_free(c->radiance);
+    lum_free(c->lenders);
+    lum_free(c->lenders_known);
+    c->radiance = NULL;
+    c->lenders = NULL;
+    c->lenders_known = NULL;
+}
+
+static bool reserve_antialias(struct lum_components *c)
+{
+    if (c->radiance)
+        return true;
+    size_t n = (size_t)c->w * c->h;
+    c->radiance = lum_calloc(n, sizeof *c->radiance);
+    c->lenders = lum_calloc(n, sizeof *c->lenders);
+    c->lenders_known = lum_calloc(c->n_tiles, 1);
+    return c->radiance && c->lenders && c->lenders_known;
+}
+
 void lum_components_finish(struct lum_components *c)
 {
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
-    lum_free(c->radiance);
+    free_antialias(c);
     lum_free(c->windows);
     lum_free(c->airlight);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -77,12 +98,10 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
     if (bits & LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT) && !c->windows &&
         !(c->windows = lum_calloc(n_coarse, sizeof *c->windows)))
         return false;
-    if (!pass->on[LUM_EFFECT_ANTIALIAS]) {
-        lum_free(c->radiance);
-        c->radiance = NULL;
-    } else if (!c->radiance && !(c->radiance = lum_calloc((size_t)c->w * c->h, sizeof *c->radiance))) {
+    if (!pass->on[LUM_EFFECT_ANTIALIAS])
+        free_antialias(c);
+    else if (!reserve_antialias(c))
         return false;
-    }
     if (!reserve_airlight(c, pass))
         return false;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -122,6 +141,8 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     uint32_t edits = lum_basis_renew(&c->basis, pass);
     if (c->surfaces != pass->surfaces->version || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
         forget(c);
+    if (c->lenders_known && (c->surfaces != pass->surfaces->version || lum_is_stale(edits, LUM_PRODUCT_EDGES)))
+        memset(c->lenders_known, 0, c->n_tiles);
     c->surfaces = pass->surfaces->version;
     return LUM_OK;
 }

@@ -1,7 +1,7 @@
 /* Anti-aliasing of edges, after Chajdas, McGuire & Luebke 2011 (Subpixel reconstruction antialiasing): where a pixel's
  * neighbour shows another surface, a few more eye rays find out how much of the pixel each surface covers, and each
  * takes the radiance of the neighbouring pixel that shows its surface. Visibility is sampled finely, shading is not
- * done again. */
+ * done again. Which pixel lends to which ray is kept: another light on the same surfaces costs no ray. */
 #include "core/estimator/components.h"
 
 #include <string.h>
@@ -65,26 +65,32 @@ static float mismatch(const struct lum_pass *pass, const struct edge_batch *batc
     return fabsf(off) <= PLANE_WEIGHT * PLANE_PIXELS_MAX ? off * off : INFINITY;
 }
 
-/* Radiance of ray i, which went through the film at `film` in pixel (x, y): that of the pixel, of the nine around,
- * which shows its surface best; of its own pixel where none does. */
-static struct lum_rgb borrow(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
-                             uint32_t y, struct lum_vec2 film)
+/* Who lends its radiance to ray i, which went through the film at `film` in pixel (x, y): of the nine pixels around,
+ * row by row, the one which shows its surface best; its own pixel where none does. */
+#define LENDERS 9u
+#define LENDER_SELF 4u
+#define LENDER_BITS 4u
+#define LENDER_MASK 15u
+_Static_assert(EDGE_RAYS *LENDER_BITS <= 32, "the lenders of a pixel's rays fit into lum_components.lenders");
+
+static uint32_t find_lender(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
+                            uint32_t y, struct lum_vec2 film)
 {
-    uint32_t w = pass->tiling.w, h = pass->tiling.h;
+    uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LENDER_SELF;
     struct lum_vec3 p = lum_v3_mad(pass->eye.o, lum_rays_direction(&batch->rays, i), batch->hits.t[i]);
-    size_t best = (size_t)y * w + x;
     float least = INFINITY;
-    for (uint32_t ny = y > 0 ? y - 1 : 0; ny <= y + 1 && ny < h; ny++)
-        for (uint32_t nx = x > 0 ? x - 1 : 0; nx <= x + 1 && nx < w; nx++) {
-            float dx = (float)nx + 0.5f - film.x, dy = (float)ny + 0.5f - film.y;
-            size_t at = (size_t)ny * w + nx;
-            float worse = mismatch(pass, batch, i, p, at) + dx * dx + dy * dy;
-            if (worse < least) {
-                least = worse;
-                best = at;
-            }
+    for (uint32_t k = 0; k < LENDERS; k++) {
+        uint32_t nx = x + k % 3 - 1, ny = y + k / 3 - 1;
+        if (nx >= w || ny >= h) /* below 0, too: it wraps round */
+            continue;
+        float dx = (float)nx + 0.5f - film.x, dy = (float)ny + 0.5f - film.y;
+        float worse = mismatch(pass, batch, i, p, (size_t)ny * w + nx) + dx * dx + dy * dy;
+        if (worse < least) {
+            least = worse;
+            best = k;
         }
-    return pass->components->radiance[best];
+    }
+    return best;
 }
 
 static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t y, uint32_t k)
@@ -94,7 +100,8 @@ static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t
     return (struct lum_vec2){(float)x + u.x, (float)y + u.y};
 }
 
-static void finish_batch(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
+/* Finds the lenders of all rays of the batch's pixels. */
+static void look(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
 {
     if (batch->n == 0)
         return;
@@ -108,40 +115,59 @@ static void finish_batch(const struct lum_pass *pass, struct edge_batch *batch, 
     lum_trace_closest(&trace, &batch->rays, &batch->hits);
     counters->rays[LUM_RAY_ANTIALIAS] += batch->rays.n;
     for (uint32_t i = 0; i < batch->n; i++) {
-        uint32_t x = batch->x[i], y = batch->y[i];
-        struct lum_rgb sum = lum_grey(0.0f);
+        uint32_t x = batch->x[i], y = batch->y[i], lenders = 0;
         for (uint32_t k = 0; k < EDGE_RAYS; k++)
-            sum = lum_rgb_add(sum, borrow(pass, batch, i * EDGE_RAYS + k, x, y, film_at(pass, x, y, k)));
-        lum_film_reset_pixel(pass->film, x, y);
-        lum_film_add(pass->film, x, y, 0, lum_rgb_scale(sum, 1.0f / EDGE_RAYS), &counters->nonfinite);
+            lenders |= find_lender(pass, batch, i * EDGE_RAYS + k, x, y, film_at(pass, x, y, k)) << LENDER_BITS * k;
+        pass->components->lenders[(size_t)y * pass->tiling.w + x] = lenders;
     }
     batch->n = 0;
+}
+
+static struct lum_rgb lent(const struct lum_pass *pass, size_t at)
+{
+    struct lum_rgb sum = lum_grey(0.0f);
+    for (uint32_t k = 0; k < EDGE_RAYS; k++) {
+        uint32_t lender = pass->components->lenders[at] >> LENDER_BITS * k & LENDER_MASK;
+        size_t from = at + (size_t)(lender / 3) * pass->tiling.w + lender % 3 - pass->tiling.w - 1;
+        sum = lum_rgb_add(sum, pass->components->radiance[from]);
+    }
+    return lum_rgb_scale(sum, 1.0f / EDGE_RAYS);
+}
+
+static void find_lenders(const struct lum_pass *pass, const struct lum_tile_rect *r, const uint8_t *edge,
+                         struct lum_counters *counters)
+{
+    struct edge_batch batch;
+    batch.n = 0;
+    for (uint32_t i = 0; i < r->w * r->h; i++) {
+        if (!edge[i])
+            continue;
+        batch.x[batch.n] = r->x + i % r->w;
+        batch.y[batch.n++] = r->y + i / r->w;
+        if (batch.n == EDGE_BATCH)
+            look(pass, &batch, counters);
+    }
+    look(pass, &batch, counters);
 }
 
 static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     if (pass->tile_spp[tile] >= pass->target_spp)
         return;
+    struct lum_components *c = pass->components;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    struct edge_batch batch;
     uint8_t edge[LUM_TILE_PIXELS];
-    batch.n = 0;
     find_edges(pass, &guide, &r, edge);
+    if (!c->lenders_known[tile])
+        find_lenders(pass, &r, edge, counters);
+    c->lenders_known[tile] = 1;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
-        if (edge[i]) {
-            batch.x[batch.n] = x;
-            batch.y[batch.n++] = y;
-            if (batch.n == EDGE_BATCH)
-                finish_batch(pass, &batch, counters);
-            continue;
-        }
+        size_t at = (size_t)y * pass->tiling.w + x;
         lum_film_reset_pixel(pass->film, x, y);
-        lum_film_add(pass->film, x, y, 0, pass->components->radiance[(size_t)y * pass->tiling.w + x],
-                     &counters->nonfinite);
+        lum_film_add(pass->film, x, y, 0, edge[i] ? lent(pass, at) : c->radiance[at], &counters->nonfinite);
     }
-    finish_batch(pass, &batch, counters);
     pass->tile_spp[tile] = pass->target_spp;
 }
 

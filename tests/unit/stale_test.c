@@ -142,27 +142,27 @@ static void every_row_holds(const char *method, uint32_t effects_off, uint32_t e
 static void live_traces_what_it_must(void **state)
 {
     (void)state;
-    every_row_holds("live", OFF(INDIRECT_DIFFUSE) | OFF(MEDIA) | OFF(ANTIALIAS), 0);
+    every_row_holds("live", OFF(INDIRECT_DIFFUSE) | OFF(MEDIA), 0);
 }
 
 /* Its buffers by effect are sums over the lights: a dimmed light makes them anew. */
 static void live_with_all_effects(void **state)
 {
     (void)state;
-    every_row_holds("live", 0, RAYS(INDIRECT_DIFFUSE) | RAYS(MEDIA) | RAYS(ANTIALIAS));
+    every_row_holds("live", 0, RAYS(INDIRECT_DIFFUSE) | RAYS(MEDIA));
 }
 
 static void whitted_traces_what_it_must(void **state)
 {
     (void)state;
-    every_row_holds("whitted", OFF(ANTIALIAS), 0);
+    every_row_holds("whitted", 0, 0);
 }
 
 static void tic_traces_what_it_must(void **state)
 {
     (void)state;
     if (lum_method_find("tic"))
-        every_row_holds("tic", OFF(ANTIALIAS), 0);
+        every_row_holds("tic", 0, 0);
 }
 
 /* ---- the table itself ---- */
