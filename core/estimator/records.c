@@ -89,7 +89,8 @@ static bool reserve_batch(struct lum_records_memory *m, uint32_t n)
     struct lum_record **batch = lum_calloc(capacity, sizeof(struct lum_record *));
     if (!batch)
         return false;
-    memcpy(batch, m->batch, m->batch_capacity * sizeof(struct lum_record *));
+    if (m->batch)
+        memcpy(batch, m->batch, m->batch_capacity * sizeof(struct lum_record *));
     lum_free(m->batch);
     m->batch = batch;
     m->batch_capacity = capacity;

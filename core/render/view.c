@@ -329,6 +329,13 @@ static void clear_counters(struct lum_view *v)
         v->counters[w] = (struct lum_counters){.worker = w};
 }
 
+/* Also of a pass that does not look at them. */
+static uint64_t n_records(const struct lum_view *v, const struct lum_method *method)
+{
+    const struct lum_cache *cache = method->cache ? v->deferred.records.cache : NULL;
+    return cache && cache->store ? lum_store_count(cache->store) : 0;
+}
+
 static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
 {
     for (uint32_t w = 0; w < lum_pool_size(v->pool); w++) {
@@ -360,6 +367,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     struct lum_pass_stats stats = {.scene_rev = snapshot->scene_rev, .demand = view->chosen};
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.served[e] = settings->method->serves[e] != NULL;
+    stats.cache.records = n_records(view, settings->method);
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;

@@ -1,0 +1,149 @@
+/* Views that share caches find each other's records, and what they share stays when one of them goes. */
+#include "core/cache/caches.h"
+#include "tests/support/rig.h"
+
+struct house {
+    struct rig rig;
+    struct lum_caches *caches;
+};
+
+static void begin(struct house *h)
+{
+    struct rig *r = &h->rig;
+    rig_begin(r, 2);
+    rig_room(r);
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
+    rig_light(r, "lamp", &lamp);
+    rig_commit(r);
+    r->settings.method = lum_method_find("tic");
+    r->settings.deterministic = true; /* which pixels make records does not depend on who is first */
+    r->settings.w = 96;
+    r->settings.h = 64;
+    assert_non_null(r->settings.method);
+    RIG_OK(lum_caches_create(2, &h->caches, &err));
+    lum_view_share(r->view, h->caches);
+}
+
+static void end(struct house *h)
+{
+    lum_view_destroy(h->rig.view);
+    h->rig.view = NULL;
+    lum_caches_destroy(h->caches);
+    rig_end(&h->rig);
+}
+
+static struct lum_pass_stats look(struct house *h, struct lum_view *view, const struct lum_view_settings *settings)
+{
+    struct lum_pass_stats stats;
+    RIG_OK(lum_view_pass(view, h->rig.snapshot, settings, NULL, &stats, &err));
+    return stats;
+}
+
+static struct lum_view *another_view(struct house *h, bool shares)
+{
+    struct lum_view *view = NULL;
+    RIG_OK(lum_view_create(h->rig.pool, &view, &err));
+    if (shares)
+        lum_view_share(view, h->caches);
+    return view;
+}
+
+/* From half a metre beside: most of what the second one sees, the first one saw. */
+static void the_second_viewer_pays_less(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h);
+    struct lum_pass_stats first = look(&h, h.rig.view, &h.rig.settings);
+    assert_true(first.cache.created > 0 && first.cache.records == first.cache.created);
+    struct lum_view_settings beside = h.rig.settings;
+    beside.camera.position.x += 0.5;
+    struct lum_view *second = another_view(&h, true), *alone = another_view(&h, false);
+    struct lum_pass_stats shared = look(&h, second, &beside), all = look(&h, alone, &beside);
+    print_message("records: the first viewer made %llu, the second %llu; alone it makes %llu\n",
+                  (unsigned long long)first.cache.created, (unsigned long long)shared.cache.created,
+                  (unsigned long long)all.cache.created);
+    assert_int_equal(shared.cache.records, first.cache.created + shared.cache.created);
+    assert_int_equal(shared.rays[LUM_RAY_VPL], 0);
+    assert_true(all.rays[LUM_RAY_VPL] > 0);
+    double share = 0.6; /* what the second viewer of a room may pay of what he pays alone */
+    assert_true((double)shared.cache.created < share * (double)all.cache.created);
+    assert_true((double)shared.rays[LUM_RAY_INDIRECT_DIFFUSE] < share * (double)all.rays[LUM_RAY_INDIRECT_DIFFUSE]);
+    lum_view_destroy(alone);
+    lum_view_destroy(second);
+    end(&h);
+}
+
+static void who_comes_back_finds_his_records(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h);
+    struct lum_pass_stats first = look(&h, h.rig.view, &h.rig.settings);
+    lum_view_destroy(h.rig.view);
+    h.rig.view = another_view(&h, true);
+    struct lum_pass_stats again = look(&h, h.rig.view, &h.rig.settings);
+    assert_int_equal(again.cache.created, 0);
+    assert_int_equal(again.cache.records, first.cache.records);
+    assert_int_equal(again.rays[LUM_RAY_INDIRECT_DIFFUSE] + again.rays[LUM_RAY_VPL], 0);
+    struct lum_pass_stats rest = look(&h, h.rig.view, &h.rig.settings);
+    assert_int_equal(rest.cache.records, first.cache.records);
+    end(&h);
+}
+
+static void other_settings_have_another_cache(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h);
+    struct lum_pass_stats first = look(&h, h.rig.view, &h.rig.settings);
+    struct lum_view_settings finer = h.rig.settings;
+    finer.cache_accuracy *= 0.5f;
+    struct lum_view *second = another_view(&h, true);
+    struct lum_pass_stats own = look(&h, second, &finer);
+    assert_int_equal(own.cache.records, own.cache.created);
+    assert_true(own.cache.created > first.cache.created);
+    lum_view_destroy(second);
+    end(&h);
+}
+
+/* An edit reaches the cache through whichever view looks first; the other one sees it as well. */
+static void an_edit_reaches_both(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h);
+    struct lum_view *second = another_view(&h, true);
+    struct lum_view_settings beside = h.rig.settings;
+    beside.camera.position.x += 0.5;
+    look(&h, h.rig.view, &h.rig.settings);
+    look(&h, second, &beside);
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 20.0);
+    rig_light(&h.rig, "lamp", &lamp);
+    rig_commit(&h.rig);
+    struct lum_pass_stats a = look(&h, h.rig.view, &h.rig.settings), b = look(&h, second, &beside);
+    assert_int_equal(a.rays[LUM_RAY_INDIRECT_DIFFUSE] + a.rays[LUM_RAY_VPL], 0);
+    assert_int_equal(b.rays[LUM_RAY_INDIRECT_DIFFUSE] + b.rays[LUM_RAY_VPL], 0);
+    assert_true(a.changed && b.changed);
+    double was = (double)lum_film_mean(lum_view_film(second), 48, 40).g;
+    lamp.intensity = 100.0;
+    rig_light(&h.rig, "lamp", &lamp);
+    rig_commit(&h.rig);
+    look(&h, h.rig.view, &h.rig.settings);
+    look(&h, second, &beside);
+    double now = (double)lum_film_mean(lum_view_film(second), 48, 40).g;
+    assert_true(was > 0.0 && fabs(now / was - 5.0) < 1e-3); /* linear, but for float sums */
+    lum_view_destroy(second);
+    end(&h);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_second_viewer_pays_less),
+        cmocka_unit_test(who_comes_back_finds_his_records),
+        cmocka_unit_test(other_settings_have_another_cache),
+        cmocka_unit_test(an_edit_reaches_both),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
