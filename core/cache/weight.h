@@ -43,4 +43,14 @@ static inline float lum_weight_hats(const struct lum_weighting *w, float per_rad
     return (near > 0.0f) & (alike > 0.0f) & (level > 0.0f) ? near * alike * level : 0.0f;
 }
 
+/* Of one record at one point. */
+static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric, const struct lum_record *record,
+                                  struct lum_vec3 p, struct lum_vec3 n)
+{
+    struct lum_vec3 d = lum_v3_sub(p, record->p);
+    float per_radius = 1.0f / record->radius;
+    return metric == LUM_METRIC_WARD ? lum_weight_ward(w, per_radius, d, record->n, n)
+                                     : lum_weight_hats(w, per_radius, d, record->n, n);
+}
+
 #endif

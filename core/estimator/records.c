@@ -13,8 +13,7 @@ struct lum_records_memory {
     _Atomic uint64_t *found;    /* a bit by record's index: some square has looked it up */
     size_t found_words;
     struct lum_record **batch; /* to be built, or refreshed */
-    uint64_t *objects;         /* by instance of the snapshot: hash of its id */
-    uint32_t batch_capacity, objects_capacity;
+    uint32_t batch_capacity;
     /* what the records were made for; complete: and all of them were */
     bool complete;
     struct lum_cache_key key;
@@ -42,7 +41,6 @@ static void destroy_memory(struct lum_records_memory *m)
     lum_free(m->unserved);
     lum_free((void *)m->found);
     lum_free(m->batch);
-    lum_free(m->objects);
     lum_free(m);
 }
 
@@ -97,23 +95,10 @@ static bool reserve_batch(struct lum_records_memory *m, uint32_t n)
     return true;
 }
 
-static bool reserve_objects(struct lum_records_memory *m, const struct lum_snapshot *s)
-{
-    if (s->n_instances > m->objects_capacity) {
-        lum_free(m->objects);
-        m->objects = lum_calloc(s->n_instances, sizeof *m->objects);
-        m->objects_capacity = m->objects ? s->n_instances : 0;
-    }
-    for (uint32_t i = 0; i < s->n_instances && m->objects; i++)
-        m->objects[i] = lum_hash64_text(s->instances[i].id);
-    return m->objects || s->n_instances == 0;
-}
-
 static enum lum_status reserve(struct run *run, struct lum_error *err)
 {
     struct lum_records_memory *m = run->memory;
-    if (reserve_squares(m, run->pass->tiling.n) && reserve_found(m, lum_store_limit(run->cache->store)) &&
-        reserve_objects(m, run->pass->snapshot))
+    if (reserve_squares(m, run->pass->tiling.n) && reserve_found(m, lum_store_limit(run->cache->store)))
         return LUM_OK;
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the records of %u x %u pixels", run->pass->tiling.w,
                     run->pass->tiling.h);
@@ -242,19 +227,25 @@ static uint32_t middle_site(const struct lum_sites *s, uint32_t x0, uint32_t y0,
     return best;
 }
 
+void lum_records_place(struct lum_record *r, const struct lum_pass *pass, size_t pixel)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    const struct lum_snapshot *snapshot = pass->snapshot;
+    uint32_t object = s->object[pixel];
+    r->p = s->p[pixel];
+    r->n = s->n[pixel];
+    r->ng = s->ng[pixel];
+    r->object = object < snapshot->n_instances ? lum_hash64_text(snapshot->instances[object].id) : 0;
+}
+
 /* A new record at a site; false: there is no room for it. */
 static bool request(struct run *run, uint32_t tile, uint32_t site)
 {
-    const struct lum_surfaces *s = run->pass->surfaces;
     struct lum_records_memory *m = run->memory;
     struct lum_record *r = reserve_batch(m, run->n_batch + 1) ? lum_store_new(run->cache->store, 0) : NULL;
     if (!r)
         return false;
-    size_t pixel = lum_square_pixel(run->pass, tile, site);
-    r->p = s->p[pixel];
-    r->n = s->n[pixel];
-    r->ng = s->ng[pixel];
-    r->object = s->object[pixel] < run->pass->snapshot->n_instances ? m->objects[s->object[pixel]] : 0;
+    lum_records_place(r, run->pass, lum_square_pixel(run->pass, tile, site));
     r->epoch = run->cache->epoch;
     m->batch[run->n_batch++] = r;
     return true;
@@ -314,7 +305,7 @@ static void drop_batch(struct run *run)
     run->n_batch = 0;
 }
 
-static bool is_sound(const struct lum_record *r)
+bool lum_records_are_sound(const struct lum_record *r)
 {
     bool sound = r->radius > 0.0f && isfinite(r->radius) && lum_rgb_finite(r->irradiance);
     for (uint32_t k = 0; k < 3; k++)
@@ -328,7 +319,7 @@ static bool insert_batch(struct run *run)
 {
     for (uint32_t i = 0; i < run->n_batch; i++) {
         struct lum_record *r = run->memory->batch[i];
-        bool sound = is_sound(r);
+        bool sound = lum_records_are_sound(r);
         run->runner->counters[0].nonfinite += !sound;
         if (sound && lum_store_insert(run->cache->store, 0, r)) {
             atomic_fetch_add(&run->cache->created, 1);

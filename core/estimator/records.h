@@ -39,9 +39,15 @@ LUM_MUST_USE enum lum_status lum_records_update(struct lum_records *records, str
 LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const struct lum_pass *pass,
                                              const struct lum_stage_runner *runner, struct lum_error *err);
 
+/* Puts a new record on the surface that a pixel shows. */
+void lum_records_place(struct lum_record *record, const struct lum_pass *pass, size_t pixel);
+/* What a kind may not get wrong: a record that others would multiply by is finite, and its radius above 0. */
+bool lum_records_are_sound(const struct lum_record *record);
+
 extern const struct lum_estimator lum_stage_records;             /* lum_records_run, as a stage */
 extern const struct lum_estimator lum_estimator_cached;          /* component INDIRECT, interpolated at every pixel, */
 extern const struct lum_estimator lum_estimator_cached_quarter;  /* or at every fourth, for lum_stage_upsample */
+extern const struct lum_estimator lum_estimator_cached_free;     /* as published, where settings.deterministic is false (cached_free.c) */
 extern const struct lum_estimator lum_filter_cached;             /* what mirrors show, of interleaved VPLs */
 
 #endif

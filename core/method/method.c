@@ -57,10 +57,10 @@ const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
     }
 
 /* The thesis' "RT", and what its caches add. */
-#define CACHED_EFFECTS                                                                                                 \
+#define CACHED_EFFECTS(cached)                                                                                         \
     {                                                                                                                  \
         [LUM_EFFECT_DIRECT] = &lum_estimator_shadow, [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_shadow,                 \
-        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow, [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached,       \
+        [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_shadow, [LUM_EFFECT_INDIRECT_DIFFUSE] = &(cached),                   \
         [LUM_EFFECT_REFLECTION] = &lum_estimator_specular, [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular         \
     }
 
@@ -116,14 +116,14 @@ static const struct lum_method methods[] = {
                    "chapter 7)",
         .hard_shadows = true,
         .cache = &lum_cache_irradiance,
-        .serves = CACHED_EFFECTS,
+        .serves = CACHED_EFFECTS(lum_estimator_cached_free),
     },
     {
         .name = "ic",
         .summary = "instant caching (thesis, chapter 6): records sum virtual point lights; made anew after every edit",
         .hard_shadows = true,
         .cache = &lum_cache_instant,
-        .serves = CACHED_EFFECTS,
+        .serves = CACHED_EFFECTS(lum_estimator_cached),
         .pattern = 3,
         .filters = {&lum_filter_cached},
     },
@@ -132,7 +132,7 @@ static const struct lum_method methods[] = {
         .summary = "temporal instant caching: the same, and an edit traces only what it may have changed",
         .hard_shadows = true,
         .cache = &lum_cache_temporal,
-        .serves = CACHED_EFFECTS,
+        .serves = CACHED_EFFECTS(lum_estimator_cached),
         .pattern = 3,
         .filters = {&lum_filter_cached},
     },

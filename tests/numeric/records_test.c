@@ -204,6 +204,38 @@ static void stale_records_are_refreshed_once(void **state)
     rig_end(&r);
 }
 
+/* Whoever comes first makes the record: in every storage, for one thread and for many, every pixel gets its light. What
+ * one thread does is the same in all of them. */
+static void records_are_shared_freely(void **state)
+{
+    (void)state;
+    struct lum_rgb *by_one = NULL;
+    for (uint32_t threads = 1; threads <= 7; threads += 6)
+        for (int storage = 0; storage < LUM_STORAGE_COUNT; storage++) {
+            struct rig r;
+            rig_begin(&r, threads);
+            r.settings.storage = (enum lum_storage)storage;
+            r.settings.deterministic = false;
+            furnish(&r, &closed_free);
+            struct lum_pass_stats stats = rig_pass(&r);
+            assert_true(stats.cache.created > 50);
+            assert_int_equal(stats.cache.records, stats.cache.created);
+            check_picture(&r, CLOSED_WAVY, 0.36f);
+            if (threads == 1 && by_one)
+                rig_assert_picture(&r, by_one, lum_storage_names[storage]);
+            else if (threads == 1)
+                by_one = rig_picture(&r);
+            rig_camera(&r, rig_v(-0.3, 1.4, 1.7), rig_v(0.2, 0.9, -0.5), 60);
+            stats = rig_pass(&r);
+            assert_true(stats.cache.created < stats.cache.records / 10);
+            r.settings.deterministic = true;
+            rig_pass(&r);
+            check_picture(&r, CLOSED_WAVY, 0.36f);
+            rig_end(&r);
+        }
+    lum_free(by_one);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -214,6 +246,7 @@ int main(void)
         cmocka_unit_test(failures_of_memory),
         cmocka_unit_test(broken_records_are_counted),
         cmocka_unit_test(stale_records_are_refreshed_once),
+        cmocka_unit_test(records_are_shared_freely),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -100,6 +100,11 @@ const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
     }
 const struct lum_method closed_methods[CLOSED_KIND_COUNT] = {ROW(CLOSED_WAVY), ROW(CLOSED_LINEAR), ROW(CLOSED_STALE),
                                                              ROW(CLOSED_BROKEN)};
+const struct lum_method closed_free = {
+    .name = "closed_free",
+    .cache = &closed_kinds[CLOSED_WAVY],
+    .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_free},
+};
 const struct lum_method closed_quarter = {
     .name = "closed_quarter",
     .cache = &closed_kinds[CLOSED_WAVY],

@@ -10,7 +10,7 @@
  * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. */
 enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_KIND_COUNT };
 extern const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT];
-extern const struct lum_method closed_methods[CLOSED_KIND_COUNT], closed_quarter; /* quarter: WAVY */
+extern const struct lum_method closed_methods[CLOSED_KIND_COUNT], closed_quarter, closed_free; /* the last two: WAVY */
 
 /* What a record at p with normal n says. */
 struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struct lum_vec3 n);

@@ -1,0 +1,160 @@
+/* Records made as the thesis publishes it (listings 7.1 to 7.4): a pixel that finds none makes one at once, and shares
+ * it through the store. Who finds what depends on who came first, and so does the picture, by what is let pass in
+ * interpolation. */
+#include "core/estimator/components.h"
+#include "core/estimator/records.h"
+#include "core/estimator/square.h"
+#include "core/render/deferred.h"
+
+struct free_run {
+    const struct lum_pass *pass;
+    struct lum_cache *cache;
+};
+
+/* What the records around a point say: getIrradiance of listing 7.1. False: there are none. */
+static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_vec3 n, uint32_t worker,
+                    struct lum_rgb *ret_irradiance)
+{
+    struct lum_record *found[LUM_SQUARE_RECORDS];
+    struct lum_lookup l = lum_lookup_of(run->cache, worker);
+    uint32_t n_found = lum_store_find(l.store, worker, p, found, LUM_SQUARE_RECORDS);
+    struct lum_rgb sum = lum_grey(0.0f);
+    float weights = 0.0f;
+    for (uint32_t k = 0; k < n_found; k++) {
+        float w = lum_weight_of(&l.weighting, l.metric, found[k], p, n);
+        sum = lum_rgb_mad(sum, found[k]->irradiance, w);
+        weights += w;
+    }
+    if (!(weights > 0.0f))
+        return false;
+    *ret_irradiance = lum_rgb_scale(sum, 1.0f / weights);
+    return true;
+}
+
+/* ComputeIrradianceRT and insert. False: there is no room for a record. */
+static bool make_record(const struct free_run *run, size_t pixel, struct lum_counters *counters,
+                        struct lum_rgb *ret_irradiance)
+{
+    const struct lum_pass *pass = run->pass;
+    struct lum_cache *cache = run->cache;
+    struct lum_record *r = lum_store_new(cache->store, counters->worker);
+    if (!r)
+        return false;
+    lum_records_place(r, pass, pixel);
+    r->epoch = cache->epoch;
+    cache->key.kind->build(&(struct lum_cache_job){
+        .cache = cache,
+        .snapshot = pass->snapshot,
+        .records = &r,
+        .n = 1,
+        .pixel = pass->eye.per_pixel,
+        .eye = pass->eye.o,
+        .worker = counters->worker,
+        .counters = counters,
+    });
+    bool sound = lum_records_are_sound(r);
+    *ret_irradiance = sound ? r->irradiance : lum_grey(0.0f);
+    counters->nonfinite += !sound;
+    if (sound && lum_store_insert(cache->store, counters->worker, r)) {
+        atomic_fetch_add_explicit(&cache->created, 1, memory_order_relaxed);
+        return true;
+    }
+    lum_store_drop(cache->store, counters->worker, r);
+    atomic_fetch_add_explicit(&cache->discarded, 1, memory_order_relaxed);
+    return true;
+}
+
+/* ComputeIndirectDiffuse for the pixels of a tile, row by row. */
+static void free_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
+{
+    const struct free_run *run = ctx;
+    const struct lum_pass *pass = run->pass;
+    const struct lum_surfaces *s = pass->surfaces;
+    struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
+        return;
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
+        struct lum_rgb irradiance = lum_grey(0.0f);
+        if (!(s->kind[pixel] & LUM_PIXEL_DIFFUSE))
+            continue;
+        if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
+            !make_record(run, pixel, counters, &irradiance))
+            pass->components->done[LUM_STAGE_INDIRECT][tile] = 0; /* see run_freely */
+        smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
+    }
+}
+
+static bool is_done(const struct lum_pass *pass)
+{
+    for (uint32_t t = 0; t < pass->tiling.n; t++)
+        if (!pass->components->done[LUM_STAGE_INDIRECT][t])
+            return false;
+    return true;
+}
+
+static void all_tiles(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    (void)job;
+    const struct free_run *run = ctx;
+    for (uint32_t t = 0; t < run->pass->tiling.n; t++)
+        free_tile(ctx, t, counters);
+}
+
+/* All tiles that are not done; by one thread where the store is for one. */
+static enum lum_status run_tiles(struct free_run *run, const struct lum_stage_runner *runner)
+{
+    if (run->cache->key.storage != LUM_STORAGE_SERIAL)
+        return lum_stage_loop(runner, run->pass->tiling.n, free_tile, run);
+    return lum_stage_loop(runner, 1, all_tiles, run);
+}
+
+/* A store that is full holds mostly what nobody looks at any more: it begins anew. */
+static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                  struct lum_error *err)
+{
+    struct lum_records *records = pass->records;
+    struct free_run run = {pass, records->cache};
+    struct lum_store *store = run.cache->store;
+    uint64_t created = atomic_load(&run.cache->created), discarded = atomic_load(&run.cache->discarded);
+    enum lum_status status = run_tiles(&run, runner);
+    if (status == LUM_OK && !is_done(pass)) {
+        records->counts.removed += lum_store_count(store);
+        atomic_fetch_add(&run.cache->removed, lum_store_count(store));
+        lum_store_clear(store);
+        status = run_tiles(&run, runner);
+        if (status == LUM_OK && !is_done(pass))
+            status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
+    }
+    enum lum_status end = lum_store_end_frame(store, status == LUM_OK ? err : NULL);
+    records->counts.records = lum_store_count(store);
+    records->counts.created += atomic_load(&run.cache->created) - created;
+    records->counts.discarded += atomic_load(&run.cache->discarded) - discarded;
+    return status != LUM_OK ? status : end;
+}
+
+static void cached_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
+{
+    lum_estimator_cached.tile(ctx, tile, counters);
+}
+
+/* In two phases where the picture must not depend on the threads. */
+static enum lum_status run_stage(const struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    if (!pass->settings->deterministic)
+        return run_freely(pass, runner, err);
+    enum lum_status status = lum_records_run(pass->records, pass, runner, err);
+    struct lum_pass copy = *pass;
+    return status == LUM_OK ? lum_stage_loop(runner, pass->tiling.n, cached_tile, &copy) : status;
+}
+
+const struct lum_estimator lum_estimator_cached_free = {
+    .name = "cached_free",
+    .stage = LUM_STAGE_INDIRECT,
+    .run = run_stage,
+    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .surfaces = true,
+    .cache = true,
+};
