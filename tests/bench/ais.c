@@ -6,10 +6,7 @@
  * parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
  * round, so that a drift of the machine cancels. A part alone is the frame with all other effects forced off.
  *
- * Errors are against `path` through pixel centres. Its even and odd samples A and B are independent, so the mean of
- * (x - A)(x - B) / (r^2 + epsilon) with r = (A + B) / 2 is the relative squared error of x against the limit and not
- * against the noise of the reference, but for that noise's second-order part in r. smape knows no such way and includes
- * the noise.
+ * Errors are against path tracing through the same pixels (reference.h).
  *
  * Error against cost: the same frame at more and fewer VPLs and shadow samples; and path, sample by sample. */
 #include "tests/bench/ais.h"
@@ -17,7 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/metric/metric.h"
 #include "server/scene_source.h"
 
 const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
@@ -50,10 +46,7 @@ struct rig {
     const struct lum_bench_options *options;
     struct lum_world world;
     struct lum_view_settings settings; /* the thesis' */
-    struct lum_demand demand;
-    struct lum_view *reference;
-    float *picture, *truth; /* 3 * w * h, for lum_metric_compare */
-    double mean;            /* luminance of the truth */
+    struct lum_bench_reference reference;
     struct ais_scene *out;
 };
 
@@ -84,7 +77,7 @@ static bool takes_part(const struct rig *r, const struct lum_method *m, enum ais
 {
     if (!m)
         return false;
-    uint32_t wanted = demanded(&r->demand) & part_bits[part] & CORE_BITS;
+    uint32_t wanted = demanded(&r->reference.demand) & part_bits[part] & CORE_BITS;
     return wanted != 0 && (wanted & ~served(m)) == 0;
 }
 
@@ -120,84 +113,15 @@ static uint64_t sum_rays(const uint64_t rays[LUM_RAY_KIND_COUNT])
 
 /* ---- the reference ---- */
 
-static double half_mean(const struct lum_film *f, int half, size_t pixel, size_t channel)
-{
-    return f->n[half][pixel] ? f->half[half][3 * pixel + channel] / (double)f->n[half][pixel] : 0.0;
-}
-
-/* picture NULL: the noise of the reference itself. */
-static double relmse_against(const struct rig *r, const float *picture)
-{
-    const struct lum_film *reference = lum_view_film(r->reference);
-    double sum = 0.0, epsilon = LUM_METRIC_EPSILON * r->mean * r->mean;
-    size_t n = (size_t)reference->w * reference->h;
-    for (size_t i = 0; i < 3 * n; i++) {
-        double a = half_mean(reference, 0, i / 3, i % 3), b = half_mean(reference, 1, i / 3, i % 3);
-        double x = picture ? (double)picture[i] : 0.0, middle = 0.5 * (a + b);
-        double square = picture ? (x - a) * (x - b) : 0.25 * (a - b) * (a - b);
-        sum += square / (middle * middle + epsilon);
-    }
-    return sum / (3.0 * (double)n);
-}
-
-static void read_film(const struct lum_view *view, float *ret_values)
-{
-    const struct lum_film *f = lum_view_film(view);
-    for (uint32_t y = 0; y < f->h; y++)
-        for (uint32_t x = 0; x < f->w; x++) {
-            struct lum_rgb c = lum_film_mean(f, x, y);
-            float *v = ret_values + 3 * ((size_t)y * f->w + x);
-            v[0] = c.r, v[1] = c.g, v[2] = c.b;
-        }
-}
-
-static void read_reference(struct rig *r)
-{
-    size_t n = (size_t)r->settings.w * r->settings.h;
-    read_film(r->reference, r->truth);
-    r->mean = 0.0;
-    for (size_t i = 0; i < 3 * n; i += 3)
-        r->mean += (double)lum_luminance(lum_rgb(r->truth[i], r->truth[i + 1], r->truth[i + 2])) / (double)n;
-    r->out->reference_relmse = relmse_against(r, NULL);
-}
-
-/* Path tracing until its noise is a tenth of the least error that is to be told; looked at whenever the samples have
- * doubled, so that their number is even and the halves are equal. */
-#define REFERENCE_RELMSE 5e-4
-
 static bool make_reference(struct rig *r)
 {
-    struct lum_error err = {0};
-    struct lum_view_settings s = r->settings;
-    s.method = lum_method_find("path");
-    s.seed = 1000003; /* independent of the pictures that are compared */
-    uint32_t least_spp = r->options->quick ? 16 : 64, most_spp = r->options->quick ? 16 : 1024;
-    struct lum_pass_stats stats = {0};
-    if (lum_view_create(r->world.pool, &r->reference, &err) != LUM_OK)
-        return failed(&err);
-    bool done = false;
-    while (!done) {
-        if (lum_view_pass(r->reference, r->world.snapshot, &s, NULL, &stats, &err) != LUM_OK)
-            return failed(&err);
-        if (stats.spp < least_spp || (stats.spp & (stats.spp - 1)) != 0)
-            continue;
-        read_reference(r);
-        done = stats.spp >= most_spp || r->out->reference_relmse <= REFERENCE_RELMSE;
-    }
-    r->demand = stats.demand;
-    r->out->reference_spp = stats.spp;
+    bool quick = r->options->quick;
+    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 1024};
+    if (!lum_bench_reference_make(&r->reference, &truth))
+        return false;
+    r->out->reference_spp = r->reference.spp;
+    r->out->reference_relmse = r->reference.relmse;
     return true;
-}
-
-static struct ais_error error_of(struct rig *r, const struct lum_view *view)
-{
-    read_film(view, r->picture);
-    struct lum_metric_result m =
-        lum_metric_compare(&(struct lum_metric_input){.x = r->picture,
-                                                      .r = r->truth,
-                                                      .n = 3 * (size_t)r->settings.w * r->settings.h,
-                                                      .epsilon = LUM_METRIC_EPSILON * r->mean});
-    return (struct ais_error){relmse_against(r, r->picture), m.smape};
 }
 
 /* ---- frames per second ---- */
@@ -248,11 +172,11 @@ static bool measure_frames(struct rig *r)
         }
     ok = ok && time_configs(r, configs, n);
     for (int m = 0; m < AIS_METHODS; m++)
-        r->out->errors[m] = (struct ais_error){(double)NAN, (double)NAN};
+        r->out->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
     for (size_t i = 0; i < n; i++) {
         ptrdiff_t cell = configs[i].cell - &r->out->cells[0][0];
         if (ok && cell % AIS_PARTS == AIS_FULL)
-            r->out->errors[cell / AIS_PARTS] = error_of(r, configs[i].view);
+            r->out->errors[cell / AIS_PARTS] = lum_bench_error_of(&r->reference, configs[i].view);
         lum_view_destroy(configs[i].view);
     }
     return ok;
@@ -278,7 +202,7 @@ static bool measure_point(struct rig *r, struct lum_view *view, const struct lum
         .n_vpls = s->n_vpls,
         .shadow_samples = s->shadow_samples,
         .cpu_ms = lum_bench_quantile(cpu_ms, n, 0.5),
-        .relmse = error_of(r, view).relmse,
+        .relmse = lum_bench_error_of(&r->reference, view).relmse,
         .rays = sum_rays(stats.rays),
     };
     return true;
@@ -323,7 +247,7 @@ static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
         p.rays += sum_rays(stats.rays);
         p.spp++;
         if (ok && (p.spp & (p.spp - 1u)) == 0) {
-            p.relmse = error_of(r, view).relmse;
+            p.relmse = lum_bench_error_of(&r->reference, view).relmse;
             ret_curve->points[ret_curve->n++] = p;
         }
     }
@@ -338,11 +262,6 @@ static bool measure_scene(struct rig *r)
     struct lum_error err = {0};
     if (lum_snapshot_camera(r->world.snapshot, NULL, &r->settings.camera, &err) != LUM_OK)
         return failed(&err);
-    size_t n = 3 * (size_t)r->settings.w * r->settings.h;
-    r->picture = lum_calloc(n, sizeof *r->picture);
-    r->truth = lum_calloc(n, sizeof *r->truth);
-    if (!r->picture || !r->truth)
-        return fprintf(stderr, "lumend-bench: out of memory\n"), false;
     lum_bench_progress("ais: %s: reference", r->out->name);
     if (!make_reference(r))
         return false;
@@ -375,9 +294,7 @@ static bool run_scene(const struct lum_bench_options *options, const char *name,
     r.out = &study->scenes[study->n_scenes++];
     r.out->name = lum_bench_scene_name(name);
     bool ok = measure_scene(&r);
-    lum_view_destroy(r.reference);
-    lum_free(r.picture);
-    lum_free(r.truth);
+    lum_bench_reference_finish(&r.reference);
     lum_world_finish(&r.world);
     return ok;
 }

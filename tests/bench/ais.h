@@ -3,8 +3,7 @@
 #ifndef LUM_TESTS_BENCH_AIS_H
 #define LUM_TESTS_BENCH_AIS_H
 
-#include "core/render/view.h"
-#include "tests/bench/bench.h"
+#include "tests/bench/reference.h"
 
 enum { AIS_SCENES = 8, AIS_ROUNDS = 10, AIS_POINTS = 8 };
 
@@ -22,11 +21,6 @@ struct ais_cell {
     uint64_t rays[LUM_RAY_KIND_COUNT];      /* of a frame */
 };
 
-/* Against the reference. */
-struct ais_error {
-    double relmse, smape;
-};
-
 /* A frame at one setting, for error against cost. */
 struct ais_point {
     uint32_t n_vpls, shadow_samples, spp;
@@ -41,7 +35,7 @@ struct ais_curve {
 struct ais_scene {
     const char *name;
     struct ais_cell cells[AIS_METHODS][AIS_PARTS];
-    struct ais_error errors[AIS_METHODS]; /* of AIS_FULL; NAN where there is none */
+    struct lum_bench_error errors[AIS_METHODS]; /* of AIS_FULL; NAN where there is none */
     struct ais_curve curves[AIS_METHODS + 1]; /* the last one is path's */
     uint32_t reference_spp;
     double reference_relmse; /* noise that is left in the reference; not in relmse, which knows of it */

@@ -18,6 +18,8 @@ static const struct lum_bench benches[] = {
      lum_bench_stride},
     {"ais", "adaptive interleaved sampling against its maximum, IGI and live: frame rates, errors, rays", NULL,
      lum_bench_ais},
+    {"instant", "instant caching, and temporal, against IGI and live: first frames, animations, errors, rays, growth", NULL,
+     lum_bench_instant},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},

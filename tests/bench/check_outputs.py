@@ -14,6 +14,7 @@ FILES = {
     "stream": {"stream"},
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
+    "instant": {"instant", "instant-speedup", "instant-growth", "instant-cornell", "instant-wobble"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
 }
 
