@@ -164,6 +164,15 @@ void lum_caches_destroy(struct lum_caches *caches)
     lum_free(caches);
 }
 
+void lum_caches_forget(struct lum_caches *caches)
+{
+    for (struct entry *e = caches->entries; e; e = e->next) {
+        forget_records(&e->cache);
+        take_snapshot(&e->cache, NULL);
+        e->cache.vpls.valid = false;
+    }
+}
+
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&

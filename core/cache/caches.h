@@ -15,6 +15,8 @@ struct lum_caches;
 /* n_workers: of the pools whose views use it. Thread: the director's alone, but for the workers of a pass. */
 LUM_MUST_USE enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_caches, struct lum_error *err);
 void lum_caches_destroy(struct lum_caches *caches); /* accepts NULL; all views that share it are gone */
+/* Makes all of them as new, but for the memory they have: for timing. */
+void lum_caches_forget(struct lum_caches *caches);
 
 /* What passes did; of one pass when it was zeroed before. */
 struct lum_cache_counts {

@@ -8,6 +8,9 @@
  * and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
  * round, so that a drift of the machine cancels.
  *
+ * The diffuse component: a frame with all other effects forced off, and of that the stages VPLs to filter; so without
+ * primary rays.
+ *
  * Animations: the built-in replays of 6.3.2, one pose a frame. Every method and part has a view and a cache of its own
  * and sees the same snapshots; they take turns pose by pose, in one order and then in the other, and ratios are taken
  * pose by pose. The first pose, which builds all, does not count. What the scene itself needs to move is the same for
@@ -50,10 +53,12 @@ struct rig {
     struct lum_bench_reference reference;
 };
 
-/* A method and part at work, with a view of its own. */
+/* A method and part at work. */
 struct config {
     struct lum_view *view;
+    struct lum_caches *caches; /* its own */
     struct lum_view_settings settings;
+    bool diffuse; /* what is timed: the stages of indirect light, in a frame that has nothing else */
     struct instant_cell *cell;
 };
 enum { MAX_CONFIGS = INSTANT_METHODS * INSTANT_PARTS };
@@ -85,31 +90,62 @@ static bool run_frame(const struct rig *r, const struct config *c, struct lum_pa
 
 static void close_configs(struct configs *all)
 {
-    for (size_t i = 0; i < all->n; i++)
+    for (size_t i = 0; i < all->n; i++) {
         lum_view_destroy(all->items[i].view);
+        lum_caches_destroy(all->items[i].caches);
+    }
     all->n = 0;
+}
+
+static bool open_config(const struct rig *r, struct config *c)
+{
+    struct lum_error err = {0};
+    if (lum_view_create(r->world.pool, &c->view, &err) != LUM_OK)
+        return failed(err.text);
+    if (lum_caches_create(lum_pool_size(r->world.pool), &c->caches, &err) != LUM_OK) {
+        lum_view_destroy(c->view);
+        return failed(err.text);
+    }
+    lum_view_share(c->view, c->caches);
+    return true;
 }
 
 /* parts: bits of enum instant_part. cells: of each method and part. */
 static bool open_configs(const struct rig *r, uint32_t parts, struct instant_cell (*cells)[INSTANT_PARTS],
                          struct configs *ret_all)
 {
-    struct lum_error err = {0};
     ret_all->n = 0;
     for (int m = 0; m < INSTANT_METHODS; m++)
         for (int p = 0; p < INSTANT_PARTS; p++) {
-            struct config c = {NULL, r->settings, &cells[m][p]};
+            struct config c = {NULL, NULL, r->settings, p == INSTANT_DIFFUSE, &cells[m][p]};
             c.settings.method = lum_method_find(instant_methods[m]);
             c.settings.effects_off = p == INSTANT_DIFFUSE ? ALL_BITS & ~BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
             if (!c.settings.method || !(parts >> p & 1u) || (p == INSTANT_DIFFUSE && m == INSTANT_RT))
                 continue;
-            if (lum_view_create(r->world.pool, &c.view, &err) != LUM_OK) {
+            if (!open_config(r, &c)) {
                 close_configs(ret_all);
-                return failed(err.text);
+                return false;
             }
             ret_all->items[ret_all->n++] = c;
         }
     return true;
+}
+
+/* Wall time of the frame, or of the stages of its indirect light. */
+static double ms_of(const struct config *c, const struct lum_pass_stats *stats)
+{
+    static const enum lum_stage stages[] = {LUM_STAGE_VPLS,     LUM_STAGE_CACHE,  LUM_STAGE_RECORDS,
+                                            LUM_STAGE_INDIRECT, LUM_STAGE_FILTER, LUM_STAGE_UPSAMPLE};
+    double sum = 0.0;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(stages); i++)
+        sum += stats->stage_ms[stages[i]];
+    return c->diffuse ? sum : stats->ms;
+}
+
+/* CPU time is not told stage by stage: it is shared out by wall time. */
+static double cpu_ms_of(const struct config *c, const struct lum_pass_stats *stats)
+{
+    return stats->cpu_ms * ms_of(c, stats) / stats->ms;
 }
 
 static void count(struct instant_cell *cell, const struct lum_pass_stats *stats, double share)
@@ -142,10 +178,11 @@ static bool time_first(const struct rig *r, struct configs *all)
         for (size_t k = 0; k < 2 * all->n; k++) {
             struct config *c = turn(all, k % all->n, k >= all->n);
             lum_view_forget(c->view);
+            lum_caches_forget(c->caches);
             if (!run_frame(r, c, &stats))
                 return false;
-            c->cell->ms[round] += 0.5 * stats.ms;
-            c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
+            c->cell->ms[round] += 0.5 * ms_of(c, &stats);
+            c->cell->cpu_ms[round] += 0.5 * cpu_ms_of(c, &stats);
         }
     return true;
 }
@@ -178,8 +215,8 @@ static bool time_pose(const struct rig *r, struct configs *all, size_t pose, siz
             return false;
         if (pose == 0)
             continue; /* builds all */
-        c->cell->ms[pose - 1] = stats.ms;
-        c->cell->cpu_ms[pose - 1] = stats.cpu_ms;
+        c->cell->ms[pose - 1] = ms_of(c, &stats);
+        c->cell->cpu_ms[pose - 1] = cpu_ms_of(c, &stats);
         c->cell->n = pose;
         count(c->cell, &stats, 1.0 / (double)n_poses);
     }
