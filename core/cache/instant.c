@@ -126,8 +126,7 @@ static void trace_all(const struct lum_cache_job *job)
 /* The weight of 6.2.5 adds metres to an angle; so it is Ward's with R = 1 m, `a` is in metres too, and what is right
  * for a room is too fine for a cathedral (algorithms A0.2). The thesis does not give its `a`. At 600 x 400 the default,
  * 0.2, makes 2 000 to 4 000 records in `desk`, `cornell` and `office`, 10 000 in `conference` and 32 000 in `sibenik`,
- * without blotches that show; with 0.35 the latter has 15 000.
- */
+ * without blotches that show; with 0.35 the latter has 15 000. */
 static float caching_radius(const struct lum_cache_job *job)
 {
     return job->cache->key.accuracy * (float)job->snapshot->norm.scale;

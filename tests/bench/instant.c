@@ -28,9 +28,9 @@ const char *const instant_methods[INSTANT_METHODS] = {"whitted", "igi", "ic", "t
 const char *const instant_parts[INSTANT_PARTS] = {"whole", "diffuse"};
 const char *const instant_growths[INSTANT_GROWTHS] = {"vpls", "accuracy", "movers", "pixels"};
 
-/* Accuracy: `a` of 6.2.5 in metres, which the thesis does not give. 0.2 makes some thousand records in a room, and 32
- * 000 in the cathedral, where 0.35 makes 15 000; a larger one lets normals differ so much that edges of patches show.
- * --quick takes the first two. */
+/* Accuracy: `a` of 6.2.5 in metres, which the thesis does not give. 0.2 makes some thousand records in a room; in the
+ * cathedral it makes 32 000, and 0.35 makes 15 000; a larger one lets normals differ so much that edges of patches
+ * show. --quick takes the first two. */
 static const struct {
     const char *name;
     float accuracy;
