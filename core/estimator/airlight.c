@@ -12,8 +12,12 @@
  * in the way, pixel by pixel without a ray, and multiplied by the share that the points around it see (the ratio
  *            estimator of Heitz, Hill & McGuire 2018); all else is the mean of the points around
  *   join     and is smoothed once more
- * Neighbours lend what they know if their rays end at about the same depth: normals do not matter to fog. */
+ * Neighbours lend what they know if their rays end at about the same depth: normals do not matter to fog.
+ *
+ * Points are kept per unit of power: another colour, intensity or switch of a light is another sum of them, without a
+ * ray, but for the pairs that share a buffer. */
 #include "core/estimator/components.h"
+#include "core/estimator/layers.h"
 #include "core/math/warp.h"
 
 #include <string.h>
@@ -40,12 +44,24 @@ _Static_assert(LUM_PACKET_SIDE % SIDE == 0, "a packet is made of whole tiles of 
 /* What is done in a packet. */
 enum { UNTRACED, TRACED, RESOLVED, JOINED };
 
-/* Pairs of medium and light that a packet has: those for which there is no buffer share the last and are not refined.
- */
+/* Pairs of medium and light that shines. Those for which there is no buffer share the last, at their present power, and
+ * are not refined. */
 struct pair {
     uint32_t medium, light, slot;
     bool alone;
 };
+
+/* What its points are made with. */
+static const struct lum_snapshot *snapshot_of(const struct lum_pass *pass, const struct pair *pair)
+{
+    return pair->alone ? &pass->layers->unit : pass->snapshot;
+}
+
+/* What they are multiplied by. */
+static struct lum_rgb power_of(const struct lum_pass *pass, const struct pair *pair)
+{
+    return pair->alone ? pass->snapshot->lights.lights[pair->light].power : lum_grey(1.0f);
+}
 
 /* About 80 KiB: lives on a worker's stack. */
 struct airlight {
@@ -57,6 +73,7 @@ struct airlight {
     struct lum_airlight sum[N_PIXELS];                       /* of the pair, over the points of each pixel */
     uint8_t n_points[N_TILES];                               /* that its pixels shall have, per tile of the pattern */
     float error[LUM_AIRLIGHTS_MAX][N_TILES], total[N_TILES]; /* luminance: standard error by pair; seen in all */
+    bool fresh[LUM_AIRLIGHTS_MAX];                           /* the pair was traced in this pass */
     struct lum_rays rays;
     struct lum_rgb value[LUM_RAY_BATCH];
     uint16_t pixel[LUM_RAY_BATCH];
@@ -153,7 +170,7 @@ static float draw_distance(const struct draw *w, float u, float *ret_pdf)
 static struct lum_scatter_query query_at(const struct lum_pass *pass, const struct pair *pair, uint32_t x, uint32_t y)
 {
     return (struct lum_scatter_query){
-        .snapshot = pass->snapshot,
+        .snapshot = snapshot_of(pass, pair),
         .medium = pair->medium,
         .light = pair->light,
         .o = pass->eye.o,
@@ -260,10 +277,10 @@ static void keep_first(struct airlight *a)
             open[t][quarter] += sum->open;
             seen[t][quarter] += lum_luminance(sum->seen);
         }
+    float power = lum_luminance(power_of(a->pass, &a->pair));
     for (uint32_t t = 0; t < N_TILES; t++) {
         float share[4], mean = 0.0f, square = 0.0f, all = 0.0f, n = 0.0f;
         for (uint32_t k = 0; k < 4; k++) {
-            a->total[t] += seen[t][k] / N_SETS;
             all += open[t][k] / N_SETS;
             if (!(open[t][k] > 0.0f))
                 continue;
@@ -275,8 +292,19 @@ static void keep_first(struct airlight *a)
             if (open[t][k] > 0.0f)
                 square += (share[k] - mean / n) * (share[k] - mean / n);
         if (a->pair.alone)
-            a->error[a->pair.slot][t] = n > 1.0f ? all * sqrtf(square / (n * (n - 1.0f))) : 0.0f;
+            a->error[a->pair.slot][t] = n > 1.0f ? power * all * sqrtf(square / (n * (n - 1.0f))) : 0.0f;
     }
+}
+
+/* What the tiles get of all pairs. */
+static void sum_total(struct airlight *a, const struct pair *pair)
+{
+    a->pair = *pair;
+    struct lum_rgb power = power_of(a->pass, pair);
+    for (uint32_t y = 0; y < a->r.h; y++)
+        for (uint32_t x = 0; x < a->r.w; x++)
+            a->total[tile_of(y * LUM_PACKET_SIDE + x)] +=
+                lum_luminance(lum_rgb_mul(kept_at(a, x, y)->seen, power)) / N_SETS;
 }
 
 /* Four quarters may agree by chance: a neighbour's doubts count by half. */
@@ -330,13 +358,40 @@ static void refine_pair(struct airlight *a)
 static bool next_pair(const struct lum_pass *pass, uint32_t i, struct pair *ret_pair)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
-    uint32_t n = pass->snapshot->n_media * lights->n_active;
-    if (i >= n)
+    if (i >= pass->snapshot->n_media * lights->n_active)
         return false;
-    uint32_t slots = pass->components->n_airlights;
-    bool alone = n <= slots || i < slots - 1;
-    *ret_pair = (struct pair){i / lights->n_active, lights->active[i % lights->n_active], alone ? i : slots - 1, alone};
+    uint32_t medium = i / lights->n_active, light = lights->active[i % lights->n_active];
+    uint32_t slots = pass->components->n_airlights,
+             at = medium * lights->n_lights + light; /* whatever is switched on */
+    bool alone = !pass->components->airlights_shared || at < slots - 1;
+    *ret_pair = (struct pair){medium, light, alone ? at : slots - 1, alone};
     return true;
+}
+
+/* Whether the slot holds the packet. */
+static uint8_t *traced_at(const struct lum_pass *pass, uint32_t slot, uint32_t packet)
+{
+    return &pass->components->airlight_traced[(size_t)slot * pass->packets.n + packet];
+}
+
+/* First points of the pairs that have none. False: all have. */
+static bool trace_first(struct airlight *a, uint32_t packet)
+{
+    struct pair pair;
+    bool any = false;
+    memset(a->n_points, 1, sizeof a->n_points);
+    memset(a->fresh, 0, sizeof a->fresh);
+    for (uint32_t i = 0; next_pair(a->pass, i, &pair); i++) {
+        if (*traced_at(a->pass, pair.slot, packet) && !a->fresh[pair.slot])
+            continue;
+        begin_pair(a, &pair);
+        memset(a->sum, 0, sizeof a->sum);
+        take_points(a, 0);
+        keep_first(a);
+        *traced_at(a->pass, pair.slot, packet) = 1;
+        any = a->fresh[pair.slot] = true;
+    }
+    return any;
 }
 
 static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -352,16 +407,17 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     a.counters = counters;
     a.r = lum_tile_at(&pass->packets, packet);
     a.rays.n = 0;
+    if (!trace_first(&a, packet))
+        return;
     memset(a.total, 0, sizeof a.total);
-    memset(a.n_points, 1, sizeof a.n_points);
     struct pair pair;
+    uint32_t last = UINT32_MAX;
+    for (uint32_t i = 0; next_pair(pass, i, &pair); last = pair.slot, i++)
+        if (pair.slot != last)
+            sum_total(&a, &pair);
     for (uint32_t i = 0; next_pair(pass, i, &pair); i++) {
-        begin_pair(&a, &pair);
-        memset(a.sum, 0, sizeof a.sum);
-        take_points(&a, 0);
-        keep_first(&a);
-    }
-    for (uint32_t i = 0; next_pair(pass, i, &pair) && pair.alone; i++) {
+        if (!pair.alone || !a.fresh[pair.slot])
+            continue;
         begin_pair(&a, &pair);
         if (choose_points(&a))
             refine_pair(&a);
@@ -475,13 +531,14 @@ static void resolve_pixel(const struct lum_pass *pass, uint32_t x, uint32_t y)
             continue;
         last = pair.slot;
         struct lum_airlight mean = mean_around(pass, &pair, &win);
+        struct lum_rgb power = power_of(pass, &pair);
         if (!is_sharp(pass, &pair)) {
-            even = lum_rgb_add(even, mean.seen);
+            even = lum_rgb_add(even, lum_rgb_mul(mean.seen, power));
             continue;
         }
         float share = lum_luminance(mean.seen) / mean.open;
         if (share > 0.0f) /* else nobody looked, or sees anything */
-            sharp = lum_rgb_mad(sharp, open_light(pass, &pair, x, y), lum_min(share, 1.0f));
+            sharp = lum_rgb_mad(sharp, lum_rgb_mul(open_light(pass, &pair, x, y), power), lum_min(share, 1.0f));
     }
     b->raw[(size_t)y * pass->tiling.w + x] = even;
     b->smooth[(size_t)y * pass->tiling.w + x] = sharp;

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "core/estimator/path.h"
+
 static void finish_buffer(struct lum_component_buffer *b)
 {
     lum_free(b->raw);
@@ -31,13 +33,26 @@ static bool reserve_antialias(struct lum_components *c)
     return c->radiance && c->lenders && c->lenders_known;
 }
 
+static void finish_gloss(struct lum_components *c)
+{
+    for (uint32_t t = 0; c->gloss && t < c->n_tiles; t++)
+        lum_free(c->gloss[t].gains);
+    lum_free(c->gloss);
+    lum_free(c->gloss_lit);
+    c->gloss = NULL;
+    c->gloss_lit = NULL;
+    c->n_gloss_lit = 0;
+}
+
 void lum_components_finish(struct lum_components *c)
 {
+    finish_gloss(c);
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
     free_antialias(c);
     lum_free(c->windows);
     lum_free(c->airlight);
+    lum_free(c->airlight_traced);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         lum_free(c->done[i]);
     *c = (struct lum_components){0};
@@ -75,14 +90,37 @@ static bool reserve_airlight(struct lum_components *c, const struct lum_pass *pa
 {
     bool wanted =
         pass->on[LUM_EFFECT_MEDIA] && pass->settings->method->serves[LUM_EFFECT_MEDIA] == &lum_estimator_airlight;
-    uint32_t n = wanted ? pass->snapshot->n_media * pass->snapshot->lights.n_active : 0;
-    n = airlights_within_budget(c, n);
+    uint32_t n_pairs = wanted ? pass->snapshot->n_media * pass->snapshot->lights.n_lights : 0;
+    uint32_t n = airlights_within_budget(c, n_pairs);
+    if (pass->snapshot->lights.n_active == 0)
+        return true; /* what is there may serve again */
+    c->airlights_shared = n < n_pairs;
     if (n == c->n_airlights)
         return true;
     lum_free(c->airlight);
+    lum_free(c->airlight_traced);
     c->airlight = n ? lum_calloc((size_t)n * c->w * c->h, sizeof *c->airlight) : NULL;
-    c->n_airlights = c->airlight ? n : 0;
-    return c->n_airlights == n;
+    c->airlight_traced = n ? lum_calloc((size_t)n * pass->packets.n, 1) : NULL;
+    c->n_airlights = n;
+    return n == 0 || (c->airlight && c->airlight_traced);
+}
+
+static bool reserve_gloss(struct lum_components *c, const struct lum_pass *pass)
+{
+    uint32_t n_lights = pass->snapshot->lights.n_lights;
+    if (!pass->on[LUM_EFFECT_GLOSSY] || pass->settings->method->serves[LUM_EFFECT_GLOSSY] != &lum_estimator_glossy) {
+        if (pass->snapshot->lights.n_active > 0) /* else what is there may serve again */
+            finish_gloss(c);
+        return true;
+    }
+    if (!c->gloss && !(c->gloss = lum_calloc(c->n_tiles, sizeof *c->gloss)))
+        return false;
+    if (c->n_gloss_lit >= n_lights)
+        return true;
+    lum_free(c->gloss_lit);
+    c->gloss_lit = lum_calloc(n_lights, 1);
+    c->n_gloss_lit = c->gloss_lit ? n_lights : 0;
+    return c->gloss_lit;
 }
 
 static bool reserve(struct lum_components *c, const struct lum_pass *pass)
@@ -102,7 +140,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
         free_antialias(c);
     else if (!reserve_antialias(c))
         return false;
-    if (!reserve_airlight(c, pass))
+    if (!reserve_airlight(c, pass) || !reserve_gloss(c, pass))
         return false;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
@@ -110,7 +148,36 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
     return true;
 }
 
-static void forget(struct lum_components *c)
+/* All of them, or those that hold a sum at present power. */
+static void forget_airlight(struct lum_components *c, uint32_t n_packets, bool all)
+{
+    uint32_t first = all ? 0 : c->airlights_shared ? c->n_airlights - 1 : c->n_airlights;
+    size_t n = (size_t)c->w * c->h;
+    if (first == c->n_airlights)
+        return;
+    memset(c->airlight + first * n, 0, (c->n_airlights - first) * n * sizeof *c->airlight);
+    memset(c->airlight_traced + (size_t)first * n_packets, 0, (size_t)(c->n_airlights - first) * n_packets);
+}
+
+/* Paths serve at any power of the lights that they looked for. */
+static void forget_gloss(struct lum_components *c, const struct lum_light_table *lights, bool all)
+{
+    bool serve = !all;
+    if (!c->gloss || lights->n_active == 0)
+        return;
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        serve = serve && c->gloss_lit[lights->active[a]];
+    if (serve)
+        return;
+    for (uint32_t t = 0; t < c->n_tiles; t++)
+        c->gloss[t].kept = false;
+    memset(c->gloss_lit, 0, c->n_gloss_lit);
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        c->gloss_lit[lights->active[a]] = 1;
+}
+
+/* all: or what is kept at power 1 stays. */
+static void forget(struct lum_components *c, const struct lum_pass *pass, bool all)
 {
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         memset(c->done[i], 0, c->n_tiles);
@@ -119,10 +186,11 @@ static void forget(struct lum_components *c)
         if (!b->raw)
             continue;
         memset(b->raw, 0, (size_t)(c->w + 1) * (c->h + 1) * sizeof *b->raw);
-        memset(b->iterations, 0, (size_t)c->w * c->h);
+        if (all || i != LUM_COMPONENT_MEDIA || !c->airlight)
+            memset(b->iterations, 0, (size_t)c->w * c->h);
     }
-    if (c->airlight)
-        memset(c->airlight, 0, (size_t)c->n_airlights * c->w * c->h * sizeof *c->airlight);
+    forget_airlight(c, pass->packets.n, all);
+    forget_gloss(c, &pass->snapshot->lights, all);
 }
 
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
@@ -139,9 +207,10 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
                         pass->tiling.h);
     }
     uint32_t edits = lum_basis_renew(&c->basis, pass);
-    if (c->surfaces != pass->surfaces->version || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
-        forget(c);
-    if (c->lenders_known && (c->surfaces != pass->surfaces->version || lum_is_stale(edits, LUM_PRODUCT_EDGES)))
+    bool seen_anew = c->surfaces != pass->surfaces->version;
+    if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
+        forget(c, pass, seen_anew || lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT));
+    if (c->lenders_known && (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES)))
         memset(c->lenders_known, 0, c->n_tiles);
     c->surfaces = pass->surfaces->version;
     return LUM_OK;

@@ -4,7 +4,7 @@
  * makes `smooth` of it; the composite multiplies albedo in:
  *   L = sum of layers + albedo (shadow + indirect) + gloss, dimmed by media on its way to the eye, + media.
  * Buffers exist only for effects that are on. They hold the sum over the lights at their present power: any change of what
- * the eye or the lights see makes all of them anew. */
+ * the eye or the lights see makes all of them anew. What a change of power alone leaves as it was is kept apart: airlight. */
 #ifndef LUM_CORE_ESTIMATOR_COMPONENTS_H
 #define LUM_CORE_ESTIMATOR_COMPONENTS_H
 
@@ -27,8 +27,8 @@ struct lum_component_buffer {
     uint8_t *iterations;          /* w * h: how often the pixel's tile of the pattern was refined, for the guidance map */
 };
 
-/* What a medium scatters of one light's light towards the eye, by points on the pixel's ray: their mean, and its luminance were
- * nothing in the way. */
+/* What a medium scatters of one light's light towards the eye, per unit of its power, by points on the pixel's ray: their mean, and
+ * its luminance were nothing in the way. */
 struct lum_airlight {
     struct lum_rgb seen;
     float open;
@@ -36,11 +36,25 @@ struct lum_airlight {
 #define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
 #define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above a million pixels fewer are kept apart */
 
+/* What the glossy paths of a ray batch tile bring home. */
+struct lum_gain;
+struct lum_gloss_tile {
+    struct lum_gain *gains;
+    uint32_t n, capacity;
+    bool kept; /* they are of the present scene, and all of them */
+};
+#define LUM_GLOSS_BYTES ((size_t)128 << 20) /* of all tiles; beyond, a tile is traced anew when a light is dimmed */
+
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     uint64_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
     struct lum_airlight *airlight; /* by pair and pixel; NULL: estimator `airlight` is not called for */
+    uint8_t *airlight_traced;      /* by pair and packet: it holds points of the present scene */
     uint32_t n_airlights;
+    bool airlights_shared;         /* there are more pairs: the last buffer holds their sum, at their present power */
+    struct lum_gloss_tile *gloss; /* by ray batch tile; NULL: estimator `glossy` is not called for */
+    uint8_t *gloss_lit;           /* by light: it shone when they were traced, so that paths looked for it */
+    uint32_t n_gloss_lit;
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t *lenders;        /* w * h, with radiance: at edges, which neighbours lend theirs (edges.c) */
     uint8_t *lenders_known;   /* by tile */

@@ -1,7 +1,15 @@
 /* Light by way of glossy surfaces: from each pixel that shows one, a path is sent off by its glossy lobe and traced on
- * as the path tracer does. What it meets that shines is weighted against the light sampling of the other estimators. */
+ * as the path tracer does. What it meets that shines is weighted against the light sampling of the other estimators.
+ *
+ * What paths bring home is kept light by light, per unit of power: another colour, intensity or switch of a light is
+ * another sum, without a ray. A light that was dark when the paths were traced was not looked for: its first light
+ * traces them anew.
+ */
 #include "core/estimator/components.h"
+#include "core/estimator/layers.h"
 #include "core/estimator/path.h"
+
+#include <string.h>
 
 /* Paths start at the glossy pixels of a ray batch tile. */
 static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wave *w)
@@ -16,8 +24,8 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wav
         struct lum_vec3 d = lum_rays_direction(&eye, i), wo = lum_v3_neg(d);
         struct lum_surface s;
         struct lum_bsdf b;
-        lum_snapshot_surface(pass->snapshot, &pass->gbuffer->tiles[tile], i, d, &s);
-        lum_bsdf_init(&b, &pass->snapshot->materials[s.material], &s, wo);
+        lum_snapshot_surface(w->snapshot, &pass->gbuffer->tiles[tile], i, d, &s);
+        lum_bsdf_init(&b, &w->snapshot->materials[s.material], &s, wo);
         lum_wave_add_gloss(w, i, lum_sampler_at(x, y, 0, pass->settings->seed), s.p, &b, wo);
     }
 }
@@ -45,19 +53,95 @@ static void tame(struct lum_rgb *radiance, uint32_t n)
     }
 }
 
-static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+/* ---- at any power ---- */
+
+#define GAINS_MAX (4u * LUM_TILE_PIXELS)
+
+/* By size of the picture alone. */
+static uint32_t most_gains(const struct lum_pass *pass)
+{
+    size_t most = LUM_GLOSS_BYTES / (pass->tiling.n * sizeof(struct lum_gain));
+    return most < GAINS_MAX ? (uint32_t)most : GAINS_MAX;
+}
+
+static void sum_gains(const struct lum_pass *pass, const struct lum_gain *gains, uint32_t n,
+                      struct lum_rgb ret_radiance[LUM_TILE_PIXELS])
+{
+    const struct lum_light *lights = pass->snapshot->lights.lights;
+    memset(ret_radiance, 0, LUM_TILE_PIXELS * sizeof *ret_radiance);
+    for (uint32_t i = 0; i < n; i++) {
+        struct lum_rgb power = lum_grey(1.0f);
+        if (gains[i].light != LUM_NO_OBJECT)
+            power = lights[gains[i].light].on ? lights[gains[i].light].power : lum_grey(0.0f);
+        struct lum_rgb *sum = &ret_radiance[gains[i].slot];
+        *sum = lum_rgb_add(*sum, lum_rgb_mul(gains[i].value, power));
+    }
+}
+
+/* Without memory for them the tile is traced anew next time. */
+static void keep_gains(struct lum_gloss_tile *kept, const struct lum_gains *gains)
+{
+    if (kept->capacity < gains->n) {
+        lum_free(kept->gains);
+        kept->gains = lum_calloc(gains->n, sizeof *kept->gains);
+        kept->capacity = kept->gains ? gains->n : 0;
+    }
+    kept->kept = gains->n_lost == 0 && kept->capacity >= gains->n;
+    kept->n = kept->kept ? gains->n : 0;
+    if (kept->n)
+        memcpy(kept->gains, gains->gains, gains->n * sizeof *gains->gains);
+}
+
+/* False: there are more gains than have room, and the tile is to be traced at the present power. */
+static bool trace_at_any_power(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters,
+                               struct lum_rgb ret_radiance[LUM_TILE_PIXELS])
+{
+    struct lum_gain room[GAINS_MAX];
+    struct lum_gains gains = {.gains = room, .max = most_gains(pass)};
+    struct lum_wave w;
+    lum_wave_begin(&w, &pass->layers->unit, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
+    w.gains = &gains;
+    add_paths(pass, tile, &w);
+    lum_wave_run(&w, 1);
+    keep_gains(&pass->components->gloss[tile], &gains);
+    sum_gains(pass, room, gains.n, ret_radiance);
+    return gains.n_lost == 0;
+}
+
+static void trace_at_present_power(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters,
+                                   struct lum_rgb ret_radiance[LUM_TILE_PIXELS])
 {
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     add_paths(pass, tile, &w);
-    if (w.rays.n == 0)
-        return;
     lum_wave_run(&w, 1);
+    memcpy(ret_radiance, w.radiance, sizeof w.radiance);
+}
+
+static bool any_gloss(const struct lum_pass *pass, const struct lum_tile_rect *r)
+{
+    uint8_t bits = 0;
+    for (uint32_t y = r->y; y < r->y + r->h; y++)
+        for (uint32_t x = r->x; x < r->x + r->w; x++)
+            bits |= pass->surfaces->kind[(size_t)y * pass->tiling.w + x];
+    return bits & LUM_PIXEL_GLOSS;
+}
+
+static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    tame(w.radiance, r.w * r.h);
+    const struct lum_gloss_tile *kept = &pass->components->gloss[tile];
+    struct lum_rgb radiance[LUM_TILE_PIXELS];
+    if (!any_gloss(pass, &r))
+        return;
+    if (kept->kept)
+        sum_gains(pass, kept->gains, kept->n, radiance);
+    else if (!trace_at_any_power(pass, tile, counters, radiance))
+        trace_at_present_power(pass, tile, counters, radiance);
+    tame(radiance, r.w * r.h);
     for (uint32_t i = 0; i < r.w * r.h; i++)
         lum_component_add(pass->components, LUM_COMPONENT_GLOSS,
-                          (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, w.radiance[i]);
+                          (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, radiance[i]);
 }
 
 static void glossy_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)

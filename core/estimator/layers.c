@@ -118,13 +118,10 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
     l->n_layers = kept;
 }
 
-/* Bytes of a layer; 0 for a light that has none. */
-static size_t layer_bytes(const struct lum_pass *pass, const struct lum_light *light)
+static size_t layer_bytes(const struct lum_pass *pass, bool soft)
 {
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    if (!is_layered(pass, light))
-        return 0;
-    return n * (sizeof(struct lum_rgb) + (is_soft(pass, light) ? lum_soft_bytes() : sizeof(struct lum_seen)));
+    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen)));
 }
 
 static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
@@ -163,11 +160,11 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
         l->layer_of[l->layers[k].index] = k;
     size_t used = 0;
     for (uint32_t k = 0; k < l->n_layers; k++)
-        used += layer_bytes(pass, &l->layers[k].light);
+        used += layer_bytes(pass, l->layers[k].soft.seen);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
-        size_t bytes = layer_bytes(pass, &lights->lights[i]);
-        if (l->layer_of[i] != LUM_NO_OBJECT || bytes == 0)
+        size_t bytes = layer_bytes(pass, is_soft(pass, &lights->lights[i]));
+        if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
         if (used + bytes > LUM_LAYERS_BYTES)
             break;

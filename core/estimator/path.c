@@ -44,17 +44,25 @@ static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
     return LUM_RAY_TRANSMISSION;
 }
 
+static void bring_home(struct lum_wave *w, const struct lum_gain *gain)
+{
+    if (!w->gains)
+        w->radiance[gain->slot] = lum_rgb_add(w->radiance[gain->slot], gain->value);
+    else if (w->gains->n < w->gains->max)
+        w->gains->gains[w->gains->n++] = *gain;
+    else
+        w->gains->n_lost++;
+}
+
 /* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
-static void keep_light(struct lum_wave *w, uint32_t slot, struct lum_rgb value, enum lum_ray_kind kind, bool has_ray)
+static void keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, bool has_ray)
 {
     if (!has_ray) {
-        w->radiance[slot] = lum_rgb_add(w->radiance[slot], value);
+        bring_home(w, gain);
         return;
     }
-    uint32_t i = w->shadow_rays.n - 1;
-    w->shadow_value[i] = value;
-    w->shadow_slot[i] = slot;
-    w->shadow_kind[i] = (uint8_t)kind;
+    w->shadow_gain[w->shadow_rays.n - 1] = *gain;
+    w->shadow_kind[w->shadow_rays.n - 1] = (uint8_t)kind;
 }
 
 struct vertex {
@@ -160,7 +168,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     if (lum_rgb_black(value))
         return;
     bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
-    keep_light(w, path->slot, value, lum_effect_ray_kind(effect), has_ray);
+    keep_light(w, &(struct lum_gain){path->slot, light, value}, lum_effect_ray_kind(effect), has_ray);
 }
 
 static void trace_shadows(struct lum_wave *w)
@@ -171,10 +179,8 @@ static void trace_shadows(struct lum_wave *w)
     lum_trace_any(&trace, &w->shadow_rays, w->occluded);
     for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
         w->counters->rays[w->shadow_kind[i]]++;
-        if (!w->occluded[i]) {
-            struct lum_rgb *sum = &w->radiance[w->shadow_slot[i]];
-            *sum = lum_rgb_add(*sum, w->shadow_value[i]);
-        }
+        if (!w->occluded[i])
+            bring_home(w, &w->shadow_gain[i]);
     }
     w->shadow_rays.n = 0;
 }
@@ -199,7 +205,7 @@ static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struc
     if (w->shadow_rays.n == LUM_RAY_BATCH)
         trace_shadows(w);
     bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
-    keep_light(w, path->slot, value, LUM_RAY_MEDIA, has_ray);
+    keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, has_ray);
 }
 
 /* The batch came back: what its segments gain and lose in media. */
@@ -289,17 +295,19 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     return lum_power_heuristic(path->pdf_sa, pdf);
 }
 
-static void add(struct lum_wave *w, const struct lum_path *path, struct lum_rgb radiance, float weight)
+/* What shines at the end of the path's ray. */
+static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
-    struct lum_rgb *sum = &w->radiance[path->slot];
-    *sum = lum_rgb_add(*sum, lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight));
+    struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
+    bring_home(w, &(struct lum_gain){path->slot, light, value});
 }
 
 static void add_background(struct lum_wave *w, const struct lum_path *path, struct lum_vec3 d, bool eye)
 {
     const struct lum_light_table *lights = &w->snapshot->lights;
     if (lights->environment != LUM_NO_OBJECT)
-        add(w, path, lum_lights_background(lights, d, eye), emission_weight(w, path, lights->environment, d, NULL));
+        add(w, path, lights->environment, lum_lights_background(lights, d, eye),
+            emission_weight(w, path, lights->environment, d, NULL));
 }
 
 /* Ray i of the batch came back: emission, then scattering. */
@@ -315,7 +323,7 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     struct lum_surface s;
     lum_snapshot_surface(snapshot, &w->hits, i, d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        add(w, &path, lum_light_emitted(&snapshot->lights.lights[s.light], s.backface),
+        add(w, &path, s.light, lum_light_emitted(&snapshot->lights.lights[s.light], s.backface),
             emission_weight(w, &path, s.light, d, &s));
         return;
     }
@@ -327,9 +335,9 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     lum_bsdf_init(&b, m, &s, wo);
     if (!lum_rgb_black(b.emission)) {
         if (s.light != LUM_NO_OBJECT)
-            add(w, &path, b.emission, emission_weight(w, &path, s.light, d, &s));
+            add(w, &path, s.light, b.emission, emission_weight(w, &path, s.light, d, &s));
         else if (!(path.pdf_sa > 0.0f)) /* an unlit surface is shown to the eye and in mirrors, it lights nothing */
-            add(w, &path, b.emission, 1.0f);
+            add(w, &path, LUM_NO_OBJECT, b.emission, 1.0f);
     }
     if (depth < w->max_depth)
         scatter(w, path, &(struct vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
@@ -345,6 +353,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
+    w->gains = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
 }
 

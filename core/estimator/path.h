@@ -17,6 +17,20 @@ struct lum_path {
     struct lum_sampler sampler;
 };
 
+/* Light that a path brings home: at the end, multiplied by the power of the light; LUM_NO_OBJECT: from what shines without being
+ * one. */
+struct lum_gain {
+    uint32_t slot, light;
+    struct lum_rgb value;
+};
+
+/* Of a wave that is traced with every light at power 1, to be summed up at any power. */
+struct lum_gains {
+    struct lum_gain *gains;
+    uint32_t n, max;
+    uint32_t n_lost; /* for which there was no room */
+};
+
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
 struct lum_wave {
     const struct lum_snapshot *snapshot;
@@ -30,10 +44,10 @@ struct lum_wave {
     struct lum_hits hits;
     struct lum_path path[LUM_RAY_BATCH];
     struct lum_rays shadow_rays;
-    struct lum_rgb shadow_value[LUM_RAY_BATCH];
-    uint32_t shadow_slot[LUM_RAY_BATCH];
+    struct lum_gain shadow_gain[LUM_RAY_BATCH];
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
+    struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
 };
 
 /* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */

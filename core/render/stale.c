@@ -9,18 +9,21 @@
 /* DESIGN 2, in the order of enum lum_edit_kind. */
 static const uint32_t made_stale[LUM_EDIT_COUNT] = {
     [LUM_EDIT_GEOMETRY] = BIT(GBUFFER) | BIT(SURFACES) | BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) |
-                          BIT(COMPONENTS) | BIT(EDGES) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS) | BIT(AOVS),
-    [LUM_EDIT_MATERIAL] = BIT(SURFACES) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(EDGES) | BIT(VPL_PATHS) |
-                          BIT(VPL_FLUX) | BIT(RECORDS) | BIT(AOVS),
-    [LUM_EDIT_LIGHT_SHAPE] = BIT(SURFACES) | BIT(OWN_LAYER) | BIT(SHARED) | BIT(COMPONENTS) | BIT(EDGES) |
-                             BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS),
+                          BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(EDGES) | BIT(VPL_PATHS) | BIT(VPL_FLUX) |
+                          BIT(RECORDS) | BIT(AOVS),
+    [LUM_EDIT_MATERIAL] = BIT(SURFACES) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(EDGES) |
+                          BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS) | BIT(AOVS),
+    [LUM_EDIT_LIGHT_SHAPE] = BIT(SURFACES) | BIT(OWN_LAYER) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) |
+                             BIT(EDGES) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS),
     [LUM_EDIT_LIGHT_POWER] = BIT(SHARED) | BIT(COMPONENTS) | BIT(VPL_FLUX) | BIT(RECORDS),
-    [LUM_EDIT_MEDIUM] = BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS),
+    [LUM_EDIT_MEDIUM] =
+        BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS),
     [LUM_EDIT_CAMERA] = BIT(GBUFFER) | BIT(SURFACES) | BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) |
-                        BIT(EDGES) | BIT(AOVS),
-    [LUM_EDIT_METHOD] = BIT(LAYERS) | BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(EDGES),
-    [LUM_EDIT_DEPTH] = BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS),
-    [LUM_EDIT_SHADOW_SAMPLES] = BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS),
+                        BIT(UNIT_LIGHT) | BIT(EDGES) | BIT(AOVS),
+    [LUM_EDIT_METHOD] =
+        BIT(LAYERS) | BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(EDGES),
+    [LUM_EDIT_DEPTH] = BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT),
+    [LUM_EDIT_SHADOW_SAMPLES] = BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT),
     [LUM_EDIT_VPLS] = BIT(COMPONENTS),
     [LUM_EDIT_CACHE] = BIT(COMPONENTS),
 };
@@ -80,17 +83,32 @@ struct lum_versions lum_versions_seen(const struct lum_snapshot *s, bool media)
     return v;
 }
 
+/* A kind of light that is switched off to its last lamp calls for nothing, but what was found out about it stays true:
+ * kinds of light differ only where the settings say so. Without any light, nothing is shown of what depends on effects.
+ */
+static bool same_effects(const struct lum_basis *basis, const struct lum_pass *pass)
+{
+    const uint32_t lights = LUM_EFFECT_BIT(LUM_EFFECT_DIRECT) | LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW) |
+                            LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT);
+    bool same = ((basis->settings.effects_off ^ pass->settings->effects_off) & lights) == 0;
+    for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++)
+        same =
+            same && (LUM_EFFECT_BIT(e) & lights || pass->snapshot->lights.n_active == 0 || basis->on[e] == pass->on[e]);
+    return same;
+}
+
 uint32_t lum_basis_renew(struct lum_basis *basis, const struct lum_pass *pass)
 {
     uint32_t edits = LUM_EDITS_ALL;
     if (basis->valid) {
         edits = lum_edits_of_versions(&basis->versions, &pass->snapshot->versions) |
                 lum_edits_of_settings(&basis->settings, pass->settings) |
-                bit_if(memcmp(basis->on, pass->on, sizeof basis->on) != 0, LUM_EDIT_METHOD);
+                bit_if(!same_effects(basis, pass), LUM_EDIT_METHOD);
     }
     basis->valid = true;
     basis->versions = pass->snapshot->versions;
     basis->settings = *pass->settings;
-    memcpy(basis->on, pass->on, sizeof basis->on);
+    if (pass->snapshot->lights.n_active > 0)
+        memcpy(basis->on, pass->on, sizeof basis->on);
     return edits;
 }

@@ -40,6 +40,7 @@ enum lum_product {
     LUM_PRODUCT_RESPONSE,   /* what surfaces make of a light of power 1 */
     LUM_PRODUCT_SHARED,     /* summed light of those that have no layer of their own */
     LUM_PRODUCT_COMPONENTS, /* buffers by effect */
+    LUM_PRODUCT_UNIT_LIGHT, /* of these, what is kept light by light at power 1 */
     LUM_PRODUCT_EDGES,      /* which pixels share an edge, and in which parts */
     LUM_PRODUCT_VPL_PATHS,
     LUM_PRODUCT_VPL_FLUX,   /* their paths times the powers of lights */
