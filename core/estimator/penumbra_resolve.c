@@ -29,6 +29,9 @@
  * an edge; the error is least at 0.2 (cornell: 4.1e-4 without the window, 3.8e-4 at 0.1, 2.9e-4 at 0.2, 4.4e-4 at 0.4).
  */
 #define CONTRADICTION 0.2f
+/* Before that it takes the share of the inner 3 x 3, where all of these know all strata: 144 samples are off by a third
+ * of what 16 are. (cornell 4.46e-4 without, 4.34e-4 at 0.1, 4.22e-4 at 0.04; shirley6 3.41e-2, 3.40e-2, 3.35e-2.) */
+#define CONTRADICTION_INNER 0.04f
 
 /* Sums over samples that are known; f: what the sample brings to a matte surface, were it visible. */
 struct moments {
@@ -219,11 +222,11 @@ static float share_of(const struct moments *m)
     return m->traced > 0.0f ? m->seen / m->traced : 0.0f;
 }
 
-/* True when the window says something else than the pixel's own 16 samples, by more than these can be wrong. */
-static bool contradicts(const struct moments *alone, const struct moments *window)
+/* True when the window says something else than samples nearer by, by more than these can be wrong. */
+static bool contradicts(const struct moments *nearer, const struct moments *window, float limit)
 {
     float share = share_of(window);
-    return !(fabsf(share - share_of(alone)) <= CONTRADICTION * sqrtf(lum_max(share * (1.0f - share), 0.0f)));
+    return !(fabsf(share - share_of(nearer)) <= limit * sqrtf(lum_max(share * (1.0f - share), 0.0f)));
 }
 
 /* Over the window around vertex i, at (x, y); or of the pixel alone when it knows better. */
@@ -233,14 +236,23 @@ static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t
     struct lum_seen own = v->layer->soft.seen[(size_t)y * v->guide.w + x];
     if (v->same[i] == 0)
         v->same[i] = same_surface(v, x, y);
-    struct moments sum = {0};
+    struct moments sum = {0}, inner = {0};
+    bool inner_whole = knows_all(own);
     for (uint32_t left = v->same[i]; left; left &= left - 1) {
         uint32_t j = (uint32_t)__builtin_ctz(left), dx = j % WINDOW, dy = j / WINDOW, qx, qy;
-        if (inside(x, dx, v->guide.w, &qx) && inside(y, dy, v->guide.h, &qy))
-            add_moments(&sum, moments_at(v, qx, qy), weight[dx] * weight[dy], v->exact);
+        if (!inside(x, dx, v->guide.w, &qx) || !inside(y, dy, v->guide.h, &qy))
+            continue;
+        const struct moments *m = moments_at(v, qx, qy);
+        add_moments(&sum, m, weight[dx] * weight[dy], v->exact);
+        if (!inner_whole || dx % (WINDOW - 1) == 0 || dy % (WINDOW - 1) == 0)
+            continue;
+        add_moments(&inner, m, 1.0f, v->exact);
+        inner_whole = knows_all(v->layer->soft.seen[(size_t)qy * v->guide.w + qx]);
     }
+    if (inner_whole && contradicts(&inner, &sum, CONTRADICTION_INNER))
+        sum = inner;
     const struct moments *alone = moments_at(v, x, y);
-    return knows_all(own) && contradicts(alone, &sum) ? *alone : sum;
+    return knows_all(own) && contradicts(alone, &sum, CONTRADICTION) ? *alone : sum;
 }
 
 /* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
