@@ -41,7 +41,7 @@ _Static_assert(LUM_PACKET_SIDE % SIDE == 0, "a packet is made of whole tiles of 
 #define POINTS_MAX 5u
 #define TOLERANCE 0.05f
 
-/* What is done in a packet. */
+/* What is done in a packet; of a pair: up to RESOLVED. */
 enum { UNTRACED, TRACED, RESOLVED, JOINED };
 
 /* Pairs of medium and light that shines. Those for which there is no buffer share the last, at their present power, and
@@ -63,7 +63,7 @@ static struct lum_rgb power_of(const struct lum_pass *pass, const struct pair *p
     return pair->alone ? pass->snapshot->lights.lights[pair->light].power : lum_grey(1.0f);
 }
 
-/* About 80 KiB: lives on a worker's stack. */
+/* About 110 KiB: lives on a worker's stack. */
 struct airlight {
     const struct lum_pass *pass;
     struct lum_counters *counters;
@@ -368,7 +368,7 @@ static bool next_pair(const struct lum_pass *pass, uint32_t i, struct pair *ret_
     return true;
 }
 
-/* Whether the slot holds the packet. */
+/* What the slot holds of the packet. */
 static uint8_t *traced_at(const struct lum_pass *pass, uint32_t slot, uint32_t packet)
 {
     return &pass->components->airlight_traced[(size_t)slot * pass->packets.n + packet];
@@ -388,7 +388,7 @@ static bool trace_first(struct airlight *a, uint32_t packet)
         memset(a->sum, 0, sizeof a->sum);
         take_points(a, 0);
         keep_first(a);
-        *traced_at(a->pass, pair.slot, packet) = 1;
+        *traced_at(a->pass, pair.slot, packet) = TRACED;
         any = a->fresh[pair.slot] = true;
     }
     return any;
@@ -508,40 +508,61 @@ static bool is_sharp(const struct lum_pass *pass, const struct pair *pair)
 static struct lum_airlight mean_around(const struct lum_pass *pass, const struct pair *pair, const struct window *win)
 {
     const struct lum_airlight *kept = &pass->components->airlight[(size_t)pair->slot * pass->tiling.w * pass->tiling.h];
-    struct lum_airlight sum = {{0}, 0.0f};
+    struct lum_airlight sum = {.open = 0.0f};
     float weight = 0.0f;
     for (uint32_t k = 0; k < win->n; k++) {
         sum.seen = lum_rgb_mad(sum.seen, kept[win->pixel[k]].seen, win->weight[k]);
         sum.open += win->weight[k] * kept[win->pixel[k]].open;
         weight += win->weight[k];
     }
-    return (struct lum_airlight){lum_rgb_scale(sum.seen, 1.0f / weight), sum.open / weight};
+    return (struct lum_airlight){.seen = lum_rgb_scale(sum.seen, 1.0f / weight), .open = sum.open / weight};
+}
+
+static struct lum_rgb resolve_pixel(const struct lum_pass *pass, const struct pair *pair, const struct window *win,
+                                    uint32_t x, uint32_t y)
+{
+    struct lum_airlight mean = mean_around(pass, pair, win);
+    if (!is_sharp(pass, pair))
+        return mean.seen;
+    float share = lum_luminance(mean.seen) / mean.open;
+    if (!(share > 0.0f)) /* nobody looked, or sees anything */
+        return lum_grey(0.0f);
+    return lum_rgb_scale(open_light(pass, pair, x, y), lum_min(share, 1.0f));
+}
+
+/* Slots that the packet has, in turn, with their pairs that shine; those that were traced since they were resolved. */
+struct slots {
+    uint32_t n, n_stale;
+    struct pair pairs[LUM_AIRLIGHTS_MAX], stale[LUM_AIRLIGHTS_MAX];
+};
+
+static struct slots slots_of(const struct lum_pass *pass, uint32_t packet)
+{
+    struct slots s = {.n = 0};
+    struct pair pair;
+    for (uint32_t i = 0; next_pair(pass, i, &pair); i++) {
+        if (s.n > 0 && s.pairs[s.n - 1].slot == pair.slot)
+            continue;
+        s.pairs[s.n++] = pair;
+        if (*traced_at(pass, pair.slot, packet) == TRACED)
+            s.stale[s.n_stale++] = pair;
+    }
+    return s;
 }
 
 /* To `smooth` goes light that takes the ratio, to `raw` all other. */
-static void resolve_pixel(const struct lum_pass *pass, uint32_t x, uint32_t y)
+static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t pixel)
 {
-    struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_MEDIA];
-    struct window win = window_at(pass, x, y, 1);
-    struct lum_rgb sharp = lum_grey(0.0f), even = lum_grey(0.0f);
-    struct pair pair;
-    uint32_t last = UINT32_MAX;
-    for (uint32_t i = 0; next_pair(pass, i, &pair); i++) {
-        if (pair.slot == last)
-            continue;
-        last = pair.slot;
-        struct lum_airlight mean = mean_around(pass, &pair, &win);
-        struct lum_rgb power = power_of(pass, &pair);
-        if (!is_sharp(pass, &pair)) {
-            even = lum_rgb_add(even, lum_rgb_mul(mean.seen, power));
-            continue;
-        }
-        float share = lum_luminance(mean.seen) / mean.open;
-        if (share > 0.0f) /* else nobody looked, or sees anything */
-            sharp = lum_rgb_mad(sharp, lum_rgb_mul(open_light(pass, &pair, x, y), power), lum_min(share, 1.0f));
+    const struct lum_components *c = pass->components;
+    struct lum_rgb sum[2] = {lum_grey(0.0f), lum_grey(0.0f)};
+    for (uint32_t i = 0; i < s->n; i++) {
+        const struct pair *pair = &s->pairs[i];
+        struct lum_rgb light = c->airlight[(size_t)pair->slot * c->w * c->h + pixel].resolved;
+        bool sharp = is_sharp(pass, pair);
+        sum[sharp] = lum_rgb_add(sum[sharp], lum_rgb_mul(light, power_of(pass, pair)));
     }
-    b->raw[(size_t)y * pass->tiling.w + x] = even;
-    b->smooth[(size_t)y * pass->tiling.w + x] = sharp;
+    c->buffer[LUM_COMPONENT_MEDIA].raw[pixel] = sum[0];
+    c->buffer[LUM_COMPONENT_MEDIA].smooth[pixel] = sum[1];
 }
 
 static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -552,9 +573,21 @@ static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct 
         return;
     *done = RESOLVED;
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct slots slots = slots_of(pass, packet);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
-        for (uint32_t x = r.x; x < r.x + r.w; x++)
-            resolve_pixel(pass, x, y);
+        for (uint32_t x = r.x; x < r.x + r.w; x++) {
+            struct lum_components *c = pass->components;
+            size_t pixel = (size_t)y * c->w + x;
+            struct window win = {.n = 0};
+            if (slots.n_stale > 0)
+                win = window_at(pass, x, y, 1);
+            for (uint32_t i = 0; i < slots.n_stale; i++)
+                c->airlight[(size_t)slots.stale[i].slot * c->w * c->h + pixel].resolved =
+                    resolve_pixel(pass, &slots.stale[i], &win, x, y);
+            sum_pixel(pass, &slots, pixel);
+        }
+    for (uint32_t i = 0; i < slots.n_stale; i++)
+        *traced_at(pass, slots.stale[i].slot, packet) = RESOLVED;
 }
 
 static bool any_even(const struct lum_pass *pass)

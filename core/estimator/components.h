@@ -32,9 +32,10 @@ struct lum_component_buffer {
 struct lum_airlight {
     struct lum_rgb seen;
     float open;
+    struct lum_rgb resolved; /* from the points around, too: what the eye gets */
 };
 #define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
-#define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above a million pixels fewer are kept apart */
+#define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above half a million pixels fewer are kept apart */
 
 /* What the glossy paths of a ray batch tile bring home. */
 struct lum_gain;
@@ -49,7 +50,7 @@ struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     uint64_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
     struct lum_airlight *airlight; /* by pair and pixel; NULL: estimator `airlight` is not called for */
-    uint8_t *airlight_traced;      /* by pair and packet: it holds points of the present scene */
+    uint8_t *airlight_traced;      /* by pair and packet: it holds points of the present scene, and what they say is resolved */
     uint32_t n_airlights;
     bool airlights_shared;         /* there are more pairs: the last buffer holds their sum, at their present power */
     struct lum_gloss_tile *gloss; /* by ray batch tile; NULL: estimator `glossy` is not called for */
