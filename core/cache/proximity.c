@@ -1,28 +1,16 @@
 #include "core/cache/proximity.h"
 
-#include <string.h>
-
 #include "core/render/frame.h"
 
 #define RAYS LUM_PROXIMITY_RAYS
 
-/* Of the bits of a point: the same wherever, whenever and by whomever it is asked for. */
-static float turn_at(struct lum_vec3 p)
-{
-    uint32_t bits[3], hash = 0;
-    memcpy(bits, &p, sizeof bits);
-    for (uint32_t i = 0; i < 3; i++)
-        hash = lum_hash_combine(hash, bits[i]);
-    return (float)(hash >> 8) * 0x1p-24f;
-}
-
-/* Ray i of a spiral that covers the hemisphere evenly by solid angle, one turn by the golden ratio from each to the
- * next. */
-static struct lum_vec3 spiral(uint32_t i, float turn)
+/* Ray i of a spiral that covers the hemisphere evenly by solid angle, turned by the golden ratio from each to the next.
+ * It is the same everywhere, so that the distance changes no more than the point does. */
+static struct lum_vec3 spiral(uint32_t i)
 {
     const float golden = 0.618033989f;
     float z = ((float)i + 0.5f) / (float)RAYS, r = sqrtf(1.0f - z * z);
-    float angle = 2.0f * LUM_PI * (turn + golden * (float)i);
+    float angle = 2.0f * LUM_PI * golden * (float)i;
     return lum_v3(r * cosf(angle), r * sinf(angle), z);
 }
 
@@ -30,9 +18,8 @@ static void push_rays(struct lum_rays *rays, const struct lum_receiver *at, floa
 {
     struct lum_frame frame = lum_frame_from_normal(at->ng);
     struct lum_vec3 o = lum_ray_offset(at->p, at->ng);
-    float turn = turn_at(at->p);
     for (uint32_t i = 0; i < RAYS; i++)
-        lum_rays_push(rays, o, lum_frame_to_scene(&frame, spiral(i, turn)), limit);
+        lum_rays_push(rays, o, lum_frame_to_scene(&frame, spiral(i)), limit);
 }
 
 void lum_proximity(const struct lum_snapshot *s, const struct lum_receiver *points, uint32_t n, float limit,

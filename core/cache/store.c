@@ -1,13 +1,14 @@
 /* Proof sketch of the shared store. `reader`: inside lum_store_find or _overlap; `writer`: inside lum_store_insert.
  *
- * Every published record is found. A writer sees to it that each node from the root to its own has the child's pointer, and then
- * the child's bit (DEEPER, or HOLDS for the last) in the node's word, before it sets the READY bit of its lane; it sets the
- * child's bit itself if it does not see it, also where another thread attached the child. Words change by atomic or/and only,
- * so each change heads a release sequence that all later changes continue: a reader that loads (acquire) a word with a bit
- * set sees what the setter of that bit had seen and written: for a child's bit the pointer and the child's zeroed memory; for
- * READY the lane and the record. A reader that begins after the insertion returned (in the order of happens-before) therefore
- * finds all bits on the way, by coherence. Pages of a node are chained the same way. That a search looks into every cell that
- * may hold what is sought, with all roundings: octree.c, can_reach.
+ * Every published record is found. A writer sees to it that each node from the root to its own has the child's pointer,
+ * and then the child's bit (DEEPER, or HOLDS for the last) in the node's word, before it sets the READY bit of its
+ * lane; it sets the child's bit itself if it does not see it, also where another thread attached the child. Words
+ * change by atomic or/and only, so each change heads a release sequence that all later changes continue: a reader that
+ * loads (acquire) a word with a bit set sees what the setter of that bit had seen and written: for a child's bit the
+ * pointer and the child's zeroed memory; for READY the lane and the record. A reader that begins after the insertion
+ * returned (in the order of happens-before) therefore finds all bits on the way, by coherence. Pages of a node are
+ * chained the same way. That a search looks into every cell that may hold what is sought, with all roundings: octree.c,
+ * can_reach.
  *
  * No reader sees half a record. Lanes are written between CLAIMED, which one thread alone can win (fetch_or tells the
  * bit's former value), and READY. Readers look at READY lanes only, and what they read there does not change until it

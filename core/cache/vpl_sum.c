@@ -30,9 +30,8 @@ struct terms {
     _Alignas(64) float g[LANES], x[LANES], y[LANES], z[LANES];
 };
 
-/* With d = v - p from the lifted point p to the VPL, a = d.n, b = -d.n_vpl and r = |d|: G = a b / r^4,
- * dG/dp = (a n_vpl - b n) / r^4 + 4 G d / r^2. As p moves, the lifted point follows, but along n_vpl by a factor
- * b_unlifted / b only. */
+/* With d = v - p from the point to the VPL, h = -d.n_vpl and b = sqrt(h^2 + m^2): the lifted term is G = a b / (d^2 +
+ * m^2)^2, where a = d.n - (b - h) min(n.n_vpl, 0), and dG/dp follows from dd/dp = -1 and dh/dp = n_vpl. */
 static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
                          float lift2, struct terms *ret)
 {
@@ -40,19 +39,17 @@ static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct
     for (uint32_t i = 0; i < LANES; i++) {
         float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
         float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
-        float h = -(dx * vx + dy * vy + dz * vz);
-        float b = sqrtf(h * h + lift2), rise = b - h;
-        dx -= rise * vx, dy -= rise * vy, dz -= rise * vz;
-        float a = dx * n.x + dy * n.y + dz * n.z, facing = n.x * vx + n.y * vy + n.z * vz;
-        float r2 = dx * dx + dy * dy + dz * dz; /* >= b^2, but for padding */
-        float per_r2 = (bits >> i & 1u) && a > 0.0f ? 1.0f / r2 : 0.0f, per_r4 = per_r2 * per_r2;
+        float h = -(dx * vx + dy * vy + dz * vz), b = sqrtf(h * h + lift2), slope = h / b;
+        float opposed = lum_min(n.x * vx + n.y * vy + n.z * vz, 0.0f);
+        float a = dx * n.x + dy * n.y + dz * n.z - (b - h) * opposed;
+        float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + lift2), per_r4 = per_r2 * per_r2;
+        per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2;
-        /* n_vpl . dG/dp at the lifted point, and how much of it p does not see */
-        float along = (a - b * facing) * per_r4 - spread * b, lost = (h / b - 1.0f) * along;
+        float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4, across = b * per_r4;
         ret->g[i] = term;
-        ret->x[i] = (a * vx - b * n.x) * per_r4 + spread * dx + lost * vx;
-        ret->y[i] = (a * vy - b * n.y) * per_r4 + spread * dy + lost * vy;
-        ret->z[i] = (a * vz - b * n.z) * per_r4 + spread * dz + lost * vz;
+        ret->x[i] = along * vx - across * n.x + spread * dx;
+        ret->y[i] = along * vy - across * n.y + spread * dy;
+        ret->z[i] = along * vz - across * n.z + spread * dz;
     }
 }
 
