@@ -8,14 +8,6 @@ bool lum_sites_quarter(const struct lum_pass *pass)
     return pass->settings->method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] == &lum_estimator_cached_quarter;
 }
 
-/* The picture that is upsampled: behind the one of lum_estimator_indirect's own sets, where lum_stage_upsample looks.
- */
-static struct lum_rgb *coarse_picture(const struct lum_pass *pass)
-{
-    size_t n = (size_t)lum_filter_size(pass->tiling.w, 2) * lum_filter_size(pass->tiling.h, 2);
-    return pass->components->buffer[LUM_COMPONENT_INDIRECT].raw + n;
-}
-
 void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
@@ -59,11 +51,12 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
 {
     if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
         return;
+    struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
     struct lum_square_sites sites;
     lum_sites_of(pass, tile, &sites);
     bool quarter = lum_sites_quarter(pass);
-    interpolate(pass, tile, &sites.coarse, quarter ? 2 : 1, quarter ? coarse_picture(pass) : smooth, counters->worker);
+    interpolate(pass, tile, &sites.coarse, quarter ? 2 : 1, quarter ? raw : smooth, counters->worker);
     interpolate(pass, tile, &sites.lone, 1, smooth, counters->worker);
 }
 

@@ -50,7 +50,6 @@ void lum_components_finish(struct lum_components *c)
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
     free_antialias(c);
-    lum_free(c->windows);
     lum_free(c->airlight);
     lum_free(c->airlight_traced);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -132,10 +131,6 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
         else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h, (size_t)(c->w + 1) * (c->h + 1)))
             return false;
     }
-    size_t n_coarse = (size_t)lum_filter_size(c->w, 2) * lum_filter_size(c->h, 2);
-    if (bits & LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT) && !c->windows &&
-        !(c->windows = lum_calloc(n_coarse, sizeof *c->windows)))
-        return false;
     if (!pass->on[LUM_EFFECT_ANTIALIAS])
         free_antialias(c);
     else if (!reserve_antialias(c))

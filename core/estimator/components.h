@@ -48,7 +48,6 @@ struct lum_gloss_tile {
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
-    uint64_t *windows;        /* by pixel of a quarter of the resolution, for estimators: neighbours on its surface */
     struct lum_airlight *airlight; /* by pair and pixel; NULL: estimator `airlight` is not called for */
     uint8_t *airlight_traced;      /* by pair and packet: it holds points of the present scene, and what they say is resolved */
     uint32_t n_airlights;

@@ -138,15 +138,17 @@ static const struct lum_method methods[] = {
     },
     {
         .name = "live",
-        .summary = "soft shadows, fog, indirect light from virtual point lights, gloss; then path tracing while the "
+        .summary = "soft shadows, fog, indirect light from a cache that edits bring up to date, gloss; then path "
+                   "tracing while the "
                    "scene rests",
         .refines = true,
+        .cache = &lum_cache_live,
         .serves =
             {
                 [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
                 [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_penumbra,
                 [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_penumbra,
-                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_indirect,
+                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_quarter,
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_glossy,
@@ -154,7 +156,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_ANTIALIAS] = &lum_estimator_edges,
             },
         .pattern = 4,
-        .filters = {&lum_stage_join, &lum_stage_upsample},
+        .filters = {&lum_stage_gloss, &lum_stage_upsample},
     },
     {
         .name = "path",

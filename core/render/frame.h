@@ -154,9 +154,8 @@ extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
 extern const struct lum_estimator lum_estimator_penumbra; /* deferred: direct light with soft shadows, refined pass by pass */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
-extern const struct lum_estimator lum_estimator_indirect; /* components: indirect diffuse light from VPLs, for `live` */
-extern const struct lum_estimator lum_stage_join;         /* filters of `live`: sets of VPLs, */
-extern const struct lum_estimator lum_stage_upsample;     /* full resolution */
+extern const struct lum_estimator lum_stage_gloss;        /* filters of `live`: gloss, */
+extern const struct lum_estimator lum_stage_upsample;     /* indirect light to full resolution */
 extern const struct lum_estimator lum_estimator_airlight; /* components: single scattering in media, for `live` */
 extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */
 extern const struct lum_estimator lum_estimator_edges;    /* components: anti-aliasing of edges */
