@@ -329,6 +329,9 @@ static bool insert_batch(struct run *run)
         if (sound)
             run->full = true;
     }
+    bool apart = run->cache->key.storage == LUM_STORAGE_LOCAL; /* others do not find what is in worker 0's own tree */
+    if (apart && lum_store_end_frame(run->cache->store, NULL) != LUM_OK)
+        run->full = true;
     return !run->full;
 }
 

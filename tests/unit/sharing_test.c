@@ -137,13 +137,63 @@ static void an_edit_reaches_both(void **state)
     end(&h);
 }
 
+/* A picture, one after an object moved, and one after a lamp was dimmed, each onto the ones before. */
+static void play(const struct lum_view_settings *settings, uint32_t threads, struct lum_rgb *ret_pictures[3])
+{
+    struct rig r;
+    rig_begin(&r, threads);
+    rig_room(&r);
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
+    rig_light(&r, "lamp", &lamp);
+    r.settings.method = settings->method;
+    r.settings.storage = settings->storage;
+    r.settings.deterministic = true;
+    r.settings.w = 48;
+    r.settings.h = 40;
+    for (int frame = 0; frame < 3; frame++) {
+        if (frame == 1)
+            rig_object(&r, "crate", "crate", "red", rig_v(-0.5, 0.5, -0.4));
+        lamp.intensity = frame == 2 ? 20.0 : 100.0;
+        rig_light(&r, "lamp", &lamp);
+        rig_commit(&r);
+        rig_pass(&r);
+        ret_pictures[frame] = rig_picture(&r);
+    }
+    rig_end(&r);
+}
+
+static void storages_and_threads_do_not_matter(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"irrcache", "ic", "tic"};
+    static const uint32_t threads[] = {1, 2, 3, 7};
+    size_t n_bytes = (size_t)48 * 40 * sizeof(struct lum_rgb);
+    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        struct lum_view_settings settings = {.method = lum_method_find(methods[m]), .storage = LUM_STORAGE_SERIAL};
+        struct lum_rgb *expected[3], *got[3];
+        play(&settings, 1, expected);
+        for (int storage = 0; storage < LUM_STORAGE_COUNT; storage++)
+            for (size_t t = 0; t < LUM_ARRAY_LEN(threads); t++) {
+                settings.storage = (enum lum_storage)storage;
+                play(&settings, threads[t], got);
+                for (int frame = 0; frame < 3; frame++) {
+                    if (memcmp(got[frame], expected[frame], n_bytes) != 0)
+                        fail_msg("%s, %s, %u threads: frame %d differs from that of one thread", methods[m],
+                                 lum_storage_names[storage], threads[t], frame);
+                    lum_free(got[frame]);
+                }
+            }
+        for (int frame = 0; frame < 3; frame++)
+            lum_free(expected[frame]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_second_viewer_pays_less),
-        cmocka_unit_test(who_comes_back_finds_his_records),
-        cmocka_unit_test(other_settings_have_another_cache),
-        cmocka_unit_test(an_edit_reaches_both),
+        cmocka_unit_test(the_second_viewer_pays_less),        cmocka_unit_test(who_comes_back_finds_his_records),
+        cmocka_unit_test(other_settings_have_another_cache),  cmocka_unit_test(an_edit_reaches_both),
+        cmocka_unit_test(storages_and_threads_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
