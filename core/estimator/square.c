@@ -175,10 +175,18 @@ void lum_square_serve(const struct lum_lookup *l, struct lum_square *square, str
 
 /* ---- interpolation ---- */
 
+#define GROUP 64u /* points that are summed together: four rows where all pixels take part */
+
 /* Sums are of differences to the first record that serves a point: what all agree on stays exact. */
 struct sums {
-    _Alignas(64) float weight[LUM_SQUARE_SITES];
-    float first[3][LUM_SQUARE_SITES], sum[3][LUM_SQUARE_SITES];
+    _Alignas(64) float weight[GROUP];
+    float first[3][GROUP], sum[3][GROUP];
+};
+
+/* Points from .. from + n - 1 of a square. */
+struct group {
+    const struct lum_square *square;
+    uint32_t from, n;
 };
 
 /* What a record says at distance d: no less than a twentieth and no more than 20 times what it says where it lies
@@ -190,8 +198,7 @@ static inline float extrapolate(float value, const float gradient[3], struct lum
 }
 
 static inline void add_record(const struct lum_lookup *l, enum lum_metric metric, bool inclined,
-                              const struct lum_record *r, const struct lum_square *restrict s,
-                              struct sums *restrict sums)
+                              const struct lum_record *r, const struct group *g, struct sums *restrict sums)
 {
     const struct lum_weighting w = l->weighting;
     const struct lum_record at = {.p = r->p, .n = r->n};
@@ -200,11 +207,12 @@ static inline void add_record(const struct lum_lookup *l, enum lum_metric metric
     const float gradient[3][3] = {{r->gradient[0].r, r->gradient[1].r, r->gradient[2].r},
                                   {r->gradient[0].g, r->gradient[1].g, r->gradient[2].g},
                                   {r->gradient[0].b, r->gradient[1].b, r->gradient[2].b}};
-    uint32_t n = (s->n + 15u) & ~15u;
+    const struct lum_square *restrict s = g->square;
+    const uint32_t from = g->from, n = (g->n + 15u) & ~15u;
     for (uint32_t i = 0; i < n; i++) {
-        float weight = weigh(&w, metric, &at, per_radius, s, i);
+        float weight = weigh(&w, metric, &at, per_radius, s, from + i);
         bool begins = !(sums->weight[i] > 0.0f) & (weight > 0.0f);
-        struct lum_vec3 d = {s->px[i] - at.p.x, s->py[i] - at.p.y, s->pz[i] - at.p.z};
+        struct lum_vec3 d = {s->px[from + i] - at.p.x, s->py[from + i] - at.p.y, s->pz[from + i] - at.p.z};
         for (uint32_t c = 0; c < 3; c++) {
             float there = inclined ? extrapolate(value[c], gradient[c], d) : value[c];
             float first = begins ? there : sums->first[c][i];
@@ -224,18 +232,18 @@ static bool has_gradient(const struct lum_record *r)
     return most > 0.0f;
 }
 
-static void add_any_record(const struct lum_lookup *l, const struct lum_record *r, const struct lum_square *s,
+static void add_any_record(const struct lum_lookup *l, const struct lum_record *r, const struct group *g,
                            struct sums *sums)
 {
     bool inclined = has_gradient(r);
     if (l->metric == LUM_METRIC_WARD && inclined)
-        add_record(l, LUM_METRIC_WARD, true, r, s, sums);
+        add_record(l, LUM_METRIC_WARD, true, r, g, sums);
     else if (l->metric == LUM_METRIC_WARD)
-        add_record(l, LUM_METRIC_WARD, false, r, s, sums);
+        add_record(l, LUM_METRIC_WARD, false, r, g, sums);
     else if (inclined)
-        add_record(l, LUM_METRIC_HATS, true, r, s, sums);
+        add_record(l, LUM_METRIC_HATS, true, r, g, sums);
     else
-        add_record(l, LUM_METRIC_HATS, false, r, s, sums);
+        add_record(l, LUM_METRIC_HATS, false, r, g, sums);
 }
 
 /* By where they lie, and not by index: that may depend on which worker removed what. */
@@ -261,19 +269,39 @@ static void sort_candidates(struct lum_candidates *c)
         }
 }
 
-static void interpolate_by(const struct lum_lookup *l, struct lum_candidates *c, const struct lum_square *s,
-                           struct lum_rgb *ret_irradiance)
+/* False when all points of the box are out of a record's reach: never, where rounding might decide. */
+static bool may_reach(const struct box *b, const struct lum_record *r)
+{
+    float x = lum_max(lum_max(b->lo.x - r->p.x, r->p.x - b->hi.x), 0.0f);
+    float y = lum_max(lum_max(b->lo.y - r->p.y, r->p.y - b->hi.y), 0.0f);
+    float z = lum_max(lum_max(b->lo.z - r->p.z, r->p.z - b->hi.z), 0.0f);
+    return x * x + y * y + z * z <= 1.001f * r->radius * r->radius;
+}
+
+static void interpolate_group(const struct lum_lookup *l, const struct lum_candidates *c, const struct group *g,
+                              struct lum_rgb *ret_irradiance)
 {
     struct sums sums;
+    struct box box = box_of(g->square, g->from, g->n);
     memset(&sums, 0, sizeof sums);
-    sort_candidates(c);
     for (uint32_t k = 0; k < c->n; k++)
-        add_any_record(l, c->records[k], s, &sums);
-    for (uint32_t i = 0; i < s->n; i++) {
+        if (may_reach(&box, c->records[k]) && may_face(l, &box, c->records[k]->n))
+            add_any_record(l, c->records[k], g, &sums);
+    for (uint32_t i = 0; i < g->n; i++) {
         float per_weight = sums.weight[i] > 0.0f ? 1.0f / sums.weight[i] : 0.0f;
         ret_irradiance[i] = lum_rgb(lum_max(sums.first[0][i] + sums.sum[0][i] * per_weight, 0.0f),
                                     lum_max(sums.first[1][i] + sums.sum[1][i] * per_weight, 0.0f),
                                     lum_max(sums.first[2][i] + sums.sum[2][i] * per_weight, 0.0f));
+    }
+}
+
+static void interpolate_by(const struct lum_lookup *l, struct lum_candidates *c, const struct lum_square *s,
+                           struct lum_rgb *ret_irradiance)
+{
+    sort_candidates(c);
+    for (uint32_t from = 0; from < s->n; from += GROUP) {
+        struct group g = {s, from, s->n - from < GROUP ? s->n - from : GROUP};
+        interpolate_group(l, c, &g, ret_irradiance + from);
     }
 }
 
