@@ -111,6 +111,8 @@ static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
     if (cache->snapshot && cache->key.kind->lasting)
         lum_motion_between(cache->snapshot, u->snapshot, &motion);
     cache->epoch++;
+    if (!(cache->spacing > 0.0f)) /* nothing shone yet: no record knows a VPL */
+        cache->spacing = cache->vpls.spacing;
     if (!motion.everything)
         cache->key.kind->change(cache, u, &motion);
     else if (cache->snapshot) /* there may be records */

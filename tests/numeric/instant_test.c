@@ -625,6 +625,27 @@ static void a_lamp_that_was_off_is_asked_when_it_shines(void **state)
     bench_end(&b);
 }
 
+/* Nor is the bound of the geometry term known before the first VPL is. */
+static void the_first_light_may_come_after_the_records(void **state)
+{
+    (void)state;
+    struct bench b;
+    struct lum_cache_key key = key_of(&lum_cache_temporal, 128, 2);
+    bench_begin(&b, &key);
+    rig_room(&b.rig);
+    publish(&b);
+    add_seen_records(&b, place(&b, -0.5, 1.5, 0.5), 100, 5);
+    build_and_insert(&b, 0);
+    assert_true(total(&b) == 0.0 && b.rays == 0);
+    lamp(&b, "a", 1.0, 2.2, 0.7, 100);
+    publish(&b);
+    refresh(&b, 0, b.n);
+    assert_true(b.cache->spacing == b.cache->vpls.spacing && b.cache->spacing > 0.0f);
+    assert_true(total(&b) > 0.0);
+    assert_as_built(&b, "the first light");
+    bench_end(&b);
+}
+
 /* ---- any edits ---- */
 
 struct dice {
@@ -809,6 +830,7 @@ int main(void)
         cmocka_unit_test(what_went_and_came_back_costs_nothing_twice),
         cmocka_unit_test(light_that_changes_traces_no_ray),
         cmocka_unit_test(a_lamp_that_was_off_is_asked_when_it_shines),
+        cmocka_unit_test(the_first_light_may_come_after_the_records),
         cmocka_unit_test(after_any_edits_records_are_as_built),
         cmocka_unit_test(records_that_nobody_looks_at_are_dropped),
         cmocka_unit_test(memory_may_be_short),
