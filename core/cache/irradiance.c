@@ -3,7 +3,8 @@
  * A record samples the hemisphere above it: E = pi / N sum of the radiance that N rays bring, which leave in proportion
  * to their cosine. They are points of an Owen-scrambled Sobol sequence: if N is a power of 4, one in each cell of a
  * square grid over (azimuth, elevation), as Ward stratifies, and one in each cell of the finer splits of either. Where
- * a ray ends a path goes on at random, with one light sampled at each of its vertices (estimator/path.c).
+ * a ray ends a path goes on at random, and each of its vertices samples every light if there are few
+ * (estimator/path.c): picking one by its flux, an office by day would look at its lamps once in a hundred paths.
  *
  * All records use the same numbers, as all points use the same virtual point lights elsewhere: what is left of the
  * noise varies as slowly over a surface as what its points see, and does not show as blotches. So a record is also the
@@ -15,8 +16,8 @@
  * the noise of 256 rays: with 2/3 of the reach there are 1.6 to 2 times as many records, and no less error. */
 #define REACH 1.5f
 /* Balls are at least this many pixels in radius. On the built-in scenes at 600 x 400, 4, 6 and 8 made no difference to
- * the error against 8 192 rays at each pixel, and of 4 each step saved a tenth of the records. */
-#define RADIUS_MIN_PIXELS 6.0f
+ * the error against 8 192 rays at each pixel, and each step saved a tenth of the records. */
+#define RADIUS_MIN_PIXELS 8.0f
 /* Ward's R is at most this share of the scene's diagonal. In the open, where few rays meet anything, it says little
  * about how fast the light changes. */
 #define R_MAX_SHARE 0.1f
@@ -63,6 +64,7 @@ static void trace_rays(struct building *b, uint64_t first, uint32_t n)
     const struct lum_cache_key *key = &job->cache->key;
     uint32_t off = key->media ? 0 : LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
     lum_wave_begin(&b->wave, job->snapshot, &b->counters, key->max_bounces + 1, off);
+    b->wave.every_light = job->snapshot->lights.n_active <= LUM_WAVE_LIGHTS;
     uint8_t ray_of[LUM_RAY_BATCH]; /* by path that was started */
     for (uint32_t i = 0; i < n; i++) {
         const struct lum_record *record = job->records[(first + i) / b->n_rays];

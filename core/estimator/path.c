@@ -20,6 +20,9 @@
 /* Sampler pairs: 0 is the pixel filter; each vertex then takes four. */
 enum { PAIR_PIXEL = 0, PAIR_PICK = 1, PAIR_LIGHT, PAIR_BSDF, PAIR_ROULETTE, PAIRS_PER_VERTEX = 4 };
 
+/* Where every light is sampled each has a pair of its own. */
+enum { PAIR_EVERY = 0x20000000 };
+
 /* Media have pairs of their own, beyond those of any vertex: what they take does not change a path. */
 enum { PAIR_MEDIA = 0x40000000, PAIRS_PER_MEDIUM = 3 };
 
@@ -136,26 +139,29 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
     return true;
 }
 
-/* Light picked and sampled from a vertex; queues its shadow ray. */
-static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, float u_pick)
+struct choice {
+    uint32_t light;
+    float prob; /* with which it was chosen */
+    uint32_t pair;
+};
+
+/* Light sampled from a vertex; queues its shadow ray. */
+static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, struct choice choice)
 {
-    float prob;
-    uint32_t light = lum_lights_pick(&w->snapshot->lights, &u_pick, &prob);
-    if (light == LUM_NO_OBJECT)
-        return;
+    uint32_t light = choice.light;
     enum lum_effect effect = lum_light_effect(&w->snapshot->lights.lights[light]);
     if (w->lights_off & LUM_EFFECT_BIT(effect))
         return;
     struct lum_light_sample ls;
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!w->snapshot->lights.lights[light].delta)
-        u = lum_sampler_2d(&path->sampler, pair_at(v->depth, PAIR_LIGHT));
+        u = lum_sampler_2d(&path->sampler, choice.pair);
     if (!lum_light_sample_at(w->snapshot, light, v->p, u, &ls))
         return;
     if (w->media)
         ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, v->p, ls.wi, ls.distance));
     bool delta = !(ls.pdf_sa > 0.0f);
-    float pdf = delta ? prob : prob * ls.pdf_sa, weight = 1.0f, bsdf_pdf_sa;
+    float pdf = delta ? choice.prob : choice.prob * ls.pdf_sa, weight = 1.0f, bsdf_pdf_sa;
     struct lum_rgb f;
     if (v->lobes_off && !delta) {
         f = respond_in_part(v, ls.wi, pdf);
@@ -183,6 +189,23 @@ static void trace_shadows(struct lum_wave *w)
             bring_home(w, &w->shadow_gain[i]);
     }
     w->shadow_rays.n = 0;
+}
+
+/* A vertex's shadow rays are traced together: what it gains adds up in the same order whatever batch it is in. */
+static void queue_lights(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, float u_pick)
+{
+    const struct lum_light_table *t = &w->snapshot->lights;
+    if (!w->every_light) {
+        struct choice one = {.pair = pair_at(v->depth, PAIR_LIGHT)};
+        one.light = lum_lights_pick(t, &u_pick, &one.prob);
+        if (one.light != LUM_NO_OBJECT)
+            queue_light(w, path, v, one);
+        return;
+    }
+    if (w->shadow_rays.n + t->n_active > LUM_RAY_BATCH)
+        trace_shadows(w);
+    for (uint32_t i = 0; i < t->n_active; i++)
+        queue_light(w, path, v, (struct choice){t->active[i], 1.0f, PAIR_EVERY + v->depth * LUM_WAVE_LIGHTS + i});
 }
 
 /* Light that medium m scatters into the segment. */
@@ -258,7 +281,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
     if (w->lobes_off)
         v->lobes_off = w->lobes_off & lobe_effects(b);
-    queue_light(w, &path, v, pick.x);
+    queue_lights(w, &path, v, pick.x);
     struct lum_bsdf_sample bs;
     if (!lum_bsdf_sample(b, v->wo, lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_BSDF)), pick.y, &bs))
         return;
@@ -273,7 +296,8 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         return;
     path.p = v->p;
     path.pdf_sa = bs.pdf_sa;
-    path.every_light = path.direct_apart = false;
+    path.every_light = w->every_light;
+    path.direct_apart = false;
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
 }
@@ -350,6 +374,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->counters = counters;
     w->max_depth = max_depth;
     w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
+    w->every_light = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;

@@ -31,12 +31,15 @@ struct lum_gains {
     uint32_t n_lost; /* for which there was no room */
 };
 
+#define LUM_WAVE_LIGHTS 8u
+
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
 struct lum_wave {
     const struct lum_snapshot *snapshot;
     struct lum_counters *counters;
     uint32_t max_depth;
     bool media; /* there are some, and they are wanted */
+    bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light that light nothing (the eye and mirrors still see what
      * shines), and lobes that no path goes on by. 0: nothing is asked of any vertex. */
     uint32_t lights_off, lobes_off;

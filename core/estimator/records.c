@@ -351,6 +351,11 @@ static enum lum_status make_round(struct run *run, uint32_t side)
     }
     if (!insert_batch(run))
         return LUM_OK;
+    /* local: else worker 0 alone would see the new ones */
+    if (run->cache->key.storage == LUM_STORAGE_LOCAL && lum_store_end_frame(run->cache->store, NULL) != LUM_OK) {
+        run->full = true;
+        return LUM_OK;
+    }
     return side > 1 ? look(run, false, true) : LUM_OK;
 }
 
