@@ -22,6 +22,8 @@ static const struct lum_bench benches[] = {
      lum_bench_instant},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
+    {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
+     lum_bench_irrcache},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
 };
 

@@ -15,6 +15,8 @@ FILES = {
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "instant": {"instant", "instant-speedup", "instant-growth", "instant-cornell", "instant-wobble"},
+    "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
+                 "irrcache-lookups-table"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
 }
 
