@@ -8,15 +8,17 @@ void lum_square_load(struct lum_square *ret_square, const struct lum_pass *pass,
     struct lum_square *s = ret_square;
     const struct lum_surfaces *surfaces = pass->surfaces;
     s->n = 0;
-    for (uint32_t word = 0; word < LUM_SQUARE_WORDS; word++)
-        for (uint64_t bits = sites->bits[word]; bits; bits &= bits - 1) {
-            uint32_t site = 64 * word + (uint32_t)__builtin_ctzll(bits), i = s->n++;
+    for (uint32_t k = 0; k < 32; k++) { /* rows of 8, by blocks of 8 x 8: what is summed together lies together */
+        uint32_t x = k / 8 % 2 * 8, y = k / 16 * 8 + k % 8, first = y * LUM_TILE_SIDE + x;
+        for (uint32_t bits = (uint32_t)(sites->bits[first / 64] >> first % 64) & 0xffu; bits; bits &= bits - 1) {
+            uint32_t site = first + (uint32_t)__builtin_ctz(bits), i = s->n++;
             size_t pixel = lum_square_pixel(pass, tile, site);
             struct lum_vec3 p = surfaces->p[pixel], n = surfaces->n[pixel];
             s->px[i] = p.x, s->py[i] = p.y, s->pz[i] = p.z;
             s->nx[i] = n.x, s->ny[i] = n.y, s->nz[i] = n.z;
             s->site[i] = (uint8_t)site;
         }
+    }
     for (uint32_t i = s->n; i % 16 != 0; i++)
         s->px[i] = s->py[i] = s->pz[i] = s->nx[i] = s->ny[i] = s->nz[i] = 0.0f;
 }
@@ -175,7 +177,7 @@ void lum_square_serve(const struct lum_lookup *l, struct lum_square *square, str
 
 /* ---- interpolation ---- */
 
-#define GROUP 64u /* points that are summed together: four rows where all pixels take part */
+#define GROUP 64u /* points that are summed together: a block of 8 x 8 where all pixels take part */
 
 /* Sums are of differences to the first record that serves a point: what all agree on stays exact. */
 struct sums {
