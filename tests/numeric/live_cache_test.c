@@ -168,7 +168,7 @@ static void put_crate(struct bed *b, const char *id, struct lum_vec3d at)
     rig_object(&b->r, id, "crate", "red", at);
 }
 
-/* The room of the rig, with a lamp that has a shape, a bulb, a sun that no window lets in, and a ball. */
+/* The room of the rig, with a slab in the air, a lamp that has a shape, and a bulb. */
 static void furnish(struct bed *b)
 {
     struct rig *r = &b->r;
