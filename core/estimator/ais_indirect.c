@@ -55,7 +55,7 @@ static void gather(struct indirect *s, uint32_t n_slots)
         .set = s->pass->vpls,
         .slots = s->slots,
         .n_slots = n_slots,
-        .bound = lum_vpl_bound(s->pass->vpls),
+        .bound = lum_vpl_bound(s->pass->vpls->spacing),
         .media = s->pass->on[LUM_EFFECT_MEDIA],
         .points = &s->points,
         .irradiance = s->irradiance,

@@ -7,6 +7,7 @@
  * behind at each depth above are all that ever wait. */
 #include "core/estimator/components.h"
 #include "core/estimator/direct.h"
+#include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 
 #define BRANCH_DEPTH 10u        /* segments; a glass ball in a mirror room takes 8 */
@@ -39,6 +40,12 @@ struct tree {
     struct fog fog;
 };
 
+/* That of a cache stays the same while VPLs move, so that light in which none of them takes part does, too. */
+static float spacing_of(const struct lum_pass *pass)
+{
+    return pass->records ? pass->records->cache->spacing : pass->vpls->spacing;
+}
+
 /* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
  * the filter brings. */
 static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *slots)
@@ -67,7 +74,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         .set = pass->vpls,
         .slots = slots,
         .n_slots = n_slots,
-        .bound = lum_vpl_bound(pass->vpls),
+        .bound = lum_vpl_bound(spacing_of(pass)),
         .media = pass->on[LUM_EFFECT_MEDIA],
         .points = &points,
         .irradiance = irradiance,

@@ -97,9 +97,9 @@ struct lum_bound {
 /* What methods use. The thesis bounds the geometry term by a constant (min(g, 1 / d^2), "as in [PH04]") that it does not give.
  * Here d is a multiple of the radius of the area that one VPL stands for: it falls as their number grows, and the sum
  * converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
-static inline struct lum_bound lum_vpl_bound(const struct lum_vpl_set *set)
+static inline struct lum_bound lum_vpl_bound(float spacing)
 {
-    return (struct lum_bound){LUM_BOUND_CLAMP, 2.0f * set->spacing};
+    return (struct lum_bound){LUM_BOUND_CLAMP, 2.0f * spacing};
 }
 
 /* Points that gather: at most LUM_RAY_BATCH. n: the shading normal; ng: geometric, on the viewer's side. */

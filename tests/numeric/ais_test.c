@@ -194,7 +194,7 @@ static double plain_sum(struct rig *r)
                                         .set = &set,
                                         .slots = slots,
                                         .n_slots = set.n,
-                                        .bound = lum_vpl_bound(&set),
+                                        .bound = lum_vpl_bound(set.spacing),
                                         .points = &points,
                                         .irradiance = &irradiance,
                                         .sampled = &sampled,

@@ -1,5 +1,5 @@
-/* --deterministic: pictures do not depend on the number of threads, to the bit: neither after edits, nor where two views share
- * caches, nor in the first frames of built-in animations. */
+/* --deterministic: pictures do not depend on the number of threads, to the bit: neither after edits, nor where two
+ * views share caches, nor in the first frames of built-in animations. */
 #include "tests/support/built_in.h"
 #include "tests/support/rig.h"
 
@@ -101,16 +101,34 @@ static bool edit(struct lookers *l, int k)
     struct lum_material_desc green = rig_diffuse(0.5f);
     green.base_color = lum_rgb(0.1f, 0.7f, 0.1f);
     switch (k) {
-    case 0: return true; /* the first look */
-    case 1: rig_object(r, "crate", "crate", "red", rig_v(0.1, 0.5, -0.6)); break;
-    case 2: l->beside.camera.position.x += 0.6; return true;
-    case 3: put_lamp(r, -0.7, 20); break;
-    case 4: put_lamp(r, 0.9, 20); break;
-    case 5: rig_material(r, "red", &green); break;
-    case 6: rig_object(r, "twin", "crate", "white", rig_v(-1.1, 0.5, -1.2)); break;
-    case 7: r->settings.camera.target.x -= 0.8; return true;
-    case 8: RIG_OK(lum_scene_remove(r->scene, LUM_ENTITY_OBJECT, "crate", &err)); break;
-    default: return false;
+    case 0:
+        return true; /* the first look */
+    case 1:
+        rig_object(r, "crate", "crate", "red", rig_v(0.1, 0.5, -0.6));
+        break;
+    case 2:
+        l->beside.camera.position.x += 0.6;
+        return true;
+    case 3:
+        put_lamp(r, -0.7, 20);
+        break;
+    case 4:
+        put_lamp(r, 0.9, 20);
+        break;
+    case 5:
+        rig_material(r, "red", &green);
+        break;
+    case 6:
+        rig_object(r, "twin", "crate", "white", rig_v(-1.1, 0.5, -1.2));
+        break;
+    case 7:
+        r->settings.camera.target.x -= 0.8;
+        return true;
+    case 8:
+        RIG_OK(lum_scene_remove(r->scene, LUM_ENTITY_OBJECT, "crate", &err));
+        break;
+    default:
+        return false;
     }
     rig_commit(r);
     return true;

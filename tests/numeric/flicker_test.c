@@ -1,15 +1,17 @@
-/* Nothing flickers: a scene at rest shows the same picture again, and where an object moves, nothing changes but what its
- * light paths reach. */
+/* Nothing flickers: a scene at rest shows the same picture again, and where an object moves, nothing changes but what
+ * its light paths reach. */
 #include "tests/support/rig.h"
 
 static const char *const methods[] = {"tic", "live"};
 
 /* ---- a house of two rooms ---- */
 
-/* Rooms of 4 x 3 x 4 m on both sides of a wall around x = 0, without a door: no light path leads from one to the other. The
- * roof is a lamp that is switched off and that only the camera does not see, so one picture shows both. Walls reach beyond
- * roof and floor. */
-#define WALL 0.25 /* m; half its thickness: more than what a record serves around it (accuracy 0.2) on both sides */
+/* Rooms of 4 x 3 x 4 m on both sides of a wall around x = 0, without a door: no light path leads from one to the other.
+ * The roof is a lamp that is switched off and that only the camera does not see, so that one picture shows both. Walls
+ * reach beyond roof and floor. */
+#define WALL                                                                                                           \
+    0.25 /* m, half its thickness. Interpolation ignores walls thinner than it reaches: 0.2 m around records of tic at \
+          * accuracy 0.2, some pixels in live */
 
 static void put_block(struct rig *r, const char *id, const char *material, struct lum_vec3d half, struct lum_vec3d at)
 {
@@ -41,7 +43,14 @@ static void begin(struct rig *r, const char *method)
 {
     rig_begin(r, 2);
     struct lum_material_desc white = rig_diffuse(0.75f), red = rig_diffuse(0.5f);
+    struct lum_material_desc mirror = lum_material_default(), lacquer = lum_material_default();
     red.base_color = lum_rgb(0.6f, 0.05f, 0.05f);
+    mirror.metallic = 1.0f;
+    mirror.roughness = 0.0f;
+    lacquer.base_color = lum_grey(0.4f);
+    lacquer.roughness = 0.4f;
+    rig_material(r, "mirror", &mirror);
+    rig_material(r, "lacquer", &lacquer);
     rig_material(r, "white", &white);
     rig_material(r, "red", &red);
     put_block(r, "floor", "white", rig_v(4.5 + WALL, 0.1, 2.5), rig_v(0, -0.1, 0));
@@ -51,6 +60,8 @@ static void begin(struct rig *r, const char *method)
     put_block(r, "back", "white", rig_v(4.5 + WALL, 1.7, 0.25), rig_v(0, 1.5, -2.25));
     put_block(r, "front", "white", rig_v(4.5 + WALL, 1.7, 0.25), rig_v(0, 1.5, 2.25));
     put_block(r, "crate", "red", rig_v(0.4, 0.5, 0.4), rig_v(2.3, 0.5, -0.4));
+    put_block(r, "mirror", "mirror", rig_v(0.4, 0.3, 0.4), rig_v(3.2, 0.3, 0.6));
+    put_block(r, "vase", "lacquer", rig_v(0.3, 0.3, 0.3), rig_v(1.3, 0.3, 0.8));
     put_lights(r);
     rig_camera(r, rig_v(0, 9, 2.2), rig_v(0, 0.5, -0.2), 50);
     r->settings.method = lum_method_find(method);
@@ -69,8 +80,8 @@ static uint64_t indirect_rays(const struct lum_pass_stats *s)
     return s->rays[LUM_RAY_INDIRECT_DIFFUSE] + s->rays[LUM_RAY_VPL];
 }
 
-/* The next frame of a scene at rest: no ray, the same bits. Also when an edit sets what is there already. And one that is made
- * anew from nothing but the cache. */
+/* The next frame of a scene at rest: no ray, the same bits. Also when an edit sets what is there already. And one that
+ * is made anew from nothing but the cache. */
 static void at_rest(void **state)
 {
     (void)state;
@@ -89,8 +100,7 @@ static void at_rest(void **state)
         rig_assert_picture(&r, picture, methods[m]);
         lum_view_forget(r.view);
         again = rig_pass(&r);
-        if (r.settings.method->cache)
-            assert_int_equal(indirect_rays(&again), 0);
+        assert_int_equal(again.cache.created + again.cache.updated, 0);
         rig_assert_picture(&r, picture, methods[m]);
         lum_free(picture);
         rig_end(&r);
@@ -138,8 +148,7 @@ static void compare_right(const struct rig *r, const struct lum_rgb *before, int
                  r->settings.method->name, step, n_changed, n, worst, at[0], at[1]);
 }
 
-/* Every change of a pixel that sees the mover's room, or none. */
-static bool left_changed(const struct rig *r, const struct lum_rgb *before)
+static bool any_changed(const struct rig *r, const struct lum_rgb *before)
 {
     for (uint32_t i = 0; i < r->settings.w * r->settings.h; i++) {
         struct lum_rgb now = lum_film_mean(lum_view_film(r->view), i % r->settings.w, i / r->settings.w);
@@ -162,7 +171,7 @@ static void the_other_room_stays(void **state)
             struct lum_rgb *before = rig_picture(&r);
             move(&r, step);
             rig_pass(&r);
-            assert_true(left_changed(&r, before));
+            assert_true(any_changed(&r, before));
             compare_right(&r, before, step);
             lum_free(before);
         }
