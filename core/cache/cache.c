@@ -33,7 +33,7 @@ static void forget_state(struct lum_cache *cache)
     cache->kind_state = NULL;
 }
 
-static void forget_records(struct lum_cache *cache)
+void lum_cache_clear(struct lum_cache *cache)
 {
     if (cache->store) {
         atomic_fetch_add_explicit(&cache->removed, lum_store_count(cache->store), memory_order_relaxed);
@@ -116,7 +116,7 @@ static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
     if (!motion.everything)
         cache->key.kind->change(cache, u, &motion);
     else if (cache->snapshot) /* there may be records */
-        forget_records(cache);
+        lum_cache_clear(cache);
     if (lum_store_count(cache->store) == 0)
         cache->spacing = cache->vpls.spacing;
 }
@@ -125,7 +125,7 @@ enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache
 {
     bool current = is_current(cache, u->snapshot);
     if (cache->store && cache->snapshot && !lum_normalisation_equal(&cache->snapshot->norm, &u->snapshot->norm)) {
-        forget_records(cache);
+        lum_cache_clear(cache);
         lum_store_destroy(cache->store); /* the next one gets the scene's new box */
         cache->store = NULL;
     }
@@ -133,7 +133,7 @@ enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache
     if (status == LUM_OK && cache->key.kind->vpls)
         status = update_vpls(cache, u, err);
     if (status != LUM_OK) {
-        forget_records(cache);
+        lum_cache_clear(cache);
         take_snapshot(cache, NULL);
         return status;
     }
@@ -169,7 +169,7 @@ void lum_caches_destroy(struct lum_caches *caches)
 void lum_caches_forget(struct lum_caches *caches)
 {
     for (struct entry *e = caches->entries; e; e = e->next) {
-        forget_records(&e->cache);
+        lum_cache_clear(&e->cache);
         take_snapshot(&e->cache, NULL);
         e->cache.vpls.valid = false;
     }

@@ -10,8 +10,8 @@
  * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record serves;
  * place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each step is a
  * parallel loop with a barrier; every one is a pure function of what was there before it, so that the picture does not
- * depend on the number of threads. `irrcache`, `ic` and `tic` can also run freely, as published: a pixel that finds nothing
- * makes a record at once, and shares it (settings.deterministic false). */
+ * depend on the number of threads. `irrcache` can also run freely, as published: a pixel that finds nothing makes a record at
+ * once, and shares it (settings.deterministic false). */
 #ifndef LUM_CORE_CACHE_CACHE_H
 #define LUM_CORE_CACHE_CACHE_H
 
@@ -106,6 +106,9 @@ struct lum_cache_update {
 };
 LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *update,
                                               struct lum_error *err);
+
+/* All records are gone, and what the kind keeps for them. Thread: as lum_cache_update. */
+void lum_cache_clear(struct lum_cache *cache);
 
 /* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
  * front of or behind the point's surface (Ward 1988, algorithms A2). */

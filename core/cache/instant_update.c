@@ -335,13 +335,9 @@ static void update_group(const struct lum_cache_job *job, uint64_t epoch)
     struct update u = {.job = &rest, .state = state, .since = since};
     u.movers = movers_of(job->snapshot, &since->motion, &state->movers[epoch % LUM_SINCE_EPOCHS]);
     update_terms(&u);
-    uint64_t n_updated = 0;
     for (uint32_t i = 0; i < rest.n; i++)
-        if (u.changed[i] || epoch < state->relit) {
+        if (u.changed[i] || epoch < state->relit)
             lum_instant_sum(&rest, record_of(&u, i));
-            n_updated++;
-        }
-    add(&job->cache->updated, n_updated);
     add(&state->mover_rays, u.n_near);
     add(&state->box_tests, u.n_boxes);
     add(&state->scene_rays, u.n_far);
@@ -420,6 +416,7 @@ static bool update_all(struct lum_cache *cache, const struct lum_cache_update *u
         update->counters->bad_rays += sweep.counters[i].bad_rays;
     }
     lum_free(sweep.counters);
+    add(&cache->updated, lum_store_count(cache->store));
     return true;
 }
 
@@ -439,7 +436,7 @@ void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *
 {
     struct state *state = state_of(cache);
     if (!state || motion->everything) {
-        lum_store_clear(cache->store);
+        lum_cache_clear(cache);
         return;
     }
     if (note_light(state, cache, update->snapshot))
@@ -447,7 +444,7 @@ void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *
     forget_movers(state);
     lum_since_add(state->ring, cache->epoch, motion, cache->moved);
     if (cache->immediate && !update_all(cache, update))
-        lum_store_clear(cache->store);
+        lum_cache_clear(cache);
     else if (cache->epoch % LUM_SINCE_EPOCHS == 0)
         drop_old(cache, state);
 }

@@ -32,7 +32,6 @@ struct lum_record {
     struct lum_rgb irradiance;  /* what it is for; scene units */
     struct lum_rgb gradient[3]; /* change of irradiance by moving along x, y, z, per scene unit; 0: the kind has none */
     uint64_t epoch;             /* of its cache: what it is up to date with. Set by whoever builds or refreshes it, after that */
-    _Atomic uint64_t claimed;   /* the epoch that a worker refreshes it to, so that none other does */
     _Atomic uint32_t state;     /* private to the store */
 };
 

@@ -9,7 +9,13 @@
 struct free_run {
     const struct lum_pass *pass;
     struct lum_cache *cache;
+    const _Atomic bool *cancel; /* NULL: nobody does */
 };
+
+static bool is_cancelled(const struct free_run *run)
+{
+    return run->cancel && atomic_load_explicit(run->cancel, memory_order_relaxed);
+}
 
 /* What the records around a point say: getIrradiance of listing 7.1. False: there are none. */
 static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_vec3 n, uint32_t worker,
@@ -80,8 +86,10 @@ static void free_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
         if (!(s->kind[pixel] & LUM_PIXEL_DIFFUSE))
             continue;
         if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
-            !make_record(run, pixel, counters, &irradiance))
+            !make_record(run, pixel, counters, &irradiance)) {
             pass->components->done[LUM_STAGE_INDIRECT][tile] = 0; /* see run_freely */
+            return;
+        }
         smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
     }
 }
@@ -98,7 +106,7 @@ static void all_tiles(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     (void)job;
     const struct free_run *run = ctx;
-    for (uint32_t t = 0; t < run->pass->tiling.n; t++)
+    for (uint32_t t = 0; t < run->pass->tiling.n && !is_cancelled(run); t++)
         free_tile(ctx, t, counters);
 }
 
@@ -107,7 +115,8 @@ static enum lum_status run_tiles(struct free_run *run, const struct lum_stage_ru
 {
     if (run->cache->key.storage != LUM_STORAGE_SERIAL)
         return lum_stage_loop(runner, run->pass->tiling.n, free_tile, run);
-    return lum_stage_loop(runner, 1, all_tiles, run);
+    enum lum_status status = lum_stage_loop(runner, 1, all_tiles, run);
+    return status == LUM_OK && is_cancelled(run) ? LUM_ERR_CANCELLED : status;
 }
 
 /* A store that is full holds mostly what nobody looks at any more: it begins anew. */
@@ -115,14 +124,13 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
                                   struct lum_error *err)
 {
     struct lum_records *records = pass->records;
-    struct free_run run = {pass, records->cache};
+    struct free_run run = {pass, records->cache, runner->cancel};
     struct lum_store *store = run.cache->store;
     uint64_t created = atomic_load(&run.cache->created), discarded = atomic_load(&run.cache->discarded);
     enum lum_status status = run_tiles(&run, runner);
     if (status == LUM_OK && !is_done(pass)) {
         records->counts.removed += lum_store_count(store);
-        atomic_fetch_add(&run.cache->removed, lum_store_count(store));
-        lum_store_clear(store);
+        lum_cache_clear(run.cache);
         status = run_tiles(&run, runner);
         if (status == LUM_OK && !is_done(pass))
             status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");

@@ -16,9 +16,8 @@ struct lum_records_memory {
     uint32_t batch_capacity;
     /* what the records were made for; complete: and all of them were */
     bool complete;
-    struct lum_cache_key key;
     struct lum_versions versions;
-    uint64_t surfaces;
+    uint64_t surfaces, removed; /* removed: of the cache; more since: some may be gone */
     const struct lum_method *method;
 };
 
@@ -351,11 +350,6 @@ static enum lum_status make_round(struct run *run, uint32_t side)
     }
     if (!insert_batch(run))
         return LUM_OK;
-    /* local: else worker 0 alone would see the new ones */
-    if (run->cache->key.storage == LUM_STORAGE_LOCAL && lum_store_end_frame(run->cache->store, NULL) != LUM_OK) {
-        run->full = true;
-        return LUM_OK;
-    }
     return side > 1 ? look(run, false, true) : LUM_OK;
 }
 
@@ -385,6 +379,8 @@ enum lum_status lum_records_update(struct lum_records *records, struct lum_cache
             return status;
         lum_cache_release(caches, records->cache);
         records->cache = cache;
+        if (records->memory)
+            records->memory->complete = false; /* it was of the other one, and keys come back */
     }
     struct lum_cache *cache = records->cache;
     uint64_t updated = atomic_load(&cache->updated), removed = atomic_load(&cache->removed);
@@ -401,7 +397,7 @@ enum lum_status lum_records_update(struct lum_records *records, struct lum_cache
 static bool is_complete(const struct run *run)
 {
     const struct lum_records_memory *m = run->memory;
-    return m->complete && lum_cache_key_equal(&m->key, &run->cache->key) &&
+    return m->complete && m->removed == atomic_load(&run->cache->removed) &&
            m->surfaces == run->pass->surfaces->version &&
            lum_versions_equal(&m->versions, &run->pass->snapshot->versions) && m->method == run->pass->settings->method;
 }
@@ -410,8 +406,8 @@ static void remember(struct run *run)
 {
     struct lum_records_memory *m = run->memory;
     m->complete = true;
-    m->key = run->cache->key;
     m->surfaces = run->pass->surfaces->version;
+    m->removed = atomic_load(&run->cache->removed);
     m->versions = run->pass->snapshot->versions;
     m->method = run->pass->settings->method;
     (void)reserve_found(m, lum_store_limit(run->cache->store)); /* now, and not in the frames that follow */
@@ -422,8 +418,7 @@ static enum lum_status run_twice(struct run *run, struct lum_error *err)
 {
     enum lum_status status = make_rounds(run, err);
     if (status == LUM_OK && run->full) {
-        atomic_fetch_add(&run->cache->removed, lum_store_count(run->cache->store));
-        lum_store_clear(run->cache->store);
+        lum_cache_clear(run->cache);
         run->counts->reused = 0;
         status = make_rounds(run, err);
     }

@@ -315,6 +315,8 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
         status = reserve_caches(v, err);
     if (status != LUM_OK)
         return status;
+    if (!settings->method->cache) /* else all that a view ever used would be kept for it */
+        lum_records_finish(&v->deferred.records, v->deferred.caches);
     pass.tiling = v->tiling;
     pass.packets = lum_tiling_make(settings->w, settings->h, LUM_PACKET_SIDE);
     pass.film = &v->film;

@@ -1,0 +1,232 @@
+/* Records that are gone are made again: a view that was told that all of its records are there is told when they are
+ * not. */
+#include "core/cache/cache.h"
+#include "core/estimator/records.h"
+#include "tests/support/rig.h"
+
+/* ---- a kind of records so large that few fit into a cache ---- */
+
+enum { ROOM_FOR = 112 };
+static _Atomic bool stop;
+static _Atomic uint32_t n_built, stop_after;
+
+static void build(const struct lum_cache_job *job)
+{
+    for (uint32_t i = 0; i < job->n; i++) {
+        job->records[i]->radius = 5.0f; /* of a room 64 across */
+        job->records[i]->irradiance = lum_grey(1.0f);
+        if (atomic_fetch_add(&n_built, 1) + 1 == atomic_load(&stop_after))
+            atomic_store(&stop, true);
+    }
+}
+
+static size_t record_bytes(uint32_t n_vpls)
+{
+    (void)n_vpls;
+    return LUM_CACHE_BYTES / ROOM_FOR / 8 * 8;
+}
+
+static size_t small_record_bytes(uint32_t n_vpls)
+{
+    (void)n_vpls;
+    return sizeof(struct lum_record);
+}
+
+static const struct lum_cache_kind large = {
+    .name = "large", .metric = LUM_METRIC_HATS, .record_bytes = record_bytes, .build = build};
+static const struct lum_cache_kind small = {
+    .name = "small", .metric = LUM_METRIC_HATS, .record_bytes = small_record_bytes, .build = build};
+static const struct lum_method large_method = {
+    .name = "large", .cache = &large, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached}};
+static const struct lum_method free_method = {
+    .name = "free", .cache = &small, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_free}};
+
+/* ---- */
+
+struct house {
+    struct rig rig;
+    struct lum_caches *caches;
+};
+
+static void begin(struct house *h, const struct lum_method *method)
+{
+    struct rig *r = &h->rig;
+    rig_begin(r, 2);
+    rig_room(r);
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
+    rig_light(r, "lamp", &lamp);
+    rig_commit(r);
+    assert_non_null(method);
+    r->settings.method = method;
+    RIG_OK(lum_caches_create(2, &h->caches, &err));
+    lum_view_share(r->view, h->caches);
+}
+
+static void end(struct house *h)
+{
+    lum_view_destroy(h->rig.view);
+    h->rig.view = NULL;
+    lum_caches_destroy(h->caches);
+    rig_end(&h->rig);
+}
+
+/* The view shows what a new one on new caches does. */
+static void expect_whole_picture(struct house *h, const char *what)
+{
+    struct rig *r = &h->rig;
+    struct lum_view *first = r->view;
+    struct lum_rgb *got = rig_picture(r);
+    r->view = NULL;
+    RIG_OK(lum_view_create(r->pool, &r->view, &err));
+    rig_pass(r);
+    double lost = 0.0, sum = 0.0;
+    const struct lum_film *f = lum_view_film(r->view);
+    for (uint32_t i = 0; i < f->w * f->h; i++) {
+        double want = (double)lum_luminance(lum_film_mean(f, i % f->w, i / f->w));
+        lost += fabs(want - (double)lum_luminance(got[i]));
+        sum += want;
+    }
+    lum_free(got);
+    lum_view_destroy(r->view);
+    r->view = first;
+    if (!(lost <= 0.02 * sum)) /* where records lie depends on the past, by what is let pass in interpolation */
+        fail_msg("%s: pictures differ by %g of their light", what, lost / sum);
+}
+
+static void all_are_forgotten(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h, lum_method_find("tic"));
+    rig_pass(&h.rig);
+    lum_caches_forget(h.caches);
+    h.rig.settings.shadow_samples = 4; /* asks for the picture again, of the same scene */
+    rig_pass(&h.rig);
+    expect_whole_picture(&h, "caches forgotten");
+    end(&h);
+}
+
+/* Passes that were cancelled held other caches meanwhile, and the first one was dropped. */
+static void the_cache_was_dropped(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h, lum_method_find("tic"));
+    struct rig *r = &h.rig;
+    const _Atomic bool cancel = true;
+    rig_pass(r);
+    for (uint32_t k = 1; k <= LUM_CACHES_IDLE + 2; k++) {
+        struct lum_view_settings other = r->settings;
+        struct lum_pass_stats stats;
+        other.n_vpls += k;
+        assert_int_equal(lum_view_pass(r->view, r->snapshot, &other, &cancel, &stats, NULL), LUM_ERR_CANCELLED);
+    }
+    rig_pass(r);
+    expect_whole_picture(&h, "cache dropped");
+    end(&h);
+}
+
+static void another_view_filled_it(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h, &large_method);
+    struct rig *r = &h.rig;
+    struct lum_pass_stats first = rig_pass(r), second;
+    struct lum_view_settings back = r->settings;
+    back.camera.position = rig_v(1.7, 2.6, -1.7);
+    back.camera.target = rig_v(-1, 0.5, 2);
+    struct lum_view *other = NULL;
+    RIG_OK(lum_view_create(r->pool, &other, &err));
+    lum_view_share(other, h.caches);
+    RIG_OK(lum_view_pass(other, r->snapshot, &back, NULL, &second, &err));
+    print_message("%llu records, then %llu\n", (unsigned long long)first.cache.records,
+                  (unsigned long long)second.cache.records);
+    assert_true(second.cache.removed >= first.cache.records); /* else this tests nothing */
+    r->settings.shadow_samples = 4;
+    rig_pass(r);
+    expect_whole_picture(&h, "cache filled by another view");
+    lum_view_destroy(other);
+    end(&h);
+}
+
+/* Its memory is that of others when there are too many. */
+static void a_method_without_cache_holds_none(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h, lum_method_find("tic"));
+    struct rig *r = &h.rig;
+    struct lum_view_settings cached = r->settings;
+    assert_true(rig_pass(r).cache.created > 0);
+    r->settings.method = lum_method_find("path");
+    r->settings.max_spp = 1;
+    rig_pass(r);
+    struct lum_view *other = NULL;
+    RIG_OK(lum_view_create(r->pool, &other, &err));
+    lum_view_share(other, h.caches);
+    for (uint32_t k = 1; k <= LUM_CACHES_IDLE + 2; k++) {
+        struct lum_pass_stats stats;
+        cached.n_vpls += 1;
+        RIG_OK(lum_view_pass(other, r->snapshot, &cached, NULL, &stats, &err));
+    }
+    cached.n_vpls -= LUM_CACHES_IDLE + 2;
+    r->settings = cached;
+    assert_true(rig_pass(r).cache.created > 0);
+    lum_view_destroy(other);
+    end(&h);
+}
+
+static void updated_records_count_once(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h, lum_method_find("tic"));
+    struct rig *r = &h.rig;
+    struct lum_pass_stats first = rig_pass(r);
+    rig_object(r, "crate", "crate", "red", rig_v(0.45, 0.5, -0.4));
+    rig_commit(r);
+    struct lum_pass_stats moved = rig_pass(r);
+    print_message("%llu records; of the move: %llu updated, %llu removed, %llu created, %llu reused\n",
+                  (unsigned long long)first.cache.records, (unsigned long long)moved.cache.updated,
+                  (unsigned long long)moved.cache.removed, (unsigned long long)moved.cache.created,
+                  (unsigned long long)moved.cache.reused);
+    assert_true(moved.cache.updated + moved.cache.removed + moved.cache.reused <= first.cache.records);
+    end(&h);
+}
+
+/* One thread alone stops as soon as several do. */
+static void cancelled_whatever_the_storage(void **state)
+{
+    (void)state;
+    for (int storage = 0; storage < LUM_STORAGE_COUNT; storage++) {
+        struct house h;
+        begin(&h, &free_method);
+        struct rig *r = &h.rig;
+        struct lum_pass_stats stats;
+        r->settings.deterministic = false;
+        r->settings.storage = (enum lum_storage)storage;
+        r->settings.w = 480;
+        r->settings.h = 320;
+        atomic_store(&n_built, 0);
+        atomic_store(&stop, false);
+        atomic_store(&stop_after, 1);
+        enum lum_status status = lum_view_pass(r->view, r->snapshot, &r->settings, &stop, &stats, NULL);
+        print_message("%s: %u records made\n", lum_storage_names[storage], atomic_load(&n_built));
+        assert_int_equal(status, LUM_ERR_CANCELLED);
+        atomic_store(&stop_after, UINT32_MAX);
+        rig_pass(r);
+        expect_whole_picture(&h, lum_storage_names[storage]);
+        end(&h);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(all_are_forgotten),          cmocka_unit_test(the_cache_was_dropped),
+        cmocka_unit_test(another_view_filled_it),     cmocka_unit_test(a_method_without_cache_holds_none),
+        cmocka_unit_test(updated_records_count_once), cmocka_unit_test(cancelled_whatever_the_storage),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
