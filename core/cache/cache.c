@@ -59,19 +59,15 @@ static void destroy_entry(struct entry *e)
     lum_free(e);
 }
 
-static enum lum_status make_store(struct lum_cache *cache, const struct lum_snapshot *s, struct lum_error *err)
+static enum lum_status make_store(struct lum_cache *cache, struct lum_error *err)
 {
     struct lum_store_config config = {
         .storage = cache->key.storage,
-        .lo = s->bounds_lo,
-        .hi = s->bounds_hi,
+        .lo = lum_v3(-LUM_SCENE_REACH, -LUM_SCENE_REACH, -LUM_SCENE_REACH), /* objects come, and the store stays */
+        .hi = lum_v3(LUM_SCENE_REACH, LUM_SCENE_REACH, LUM_SCENE_REACH),
         .n_workers = entry_of(cache)->n_workers,
         .record_bytes = cache->key.kind->record_bytes(cache->key.n_vpls),
     };
-    if (!(config.lo.x <= config.hi.x)) { /* an empty scene: any box serves */
-        config.lo = lum_v3(-1.0f, -1.0f, -1.0f);
-        config.hi = lum_v3(1.0f, 1.0f, 1.0f);
-    }
     size_t fit = LUM_CACHE_BYTES / config.record_bytes;
     config.capacity = fit > LUM_STORE_MAX ? LUM_STORE_MAX : fit > 0 ? (uint32_t)fit : 1;
     return lum_store_create(&config, &cache->store, err);
@@ -97,7 +93,7 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
 /* Nothing changed that an irradiance may depend on. */
 static bool is_current(const struct lum_cache *cache, const struct lum_snapshot *snapshot)
 {
-    if (!cache->snapshot)
+    if (!cache->snapshot || !lum_normalisation_equal(&cache->snapshot->norm, &snapshot->norm))
         return false;
     struct lum_versions was = lum_versions_seen(cache->snapshot, cache->key.media);
     struct lum_versions now = lum_versions_seen(snapshot, cache->key.media);
@@ -124,12 +120,7 @@ static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
 enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *u, struct lum_error *err)
 {
     bool current = is_current(cache, u->snapshot);
-    if (cache->store && cache->snapshot && !lum_normalisation_equal(&cache->snapshot->norm, &u->snapshot->norm)) {
-        lum_cache_clear(cache);
-        lum_store_destroy(cache->store); /* the next one gets the scene's new box */
-        cache->store = NULL;
-    }
-    enum lum_status status = cache->store ? LUM_OK : make_store(cache, u->snapshot, err);
+    enum lum_status status = cache->store ? LUM_OK : make_store(cache, err);
     if (status == LUM_OK && cache->key.kind->vpls)
         status = update_vpls(cache, u, err);
     if (status != LUM_OK) {

@@ -11,7 +11,7 @@
 #include "core/cache/slab.h"
 
 #define LUM_OCTREE_LANES 8u
-/* Levels below the root: cells down to 1/65536 of the scene. Smaller records lie in the smallest cells. The centre of each cell
+/* Levels below the root: cells down to 1/65536 of the root. Smaller records lie in the smallest cells. The centre of each cell
  * is exact in a float (octree.c). */
 #define LUM_OCTREE_DEPTH 16u
 

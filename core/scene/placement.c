@@ -53,7 +53,7 @@ static bool still_serves(const struct lum_normalisation *n, const struct bounds 
     double reach = fmax(fmax(fabs(b->lo.x - n->centre.x), fabs(b->hi.x - n->centre.x)),
                         fmax(fmax(fabs(b->lo.y - n->centre.y), fabs(b->hi.y - n->centre.y)),
                              fmax(fabs(b->lo.z - n->centre.z), fabs(b->hi.z - n->centre.z))));
-    return reach * n->scale <= 128.0 && extent_of(b) * n->scale >= 8.0;
+    return reach * n->scale <= (double)LUM_SCENE_REACH && extent_of(b) * n->scale >= 8.0;
 }
 
 struct lum_normalisation lum_scene_place(const struct lum_scene *scene, const struct lum_normalisation *former)

@@ -13,7 +13,9 @@
 #include "core/medium/medium.h"
 #include "core/scene/scene.h"
 
-/* p_scene = (p_world - centre) * scale, in double. */
+/* p_scene = (p_world - centre) * scale, in double. A scene is placed anew when a surface would lie beyond LUM_SCENE_REACH on
+ * any axis. */
+#define LUM_SCENE_REACH 128.0f
 struct lum_normalisation {
     struct lum_vec3d centre;
     double scale; /* a power of two */
