@@ -292,6 +292,39 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
     lower_shared(l, pass);
 }
 
+/* Of the edits that change who sees which light, objects moved, and no more. */
+static bool is_geometry_alone(uint32_t edits)
+{
+    return edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY) &&
+           !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
+}
+
+/* Something moved: soft layers keep what cannot have changed. */
+static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uint32_t edits)
+{
+    bool shade = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_RESPONSE);
+    uint32_t n_lost = 0, n_soft = 0;
+    for (uint32_t i = 0; i < l->n_layers; i++) {
+        struct lum_layer *layer = &l->layers[i];
+        struct lum_bounds bounds;
+        memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
+        if (!layer->soft.seen)
+            continue;
+        n_soft++;
+        if (lum_light_bounds(pass->swept->snapshot, &layer->light, &bounds)) {
+            n_lost += lum_soft_follow_motion(&layer->soft, pass, &bounds);
+            if (shade)
+                lum_soft_reconsider(&layer->soft, pass);
+        } else {
+            n_lost += pass->swept->squares.n;
+            lum_soft_forget(&layer->soft, pass);
+        }
+    }
+    lower_shared(l, pass);
+    if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
+        l->refined_share = (float)n_lost / (float)n_soft / (float)pass->swept->squares.n;
+}
+
 /* What the edits since the last update make stale. */
 static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
 {
@@ -300,13 +333,16 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
     bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
     bool same_seen = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
-    l->edited_elsewhere = same_seen && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
+    bool elsewhere = same_seen && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
+    l->refined_share = elsewhere ? 0.0f : 1.0f;
     if (!same)
         drop_layers(l);
     if (moved || !same)
         l->carried = same && pass->settings->carry_shadows && !(edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY));
     if (l->carried && moved)
         step_back(l, pass);
+    else if (same && lum_swept_is_known(pass->swept) && is_geometry_alone(edits))
+        follow_motion(l, pass, edits);
     else if (!same_seen)
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))

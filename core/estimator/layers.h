@@ -8,7 +8,8 @@
  *   - another material is another response from the same visibility bits: no shadow ray, except for samples that nobody
  *     needed before;
  *   - another medium dims the same light otherwise: likewise;
- *   - a moved light drops its own layer only.
+ *   - a moved light drops its own layer only;
+ *   - a moved object drops, of layers with soft shadows, what its boxes before and now can have changed.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
  * A layer takes 16 bytes a pixel, one with soft shadows 33. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
@@ -60,7 +61,8 @@ struct lum_layers {
     struct lum_eye eye, former_eye; /* that the buffers show; and what lum_soft.former and lum_surfaces.former_p do */
     bool carried;          /* former samples serve: the eye moved, and nothing else */
     uint32_t n_moves;      /* of the eye, while samples were carried on */
-    bool edited_elsewhere; /* something changed since the last pass, but not who sees which light: that frame adds none */
+    float refined_share;   /* of settings->shadow_budget that the pass spends: as many further samples as first ones were
+                            * lost. 0: something changed since the last pass, but not who sees which light */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */
@@ -75,7 +77,7 @@ struct lum_layers {
 void lum_layers_finish(struct lum_layers *layers);
 
 /* Brings the set of layers in line with the snapshot and marks as stale what it changed. gbuffer_stamp: changes whenever the
- * G-buffer does. On failure the layers are empty, but usable. */
+ * G-buffer does, but for what pass->swept says. On failure the layers are empty, but usable. */
 LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const struct lum_pass *pass,
                                                uint64_t gbuffer_stamp, struct lum_error *err);
 

@@ -91,7 +91,7 @@ static uint32_t bucket_of_step(const struct steps *s, uint32_t n)
 /* Finds the worth down to which the budget lasts. */
 static void choose_least(struct plan *p)
 {
-    uint64_t left = p->pass->layers->edited_elsewhere ? 0 : p->pass->settings->shadow_budget;
+    uint64_t left = (uint64_t)((double)p->pass->layers->refined_share * p->pass->settings->shadow_budget);
     p->least = BUCKETS;
     while (p->least > 0 && p->rays[p->least - 1] <= left)
         left -= p->rays[--p->least];

@@ -83,6 +83,37 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
     redo(s, pass);
 }
 
+_Static_assert(LUM_SWEPT_SIDE == LUM_SOFT_SIDE, "motion is found by tiles of the pattern");
+_Static_assert(LUM_TILE_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "which lie within others");
+
+/* Forgets tile (x, y) of the pattern, and what the tiles of the picture around made of it. */
+static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t x, uint32_t y)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->swept->squares, y * pass->swept->squares.nx + x);
+    for (uint32_t j = r.y; j < r.y + r.h; j++)
+        memset(s->seen + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->seen);
+    s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE] = 0;
+    const uint32_t n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
+    for (uint32_t ty = (y > 0 ? y - 1 : 0) / n; ty <= (y + 1) / n && ty < pass->tiling.ny; ty++)
+        for (uint32_t tx = (x > 0 ? x - 1 : 0) / n; tx <= (x + 1) / n && tx < pass->tiling.nx; tx++)
+            s->resolved[ty * pass->tiling.nx + tx] = 0;
+}
+
+uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass, const struct lum_bounds *bounds)
+{
+    const struct lum_swept *swept = pass->swept;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < swept->squares.n; i++) {
+        const struct lum_bounds *seen = &swept->seen[i];
+        bool lit = seen->lo.x <= seen->hi.x;
+        if (!swept->changed[i] && !(lit && lum_motion_meets_between(&swept->motion, seen, bounds)))
+            continue;
+        forget_set(s, pass, i % swept->squares.nx, i / swept->squares.nx);
+        n++;
+    }
+    return n;
+}
+
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
 {
     for (size_t i = 0; i < (size_t)pass->tiling.w * pass->tiling.h; i++)

@@ -52,6 +52,9 @@ void lum_soft_finish(struct lum_soft *s);
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass);
 /* The eye moved: what is known belongs to the picture before. */
 void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass);
+/* Something moved, as pass->swept says; bounds: of the light, which did not. What cannot have changed stays known. Returns in how many
+ * tiles of the pattern something was known and is not any more. */
+uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass, const struct lum_bounds *bounds);
 /* Materials changed: what was traced stays, what was not worth it may be now. */
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */

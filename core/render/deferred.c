@@ -13,6 +13,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 {
     finish_gbuffer(&d->gbuffer);
     lum_surfaces_finish(&d->surfaces);
+    lum_swept_finish(&d->swept);
     lum_layers_finish(&d->layers);
     lum_components_finish(&d->components);
     lum_vpl_finish(&d->vpls);
@@ -23,6 +24,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 void lum_deferred_forget(struct lum_deferred *d)
 {
     d->gbuffer.basis.versions.geometry = d->layers.basis.versions.geometry = UINT64_MAX; /* no snapshot's */
+    lum_swept_finish(&d->swept);
     d->vpls.valid = false;
 }
 
@@ -112,6 +114,13 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
     uint32_t edits = lum_basis_renew(&g->basis, pass);
     if (!lum_is_stale(edits, LUM_PRODUCT_GBUFFER))
         return LUM_OK;
+    bool moved_only = !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_GBUFFER);
+    if (moved_only && lum_swept_is_known(pass->swept)) {
+        for (uint32_t t = 0; t < pass->tiling.n; t++)
+            if (lum_swept_tile(pass->swept, &pass->tiling, t))
+                g->done[t] = 0;
+        return LUM_OK;
+    }
     memset(g->done, 0, pass->tiling.n);
     g->stamp++;
     return LUM_OK;
@@ -238,7 +247,10 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
 {
     struct plan plan = make_plan(pass);
     pass->layers = &d->layers;
+    lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
+    pass->swept = &d->swept;
     enum lum_status status = lum_deferred_look(d, pass, err);
+    d->swept.stamp = d->gbuffer.stamp;
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
     if (status == LUM_OK && plan.surfaces) {

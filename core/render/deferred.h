@@ -14,6 +14,7 @@
 struct lum_deferred {
     struct lum_gbuffer gbuffer;
     struct lum_surfaces surfaces;
+    struct lum_swept swept;
     struct lum_layers layers;
     struct lum_components components;
     struct lum_vpl_set vpls; /* of methods without a cache */
@@ -43,6 +44,11 @@ LUM_MUST_USE enum lum_status lum_deferred_look(struct lum_deferred *d, struct lu
 /* All stages of a pass. Fills in the buffers of *pass. */
 LUM_MUST_USE enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass,
                                               const struct lum_stage_runner *runner, struct lum_error *err);
+
+void lum_swept_finish(struct lum_swept *swept);
+/* Finds out what moved since the last call, whose picture the surfaces show; NULL: the method has none. Out of memory, it is not
+ * known. */
+void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces);
 
 void lum_surfaces_finish(struct lum_surfaces *s);
 LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err);

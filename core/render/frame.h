@@ -5,6 +5,7 @@
 #include "core/math/sampler.h"
 #include "core/render/stale.h"
 #include "core/render/view.h"
+#include "core/scene/motion.h"
 
 /* A tile is one ray batch: up to 16 x 16 pixels, row by row. Tiles at the right and lower edge are smaller. */
 #define LUM_TILE_SIDE 16u
@@ -57,7 +58,7 @@ struct lum_tile_rect lum_tile_at(const struct lum_tiling *tiling, uint32_t tile)
 struct lum_gbuffer {
     struct lum_hits *tiles;
     uint8_t *done;  /* per tile */
-    uint64_t stamp; /* changes with what the buffer shows */
+    uint64_t stamp; /* changes with what the buffer shows, but for what lum_swept.changed says */
     struct lum_basis basis;
 };
 
@@ -83,6 +84,25 @@ struct lum_surfaces {
     uint64_t version;            /* changes with what they show */
 };
 
+/* What moved since the pass before, and where in the picture that may show: what buffers hold stays elsewhere. Found by
+ * squares of LUM_SWEPT_SIDE pixels, from the surfaces that the eye saw before. */
+#define LUM_SWEPT_SIDE 4u
+struct lum_swept {
+    const struct lum_snapshot *snapshot; /* of the pass before; held */
+    uint64_t stamp;                      /* of the G-buffer after it */
+    bool known;                          /* false: nothing moved, or what did may show anywhere; the rest is not made then */
+    struct lum_motion motion;
+    struct lum_tiling squares;
+    struct lum_bounds *seen; /* by square: box around the surface points there, before; empty: there were none */
+    uint8_t *changed;        /* by square: the eye may see something else there */
+};
+static inline bool lum_swept_is_known(const struct lum_swept *swept)
+{
+    return swept && swept->known;
+}
+/* Any square of a tile of the picture has changed. */
+bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile);
+
 struct lum_layers;
 struct lum_components;
 struct lum_vpl_set;
@@ -99,6 +119,7 @@ struct lum_pass {
     /* deferred methods */
     struct lum_gbuffer *gbuffer;
     struct lum_surfaces *surfaces;     /* methods with components */
+    const struct lum_swept *swept;     /* NULL: as if not known */
     struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
     struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
     const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */

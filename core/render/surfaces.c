@@ -63,8 +63,12 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the surfaces of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);
     }
+    bool moved_only =
+        s->stamp == stamp && !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_SURFACES);
+    bool partly = moved_only && lum_swept_is_known(pass->swept);
     for (uint32_t t = 0; t < pass->tiling.n; t++)
-        s->done[t] = 0;
+        if (!partly || lum_swept_tile(pass->swept, &pass->tiling, t))
+            s->done[t] = 0;
     s->stamp = stamp;
     s->version++;
     return LUM_OK;

@@ -145,3 +145,55 @@ bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct l
             return true;
     return motion->everything;
 }
+
+/* Where the segments have come a share t of their way, they are in the box between both, which is linear in t: so is
+ * each of the six conditions that it overlaps [lo, hi]. True when some t of [0, 1] meets all of them. */
+static bool shaft_meets(const struct lum_bounds *a, const struct lum_bounds *b, struct lum_vec3 lo, struct lum_vec3 hi)
+{
+    if (!(lo.x <= hi.x))
+        return false;
+    /* at least 0 where the condition holds: at t = 0 and at t = 1 */
+    const float at0[6] = {hi.x - a->lo.x, hi.y - a->lo.y, hi.z - a->lo.z,
+                          a->hi.x - lo.x, a->hi.y - lo.y, a->hi.z - lo.z};
+    const float at1[6] = {hi.x - b->lo.x, hi.y - b->lo.y, hi.z - b->lo.z,
+                          b->hi.x - lo.x, b->hi.y - lo.y, b->hi.z - lo.z};
+    float first = 0.0f, last = 1.0f;
+    for (int i = 0; i < 6; i++) {
+        if (at0[i] < 0.0f && at1[i] < 0.0f)
+            return false;
+        if (at0[i] < 0.0f)
+            first = lum_max(first, at0[i] / (at0[i] - at1[i]));
+        else if (at1[i] < 0.0f)
+            last = lum_min(last, at0[i] / (at0[i] - at1[i]));
+    }
+    return first <= last;
+}
+
+bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b)
+{
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        if (shaft_meets(a, b, m->old_lo, m->old_hi) || shaft_meets(a, b, m->new_lo, m->new_hi))
+            return true;
+    }
+    return motion->everything;
+}
+
+bool lum_motion_keeps_numbers(const struct lum_motion *motion)
+{
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (motion->movers[i].before == LUM_NO_OBJECT || motion->movers[i].now == LUM_NO_OBJECT)
+            return false;
+    return !motion->everything;
+}
+
+bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds)
+{
+    if (light->kind == LUM_EMIT_MESH)
+        *ret_bounds = lum_instance_bounds(&s->instances[light->instance]);
+    else if (light->shape != LUM_NO_OBJECT)
+        *ret_bounds = lum_shape_bounds(&s->parts->lights->shapes[light->shape]);
+    else
+        return false;
+    return true;
+}

@@ -34,7 +34,14 @@ bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
 
 /* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
+/* The same of all segments that begin in one box and end in another. Neither is empty. */
+bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b);
 /* The same, of the boxes where something was alone. */
 bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
+/* Objects that are in both snapshots have the same numbers in both, and there are no others. */
+bool lum_motion_keeps_numbers(const struct lum_motion *motion);
+
+/* The box that an area light shines from. False: it has none. */
+bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds);
 
 #endif

@@ -25,6 +25,11 @@ static inline bool lum_normalisation_equal(const struct lum_normalisation *a, co
     return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z && a->scale == b->scale;
 }
 
+/* A box, scene space. */
+struct lum_bounds {
+    struct lum_vec3 lo, hi; /* lo > hi: empty */
+};
+
 /* A mesh as the renderer reads it. Vertices are in the mesh's own normalised local space. */
 struct lum_mesh {
     struct lum_refs refs;

@@ -134,9 +134,6 @@ struct lum_area_cdf {
     double total;
     float *sums;
 };
-struct lum_bounds {
-    struct lum_vec3 lo, hi; /* lo > hi: empty */
-};
 struct lum_light_part {
     struct lum_refs refs;
     struct lum_bounds bounds; /* of the instances and the emitter shapes */

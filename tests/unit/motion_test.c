@@ -267,6 +267,52 @@ static void occlusion(const struct lum_snapshot *s, const struct lum_rays *rays,
     assert_int_equal(bad, 0);
 }
 
+static float least(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+/* Boxes whose corners are ends of two rays each: what one of the segments meets, the shaft does. */
+static void what_a_shaft_misses_its_segments_do(void **state)
+{
+    struct fixture *f = *state;
+    fill(f->scene);
+    const struct lum_snapshot *s = commit(f);
+    struct random_stream r = {11};
+    uint32_t missed = 0, met = 0, needless = 0;
+    edit(f, &r);
+    const struct lum_snapshot *next = commit(f);
+    struct lum_motion m = between(s, next);
+    for (int round = 0; round < 20000; round++) {
+        struct lum_vec3 p[4];
+        for (int k = 0; k < 2; k++) {
+            double x = 12 * random_double(&r) - 6, y = 4 * random_double(&r), z = 12 * random_double(&r) - 6;
+            p[k] = to_scene(s, x, y, z);
+            p[k + 2] = to_scene(s, x + random_double(&r), y - random_double(&r), z + random_double(&r));
+        }
+        struct lum_bounds box[2];
+        for (int k = 0; k < 2; k++) {
+            const struct lum_vec3 a = p[k], b = p[k + 2];
+            box[k] = (struct lum_bounds){
+                lum_v3(least(a.x, b.x), least(a.y, b.y), least(a.z, b.z)),
+                lum_v3(-least(-a.x, -b.x), -least(-a.y, -b.y), -least(-a.z, -b.z)),
+            };
+        }
+        bool any = false;
+        for (int k = 0; k < 4; k++)
+            any = any || lum_motion_meets(&m, p[k % 2 * 2], p[k / 2 * 2 + 1]); /* p[0] or p[2] to p[1] or p[3] */
+        bool shaft = lum_motion_meets_between(&m, &box[0], &box[1]);
+        missed += any && !shaft;
+        met += shaft;
+        needless += shaft && !any;
+    }
+    print_message("%u of 20000 shafts meet something, %u none of whose segments does\n", met, needless);
+    assert_int_equal(missed, 0);
+    assert_true(met > 100 && met < 19000 && needless < met / 2);
+    lum_snapshot_unref(s);
+    lum_snapshot_unref(next);
+}
+
 static void what_meets_no_box_is_as_it_was(void **state)
 {
     struct fixture *f = *state;
@@ -305,9 +351,14 @@ static void what_meets_no_box_is_as_it_was(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(a_moved_object_was_there_and_is_here),   TEST(added_and_removed_objects),    TEST(a_mesh_deforms),
-        TEST(a_material_counts_when_other_rays_pass), TEST(lights_count_by_their_shapes), TEST(too_much_is_everything),
+        TEST(a_moved_object_was_there_and_is_here),
+        TEST(added_and_removed_objects),
+        TEST(a_mesh_deforms),
+        TEST(a_material_counts_when_other_rays_pass),
+        TEST(lights_count_by_their_shapes),
+        TEST(too_much_is_everything),
         TEST(what_meets_no_box_is_as_it_was),
+        TEST(what_a_shaft_misses_its_segments_do),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -165,6 +165,81 @@ static void tic_traces_what_it_must(void **state)
         every_row_holds("tic", 0, 0);
 }
 
+/* ---- what moved where ---- */
+
+static struct lum_rgb *picture(const struct studio *s)
+{
+    const struct lum_film *film = lum_view_film(s->view);
+    struct lum_rgb *p = lum_calloc((size_t)film->w * film->h, sizeof *p);
+    assert_non_null(p);
+    for (uint32_t i = 0; i < film->w * film->h; i++)
+        p[i] = lum_film_mean(film, i % film->w, i / film->w);
+    return p;
+}
+
+static void assert_nothing_is_stale(struct studio *s, const char *edit)
+{
+    struct lum_rgb *kept = picture(s);
+    lum_view_forget(s->view);
+    pass(s);
+    struct lum_rgb *fresh = picture(s);
+    for (uint32_t i = 0; i < s->settings.w * s->settings.h; i++)
+        if (memcmp(&kept[i], &fresh[i], sizeof *kept) != 0)
+            fail_msg("%s: pixel (%u, %u) is %.9g %.9g %.9g, not %.9g %.9g %.9g", edit, i % s->settings.w,
+                     i / s->settings.w, (double)kept[i].r, (double)kept[i].g, (double)kept[i].b, (double)fresh[i].r,
+                     (double)fresh[i].g, (double)fresh[i].b);
+    lum_free(kept);
+    lum_free(fresh);
+}
+
+/* Where nothing that moved can show, nothing is traced again, and all is as if it were. */
+static void motion_is_followed_where_it_shows(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *edit, *op;
+        bool cancelled, little; /* few rays are needed */
+    } steps[] = {
+        {"moved", SET("short-statue", "/transform/translate", "[0.8,1.1,0.45]"), false, true},
+        {"again", SET("short-statue", "/transform/translate", "[0.75,1.2,0.4]"), false, true},
+        {"cancelled", SET("short-statue", "/transform/translate", "[0.6,1.4,0.3]"), true, false},
+        {"after that", SET("short-statue", "/transform/translate", "[0.5,1.5,0.2]"), false, false},
+        {"lamp dimmed", SET("globe", "/flux_lm", "50"), false, true},
+        {"lamp moved", SET("globe", "/position", "[0.3,0.4,0.9]"), false, false},
+        {"lamp unseen", SET("globe", "/camera_visible", "false"), false, false},
+        {"camera", SET("main", "/position", "[0.2,2.0,7.3]"), true, false},
+        {"moved after the camera", SET("short-statue", "/transform/translate", "[0.4,1.6,0.1]"), false, false},
+        {"hidden", SET("short-statue", "/visible", "false"), false, false},
+        {"shown", SET("short-statue", "/visible", "true"), false, false},
+        {"repainted", SET("red", "/base_color", "[0.1,0.1,0.6]"), false, false},
+        {"far", SET("short-statue", "/transform/translate", "[-0.7,0.4,0.6]"), false, false},
+    };
+    struct studio s;
+    begin(&s, "live", OFF(MEDIA));
+    s.settings.w = 160;
+    s.settings.h = 120;
+    s.settings.deterministic = true;
+    struct lum_pass_stats first = pass(&s);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(steps); i++) {
+        apply(&s, steps[i].op);
+        if (steps[i].cancelled) {
+            const _Atomic bool cancel = true;
+            struct lum_pass_stats unused;
+            assert_int_equal(lum_view_pass(s.view, s.world.snapshot, &s.settings, &cancel, &unused, NULL),
+                             LUM_ERR_CANCELLED);
+            continue;
+        }
+        struct lum_pass_stats stats = pass(&s);
+        const enum lum_ray_kind kinds[] = {LUM_RAY_PRIMARY, LUM_RAY_SOFT_SHADOW};
+        for (size_t k = 0; steps[i].little && k < LUM_ARRAY_LEN(kinds); k++)
+            if (2 * stats.rays[kinds[k]] > first.rays[kinds[k]])
+                fail_msg("%s: %llu of %llu rays", steps[i].edit, (unsigned long long)stats.rays[kinds[k]],
+                         (unsigned long long)first.rays[kinds[k]]);
+        assert_nothing_is_stale(&s, steps[i].edit);
+    }
+    end(&s);
+}
+
 /* ---- the table itself ---- */
 
 static void every_setting_is_an_edit(void **state)
@@ -224,9 +299,10 @@ static void no_edit_makes_nothing_stale(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(live_traces_what_it_must),    cmocka_unit_test(live_with_all_effects),
-        cmocka_unit_test(whitted_traces_what_it_must), cmocka_unit_test(tic_traces_what_it_must),
-        cmocka_unit_test(every_setting_is_an_edit),    cmocka_unit_test(no_edit_makes_nothing_stale),
+        cmocka_unit_test(live_traces_what_it_must),          cmocka_unit_test(live_with_all_effects),
+        cmocka_unit_test(whitted_traces_what_it_must),       cmocka_unit_test(tic_traces_what_it_must),
+        cmocka_unit_test(motion_is_followed_where_it_shows), cmocka_unit_test(every_setting_is_an_edit),
+        cmocka_unit_test(no_edit_makes_nothing_stale),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,112 @@
+/* Where in the picture it may show that something moved. */
+#include "core/render/deferred.h"
+
+#define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
+
+void lum_swept_finish(struct lum_swept *swept)
+{
+    lum_snapshot_unref(swept->snapshot);
+    lum_free(swept->seen);
+    lum_free(swept->changed);
+    *swept = (struct lum_swept){0};
+}
+
+/* What the camera alone sees does not count as motion. */
+static bool same_to_camera(const struct lum_light_table *a, const struct lum_light_table *b)
+{
+    if (a->n_lights != b->n_lights)
+        return false;
+    for (uint32_t i = 0; i < a->n_lights; i++)
+        if (a->lights[i].camera_visible != b->lights[i].camera_visible || a->lights[i].shape != b->lights[i].shape)
+            return false;
+    return true;
+}
+
+/* The motion says all that rays may find changed. */
+static bool find_motion(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces)
+{
+    const struct lum_snapshot *before = swept->snapshot, *now = pass->snapshot;
+    if (!before || before->versions.geometry == now->versions.geometry || !surfaces || !surfaces->p ||
+        surfaces->stamp != swept->stamp || !same_to_camera(&before->lights, &now->lights))
+        return false;
+    lum_motion_between(before, now, &swept->motion);
+    return lum_motion_keeps_numbers(&swept->motion);
+}
+
+static bool reserve(struct lum_swept *swept, const struct lum_pass *pass)
+{
+    struct lum_tiling squares = lum_tiling_make(pass->tiling.w, pass->tiling.h, LUM_SWEPT_SIDE);
+    if (!swept->seen)
+        swept->seen = lum_calloc(squares.n, sizeof *swept->seen);
+    if (!swept->changed)
+        swept->changed = lum_calloc(squares.n, 1);
+    swept->squares = squares;
+    return swept->seen && swept->changed;
+}
+
+static void grow(struct lum_bounds *b, struct lum_vec3 p)
+{
+    b->lo = lum_v3(lum_min(b->lo.x, p.x), lum_min(b->lo.y, p.y), lum_min(b->lo.z, p.z));
+    b->hi = lum_v3(lum_max(b->hi.x, p.x), lum_max(b->hi.y, p.y), lum_max(b->hi.z, p.z));
+}
+
+/* No box of what moved is further from the eye. */
+static float reach_of(const struct lum_motion *motion, struct lum_vec3 eye)
+{
+    float reach = 0.0f;
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        const struct lum_vec3 corners[4] = {m->old_lo, m->old_hi, m->new_lo, m->new_hi};
+        for (int k = 0; k < 4; k++) {
+            struct lum_vec3 d = lum_v3_sub(corners[k], eye);
+            reach = lum_max(reach, fabsf(d.x) + fabsf(d.y) + fabsf(d.z));
+        }
+    }
+    return 2.0f * reach; /* corners that are no diagonal's: at most the sum of both */
+}
+
+static void find_square(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces,
+                        uint32_t square, float reach)
+{
+    struct lum_tile_rect r = lum_tile_at(&swept->squares, square);
+    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, seen = NOWHERE, ends;
+    bool background = false;
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
+        if (surfaces->object[pixel] != LUM_NO_OBJECT)
+            grow(&seen, surfaces->p[pixel]);
+        else
+            background = true;
+    }
+    ends = seen;
+    for (uint32_t i = 0; background && i < r.w * r.h; i++) /* those before a surface reach too far: no harm */
+        grow(&ends, lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
+    swept->seen[square] = seen;
+    swept->changed[square] = lum_motion_meets_between(&swept->motion, &eye, &ends);
+}
+
+void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces)
+{
+    swept->known = find_motion(swept, pass, surfaces) && reserve(swept, pass);
+    float reach = swept->known ? reach_of(&swept->motion, pass->eye.o) : 0.0f;
+    for (uint32_t i = 0; swept->known && i < swept->squares.n; i++) {
+        uint32_t per_tile = LUM_TILE_SIDE / LUM_SWEPT_SIDE, x = i % swept->squares.nx, y = i / swept->squares.nx;
+        if (surfaces->done[y / per_tile * pass->tiling.nx + x / per_tile])
+            find_square(swept, pass, surfaces, i, reach);
+        else
+            swept->changed[i] = 1; /* a pass was cancelled: the surfaces there are older yet */
+    }
+    lum_snapshot_ref(pass->snapshot);
+    lum_snapshot_unref(swept->snapshot);
+    swept->snapshot = pass->snapshot;
+}
+
+bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile)
+{
+    uint32_t n = LUM_TILE_SIDE / LUM_SWEPT_SIDE, x0 = tile % tiling->nx * n, y0 = tile / tiling->nx * n;
+    for (uint32_t y = y0; y < y0 + n && y < swept->squares.ny; y++)
+        for (uint32_t x = x0; x < x0 + n && x < swept->squares.nx; x++)
+            if (swept->changed[y * swept->squares.nx + x])
+                return true;
+    return false;
+}
