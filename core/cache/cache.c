@@ -166,6 +166,19 @@ void lum_caches_forget(struct lum_caches *caches)
     }
 }
 
+void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size *ret_size)
+{
+    *ret_size = (struct lum_caches_size){0};
+    for (const struct entry *e = caches->entries; e; e = e->next) {
+        struct lum_store_stats stats;
+        if (!e->cache.store)
+            continue;
+        lum_store_stats(e->cache.store, &stats);
+        ret_size->records += lum_store_count(e->cache.store);
+        ret_size->bytes += stats.bytes;
+    }
+}
+
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&

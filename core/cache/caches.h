@@ -18,6 +18,13 @@ void lum_caches_destroy(struct lum_caches *caches); /* accepts NULL; all views t
 /* Makes all of them as new, but for the memory they have: for timing. */
 void lum_caches_forget(struct lum_caches *caches);
 
+struct lum_caches_size {
+    uint64_t records;
+    size_t bytes; /* of the stores: records, and what finds them */
+};
+/* Of all of them together. */
+void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size *ret_size);
+
 /* What passes did; of one pass when it was zeroed before. */
 struct lum_cache_counts {
     uint64_t records;  /* there now */

@@ -24,6 +24,8 @@ static const struct lum_bench benches[] = {
      lum_bench_effects},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
      lum_bench_irrcache},
+    {"viewers", "what the k-th viewer of a room pays on one cache, against a daemon for each; memory", NULL,
+     lum_bench_viewers},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
 };
 

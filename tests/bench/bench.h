@@ -32,6 +32,7 @@ int lum_bench_irrcache(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);
+int lum_bench_viewers(const struct lum_bench_options *options);
 
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */
 __attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);

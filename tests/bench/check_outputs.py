@@ -17,6 +17,7 @@ FILES = {
     "instant": {"instant", "instant-speedup", "instant-growth", "instant-cornell", "instant-wobble"},
     "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
                  "irrcache-lookups-table"},
+    "viewers": {"viewers", "viewers-memory", "viewers-rays", "viewers-time"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
 }
 

@@ -64,6 +64,10 @@ static void the_second_viewer_pays_less(void **state)
                   (unsigned long long)first.cache.created, (unsigned long long)shared.cache.created,
                   (unsigned long long)all.cache.created);
     assert_int_equal(shared.cache.records, first.cache.created + shared.cache.created);
+    struct lum_caches_size size;
+    lum_caches_measure(h.caches, &size);
+    assert_int_equal(size.records, shared.cache.records);
+    assert_true(size.bytes > size.records * sizeof(float));
     assert_int_equal(shared.rays[LUM_RAY_VPL], 0);
     assert_true(all.rays[LUM_RAY_VPL] > 0);
     double share = 0.6; /* what the second viewer of a room may pay of what he pays alone */
