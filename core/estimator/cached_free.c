@@ -53,7 +53,7 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
         .snapshot = pass->snapshot,
         .records = &r,
         .n = 1,
-        .pixel = pass->eye.per_pixel,
+        .pixel = pass->footprint,
         .eye = pass->eye.o,
         .worker = counters->worker,
         .counters = counters,

@@ -150,7 +150,7 @@ static void run_chunk(const struct run *run, uint32_t chunk, struct lum_counters
         .snapshot = run->pass->snapshot,
         .records = run->memory->batch + from,
         .n = n < CHUNK ? n : CHUNK,
-        .pixel = run->pass->eye.per_pixel,
+        .pixel = run->pass->footprint,
         .eye = run->pass->eye.o,
         .worker = counters->worker,
         .counters = counters,

@@ -114,6 +114,8 @@ struct lum_pass {
     const struct lum_snapshot *snapshot;
     const struct lum_view_settings *settings;
     struct lum_eye eye;
+    float footprint;                   /* size at distance 1 of a pixel of the picture that this is for: of a rough pass, of the
+                                        * frame that follows. What outlives the pass is made for that one */
     struct lum_tiling tiling, packets; /* of ray batches; of LUM_PACKET_SIDE squares */
     bool on[LUM_EFFECT_COUNT];         /* called for, and served by the method: anything else costs nothing */
     /* deferred methods */

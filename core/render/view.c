@@ -23,7 +23,8 @@ struct lum_view {
     uint32_t *tile_spp;
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
-    struct lum_view *rough;           /* methods that refine: the same at a part of the resolution, for rough passes */
+    uint32_t block;         /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
+    struct lum_view *rough; /* methods that refine: the same at a part of the resolution, for rough passes */
     struct lum_aov_buffers aov;
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
@@ -226,6 +227,7 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *pass
     enum lum_status status = v->rough ? LUM_OK : lum_view_create(v->pool, &v->rough, err);
     if (status == LUM_OK) {
         lum_view_share(v->rough, v->deferred.caches);
+        v->rough->block = block;
         status = lum_view_pass(v->rough, pass->snapshot, &settings, runner->cancel, runner->stats, err);
     }
     if (status != LUM_OK)
@@ -317,6 +319,7 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
         return status;
     if (!settings->method->cache) /* else all that a view ever used would be kept for it */
         lum_records_finish(&v->deferred.records, v->deferred.caches);
+    pass.footprint = v->block > 0 ? pass.eye.per_pixel / (float)v->block : pass.eye.per_pixel;
     pass.tiling = v->tiling;
     pass.packets = lum_tiling_make(settings->w, settings->h, LUM_PACKET_SIDE);
     pass.film = &v->film;

@@ -4,9 +4,8 @@
 #include "core/estimator/records.h"
 #include "tests/support/rig.h"
 
-/* ---- a kind of records so large that few fit into a cache ---- */
+/* ---- a kind that cancels the pass when it has made so many records ---- */
 
-enum { ROOM_FOR = 112 };
 static _Atomic bool stop;
 static _Atomic uint32_t n_built, stop_after;
 
@@ -23,23 +22,13 @@ static void build(const struct lum_cache_job *job)
 static size_t record_bytes(uint32_t n_vpls)
 {
     (void)n_vpls;
-    return LUM_CACHE_BYTES / ROOM_FOR / 8 * 8;
-}
-
-static size_t small_record_bytes(uint32_t n_vpls)
-{
-    (void)n_vpls;
     return sizeof(struct lum_record);
 }
 
-static const struct lum_cache_kind large = {
-    .name = "large", .metric = LUM_METRIC_HATS, .record_bytes = record_bytes, .build = build};
-static const struct lum_cache_kind small = {
-    .name = "small", .metric = LUM_METRIC_HATS, .record_bytes = small_record_bytes, .build = build};
-static const struct lum_method large_method = {
-    .name = "large", .cache = &large, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached}};
+static const struct lum_cache_kind stopping = {
+    .name = "stopping", .metric = LUM_METRIC_HATS, .record_bytes = record_bytes, .build = build};
 static const struct lum_method free_method = {
-    .name = "free", .cache = &small, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_free}};
+    .name = "free", .cache = &stopping, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_free}};
 
 /* ---- */
 
@@ -126,30 +115,6 @@ static void the_cache_was_dropped(void **state)
     end(&h);
 }
 
-static void another_view_filled_it(void **state)
-{
-    (void)state;
-    struct house h;
-    begin(&h, &large_method);
-    struct rig *r = &h.rig;
-    struct lum_pass_stats first = rig_pass(r), second;
-    struct lum_view_settings back = r->settings;
-    back.camera.position = rig_v(1.7, 2.6, -1.7);
-    back.camera.target = rig_v(-1, 0.5, 2);
-    struct lum_view *other = NULL;
-    RIG_OK(lum_view_create(r->pool, &other, &err));
-    lum_view_share(other, h.caches);
-    RIG_OK(lum_view_pass(other, r->snapshot, &back, NULL, &second, &err));
-    print_message("%llu records, then %llu\n", (unsigned long long)first.cache.records,
-                  (unsigned long long)second.cache.records);
-    assert_true(second.cache.removed >= first.cache.records); /* else this tests nothing */
-    r->settings.shadow_samples = 4;
-    rig_pass(r);
-    expect_whole_picture(&h, "cache filled by another view");
-    lum_view_destroy(other);
-    end(&h);
-}
-
 /* Its memory is that of others when there are too many. */
 static void a_method_without_cache_holds_none(void **state)
 {
@@ -221,12 +186,50 @@ static void cancelled_whatever_the_storage(void **state)
     }
 }
 
+/* The first edit of a view, with every allocation of it failing in turn, and then the next picture. */
+static void whatever_allocation_fails(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"tic", "live", "irrcache"};
+    for (uint32_t k = 0; k < 2 * LUM_ARRAY_LEN(methods); k++) {
+        enum lum_status status = LUM_ERR_NOMEM;
+        uint64_t n = 1;
+        for (; status != LUM_OK; n++) {
+            struct house h;
+            struct lum_pass_stats stats;
+            begin(&h, lum_method_find(methods[k / 2]));
+            struct rig *r = &h.rig;
+            r->settings.max_spp = 1;
+            r->settings.w = 24;
+            r->settings.h = 16;
+            if (k % 2)
+                rig_pass(r);
+            rig_object(r, "crate", "crate", "red", rig_v(0.45, 0.5, -0.4));
+            rig_commit(r);
+            lum_alloc_fail_after(n);
+            status = lum_view_pass(r->view, r->snapshot, &r->settings, NULL, &stats, NULL);
+            lum_alloc_fail_after(0);
+            if (status != LUM_OK)
+                assert_int_equal(status, LUM_ERR_NOMEM);
+            rig_pass(r);
+            r->settings.shadow_samples = 4;
+            rig_pass(r);
+            expect_whole_picture(&h, methods[k / 2]);
+            end(&h);
+        }
+        print_message("%s%s: %llu allocations\n", methods[k / 2], k % 2 ? ", an edit" : "", (unsigned long long)n - 2);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_are_forgotten),          cmocka_unit_test(the_cache_was_dropped),
-        cmocka_unit_test(another_view_filled_it),     cmocka_unit_test(a_method_without_cache_holds_none),
-        cmocka_unit_test(updated_records_count_once), cmocka_unit_test(cancelled_whatever_the_storage),
+        cmocka_unit_test(all_are_forgotten),
+        cmocka_unit_test(the_cache_was_dropped),
+        cmocka_unit_test(a_method_without_cache_holds_none),
+        cmocka_unit_test(updated_records_count_once),
+        cmocka_unit_test(cancelled_whatever_the_storage),
+        cmocka_unit_test(whatever_allocation_fails),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -192,12 +192,39 @@ static void storages_and_threads_do_not_matter(void **state)
     }
 }
 
+/* What a rough pass leaves in the cache is as fine as the frame that follows it. */
+static void a_rough_pass_makes_no_coarse_records(void **state)
+{
+    (void)state;
+    struct house h;
+    begin(&h);
+    struct rig *r = &h.rig;
+    r->settings.method = lum_method_find("live");
+    r->settings.max_spp = 1;
+    r->settings.w = 300;
+    r->settings.h = 200;
+    struct lum_view *alone = another_view(&h, false);
+    struct lum_view_settings fine = r->settings;
+    struct lum_pass_stats whole = look(&h, alone, &fine);
+    r->settings.preview = 8;
+    struct lum_pass_stats rough = look(&h, r->view, &r->settings), frame = look(&h, r->view, &r->settings);
+    assert_int_equal(rough.preview, 8);
+    print_message("records: %llu alone; %llu of the rough pass, %llu after the frame\n",
+                  (unsigned long long)whole.cache.records, (unsigned long long)rough.cache.records,
+                  (unsigned long long)frame.cache.records);
+    assert_true(rough.cache.records > 0);
+    /* Where the first ones lie decides where others go. Coarse ones were less than half as many. */
+    assert_true((double)frame.cache.records > 0.75 * (double)whole.cache.records);
+    lum_view_destroy(alone);
+    end(&h);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_second_viewer_pays_less),        cmocka_unit_test(who_comes_back_finds_his_records),
         cmocka_unit_test(other_settings_have_another_cache),  cmocka_unit_test(an_edit_reaches_both),
-        cmocka_unit_test(storages_and_threads_do_not_matter),
+        cmocka_unit_test(storages_and_threads_do_not_matter), cmocka_unit_test(a_rough_pass_makes_no_coarse_records),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

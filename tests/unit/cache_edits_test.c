@@ -1,0 +1,281 @@
+/* After any edits, the records that a view looked at say what they would say if they were built now, bit for bit. */
+#include <stdlib.h>
+
+#include "core/cache/cache.h"
+#include "core/render/frame.h"
+#include "tests/support/rig.h"
+
+#define N_EDITS 60
+#define N_OBJECTS 4u
+
+struct fuzz {
+    struct rig rig;
+    struct lum_caches *caches;
+    uint64_t seed;
+    char what[256]; /* the edits since the last check */
+};
+
+static uint32_t pick(struct fuzz *f, uint32_t n)
+{
+    f->seed = f->seed * 6364136223846793005u + 1442695040888963407u;
+    return (uint32_t)(f->seed >> 33) % n;
+}
+
+static double within(struct fuzz *f, double lo, double hi)
+{
+    return lo + (hi - lo) * pick(f, 1000) / 1000.0;
+}
+
+static struct lum_vec3d place(struct fuzz *f)
+{
+    return rig_v(within(f, -1.5, 1.5), within(f, 0.3, 2.5), within(f, -1.5, 1.0));
+}
+
+static void note(struct fuzz *f, const char *what)
+{
+    size_t n = strlen(f->what);
+    snprintf(f->what + n, sizeof f->what - n, "%s ", what);
+}
+
+static void put_object(struct fuzz *f, bool visible)
+{
+    static const char *const meshes[] = {"crate", "plate"}, *const materials[] = {"red", "white", "cut", "glass"};
+    char id[] = "thing0";
+    id[5] = (char)('0' + pick(f, N_OBJECTS));
+    struct lum_object_desc d = {.mesh = meshes[pick(f, 2)],
+                                .material = materials[pick(f, 4)],
+                                .local_to_world = lum_affined_identity(),
+                                .visible = visible};
+    struct lum_vec3d at = place(f);
+    d.local_to_world.m[0][3] = at.x;
+    d.local_to_world.m[1][3] = at.y;
+    d.local_to_world.m[2][3] = at.z;
+    RIG_OK(lum_scene_put_object(f->rig.scene, id, &d, &err));
+    note(f, visible ? "put" : "hide");
+}
+
+static void remove_object(struct fuzz *f)
+{
+    char id[] = "thing0";
+    id[5] = (char)('0' + pick(f, N_OBJECTS));
+    if (lum_scene_remove(f->rig.scene, LUM_ENTITY_OBJECT, id, NULL) == LUM_OK)
+        note(f, "remove");
+}
+
+static void change_mesh(struct fuzz *f)
+{
+    rig_box(&f->rig, "crate", within(f, 0.1, 0.5), within(f, 0.1, 0.5), within(f, 0.1, 0.5));
+    note(f, "mesh");
+}
+
+static void change_material(struct fuzz *f)
+{
+    struct lum_material_desc m = rig_diffuse((float)within(f, 0.1, 0.9));
+    m.unlit = pick(f, 6) == 0;
+    rig_material(&f->rig, pick(f, 2) ? "red" : "white", &m);
+    note(f, m.unlit ? "unlit" : "colour");
+}
+
+static void change_alpha(struct fuzz *f)
+{
+    struct lum_material_desc m = rig_diffuse(0.6f);
+    m.alpha_mode = pick(f, 4) ? LUM_ALPHA_MASK : LUM_ALPHA_OPAQUE;
+    m.alpha = (float)within(f, 0.2, 0.9);
+    m.alpha_cutoff = 0.5f;
+    rig_material(&f->rig, "cut", &m);
+    note(f, "alpha");
+}
+
+static void change_light(struct fuzz *f)
+{
+    static const char *const ids[] = {"lamp", "panel", "spare"};
+    uint32_t which = pick(f, 3);
+    struct lum_light_desc l = rig_point(place(f), within(f, 10, 100));
+    if (which == 1)
+        l = rig_quad(place(f), rig_v(0.5, 0, 0), rig_v(0, 0, 0.5), within(f, 10, 100));
+    l.on = pick(f, 4) != 0;
+    rig_light(&f->rig, ids[which], &l);
+    note(f, ids[which]);
+}
+
+static void remove_light(struct fuzz *f)
+{
+    if (lum_scene_remove(f->rig.scene, LUM_ENTITY_LIGHT, "spare", NULL) == LUM_OK)
+        note(f, "no-spare");
+}
+
+static void change_medium(struct fuzz *f)
+{
+    struct lum_medium_desc m = {.sigma_s = lum_grey((float)within(f, 0, 0.2)), .sigma_a = lum_grey(0.05f)};
+    m.everywhere = pick(f, 2);
+    m.lo = rig_v(-1, 0, -1);
+    m.hi = place(f);
+    m.hi.x += 3.0;
+    m.hi.z += 3.0;
+    if (pick(f, 3)) {
+        RIG_OK(lum_scene_put_medium(f->rig.scene, "fog", &m, &err));
+        note(f, "fog");
+    } else if (lum_scene_remove(f->rig.scene, LUM_ENTITY_MEDIUM, "fog", NULL) == LUM_OK) {
+        note(f, "no-fog");
+    }
+}
+
+static void edit(struct fuzz *f)
+{
+    switch (pick(f, 10)) {
+    case 0:
+    case 1:
+    case 2:
+        put_object(f, true);
+        break;
+    case 3:
+        put_object(f, false);
+        break;
+    case 4:
+        remove_object(f);
+        break;
+    case 5:
+        change_mesh(f);
+        break;
+    case 6:
+        change_material(f);
+        break;
+    case 7:
+        change_alpha(f);
+        break;
+    case 8:
+        change_light(f);
+        break;
+    default:
+        pick(f, 2) ? change_medium(f) : remove_light(f);
+        break;
+    }
+}
+
+/* The record as it would be. */
+static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_record *r, struct lum_record *ret)
+{
+    struct rig *g = &f->rig;
+    struct lum_counters counters = {0};
+    struct lum_eye eye;
+    RIG_OK(lum_eye_init(&eye, &g->settings.camera, &g->snapshot->norm, g->settings.w, g->settings.h, &err));
+    ret->p = r->p;
+    ret->n = r->n;
+    ret->ng = r->ng;
+    ret->object = r->object;
+    cache->key.kind->build(&(struct lum_cache_job){.cache = cache,
+                                                   .snapshot = g->snapshot,
+                                                   .records = &ret,
+                                                   .n = 1,
+                                                   .pixel = eye.per_pixel,
+                                                   .eye = eye.o,
+                                                   .counters = &counters});
+}
+
+static uint32_t check_cache(struct fuzz *f, struct lum_cache *cache)
+{
+    uint32_t n = 0, limit = lum_store_limit(cache->store);
+    struct lum_record *fresh = calloc(1, cache->key.kind->record_bytes(cache->key.n_vpls));
+    assert_non_null(fresh);
+    for (uint32_t i = 0; i < limit; i++) {
+        const struct lum_record *r = lum_store_at(cache->store, i);
+        if (!r || lum_cache_is_stale(cache, r))
+            continue;
+        rebuild(f, cache, r, fresh);
+        n++;
+        if (memcmp(&r->irradiance, &fresh->irradiance, sizeof r->irradiance) != 0)
+            fail_msg("%s, after %s: record %u at %g %g %g says %.9g %.9g %.9g, and built now %.9g %.9g %.9g",
+                     cache->key.kind->name, f->what, i, (double)r->p.x, (double)r->p.y, (double)r->p.z,
+                     (double)r->irradiance.r, (double)r->irradiance.g, (double)r->irradiance.b,
+                     (double)fresh->irradiance.r, (double)fresh->irradiance.g, (double)fresh->irradiance.b);
+    }
+    free(fresh);
+    return n;
+}
+
+static void furnish(struct fuzz *f)
+{
+    struct rig *r = &f->rig;
+    rig_room(r);
+    RIG_OK(lum_scene_remove(r->scene, LUM_ENTITY_OBJECT, "crate", &err));
+    rig_square(r, "plate", 0.5);
+    struct lum_material_desc cut = rig_diffuse(0.6f), glass = lum_material_default();
+    glass.transmission = 1.0f;
+    glass.roughness = 0.0f;
+    rig_material(r, "cut", &cut);
+    rig_material(r, "glass", &glass);
+    struct lum_light_desc lamp = rig_point(rig_v(0.5, 2.5, 0), 100.0);
+    rig_light(r, "lamp", &lamp);
+    rig_commit(r);
+}
+
+static void after_any_edits(const char *method, uint64_t seed)
+{
+    struct fuzz f = {.seed = seed};
+    struct rig *r = &f.rig;
+    rig_begin(r, 2);
+    furnish(&f);
+    r->settings.method = lum_method_find(method);
+    r->settings.n_vpls = 64;
+    r->settings.max_spp = 1;
+    RIG_OK(lum_caches_create(2, &f.caches, &err));
+    lum_view_share(r->view, f.caches);
+    uint64_t n_checked = 0;
+    for (int k = 0; k < N_EDITS; k++) {
+        uint32_t n = 1 + pick(&f, 3);
+        for (uint32_t i = 0; i < n; i++)
+            edit(&f);
+        rig_commit(r);
+        if (pick(&f, 3) == 0)
+            continue; /* nobody looks */
+        rig_camera(r, rig_v(-1.7 + pick(&f, 3), 1.4, 1.8), rig_v(0.2, 0.9, -0.5), 60);
+        const _Atomic bool cancel = pick(&f, 4) == 0;
+        struct lum_pass_stats stats;
+        if (lum_view_pass(r->view, r->snapshot, &r->settings, &cancel, &stats, NULL) != LUM_OK)
+            continue;
+        bool media = stats.demand.on[LUM_EFFECT_MEDIA] && r->settings.method->serves[LUM_EFFECT_MEDIA];
+        struct lum_cache_key key = {.kind = r->settings.method->cache,
+                                    .storage = r->settings.storage,
+                                    .n_vpls = r->settings.n_vpls,
+                                    .max_bounces = r->settings.max_depth - 1,
+                                    .seed = r->settings.seed,
+                                    .accuracy = r->settings.cache_accuracy,
+                                    .media = media};
+        struct lum_cache *cache = NULL;
+        RIG_OK(lum_cache_acquire(f.caches, &key, &cache, &err));
+        if (cache->store && cache->snapshot == r->snapshot)
+            n_checked += check_cache(&f, cache);
+        lum_cache_release(f.caches, cache);
+        f.what[0] = '\0';
+    }
+    print_message("%s, seed %llu: %llu records checked\n", method, (unsigned long long)seed,
+                  (unsigned long long)n_checked);
+    assert_true(n_checked > 1000); /* else this tests little */
+    lum_view_destroy(r->view);
+    r->view = NULL;
+    lum_caches_destroy(f.caches);
+    rig_end(r);
+}
+
+static void live_records_are_as_built_now(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 3; seed++)
+        after_any_edits("live", seed);
+}
+
+static void tic_records_are_as_built_now(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 3; seed++)
+        after_any_edits("tic", seed);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(live_records_are_as_built_now),
+        cmocka_unit_test(tic_records_are_as_built_now),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
