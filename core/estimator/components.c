@@ -188,6 +188,16 @@ static void forget(struct lum_components *c, const struct lum_pass *pass, bool a
     forget_gloss(c, &pass->snapshot->lights, all);
 }
 
+/* Where something moved and nothing else happened, those stay that look past it. */
+static void forget_lenders(struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
+{
+    bool elsewhere = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_EDGES);
+    bool moved_only = !elsewhere && lum_swept_is_known(pass->swept) && c->surfaces + 1 == pass->surfaces->version;
+    for (uint32_t t = 0; t < c->n_tiles; t++)
+        if (!moved_only || pass->swept->in_sight[t])
+            c->lenders_known[t] = 0;
+}
+
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
 {
     if (c->w != pass->tiling.w || c->h != pass->tiling.h) {
@@ -206,7 +216,7 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
         forget(c, pass, seen_anew || lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT));
     if (c->lenders_known && (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES)))
-        memset(c->lenders_known, 0, c->n_tiles);
+        forget_lenders(c, pass, edits);
     c->surfaces = pass->surfaces->version;
     return LUM_OK;
 }

@@ -33,12 +33,17 @@ struct lum_eye {
 LUM_MUST_USE enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *camera,
                                           const struct lum_normalisation *norm, uint32_t w, uint32_t h,
                                           struct lum_error *err);
-/* Unit direction through film position (x, y); pixel (i, j) covers [i, i + 1) x [j, j + 1). The arithmetic is such that
- * pictures of different width (or height, at equal per_pixel) see the very same rays where they overlap. */
-static inline struct lum_vec3 lum_eye_direction(const struct lum_eye *eye, float x, float y)
+/* Direction through film position (x, y), of length 1 along the axis, and of unit length; pixel (i, j) covers
+ * [i, i + 1) x [j, j + 1). The arithmetic is such that pictures of different width (or height, at equal per_pixel) see
+ * the very same rays where they overlap. */
+static inline struct lum_vec3 lum_eye_on_plane(const struct lum_eye *eye, float x, float y)
 {
     float sx = (2.0f * x - eye->w) * 0.5f * eye->per_pixel, sy = (eye->h - 2.0f * y) * 0.5f * eye->per_pixel;
-    return lum_normalize(lum_v3_mad(lum_v3_mad(eye->frame.n, eye->frame.t, sx), eye->frame.b, sy));
+    return lum_v3_mad(lum_v3_mad(eye->frame.n, eye->frame.t, sx), eye->frame.b, sy);
+}
+static inline struct lum_vec3 lum_eye_direction(const struct lum_eye *eye, float x, float y)
+{
+    return lum_normalize(lum_eye_on_plane(eye, x, y));
 }
 
 /* The pixel through which the eye sees p, were nothing before it. False: p is behind the eye or beside the picture. */
@@ -94,7 +99,8 @@ struct lum_swept {
     struct lum_motion motion;
     struct lum_tiling squares;
     struct lum_bounds *seen; /* by square: box around the surface points there, before; empty: there were none */
-    uint8_t *changed;        /* by square: the eye may see something else there */
+    uint8_t *changed;        /* by square: the eye may see something else there, through the middle of a pixel */
+    uint8_t *in_sight;       /* by tile of the picture: something that moved may be behind it, or a pixel beside it */
 };
 static inline bool lum_swept_is_known(const struct lum_swept *swept)
 {

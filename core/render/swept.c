@@ -8,6 +8,7 @@ void lum_swept_finish(struct lum_swept *swept)
     lum_snapshot_unref(swept->snapshot);
     lum_free(swept->seen);
     lum_free(swept->changed);
+    lum_free(swept->in_sight);
     *swept = (struct lum_swept){0};
 }
 
@@ -40,8 +41,10 @@ static bool reserve(struct lum_swept *swept, const struct lum_pass *pass)
         swept->seen = lum_calloc(squares.n, sizeof *swept->seen);
     if (!swept->changed)
         swept->changed = lum_calloc(squares.n, 1);
+    if (!swept->in_sight)
+        swept->in_sight = lum_calloc(pass->tiling.n, 1);
     swept->squares = squares;
-    return swept->seen && swept->changed;
+    return swept->seen && swept->changed && swept->in_sight;
 }
 
 static void grow(struct lum_bounds *b, struct lum_vec3 p)
@@ -85,10 +88,24 @@ static void find_square(struct lum_swept *swept, const struct lum_pass *pass, co
     swept->changed[square] = lum_motion_meets_between(&swept->motion, &eye, &ends);
 }
 
+static void find_tile(struct lum_swept *swept, const struct lum_pass *pass, uint32_t tile, float reach)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, ends = NOWHERE;
+    for (uint32_t k = 0; k < 4; k++) {
+        float x = k % 2 ? (float)(r.x + r.w) + 1.0f : (float)r.x - 1.0f;
+        float y = k / 2 ? (float)(r.y + r.h) + 1.0f : (float)r.y - 1.0f;
+        grow(&ends, lum_v3_mad(pass->eye.o, lum_eye_on_plane(&pass->eye, x, y), reach));
+    }
+    swept->in_sight[tile] = lum_motion_meets_between(&swept->motion, &eye, &ends);
+}
+
 void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces)
 {
     swept->known = find_motion(swept, pass, surfaces) && reserve(swept, pass);
     float reach = swept->known ? reach_of(&swept->motion, pass->eye.o) : 0.0f;
+    for (uint32_t t = 0; swept->known && t < pass->tiling.n; t++)
+        find_tile(swept, pass, t, reach);
     for (uint32_t i = 0; swept->known && i < swept->squares.n; i++) {
         uint32_t per_tile = LUM_TILE_SIDE / LUM_SWEPT_SIDE, x = i % swept->squares.nx, y = i / swept->squares.nx;
         if (surfaces->done[y / per_tile * pass->tiling.nx + x / per_tile])
