@@ -36,20 +36,11 @@ struct loop {
     struct lum_counters *counters;
 };
 
-/* Counts the tile for the effects whose rays were traced in it, and shares its time among them by their rays: the only
- * measure that costs nothing, since the rays of different effects travel in one batch. */
-static void account(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_COUNT], int64_t ns)
+static void count_tile(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_COUNT])
 {
-    uint64_t all = 0;
-    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
-        all += c->rays[k] - before[k];
     for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
         enum lum_ray_kind kind = lum_effect_ray_kind((enum lum_effect)e);
-        uint64_t rays = c->rays[kind] - before[kind];
-        if (rays == 0)
-            continue;
-        c->tiles[e]++;
-        c->ns[e] += (int64_t)((double)ns * ((double)rays / (double)all));
+        c->tiles[e] += c->rays[kind] > before[kind];
     }
 }
 
@@ -59,16 +50,43 @@ static void run_job(void *ctx, uint32_t job, uint32_t worker)
     struct lum_counters *c = &loop->counters[worker];
     uint64_t before[LUM_RAY_KIND_COUNT];
     memcpy(before, c->rays, sizeof before);
-    int64_t begin_ns = lum_cpu_clock_ns();
     loop->fn(loop->ctx, job, c);
-    account(c, before, lum_cpu_clock_ns() - begin_ns);
+    count_tile(c, before);
+}
+
+static void sum_rays(const struct lum_stage_runner *runner, uint64_t ret_rays[LUM_RAY_KIND_COUNT])
+{
+    memset(ret_rays, 0, LUM_RAY_KIND_COUNT * sizeof *ret_rays);
+    for (uint32_t w = 0; w < lum_pool_size(runner->pool); w++)
+        for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+            ret_rays[k] += runner->counters[w].rays[k];
+}
+
+/* Shares the time of a loop among the effects whose rays were traced in it, by their rays: the only measure that costs
+ * nothing, since the rays of different effects travel in one batch, and a look at the clock for each tile took 8 % of
+ * a frame. */
+static void share_time(const struct lum_stage_runner *runner, const uint64_t before[LUM_RAY_KIND_COUNT], int64_t ns)
+{
+    uint64_t after[LUM_RAY_KIND_COUNT], all = 0;
+    sum_rays(runner, after);
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        all += after[k] - before[k];
+    for (int e = 0; e < LUM_EFFECT_COUNT && all > 0; e++) {
+        enum lum_ray_kind kind = lum_effect_ray_kind((enum lum_effect)e);
+        runner->counters[0].ns[e] += (int64_t)((double)ns * ((double)(after[kind] - before[kind]) / (double)all));
+    }
 }
 
 enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
                                void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx)
 {
     struct loop loop = {fn, ctx, runner->counters};
-    return lum_pool_run(runner->pool, n, run_job, &loop, runner->cancel);
+    uint64_t before[LUM_RAY_KIND_COUNT];
+    sum_rays(runner, before);
+    int64_t begin_ns = lum_pool_cpu_ns(runner->pool);
+    enum lum_status status = lum_pool_run(runner->pool, n, run_job, &loop, runner->cancel);
+    share_time(runner, before, lum_pool_cpu_ns(runner->pool) - begin_ns);
+    return status;
 }
 
 struct stage_job {
