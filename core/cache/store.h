@@ -1,6 +1,6 @@
 /* Where the records of a cache live: an octree over the scene, with four ways for threads to share it (thesis, 7.2).
  *
- *   serial    one thread only (listing 7.1)
+ *   serial    one thread inserts, and none searches meanwhile (listing 7.1)
  *   lock      one mutex around every search and every insertion (listing 7.2)
  *   local     each worker inserts into a tree of its own and searches that and the common one; lum_store_end_frame merges them
  *             (listing 7.3)
@@ -51,7 +51,7 @@ LUM_MUST_USE enum lum_status lum_store_create(const struct lum_store_config *con
                                               struct lum_error *err);
 void lum_store_destroy(struct lum_store *store); /* accepts NULL */
 
-/* ---- by workers, at the same time (serial: by worker 0 alone) ---- */
+/* ---- by workers, at the same time (serial: who inserts is alone) ---- */
 
 /* A zeroed record, but for its index. NULL: the store is full, or memory is short. */
 struct lum_record *lum_store_new(struct lum_store *store, uint32_t worker);

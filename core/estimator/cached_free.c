@@ -86,7 +86,7 @@ static void free_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
         if (!(s->kind[pixel] & LUM_PIXEL_DIFFUSE))
             continue;
         if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
-            !make_record(run, pixel, counters, &irradiance)) {
+            (is_cancelled(run) || !make_record(run, pixel, counters, &irradiance))) {
             pass->components->done[LUM_STAGE_INDIRECT][tile] = 0; /* see run_freely */
             return;
         }
@@ -113,9 +113,9 @@ static void all_tiles(void *ctx, uint32_t job, struct lum_counters *counters)
 /* All tiles that are not done; by one thread where the store is for one. */
 static enum lum_status run_tiles(struct free_run *run, const struct lum_stage_runner *runner)
 {
-    if (run->cache->key.storage != LUM_STORAGE_SERIAL)
-        return lum_stage_loop(runner, run->pass->tiling.n, free_tile, run);
-    enum lum_status status = lum_stage_loop(runner, 1, all_tiles, run);
+    bool alone = run->cache->key.storage == LUM_STORAGE_SERIAL;
+    enum lum_status status =
+        alone ? lum_stage_loop(runner, 1, all_tiles, run) : lum_stage_loop(runner, run->pass->tiling.n, free_tile, run);
     return status == LUM_OK && is_cancelled(run) ? LUM_ERR_CANCELLED : status;
 }
 

@@ -24,20 +24,24 @@ static double present_luminance(const struct lum_snapshot *s, uint32_t i)
 
 /* ---- shares ---- */
 
-/* The former share of a light, or NULL. Objects and lights have ids of their own, but no light is of kind mesh. Both
- * tables are in the order of ids, lights before objects; the search begins where the last one ended. */
+static int order_of(const struct lum_vpl_share *share, const struct lum_light *l)
+{
+    int later = (share->kind == LUM_EMIT_MESH) - (l->kind == LUM_EMIT_MESH);
+    return later != 0 ? later : strcmp(share->id, l->id);
+}
+
+/* The former share of a light, or NULL. Both tables are in the order of ids, lights before objects that shine: they are
+ * walked along together, from *inout_at. */
 static const struct lum_vpl_share *find_share(const struct lum_vpl_set *former, const struct lum_light *l,
                                               uint32_t *inout_at)
 {
-    for (uint32_t i = 0; i < former->n_shares; i++) {
-        uint32_t at = (*inout_at + i) % former->n_shares;
-        const struct lum_vpl_share *share = &former->shares[at];
-        if (share->kind == l->kind && strcmp(share->id, l->id) == 0) {
-            *inout_at = at + 1;
-            return share;
-        }
-    }
-    return NULL;
+    uint32_t at = *inout_at;
+    while (at < former->n_shares && order_of(&former->shares[at], l) < 0)
+        at++;
+    *inout_at = at;
+    if (at == former->n_shares || order_of(&former->shares[at], l) != 0 || former->shares[at].kind != l->kind)
+        return NULL;
+    return &former->shares[at];
 }
 
 static double flux_of(const struct lum_vpl_set *set, uint32_t i, const struct lum_snapshot *s)
