@@ -66,9 +66,11 @@ static enum lum_status make_store(struct lum_cache *cache, struct lum_error *err
         .lo = lum_v3(-LUM_SCENE_REACH, -LUM_SCENE_REACH, -LUM_SCENE_REACH), /* objects come, and the store stays */
         .hi = lum_v3(LUM_SCENE_REACH, LUM_SCENE_REACH, LUM_SCENE_REACH),
         .n_workers = entry_of(cache)->n_workers,
-        .record_bytes = cache->key.kind->record_bytes(cache->key.n_vpls),
+        .record_bytes = cache->key.kind->record_bytes(lum_vpl_slots(cache->key.n_vpls, cache->key.n_sky)),
     };
-    size_t fit = LUM_CACHE_BYTES / config.record_bytes;
+    /* alike with and without a sky: what its records alone need is all that it costs */
+    size_t most = cache->key.kind->record_bytes(lum_vpl_slots(cache->key.n_vpls, LUM_VPL_SKY));
+    size_t fit = LUM_CACHE_BYTES / most;
     config.capacity = fit > LUM_STORE_MAX ? LUM_STORE_MAX : fit > 0 ? (uint32_t)fit : 1;
     return lum_store_create(&config, &cache->store, err);
 }
@@ -83,6 +85,7 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
         .media = cache->key.media,
         .pool = u->pool,
         .counters = u->counters,
+        .n_sky = cache->key.n_sky,
     };
     enum lum_status status = lum_vpl_update(&cache->vpls, &request, err);
     if (status == LUM_OK)
@@ -181,7 +184,7 @@ void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size 
 
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
-    return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls &&
+    return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls && a->n_sky == b->n_sky &&
            a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media;
 }
 

@@ -47,6 +47,7 @@ struct lum_cache_kind {
     const char *name;
     enum lum_metric metric;
     bool vpls;     /* sums virtual point lights */
+    bool sky;      /* and takes the diffuse light of an even sky with them */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
@@ -68,6 +69,7 @@ struct lum_cache_key {
     uint32_t n_vpls, max_bounces, seed; /* of the VPLs; n_vpls: rays of a hemisphere for kinds without */
     float accuracy;                     /* a of Ward: error that is let pass; less is finer */
     bool media;                         /* light is dimmed by media */
+    uint32_t n_sky;                     /* slots for the sky: LUM_VPL_SKY, or 0: records hold indirect light alone */
 };
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b);
 

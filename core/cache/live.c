@@ -85,7 +85,6 @@ static void trace_rays(struct seeing *s)
     uint8_t occluded[LUM_RAY_BATCH];
     struct lum_trace trace = lum_trace_of(s->job->snapshot, s->job->counters);
     lum_trace_any(&trace, &s->rays, occluded);
-    s->job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += s->rays.n;
     for (uint32_t i = 0; i < s->rays.n; i++)
         if (!occluded[i])
             s->record[i]->bits[s->slot[i] / 64] |= UINT64_C(1) << s->slot[i] % 64;
@@ -100,7 +99,8 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
     struct lum_vec3 p = {set->px[slot], set->py[slot], set->pz[slot]};
-    struct lum_vec3 d = lum_v3_sub(lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot])), from);
+    struct lum_vec3 end = lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
+    struct lum_vec3 d = lum_v3_sub(end, lum_vpl_seen_from(set, slot, from));
     struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
     if (lum_dot(direct, direct) < TOUCHING * TOUCHING) {
         r->bits[slot / 64] |= UINT64_C(1) << slot % 64;
@@ -108,6 +108,8 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     }
     if (s->rays.n == LUM_RAY_BATCH)
         trace_rays(s);
+    bool bounced = slot < set->n_bounced;
+    s->job->counters->rays[bounced ? LUM_RAY_INDIRECT_DIFFUSE : LUM_RAY_ENVIRONMENT]++;
     s->record[s->rays.n] = r;
     s->slot[s->rays.n] = slot;
     lum_rays_push(&s->rays, from, d, 1.0f);
@@ -118,7 +120,7 @@ static void look_at_unknown(struct seeing *s, struct live_record *r)
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
     const uint32_t words = lum_vpl_words(set->n);
-    uint64_t *sees = r->bits, *known = r->bits + words, faces[LUM_VPL_MAX / 64];
+    uint64_t *sees = r->bits, *known = r->bits + words, faces[LUM_VPL_SLOTS_MAX / 64];
     struct lum_receiver at = receiver_of(&r->base);
     struct lum_vec3 from = lum_ray_offset(at.p, at.ng);
     lum_vpl_faces(set, &at, faces);
@@ -314,6 +316,7 @@ const struct lum_cache_kind lum_cache_live = {
     .name = "live",
     .metric = LUM_METRIC_HATS,
     .vpls = true,
+    .sky = true,
     .lasting = true,
     .record_bytes = record_bytes,
     .build = build,

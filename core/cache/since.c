@@ -160,11 +160,11 @@ static uint32_t boxes_of(const struct lum_mover *m, struct box ret_boxes[2])
  */
 static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct lum_vec3 from, const struct box *box)
 {
-    const struct lum_vec3 e = box->half, o = lum_v3_sub(from, box->middle);
+    const struct lum_vec3 e = box->half, o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from);
     uint32_t meets[LUM_SUM_LANES], bits = 0;
     for (uint32_t i = 0; i < LUM_SUM_LANES; i++) {
-        float x = 0.5f * (set->px[k + i] - from.x), y = 0.5f * (set->py[k + i] - from.y);
-        float z = 0.5f * (set->pz[k + i] - from.z);
+        float x = 0.5f * (set->px[k + i] - s.x), y = 0.5f * (set->py[k + i] - s.y);
+        float z = 0.5f * (set->pz[k + i] - s.z);
         float cx = o.x + x, cy = o.y + y, cz = o.z + z, ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
         meets[i] = (uint32_t)(fabsf(cx) <= e.x + ax) & (uint32_t)(fabsf(cy) <= e.y + ay) &
                    (uint32_t)(fabsf(cz) <= e.z + az) & (uint32_t)(fabsf(cy * z - cz * y) <= e.y * az + e.z * ay) &
@@ -192,7 +192,7 @@ void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set
                          uint64_t *inout_bits)
 {
     const struct lum_motion *motion = &since->motion;
-    uint64_t near[LUM_VPL_MAX / 64], meet[LUM_VPL_MAX / 64];
+    uint64_t near[LUM_VPL_SLOTS_MAX / 64], meet[LUM_VPL_SLOTS_MAX / 64];
     const size_t bytes = lum_vpl_words(set->n) * sizeof *near;
     struct box boxes[2];
     if (motion->everything)

@@ -10,8 +10,9 @@
 void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint64_t *ret_faces)
 {
     memset(ret_faces, 0, lum_vpl_words(set->n) * sizeof *ret_faces);
-    const struct lum_vec3 p = at->p, n = at->n, g = at->ng;
+    const struct lum_vec3 n = at->n, g = at->ng;
     for (uint32_t k = 0; k < set->n; k += LANES) { /* padding has no normal, and faces nothing */
+        const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
         uint32_t faces[LANES], bits = 0;
         for (uint32_t i = 0; i < LANES; i++) {
             float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
@@ -31,11 +32,14 @@ struct terms {
 };
 
 /* With d = v - p from the point to the VPL, h = -d.n_vpl and b = sqrt(h^2 + m^2): the lifted term is G = a b / (d^2 +
- * m^2)^2, where a = d.n - (b - h) min(n.n_vpl, 0), and dG/dp follows from dd/dp = -1 and dh/dp = n_vpl. */
+ * m^2)^2, where a = d.n - (b - h) min(n.n_vpl, 0), and dG/dp follows from dd/dp = -1 and dh/dp = n_vpl. Of the sky m =
+ * 0 and dd/dp = 0. */
 static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
                          float lift2, struct terms *ret)
 {
-    const struct lum_vec3 p = at->p, n = at->n;
+    const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p), n = at->n;
+    const float moves = k < lum_vpl_first_sky(set) ? 1.0f : 0.0f;
+    lift2 *= moves;
     for (uint32_t i = 0; i < LANES; i++) {
         float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
         float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
@@ -44,8 +48,8 @@ static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct
         float a = dx * n.x + dy * n.y + dz * n.z - (b - h) * opposed;
         float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + lift2), per_r4 = per_r2 * per_r2;
         per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
-        float term = a * b * per_r4, spread = 4.0f * term * per_r2;
-        float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4, across = b * per_r4;
+        float term = a * b * per_r4, spread = 4.0f * term * per_r2 * moves;
+        float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves, across = b * per_r4 * moves;
         ret->g[i] = term;
         ret->x[i] = along * vx - across * n.x + spread * dx;
         ret->y[i] = along * vy - across * n.y + spread * dy;
@@ -76,10 +80,12 @@ static void dim(const struct lum_vpl_set *set, uint32_t k, const struct lum_rece
                 const struct lum_snapshot *media, float ret_flux[3][LANES])
 {
     for (uint32_t i = 0; i < LANES; i++) {
-        struct lum_vec3 d = lum_v3_sub(lum_v3(set->px[k + i], set->py[k + i], set->pz[k + i]), at->p);
+        struct lum_vec3 p = {set->px[k + i], set->py[k + i], set->pz[k + i]};
+        struct lum_vec3 d = lum_v3_sub(p, lum_vpl_seen_from(set, k, at->p));
         struct lum_rgb left = lum_grey(0.0f);
         if (bits >> i & 1u)
-            left = lum_media_transmittance(media, at->p, lum_normalize(d), lum_length(d));
+            left = lum_media_transmittance(media, at->p, lum_normalize(d),
+                                           k < lum_vpl_first_sky(set) ? lum_length(d) : INFINITY);
         ret_flux[0][i] = set->flux[0][k + i] * left.r;
         ret_flux[1][i] = set->flux[1][k + i] * left.g;
         ret_flux[2][i] = set->flux[2][k + i] * left.b;

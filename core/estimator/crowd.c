@@ -192,6 +192,11 @@ static void ask(struct tile_job *t, uint32_t light, uint32_t i, struct lum_sampl
     if (!lum_light_sample_at(t->pass->snapshot, light, v->p[i], lum_sampler_2d(&sampler, PAIR_CROWD), &ls) ||
         !value_of(t, i, &ls, times, &diffuse, &gloss))
         return;
+    if (light == t->pass->cached_sky) { /* the records bring it */
+        if (lum_rgb_black(gloss))
+            return;
+        diffuse = lum_grey(0.0f);
+    }
     uint32_t at = t->rays.n;
     if (!lum_shadow_ray(&t->rays, v->p[i], v->bsdf[i].ng, ls.wi, ls.distance)) {
         keep(t, i, diffuse, gloss);

@@ -18,6 +18,12 @@ struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout
     return NULL;
 }
 
+bool lum_penumbra_wants(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel)
+{
+    uint32_t gloss = LUM_PIXEL_GLOSS, either = LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS;
+    return pass->surfaces->kind[pixel] & (layer->index == pass->cached_sky ? gloss : either);
+}
+
 /* Point k of the light for a pixel. Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras
  * would have 16 steps: the digits below are exclusive-ored with a pixel's own, which leaves its 16 points a
  * (0,4,2)-net. But not of the environment: through a window few of them see the sky, and what would be grain of single
@@ -37,7 +43,7 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const st
 {
     const struct lum_surfaces *s = pass->surfaces;
     uint8_t kind = s->kind[pixel];
-    if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
+    if (!lum_penumbra_wants(pass, layer, pixel) ||
         !lum_light_sample_plainly(&pass->layers->unit, layer->index, s->p[pixel], lum_penumbra_point(layer, pixel, k),
                                   ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
@@ -187,12 +193,15 @@ static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *
     struct lum_irradiance all;
     struct lum_light_sample ls;
     float white = 0.0f;
+    if (!lum_penumbra_wants(pass, layer, pixel))
+        return 0.0f;
     if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all))
         white = all.cosine_integral;
     else if (lum_penumbra_sample(pass, layer, pixel, k, &ls) != LUM_PENUMBRA_NEEDLESS)
         white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
     float albedo = s->kind[pixel] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
-    return white * LUM_INV_PI * (albedo + lum_luminance(s->albedo[pixel]));
+    float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel]);
+    return white * LUM_INV_PI * (albedo + diffuse);
 }
 
 /* The mean over a diagonal of each tile of the pattern in the packet. */

@@ -11,6 +11,9 @@
 /* The next soft layer of a light that shines, with *inout_a from 0; NULL ends. */
 struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a);
 
+/* True when the pixel gets light of the layer here: of a sky whose diffuse light the records bring, only the rest. */
+bool lum_penumbra_wants(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel);
+
 /* Where on the light sample k of a pixel lies. */
 struct lum_vec2 lum_penumbra_point(const struct lum_layer *layer, size_t pixel, uint32_t k);
 

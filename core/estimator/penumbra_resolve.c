@@ -89,7 +89,7 @@ static struct moments sum_shares(const struct resolve *v, size_t pixel)
 
 static struct moments sum_samples(const struct resolve *v, size_t pixel)
 {
-    if (!(v->pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+    if (!lum_penumbra_wants(v->pass, v->layer, pixel))
         return (struct moments){0}; /* nobody asked what light it gets: it must not count as unlit */
     if (v->exact)
         return sum_shares(v, pixel);
@@ -317,7 +317,7 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
     const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
     size_t pixel = (size_t)y * v->guide.w + x;
     uint32_t around = says_at(v, x, y);
-    if (!(around & LUM_SOFT_LIT))
+    if (!(around & LUM_SOFT_LIT) || !lum_penumbra_wants(v->pass, v->layer, pixel))
         return lum_grey(0.0f);
     struct moments m = {0};
     float share = 1.0f;
@@ -327,6 +327,8 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
         if (!(share > 0.0f))
             return lum_grey(0.0f);
     }
+    if (v->layer->index == v->pass->cached_sky)
+        return gloss(v, i, pixel, share);
     const struct lum_bsdf *b = &v->vertices.bsdf[i];
     struct lum_rgb diffuse;
     struct lum_irradiance all;

@@ -66,7 +66,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     }
     if (points.n_points == 0)
         return;
-    for (uint32_t k = set; k < pass->vpls->n; k += n_sets)
+    for (uint32_t k = set; k < pass->vpls->n_bounced; k += n_sets)
         slots[n_slots++] = k;
     struct lum_rgb irradiance[LUM_RAY_BATCH] = {{0}};
     lum_vpl_gather(&(struct lum_gather){

@@ -8,7 +8,7 @@ struct lum_env_map {
     uint32_t w, h;
     float *row_cdf;    /* h: inclusive, last = 1; all 0 when black */
     float *column_cdf; /* h rows of w: inclusive, last = 1; a black row is all 0 */
-    double mean_luminance;
+    double mean_luminance, peak;
 };
 
 static double texel_luminance(const struct lum_image *image, uint32_t x, uint32_t y)
@@ -69,14 +69,17 @@ static void build(struct lum_env_map *map, double *scratch)
         for (uint32_t x = 0; x < w; x++)
             ring[2][x] = y + 1 < h ? texel_luminance(map->image, x, y + 1) : ring[1][x];
         double sum = 0.0;
-        for (uint32_t x = 0; x < w; x++)
+        for (uint32_t x = 0; x < w; x++) {
             sum += mean[x] = texel_mean(ring, x, w);
+            map->peak = fmax(map->peak, mean[x]);
+        }
         make_cdf(mean, w, map->column_cdf + (size_t)y * w);
         row[y] = sum / (double)w * (row_cos(y, h) - row_cos(y + 1, h));
         total += row[y];
     }
     make_cdf(row, h, map->row_cdf);
     map->mean_luminance = 0.5 * total; /* the row heights in cos add up to 2 */
+    map->peak = total > 0.0 ? map->peak / map->mean_luminance : 0.0;
 }
 
 struct lum_env_map *lum_env_map_create(const struct lum_image *image)
@@ -110,6 +113,11 @@ void lum_env_map_destroy(struct lum_env_map *map)
 double lum_env_map_mean_luminance(const struct lum_env_map *map)
 {
     return map->mean_luminance;
+}
+
+double lum_env_map_peak(const struct lum_env_map *map)
+{
+    return map->peak;
 }
 
 /* Picture coordinates of a direction, each in [0, 1]. */

@@ -24,6 +24,9 @@ void lum_env_map_destroy(struct lum_env_map *map); /* accepts NULL */
 /* Mean luminance over the sphere, in the image's own unit: flux of the light = pi * mean * area it falls on. */
 double lum_env_map_mean_luminance(const struct lum_env_map *map);
 
+/* Luminance of the brightest texel, in means. 0: the image is black. */
+double lum_env_map_peak(const struct lum_env_map *map);
+
 /* Radiance from local unit direction d (which points away from the scene's centre). */
 struct lum_rgb lum_env_map_radiance(const struct lum_env_map *map, struct lum_vec3 d);
 

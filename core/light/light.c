@@ -207,7 +207,7 @@ static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l,
 
 /* ---- environment ---- */
 
-static bool sample_environment(const struct lum_light *l, struct lum_vec2 u, struct lum_light_sample *ret)
+bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct lum_light_sample *ret)
 {
     if (!l->env) {
         *ret = (struct lum_light_sample){lum_warp_cone(u, 2.0f), INFINITY, l->power, 0.25f * LUM_INV_PI};
@@ -220,6 +220,14 @@ static bool sample_environment(const struct lum_light *l, struct lum_vec2 u, str
     *ret = (struct lum_light_sample){lum_frame_to_scene(&l->env_frame, d), INFINITY,
                                      lum_rgb_mul(l->power, lum_env_map_radiance(l->env, d)), pdf};
     return true;
+}
+
+/* Of 256 VPLs at most one in 16 is as bright as the mean of 16: none of them stands out as a lamp of its own. */
+#define EVEN_PEAK 16.0
+
+bool lum_light_is_even_sky(const struct lum_light *l)
+{
+    return l->kind == LUM_EMIT_ENVIRONMENT && (!l->env || lum_env_map_peak(l->env) <= EVEN_PEAK);
 }
 
 static struct lum_rgb environment_radiance(const struct lum_light *l, struct lum_vec3 d)
@@ -261,7 +269,7 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
     case LUM_EMIT_MESH:
         return sample_mesh(s, l, p, u, ret_sample);
     case LUM_EMIT_ENVIRONMENT:
-        return sample_environment(l, u, ret_sample);
+        return lum_environment_sample(l, u, ret_sample);
     }
     return false;
 }

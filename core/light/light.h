@@ -75,6 +75,11 @@ struct lum_light_sample {
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 
+/* The same of an environment, which is seen alike from everywhere. */
+bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct lum_light_sample *ret_sample);
+/* True for an environment without a part that is so much brighter than the rest that it casts shadows with edges. */
+bool lum_light_is_even_sky(const struct lum_light *l);
+
 /* The same where only the weight of the sample has to be right, and not its pdf: quads are sampled by area, which costs a fifth,
  * unless they are so near that the weights would differ much. */
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,

@@ -218,6 +218,31 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
     return LUM_OK;
 }
 
+static bool has_sky(const struct lum_light_table *lights)
+{
+    for (uint32_t i = 0; i < lights->n_lights; i++)
+        if (lights->lights[i].kind == LUM_EMIT_ENVIRONMENT)
+            return true;
+    return false;
+}
+
+/* Records bring the diffuse light of the sky, unless the view switched it off; also while it is switched off in the
+ * scene, so that they last until it shines again. */
+static bool caches_sky(const struct lum_pass *pass)
+{
+    const struct lum_view_settings *set = pass->settings;
+    return pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && set->max_depth > 0 && set->method->cache &&
+           set->method->cache->sky && !(set->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT)) &&
+           has_sky(&pass->snapshot->lights);
+}
+
+static uint32_t cached_sky(const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    bool shines = lights->environment != LUM_NO_OBJECT && lum_light_is_even_sky(&lights->lights[lights->environment]);
+    return shines && caches_sky(pass) ? lights->environment : LUM_NO_OBJECT;
+}
+
 static struct lum_cache_key cache_key(const struct lum_pass *pass)
 {
     const struct lum_view_settings *set = pass->settings;
@@ -229,6 +254,7 @@ static struct lum_cache_key cache_key(const struct lum_pass *pass)
         .seed = set->seed,
         .accuracy = set->cache_accuracy,
         .media = pass->on[LUM_EFFECT_MEDIA],
+        .n_sky = caches_sky(pass) ? LUM_VPL_SKY : 0,
     };
 }
 
@@ -267,6 +293,7 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     pass->layers = &d->layers;
     lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
     pass->swept = &d->swept;
+    pass->cached_sky = cached_sky(pass);
     enum lum_status status = lum_deferred_look(d, pass, err);
     d->swept.stamp = d->gbuffer.stamp;
     if (status == LUM_OK)

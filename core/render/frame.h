@@ -130,6 +130,7 @@ struct lum_pass {
     const struct lum_swept *swept;     /* NULL: as if not known */
     struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
     struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
+    uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
     const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
     struct lum_records *records;       /* methods with a cache (estimator/records.h); NULL: likewise */
     struct lum_film *film;

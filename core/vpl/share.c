@@ -137,7 +137,7 @@ static uint32_t slots_of(const struct lum_vpl_plan *plan, uint32_t level, const 
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
 {
     struct lum_vpl_plan plan = {.shares = set->shares, .n_shares = set->n_shares, .seed = set->seed};
-    make_levels(&plan, set->n, set->max_bounces);
+    make_levels(&plan, set->n_bounced, set->max_bounces);
     for (uint32_t i = 0; i < set->n_shares; i++) {
         uint32_t most = 0;
         for (uint32_t b = 0; b < plan.n_levels; b++) {
@@ -205,7 +205,7 @@ enum { NEIGHBOURS = 4, QUERIES = 256 };
 static float reach2(const struct lum_vpl_set *set, uint32_t i, float limit2)
 {
     float nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
-    for (uint32_t k = 0; k < set->n; k++) {
+    for (uint32_t k = 0; k < set->n_bounced; k++) {
         float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
         float d2 = x * x + y * y + z * z;
         if (!(d2 < nearest[NEIGHBOURS - 1]) || k == i)
@@ -226,8 +226,8 @@ static float reach2(const struct lum_vpl_set *set, uint32_t i, float limit2)
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 {
     double sum = 0.0, n = 0.0;
-    uint32_t step = (set->n + QUERIES - 1) / QUERIES;
-    for (uint32_t i = 0; i < set->n; i += step)
+    uint32_t step = (set->n_bounced + QUERIES - 1) / QUERIES;
+    for (uint32_t i = 0; i < set->n_bounced; i += step)
         if (set->light[i] != LUM_NO_OBJECT) {
             sum += (double)reach2(set, i, limit * limit) / NEIGHBOURS;
             n += 1.0;

@@ -25,6 +25,11 @@ LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const 
 /* True when every light that shines has paths. The light table has the same shape as when the shares were made. */
 bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapshot *s);
 
+/* Fills the sky's slots (sky.c). */
+void lum_vpl_place_sky(struct lum_vpl_set *set, const struct lum_snapshot *s);
+/* True when the sky that shines, if one does, is the one that has the slots. */
+bool lum_vpl_sky_serves(const struct lum_vpl_set *set, const struct lum_snapshot *s);
+
 #define LUM_VPL_LEVELS 17u /* bounces that LUM_VPL_MAX slots can hold */
 
 struct lum_vpl_plan {

@@ -239,7 +239,8 @@ static void apply_power(struct lum_vpl_set *set, const struct lum_snapshot *s)
         set->flux[0][i] = set->flux_unit[0][i] * power.r;
         set->flux[1][i] = set->flux_unit[1][i] * power.g;
         set->flux[2][i] = set->flux_unit[2][i] * power.b;
-        set->n_lit += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
+        bool lit = set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
+        set->n_lit += lit && i < set->n_bounced;
     }
     set->versions.light_power = s->versions.light_power;
 }
@@ -277,7 +278,9 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                                  const struct lum_vpl_request *rq, struct lum_error *err)
 {
     const struct lum_snapshot *s = rq->snapshot;
-    struct lum_vpl_set set = {.n = rq->n,
+    struct lum_vpl_set set = {.n = lum_vpl_slots(rq->n, rq->n_sky),
+                              .n_bounced = rq->n,
+                              .n_sky = rq->n_sky,
                               .max_bounces = rq->max_bounces,
                               .seed = rq->seed,
                               .versions = lum_versions_seen(s, rq->media),
@@ -294,6 +297,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
         lum_vpl_finish(&set);
         return status;
     }
+    lum_vpl_place_sky(&set, s);
     apply_power(&set, s);
     set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
     find_moved(&set, former);
@@ -308,10 +312,11 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
         return lum_fail(err, LUM_ERR_LIMIT, "vpls", "1 to %u virtual point lights, not %u", LUM_VPL_MAX, rq->n);
     struct lum_versions now = lum_versions_seen(s, rq->media);
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
-    bool same = set->valid && set->n == rq->n && set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
+    bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
+                set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
                 !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
-    if (same && (same_power || lum_vpl_shares_serve(set, s))) {
+    if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {
         if (!same_power)
             apply_power(set, s);
         forget_moved(set);

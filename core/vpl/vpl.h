@@ -16,7 +16,9 @@
  * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
  * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
  *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
- * its geometry term bounded as struct lum_bound says. */
+ * its geometry term bounded as struct lum_bound says.
+ *
+ * On request the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
@@ -29,13 +31,17 @@ struct lum_counters;
 
 #define LUM_VPL_MAX 65536u
 #define LUM_VPL_DEFAULT 256u
+#define LUM_VPL_SKY 256u                            /* slots for a sky: half of them lie above a horizon */
+#define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
 struct lum_vpl_share;
 
 /* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
 struct lum_vpl_set {
-    uint32_t n;                                  /* slots that were asked for; slots without a VPL have flux 0 */
-    uint32_t n_lit;                              /* slots with flux > 0 */
+    uint32_t n;                                  /* slots; those without a VPL have flux 0 */
+    uint32_t n_bounced;                          /* the first of them: light that surfaces send on */
+    uint32_t n_sky;                              /* the last of them: points of the sky, from lum_vpl_first_sky */
+    uint32_t n_lit;                              /* slots with flux > 0, but for the sky's */
     float *px, *py, *pz, *nx, *ny, *nz;          /* scene space, on the surface; n: unit geometric normal on the side that the
                                                   * light leaves from */
     float *flux_unit[3];                         /* per unit of the light's power */
@@ -48,6 +54,7 @@ struct lum_vpl_set {
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed;
+    uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
     /* private */
@@ -56,6 +63,22 @@ struct lum_vpl_set {
     double scale; /* of the scene, which powers in candela are in units of */
     void *memory; /* of the arrays */
 };
+
+/* All slots of a set: those of the sky begin at a multiple of 64, so that no block of slots holds both kinds. */
+static inline uint32_t lum_vpl_slots(uint32_t n_bounced, uint32_t n_sky)
+{
+    return n_sky > 0 ? ((n_bounced + 63u) & ~63u) + n_sky : n_bounced;
+}
+static inline uint32_t lum_vpl_first_sky(const struct lum_vpl_set *set)
+{
+    return set->n - set->n_sky;
+}
+
+/* What the place of a VPL is to be seen from at p: the sky looks the same from everywhere. */
+static inline struct lum_vec3 lum_vpl_seen_from(const struct lum_vpl_set *set, uint32_t slot, struct lum_vec3 p)
+{
+    return slot < lum_vpl_first_sky(set) ? p : lum_v3(0.0f, 0.0f, 0.0f);
+}
 
 /* Words of a mask with a bit for each slot. */
 static inline uint32_t lum_vpl_words(uint32_t n)
@@ -73,6 +96,7 @@ struct lum_vpl_request {
     bool media;           /* paths are dimmed by the snapshot's media */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
+    uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
 };
 
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;

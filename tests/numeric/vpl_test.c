@@ -15,7 +15,7 @@ struct vpls {
 
 static struct lum_vpl_request request(struct vpls *v, const struct rig *r)
 {
-    return (struct lum_vpl_request){r->snapshot, v->n, v->max_bounces, v->seed, v->media, r->pool, &v->counters};
+    return (struct lum_vpl_request){r->snapshot, v->n, v->max_bounces, v->seed, v->media, r->pool, &v->counters, 0};
 }
 
 static void update(struct vpls *v, const struct rig *r)

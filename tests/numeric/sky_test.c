@@ -1,0 +1,179 @@
+/* The light of an even sky in the records of `live`: closed forms, and what edits cost. */
+#include "tests/support/rig.h"
+
+#include "core/cache/cache.h"
+#include "core/render/frame.h"
+#include "core/scene/snapshot.h"
+
+#define SKY_CD_M2 100.0
+
+struct bed {
+    struct rig r;
+    struct lum_caches *caches;
+    struct lum_cache *cache;
+    struct lum_counters counters;
+};
+
+static struct lum_light_desc sky_of(double cd_m2)
+{
+    return (struct lum_light_desc){
+        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = cd_m2, .on = true, .camera_visible = true};
+}
+
+static void bed_begin(struct bed *b)
+{
+    *b = (struct bed){0};
+    rig_begin(&b->r, 2);
+    /* no bounce: records hold the sky alone */
+    struct lum_cache_key key = {
+        .kind = &lum_cache_live, .storage = LUM_STORAGE_WAITFREE, .n_vpls = 16, .accuracy = 0.2f, .n_sky = LUM_VPL_SKY};
+    RIG_OK(lum_caches_create(2, &b->caches, &err));
+    RIG_OK(lum_cache_acquire(b->caches, &key, &b->cache, &err));
+    struct lum_material_desc white = rig_diffuse(0.75f);
+    struct lum_light_desc sky = sky_of(SKY_CD_M2);
+    rig_material(&b->r, "white", &white);
+    rig_square(&b->r, "floor", 4);
+    rig_object(&b->r, "floor", "floor", "white", rig_v(0, 0, 0));
+    rig_light(&b->r, "sky", &sky);
+}
+
+static void bed_end(struct bed *b)
+{
+    assert_int_equal(b->counters.bad_rays, 0);
+    assert_int_equal(b->counters.nonfinite, 0);
+    lum_cache_release(b->caches, b->cache);
+    lum_caches_destroy(b->caches);
+    rig_end(&b->r);
+}
+
+static void bed_commit(struct bed *b)
+{
+    rig_commit(&b->r);
+    struct lum_cache_update u = {b->r.snapshot, b->r.pool, &b->counters};
+    RIG_OK(lum_cache_update(b->cache, &u, &err));
+}
+
+static struct lum_record *build_at(struct bed *b, struct lum_vec3 p, struct lum_vec3 n)
+{
+    struct lum_record *record = lum_store_new(b->cache->store, 0);
+    assert_non_null(record);
+    record->p = p, record->n = record->ng = n;
+    struct lum_cache_job job = {.cache = b->cache,
+                                .snapshot = b->r.snapshot,
+                                .records = &record,
+                                .n = 1,
+                                .pixel = 0.002f,
+                                .counters = &b->counters};
+    b->cache->key.kind->build(&job);
+    assert_true(lum_store_insert(b->cache->store, 0, record));
+    return record;
+}
+
+static void refresh(struct bed *b, struct lum_record *record)
+{
+    struct lum_cache_job job = {.cache = b->cache,
+                                .snapshot = b->r.snapshot,
+                                .records = &record,
+                                .n = 1,
+                                .pixel = 0.002f,
+                                .counters = &b->counters};
+    assert_true(lum_cache_is_stale(b->cache, record));
+    b->cache->key.kind->refresh(&job);
+}
+
+/* The surface that lies where a point given in metres is. */
+static struct lum_vec3 scene_point(const struct bed *b, double x, double y, double z)
+{
+    struct lum_vec3d c = b->r.snapshot->norm.centre;
+    double k = b->r.snapshot->norm.scale;
+    return lum_v3((float)((x - c.x) * k), (float)((y - c.y) * k), (float)((z - c.z) * k));
+}
+
+static void assert_share(const struct lum_record *record, double share, double tolerance, const char *what)
+{
+    double want = LUM_PI_D * SKY_CD_M2 * share, got = (double)record->irradiance.g;
+    if (!(fabs(got - want) <= tolerance * LUM_PI_D * SKY_CD_M2))
+        fail_msg("%s: irradiance %.6g lx, not %.6g, within %g of the whole sky's", what, got, want, tolerance);
+}
+
+/* 256 points of a spiral of equal areas z = 1 - 2 (i + c) / 256: along its axis the sum of cosines is a sum of equal
+ * steps, off by at most 2 |c - 1/2| / 128 = 1/128 for the worst rotation c. Across it, it was measured for 1600 normals
+ * and four rotations to be off by 0.83 % at most, 0.32 % as a deviation. */
+#define SPIRAL_ERROR (1.0 / 100.0)
+
+static void open_sky_is_pi_times_luminance(void **state)
+{
+    (void)state;
+    struct bed b;
+    bed_begin(&b);
+    bed_commit(&b);
+    for (int k = 0; k < 64; k++) {
+        float z = 1.0f - 2.0f * ((float)k + 0.5f) / 64.0f, phi = 2.39996323f * (float)k, rim = sqrtf(1.0f - z * z);
+        struct lum_vec3 n = {rim * cosf(phi), rim * sinf(phi), z};
+        /* in the plane of the floor, and beside it: nothing is in the way */
+        struct lum_record *record = build_at(&b, scene_point(&b, 6, 0, 0), n);
+        assert_share(record, 1.0, SPIRAL_ERROR, "open sky");
+        for (int i = 0; i < 3; i++)
+            assert_true(lum_rgb_black(record->gradient[i])); /* it looks the same from everywhere */
+    }
+    bed_end(&b);
+}
+
+/* A wall of height h and without ends, at distance a, covers (1 - cos atan(h / a)) / 2 of what the floor gets. Its edge
+ * crosses about 16 of the 128 cells above the horizon, each worth at most 1/64 of all, as often too much as too little:
+ * 16^(1/2) / 2 / 64 = 3 %. The ends of the wall, 60 m away, are 0.1 %. */
+static void wall_covers_its_share(void **state)
+{
+    (void)state;
+    struct bed b;
+    bed_begin(&b);
+    rig_box(&b.r, "wall", 60, 1.5, 0.01);
+    rig_object(&b.r, "wall", "wall", "white", rig_v(0, 1.5, -1));
+    bed_commit(&b);
+    double distances[] = {0.5, 1, 2, 4}; /* of the point from the wall's front, at z = -0.99 */
+    for (int i = 0; i < 4; i++) {
+        struct lum_record *record = build_at(&b, scene_point(&b, 0, 0, distances[i] - 0.99), lum_v3(0.0f, 1.0f, 0.0f));
+        assert_share(record, 0.5 + 0.5 * cos(atan(3.0 / distances[i])), 0.03 + SPIRAL_ERROR, "behind a wall");
+    }
+    bed_end(&b);
+}
+
+static void other_light_no_ray_another_wall_few(void **state)
+{
+    (void)state;
+    struct bed b;
+    bed_begin(&b);
+    rig_box(&b.r, "wall", 2, 1, 0.01);
+    rig_object(&b.r, "wall", "wall", "white", rig_v(0, 1, -1));
+    bed_commit(&b);
+    struct lum_vec3 p = scene_point(&b, 0, 0, 0), n = {0.0f, 1.0f, 0.0f};
+    struct lum_record *record = build_at(&b, p, n);
+    uint64_t built = b.counters.rays[LUM_RAY_ENVIRONMENT];
+    assert_in_range(built, 1, LUM_VPL_SKY);
+    float whole = record->irradiance.g;
+    double dim[] = {SKY_CD_M2 / 4, 0, SKY_CD_M2};
+    for (int i = 0; i < 3; i++) {
+        struct lum_light_desc sky = sky_of(dim[i]);
+        rig_light(&b.r, "sky", &sky);
+        bed_commit(&b);
+        refresh(&b, record);
+        assert_true(fabsf(record->irradiance.g - whole * (float)(dim[i] / SKY_CD_M2)) <= whole * 0x1p-20f);
+    }
+    assert_int_equal(b.counters.rays[LUM_RAY_ENVIRONMENT], built);
+    rig_object(&b.r, "wall", "wall", "white", rig_v(0, 1, -1.2));
+    bed_commit(&b);
+    refresh(&b, record);
+    assert_in_range(b.counters.rays[LUM_RAY_ENVIRONMENT], built + 1, built + built / 2);
+    assert_true(record->irradiance.g == build_at(&b, p, n)->irradiance.g); /* as if built now */
+    bed_end(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(open_sky_is_pi_times_luminance),
+        cmocka_unit_test(wall_covers_its_share),
+        cmocka_unit_test(other_light_no_ray_another_wall_few),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
