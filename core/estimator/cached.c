@@ -8,7 +8,7 @@ bool lum_sites_quarter(const struct lum_pass *pass)
     return pass->settings->method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] == &lum_estimator_cached_quarter;
 }
 
-void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
+static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool quarter = lum_sites_quarter(pass);
@@ -26,6 +26,15 @@ void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_
                 lum_sites_set(&sites.lone, site);
         }
     *ret_sites = sites;
+}
+
+const struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile)
+{
+    struct lum_components *c = pass->components;
+    if (!c->sites_known[tile])
+        find_sites(pass, tile, &c->sites[tile]);
+    c->sites_known[tile] = 1;
+    return &c->sites[tile];
 }
 
 /* Interpolates at some sites. step 2: out is a picture of a quarter of the resolution. */
@@ -53,11 +62,10 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
         return;
     struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
-    struct lum_square_sites sites;
-    lum_sites_of(pass, tile, &sites);
+    const struct lum_square_sites *sites = lum_sites_of(pass, tile);
     bool quarter = lum_sites_quarter(pass);
-    interpolate(pass, tile, &sites.coarse, quarter ? 2 : 1, quarter ? raw : smooth, counters->worker);
-    interpolate(pass, tile, &sites.lone, 1, smooth, counters->worker);
+    interpolate(pass, tile, &sites->coarse, quarter ? 2 : 1, quarter ? raw : smooth, counters->worker);
+    interpolate(pass, tile, &sites->lone, 1, smooth, counters->worker);
 }
 
 const struct lum_estimator lum_estimator_cached = {

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/estimator/path.h"
+#include "core/estimator/sites.h"
 
 static void finish_buffer(struct lum_component_buffer *b)
 {
@@ -50,6 +51,8 @@ void lum_components_finish(struct lum_components *c)
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
     free_antialias(c);
+    lum_free(c->sites);
+    lum_free(c->sites_known);
     lum_free(c->airlight);
     lum_free(c->airlight_traced);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -122,6 +125,15 @@ static bool reserve_gloss(struct lum_components *c, const struct lum_pass *pass)
     return c->gloss_lit;
 }
 
+static bool reserve_sites(struct lum_components *c)
+{
+    if (!c->sites)
+        c->sites = lum_calloc(c->n_tiles, sizeof *c->sites);
+    if (!c->sites_known)
+        c->sites_known = lum_calloc(c->n_tiles, 1);
+    return c->sites && c->sites_known;
+}
+
 static bool reserve(struct lum_components *c, const struct lum_pass *pass)
 {
     uint32_t bits = components_called_for(pass);
@@ -135,7 +147,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
         free_antialias(c);
     else if (!reserve_antialias(c))
         return false;
-    if (!reserve_airlight(c, pass) || !reserve_gloss(c, pass))
+    if (!reserve_airlight(c, pass) || !reserve_gloss(c, pass) || !reserve_sites(c))
         return false;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
@@ -188,14 +200,19 @@ static void forget(struct lum_components *c, const struct lum_pass *pass, bool a
     forget_gloss(c, &pass->snapshot->lights, all);
 }
 
-/* Where something moved and nothing else happened, those stay that look past it. */
-static void forget_lenders(struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
+/* Who stands for whom among the pixels of a tile and those beside it. Where something moved and nothing else happened,
+ * tiles keep it that look past that. */
+static void forget_neighbours(struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
 {
     bool elsewhere = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_EDGES);
     bool moved_only = !elsewhere && lum_swept_is_known(pass->swept) && c->surfaces + 1 == pass->surfaces->version;
-    for (uint32_t t = 0; t < c->n_tiles; t++)
-        if (!moved_only || pass->swept->in_sight[t])
+    for (uint32_t t = 0; t < c->n_tiles; t++) {
+        if (moved_only && !pass->swept->in_sight[t])
+            continue;
+        c->sites_known[t] = 0;
+        if (c->lenders_known)
             c->lenders_known[t] = 0;
+    }
 }
 
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
@@ -215,8 +232,8 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     bool seen_anew = c->surfaces != pass->surfaces->version;
     if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
         forget(c, pass, seen_anew || lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT));
-    if (c->lenders_known && (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES)))
-        forget_lenders(c, pass, edits);
+    if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES))
+        forget_neighbours(c, pass, edits);
     c->surfaces = pass->surfaces->version;
     return LUM_OK;
 }

@@ -58,6 +58,8 @@ struct lum_components {
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t *lenders;        /* w * h, with radiance: at edges, which neighbours lend theirs (edges.c) */
     uint8_t *lenders_known;   /* by tile */
+    struct lum_square_sites *sites; /* by tile: which of its pixels interpolate records (sites.h) */
+    uint8_t *sites_known;
     uint32_t w, h;
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */
     uint32_t n_tiles;

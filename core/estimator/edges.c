@@ -100,6 +100,9 @@ static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t
     return (struct lum_vec2){(float)x + u.x, (float)y + u.y};
 }
 
+/* All rays of a pixel that no edge runs through. */
+#define LENT_BY_SELF (UINT32_MAX / LENDER_MASK * LENDER_SELF)
+
 /* Finds the lenders of all rays of the batch's pixels. */
 static void look(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
 {
@@ -134,12 +137,15 @@ static struct lum_rgb lent(const struct lum_pass *pass, size_t at)
     return lum_rgb_scale(sum, 1.0f / EDGE_RAYS);
 }
 
-static void find_lenders(const struct lum_pass *pass, const struct lum_tile_rect *r, const uint8_t *edge,
-                         struct lum_counters *counters)
+static void find_lenders(const struct lum_pass *pass, const struct lum_tile_rect *r, struct lum_counters *counters)
 {
+    struct lum_guide guide = lum_components_guide(pass);
     struct edge_batch batch;
+    uint8_t edge[LUM_TILE_PIXELS];
+    find_edges(pass, &guide, r, edge);
     batch.n = 0;
     for (uint32_t i = 0; i < r->w * r->h; i++) {
+        pass->components->lenders[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LENT_BY_SELF;
         if (!edge[i])
             continue;
         batch.x[batch.n] = r->x + i % r->w;
@@ -155,18 +161,16 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     if (pass->tile_spp[tile] >= pass->target_spp)
         return;
     struct lum_components *c = pass->components;
-    struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    uint8_t edge[LUM_TILE_PIXELS];
-    find_edges(pass, &guide, &r, edge);
     if (!c->lenders_known[tile])
-        find_lenders(pass, &r, edge, counters);
+        find_lenders(pass, &r, counters);
     c->lenders_known[tile] = 1;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         size_t at = (size_t)y * pass->tiling.w + x;
         lum_film_reset_pixel(pass->film, x, y);
-        lum_film_add(pass->film, x, y, 0, edge[i] ? lent(pass, at) : c->radiance[at], &counters->nonfinite);
+        lum_film_add(pass->film, x, y, 0, c->lenders[at] == LENT_BY_SELF ? c->radiance[at] : lent(pass, at),
+                     &counters->nonfinite);
     }
     pass->tile_spp[tile] = pass->target_spp;
 }

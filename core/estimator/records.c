@@ -120,10 +120,9 @@ static void serve_square(const struct run *run, uint32_t tile, uint32_t worker)
 static void look_at_square(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
     const struct run *run = ctx;
-    struct lum_square_sites sites;
-    lum_sites_of(run->pass, tile, &sites);
+    const struct lum_square_sites *sites = lum_sites_of(run->pass, tile);
     for (uint32_t k = 0; k < LUM_SQUARE_WORDS; k++)
-        run->memory->unserved[tile].bits[k] = sites.coarse.bits[k] | sites.lone.bits[k];
+        run->memory->unserved[tile].bits[k] = sites->coarse.bits[k] | sites->lone.bits[k];
     serve_square(run, tile, counters->worker);
 }
 

@@ -11,6 +11,7 @@ bool lum_sites_quarter(const struct lum_pass *pass);
 struct lum_square_sites {
     struct lum_sites coarse, lone;
 };
-void lum_sites_of(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites);
+/* Found once, and kept in pass->components. Thread: the worker that has the tile. */
+const struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile);
 
 #endif
