@@ -291,6 +291,14 @@ static bool refine_layer(struct batch *b, struct lum_tile_rect r)
     return any;
 }
 
+static void close_sets(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r)
+{
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++)
+            s->open[y * sets.nx + x] = 0;
+}
+
 static void refine_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
@@ -303,6 +311,8 @@ static void refine_packet(const struct lum_pass *pass, uint32_t packet, struct l
         b.layer = layer;
         if (refine_layer(&b, r))
             count(pass, &layer->soft, r);
+        if (pass->layers->refined_share > 0.0f)
+            close_sets(pass, &layer->soft, r);
     }
 }
 

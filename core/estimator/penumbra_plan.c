@@ -77,7 +77,7 @@ static struct steps steps_at(const struct plan *p, const struct lum_layer *layer
 {
     struct lum_tile_rect r = lum_tile_at(&p->sets, i);
     uint32_t n = r.w * r.h, known = layer->soft.tally[i].known;
-    if (known >= n * LUM_SOFT_POINTS)
+    if (known >= n * LUM_SOFT_POINTS || !layer->soft.open[i])
         return (struct steps){0};
     uint32_t first = known / n;
     return (struct steps){value_at(p, layer, i), first > 0 ? first : 1, n};

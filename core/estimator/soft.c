@@ -21,6 +21,13 @@ static void draw_points(struct lum_soft *s, const struct lum_pass *pass)
     }
 }
 
+static void redo(struct lum_soft *s, const struct lum_pass *pass)
+{
+    memset(s->open, 1, lum_soft_tiling(pass).n);
+    memset(s->begun, 0, pass->packets.n);
+    memset(s->resolved, 0, pass->tiling.n * sizeof *s->resolved);
+}
+
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt)
 {
     size_t n = (size_t)pass->tiling.w * pass->tiling.h, n_slots = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
@@ -33,14 +40,17 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .tally = lum_calloc(n_sets, sizeof *s.tally),
         .unshadowed = lum_calloc(n_sets, sizeof *s.unshadowed),
         .goal = lum_calloc(n_sets, 1),
+        .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
         .resolved = lum_calloc(pass->tiling.n, sizeof *s.resolved),
     };
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.unshadowed && s.goal &&
-        s.begun && s.resolved)
+        s.open && s.begun && s.resolved) {
+        redo(ret_soft, pass);
         return true;
+    }
     lum_soft_finish(ret_soft);
     return false;
 }
@@ -53,15 +63,10 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->tally);
     lum_free(s->unshadowed);
     lum_free(s->goal);
+    lum_free(s->open);
     lum_free(s->begun);
     lum_free(s->resolved);
     *s = (struct lum_soft){0};
-}
-
-static void redo(struct lum_soft *s, const struct lum_pass *pass)
-{
-    memset(s->begun, 0, pass->packets.n);
-    memset(s->resolved, 0, pass->tiling.n * sizeof *s->resolved);
 }
 
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
@@ -92,6 +97,7 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
     struct lum_tile_rect r = lum_tile_at(&pass->swept->squares, y * pass->swept->squares.nx + x);
     for (uint32_t j = r.y; j < r.y + r.h; j++)
         memset(s->seen + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->seen);
+    s->open[y * pass->swept->squares.nx + x] = 1;
     s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE] = 0;
     const uint32_t n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
     for (uint32_t ty = (y > 0 ? y - 1 : 0) / n; ty <= (y + 1) / n && ty < pass->tiling.ny; ty++)

@@ -41,6 +41,8 @@ struct lum_soft {
     struct lum_soft_tally *tally; /* per tile of the pattern */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
+    uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
+                                   * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: every pixel has its first stratum */
     uint16_t *resolved;           /* per tile: 1 + what the samples around added up to when direct was made; 0: it is stale */
 };

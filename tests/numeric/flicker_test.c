@@ -66,10 +66,11 @@ static void begin(struct rig *r, const char *method)
     rig_camera(r, rig_v(0, 9, 2.2), rig_v(0, 0.5, -0.2), 50);
     r->settings.method = lum_method_find(method);
     assert_non_null(r->settings.method);
-    r->settings.w = 160;
-    r->settings.h = 96;
+    r->settings.w = 240;
+    r->settings.h = 144;
     r->settings.n_vpls = 64;
     r->settings.max_spp = 1;
+    r->settings.shadow_budget = 12000; /* less than what penumbras ask for */
     move(r, 0);
 }
 
