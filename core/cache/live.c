@@ -8,6 +8,8 @@
  *   - nothing drifts: after any edits a record is bit for bit what it would be if it were built now.
  * Records are brought up to date when somebody looks at them, so that what nobody looks at costs nothing.
  *
+ * The diffuse light of an even sky is summed with the rest: its points are VPLs too (vpl/sky.c).
+ *
  * Compared with the thesis' instant cache: a bit instead of a colour for each VPL, one test against boxes and one ray
  * instead of the ladder of five cases (algorithms A3), VPLs that are lifted instead of cut off and a gradient in closed
  * form (vpl_sum.h), and a radius by what is around instead of one for the whole scene (proximity.h). */

@@ -160,6 +160,32 @@ static void constant_image_is_constant(void **state)
     lum_env_map_destroy(map);
 }
 
+/* The mean over a texel keeps 9/16 of a lone bright one. */
+static void suns_are_told_from_even_skies(void **state)
+{
+    (void)state;
+    static float pixels[W * H * 3];
+    static const float sun[] = {1.0f, 2.0f, 1e3f};
+    static const bool even[] = {true, true, false};
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < W * H * 3; k++)
+            pixels[k] = 1.0f;
+        for (int c = 0; c < 3; c++)
+            pixels[3 * (3 * W + 20) + c] = sun[i];
+        struct lum_image image = image_of(pixels, W, H);
+        struct lum_env_map *map = lum_env_map_create(&image);
+        assert_non_null(map);
+        double peak = lum_env_map_peak(map) * lum_env_map_mean_luminance(map);
+        assert_true(fabs(peak - (1.0 + 0.5625 * ((double)sun[i] - 1.0))) < 1e-5 * peak);
+        struct lum_light light = {.kind = LUM_EMIT_ENVIRONMENT, .env = map};
+        assert_true(lum_light_is_even_sky(&light) == even[i]);
+        lum_env_map_destroy(map);
+    }
+    struct lum_light constant = {.kind = LUM_EMIT_ENVIRONMENT}, point = {.kind = LUM_EMIT_POINT};
+    assert_true(lum_light_is_even_sky(&constant));
+    assert_false(lum_light_is_even_sky(&point));
+}
+
 static void black_image_is_never_sampled(void **state)
 {
     (void)state;
@@ -262,6 +288,7 @@ int main(void)
         cmocka_unit_test(samples_follow_the_pdf),
         cmocka_unit_test(energy_is_kept),
         cmocka_unit_test(constant_image_is_constant),
+        cmocka_unit_test(suns_are_told_from_even_skies),
         cmocka_unit_test(black_image_is_never_sampled),
         cmocka_unit_test(extremes_are_finite),
         cmocka_unit_test(light_is_rotated),
