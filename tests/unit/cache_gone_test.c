@@ -203,14 +203,19 @@ static void whatever_allocation_fails(void **state)
             r->settings.h = 16;
             if (k % 2)
                 rig_pass(r);
-            rig_object(r, "crate", "crate", "red", rig_v(0.45, 0.5, -0.4));
+            struct lum_light_desc another = rig_point(rig_v(-1, 2, 1), 30.0);
+            rig_light(r, "another", &another);
+            rig_object(r, "crate", "crate", "red", rig_v(-0.9, 0.5, -0.4));
             rig_commit(r);
             lum_alloc_fail_after(n);
             status = lum_view_pass(r->view, r->snapshot, &r->settings, NULL, &stats, NULL);
             lum_alloc_fail_after(0);
             if (status != LUM_OK)
                 assert_int_equal(status, LUM_ERR_NOMEM);
+            rig_object(r, "crate", "crate", "red", rig_v(-0.9, 0.5, -0.5)); /* what else it did must not be lost */
+            rig_commit(r);
             rig_pass(r);
+            expect_whole_picture(&h, methods[k / 2]);
             r->settings.shadow_samples = 4;
             rig_pass(r);
             expect_whole_picture(&h, methods[k / 2]);
