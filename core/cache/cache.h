@@ -34,7 +34,7 @@ enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_HATS };
 struct lum_cache_job {
     struct lum_cache *cache;
     const struct lum_snapshot *snapshot;
-    struct lum_record *const *records;
+    struct lum_cache_record *const *records;
     uint32_t n;
     float pixel;  /* size of a pixel at distance 1 from the eye: no finer than needed */
     struct lum_vec3 eye;
@@ -114,11 +114,11 @@ void lum_cache_clear(struct lum_cache *cache);
 
 /* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
  * front of or behind the point's surface (Ward 1988, algorithms A2). */
-float lum_record_weight(const struct lum_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
+float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
                         struct lum_vec3 n);
 
 /* True when the record may not be what it would be if it were built now: whoever wants to use it refreshes it first. */
-static inline bool lum_cache_is_stale(const struct lum_cache *cache, const struct lum_record *record)
+static inline bool lum_cache_is_stale(const struct lum_cache *cache, const struct lum_cache_record *record)
 {
     return cache->key.kind->refresh && record->epoch != cache->epoch;
 }

@@ -14,7 +14,7 @@
 #include "core/cache/cache.h"
 
 struct lum_instant_record {
-    struct lum_record base;
+    struct lum_cache_record base;
     float term[]; /* by slot, as struct lum_gather says: negative: in shadow; LUM_VPL_UNKNOWN: it was black, and nobody asked */
 };
 

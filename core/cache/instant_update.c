@@ -201,7 +201,7 @@ static void test_vpl(struct update *u, uint32_t k)
     struct lum_vec3 p = {set->px[k], set->py[k], set->pz[k]}, n = {set->nx[k], set->ny[k], set->nz[k]};
     struct lum_vec3 target = lum_ray_offset(p, n);
     for (uint32_t i = 0; i < u->job->n; i++) {
-        const struct lum_record *r = u->job->records[i];
+        const struct lum_cache_record *r = u->job->records[i];
         float *term = &record_of(u, i)->term[k];
         struct lum_vec3 d = lum_v3_sub(p, r->p), from = lum_ray_offset(r->p, r->ng);
         if (*term == 0.0f || lum_dot(d, d) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING)
@@ -298,7 +298,7 @@ static bool where_something_was(const struct lum_motion *motion, struct lum_vec3
     return false;
 }
 
-static void remove_record(const struct lum_cache_job *job, struct lum_record *record, _Atomic uint64_t *why)
+static void remove_record(const struct lum_cache_job *job, struct lum_cache_record *record, _Atomic uint64_t *why)
 {
     if (!lum_store_remove(job->cache->store, job->worker, record))
         return;
@@ -307,7 +307,8 @@ static void remove_record(const struct lum_cache_job *job, struct lum_record *re
 }
 
 /* Algorithm 1, line 3. Returns how many stay. */
-static uint32_t remove_invalid(const struct lum_cache_job *job, const struct lum_since *since, struct lum_record **stay)
+static uint32_t remove_invalid(const struct lum_cache_job *job, const struct lum_since *since,
+                               struct lum_cache_record **stay)
 {
     struct state *state = job->cache->kind_state;
     uint32_t n = 0;
@@ -326,7 +327,7 @@ static void update_group(const struct lum_cache_job *job, uint64_t epoch)
 {
     struct state *state = job->cache->kind_state;
     const struct lum_since *since = lum_since(state->ring, epoch);
-    struct lum_record *stay[LUM_INSTANT_GROUP];
+    struct lum_cache_record *stay[LUM_INSTANT_GROUP];
     struct lum_cache_job rest = *job;
     rest.records = stay;
     rest.n = remove_invalid(job, since, stay);
@@ -386,7 +387,7 @@ struct sweep {
 static void update_job(void *ctx, uint32_t job, uint32_t worker)
 {
     const struct sweep *sweep = ctx;
-    struct lum_record *records[LUM_INSTANT_GROUP], *record;
+    struct lum_cache_record *records[LUM_INSTANT_GROUP], *record;
     struct lum_cache_job group = {.cache = sweep->cache,
                                   .snapshot = sweep->snapshot,
                                   .records = records,
@@ -426,7 +427,7 @@ static void drop_old(struct lum_cache *cache, struct state *state)
     struct lum_cache_job job = {.cache = cache};
     uint32_t limit = lum_store_limit(cache->store);
     for (uint32_t i = 0; i < limit; i++) {
-        struct lum_record *record = lum_store_at(cache->store, i);
+        struct lum_cache_record *record = lum_store_at(cache->store, i);
         if (record && cache->epoch - record->epoch > LUM_SINCE_EPOCHS)
             remove_record(&job, record, &state->aged);
     }

@@ -39,7 +39,7 @@ struct building {
 
 /* A surface nearer than this counts as this far: one ray that grazes the record's own surface, where that is curved,
  * shall not shrink the ball to nothing. */
-static float least_radius(const struct lum_cache_job *job, const struct lum_record *record)
+static float least_radius(const struct lum_cache_job *job, const struct lum_cache_record *record)
 {
     float footprint = job->pixel * lum_length(lum_v3_sub(record->p, job->eye));
     return lum_max(RADIUS_MIN_PIXELS * footprint, LUM_RAY_OFFSET);
@@ -67,7 +67,7 @@ static void trace_rays(struct building *b, uint64_t first, uint32_t n)
     b->wave.every_light = job->snapshot->lights.n_active <= LUM_WAVE_LIGHTS;
     uint8_t ray_of[LUM_RAY_BATCH]; /* by path that was started */
     for (uint32_t i = 0; i < n; i++) {
-        const struct lum_record *record = job->records[(first + i) / b->n_rays];
+        const struct lum_cache_record *record = job->records[(first + i) / b->n_rays];
         struct lum_sampler sampler = lum_sampler_at(0, 0, (uint32_t)((first + i) % b->n_rays), key->seed);
         b->distance[i] = INFINITY;
         if (lum_wave_add_indirect(&b->wave, i, sampler, record->p, record->n, record->ng))
@@ -81,7 +81,7 @@ static void trace_rays(struct building *b, uint64_t first, uint32_t n)
     lum_wave_run(&b->wave, 2);
 }
 
-static void add_ray(struct building *b, const struct lum_record *record, uint32_t i, struct sums *sums)
+static void add_ray(struct building *b, const struct lum_cache_record *record, uint32_t i, struct sums *sums)
 {
     struct lum_rgb radiance = b->wave.radiance[i];
     if (lum_rgb_finite(radiance)) {
@@ -94,7 +94,7 @@ static void add_ray(struct building *b, const struct lum_record *record, uint32_
     sums->inverse_distance += 1.0 / (double)lum_max(b->distance[i], least_radius(b->job, record));
 }
 
-static void fill(const struct building *b, struct lum_record *record, const struct sums *sums)
+static void fill(const struct building *b, struct lum_cache_record *record, const struct sums *sums)
 {
     double scale = LUM_PI_D / b->n_rays;
     record->irradiance =
@@ -123,7 +123,7 @@ static void build(const struct lum_cache_job *job)
         uint32_t n = n_rays - first < LUM_RAY_BATCH ? (uint32_t)(n_rays - first) : LUM_RAY_BATCH;
         trace_rays(&b, first, n);
         for (uint32_t i = 0; i < n; i++) {
-            struct lum_record *record = job->records[(first + i) / b.n_rays];
+            struct lum_cache_record *record = job->records[(first + i) / b.n_rays];
             add_ray(&b, record, i, &sums);
             if ((first + i + 1) % b.n_rays == 0) {
                 fill(&b, record, &sums);
@@ -140,7 +140,7 @@ static void build(const struct lum_cache_job *job)
 static size_t record_bytes(uint32_t n_vpls)
 {
     (void)n_vpls;
-    return sizeof(struct lum_record);
+    return sizeof(struct lum_cache_record);
 }
 
 const struct lum_cache_kind lum_cache_irradiance = {

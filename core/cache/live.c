@@ -40,7 +40,7 @@
 #define PROXIMITY_CHANGE 1.5f
 
 struct live_record {
-    struct lum_record base;
+    struct lum_cache_record base;
     float proximity; /* of lum_proximity */
     uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces */
 };
@@ -50,12 +50,12 @@ static size_t record_bytes(uint32_t n_vpls)
     return sizeof(struct live_record) + 2 * lum_vpl_words(n_vpls) * sizeof(uint64_t);
 }
 
-static struct live_record *live_of(struct lum_record *record)
+static struct live_record *live_of(struct lum_cache_record *record)
 {
     return (struct live_record *)(void *)record;
 }
 
-static struct lum_receiver receiver_of(const struct lum_record *r)
+static struct lum_receiver receiver_of(const struct lum_cache_record *r)
 {
     return (struct lum_receiver){r->p, r->n, r->ng};
 }
@@ -140,7 +140,7 @@ static void look_at_unknown(struct seeing *s, struct live_record *r)
 
 /* No further than the gradient is to be trusted: over the radius it changes the irradiance by at most all of it
  * (algorithms A2). Along the surface only: what lies before or behind it is another. */
-static void limit_gradient(struct lum_record *r)
+static void limit_gradient(struct lum_cache_record *r)
 {
     struct lum_rgb *g = r->gradient;
     struct lum_rgb off =
@@ -156,7 +156,7 @@ static void limit_gradient(struct lum_record *r)
             g[i] = lum_rgb_scale(g[i], most / (steep * r->radius));
 }
 
-static void add_up(const struct lum_cache_job *job, struct lum_record *r)
+static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
 {
     const struct lum_cache *cache = job->cache;
     bool media = cache->key.media && job->snapshot->n_media > 0;
@@ -256,7 +256,7 @@ static uint32_t review(const struct lum_cache_job *job, struct live_record **rec
 }
 
 /* Up to LUM_PROXIMITY_POINTS records. */
-static void refresh_some(struct seeing *s, struct lum_record *const *records, uint32_t n)
+static void refresh_some(struct seeing *s, struct lum_cache_record *const *records, uint32_t n)
 {
     const struct lum_cache *cache = s->job->cache;
     const struct lum_since_ring *ring = cache->kind_state;
@@ -297,7 +297,7 @@ static void remove_movers(struct lum_cache *cache, const struct lum_motion *moti
     if (!cache->store || (motion->n == 0 && !motion->everything))
         return;
     for (uint32_t i = 0; i < lum_store_limit(cache->store); i++) {
-        struct lum_record *r = lum_store_at(cache->store, i);
+        struct lum_cache_record *r = lum_store_at(cache->store, i);
         if (r && lum_motion_has(motion, r->object) && lum_store_remove(cache->store, 0, r))
             atomic_fetch_add_explicit(&cache->removed, 1, memory_order_relaxed);
     }

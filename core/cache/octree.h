@@ -98,7 +98,7 @@ struct lum_octree_query {
     const struct lum_octree_cell *cell;
     const struct lum_slab *slab;
     struct lum_vec3 lo, hi;
-    struct lum_record **records; /* the first max of those found */
+    struct lum_cache_record **records; /* the first max of those found */
     uint32_t n, max;             /* n: found so far, also those that there was no room for; searches add to it */
 };
 void lum_octree_search(const struct lum_octree_node *root, struct lum_octree_query *query);

@@ -43,7 +43,7 @@ static bool chunk_has_memory(struct lum_slab *slab, uint32_t c)
 }
 
 /* At most 64 tries: a bit that was seen and is gone was taken by another. */
-static struct lum_record *take_from(struct lum_slab *slab, uint32_t c, uint32_t *ret_index)
+static struct lum_cache_record *take_from(struct lum_slab *slab, uint32_t c, uint32_t *ret_index)
 {
     uint64_t seen = atomic_load_explicit(&slab->free[c], memory_order_relaxed);
     if (!seen || !chunk_has_memory(slab, c))
@@ -59,9 +59,9 @@ static struct lum_record *take_from(struct lum_slab *slab, uint32_t c, uint32_t 
     return NULL;
 }
 
-struct lum_record *lum_slab_take(struct lum_slab *slab, uint32_t *chunk, uint32_t *ret_index)
+struct lum_cache_record *lum_slab_take(struct lum_slab *slab, uint32_t *chunk, uint32_t *ret_index)
 {
-    struct lum_record *r = NULL;
+    struct lum_cache_record *r = NULL;
     while (*chunk < slab->n_chunks || *chunk == LUM_SLAB_NONE) {
         if (*chunk != LUM_SLAB_NONE && (r = take_from(slab, *chunk, ret_index)))
             return r;

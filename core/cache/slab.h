@@ -45,7 +45,7 @@ void lum_slab_finish(struct lum_slab *slab); /* accepts a zeroed one */
 
 /* A record that is nobody else's, as it was left. chunk: the worker's own, LUM_SLAB_NONE at first. NULL: all are taken, or
  * memory is short. Thread: any. */
-struct lum_record *lum_slab_take(struct lum_slab *slab, uint32_t *chunk, uint32_t *ret_index);
+struct lum_cache_record *lum_slab_take(struct lum_slab *slab, uint32_t *chunk, uint32_t *ret_index);
 void lum_slab_give(struct lum_slab *slab, uint32_t index); /* Thread: any */
 /* Starts over with the lowest chunk that has a free record; the workers' chunks become LUM_SLAB_NONE. Thread: one alone. */
 void lum_slab_restart(struct lum_slab *slab);
@@ -55,7 +55,7 @@ static inline struct lum_slab_chunk *lum_slab_chunk_of(const struct lum_slab *sl
     return atomic_load_explicit(&slab->chunks[index / LUM_SLAB_CHUNK], memory_order_acquire);
 }
 /* The memory of an index that was taken once. */
-static inline struct lum_record *lum_slab_at(const struct lum_slab *slab, uint32_t index)
+static inline struct lum_cache_record *lum_slab_at(const struct lum_slab *slab, uint32_t index)
 {
     return (void *)(lum_slab_chunk_of(slab, index)->records + (index % LUM_SLAB_CHUNK) * slab->record_bytes);
 }

@@ -103,9 +103,9 @@ static enum lum_status check_config(const struct lum_store_config *c, struct lum
         return lum_fail(err, LUM_ERR_INVALID, "box", "the box is inside out, not finite or larger than 2^60");
     if (c->n_workers < 1 || c->n_workers > LUM_STORE_WORKERS_MAX)
         return lum_fail(err, LUM_ERR_INVALID, "n_workers", "%u workers: 1 to %u", c->n_workers, LUM_STORE_WORKERS_MAX);
-    if (c->record_bytes < sizeof(struct lum_record) || c->record_bytes % 8 != 0)
+    if (c->record_bytes < sizeof(struct lum_cache_record) || c->record_bytes % 8 != 0)
         return lum_fail(err, LUM_ERR_INVALID, "record_bytes", "%zu bytes: a multiple of 8, at least %zu",
-                        c->record_bytes, sizeof(struct lum_record));
+                        c->record_bytes, sizeof(struct lum_cache_record));
     if (c->capacity < 1 || c->capacity > LUM_STORE_MAX)
         return lum_fail(err, LUM_ERR_INVALID, "capacity", "%u records: 1 to %u", c->capacity, LUM_STORE_MAX);
     return LUM_OK;
@@ -165,14 +165,14 @@ static void leave(struct lum_store *s)
         pthread_mutex_unlock(&s->lock);
 }
 
-struct lum_record *lum_store_new(struct lum_store *store, uint32_t worker)
+struct lum_cache_record *lum_store_new(struct lum_store *store, uint32_t worker)
 {
     uint32_t index;
-    struct lum_record *r = lum_slab_take(&store->slab, &store->workers[worker].chunk, &index);
+    struct lum_cache_record *r = lum_slab_take(&store->slab, &store->workers[worker].chunk, &index);
     if (!r)
         return NULL;
     /* all but the state, which lum_store_at may look at meanwhile */
-    enum { STATE = offsetof(struct lum_record, state), AFTER = STATE + sizeof r->state };
+    enum { STATE = offsetof(struct lum_cache_record, state), AFTER = STATE + sizeof r->state };
     memset(r, 0, STATE);
     memset((unsigned char *)r + AFTER, 0, store->slab.record_bytes - AFTER);
     r->index = index;
@@ -180,7 +180,7 @@ struct lum_record *lum_store_new(struct lum_store *store, uint32_t worker)
     return r;
 }
 
-void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_record *record)
+void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_cache_record *record)
 {
     (void)worker;
     atomic_store_explicit(&record->state, STATE_FREE, memory_order_relaxed);
@@ -188,13 +188,13 @@ void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_record 
 }
 
 static struct lum_octree_insertion insertion_of(const struct lum_store *s, struct lum_octree_arena *arena,
-                                                const struct lum_record *r)
+                                                const struct lum_cache_record *r)
 {
     return (struct lum_octree_insertion){.cell = &s->cell, .arena = arena, .entry = {r->p, r->radius, r->index}};
 }
 
 /* Place and state are written before the lane is published: who finds the record may remove it at once. */
-static bool share(struct lum_store *s, struct worker *w, struct lum_record *r)
+static bool share(struct lum_store *s, struct worker *w, struct lum_cache_record *r)
 {
     if (s->storage == LUM_STORAGE_LOCAL && !w->own && !(w->own = lum_octree_node_new(&w->arena)))
         return false;
@@ -211,7 +211,7 @@ static bool share(struct lum_store *s, struct worker *w, struct lum_record *r)
     return true;
 }
 
-bool lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_record *record)
+bool lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record)
 {
     struct worker *w = &store->workers[worker];
     enter(store, w);
@@ -221,7 +221,7 @@ bool lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_recor
 }
 
 uint32_t lum_store_overlap(struct lum_store *store, uint32_t worker, struct lum_vec3 lo, struct lum_vec3 hi,
-                           struct lum_record **ret_records, uint32_t max)
+                           struct lum_cache_record **ret_records, uint32_t max)
 {
     struct worker *w = &store->workers[worker];
     struct lum_octree_query q = {&store->cell, &store->slab, lo, hi, ret_records, 0, max};
@@ -236,13 +236,13 @@ uint32_t lum_store_overlap(struct lum_store *store, uint32_t worker, struct lum_
     return max;
 }
 
-uint32_t lum_store_find(struct lum_store *store, uint32_t worker, struct lum_vec3 p, struct lum_record **ret_records,
-                        uint32_t max)
+uint32_t lum_store_find(struct lum_store *store, uint32_t worker, struct lum_vec3 p,
+                        struct lum_cache_record **ret_records, uint32_t max)
 {
     return lum_store_overlap(store, worker, p, p, ret_records, max);
 }
 
-bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_record *record)
+bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_cache_record *record)
 {
     struct worker *w = &store->workers[worker];
     uint32_t state = atomic_load_explicit(&record->state, memory_order_acquire);
@@ -263,17 +263,17 @@ bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_recor
 
 /* ---- by one thread ---- */
 
-static bool is_there(const struct lum_record *r)
+static bool is_there(const struct lum_cache_record *r)
 {
     uint32_t state = atomic_load_explicit(&r->state, memory_order_acquire);
     return state == STATE_SHARED || state == STATE_LOCAL;
 }
 
-struct lum_record *lum_store_at(const struct lum_store *store, uint32_t index)
+struct lum_cache_record *lum_store_at(const struct lum_store *store, uint32_t index)
 {
     if (index >= store->slab.capacity || !lum_slab_chunk_of(&store->slab, index))
         return NULL;
-    struct lum_record *r = lum_slab_at(&store->slab, index);
+    struct lum_cache_record *r = lum_slab_at(&store->slab, index);
     return is_there(r) ? r : NULL;
 }
 
@@ -308,7 +308,7 @@ static void reclaim(struct lum_store *s)
 static bool merge(struct lum_store *s)
 {
     for (uint32_t i = 0; i < lum_store_limit(s); i++) {
-        struct lum_record *r = lum_store_at(s, i);
+        struct lum_cache_record *r = lum_store_at(s, i);
         if (!r || atomic_load_explicit(&r->state, memory_order_relaxed) != STATE_LOCAL)
             continue;
         struct lum_octree_insertion in = insertion_of(s, &s->arena, r);
@@ -338,7 +338,7 @@ static void build_anew(struct lum_store *s)
     struct lum_place *places = lum_calloc(limit, sizeof *places);
     bool done = root && places;
     for (uint32_t i = 0; done && i < limit; i++) {
-        const struct lum_record *r = lum_store_at(s, i);
+        const struct lum_cache_record *r = lum_store_at(s, i);
         if (!r)
             continue;
         struct lum_octree_insertion in = insertion_of(s, &arena, r);
@@ -390,7 +390,7 @@ void lum_store_clear(struct lum_store *store)
     reclaim(store);
     uint32_t limit = lum_store_limit(store);
     for (uint32_t i = 0; i < limit; i++) {
-        struct lum_record *r = lum_store_at(store, i);
+        struct lum_cache_record *r = lum_store_at(store, i);
         if (!r)
             continue;
         atomic_store_explicit(&r->state, STATE_FREE, memory_order_relaxed);

@@ -11,7 +11,7 @@
  *
  * A record is a point of a surface that serves points nearer to it than its radius. It lies in the node whose side is the
  * least that is still at least twice the radius, so that a search descends into those children only whose cell, grown by half
- * its side, holds the point. What else a record carries is its owner's: a struct that begins with struct lum_record.
+ * its side, holds the point. What else a record carries is its owner's: a struct that begins with struct lum_cache_record.
  *
  * Life of a record: lum_store_new (the caller's alone) -> filled in -> lum_store_insert (shared; p, n, radius and object never
  * change again) -> lum_store_remove (no later search returns it) -> its memory is used again after the end of a frame by which
@@ -23,7 +23,7 @@
 #include "core/cache/caches.h"
 #include "core/math/vec.h"
 
-struct lum_record {
+struct lum_cache_record {
     struct lum_vec3 p, n, ng;   /* scene space; n: unit shading normal, on the side of the surface that it serves; ng: geometric,
                                  * on the same side, for where rays start */
     float radius;               /* > 0; serves points nearer than this */
@@ -54,24 +54,24 @@ void lum_store_destroy(struct lum_store *store); /* accepts NULL */
 /* ---- by workers, at the same time (serial: who inserts is alone) ---- */
 
 /* A zeroed record, but for its index. NULL: the store is full, or memory is short. */
-struct lum_record *lum_store_new(struct lum_store *store, uint32_t worker);
+struct lum_cache_record *lum_store_new(struct lum_store *store, uint32_t worker);
 /* Gives back one that was not inserted. */
-void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_record *record);
+void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
 /* Shares it. From now on searches of all workers find it (local: of this worker only, until the end of the frame). False: memory
  * for the tree is short; the record is still the caller's. */
-LUM_MUST_USE bool lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_record *record);
+LUM_MUST_USE bool lum_store_insert(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
 /* Records whose ball holds p, at most max of them, in no certain order; returns how many. More than max: those left out are
  * counted in the statistics. */
-uint32_t lum_store_find(struct lum_store *store, uint32_t worker, struct lum_vec3 p, struct lum_record **ret_records,
+uint32_t lum_store_find(struct lum_store *store, uint32_t worker, struct lum_vec3 p, struct lum_cache_record **ret_records,
                         uint32_t max);
 /* Records whose ball meets the box lo .. hi. */
 uint32_t lum_store_overlap(struct lum_store *store, uint32_t worker, struct lum_vec3 lo, struct lum_vec3 hi,
-                           struct lum_record **ret_records, uint32_t max);
+                           struct lum_cache_record **ret_records, uint32_t max);
 /* Takes it out. Any worker may, while others search; taking it out twice is the same as once. True: it was this call that did. */
-bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_record *record);
+bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);
 /* Record by index; NULL: there is none. For going over all: 0 .. lum_store_limit - 1, in the order of their indices. While others
  * insert, those records may be among them or not. */
-struct lum_record *lum_store_at(const struct lum_store *store, uint32_t index);
+struct lum_cache_record *lum_store_at(const struct lum_store *store, uint32_t index);
 uint32_t lum_store_limit(const struct lum_store *store);
 
 /* ---- by one thread, while no worker is inside ---- */

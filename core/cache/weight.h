@@ -1,4 +1,4 @@
-/* What a record counts at a point: the arithmetic of lum_record_weight, inline, so that it can stand in loops over many
+/* What a record counts at a point: the arithmetic of lum_cache_record_weight, inline, so that it can stand in loops over many
  * points at once. No branch, and no value of any input makes it anything but 0 or finite and positive, as long as
  * LUM_ACCURACY_MIN <= accuracy. */
 #ifndef LUM_CORE_CACHE_WEIGHT_H
@@ -44,7 +44,7 @@ static inline float lum_weight_hats(const struct lum_weighting *w, float per_rad
 }
 
 /* Of one record at one point. */
-static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric, const struct lum_record *record,
+static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric, const struct lum_cache_record *record,
                                   struct lum_vec3 p, struct lum_vec3 n)
 {
     struct lum_vec3 d = lum_v3_sub(p, record->p);

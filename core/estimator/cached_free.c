@@ -21,7 +21,7 @@ static bool is_cancelled(const struct free_run *run)
 static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_vec3 n, uint32_t worker,
                     struct lum_rgb *ret_irradiance)
 {
-    struct lum_record *found[LUM_SQUARE_RECORDS];
+    struct lum_cache_record *found[LUM_SQUARE_RECORDS];
     struct lum_lookup l = lum_lookup_of(run->cache, worker);
     uint32_t n_found = lum_store_find(l.store, worker, p, found, LUM_SQUARE_RECORDS);
     struct lum_rgb sum = lum_grey(0.0f);
@@ -43,7 +43,7 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
 {
     const struct lum_pass *pass = run->pass;
     struct lum_cache *cache = run->cache;
-    struct lum_record *r = lum_store_new(cache->store, counters->worker);
+    struct lum_cache_record *r = lum_store_new(cache->store, counters->worker);
     if (!r)
         return false;
     lum_records_place(r, pass, pixel);

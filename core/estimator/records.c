@@ -12,7 +12,7 @@ struct lum_records_memory {
     struct lum_sites *unserved; /* by square */
     _Atomic uint64_t *found;    /* a bit by record's index: some square has looked it up */
     size_t found_words;
-    struct lum_record **batch; /* to be built, or refreshed */
+    struct lum_cache_record **batch; /* to be built, or refreshed */
     uint32_t batch_capacity;
     /* what the records were made for; complete: and all of them were */
     bool complete;
@@ -83,11 +83,11 @@ static bool reserve_batch(struct lum_records_memory *m, uint32_t n)
     if (n <= m->batch_capacity)
         return true;
     uint32_t capacity = n + n / 2;
-    struct lum_record **batch = lum_calloc(capacity, sizeof(struct lum_record *));
+    struct lum_cache_record **batch = lum_calloc(capacity, sizeof(struct lum_cache_record *));
     if (!batch)
         return false;
     if (m->batch)
-        memcpy(batch, m->batch, m->batch_capacity * sizeof(struct lum_record *));
+        memcpy(batch, m->batch, m->batch_capacity * sizeof(struct lum_cache_record *));
     lum_free(m->batch);
     m->batch = batch;
     m->batch_capacity = capacity;
@@ -176,7 +176,7 @@ static bool list_stale(struct run *run)
     for (uint32_t word = 0; word * 64 < limit; word++) {
         uint64_t bits = atomic_load_explicit(&run->memory->found[word], memory_order_relaxed);
         for (; bits; bits &= bits - 1) {
-            struct lum_record *r = lum_store_at(run->cache->store, 64 * word + (uint32_t)__builtin_ctzll(bits));
+            struct lum_cache_record *r = lum_store_at(run->cache->store, 64 * word + (uint32_t)__builtin_ctzll(bits));
             if (!r || !lum_cache_is_stale(run->cache, r)) {
                 run->counts->reused += r != NULL;
                 continue;
@@ -225,7 +225,7 @@ static uint32_t middle_site(const struct lum_sites *s, uint32_t x0, uint32_t y0,
     return best;
 }
 
-void lum_records_place(struct lum_record *r, const struct lum_pass *pass, size_t pixel)
+void lum_records_place(struct lum_cache_record *r, const struct lum_pass *pass, size_t pixel)
 {
     const struct lum_surfaces *s = pass->surfaces;
     const struct lum_snapshot *snapshot = pass->snapshot;
@@ -240,7 +240,7 @@ void lum_records_place(struct lum_record *r, const struct lum_pass *pass, size_t
 static bool request(struct run *run, uint32_t tile, uint32_t site)
 {
     struct lum_records_memory *m = run->memory;
-    struct lum_record *r = reserve_batch(m, run->n_batch + 1) ? lum_store_new(run->cache->store, 0) : NULL;
+    struct lum_cache_record *r = reserve_batch(m, run->n_batch + 1) ? lum_store_new(run->cache->store, 0) : NULL;
     if (!r)
         return false;
     lum_records_place(r, run->pass, lum_square_pixel(run->pass, tile, site));
@@ -303,7 +303,7 @@ static void drop_batch(struct run *run)
     run->n_batch = 0;
 }
 
-bool lum_records_are_sound(const struct lum_record *r)
+bool lum_records_are_sound(const struct lum_cache_record *r)
 {
     bool sound = r->radius > 0.0f && isfinite(r->radius) && lum_rgb_finite(r->irradiance);
     for (uint32_t k = 0; k < 3; k++)
@@ -316,7 +316,7 @@ bool lum_records_are_sound(const struct lum_record *r)
 static bool insert_batch(struct run *run)
 {
     for (uint32_t i = 0; i < run->n_batch; i++) {
-        struct lum_record *r = run->memory->batch[i];
+        struct lum_cache_record *r = run->memory->batch[i];
         bool sound = lum_records_are_sound(r);
         run->runner->counters[0].nonfinite += !sound;
         if (sound && lum_store_insert(run->cache->store, 0, r)) {

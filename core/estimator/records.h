@@ -40,9 +40,9 @@ LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const 
                                              const struct lum_stage_runner *runner, struct lum_error *err);
 
 /* Puts a new record on the surface that a pixel shows. */
-void lum_records_place(struct lum_record *record, const struct lum_pass *pass, size_t pixel);
+void lum_records_place(struct lum_cache_record *record, const struct lum_pass *pass, size_t pixel);
 /* What a kind may not get wrong: a record that others would multiply by is finite, and its radius above 0. */
-bool lum_records_are_sound(const struct lum_record *record);
+bool lum_records_are_sound(const struct lum_cache_record *record);
 
 extern const struct lum_estimator lum_stage_records;             /* lum_records_run, as a stage */
 extern const struct lum_estimator lum_estimator_cached;          /* component INDIRECT, interpolated at every pixel, */

@@ -90,7 +90,7 @@ bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square
 /* ---- who is served ---- */
 
 /* The metric is a constant where this is called, so that each has a loop of its own. */
-static inline float weigh(const struct lum_weighting *w, enum lum_metric metric, const struct lum_record *r,
+static inline float weigh(const struct lum_weighting *w, enum lum_metric metric, const struct lum_cache_record *r,
                           float per_radius, const struct lum_square *s, uint32_t i)
 {
     struct lum_vec3 d = {s->px[i] - r->p.x, s->py[i] - r->p.y, s->pz[i] - r->p.z}, n = {s->nx[i], s->ny[i], s->nz[i]};
@@ -99,11 +99,11 @@ static inline float weigh(const struct lum_weighting *w, enum lum_metric metric,
 }
 
 /* Raises best[i] to the weight of record r at point i. */
-static inline void raise_best(const struct lum_lookup *l, enum lum_metric metric, const struct lum_record *r,
+static inline void raise_best(const struct lum_lookup *l, enum lum_metric metric, const struct lum_cache_record *r,
                               const struct lum_square *restrict s, float *restrict best)
 {
     const struct lum_weighting w = l->weighting;
-    const struct lum_record at = {.p = r->p, .n = r->n};
+    const struct lum_cache_record at = {.p = r->p, .n = r->n};
     float per_radius = 1.0f / r->radius;
     for (uint32_t i = 0; i < s->n; i++)
         best[i] = lum_max(best[i], weigh(&w, metric, &at, per_radius, s, i));
@@ -200,10 +200,10 @@ static inline float extrapolate(float value, const float gradient[3], struct lum
 }
 
 static inline void add_record(const struct lum_lookup *l, enum lum_metric metric, bool inclined,
-                              const struct lum_record *r, const struct group *g, struct sums *restrict sums)
+                              const struct lum_cache_record *r, const struct group *g, struct sums *restrict sums)
 {
     const struct lum_weighting w = l->weighting;
-    const struct lum_record at = {.p = r->p, .n = r->n};
+    const struct lum_cache_record at = {.p = r->p, .n = r->n};
     const float per_radius = 1.0f / r->radius;
     const float value[3] = {r->irradiance.r, r->irradiance.g, r->irradiance.b};
     const float gradient[3][3] = {{r->gradient[0].r, r->gradient[1].r, r->gradient[2].r},
@@ -225,7 +225,7 @@ static inline void add_record(const struct lum_lookup *l, enum lum_metric metric
     }
 }
 
-static bool has_gradient(const struct lum_record *r)
+static bool has_gradient(const struct lum_cache_record *r)
 {
     float most = 0.0f;
     for (uint32_t k = 0; k < 3; k++)
@@ -234,7 +234,7 @@ static bool has_gradient(const struct lum_record *r)
     return most > 0.0f;
 }
 
-static void add_any_record(const struct lum_lookup *l, const struct lum_record *r, const struct group *g,
+static void add_any_record(const struct lum_lookup *l, const struct lum_cache_record *r, const struct group *g,
                            struct sums *sums)
 {
     bool inclined = has_gradient(r);
@@ -249,7 +249,7 @@ static void add_any_record(const struct lum_lookup *l, const struct lum_record *
 }
 
 /* By where they lie, and not by index: that may depend on which worker removed what. */
-static bool comes_before(const struct lum_record *a, const struct lum_record *b)
+static bool comes_before(const struct lum_cache_record *a, const struct lum_cache_record *b)
 {
     int order = memcmp(&a->p, &b->p, sizeof a->p);
     if (order == 0)
@@ -263,7 +263,7 @@ static void sort_candidates(struct lum_candidates *c)
     static const uint32_t gaps[] = {301, 132, 57, 23, 10, 4, 1};
     for (size_t g = 0; g < LUM_ARRAY_LEN(gaps); g++)
         for (uint32_t i = gaps[g]; i < c->n; i++) {
-            struct lum_record *r = c->records[i];
+            struct lum_cache_record *r = c->records[i];
             uint32_t k = i;
             for (; k >= gaps[g] && comes_before(r, c->records[k - gaps[g]]); k -= gaps[g])
                 c->records[k] = c->records[k - gaps[g]];
@@ -272,7 +272,7 @@ static void sort_candidates(struct lum_candidates *c)
 }
 
 /* False when all points of the box are out of a record's reach: never, where rounding might decide. */
-static bool may_reach(const struct box *b, const struct lum_record *r)
+static bool may_reach(const struct box *b, const struct lum_cache_record *r)
 {
     float x = lum_max(lum_max(b->lo.x - r->p.x, r->p.x - b->hi.x), 0.0f);
     float y = lum_max(lum_max(b->lo.y - r->p.y, r->p.y - b->hi.y), 0.0f);

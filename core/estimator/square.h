@@ -62,7 +62,7 @@ struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker);
 /* Records that may serve points from .. from + n - 1. True: all of them; false: there are more than fit. */
 struct lum_candidates {
     uint32_t n;
-    struct lum_record *records[LUM_SQUARE_RECORDS];
+    struct lum_cache_record *records[LUM_SQUARE_RECORDS];
 };
 bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, uint32_t from, uint32_t n,
                      struct lum_candidates *ret_candidates);

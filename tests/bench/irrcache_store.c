@@ -87,7 +87,7 @@ static struct lum_vec3 point_at(uint32_t number, uint32_t salt, struct lum_vec3 
 
 static bool insert(struct lum_store *store, uint32_t worker, uint32_t number, uint32_t salt)
 {
-    struct lum_record *r = lum_store_new(store, worker);
+    struct lum_cache_record *r = lum_store_new(store, worker);
     if (!r)
         return false;
     r->p = point_at(number, salt, &r->n);
@@ -99,7 +99,7 @@ static bool insert(struct lum_store *store, uint32_t worker, uint32_t number, ui
 static void sweep_job(void *ctx, uint32_t job, uint32_t worker)
 {
     struct sweep *s = ctx;
-    struct lum_record *found[FOUND_MAX];
+    struct lum_cache_record *found[FOUND_MAX];
     uint64_t n_found = 0, n_failed = 0;
     for (uint32_t i = 0; i < OPS; i++) {
         struct lum_vec3 n;
@@ -155,7 +155,7 @@ static bool make_config(struct config *c, struct lum_pool *pool, enum irr_storag
         .storage = (enum lum_storage)storage,
         .hi = {1.0f, 1.0f, 1.0f},
         .n_workers = lum_pool_size(pool),
-        .record_bytes = sizeof(struct lum_record),
+        .record_bytes = sizeof(struct lum_cache_record),
         .capacity = capacity,
     };
     c->pool = pool;

@@ -14,7 +14,7 @@ struct bench {
     struct rig rig;
     struct lum_caches *caches;
     struct lum_cache *cache;
-    struct lum_record *records[MAX_RECORDS]; /* in the cache; NULL: was removed */
+    struct lum_cache_record *records[MAX_RECORDS]; /* in the cache; NULL: was removed */
     uint32_t n;
     uint64_t rays; /* of the last update and the last refresh */
 };
@@ -56,14 +56,14 @@ static void publish(struct bench *b)
     tell_cache(b);
 }
 
-static struct lum_cache_job job_of(struct bench *b, struct lum_record *const *records, uint32_t n,
+static struct lum_cache_job job_of(struct bench *b, struct lum_cache_record *const *records, uint32_t n,
                                    struct lum_counters *counters)
 {
     return (struct lum_cache_job){
         .cache = b->cache, .snapshot = b->rig.snapshot, .records = records, .n = n, .counters = counters};
 }
 
-static void build(struct bench *b, struct lum_record *const *records, uint32_t n)
+static void build(struct bench *b, struct lum_cache_record *const *records, uint32_t n)
 {
     struct lum_counters counters = {0};
     struct lum_cache_job job = job_of(b, records, n, &counters);
@@ -80,9 +80,9 @@ static struct lum_vec3 place(const struct bench *b, double x, double y, double z
 }
 
 /* A new record, not built. */
-static struct lum_record *new_record(struct bench *b, struct lum_vec3 p, struct lum_vec3 n)
+static struct lum_cache_record *new_record(struct bench *b, struct lum_vec3 p, struct lum_vec3 n)
 {
-    struct lum_record *r = lum_store_new(b->cache->store, 0);
+    struct lum_cache_record *r = lum_store_new(b->cache->store, 0);
     assert_non_null(r);
     r->p = p;
     r->n = r->ng = n;
@@ -133,7 +133,7 @@ static void add_seen_records(struct bench *b, struct lum_vec3 eye, uint32_t n, u
 /* Brings records first .. first + n - 1 up to date, as a view would; those that were removed are forgotten. */
 static void refresh(struct bench *b, uint32_t first, uint32_t n)
 {
-    struct lum_record *stale[MAX_RECORDS];
+    struct lum_cache_record *stale[MAX_RECORDS];
     struct lum_counters counters = {0};
     uint32_t n_stale = 0;
     for (uint32_t i = first; i < first + n; i++)
@@ -162,10 +162,10 @@ static uint32_t n_left(const struct bench *b)
 static void assert_as_built(struct bench *b, const char *what)
 {
     for (uint32_t i = 0; i < b->n; i++) {
-        struct lum_record *r = b->records[i];
+        struct lum_cache_record *r = b->records[i];
         if (!r || lum_cache_is_stale(b->cache, r))
             continue;
-        struct lum_record *fresh = new_record(b, r->p, r->n);
+        struct lum_cache_record *fresh = new_record(b, r->p, r->n);
         fresh->ng = r->ng;
         build(b, &fresh, 1);
         if (memcmp(&fresh->irradiance, &r->irradiance, sizeof r->irradiance) != 0)
@@ -796,7 +796,7 @@ static void memory_may_be_short(void **state)
         put_board(&b, corner);
         rig_commit(&b.rig);
         struct lum_cache_update update = {b.rig.snapshot, NULL, &counters};
-        struct lum_record *stale[MAX_RECORDS];
+        struct lum_cache_record *stale[MAX_RECORDS];
         uint32_t n = 0;
         lum_alloc_fail_after(k);
         enum lum_status status = lum_cache_update(b.cache, &update, NULL);

@@ -9,7 +9,7 @@
 
 struct bench {
     struct lum_cache cache;
-    struct lum_record records[256], *list[256];
+    struct lum_cache_record records[256], *list[256];
     uint32_t n;
     struct lum_vec3 eye;
     float pixel;
@@ -34,7 +34,7 @@ static void add_record(struct bench *b, struct lum_vec3 p, struct lum_vec3 n)
 {
     assert_true(b->n < LUM_ARRAY_LEN(b->records));
     n = lum_normalize(n);
-    b->records[b->n++] = (struct lum_record){.p = p, .n = n, .ng = n};
+    b->records[b->n++] = (struct lum_cache_record){.p = p, .n = n, .ng = n};
 }
 
 static void build_some(struct bench *b, const struct rig *r, uint32_t first, uint32_t n)
@@ -411,7 +411,7 @@ struct parallel {
 static void build_one(void *ctx, uint32_t task, uint32_t worker)
 {
     struct parallel *p = ctx;
-    struct lum_record *record = &p->b->records[p->b->n - 1 - task];
+    struct lum_cache_record *record = &p->b->records[p->b->n - 1 - task];
     struct lum_cache_job job = {&p->b->cache, p->r->snapshot, &record, 1,
                                 p->b->pixel,  p->b->eye,      worker,  &p->counters[worker]};
     lum_cache_irradiance.build(&job);
@@ -437,7 +437,7 @@ static void a_record_is_its_own(void **state)
         struct parallel p = {.b = &parallel, .r = &r};
         RIG_OK(lum_pool_run(r.pool, parallel.n, build_one, &p, NULL));
         for (uint32_t i = 0; i < together.n; i++) {
-            const struct lum_record *a = &together.records[i], *b = &split.records[i], *c = &parallel.records[i];
+            const struct lum_cache_record *a = &together.records[i], *b = &split.records[i], *c = &parallel.records[i];
             if (memcmp(&a->irradiance, &b->irradiance, sizeof a->irradiance) || a->radius != b->radius)
                 fail_msg("%u rays, record %u: %g in one go, %g in parts", n_rays[k], i, (double)a->irradiance.g,
                          (double)b->irradiance.g);

@@ -16,8 +16,8 @@ struct bed {
     struct lum_caches *caches;
     struct lum_cache *cache;
     struct lum_counters counters;
-    struct lum_record *records[N_RECORDS]; /* NULL: to be placed */
-    uint32_t seed;                         /* of the next random number */
+    struct lum_cache_record *records[N_RECORDS]; /* NULL: to be placed */
+    uint32_t seed;                               /* of the next random number */
 };
 
 static uint32_t random_below(struct bed *b, uint32_t n)
@@ -74,7 +74,7 @@ static void bed_commit(struct bed *b)
     RIG_OK(lum_store_end_frame(b->cache->store, &err));
 }
 
-static struct lum_cache_job job_of(struct bed *b, struct lum_record *const *records, uint32_t n)
+static struct lum_cache_job job_of(struct bed *b, struct lum_cache_record *const *records, uint32_t n)
 {
     return (struct lum_cache_job){.cache = b->cache,
                                   .snapshot = b->r.snapshot,
@@ -104,13 +104,13 @@ static bool find_surface(struct bed *b, struct lum_surface *ret_surface)
 /* Fills the free places with new records. */
 static void bed_place(struct bed *b)
 {
-    struct lum_record *fresh[N_RECORDS];
+    struct lum_cache_record *fresh[N_RECORDS];
     uint32_t n = 0;
     for (uint32_t i = 0; i < N_RECORDS; i++) {
         struct lum_surface s;
         if (b->records[i] || !find_surface(b, &s))
             continue;
-        struct lum_record *record = lum_store_new(b->cache->store, 0);
+        struct lum_cache_record *record = lum_store_new(b->cache->store, 0);
         assert_non_null(record);
         record->p = s.p, record->n = s.ns, record->ng = s.ng;
         record->object = lum_hash64_text(b->r.snapshot->instances[s.instance].id);
@@ -125,7 +125,7 @@ static void bed_place(struct bed *b)
 /* Refreshes stale records, each with a chance of 1 in `of`. Returns the rays. */
 static uint64_t bed_refresh(struct bed *b, uint32_t of)
 {
-    struct lum_record *stale[N_RECORDS];
+    struct lum_cache_record *stale[N_RECORDS];
     uint32_t n = 0;
     for (uint32_t i = 0; i < N_RECORDS; i++)
         if (b->records[i] && lum_cache_is_stale(b->cache, b->records[i]) && random_below(b, of) == 0)
@@ -143,10 +143,10 @@ static uint64_t bed_refresh(struct bed *b, uint32_t of)
 /* Every record that is up to date, against one that is built now at the same place. */
 static void bed_check(struct bed *b, const char *when)
 {
-    struct lum_record *scratch = lum_calloc(1, b->cache->key.kind->record_bytes(N_VPLS));
+    struct lum_cache_record *scratch = lum_calloc(1, b->cache->key.kind->record_bytes(N_VPLS));
     assert_non_null(scratch);
     for (uint32_t i = 0; i < N_RECORDS; i++) {
-        const struct lum_record *got = b->records[i];
+        const struct lum_cache_record *got = b->records[i];
         if (!got || lum_cache_is_stale(b->cache, got))
             continue;
         scratch->p = got->p, scratch->n = got->n, scratch->ng = got->ng, scratch->object = got->object;
@@ -331,7 +331,7 @@ static uint64_t most_rays(struct bed *b, const struct lum_motion *motion)
     uint64_t n = 0;
     const struct lum_vpl_set *set = &b->cache->vpls;
     for (uint32_t i = 0; i < N_RECORDS; i++) {
-        const struct lum_record *r = b->records[i];
+        const struct lum_cache_record *r = b->records[i];
         if (!r)
             continue;
         struct lum_vec3 from = lum_ray_offset(r->p, r->ng);
@@ -403,14 +403,15 @@ static void no_light_through_a_thin_wall(void **state)
     for (int k = 0; k < 3; k++)
         bed_place(&b);
     for (uint32_t i = 0; i < N_RECORDS; i++) {
-        const struct lum_record *record = b.records[i];
+        const struct lum_cache_record *record = b.records[i];
         if (!record || record->p.x >= 0.0f)
             continue;
         n_dark++;
         assert_true(lum_rgb_black(record->irradiance));
         for (uint32_t k = 0; k < N_RECORDS; k++)
             if (b.records[k] && b.records[k]->p.x > 0.0f)
-                assert_true(lum_record_weight(b.records[k], LUM_METRIC_HATS, 0.5f, record->p, record->n) == 0.0f ||
+                assert_true(lum_cache_record_weight(b.records[k], LUM_METRIC_HATS, 0.5f, record->p, record->n) ==
+                                0.0f ||
                             lum_rgb_black(b.records[k]->irradiance) || fabsf(record->n.x) < 0.5f);
     }
     assert_true(n_dark > 0);

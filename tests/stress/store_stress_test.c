@@ -21,7 +21,7 @@
 enum { THREADS = 16, FRAMES = 6, INSERTS = 150, HELD = 256, N_IDS = THREADS * FRAMES * INSERTS, N_FOUND = 64 };
 
 struct note {
-    struct lum_record base;
+    struct lum_cache_record base;
     uint64_t sum;
 };
 
@@ -38,7 +38,7 @@ struct stress {
 struct thread {
     struct stress *s;
     uint32_t worker, dimension;
-    struct lum_record *held[HELD]; /* found in this frame: stay as they are until its end */
+    struct lum_cache_record *held[HELD]; /* found in this frame: stay as they are until its end */
     uint32_t n_held;
 };
 
@@ -47,7 +47,7 @@ static uint32_t bits(struct thread *t)
     return lum_hash_combine(lum_hash_combine(t->s->seed, t->worker), t->dimension++);
 }
 
-static uint64_t sum_of(const struct lum_record *r)
+static uint64_t sum_of(const struct lum_cache_record *r)
 {
     float fields[12];
     memcpy(fields,
@@ -63,7 +63,7 @@ static uint64_t sum_of(const struct lum_record *r)
     return sum;
 }
 
-static void check_sum(struct stress *s, struct lum_record *r)
+static void check_sum(struct stress *s, struct lum_cache_record *r)
 {
     if (((struct note *)r)->sum != sum_of(r))
         atomic_fetch_add(&s->n_broken, 1u);
@@ -75,7 +75,7 @@ static float uniform(struct thread *t)
 }
 
 /* The same few places for all threads, so that they meet in the same new nodes and pages. */
-static void fill(struct thread *t, struct lum_record *r, uint32_t id)
+static void fill(struct thread *t, struct lum_cache_record *r, uint32_t id)
 {
     uint32_t place = lum_hash_combine(t->s->seed, id % (FRAMES * INSERTS));
     r->p = lum_v3((float)(place & 15u) / 16.0f, (float)(place >> 4 & 15u) / 16.0f, uniform(t));
@@ -88,15 +88,15 @@ static void fill(struct thread *t, struct lum_record *r, uint32_t id)
     ((struct note *)r)->sum = sum_of(r);
 }
 
-static void hold(struct thread *t, struct lum_record *r)
+static void hold(struct thread *t, struct lum_cache_record *r)
 {
     t->held[t->n_held++ % HELD] = r;
 }
 
-static void look_up(struct thread *t, struct lum_vec3 p, const struct lum_record *own)
+static void look_up(struct thread *t, struct lum_vec3 p, const struct lum_cache_record *own)
 {
     struct stress *s = t->s;
-    struct lum_record *found[N_FOUND];
+    struct lum_cache_record *found[N_FOUND];
     uint32_t n = bits(t) % 2 || own ? lum_store_find(s->store, t->worker, p, found, N_FOUND)
                                     : lum_store_overlap(s->store, t->worker, p,
                                                         lum_v3(p.x + 0.1f, p.y + 0.1f, p.z + 0.1f), found, N_FOUND);
@@ -119,7 +119,7 @@ static void work_a_frame(struct thread *t, uint32_t frame)
 {
     struct stress *s = t->s;
     for (uint32_t i = 0; i < INSERTS; i++) {
-        struct lum_record *r = lum_store_new(s->store, t->worker);
+        struct lum_cache_record *r = lum_store_new(s->store, t->worker);
         if (!r) {
             atomic_fetch_add(&s->n_refused, 1u);
             continue;
@@ -185,7 +185,7 @@ static void check_all(struct stress *s)
     memset(there, 0, sizeof there);
     uint32_t n = 0;
     for (uint32_t i = 0; i < lum_store_limit(s->store); i++) {
-        struct lum_record *r = lum_store_at(s->store, i);
+        struct lum_cache_record *r = lum_store_at(s->store, i);
         if (!r)
             continue;
         assert_int_equal(r->index, i);
@@ -193,7 +193,7 @@ static void check_all(struct stress *s)
         assert_int_equal(there[r->object]++, 0);
         check_sum(s, r);
         n++;
-        static struct lum_record *found[N_IDS];
+        static struct lum_cache_record *found[N_IDS];
         uint32_t n_found = lum_store_find(s->store, 0, r->p, found, N_IDS), times = 0;
         for (uint32_t k = 0; k < n_found; k++)
             times += found[k] == r;
@@ -287,14 +287,14 @@ static void *racer_main(void *arg)
         struct lum_vec3 p = {(float)(round & 255u) / 256.0f, (float)(round >> 8) / 256.0f, 0.5f};
         float step = round % 2 ? 0x1p-6f : 0.0f; /* nodes of their own, or pages of one */
         for (uint32_t i = 0; i < HEAT; i++) {
-            struct lum_record *r = lum_store_new(race->store, me->worker);
+            struct lum_cache_record *r = lum_store_new(race->store, me->worker);
             r->p = lum_v3(p.x, p.y, p.z + step * (float)i);
             r->radius = 0x1p-15f;
             if (!lum_store_insert(race->store, me->worker, r))
                 atomic_fetch_add(&race->n_lost, 1u);
         }
         meet(race, ++n_meetings);
-        struct lum_record *found[2 * RACERS * HEAT];
+        struct lum_cache_record *found[2 * RACERS * HEAT];
         for (uint32_t i = 0; i < HEAT; i++) {
             struct lum_vec3 q = {p.x, p.y, p.z + step * (float)i};
             uint32_t n = lum_store_find(race->store, me->worker, q, found, LUM_ARRAY_LEN(found));

@@ -21,7 +21,7 @@ struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struc
 static void build(const struct lum_cache_job *job, enum closed_kind kind)
 {
     for (uint32_t i = 0; i < job->n; i++) {
-        struct lum_record *r = job->records[i];
+        struct lum_cache_record *r = job->records[i];
         float footprint = job->pixel * lum_length(lum_v3_sub(r->p, job->eye));
         r->radius = lum_max(0.8f + 0.4f * sinf(0.7f * r->p.x) * sinf(0.5f * r->p.z), 2.0f * footprint);
         r->irradiance = closed_irradiance(kind, r->p, r->n);
@@ -52,7 +52,7 @@ static void build_broken(const struct lum_cache_job *job)
 static void refresh(const struct lum_cache_job *job)
 {
     for (uint32_t i = 0; i < job->n; i++) {
-        struct lum_record *r = job->records[i];
+        struct lum_cache_record *r = job->records[i];
         atomic_fetch_add(&n_refreshes, 1);
         if (lum_cache_is_stale(job->cache, r) && r->index % 7 == 0 &&
             lum_store_remove(job->cache->store, job->worker, r))
@@ -70,7 +70,7 @@ static void change(struct lum_cache *cache, const struct lum_cache_update *updat
 static size_t record_bytes(uint32_t n_vpls)
 {
     (void)n_vpls;
-    return sizeof(struct lum_record);
+    return sizeof(struct lum_cache_record);
 }
 
 const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {

@@ -153,7 +153,8 @@ static void edit(struct fuzz *f)
 }
 
 /* The record as it would be. */
-static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_record *r, struct lum_record *ret)
+static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_cache_record *r,
+                    struct lum_cache_record *ret)
 {
     struct rig *g = &f->rig;
     struct lum_counters counters = {0};
@@ -175,10 +176,10 @@ static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_re
 static uint32_t check_cache(struct fuzz *f, struct lum_cache *cache)
 {
     uint32_t n = 0, limit = lum_store_limit(cache->store);
-    struct lum_record *fresh = calloc(1, cache->key.kind->record_bytes(cache->key.n_vpls));
+    struct lum_cache_record *fresh = calloc(1, cache->key.kind->record_bytes(cache->key.n_vpls));
     assert_non_null(fresh);
     for (uint32_t i = 0; i < limit; i++) {
-        const struct lum_record *r = lum_store_at(cache->store, i);
+        const struct lum_cache_record *r = lum_store_at(cache->store, i);
         if (!r || lum_cache_is_stale(cache, r))
             continue;
         rebuild(f, cache, r, fresh);

@@ -22,7 +22,7 @@ static void build(const struct lum_cache_job *job)
 static size_t record_bytes(uint32_t n_vpls)
 {
     (void)n_vpls;
-    return sizeof(struct lum_record);
+    return sizeof(struct lum_cache_record);
 }
 
 static const struct lum_cache_kind stopping = {

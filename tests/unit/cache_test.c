@@ -18,7 +18,7 @@ static struct {
 static size_t record_bytes(uint32_t n_vpls)
 {
     (void)n_vpls;
-    return sizeof(struct lum_record);
+    return sizeof(struct lum_cache_record);
 }
 
 static void note_change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion)
@@ -110,7 +110,7 @@ static void commit_and_update(struct scene *s)
 
 static void add_record(struct scene *s)
 {
-    struct lum_record *r = lum_store_new(s->cache->store, 0);
+    struct lum_cache_record *r = lum_store_new(s->cache->store, 0);
     assert_non_null(r);
     r->n = r->ng = lum_v3(0, 1, 0);
     r->radius = 0.5f;

@@ -16,18 +16,18 @@ enum { N_MODEL = 3000, N_FOUND = 4096, WORKERS = 3 };
 
 /* What a record of the tests carries beside it. */
 struct note {
-    struct lum_record base;
+    struct lum_cache_record base;
     uint64_t value;
 };
 
 struct model {
     struct lum_store *store;
-    struct lum_record *records[N_MODEL]; /* NULL: not there */
+    struct lum_cache_record *records[N_MODEL]; /* NULL: not there */
     uint32_t n;
     uint32_t seed, dimension;
 };
 
-static struct lum_record *found[N_FOUND];
+static struct lum_cache_record *found[N_FOUND];
 
 static uint32_t bits(struct model *m)
 {
@@ -82,9 +82,9 @@ static float any_radius(struct model *m)
     return 0.002f * exp2f(uniform(m, 0.0f, 6.0f));
 }
 
-static struct lum_record *add(struct model *m, uint32_t worker, struct lum_vec3 p, float radius)
+static struct lum_cache_record *add(struct model *m, uint32_t worker, struct lum_vec3 p, float radius)
 {
-    struct lum_record *r = lum_store_new(m->store, worker);
+    struct lum_cache_record *r = lum_store_new(m->store, worker);
     assert_non_null(r);
     assert_true(((struct note *)r)->value == 0 && r->radius == 0.0f);
     r->p = p;
@@ -99,7 +99,7 @@ static struct lum_record *add(struct model *m, uint32_t worker, struct lum_vec3 
 
 /* The same operations on floats as store.h's "nearer than its radius" needs: what a search returns must agree bit for
  * bit. */
-static bool meets(const struct lum_record *r, struct lum_vec3 lo, struct lum_vec3 hi)
+static bool meets(const struct lum_cache_record *r, struct lum_vec3 lo, struct lum_vec3 hi)
 {
     float dx = lum_max(lum_max(lo.x - r->p.x, r->p.x - hi.x), 0.0f);
     float dy = lum_max(lum_max(lo.y - r->p.y, r->p.y - hi.y), 0.0f);
@@ -131,7 +131,7 @@ static void check_found(const struct model *m, uint32_t n, struct lum_vec3 lo, s
 }
 
 /* Just within and just beyond the reach of a record, along an axis: where the roundings of the descent would show. */
-static struct lum_vec3 at_the_rim(struct model *m, const struct lum_record *r)
+static struct lum_vec3 at_the_rim(struct model *m, const struct lum_cache_record *r)
 {
     float reach = r->radius, sign = bits(m) & 1u ? 1.0f : -1.0f;
     for (uint32_t i = bits(m) % 4; i > 0; i--)
@@ -146,7 +146,7 @@ static void check_queries(struct model *m, uint32_t worker, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++) {
         struct lum_vec3 p = any_point(m);
-        const struct lum_record *r = m->n ? m->records[bits(m) % m->n] : NULL;
+        const struct lum_cache_record *r = m->n ? m->records[bits(m) % m->n] : NULL;
         if (r && i % 2)
             p = at_the_rim(m, r);
         check_found(m, lum_store_find(m->store, worker, p, found, N_FOUND), p, p);
@@ -210,10 +210,10 @@ static void going_over_all_is_in_order(void **state)
     m = (struct model){.store = store_new(LUM_STORAGE_WAITFREE, N_MODEL), .seed = 3};
     for (uint32_t i = 0; i < 300; i++)
         add(&m, i % WORKERS, any_point(&m), any_radius(&m));
-    struct lum_record *alone = lum_store_new(m.store, 0); /* not inserted: not there */
+    struct lum_cache_record *alone = lum_store_new(m.store, 0); /* not inserted: not there */
     uint32_t n = 0;
     for (uint32_t i = 0; i < lum_store_limit(m.store); i++) {
-        struct lum_record *r = lum_store_at(m.store, i);
+        struct lum_cache_record *r = lum_store_at(m.store, i);
         assert_true(!r || (r->index == i && r != alone));
         n += r != NULL;
     }
@@ -264,13 +264,13 @@ static void removed_twice_is_removed_once(void **state)
     static struct model m;
     for (int storage = 0; storage < LUM_STORAGE_COUNT; storage++) {
         m = (struct model){.store = store_new((enum lum_storage)storage, 100)};
-        struct lum_record *r = add(&m, 0, lum_v3(0.0f, 0.0f, 0.0f), 0.5f);
+        struct lum_cache_record *r = add(&m, 0, lum_v3(0.0f, 0.0f, 0.0f), 0.5f);
         assert_int_equal(lum_store_find(m.store, 0, r->p, found, 8), 1);
         assert_true(lum_store_remove(m.store, 0, r));
         assert_false(lum_store_remove(m.store, 0, r));
         assert_int_equal(lum_store_find(m.store, 0, r->p, found, 8), 0);
         assert_true(r->radius == 0.5f); /* who found it before may still read it */
-        struct lum_record *other = add(&m, 0, lum_v3(0.0f, 0.0f, 0.0f), 0.5f);
+        struct lum_cache_record *other = add(&m, 0, lum_v3(0.0f, 0.0f, 0.0f), 0.5f);
         assert_ptr_not_equal(other, r);
         end_frame(&m);
         assert_int_equal(lum_store_count(m.store), 1);
@@ -319,12 +319,12 @@ static void capacity_is_met_exactly(void **state)
                 assert_null(lum_store_new(m.store, w));
             assert_int_equal(lum_store_count(m.store), capacities[c]);
             assert_int_equal(lum_store_limit(m.store), capacities[c]);
-            struct lum_record **last = &m.records[m.n - 1];
+            struct lum_cache_record **last = &m.records[m.n - 1];
             lum_store_remove(m.store, 1, *last);
             *last = NULL;
             assert_null(lum_store_new(m.store, 0));
             end_frame(&m);
-            struct lum_record *r = lum_store_new(m.store, 2);
+            struct lum_cache_record *r = lum_store_new(m.store, 2);
             assert_non_null(r);
             assert_null(lum_store_new(m.store, 1));
             lum_store_drop(m.store, 2, r);
@@ -402,7 +402,7 @@ static void short_memory_does_no_harm(void **state)
                 continue;
             }
             for (uint32_t i = 0; i < 600; i++) {
-                struct lum_record *r = lum_store_new(m.store, 0);
+                struct lum_cache_record *r = lum_store_new(m.store, 0);
                 failures += r == NULL;
                 if (!r)
                     continue;
@@ -435,7 +435,7 @@ static void wrong_configurations_are_refused(void **state)
 {
     (void)state;
     const struct lum_store_config good = {
-        .hi = {1.0f, 1.0f, 1.0f}, .n_workers = 1, .record_bytes = sizeof(struct lum_record), .capacity = 1};
+        .hi = {1.0f, 1.0f, 1.0f}, .n_workers = 1, .record_bytes = sizeof(struct lum_cache_record), .capacity = 1};
     struct {
         const char *field;
         struct lum_store_config config;
@@ -450,8 +450,8 @@ static void wrong_configurations_are_refused(void **state)
     wrong[4].config.n_workers = LUM_STORE_WORKERS_MAX + 1;
     wrong[5].config.capacity = 0;
     wrong[6].config.capacity = LUM_STORE_MAX + 1;
-    wrong[7].config.record_bytes = sizeof(struct lum_record) - 8;
-    wrong[8].config.record_bytes = sizeof(struct lum_record) + 4;
+    wrong[7].config.record_bytes = sizeof(struct lum_cache_record) - 8;
+    wrong[8].config.record_bytes = sizeof(struct lum_cache_record) + 4;
     for (size_t i = 0; i < LUM_ARRAY_LEN(wrong); i++) {
         struct lum_store *store = NULL;
         struct lum_error err = {0};
