@@ -3,15 +3,20 @@
 #include "core/estimator/records.h"
 #include "core/estimator/sites.h"
 
-bool lum_sites_quarter(const struct lum_pass *pass)
+/* True when the method interpolates every second pixel of every second row, and those that none of these serves. */
+static bool is_quarter(const struct lum_pass *pass)
 {
-    return pass->settings->method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] == &lum_estimator_cached_quarter;
+    const struct lum_method *m = pass->settings->method;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(m->filters); i++)
+        if (m->filters[i] == &lum_stage_upsample)
+            return true;
+    return false;
 }
 
 static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    bool quarter = lum_sites_quarter(pass);
+    bool quarter = is_quarter(pass);
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2};
     struct lum_square_sites sites = {0};
@@ -63,7 +68,7 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
     const struct lum_square_sites *sites = lum_sites_of(pass, tile);
-    bool quarter = lum_sites_quarter(pass);
+    bool quarter = is_quarter(pass);
     interpolate(pass, tile, &sites->coarse, quarter ? 2 : 1, quarter ? raw : smooth, counters->worker);
     interpolate(pass, tile, &sites->lone, 1, smooth, counters->worker);
 }
@@ -77,32 +82,3 @@ const struct lum_estimator lum_estimator_cached = {
     .cache = true,
     .then = &lum_stage_records,
 };
-const struct lum_estimator lum_estimator_cached_quarter = {
-    .name = "cached_quarter",
-    .stage = LUM_STAGE_INDIRECT,
-    .tile = cached_tile,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
-    .surfaces = true,
-    .cache = true,
-    .then = &lum_stage_records,
-};
-
-static void filter_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
-{
-    (void)counters;
-    const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
-    if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, packet))
-        return;
-    struct lum_guide guide = lum_components_guide(pass);
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    struct lum_filter f = {.guide = &guide,
-                           .need = LUM_PIXEL_SPECULAR,
-                           .side = pass->settings->method->pattern,
-                           .step = 1,
-                           .in = gloss->raw};
-    lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,
-                   guide.w);
-}
-
-const struct lum_estimator lum_filter_cached = {
-    .name = "cached_filter", .stage = LUM_STAGE_FILTER, .tile = filter_packet, .packets = true};

@@ -45,9 +45,8 @@ void lum_records_place(struct lum_cache_record *record, const struct lum_pass *p
 bool lum_records_are_sound(const struct lum_cache_record *record);
 
 extern const struct lum_estimator lum_stage_records;             /* lum_records_run, as a stage */
-extern const struct lum_estimator lum_estimator_cached;          /* component INDIRECT, interpolated at every pixel, */
-extern const struct lum_estimator lum_estimator_cached_quarter;  /* or at every fourth, for lum_stage_upsample */
+/* Component INDIRECT, interpolated at every pixel; in methods that filter by lum_stage_upsample, at one pixel in four. */
+extern const struct lum_estimator lum_estimator_cached;
 extern const struct lum_estimator lum_estimator_cached_free;     /* as published, where settings.deterministic is false (cached_free.c) */
-extern const struct lum_estimator lum_filter_cached;             /* what mirrors show, of interleaved VPLs */
 
 #endif

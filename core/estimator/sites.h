@@ -4,8 +4,6 @@
 
 #include "core/estimator/square.h"
 
-/* True when the method interpolates every second pixel of every second row, and those that none of these serves. */
-bool lum_sites_quarter(const struct lum_pass *pass);
 /* Pixels of the square that interpolate. coarse: those of a quarter of the resolution; lone: the others. At full resolution all are
  * coarse. */
 struct lum_square_sites {

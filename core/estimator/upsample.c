@@ -1,5 +1,5 @@
-/* How the components of `live` become smooth pictures: gloss by the filter of its interleaved samples, indirect diffuse
- * light by going up from a quarter of the resolution. */
+/* How components become smooth pictures: what glossy surfaces, mirrors and glass show by the filter of its interleaved
+ * samples, indirect diffuse light by going up from a quarter of the resolution. */
 #include "core/estimator/components.h"
 
 static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -10,7 +10,7 @@ static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lu
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    const uint8_t kinds = LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR;
+    const uint8_t kinds = LUM_PIXEL_SPECULAR | (pass->on[LUM_EFFECT_GLOSSY] ? LUM_PIXEL_GLOSS : 0);
     struct lum_filter f = {
         .guide = &guide, .need = kinds, .side = pass->settings->method->pattern, .step = 1, .in = gloss->raw};
     lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,

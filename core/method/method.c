@@ -125,7 +125,7 @@ static const struct lum_method methods[] = {
         .cache = &lum_cache_instant,
         .serves = CACHED_EFFECTS(lum_estimator_cached),
         .pattern = 3,
-        .filters = {&lum_filter_cached},
+        .filters = {&lum_stage_gloss},
     },
     {
         .name = "tic",
@@ -134,13 +134,12 @@ static const struct lum_method methods[] = {
         .cache = &lum_cache_temporal,
         .serves = CACHED_EFFECTS(lum_estimator_cached),
         .pattern = 3,
-        .filters = {&lum_filter_cached},
+        .filters = {&lum_stage_gloss},
     },
     {
         .name = "live",
         .summary = "soft shadows, fog, indirect light from a cache that edits bring up to date, gloss; then path "
-                   "tracing while the "
-                   "scene rests",
+                   "tracing while the scene rests",
         .refines = true,
         .cache = &lum_cache_live,
         .serves =
@@ -148,7 +147,7 @@ static const struct lum_method methods[] = {
                 [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
                 [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_penumbra,
                 [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_penumbra,
-                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_quarter,
+                [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached,
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,
                 [LUM_EFFECT_GLOSSY] = &lum_estimator_glossy,

@@ -184,7 +184,7 @@ extern const struct lum_estimator lum_stage_composite;    /* deferred: layers to
 extern const struct lum_estimator lum_estimator_shadow;   /* deferred: direct light with shadows */
 extern const struct lum_estimator lum_estimator_penumbra; /* deferred: direct light with soft shadows, refined pass by pass */
 extern const struct lum_estimator lum_estimator_specular; /* deferred: mirror and glass */
-extern const struct lum_estimator lum_stage_gloss;        /* filters of `live`: gloss, */
+extern const struct lum_estimator lum_stage_gloss;        /* filters: what glossy surfaces, mirrors and glass show, */
 extern const struct lum_estimator lum_stage_upsample;     /* indirect light to full resolution */
 extern const struct lum_estimator lum_estimator_airlight; /* components: single scattering in media, for `live` */
 extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */

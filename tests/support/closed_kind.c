@@ -108,6 +108,6 @@ const struct lum_method closed_free = {
 const struct lum_method closed_quarter = {
     .name = "closed_quarter",
     .cache = &closed_kinds[CLOSED_WAVY],
-    .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_quarter},
+    .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached},
     .filters = {&lum_stage_upsample},
 };
