@@ -18,8 +18,8 @@ static const struct lum_bench benches[] = {
      lum_bench_stride},
     {"ais", "adaptive interleaved sampling against its maximum, IGI and live: frame rates, errors, rays", NULL,
      lum_bench_ais},
-    {"instant", "instant caching, and temporal, against IGI and live: first frames, animations, errors, rays, growth", NULL,
-     lum_bench_instant},
+    {"instant", "instant caching, and temporal, against IGI and live: first frames, animations, errors, rays, growth",
+     NULL, lum_bench_instant},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
@@ -31,10 +31,14 @@ static const struct lum_bench benches[] = {
 
 static int usage(FILE *to, int status)
 {
-    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE]\n\nstudies:\n");
+    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
-    fprintf(to, "\n--quick shows that a study works; its figures are not for quoting.\n");
+    fprintf(
+        to,
+        "\n--quick shows that a study works; its figures are not for quoting.\n"
+        "--references keeps the path-traced pictures that errors are measured against, for the next time: they take\n"
+        "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n");
     return status;
 }
 
@@ -151,6 +155,14 @@ static bool own_directory(char *ret_dir, size_t size)
     return slash != NULL;
 }
 
+static bool make_directory(const char *path)
+{
+    if (mkdir(path, 0777) == 0 || errno == EEXIST)
+        return true;
+    fprintf(stderr, "lumend-bench: cannot make %s: %s\n", path, strerror(errno));
+    return false;
+}
+
 int main(int argc, char **argv)
 {
     char bin[4096];
@@ -168,13 +180,16 @@ int main(int argc, char **argv)
             options.out = argv[++i];
         else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
             options.scene = argv[++i];
+        else if (strcmp(argv[i], "--references") == 0 && i + 1 < argc)
+            options.references = argv[++i];
         else
             return fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", argv[i]), usage(stderr, 2);
     }
     if (!options.out)
         return fprintf(stderr, "lumend-bench: --out DIR is missing\n"), 2;
-    if (!own_directory(bin, sizeof bin) || (mkdir(options.out, 0777) != 0 && errno != EEXIST))
-        return fprintf(stderr, "lumend-bench: cannot make %s: %s\n", options.out, strerror(errno)), 1;
+    if (!own_directory(bin, sizeof bin) || !make_directory(options.out) ||
+        (options.references && !make_directory(options.references)))
+        return 1;
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         if (strcmp(argv[1], benches[i].name) == 0) {
             options.scene = options.scene ? options.scene : benches[i].scene;

@@ -3,7 +3,10 @@
  *
  * Its even and odd samples A and B are independent, so the mean of (x - A)(x - B) / (r^2 + epsilon) with r = (A + B) /
  * 2 is the relative squared error of x against the limit and not against the noise of the reference, but for that
- * noise's second-order part in r. SMAPE knows no such way and includes the noise. */
+ * noise's second-order part in r. SMAPE knows no such way and includes the noise.
+ *
+ * With --references DIR it is kept there, under a fingerprint of its own first two samples: whatever changes them, the
+ * scene, the camera, the size, the effects or the renderer, makes another one, and none is taken for what it is not. */
 #ifndef LUM_TESTS_BENCH_REFERENCE_H
 #define LUM_TESTS_BENCH_REFERENCE_H
 
@@ -11,8 +14,8 @@
 #include "tests/bench/bench.h"
 
 struct lum_bench_reference {
-    struct lum_view *view;
     uint32_t w, h, spp;
+    float *half[2];         /* 3 * w * h: means of the even and of the odd samples */
     float *truth, *picture; /* 3 * w * h, for lum_metric_compare */
     double mean;            /* luminance of the truth */
     double relmse;          /* noise that is left */
@@ -29,6 +32,7 @@ struct lum_bench_truth {
     const struct lum_world *world;
     const struct lum_view_settings *settings; /* its method does not count */
     uint32_t least_spp, most_spp;             /* powers of two, at least 2 */
+    const char *keep;                         /* directory; NULL: none */
 };
 /* False after a message on stderr. Finish it in both cases. */
 bool lum_bench_reference_make(struct lum_bench_reference *r, const struct lum_bench_truth *truth);
