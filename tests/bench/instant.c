@@ -26,7 +26,7 @@
 
 const char *const instant_methods[INSTANT_METHODS] = {"whitted", "igi", "ic", "tic", "live"};
 const char *const instant_parts[INSTANT_PARTS] = {"whole", "diffuse"};
-const char *const instant_growths[INSTANT_GROWTHS] = {"vpls", "accuracy", "movers", "pixels"};
+const char *const instant_growths[INSTANT_GROWTHS] = {"vpls", "accuracy", "movers", "triangles", "pixels"};
 
 /* Accuracy: `a` of 6.2.5 in metres, which the thesis does not give. 0.2 makes some thousand records in a room; in the
  * cathedral it makes 32 000, and 0.35 makes 15 000; a larger one lets normals differ so much that edges of patches
@@ -190,21 +190,26 @@ static bool time_first(const struct rig *r, struct configs *all)
 
 /* ---- animations ---- */
 
-/* Applies the edits of the next instant, and publishes. */
+/* Edits and publishes. */
+static bool apply(struct rig *r, const struct lum_ops *ops)
+{
+    struct lum_changes changes;
+    struct lum_proto_error perr;
+    struct lum_error err = {0};
+    if (!lum_world_apply(&r->world, &(struct lum_edit){.user = "bench", .ops = ops}, &changes, &perr))
+        return failed(perr.text);
+    lum_changes_finish(&changes);
+    return lum_world_commit(&r->world, &err) == LUM_OK || failed(err.text);
+}
+
+/* The edits of the next instant. */
 static bool next_pose(struct rig *r)
 {
     size_t from = r->n_moves_done, n = 1;
     while (from + n < r->moves.n && r->moves.t_ms[from + n] == r->moves.t_ms[from])
         n++;
-    struct lum_ops ops = {.ops = r->moves.ops + from, .n = n};
-    struct lum_changes changes;
-    struct lum_proto_error perr;
-    struct lum_error err = {0};
-    if (!lum_world_apply(&r->world, &(struct lum_edit){.user = "bench", .ops = &ops}, &changes, &perr))
-        return failed(perr.text);
-    lum_changes_finish(&changes);
     r->n_moves_done += n;
-    return lum_world_commit(&r->world, &err) == LUM_OK || failed(err.text);
+    return apply(r, &(struct lum_ops){.ops = r->moves.ops + from, .n = n});
 }
 
 static bool time_pose(const struct rig *r, struct configs *all, size_t pose, size_t n_poses)
@@ -283,7 +288,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
 static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
 {
     bool quick = r->options->quick;
-    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 1024,
+    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 256,
                                     r->options->references};
     for (int m = 0; m < INSTANT_METHODS; m++)
         frames->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
@@ -353,13 +358,35 @@ static const struct {
     double x;
     const char *scene;
 } growth[] = {
-    {INSTANT_VPLS, 64, "bunnies-1"},      {INSTANT_VPLS, 128, "bunnies-1"},    {INSTANT_VPLS, 256, "bunnies-1"},
-    {INSTANT_VPLS, 512, "bunnies-1"},     {INSTANT_VPLS, 1024, "bunnies-1"},   {INSTANT_RECORDS, 0.4, "bunnies-1"},
-    {INSTANT_RECORDS, 0.28, "bunnies-1"}, {INSTANT_RECORDS, 0.2, "bunnies-1"}, {INSTANT_RECORDS, 0.14, "bunnies-1"},
-    {INSTANT_RECORDS, 0.1, "bunnies-1"},  {INSTANT_MOVERS, 1, "bunnies-1"},    {INSTANT_MOVERS, 2, "bunnies-2"},
-    {INSTANT_MOVERS, 4, "bunnies-4"},     {INSTANT_MOVERS, 9, "bunnies-9"},    {INSTANT_PIXELS, 0.5, "bunnies-1"},
-    {INSTANT_PIXELS, 1, "bunnies-1"},     {INSTANT_PIXELS, 2, "bunnies-1"},
+    {INSTANT_VPLS, 64, "bunnies-1"},        {INSTANT_VPLS, 128, "bunnies-1"},
+    {INSTANT_VPLS, 256, "bunnies-1"},       {INSTANT_VPLS, 512, "bunnies-1"},
+    {INSTANT_VPLS, 1024, "bunnies-1"},      {INSTANT_RECORDS, 0.4, "bunnies-1"},
+    {INSTANT_RECORDS, 0.28, "bunnies-1"},   {INSTANT_RECORDS, 0.2, "bunnies-1"},
+    {INSTANT_RECORDS, 0.14, "bunnies-1"},   {INSTANT_RECORDS, 0.1, "bunnies-1"},
+    {INSTANT_MOVERS, 1, "bunnies-1"},       {INSTANT_MOVERS, 2, "bunnies-2"},
+    {INSTANT_MOVERS, 4, "bunnies-4"},       {INSTANT_MOVERS, 9, "bunnies-9"},
+    {INSTANT_PIXELS, 0.5, "bunnies-1"},     {INSTANT_PIXELS, 1, "bunnies-1"},
+    {INSTANT_PIXELS, 2, "bunnies-1"},       {INSTANT_TRIANGLES, 70, "bunnies-1"},
+    {INSTANT_TRIANGLES, 224, "bunnies-1"},  {INSTANT_TRIANGLES, 707, "bunnies-1"},
+    {INSTANT_TRIANGLES, 2048, "bunnies-1"},
 };
+
+/* Makes the mesh of the bunny from segments * segments patches. */
+static bool refine(struct rig *r, uint32_t segments)
+{
+    char text[160];
+    struct lum_proto_error perr;
+    snprintf(text, sizeof text,
+             "{\"lumend\":1,\"kind\":\"scene\"}\n"
+             "{\"op\":\"set\",\"id\":\"bunny-mesh\",\"path\":\"/segments\",\"value\":[%u,%u]}\n",
+             segments, segments);
+    struct lum_ops ops;
+    if (!lum_ops_from_jsonl(text, strlen(text), &ops, &perr))
+        return failed(perr.text);
+    bool ok = apply(r, &ops);
+    lum_ops_finish(&ops);
+    return ok;
+}
 
 static bool run_growth(const struct lum_bench_options *options, size_t i, struct instant_study *study)
 {
@@ -378,6 +405,13 @@ static bool run_growth(const struct lum_bench_options *options, size_t i, struct
         r.settings.w = (uint32_t)(x * r.settings.w);
         r.settings.h = (uint32_t)(x * r.settings.h);
         x = (double)r.settings.w * r.settings.h;
+    }
+    if (growth[i].what == INSTANT_TRIANGLES) {
+        if (!refine(&r, (uint32_t)x)) {
+            close_rig(&r);
+            return false;
+        }
+        x = (double)r.world.snapshot->n_triangles;
     }
     lum_bench_progress("instant: growth, %s %g", instant_growths[growth[i].what], x);
     memset(cells, 0, sizeof cells);

@@ -41,7 +41,7 @@ struct instant_scene {
 };
 
 /* What a frame of an animation costs as one number grows: the indirect diffuse light alone. */
-enum instant_growth { INSTANT_VPLS, INSTANT_RECORDS, INSTANT_MOVERS, INSTANT_PIXELS, INSTANT_GROWTHS };
+enum instant_growth { INSTANT_VPLS, INSTANT_RECORDS, INSTANT_MOVERS, INSTANT_TRIANGLES, INSTANT_PIXELS, INSTANT_GROWTHS };
 extern const char *const instant_growths[INSTANT_GROWTHS];
 
 struct instant_curve {

@@ -384,7 +384,7 @@ static void put_growth(const struct instant_study *study, struct lum_bench_table
 /* ---- figures ---- */
 
 static const char *const growth_titles[INSTANT_GROWTHS] = {"virtual point lights", "records of tic", "moving objects",
-                                                           "pixels"};
+                                                           "triangles", "pixels"};
 
 struct lines {
     double x[INSTANT_METHODS][INSTANT_POSES], y[INSTANT_METHODS][INSTANT_POSES];
