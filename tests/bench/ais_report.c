@@ -372,17 +372,9 @@ bool ais_report(const struct ais_study *study, const struct lum_bench_options *o
     printf("%u x %u; %s; A: ais, A-MAX: ais-max; 95 %% intervals\n", study->w, study->h, study->machine);
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
         const struct output *o = &outputs[i];
-        struct lum_bench_table *t = lum_bench_table_create(o->columns, o->n_columns);
-        if (!t)
-            return false;
-        o->fill(study, t);
-        if (o->file) {
-            ok = lum_bench_table_save(t, options, o->file);
-        } else {
-            putchar('\n');
-            lum_bench_table_markdown(t, stdout);
-        }
-        lum_bench_table_destroy(t);
+        struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};
+        o->fill(study, &t);
+        ok = lum_bench_table_finish(&t, options, o->file);
     }
     for (size_t i = 0; ok && i < study->n_scenes; i++)
         ok = draw(study, &study->scenes[i], options);

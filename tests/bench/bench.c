@@ -2,6 +2,7 @@
 #include "tests/bench/bench.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,7 @@
 
 #include "core/math/sampler.h"
 #include "server/scene_source.h"
+#include "tests/bench/plot.h"
 
 static const struct lum_bench benches[] = {
     {"rays", "rays per second against raw Embree traversal on the same scene", "cornell", lum_bench_rays},
@@ -70,6 +72,20 @@ bool lum_bench_close(FILE *f, const char *name)
     return ok;
 }
 
+bool lum_bench_plot(const struct lum_bench_options *options, const char *name, const struct lum_plot *plot,
+                    const char *machine)
+{
+    char subtitle[768];
+    struct lum_plot made = *plot;
+    snprintf(subtitle, sizeof subtitle, "%s. %s%s", plot->subtitle, machine, options->quick ? LUM_BENCH_QUICK : "");
+    made.subtitle = subtitle;
+    FILE *f = lum_bench_open(options, name);
+    if (!f)
+        return false;
+    lum_plot_write(f, &made);
+    return lum_bench_close(f, name);
+}
+
 bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_world)
 {
     struct lum_error err = {0};
@@ -123,6 +139,15 @@ double lum_bench_quantile(double *values, size_t n, double q)
     return i + 1 < n ? values[i] + (at - (double)i) * (values[i + 1] - values[i]) : values[n - 1];
 }
 
+double lum_bench_median_of(const double *values, size_t n)
+{
+    double copy[LUM_BENCH_SAMPLES];
+    n = n < LUM_BENCH_SAMPLES ? n : LUM_BENCH_SAMPLES;
+    for (size_t i = 0; i < n; i++)
+        copy[i] = values[i];
+    return n ? lum_bench_quantile(copy, n, 0.5) : (double)NAN;
+}
+
 struct lum_bench_median lum_bench_bootstrap(double *values, size_t n)
 {
     enum { RESAMPLES = 2000 };
@@ -130,7 +155,9 @@ struct lum_bench_median lum_bench_bootstrap(double *values, size_t n)
     double draw[LUM_BENCH_SAMPLES];
     uint32_t seed = 1;
     n = n < LUM_BENCH_SAMPLES ? n : LUM_BENCH_SAMPLES;
-    for (size_t r = 0; n > 0 && r < RESAMPLES; r++) {
+    if (n == 0)
+        return (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+    for (size_t r = 0; r < RESAMPLES; r++) {
         for (size_t i = 0; i < n; i++)
             draw[i] = values[(seed = lum_hash_u32(seed + (uint32_t)i)) % n];
         medians[r] = lum_bench_quantile(draw, n, 0.5);
@@ -140,6 +167,15 @@ struct lum_bench_median lum_bench_bootstrap(double *values, size_t n)
         .lo = lum_bench_quantile(medians, RESAMPLES, 0.025),
         .hi = lum_bench_quantile(medians, RESAMPLES, 0.975),
     };
+}
+
+struct lum_bench_median lum_bench_ratio(const double *numerator, const double *denominator, size_t n)
+{
+    double ratios[LUM_BENCH_SAMPLES];
+    n = n < LUM_BENCH_SAMPLES ? n : LUM_BENCH_SAMPLES;
+    for (size_t i = 0; i < n; i++)
+        ratios[i] = numerator[i] / denominator[i];
+    return lum_bench_bootstrap(ratios, n);
 }
 
 /* The directory of the running program, where the others are too. */

@@ -49,16 +49,28 @@ const char *lum_bench_scene_name(const char *scene);
 /* "AMD EPYC, 2 threads": what figures were measured on. */
 void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size);
 
+struct lum_plot;
+/* Draws OUT/name. The plot's subtitle, a sentence without its point, is followed by the machine. False after a message on
+ * stderr. */
+bool lum_bench_plot(const struct lum_bench_options *options, const char *name, const struct lum_plot *plot,
+                    const char *machine);
+
 /* ---- statistics ---- */
 
 /* Sorts values; q in [0,1], linear interpolation between ranks. */
 double lum_bench_quantile(double *values, size_t n, double q);
 
-/* The median and its 95 % interval by 2 000 resamples with a fixed seed. Sorts values; at most LUM_BENCH_SAMPLES. */
+/* Of at most LUM_BENCH_SAMPLES; NAN of none. */
 #define LUM_BENCH_SAMPLES 128u
+double lum_bench_median_of(const double *values, size_t n);
+
+/* The median and its 95 % interval by 2 000 resamples with a fixed seed. Sorts values; at most LUM_BENCH_SAMPLES; NAN of
+ * none. */
 struct lum_bench_median {
     double median, lo, hi;
 };
 struct lum_bench_median lum_bench_bootstrap(double *values, size_t n);
+/* Of n ratios numerator / denominator. */
+struct lum_bench_median lum_bench_ratio(const double *numerator, const double *denominator, size_t n);
 
 #endif

@@ -45,30 +45,20 @@ static void add_cost(struct lum_bench_table *t, const struct effects_case *c, ui
     const struct effects_frame *none = effects_frame_with(c, 0), *full = effects_frame_with(c, c->varied);
     const struct effects_frame *alone = effects_frame_with(c, bit), *without = effects_frame_with(c, c->varied & ~bit);
     bool served = c->varied & bit;
-    lum_bench_table_text(t, c->scene);
-    lum_bench_table_text(t, c->method->name);
-    lum_bench_table_text(t, lum_effect_names[e]);
-    lum_bench_table_text(t, c->demand.why[e]);
-    lum_bench_table_number(t, (double)full->effects[e].rays);
-    lum_bench_table_number(t, (double)full->effects[e].tiles);
-    lum_bench_table_number(t, ms_of(full, e));
-    lum_bench_table_number(t, served ? alone->cpu_ms - none->cpu_ms : (double)NAN);
-    lum_bench_table_number(t, served ? full->cpu_ms - without->cpu_ms : (double)NAN);
+    LUM_BENCH_TEXTS(t, c->scene, c->method->name, lum_effect_names[e], c->demand.why[e]);
+    LUM_BENCH_NUMBERS(t, (double)full->effects[e].rays, (double)full->effects[e].tiles, ms_of(full, e),
+                      served ? alone->cpu_ms - none->cpu_ms : (double)NAN,
+                      served ? full->cpu_ms - without->cpu_ms : (double)NAN);
 }
 
 static bool report_costs(const struct effects_study *study, const struct lum_bench_options *options)
 {
-    struct lum_bench_table *t = lum_bench_table_create(cost_columns, LUM_ARRAY_LEN(cost_columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(cost_columns);
     for (size_t i = 0; i < study->n_cases; i++)
         for (uint32_t e = 0; e < LUM_EFFECT_COUNT && study->cases[i].n_frames; e++)
-            add_cost(t, &study->cases[i], e);
-    printf("CPU time of a fresh frame by effect, %s\n\n", study->machine);
-    lum_bench_table_markdown(t, stdout);
-    bool ok = lum_bench_table_save(t, options, "effects");
-    lum_bench_table_destroy(t);
-    return ok;
+            add_cost(&t, &study->cases[i], e);
+    printf("CPU time of a fresh frame by effect, %s\n", study->machine);
+    return lum_bench_table_finish(&t, options, "effects");
 }
 
 /* ---- every subset ---- */
@@ -84,29 +74,20 @@ static void add_subset(struct lum_bench_table *t, const struct effects_case *c, 
     char subset[128];
     name_effects(f->on, subset, sizeof subset);
     for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++) {
-        lum_bench_table_text(t, c->scene);
-        lum_bench_table_text(t, c->method->name);
-        lum_bench_table_text(t, subset);
-        lum_bench_table_number(t, f->cpu_ms);
-        lum_bench_table_number(t, (double)f->primary_rays);
+        LUM_BENCH_TEXTS(t, c->scene, c->method->name, subset);
+        LUM_BENCH_NUMBERS(t, f->cpu_ms, (double)f->primary_rays);
         lum_bench_table_text(t, lum_effect_names[e]);
-        lum_bench_table_number(t, f->on & LUM_EFFECT_BIT(e) ? 1.0 : 0.0);
-        lum_bench_table_number(t, (double)f->effects[e].rays);
-        lum_bench_table_number(t, ms_of(f, e));
+        LUM_BENCH_NUMBERS(t, f->on & LUM_EFFECT_BIT(e) ? 1.0 : 0.0, (double)f->effects[e].rays, ms_of(f, e));
     }
 }
 
 static bool report_subsets(const struct effects_study *study, const struct lum_bench_options *options)
 {
-    struct lum_bench_table *t = lum_bench_table_create(subset_columns, LUM_ARRAY_LEN(subset_columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(subset_columns);
     for (size_t i = 0; i < study->n_cases; i++)
         for (uint32_t k = 0; k < study->cases[i].n_frames; k++)
-            add_subset(t, &study->cases[i], &study->cases[i].frames[k]);
-    bool ok = lum_bench_table_save(t, options, "effects-subsets");
-    lum_bench_table_destroy(t);
-    return ok;
+            add_subset(&t, &study->cases[i], &study->cases[i].frames[k]);
+    return lum_bench_table_finish(&t, options, "effects-subsets");
 }
 
 /* ---- what methods leave out ---- */
@@ -121,22 +102,15 @@ static const struct lum_bench_column left_columns[] = {
 static bool report_left_out(const struct effects_study *study, const struct lum_bench_options *options)
 {
     char names[128];
-    struct lum_bench_table *t = lum_bench_table_create(left_columns, LUM_ARRAY_LEN(left_columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(left_columns);
     for (size_t i = 0; i < study->n_cases; i++) {
         const struct effects_case *c = &study->cases[i];
         name_effects(c->demanded & ~c->varied, names, sizeof names);
-        lum_bench_table_text(t, c->scene);
-        lum_bench_table_text(t, c->method->name);
-        lum_bench_table_text(t, names);
-        lum_bench_table_number(t, 100.0 * c->left_out);
+        LUM_BENCH_TEXTS(&t, c->scene, c->method->name, names);
+        lum_bench_table_number(&t, 100.0 * c->left_out);
     }
-    printf("\nWhat each method leaves out of what the scene calls for\n\n");
-    lum_bench_table_markdown(t, stdout);
-    bool ok = lum_bench_table_save(t, options, "effects-left-out");
-    lum_bench_table_destroy(t);
-    return ok;
+    printf("\nWhat each method leaves out of what the scene calls for\n");
+    return lum_bench_table_finish(&t, options, "effects-left-out");
 }
 
 /* ---- bars ---- */

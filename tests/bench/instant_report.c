@@ -16,30 +16,15 @@ static double mean_of(const double *values, size_t n)
     return n ? sum : (double)NAN;
 }
 
-static double median_of(const double *values, size_t n)
-{
-    double copy[INSTANT_POSES];
-    memcpy(copy, values, n * sizeof *copy);
-    return n ? lum_bench_quantile(copy, n, 0.5) : (double)NAN;
-}
-
 /* How many times faster a is than b. */
 static struct lum_bench_median speedup(const struct instant_cell *a, const struct instant_cell *b, bool cpu)
 {
-    double ratios[INSTANT_POSES];
-    size_t n = a->n < b->n ? a->n : b->n;
-    for (size_t i = 0; i < n; i++)
-        ratios[i] = cpu ? b->cpu_ms[i] / a->cpu_ms[i] : b->ms[i] / a->ms[i];
-    return n ? lum_bench_bootstrap(ratios, n) : (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+    return lum_bench_ratio(cpu ? b->cpu_ms : b->ms, cpu ? a->cpu_ms : a->ms, a->n < b->n ? a->n : b->n);
 }
 
 static void put_speedup(struct lum_bench_table *t, const struct instant_cell *a, const struct instant_cell *b)
 {
-    char text[64] = "";
-    struct lum_bench_median r = speedup(a, b, false);
-    if (isfinite(r.median))
-        snprintf(text, sizeof text, "%.2f [%.2f, %.2f]", r.median, r.lo, r.hi);
-    lum_bench_table_text(t, text);
+    lum_bench_table_median(t, speedup(a, b, false), 2);
 }
 
 /* ---- what the thesis has ---- */
@@ -104,8 +89,8 @@ static void print_first(const struct instant_study *study, struct lum_bench_tabl
         lum_bench_table_text(t, s->name);
         for (int part = 0; part < INSTANT_PARTS; part++) {
             for (size_t k = part == INSTANT_DIFFUSE; k < LUM_ARRAY_LEN(order); k++)
-                lum_bench_table_number(t,
-                                       median_of(s->first.cells[order[k]][part].ms, s->first.cells[order[k]][part].n));
+                lum_bench_table_number(
+                    t, lum_bench_median_of(s->first.cells[order[k]][part].ms, s->first.cells[order[k]][part].n));
             put_speedup(t, &s->first.cells[INSTANT_IC][part], &s->first.cells[INSTANT_IGI][part]);
             put_published(t, part == INSTANT_WHOLE ? p.ic_whole : p.ic_diffuse);
         }
@@ -246,40 +231,12 @@ static void print_rays(const struct instant_study *study, struct lum_bench_table
 
 /* ---- files ---- */
 
-#define RAY_COLUMN(name)                                                                                               \
-    {                                                                                                                  \
-        "rays_" name, NULL, 1                                                                                          \
-    }
 static const struct lum_bench_column frame_columns[] = {
-    {"scene", NULL, TEXT},
-    {"frames", NULL, TEXT},
-    {"method", NULL, TEXT},
-    {"part", NULL, TEXT},
-    {"accuracy", NULL, 3},
-    {"n", NULL, 0},
-    {"ms_mean", NULL, 4},
-    {"ms_median", NULL, 4},
-    {"cpu_ms_mean", NULL, 4},
-    {"relmse", NULL, 9},
-    {"smape", NULL, 9},
-    {"reference_spp", NULL, 0},
-    {"reference_relmse", NULL, 9},
-    {"records", NULL, 1},
-    {"created", NULL, 1},
-    {"updated", NULL, 1},
-    /* in the order of enum lum_ray_kind */
-    RAY_COLUMN("primary"),
-    RAY_COLUMN("direct"),
-    RAY_COLUMN("soft_shadow"),
-    RAY_COLUMN("environment"),
-    RAY_COLUMN("indirect_diffuse"),
-    RAY_COLUMN("reflection"),
-    RAY_COLUMN("transmission"),
-    RAY_COLUMN("glossy"),
-    RAY_COLUMN("media"),
-    RAY_COLUMN("antialias"),
-    RAY_COLUMN("vpl"),
-    RAY_COLUMN("probe"),
+    {"scene", NULL, TEXT},         {"frames", NULL, TEXT}, {"method", NULL, TEXT}, {"part", NULL, TEXT},
+    {"accuracy", NULL, 3},         {"n", NULL, 0},         {"ms_mean", NULL, 4},   {"ms_median", NULL, 4},
+    {"cpu_ms_mean", NULL, 4},      {"relmse", NULL, 9},    {"smape", NULL, 9},     {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9}, {"records", NULL, 1},   {"created", NULL, 1},   {"updated", NULL, 1},
+    LUM_BENCH_RAY_COLUMNS(1),
 };
 _Static_assert(LUM_ARRAY_LEN(frame_columns) == 16 + LUM_RAY_KIND_COUNT, "a column for each kind of ray");
 
@@ -287,26 +244,11 @@ static void put_cell(struct lum_bench_table *t, const struct instant_scene *s, c
                      int p)
 {
     const struct instant_cell *c = &f->cells[m][p];
-    const double row[] = {
-        s->accuracy,
-        (double)c->n,
-        mean_of(c->ms, c->n),
-        median_of(c->ms, c->n),
-        mean_of(c->cpu_ms, c->n),
-        p == INSTANT_WHOLE ? f->errors[m].relmse : (double)NAN,
-        p == INSTANT_WHOLE ? f->errors[m].smape : (double)NAN,
-        (double)f->reference_spp,
-        f->reference_relmse,
-        c->records,
-        c->created,
-        c->updated,
-    };
-    lum_bench_table_text(t, s->name);
-    lum_bench_table_text(t, f == &s->first ? "first" : "animation");
-    lum_bench_table_text(t, instant_methods[m]);
-    lum_bench_table_text(t, instant_parts[p]);
-    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-        lum_bench_table_number(t, row[i]);
+    LUM_BENCH_TEXTS(t, s->name, f == &s->first ? "first" : "animation", instant_methods[m], instant_parts[p]);
+    LUM_BENCH_NUMBERS(t, s->accuracy, (double)c->n, mean_of(c->ms, c->n), lum_bench_median_of(c->ms, c->n),
+                      mean_of(c->cpu_ms, c->n), p == INSTANT_WHOLE ? f->errors[m].relmse : (double)NAN,
+                      p == INSTANT_WHOLE ? f->errors[m].smape : (double)NAN, (double)f->reference_spp,
+                      f->reference_relmse, c->records, c->created, c->updated);
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         lum_bench_table_number(t, c->rays[k]);
 }
@@ -336,14 +278,9 @@ static void put_ratio(struct lum_bench_table *t, const struct instant_scene *s, 
     if (a->n == 0 || b->n == 0)
         return;
     struct lum_bench_median wall = speedup(a, b, false), cpu = speedup(a, b, true);
-    const double row[] = {wall.median, wall.lo, wall.hi, cpu.median, cpu.lo, cpu.hi};
-    lum_bench_table_text(t, s->name);
-    lum_bench_table_text(t, f == &s->first ? "first" : "animation");
-    lum_bench_table_text(t, instant_parts[part]);
-    lum_bench_table_text(t, instant_methods[pair[0]]);
-    lum_bench_table_text(t, instant_methods[pair[1]]);
-    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-        lum_bench_table_number(t, row[i]);
+    LUM_BENCH_TEXTS(t, s->name, f == &s->first ? "first" : "animation", instant_parts[part], instant_methods[pair[0]],
+                    instant_methods[pair[1]]);
+    LUM_BENCH_NUMBERS(t, wall.median, wall.lo, wall.hi, cpu.median, cpu.lo, cpu.hi);
 }
 
 static void put_ratios(const struct instant_study *study, struct lum_bench_table *t)
@@ -374,10 +311,8 @@ static void put_growth(const struct instant_study *study, struct lum_bench_table
                 lum_bench_table_text(t, instant_growths[g]);
                 lum_bench_table_number(t, study->growth[g].x[i]);
                 lum_bench_table_text(t, instant_methods[m]);
-                lum_bench_table_number(t, mean_of(c->ms, c->n));
-                lum_bench_table_number(t, mean_of(c->cpu_ms, c->n));
-                lum_bench_table_number(t, c->records);
-                lum_bench_table_number(t, 1e3 * thousand_rays(c));
+                LUM_BENCH_NUMBERS(t, mean_of(c->ms, c->n), mean_of(c->cpu_ms, c->n), c->records,
+                                  1e3 * thousand_rays(c));
             }
 }
 
@@ -416,20 +351,10 @@ static void growth_lines(const struct instant_curve *curve, bool by_records, str
     }
 }
 
-static bool save_plot(const struct lum_bench_options *options, const char *name, const struct lum_plot *plot)
-{
-    FILE *f = lum_bench_open(options, name);
-    if (!f)
-        return false;
-    lum_plot_write(f, plot);
-    return lum_bench_close(f, name);
-}
-
 static bool draw_growth(const struct instant_study *study, const struct lum_bench_options *options)
 {
     struct lum_plot_panel panels[INSTANT_GROWTHS];
     struct lines *lines = lum_calloc(INSTANT_GROWTHS, sizeof *lines);
-    char subtitle[400];
     size_t n = 0;
     if (!lines)
         return false;
@@ -441,14 +366,14 @@ static bool draw_growth(const struct instant_study *study, const struct lum_benc
                                                   .series = lines[g].series,
                                                   .n_series = lines[g].n};
     }
-    snprintf(subtitle, sizeof subtitle, "animation of bunnies, %s%s", study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
-    bool ok = n == 0 || save_plot(options, "instant-growth.svg",
-                                  &(struct lum_plot){.title = "Indirect diffuse light of a moving scene, as it grows",
-                                                     .subtitle = subtitle,
-                                                     .panels = panels,
-                                                     .n_panels = n,
-                                                     .same_y = true});
+    bool ok =
+        n == 0 || lum_bench_plot(options, "instant-growth.svg",
+                                 &(struct lum_plot){.title = "Indirect diffuse light of a moving scene, as it grows",
+                                                    .subtitle = "Animation of bunnies",
+                                                    .panels = panels,
+                                                    .n_panels = n,
+                                                    .same_y = true},
+                                 study->machine);
     lum_free(lines);
     return ok;
 }
@@ -476,11 +401,10 @@ static bool draw_animation(const struct instant_study *study, const struct insta
                                    .y = {"CPU ms", LUM_PLOT_LOG10, 0, 0},
                                    .series = l->series,
                                    .n_series = l->n};
-    char subtitle[400];
-    snprintf(subtitle, sizeof subtitle, "%u x %u, %s%s", study->w, study->h, study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
-    bool ok = save_plot(options, name,
-                        &(struct lum_plot){.title = title, .subtitle = subtitle, .panels = &panel, .n_panels = 1});
+    char subtitle[32];
+    snprintf(subtitle, sizeof subtitle, "%u × %u", study->w, study->h);
+    const struct lum_plot plot = {.title = title, .subtitle = subtitle, .panels = &panel, .n_panels = 1};
+    bool ok = lum_bench_plot(options, name, &plot, study->machine);
     lum_free(l);
     return ok;
 }
@@ -512,17 +436,9 @@ bool instant_report(const struct instant_study *study, const struct lum_bench_op
            study->machine);
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
         const struct output *o = &outputs[i];
-        struct lum_bench_table *t = lum_bench_table_create(o->columns, o->n_columns);
-        if (!t)
-            return false;
-        o->fill(study, t);
-        if (o->file) {
-            ok = lum_bench_table_save(t, options, o->file);
-        } else {
-            putchar('\n');
-            lum_bench_table_markdown(t, stdout);
-        }
-        lum_bench_table_destroy(t);
+        struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};
+        o->fill(study, &t);
+        ok = lum_bench_table_finish(&t, options, o->file);
     }
     for (size_t i = 0; ok && i < study->n_scenes; i++)
         ok = !study->scenes[i].moves || draw_animation(study, &study->scenes[i], options);

@@ -10,40 +10,18 @@
 
 #define TEXT LUM_BENCH_TEXT
 
-static double median_of(const double *values, size_t n)
-{
-    double copy[IRR_ROUNDS];
-    for (size_t i = 0; i < n; i++)
-        copy[i] = values[i];
-    return n ? lum_bench_quantile(copy, n, 0.5) : (double)NAN;
-}
-
 /* Over the frame of TRA in the same round. */
 static struct lum_bench_median speedup(const struct irr_scene *s, int storage, uint32_t crew)
 {
-    const struct irr_cell *tra = &s->cells[IRR_TRA][0], *c = &s->cells[storage][crew];
-    double ratios[IRR_ROUNDS];
-    for (size_t i = 0; i < c->n; i++)
-        ratios[i] = tra->ms[i] / c->ms[i];
-    return c->n ? lum_bench_bootstrap(ratios, c->n) : (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+    const struct irr_cell *c = &s->cells[storage][crew];
+    return lum_bench_ratio(s->cells[IRR_TRA][0].ms, c->ms, c->n);
 }
 
-/* Over LCK with as many threads: the claim of the chapter. */
+/* Over a rival with as many threads: the claim of the chapter is LCK's. */
 static struct lum_bench_median gain_of_waitfree(const struct irr_scene *s, int rival, uint32_t crew)
 {
-    const struct irr_cell *a = &s->cells[IRR_WF][crew], *b = &s->cells[rival][crew];
-    double ratios[IRR_ROUNDS];
-    for (size_t i = 0; i < a->n; i++)
-        ratios[i] = b->ms[i] / a->ms[i];
-    return lum_bench_bootstrap(ratios, a->n);
-}
-
-static void put_median(struct lum_bench_table *t, struct lum_bench_median m)
-{
-    char text[64] = "";
-    if (isfinite(m.median))
-        snprintf(text, sizeof text, "%.3f [%.3f, %.3f]", m.median, m.lo, m.hi);
-    lum_bench_table_text(t, text);
+    const struct irr_cell *c = &s->cells[IRR_WF][crew];
+    return lum_bench_ratio(s->cells[rival][crew].ms, c->ms, c->n);
 }
 
 /* ---- still images ---- */
@@ -65,12 +43,10 @@ static void print_stills(const struct irr_study *study, struct lum_bench_table *
                 lum_bench_table_text(t, s->name);
                 lum_bench_table_number(t, irr_threads[crew]);
                 lum_bench_table_text(t, irr_storages[k]);
-                lum_bench_table_number(t, 1e-3 * median_of(c->ms, c->n));
-                lum_bench_table_number(t, median_of(c->records, c->n));
-                lum_bench_table_number(t, median_of(c->discarded, c->n));
-                lum_bench_table_number(t, median_of(c->overhead, c->n));
-                put_median(t, speedup(s, k, crew));
-                put_median(t, gain_of_waitfree(s, k, crew));
+                LUM_BENCH_NUMBERS(t, 1e-3 * lum_bench_median_of(c->ms, c->n), lum_bench_median_of(c->records, c->n),
+                                  lum_bench_median_of(c->discarded, c->n), lum_bench_median_of(c->overhead, c->n));
+                lum_bench_table_median(t, speedup(s, k, crew), 3);
+                lum_bench_table_median(t, gain_of_waitfree(s, k, crew), 3);
             }
 }
 
@@ -93,22 +69,12 @@ static void put_stills(const struct irr_study *study, struct lum_bench_table *t)
             struct lum_bench_median m = speedup(s, (int)storage, crew);
             uint32_t running = n < study->n_processors ? n : study->n_processors;
             lum_bench_table_text(t, s->name);
-            lum_bench_table_number(t, (double)s->n_triangles);
-            lum_bench_table_number(t, n);
+            LUM_BENCH_NUMBERS(t, (double)s->n_triangles, n);
             lum_bench_table_text(t, irr_storages[storage]);
-            const double row[] = {median_of(c->ms, c->n),
-                                  median_of(c->cpu_ms, c->n),
-                                  median_of(c->indirect_ms, c->n),
-                                  median_of(c->records, c->n),
-                                  median_of(c->discarded, c->n),
-                                  median_of(c->overhead, c->n),
-                                  (double)c->rays,
-                                  m.median,
-                                  m.lo,
-                                  m.hi,
-                                  m.median / running};
-            for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
-                lum_bench_table_number(t, row[r]);
+            LUM_BENCH_NUMBERS(t, lum_bench_median_of(c->ms, c->n), lum_bench_median_of(c->cpu_ms, c->n),
+                              lum_bench_median_of(c->indirect_ms, c->n), lum_bench_median_of(c->records, c->n),
+                              lum_bench_median_of(c->discarded, c->n), lum_bench_median_of(c->overhead, c->n),
+                              (double)c->rays, m.median, m.lo, m.hi, m.median / running);
         }
 }
 
@@ -141,9 +107,7 @@ static void print_turns(const struct irr_study *study, struct lum_bench_table *t
             lum_bench_table_text(t, a->name);
             lum_bench_table_number(t, a->n_threads[which]);
             lum_bench_table_text(t, irr_storages[k]);
-            lum_bench_table_number(t, 1e-3 * a->ms[k][which][0]);
-            lum_bench_table_number(t, 1e3 * (a->n_frames - 1u) / sum_ms);
-            lum_bench_table_number(t, made);
+            LUM_BENCH_NUMBERS(t, 1e-3 * a->ms[k][which][0], 1e3 * (a->n_frames - 1u) / sum_ms, made);
         }
 }
 
@@ -162,9 +126,7 @@ static void put_turns(const struct irr_study *study, struct lum_bench_table *t)
                 lum_bench_table_text(t, a->name);
                 lum_bench_table_number(t, a->n_threads[which]);
                 lum_bench_table_text(t, irr_storages[k]);
-                lum_bench_table_number(t, f);
-                lum_bench_table_number(t, a->ms[k][which][f]);
-                lum_bench_table_number(t, a->created[k][which][f]);
+                LUM_BENCH_NUMBERS(t, f, a->ms[k][which][f], a->created[k][which][f]);
             }
         }
 }
@@ -183,7 +145,7 @@ static struct lum_bench_median lookups_per_s(const struct irr_lookups *l, double
     double v[IRR_ROUNDS];
     for (size_t i = 0; i < l->n; i++)
         v[i] = l->per_s[i] / unit;
-    return l->n ? lum_bench_bootstrap(v, l->n) : (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+    return lum_bench_bootstrap(v, l->n);
 }
 
 static void print_lookups(const struct irr_study *study, struct lum_bench_table *t)
@@ -195,7 +157,7 @@ static void print_lookups(const struct irr_study *study, struct lum_bench_table 
             lum_bench_table_text(t, irr_storages[k]);
             lum_bench_table_number(t, irr_threads[crew]);
             for (int mixed = 0; mixed < 2; mixed++)
-                put_median(t, lookups_per_s(&study->lookups[mixed][k][crew], 1e6));
+                lum_bench_table_median(t, lookups_per_s(&study->lookups[mixed][k][crew], 1e6), 3);
         }
 }
 
@@ -214,22 +176,11 @@ static void put_lookups(const struct irr_study *study, struct lum_bench_table *t
             struct lum_bench_median m = lookups_per_s(l, 1.0);
             lum_bench_table_text(t, irr_storages[k / 2]);
             lum_bench_table_number(t, irr_threads[crew]);
-            const double row[] = {k % 2 ? 1.0 / IRR_INSERT_EVERY : 0.0, m.median, m.lo, m.hi, l->found};
-            for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
-                lum_bench_table_number(t, row[r]);
+            LUM_BENCH_NUMBERS(t, k % 2 ? 1.0 / IRR_INSERT_EVERY : 0.0, m.median, m.lo, m.hi, l->found);
         }
 }
 
 /* ---- figures ---- */
-
-static bool save_plot(const struct lum_bench_options *options, const char *file, const struct lum_plot *plot)
-{
-    FILE *f = lum_bench_open(options, file);
-    if (!f)
-        return false;
-    lum_plot_write(f, plot);
-    return lum_bench_close(f, file);
-}
 
 static bool draw_turn(const struct irr_study *study, const struct irr_animation *a,
                       const struct lum_bench_options *options)
@@ -237,7 +188,7 @@ static bool draw_turn(const struct irr_study *study, const struct irr_animation 
     double x[IRR_FRAMES];
     struct lum_plot_series series[2][IRR_STORAGES];
     struct lum_plot_panel panels[2];
-    char titles[2][64], title[128], subtitle[512], file[128];
+    char titles[2][64], title[128], subtitle[64], file[128];
     size_t n_panels = 0;
     for (uint32_t f = 0; f < a->n_frames; f++)
         x[f] = f;
@@ -253,10 +204,10 @@ static bool draw_turn(const struct irr_study *study, const struct irr_animation 
                                                      IRR_STORAGES - IRR_LCK};
     }
     snprintf(title, sizeof title, "The camera turns once around, records stay: %s", a->name);
-    snprintf(subtitle, sizeof subtitle, "%u × %u, irrcache. %s%s", study->w, study->h, study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
+    snprintf(subtitle, sizeof subtitle, "%u × %u, irrcache", study->w, study->h);
     snprintf(file, sizeof file, "irrcache-turn-%s.svg", a->name);
-    return save_plot(options, file, &(struct lum_plot){title, subtitle, panels, n_panels, true});
+    const struct lum_plot plot = {title, subtitle, panels, n_panels, true};
+    return lum_bench_plot(options, file, &plot, study->machine);
 }
 
 /* What is drawn over the number of threads. */
@@ -292,24 +243,23 @@ static bool draw_speedups(const struct irr_study *study, const struct lum_bench_
 {
     struct curves curves[IRR_SCENES];
     struct lum_plot_panel panels[IRR_SCENES];
-    char subtitle[512];
+    char subtitle[64];
     for (size_t i = 0; i < study->n_scenes; i++) {
         for (uint32_t k = IRR_LCK; k < IRR_STORAGES; k++)
             for (uint32_t crew = 0; crew < study->n_crews; crew++)
                 set_point(&curves[i], k, crew, speedup(&study->scenes[i], (int)k, crew));
         panels[i] = panel_of(&curves[i], study->scenes[i].name, "speed-up over TRA", study->n_crews);
     }
-    snprintf(subtitle, sizeof subtitle, "%u × %u, from an empty cache. %s%s", study->w, study->h, study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
-    return save_plot(options, "irrcache-speedup.svg",
-                     &(struct lum_plot){"Storages of the irradiance cache", subtitle, panels, study->n_scenes, true});
+    snprintf(subtitle, sizeof subtitle, "%u × %u, from an empty cache", study->w, study->h);
+    const struct lum_plot plot = {"Storages of the irradiance cache", subtitle, panels, study->n_scenes, true};
+    return lum_bench_plot(options, "irrcache-speedup.svg", &plot, study->machine);
 }
 
 static bool draw_lookups(const struct irr_study *study, const struct lum_bench_options *options)
 {
     struct curves curves[2];
     struct lum_plot_panel panels[2];
-    char subtitle[512], mixed_title[64];
+    char mixed_title[64];
     snprintf(mixed_title, sizeof mixed_title, "one operation in %u inserts", IRR_INSERT_EVERY);
     for (uint32_t mixed = 0; mixed < 2; mixed++) {
         for (uint32_t k = IRR_LCK; k < IRR_STORAGES; k++)
@@ -318,10 +268,8 @@ static bool draw_lookups(const struct irr_study *study, const struct lum_bench_o
         panels[mixed] =
             panel_of(&curves[mixed], mixed ? mixed_title : "lookups alone", "million lookups a second", study->n_crews);
     }
-    snprintf(subtitle, sizeof subtitle, "All threads together. %s%s", study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
-    return save_plot(options, "irrcache-lookups.svg",
-                     &(struct lum_plot){"Lookups under contention", subtitle, panels, 2, true});
+    const struct lum_plot plot = {"Lookups under contention", "All threads together", panels, 2, true};
+    return lum_bench_plot(options, "irrcache-lookups.svg", &plot, study->machine);
 }
 
 /* ---- all ---- */
@@ -363,17 +311,9 @@ bool irr_report(const struct irr_study *study, const struct lum_bench_options *o
         const struct output *o = &outputs[i];
         if (o->fill == put_turns && study->n_animations == 0)
             continue;
-        struct lum_bench_table *t = lum_bench_table_create(o->columns, o->n_columns);
-        if (!t)
-            return false;
-        o->fill(study, t);
-        if (o->file) {
-            ok = lum_bench_table_save(t, options, o->file);
-        } else {
-            putchar('\n');
-            lum_bench_table_markdown(t, stdout);
-        }
-        lum_bench_table_destroy(t);
+        struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};
+        o->fill(study, &t);
+        ok = lum_bench_table_finish(&t, options, o->file);
     }
     for (size_t i = 0; ok && i < study->n_animations; i++)
         ok = draw_turn(study, &study->animations[i], options);

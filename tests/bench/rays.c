@@ -242,24 +242,15 @@ static const struct lum_bench_column columns[] = {
 
 static bool report(const struct lum_bench_options *o, const struct ratio *r, double path_mrays, double per_sample)
 {
-    struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(columns);
     for (int k = 0; k < N_KINDS; k++) {
-        lum_bench_table_text(t, kind_names[k]);
-        const double row[] = {r[k].embree_mrays, r[k].lumend_mrays, r[k].ratio.median, r[k].ratio.lo, r[k].ratio.hi};
-        for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-            lum_bench_table_number(t, row[i]);
+        lum_bench_table_text(&t, kind_names[k]);
+        LUM_BENCH_NUMBERS(&t, r[k].embree_mrays, r[k].lumend_mrays, r[k].ratio.median, r[k].ratio.lo, r[k].ratio.hi);
     }
-    lum_bench_table_text(t, "path");
-    const double row[] = {(double)NAN, path_mrays, (double)NAN, (double)NAN, (double)NAN};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-        lum_bench_table_number(t, row[i]);
-    printf("%s, one thread, %u x %u; path: %.1f rays a sample, shading included\n\n", o->scene, SIDE, SIDE, per_sample);
-    lum_bench_table_markdown(t, stdout);
-    bool ok = lum_bench_table_save(t, o, "rays");
-    lum_bench_table_destroy(t);
-    return ok;
+    lum_bench_table_text(&t, "path");
+    LUM_BENCH_NUMBERS(&t, (double)NAN, path_mrays, (double)NAN, (double)NAN, (double)NAN);
+    printf("%s, one thread, %u x %u; path: %.1f rays a sample, shading included\n", o->scene, SIDE, SIDE, per_sample);
+    return lum_bench_table_finish(&t, o, "rays");
 }
 
 int lum_bench_rays(const struct lum_bench_options *options)

@@ -134,8 +134,7 @@ static void put_row(struct lum_bench_table *t, const char *edit, const char *met
 {
     const cJSON *sides[2] = {cJSON_GetObjectItem(json, "server_us"), cJSON_GetObjectItem(json, client_key)};
     const char *const keys[3] = {"p50", "p95", "max"};
-    lum_bench_table_text(t, edit);
-    lum_bench_table_text(t, method);
+    LUM_BENCH_TEXTS(t, edit, method);
     for (int i = 0; i < 6; i++) {
         const cJSON *us = cJSON_GetObjectItem(sides[i / 3], keys[i % 3]);
         lum_bench_table_number(t, us ? us->valuedouble * 1e-3 : (double)NAN);
@@ -166,20 +165,14 @@ static bool measure(const struct lum_bench_options *o, const struct server *s, c
 int lum_bench_stream(const struct lum_bench_options *options)
 {
     struct server server;
-    int status = 1;
     if (strcmp(options->scene, "cornell") != 0) {
         fprintf(stderr, "lumend-bench: stream edits ceiling-panel and tall-statue: --scene cornell\n");
         return 2;
     }
-    struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
-    if (t && server_start(options, &server)) {
-        bool ok = measure(options, &server, "live", t) && measure(options, &server, "path", t) &&
-                  measure(options, &server, "whitted", t);
-        server_stop(&server);
-        printf("%s at 600x400, milliseconds\n\n", options->scene);
-        lum_bench_table_markdown(t, stdout);
-        status = ok && lum_bench_table_save(t, options, "stream") ? 0 : 1;
-    }
-    lum_bench_table_destroy(t);
-    return status;
+    struct lum_bench_table t = LUM_BENCH_TABLE(columns);
+    bool ok = server_start(options, &server) && measure(options, &server, "live", &t) &&
+              measure(options, &server, "path", &t) && measure(options, &server, "whitted", &t);
+    server_stop(&server);
+    printf("%s at 600x400, milliseconds\n", options->scene);
+    return lum_bench_table_finish(&t, options, ok ? "stream" : NULL) && ok ? 0 : 1;
 }

@@ -37,18 +37,18 @@ static void make_curve(struct stride_study *st, double samples[STRIDE_STRIDES][S
 /* ---- the table ---- */
 
 static const struct lum_bench_column columns[] = {
-    {"scene", "scene", LUM_BENCH_TEXT},
-    {"part", "part", LUM_BENCH_TEXT},
-    {"rays", "rays", LUM_BENCH_TEXT},
-    {"threads", "threads", 0},
-    {"stride", "stride", 0},
-    {"pixels", "pixels", 0},
-    {"secondary_rays", "secondary rays", 0},
-    {"ns_per_pixel", "ns a pixel", 1},
-    {"ns_q1", "quartile", 1},
-    {"ns_q3", "quartile", 1},
-    {"speedup_normalised", "speed-up", 4},
-    {"sweeps", "sweeps", 0},
+    {"scene", NULL, LUM_BENCH_TEXT},
+    {"part", NULL, LUM_BENCH_TEXT},
+    {"rays", NULL, LUM_BENCH_TEXT},
+    {"threads", NULL, 0},
+    {"stride", NULL, 0},
+    {"pixels", NULL, 0},
+    {"secondary_rays", NULL, 0},
+    {"ns_per_pixel", NULL, 1},
+    {"ns_q1", NULL, 1},
+    {"ns_q3", NULL, 1},
+    {"speedup_normalised", NULL, 4},
+    {"sweeps", NULL, 0},
 };
 
 static void put_curve(struct lum_bench_table *t, const struct report *r, uint32_t scene, const uint32_t at[3])
@@ -56,38 +56,23 @@ static void put_curve(struct lum_bench_table *t, const struct report *r, uint32_
     const struct stride_study *st = r->study;
     const struct curve *c = &r->curves[scene][at[0]][at[1]][at[2]];
     for (uint32_t s = 0; s < st->n_strides; s++) {
-        lum_bench_table_text(t, st->scenes[scene].name);
-        lum_bench_table_text(t, part_names[at[0]]);
-        lum_bench_table_text(t, rays_names[at[1]]);
-        const double row[] = {
-            at[2] == STRIDE_ONE ? 1.0 : (double)lum_pool_size(st->scenes[0].world.pool),
-            (double)st->strides[s],
-            (double)stride_pixels(st, s),
-            at[0] == STRIDE_PRIMARY ? 0.0 : (double)st->n_secondary[scene][s],
-            c->ns[s],
-            c->q1[s],
-            c->q3[s],
-            c->speedup[s],
-            (double)st->n_samples[s],
-        };
-        for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-            lum_bench_table_number(t, row[i]);
+        LUM_BENCH_TEXTS(t, st->scenes[scene].name, part_names[at[0]], rays_names[at[1]]);
+        LUM_BENCH_NUMBERS(t, at[2] == STRIDE_ONE ? 1.0 : (double)lum_pool_size(st->scenes[0].world.pool),
+                          (double)st->strides[s], (double)stride_pixels(st, s),
+                          at[0] == STRIDE_PRIMARY ? 0.0 : (double)st->n_secondary[scene][s], c->ns[s], c->q1[s],
+                          c->q3[s], c->speedup[s], (double)st->n_samples[s]);
     }
 }
 
 static bool save_table(const struct report *r)
 {
-    struct lum_bench_table *t = lum_bench_table_create(columns, LUM_ARRAY_LEN(columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(columns);
     for (uint32_t scene = 0; scene < r->study->n_scenes; scene++)
         for (uint32_t i = 0; i < STRIDE_PARTS * STRIDE_RAYS * STRIDE_CREWS; i++) {
             const uint32_t at[3] = {i % STRIDE_PARTS, i / STRIDE_PARTS % STRIDE_RAYS, i / STRIDE_PARTS / STRIDE_RAYS};
-            put_curve(t, r, scene, at);
+            put_curve(&t, r, scene, at);
         }
-    bool ok = lum_bench_table_save(t, r->options, "stride");
-    lum_bench_table_destroy(t);
-    return ok;
+    return lum_bench_table_finish(&t, r->options, "stride");
 }
 
 /* ---- figures ---- */
@@ -138,11 +123,11 @@ static bool draw(const struct report *r, const struct figure *figure)
 {
     struct lum_plot_series series[STRIDE_CREWS][MAX_SERIES];
     struct lum_plot_panel panels[STRIDE_CREWS];
-    char many[64], subtitle[512];
+    char many[64], subtitle[256];
     snprintf(many, sizeof many, "(b) all threads: %u", lum_pool_size(r->study->scenes[0].world.pool));
-    snprintf(subtitle, sizeof subtitle, "%u × %u pixels, of which every stride-th in x and in y is rendered. %s%s%s",
-             r->study->side, r->study->side, r->machine, r->options->quick ? LUM_BENCH_QUICK : "",
-             figure->speedup ? ". 1: a share of the pixels takes that share of the time" : ". Bars: quartiles");
+    snprintf(subtitle, sizeof subtitle, "%u × %u pixels, of which every stride-th in x and in y is rendered. %s",
+             r->study->side, r->study->side,
+             figure->speedup ? "1: a share of the pixels takes that share of the time" : "Bars: quartiles");
     for (uint32_t crew = 0; crew < STRIDE_CREWS; crew++)
         panels[crew] = (struct lum_plot_panel){
             .title = crew == STRIDE_ONE ? "(a) one thread" : many,
@@ -152,11 +137,7 @@ static bool draw(const struct report *r, const struct figure *figure)
             .n_series = make_series(r, figure, crew, series[crew]),
         };
     const struct lum_plot plot = {figure->title, subtitle, panels, STRIDE_CREWS, figure->speedup};
-    FILE *f = lum_bench_open(r->options, figure->file);
-    if (!f)
-        return false;
-    lum_plot_write(f, &plot);
-    return lum_bench_close(f, figure->file);
+    return lum_bench_plot(r->options, figure->file, &plot, r->machine);
 }
 
 /* ---- what stdout shows ---- */
@@ -169,21 +150,15 @@ static const struct lum_bench_column scene_columns[] = {
 /* After the thesis' table 4.1. */
 static bool print_scenes(const struct report *r)
 {
-    struct lum_bench_table *t = lum_bench_table_create(scene_columns, LUM_ARRAY_LEN(scene_columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(scene_columns);
     for (uint32_t i = 0; i < r->study->n_scenes; i++) {
         const struct lum_snapshot *s = r->study->scenes[i].world.snapshot;
-        lum_bench_table_text(t, r->study->scenes[i].name);
-        const double row[] = {(double)s->n_instances, (double)s->n_triangles, (double)s->n_materials,
-                              (double)s->lights.n_lights,
-                              (double)r->study->n_secondary[i][0] / (double)stride_pixels(r->study, 0)};
-        for (size_t k = 0; k < LUM_ARRAY_LEN(row); k++)
-            lum_bench_table_number(t, row[k]);
+        lum_bench_table_text(&t, r->study->scenes[i].name);
+        LUM_BENCH_NUMBERS(&t, (double)s->n_instances, (double)s->n_triangles, (double)s->n_materials,
+                          (double)s->lights.n_lights,
+                          (double)r->study->n_secondary[i][0] / (double)stride_pixels(r->study, 0));
     }
-    lum_bench_table_markdown(t, stdout);
-    lum_bench_table_destroy(t);
-    return true;
+    return lum_bench_table_finish(&t, r->options, NULL);
 }
 
 static const struct lum_bench_column summary_columns[] = {
@@ -202,29 +177,23 @@ static const struct lum_bench_column summary_columns[] = {
 /* At strides 16 and 256: how many times more a pixel costs, and what part of the ideal speed-up remains. */
 static bool print_summary(const struct report *r)
 {
-    struct lum_bench_table *t = lum_bench_table_create(summary_columns, LUM_ARRAY_LEN(summary_columns));
-    if (!t)
-        return false;
+    struct lum_bench_table t = LUM_BENCH_TABLE(summary_columns);
     for (uint32_t i = 0; i < r->study->n_scenes * STRIDE_RAYS * STRIDE_CREWS; i++) {
         uint32_t scene = i / STRIDE_CREWS / STRIDE_RAYS, crew = i / STRIDE_RAYS % STRIDE_CREWS, rays = i % STRIDE_RAYS;
         const struct curve *primary = &r->curves[scene][STRIDE_PRIMARY][rays][crew];
         const struct curve *both = &r->curves[scene][STRIDE_BOTH][rays][crew];
         const struct curve *secondary = &r->curves[scene][STRIDE_SECONDARY][rays][crew];
-        lum_bench_table_text(t, r->study->scenes[scene].name);
-        lum_bench_table_number(t, crew == STRIDE_ONE ? 1.0 : (double)lum_pool_size(r->study->scenes[0].world.pool));
-        lum_bench_table_text(t, rays_names[rays]);
-        lum_bench_table_number(t, both->ns[0]);
+        lum_bench_table_text(&t, r->study->scenes[scene].name);
+        lum_bench_table_number(&t, crew == STRIDE_ONE ? 1.0 : (double)lum_pool_size(r->study->scenes[0].world.pool));
+        lum_bench_table_text(&t, rays_names[rays]);
+        lum_bench_table_number(&t, both->ns[0]);
         for (uint32_t s = 0; s < r->study->n_strides; s++) {
             if (r->study->strides[s] != 16 && r->study->strides[s] != 256)
                 continue;
-            lum_bench_table_number(t, 1.0 / primary->speedup[s]);
-            lum_bench_table_number(t, 1.0 / secondary->speedup[s]);
-            lum_bench_table_number(t, both->speedup[s]);
+            LUM_BENCH_NUMBERS(&t, 1.0 / primary->speedup[s], 1.0 / secondary->speedup[s], both->speedup[s]);
         }
     }
-    lum_bench_table_markdown(t, stdout);
-    lum_bench_table_destroy(t);
-    return true;
+    return lum_bench_table_finish(&t, r->options, NULL);
 }
 
 bool stride_report(struct stride_study *study, const struct lum_bench_options *options)
@@ -240,11 +209,11 @@ bool stride_report(struct stride_study *study, const struct lum_bench_options *o
             for (uint32_t rays = 0; rays < STRIDE_RAYS; rays++)
                 for (uint32_t crew = 0; crew < STRIDE_CREWS; crew++)
                     make_curve(study, study->seconds[scene][part][rays][crew], &r.curves[scene][part][rays][crew]);
-    printf("%u x %u pixels; %s\n\n", study->side, study->side, r.machine);
+    printf("%u x %u pixels; %s\n", study->side, study->side, r.machine);
     bool ok = print_scenes(&r);
     puts(
         "\nStride 1: what a pixel costs, primary and secondary rays. Strides 16 and 256: how many times that, and the\n"
-        "speed-up as a part of the ideal one.\n");
+        "speed-up as a part of the ideal one.");
     ok = ok && print_summary(&r) && save_table(&r);
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(figures); i++)
         ok = draw(&r, &figures[i]);

@@ -1,46 +1,13 @@
 #include "tests/bench/table.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
-
-struct cell {
-    char text[64];
-};
-
-struct lum_bench_table {
-    const struct lum_bench_column *columns;
-    size_t n_columns;
-    struct cell *cells;
-    size_t n, capacity;
-    bool failed; /* a cell is missing: out of memory */
-};
-
-struct lum_bench_table *lum_bench_table_create(const struct lum_bench_column *columns, size_t n_columns)
-{
-    struct lum_bench_table *t = lum_calloc(1, sizeof *t);
-    if (!t) {
-        fprintf(stderr, "lumend-bench: out of memory\n");
-        return NULL;
-    }
-    t->columns = columns;
-    t->n_columns = n_columns;
-    return t;
-}
-
-void lum_bench_table_destroy(struct lum_bench_table *t)
-{
-    if (!t)
-        return;
-    lum_free(t->cells);
-    lum_free(t);
-}
 
 static void put_cell(struct lum_bench_table *t, const char *text)
 {
     if (t->n == t->capacity) {
         size_t capacity = t->capacity ? 2 * t->capacity : 64 * t->n_columns;
-        struct cell *cells = lum_calloc(capacity, sizeof *cells);
+        struct lum_bench_cell *cells = lum_calloc(capacity, sizeof *cells);
         if (!cells) {
             t->failed = true;
             return;
@@ -61,9 +28,29 @@ void lum_bench_table_text(struct lum_bench_table *t, const char *text)
 
 void lum_bench_table_number(struct lum_bench_table *t, double value)
 {
-    char text[sizeof(struct cell)] = "";
+    char text[sizeof(struct lum_bench_cell)] = "";
     if (isfinite(value))
         snprintf(text, sizeof text, "%.*f", t->columns[t->n % t->n_columns].digits, value);
+    put_cell(t, text);
+}
+
+void lum_bench_table_texts(struct lum_bench_table *t, const char *const *texts, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        put_cell(t, texts[i]);
+}
+
+void lum_bench_table_numbers(struct lum_bench_table *t, const double *values, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        lum_bench_table_number(t, values[i]);
+}
+
+void lum_bench_table_median(struct lum_bench_table *t, struct lum_bench_median m, int digits)
+{
+    char text[sizeof(struct lum_bench_cell)] = "";
+    if (isfinite(m.median))
+        snprintf(text, sizeof text, "%.*f [%.*f, %.*f]", digits, m.median, digits, m.lo, digits, m.hi);
     put_cell(t, text);
 }
 
@@ -85,7 +72,7 @@ static void put_padded(FILE *f, const char *text, size_t width, bool right)
     fprintf(f, right ? " %*s |" : " %-*s |", (int)width, text);
 }
 
-void lum_bench_table_markdown(const struct lum_bench_table *t, FILE *f)
+static void write_markdown(const struct lum_bench_table *t, FILE *f)
 {
     for (size_t line = 0; line < n_rows(t) + 2; line++) {
         fputc('|', f);
@@ -173,11 +160,25 @@ static bool save_as(const struct lum_bench_table *t, const struct lum_bench_opti
     return lum_bench_close(f, file);
 }
 
-bool lum_bench_table_save(const struct lum_bench_table *t, const struct lum_bench_options *options, const char *name)
+static bool has_title(const struct lum_bench_table *t)
 {
-    if (t->failed) {
-        fprintf(stderr, "lumend-bench: out of memory for %s\n", name);
-        return false;
+    bool has = false;
+    for (size_t c = 0; c < t->n_columns; c++)
+        has = has || t->columns[c].title;
+    return has;
+}
+
+bool lum_bench_table_finish(struct lum_bench_table *t, const struct lum_bench_options *options, const char *name)
+{
+    bool ok = !t->failed;
+    if (!ok)
+        fprintf(stderr, "lumend-bench: out of memory for a table\n");
+    if (ok && has_title(t)) {
+        putchar('\n');
+        write_markdown(t, stdout);
     }
-    return save_as(t, options, name, false) && save_as(t, options, name, true);
+    if (ok && name)
+        ok = save_as(t, options, name, false) && save_as(t, options, name, true);
+    lum_free(t->cells);
+    return ok;
 }

@@ -14,18 +14,46 @@ struct lum_bench_column {
     int digits;        /* after the point; LUM_BENCH_TEXT: the cells are texts */
 };
 
-struct lum_bench_table;
+/* One for each kind of ray, in the order of enum lum_ray_kind. */
+#define LUM_BENCH_RAY_COLUMNS(digits)                                                                                  \
+    LUM_BENCH_RAY_COLUMN("primary", digits), LUM_BENCH_RAY_COLUMN("direct", digits),                                   \
+        LUM_BENCH_RAY_COLUMN("soft_shadow", digits), LUM_BENCH_RAY_COLUMN("environment", digits),                      \
+        LUM_BENCH_RAY_COLUMN("indirect_diffuse", digits), LUM_BENCH_RAY_COLUMN("reflection", digits),                  \
+        LUM_BENCH_RAY_COLUMN("transmission", digits), LUM_BENCH_RAY_COLUMN("glossy", digits),                          \
+        LUM_BENCH_RAY_COLUMN("media", digits), LUM_BENCH_RAY_COLUMN("antialias", digits),                              \
+        LUM_BENCH_RAY_COLUMN("vpl", digits), LUM_BENCH_RAY_COLUMN("probe", digits)
+#define LUM_BENCH_RAY_COLUMN(name, digits) {"rays_" name, NULL, digits}
 
-/* columns is borrowed. NULL after a message on stderr. */
-struct lum_bench_table *lum_bench_table_create(const struct lum_bench_column *columns, size_t n_columns);
-void lum_bench_table_destroy(struct lum_bench_table *table); /* accepts NULL */
+struct lum_bench_cell {
+    char text[64];
+};
 
-/* The next cell, row by row. A number that is not finite is an empty cell. Texts are cut at 63 bytes. */
+/* In caller memory. Once cells were put, lum_bench_table_finish must follow. */
+struct lum_bench_table {
+    const struct lum_bench_column *columns;
+    size_t n_columns;
+    struct lum_bench_cell *cells;
+    size_t n, capacity;
+    bool failed; /* a cell is missing: out of memory */
+};
+
+#define LUM_BENCH_TABLE(columns) {columns, LUM_ARRAY_LEN(columns), NULL, 0, 0, false}
+
+/* The next cells, row by row. A number that is not finite is an empty cell. Texts are cut at 63 bytes. */
 void lum_bench_table_text(struct lum_bench_table *table, const char *text);
 void lum_bench_table_number(struct lum_bench_table *table, double value);
+#define LUM_BENCH_TEXTS(table, ...)                                                                                    \
+    lum_bench_table_texts(table, (const char *const[]){__VA_ARGS__},                                                   \
+                          sizeof((const char *const[]){__VA_ARGS__}) / sizeof(char *))
+#define LUM_BENCH_NUMBERS(table, ...)                                                                                  \
+    lum_bench_table_numbers(table, (const double[]){__VA_ARGS__}, sizeof((const double[]){__VA_ARGS__}) / sizeof(double))
+void lum_bench_table_texts(struct lum_bench_table *table, const char *const *texts, size_t n);
+void lum_bench_table_numbers(struct lum_bench_table *table, const double *values, size_t n);
+/* A text: "2.00 [1.90, 2.10]"; empty where the median is not finite. */
+void lum_bench_table_median(struct lum_bench_table *table, struct lum_bench_median m, int digits);
 
-void lum_bench_table_markdown(const struct lum_bench_table *table, FILE *f);
-/* OUT/name.csv and OUT/name.json (an array of objects). False after a message on stderr. */
-bool lum_bench_table_save(const struct lum_bench_table *table, const struct lum_bench_options *options, const char *name);
+/* On stdout, where columns have titles; OUT/name.csv and OUT/name.json (an array of objects), where it has a name. Frees the
+ * cells. False after a message on stderr. */
+bool lum_bench_table_finish(struct lum_bench_table *table, const struct lum_bench_options *options, const char *name);
 
 #endif

@@ -9,13 +9,6 @@
 
 #define TEXT LUM_BENCH_TEXT
 
-static double median(const struct viewers_study *study, const double *rounds)
-{
-    double copy[VIEWERS_ROUNDS];
-    memcpy(copy, rounds, study->n_rounds * sizeof *copy);
-    return lum_bench_quantile(copy, study->n_rounds, 0.5);
-}
-
 /* Medians of a frame. */
 struct cost {
     double rays, created, indirect_ms, cpu_ms;
@@ -23,8 +16,9 @@ struct cost {
 
 static struct cost cost_of(const struct viewers_study *study, const struct viewers_frame *f)
 {
-    return (struct cost){median(study, f->rays), median(study, f->created), median(study, f->indirect_ms),
-                         median(study, f->cpu_ms)};
+    size_t n = study->n_rounds;
+    return (struct cost){lum_bench_median_of(f->rays, n), lum_bench_median_of(f->created, n),
+                         lum_bench_median_of(f->indirect_ms, n), lum_bench_median_of(f->cpu_ms, n)};
 }
 
 /* ---- the k-th viewer ---- */
@@ -55,24 +49,11 @@ static void put_rows(struct lum_bench_table *t, const struct viewers_study *stud
     for (int k = 0; k < VIEWERS; k++) {
         struct cost shared = cost_of(study, &cell->frames[VIEWERS_SHARED][k]),
                     own = cost_of(study, &cell->frames[VIEWERS_OWN][k]);
-        lum_bench_table_text(t, lum_bench_scene_name(study->scenes[scene]));
-        lum_bench_table_text(t, viewers_methods[method]);
-        const double row[] = {k + 1,
-                              viewers_degrees[k],
-                              shared.rays,
-                              shared.created,
-                              shared.indirect_ms,
-                              shared.cpu_ms,
-                              own.rays,
-                              own.created,
-                              own.indirect_ms,
-                              own.cpu_ms,
-                              shared.rays / first.rays,
-                              shared.created / first.created,
-                              shared.indirect_ms / first.indirect_ms,
-                              shared.cpu_ms / first.cpu_ms};
-        for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-            lum_bench_table_number(t, row[i]);
+        LUM_BENCH_TEXTS(t, lum_bench_scene_name(study->scenes[scene]), viewers_methods[method]);
+        LUM_BENCH_NUMBERS(t, k + 1, viewers_degrees[k], shared.rays, shared.created, shared.indirect_ms, shared.cpu_ms,
+                          own.rays, own.created, own.indirect_ms, own.cpu_ms, shared.rays / first.rays,
+                          shared.created / first.created, shared.indirect_ms / first.indirect_ms,
+                          shared.cpu_ms / first.cpu_ms);
     }
 }
 
@@ -91,12 +72,9 @@ static double bytes_per_record(const struct viewers_cell *cell)
 static void put_memory(struct lum_bench_table *t, const struct viewers_study *study, size_t scene, int method)
 {
     const struct viewers_cell *cell = &study->cells[scene][method];
-    lum_bench_table_text(t, lum_bench_scene_name(study->scenes[scene]));
-    lum_bench_table_text(t, viewers_methods[method]);
-    const double row[] = {cell->one_kb, cell->eight_kb, (double)cell->cache.records, bytes_per_record(cell),
-                          (double)cell->cache.bytes / 1024.0};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-        lum_bench_table_number(t, row[i]);
+    LUM_BENCH_TEXTS(t, lum_bench_scene_name(study->scenes[scene]), viewers_methods[method]);
+    LUM_BENCH_NUMBERS(t, cell->one_kb, cell->eight_kb, (double)cell->cache.records, bytes_per_record(cell),
+                      (double)cell->cache.bytes / 1024.0);
 }
 
 /* ---- the summary ---- */
@@ -118,59 +96,35 @@ static void put_summary(struct lum_bench_table *t, const struct viewers_study *s
     for (int way = 0; way < VIEWERS_WAYS; way++)
         for (int k = 0; k < VIEWERS; k++)
             sum[way] += cost_of(study, &cell->frames[way][k]).indirect_ms;
-    lum_bench_table_text(t, lum_bench_scene_name(study->scenes[scene]));
-    lum_bench_table_text(t, viewers_methods[method]);
-    const double row[] = {100.0 * second.rays / first.rays,
-                          100.0 * second.created / first.created,
-                          100.0 * second.indirect_ms / first.indirect_ms,
-                          100.0 * last.indirect_ms / first.indirect_ms,
-                          sum[VIEWERS_SHARED],
-                          sum[VIEWERS_OWN],
-                          cell->eight_kb / 1024.0,
-                          VIEWERS * cell->one_kb / 1024.0,
-                          (double)cell->cache.records,
-                          bytes_per_record(cell)};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(row); i++)
-        lum_bench_table_number(t, row[i]);
+    LUM_BENCH_TEXTS(t, lum_bench_scene_name(study->scenes[scene]), viewers_methods[method]);
+    LUM_BENCH_NUMBERS(t, 100.0 * second.rays / first.rays, 100.0 * second.created / first.created,
+                      100.0 * second.indirect_ms / first.indirect_ms, 100.0 * last.indirect_ms / first.indirect_ms,
+                      sum[VIEWERS_SHARED], sum[VIEWERS_OWN], cell->eight_kb / 1024.0, VIEWERS * cell->one_kb / 1024.0,
+                      (double)cell->cache.records, bytes_per_record(cell));
 }
 
 /* ---- tables and figures ---- */
 
-/* By scene and method; NULL after a message on stderr. */
-static struct lum_bench_table *make_table(const struct viewers_study *study, const struct lum_bench_column *c, size_t n,
-                                          void (*put)(struct lum_bench_table *, const struct viewers_study *, size_t,
-                                                      int))
+/* Rows by scene and method. */
+static const struct output {
+    const char *file; /* NULL: to stdout */
+    const struct lum_bench_column *columns;
+    size_t n_columns;
+    void (*put)(struct lum_bench_table *t, const struct viewers_study *study, size_t scene, int method);
+} outputs[] = {
+    {NULL, summary_columns, LUM_ARRAY_LEN(summary_columns), put_summary},
+    {"viewers", columns, LUM_ARRAY_LEN(columns), put_rows},
+    {"viewers-memory", memory_columns, LUM_ARRAY_LEN(memory_columns), put_memory},
+};
+
+static bool write_output(const struct output *o, const struct viewers_study *study,
+                         const struct lum_bench_options *options)
 {
-    struct lum_bench_table *t = lum_bench_table_create(c, n);
-    for (size_t scene = 0; t && scene < study->n_scenes; scene++)
+    struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};
+    for (size_t scene = 0; scene < study->n_scenes; scene++)
         for (int m = 0; m < VIEWERS_METHODS; m++)
-            put(t, study, scene, m);
-    return t;
-}
-
-static bool save_tables(const struct viewers_study *study, const struct lum_bench_options *options)
-{
-    struct lum_bench_table *frames = make_table(study, columns, LUM_ARRAY_LEN(columns), put_rows),
-                           *memory = make_table(study, memory_columns, LUM_ARRAY_LEN(memory_columns), put_memory);
-    bool ok = frames && memory && lum_bench_table_save(frames, options, "viewers") &&
-              lum_bench_table_save(memory, options, "viewers-memory");
-    lum_bench_table_destroy(memory);
-    lum_bench_table_destroy(frames);
-    return ok;
-}
-
-static bool print_summary(const struct viewers_study *study)
-{
-    struct lum_bench_table *t = make_table(study, summary_columns, LUM_ARRAY_LEN(summary_columns), put_summary);
-    if (!t)
-        return false;
-    printf("%u x %u pixels; %s\n\nIndirect light of first frames: the second and the eighth viewer's cost over the "
-           "first one's "
-           "on one cache; all\neight together, against eight daemons; memory of their processes.\n\n",
-           study->w, study->h, study->machine);
-    lum_bench_table_markdown(t, stdout);
-    lum_bench_table_destroy(t);
-    return true;
+            o->put(&t, study, scene, m);
+    return lum_bench_table_finish(&t, options, o->file);
 }
 
 enum { SERIES = VIEWERS_METHODS * VIEWERS_WAYS + VIEWERS_WAYS };
@@ -209,7 +163,7 @@ static bool draw(const struct viewers_study *study, const struct lum_bench_optio
     struct curves c;
     struct lum_plot_series series[VIEWERS_SCENES][SERIES];
     struct lum_plot_panel panels[VIEWERS_SCENES];
-    char subtitle[400];
+    char subtitle[32];
     for (size_t scene = 0; scene < study->n_scenes; scene++) {
         for (int i = 0; i < VIEWERS_METHODS * VIEWERS_WAYS * VIEWERS; i++) {
             int k = i % VIEWERS, way = i / VIEWERS % VIEWERS_WAYS, m = i / VIEWERS / VIEWERS_WAYS;
@@ -220,22 +174,23 @@ static bool draw(const struct viewers_study *study, const struct lum_bench_optio
         }
         make_panel(study, &c, scene, series[scene], &panels[scene]);
     }
-    snprintf(subtitle, sizeof subtitle, "%u × %u, %s%s", study->w, study->h, study->machine,
-             options->quick ? LUM_BENCH_QUICK : "");
-    FILE *f = lum_bench_open(options, name);
-    if (!f)
-        return false;
-    lum_plot_write(f, &(struct lum_plot){.title = rays ? "Rays of indirect light, by viewer of one room"
-                                                       : "CPU time of indirect light, by viewer of one room",
-                                         .subtitle = subtitle,
-                                         .panels = panels,
-                                         .n_panels = study->n_scenes,
-                                         .same_y = true});
-    return lum_bench_close(f, name);
+    snprintf(subtitle, sizeof subtitle, "%u × %u", study->w, study->h);
+    const struct lum_plot plot = {.title = rays ? "Rays of indirect light, by viewer of one room"
+                                                : "CPU time of indirect light, by viewer of one room",
+                                  .subtitle = subtitle,
+                                  .panels = panels,
+                                  .n_panels = study->n_scenes,
+                                  .same_y = true};
+    return lum_bench_plot(options, name, &plot, study->machine);
 }
 
 bool viewers_report(const struct viewers_study *study, const struct lum_bench_options *options)
 {
-    return print_summary(study) && save_tables(study, options) && draw(study, options, true) &&
-           draw(study, options, false);
+    bool ok = true;
+    printf("%u x %u pixels; %s\n\nIndirect light of first frames: the second and the eighth viewer's cost over the "
+           "first one's on one cache; all\neight together, against eight daemons; memory of their processes.\n",
+           study->w, study->h, study->machine);
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++)
+        ok = write_output(&outputs[i], study, options);
+    return ok && draw(study, options, true) && draw(study, options, false);
 }
