@@ -179,11 +179,8 @@ static double plain_sum(struct rig *r)
     lum_pick_at(r->snapshot, &r->settings.camera, r->settings.w, r->settings.h, r->settings.w * 0.5,
                 r->settings.h * 0.5, &pick);
     assert_true(pick.hit);
-    const struct lum_normalisation *norm = &r->snapshot->norm;
     struct lum_gather_points points = {.n_points = 1, .n = {pick.normal}, .ng = {pick.normal}};
-    points.p[0] = lum_v3((float)((pick.point_world.x - norm->centre.x) * norm->scale),
-                         (float)((pick.point_world.y - norm->centre.y) * norm->scale),
-                         (float)((pick.point_world.z - norm->centre.z) * norm->scale));
+    points.p[0] = rig_to_scene(r, pick.point_world.x, pick.point_world.y, pick.point_world.z);
     uint32_t slots[LUM_VPL_DEFAULT];
     assert_int_equal(set.n, LUM_VPL_DEFAULT);
     for (uint32_t k = 0; k < set.n; k++)

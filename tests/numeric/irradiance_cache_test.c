@@ -23,13 +23,6 @@ static struct bench bench_of(uint32_t n_rays, uint32_t max_bounces)
     return b;
 }
 
-static struct lum_vec3 to_scene(const struct rig *r, double x, double y, double z)
-{
-    const struct lum_normalisation *n = &r->snapshot->norm;
-    return lum_v3((float)((x - n->centre.x) * n->scale), (float)((y - n->centre.y) * n->scale),
-                  (float)((z - n->centre.z) * n->scale));
-}
-
 static void add_record(struct bench *b, struct lum_vec3 p, struct lum_vec3 n)
 {
     assert_true(b->n < LUM_ARRAY_LEN(b->records));
@@ -56,13 +49,6 @@ static uint64_t build_all(struct bench *b, const struct rig *r)
     return b->counters.rays[LUM_RAY_INDIRECT_DIFFUSE];
 }
 
-static void diffuse_object(struct rig *r, const char *mesh, const char *material, float albedo, struct lum_vec3d at)
-{
-    struct lum_material_desc m = rig_diffuse(albedo);
-    rig_material(r, material, &m);
-    rig_object(r, mesh, mesh, material, at);
-}
-
 enum { SPHERE_AROUND = 256, SPHERE_DOWN = 128 };
 
 /* Hollow sphere of radius 1, as mesh and object "ball". */
@@ -77,7 +63,7 @@ static void add_sphere(struct rig *r, float albedo)
                                  .n_triangles = shape.n_triangles};
     RIG_OK(lum_scene_put_mesh(r->scene, "ball", &desc, &err));
     lum_shape_finish(&shape);
-    diffuse_object(r, "ball", "white", albedo, rig_v(0, 0, 0));
+    rig_diffuse_object(r, "ball", "white", albedo, rig_v(0, 0, 0));
 }
 
 /* Records on the inside of the sphere of radius 1: just inside its facets. */
@@ -88,7 +74,7 @@ static void add_sphere_records(struct bench *b, const struct rig *r, uint32_t n)
     for (uint32_t i = 0; i < n; i++) {
         double z = 2.0 * rng_unit(&random) - 1.0, phi = 2.0 * LUM_PI_D * rng_unit(&random), s = sqrt(1.0 - z * z);
         struct lum_vec3 d = lum_v3((float)(s * cos(phi)), (float)(s * sin(phi)), (float)z);
-        add_record(b, to_scene(r, inside * (double)d.x, inside * (double)d.y, inside * (double)d.z), lum_v3_neg(d));
+        add_record(b, rig_to_scene(r, inside * (double)d.x, inside * (double)d.y, inside * (double)d.z), lum_v3_neg(d));
     }
 }
 
@@ -179,7 +165,7 @@ static void furnace(void **state)
             struct bench b = bench_of(256, bounces);
             b.cache.key.seed = seed;
             for (int i = 0; i < 16; i++)
-                add_record(&b, to_scene(&r, -0.9 + 0.12 * i, -1, 0.1 * i - 0.8), lum_v3(0, 1, 0));
+                add_record(&b, rig_to_scene(&r, -0.9 + 0.12 * i, -1, 0.1 * i - 0.8), lum_v3(0, 1, 0));
             uint64_t rays = build_all(&b, &r);
             assert_true(bounces > 0 || rays == 0);
             double sum = 0.0;
@@ -246,13 +232,13 @@ static void form_factors(void **state)
             RIG_OK(lum_scene_put_mesh(r.scene, "plate", &desc, &err));
             lum_shape_finish(&shape);
         }
-        diffuse_object(&r, "plate", "white", 0.8f, rig_v(0, 0, 0));
+        rig_diffuse_object(&r, "plate", "white", 0.8f, rig_v(0, 0, 0));
         rig_commit(&r);
         struct mean mean = {0};
         for (uint32_t seed = 0; seed < 16; seed++) {
             struct bench b = bench_of(4096, 1);
             b.cache.key.seed = seed;
-            add_record(&b, to_scene(&r, cases[k].at.x, cases[k].at.y, cases[k].at.z), cases[k].n);
+            add_record(&b, rig_to_scene(&r, cases[k].at.x, cases[k].at.y, cases[k].at.z), cases[k].n);
             build_all(&b, &r);
             mean_add(&mean, (double)b.records[0].irradiance.g / 80.0);
         }
@@ -273,7 +259,7 @@ static void radius_is_the_harmonic_mean(void **state)
     struct rig r;
     rig_begin(&r, 0);
     rig_square(&r, "floor", 50);
-    diffuse_object(&r, "floor", "white", 0.5f, rig_v(0, 0, 0));
+    rig_diffuse_object(&r, "floor", "white", 0.5f, rig_v(0, 0, 0));
     struct lum_light_desc l = rig_point(rig_v(0, 2, 0), 100);
     rig_light(&r, "bulb", &l);
     rig_commit(&r);
@@ -281,8 +267,8 @@ static void radius_is_the_harmonic_mean(void **state)
     struct bench b = bench_of(4096, 1);
     const double heights[] = {0.1, 1.0, 3.0, 1e-9, 30.0};
     for (size_t i = 0; i < LUM_ARRAY_LEN(heights); i++)
-        add_record(&b, to_scene(&r, 0.3, heights[i], 0.2), lum_v3(0, -1, 0));
-    add_record(&b, to_scene(&r, 0.3, 0.5, 0.2), lum_v3(0, 1, 0)); /* meets nothing */
+        add_record(&b, rig_to_scene(&r, 0.3, heights[i], 0.2), lum_v3(0, -1, 0));
+    add_record(&b, rig_to_scene(&r, 0.3, 0.5, 0.2), lum_v3(0, 1, 0)); /* meets nothing */
     build_all(&b, &r);
     double reach = (double)b.records[1].radius / (0.25 * 1.5 * heights[1] * scale);
     for (int i = 0; i < 3; i++) {
@@ -364,7 +350,7 @@ static void records_as_the_path_tracer(void **state)
     rig_commit(&r);
     const struct lum_vec3d at[] = {{0, 0, 0.3}, {-1.4, 0, 0.2}, {0.4, 1.0, -0.3}, {1.9, 0, -1.9}};
     for (size_t k = 0; k < LUM_ARRAY_LEN(at); k++) {
-        struct lum_vec3 p = to_scene(&r, at[k].x, at[k].y, at[k].z), n = lum_v3(0, 1, 0);
+        struct lum_vec3 p = rig_to_scene(&r, at[k].x, at[k].y, at[k].z), n = lum_v3(0, 1, 0);
         struct mean all = irradiance_by_paths(&r, p, n, 4), direct = irradiance_by_paths(&r, p, n, 1), got = {0};
         for (uint32_t seed = 0; seed < 64; seed++) {
             struct bench b = bench_of(256, 3);
@@ -399,7 +385,7 @@ static void lit_room(struct rig *r, uint32_t threads)
 static void add_floor_records(struct bench *b, const struct rig *r)
 {
     for (int i = 0; i < 60; i++)
-        add_record(b, to_scene(r, -1.9 + 0.063 * i, 0, 1.9 - 0.06 * i), lum_v3(0, 1, 0));
+        add_record(b, rig_to_scene(r, -1.9 + 0.063 * i, 0, 1.9 - 0.06 * i), lum_v3(0, 1, 0));
 }
 
 struct parallel {
@@ -471,12 +457,12 @@ static void darkness_costs_nothing(void **state)
         struct rig r;
         rig_begin(&r, 0);
         rig_box(&r, "box", 1, 1, 1);
-        diffuse_object(&r, "box", "wall", cases[k].albedo, rig_v(0, 0, 0));
+        rig_diffuse_object(&r, "box", "wall", cases[k].albedo, rig_v(0, 0, 0));
         if (cases[k].light)
             rig_light(&r, "lamp", cases[k].light);
         rig_commit(&r);
         struct bench b = bench_of(64, cases[k].bounces);
-        add_record(&b, to_scene(&r, 0.2, -1, 0.1), lum_v3(0, 1, 0));
+        add_record(&b, rig_to_scene(&r, 0.2, -1, 0.1), lum_v3(0, 1, 0));
         uint64_t rays = build_all(&b, &r);
         float e = b.records[0].irradiance.g;
         if ((rays > 0) != cases[k].rays || (e > 0.0f) != cases[k].rays || !(b.records[0].radius > 0.0f))

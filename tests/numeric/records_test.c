@@ -80,10 +80,7 @@ static void check_picture(struct rig *r, enum closed_kind kind, float error)
         struct lum_pick pick;
         lum_pick_at(r->snapshot, &r->settings.camera, r->settings.w, r->settings.h, x + 0.5, y + 0.5, &pick);
         assert_true(pick.hit);
-        const struct lum_normalisation *norm = &r->snapshot->norm;
-        struct lum_vec3 p = lum_v3((float)((pick.point_world.x - norm->centre.x) * norm->scale),
-                                   (float)((pick.point_world.y - norm->centre.y) * norm->scale),
-                                   (float)((pick.point_world.z - norm->centre.z) * norm->scale));
+        struct lum_vec3 p = rig_to_scene(r, pick.point_world.x, pick.point_world.y, pick.point_world.z);
         struct lum_rgb want = lum_rgb_mul(closed_irradiance(kind, p, aov.normal_world[i]), aov.albedo[i]);
         struct lum_rgb got = lum_rgb_scale(lum_film_mean(lum_view_film(r->view), x, y), LUM_PI);
         float off = lum_max(fabsf(got.r - want.r), lum_max(fabsf(got.g - want.g), fabsf(got.b - want.b)));

@@ -81,14 +81,6 @@ static void refresh(struct bed *b, struct lum_cache_record *record)
     b->cache->key.kind->refresh(&job);
 }
 
-/* The surface that lies where a point given in metres is. */
-static struct lum_vec3 scene_point(const struct bed *b, double x, double y, double z)
-{
-    struct lum_vec3d c = b->r.snapshot->norm.centre;
-    double k = b->r.snapshot->norm.scale;
-    return lum_v3((float)((x - c.x) * k), (float)((y - c.y) * k), (float)((z - c.z) * k));
-}
-
 static void assert_share(const struct lum_cache_record *record, double share, double tolerance, const char *what)
 {
     double want = LUM_PI_D * SKY_CD_M2 * share, got = (double)record->irradiance.g;
@@ -111,7 +103,7 @@ static void open_sky_is_pi_times_luminance(void **state)
         float z = 1.0f - 2.0f * ((float)k + 0.5f) / 64.0f, phi = 2.39996323f * (float)k, rim = sqrtf(1.0f - z * z);
         struct lum_vec3 n = {rim * cosf(phi), rim * sinf(phi), z};
         /* in the plane of the floor, and beside it: nothing is in the way */
-        struct lum_cache_record *record = build_at(&b, scene_point(&b, 6, 0, 0), n);
+        struct lum_cache_record *record = build_at(&b, rig_to_scene(&b.r, 6, 0, 0), n);
         assert_share(record, 1.0, SPIRAL_ERROR, "open sky");
         for (int i = 0; i < 3; i++)
             assert_true(lum_rgb_black(record->gradient[i])); /* it looks the same from everywhere */
@@ -133,7 +125,7 @@ static void wall_covers_its_share(void **state)
     double distances[] = {0.5, 1, 2, 4}; /* of the point from the wall's front, at z = -0.99 */
     for (int i = 0; i < 4; i++) {
         struct lum_cache_record *record =
-            build_at(&b, scene_point(&b, 0, 0, distances[i] - 0.99), lum_v3(0.0f, 1.0f, 0.0f));
+            build_at(&b, rig_to_scene(&b.r, 0, 0, distances[i] - 0.99), lum_v3(0.0f, 1.0f, 0.0f));
         assert_share(record, 0.5 + 0.5 * cos(atan(3.0 / distances[i])), 0.03 + SPIRAL_ERROR, "behind a wall");
     }
     bed_end(&b);
@@ -147,7 +139,7 @@ static void other_light_no_ray_another_wall_few(void **state)
     rig_box(&b.r, "wall", 2, 1, 0.01);
     rig_object(&b.r, "wall", "wall", "white", rig_v(0, 1, -1));
     bed_commit(&b);
-    struct lum_vec3 p = scene_point(&b, 0, 0, 0), n = {0.0f, 1.0f, 0.0f};
+    struct lum_vec3 p = rig_to_scene(&b.r, 0, 0, 0), n = {0.0f, 1.0f, 0.0f};
     struct lum_cache_record *record = build_at(&b, p, n);
     uint64_t built = b.counters.rays[LUM_RAY_ENVIRONMENT];
     assert_in_range(built, 1, LUM_VPL_SKY);

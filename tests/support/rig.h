@@ -14,6 +14,7 @@
 
 #include "core/render/view.h"
 #include "core/scene/scene.h"
+#include "core/scene/snapshot.h"
 
 struct rig {
     struct lum_device *device;
@@ -94,6 +95,14 @@ static inline struct lum_vec3d rig_v(double x, double y, double z)
     return (struct lum_vec3d){x, y, z};
 }
 
+/* World to scene. */
+static inline struct lum_vec3 rig_to_scene(const struct rig *r, double x, double y, double z)
+{
+    const struct lum_normalisation *n = &r->snapshot->norm;
+    return lum_v3((float)((x - n->centre.x) * n->scale), (float)((y - n->centre.y) * n->scale),
+                  (float)((z - n->centre.z) * n->scale));
+}
+
 static inline void rig_camera(struct rig *r, struct lum_vec3d position, struct lum_vec3d target, double vfov_deg)
 {
     r->settings.camera = (struct lum_camera){position, target, {0, 1, 0}, vfov_deg};
@@ -130,6 +139,15 @@ static inline void rig_object(struct rig *r, const char *id, const char *mesh, c
     d.local_to_world.m[1][3] = at.y;
     d.local_to_world.m[2][3] = at.z;
     RIG_OK(lum_scene_put_object(r->scene, id, &d, &err));
+}
+
+/* With a material of its own, purely diffuse. The object has the mesh's name. */
+static inline void rig_diffuse_object(struct rig *r, const char *mesh, const char *material, float albedo,
+                                      struct lum_vec3d at)
+{
+    struct lum_material_desc m = rig_diffuse(albedo);
+    rig_material(r, material, &m);
+    rig_object(r, mesh, mesh, material, at);
 }
 
 /* A square in the plane y = 0, normal +Y, as mesh `id`. */

@@ -91,6 +91,30 @@ void put_light(struct lum_scene *scene, const char *id, const struct lum_light_d
     CHECK_OK(lum_scene_put_light(scene, id, light, err));
 }
 
+void put_fog(struct lum_scene *scene, const char *id, float sigma_s)
+{
+    struct lum_medium_desc m = {.sigma_s = lum_grey(sigma_s), .g = 0.5f, .lo = {-1, -1, -1}, .hi = {1, 1, 1}};
+    CHECK_OK(lum_scene_put_medium(scene, id, &m, err));
+}
+
+void furnish(struct lum_scene *scene)
+{
+    put_shape(scene, "ball", "sphere", 16, 8);
+    put_shape(scene, "box", "box", 1, 1);
+    put_material(scene, "white");
+    put_emissive(scene, "glow", 50.0);
+    put_object(scene, "a", "ball", "white", at(0, 0, 0));
+    put_object(scene, "b", "box", "white", at(3, 0, 0));
+    put_object(scene, "lamp", "ball", "glow", scaled_at(0.5, 0, 3, 0));
+    struct lum_light_desc l = light_desc(LUM_LIGHT_QUAD);
+    put_light(scene, "key", &l);
+    l = light_desc(LUM_LIGHT_POINT);
+    put_light(scene, "fill", &l);
+    struct lum_camera camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 45};
+    CHECK_OK(lum_scene_put_camera(scene, "main", &camera, err));
+    put_fog(scene, "fog", 0.25f);
+}
+
 const struct lum_snapshot *commit(struct fixture *f)
 {
     const struct lum_snapshot *s = NULL;

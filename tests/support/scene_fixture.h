@@ -36,6 +36,10 @@ void put_emissive(struct lum_scene *scene, const char *id, double cd_m2);
 void put_object(struct lum_scene *scene, const char *id, const char *mesh, const char *material, struct lum_affined m);
 struct lum_light_desc light_desc(enum lum_light_kind kind); /* valid for every kind */
 void put_light(struct lum_scene *scene, const char *id, const struct lum_light_desc *light);
+/* A box of 2 m. */
+void put_fog(struct lum_scene *scene, const char *id, float sigma_s);
+/* One of everything: objects a (a ball), b and lamp (emissive), lights key and fill, camera main, medium fog. */
+void furnish(struct lum_scene *scene);
 const struct lum_snapshot *commit(struct fixture *f);
 
 struct lum_affined at(double x, double y, double z);

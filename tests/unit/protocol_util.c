@@ -187,3 +187,22 @@ bool document_whole(const struct lum_document *doc)
     struct wholeness w = {doc, true};
     return lum_document_each(doc, record_is_whole, &w) && w.ok;
 }
+
+struct lum_record *record_of(const cJSON *json, struct lum_proto_error *err)
+{
+    struct lum_op op;
+    struct lum_record *r = NULL;
+    if (!lum_op_from_json(json, NULL, &op, err))
+        return NULL;
+    if (op.kind == LUM_OP_SET) {
+        r = lum_record_create(LUM_RECORD_RENDER, "render");
+        if (!lum_record_set(r, op.path, op.value, err)) {
+            lum_record_unref(r);
+            r = NULL;
+        }
+    } else {
+        r = lum_record_ref(op.record);
+    }
+    lum_op_finish(&op);
+    return r;
+}

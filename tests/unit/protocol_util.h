@@ -21,6 +21,8 @@ double rng_unit(struct rng *r);
 /* A value that the field accepts on its own; NULL for bulk fields. */
 struct cJSON *random_value(struct rng *r, const struct lum_field *f);
 
+/* The record that an op makes, or NULL. A set of render is applied to a fresh one. */
+struct lum_record *record_of(const struct cJSON *json, struct lum_proto_error *err);
 bool records_equal(const struct lum_record *a, const struct lum_record *b);
 /* Text of the whole document as scene.get gives it; the caller frees it. */
 char *document_text(const struct lum_document *doc);

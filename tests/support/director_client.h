@@ -1,0 +1,55 @@
+/* A client of the director without sockets: commands in, texts and frames out. Nothing sleeps: waiting ends when the
+ * director wakes the "net thread", or with ctest's own time limit. */
+#ifndef LUM_TESTS_SUPPORT_DIRECTOR_CLIENT_H
+#define LUM_TESTS_SUPPORT_DIRECTOR_CLIENT_H
+
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "server/director_internal.h"
+
+enum { W = 40, H = 30, MAX_STREAMS = 4, MAX_TEXTS = 4096 };
+
+struct client {
+    struct lum_director *director;
+    struct lum_session_ref session;
+    pthread_mutex_t lock;
+    pthread_cond_t bell;
+    bool rung; /* guarded by lock */
+    struct lum_stream *streams[MAX_STREAMS];
+    uint32_t n_streams;
+    char *texts[MAX_TEXTS]; /* everything said, in order */
+    size_t n_texts;
+    uint64_t next_id;
+    char path[64], importer[64]; /* files to remove */
+};
+
+/* Takes what the director said. */
+void client_listen(struct client *c);
+/* Until the director rings the bell. */
+void client_wait(struct client *c);
+/* cmocka: *state is a struct client of a director with a small scene; importer: a program. */
+int client_setup_with(void **state, const char *importer);
+int client_setup(void **state);
+int client_teardown(void **state);
+struct lum_command *client_command(struct client *c, enum lum_command_kind kind);
+/* The reply, whole; delete it. */
+cJSON *client_ask(struct client *c, struct lum_command *cmd);
+struct lum_command *client_edit(struct client *c, const char *ops);
+uint64_t scene_rev_of(cJSON *reply);
+/* Checks that the reply is this error, and drops it. */
+void assert_refused(cJSON *reply, const char *app, const char *path);
+uint32_t client_open_view(struct client *c, uint8_t codec);
+/* The next whole frame of the first stream, acknowledged; its last header. pixels (may be NULL) gets RGBA8 tiles
+ * of full size: a rough first pass comes downscaled. */
+struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels);
+struct lum_frame_header client_converged_frame(struct client *c, uint64_t scene_rev, uint8_t *pixels);
+uint64_t client_apply(struct client *c, const char *ops);
+
+#endif

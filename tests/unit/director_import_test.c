@@ -1,0 +1,98 @@
+/* Imports through the director: they join the scene whole, fail alone, and wait in a short line. */
+#define _GNU_SOURCE /* mkstemp */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/support/director_client.h"
+
+/* With an importer that never ends by itself. */
+static int setup_stuck_importer(void **state)
+{
+    static const char script[] = "#!/bin/sh\nexec sleep 1000\n";
+    char path[] = "/tmp/lumend-importer-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0 && write(fd, script, sizeof script - 1) == sizeof script - 1 && fchmod(fd, 0700) == 0);
+    close(fd);
+    int failed = client_setup_with(state, path);
+    snprintf(((struct client *)*state)->importer, sizeof((struct client *)*state)->importer, "%s", path);
+    return failed;
+}
+
+static int setup_importer(void **state)
+{
+    return client_setup_with(state, LUMEND_IMPORT);
+}
+
+/* The importer is /bin/false: it dies at once. */
+static void a_failed_import_changes_nothing(void **state)
+{
+    struct client *c = *state;
+    uint64_t before = lum_director_scene_rev(c->director);
+    char op[160];
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"room\",\"asset\":\"%s\"}]", strrchr(c->path, '/') + 1);
+    assert_refused(client_ask(c, client_edit(c, op)), "import_failed", NULL);
+    assert_int_equal(lum_director_scene_rev(c->director), before);
+    assert_int_equal(scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]"))), before + 1);
+    struct lum_director_metrics m;
+    lum_director_metrics(c->director, &m);
+    assert_int_equal(m.imports_failed, 1);
+}
+
+static void waiting_imports_are_limited(void **state)
+{
+    struct client *c = *state;
+    char op[160];
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"room\",\"asset\":\"%s\"}]", strrchr(c->path, '/') + 1);
+    for (uint32_t i = 0; i < LUM_LIMIT_IMPORTS_WAITING; i++)
+        assert_true(lum_director_post(c->director, client_edit(c, op)));
+    assert_refused(client_ask(c, client_edit(c, op)), "busy", "ops");
+    /* none of those before was refused, and other edits go on */
+    for (size_t i = 0; i < c->n_texts; i++)
+        assert_true(!strstr(c->texts[i], "\"error\"") || strstr(c->texts[i], "\"busy\""));
+    scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
+}
+
+/* A triangle in a file beside the scene becomes the children of the import; its progress is told, and undo takes all
+ * away. */
+static void an_import_joins_the_scene(void **state)
+{
+    struct client *c = *state;
+    static const char gltf[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+        "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}]}";
+    char path[80], op[200];
+    snprintf(path, sizeof path, "%s.gltf", c->path);
+    FILE *f = fopen(path, "wb");
+    assert_true(f && fputs(gltf, f) >= 0 && fclose(f) == 0);
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"tri\",\"asset\":\"%s\"}]", strrchr(path, '/') + 1);
+    uint64_t before = lum_director_scene_rev(c->director);
+    assert_int_equal(scene_rev_of(client_ask(c, client_edit(c, op))), before + 1);
+    remove(path);
+    struct lum_director_metrics m;
+    lum_director_metrics(c->director, &m);
+    assert_int_equal(m.triangles, 3);
+    assert_int_equal(m.imports, 1);
+    bool told = false;
+    for (size_t i = 0; i < c->n_texts; i++)
+        told = told || strstr(c->texts[i], "\"import.progress\"");
+    assert_true(told);
+    scene_rev_of(client_ask(c, client_command(c, LUM_CMD_SCENE_UNDO)));
+    lum_director_metrics(c->director, &m);
+    assert_int_equal(m.triangles, 2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_failed_import_changes_nothing, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(waiting_imports_are_limited, setup_stuck_importer, client_teardown),
+        cmocka_unit_test_setup_teardown(an_import_joins_the_scene, setup_importer, client_teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

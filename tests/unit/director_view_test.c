@@ -1,0 +1,258 @@
+/* What a view may be asked for: white balance, cameras, budgets, effects, overlays. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/rpc.h"
+#include "server/methods.h"
+#include "tests/support/director_client.h"
+
+static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)
+{
+    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
+    cmd->view = (struct lum_view_request){.view_id = view_id, .has_white_balance = true, .white_balance_k = kelvin};
+    cJSON_Delete(client_ask(c, cmd));
+}
+
+static void white_balance_costs_no_ray(void **state)
+{
+    struct client *c = *state;
+    static uint8_t plain[W * H * 4], cool[W * H * 4], again[W * H * 4];
+    struct lum_director_metrics before, after;
+    uint32_t id = client_open_view(c, LUM_CODEC_RGBA8);
+    client_converged_frame(c, 0, plain);
+    lum_director_metrics(c->director, &before);
+    memcpy(cool, plain, sizeof cool);
+    balance(c, id, (struct lum_opt){true, 3000.0});
+    client_converged_frame(c, 0, cool);
+    long red = 0, blue = 0;
+    for (size_t i = 0; i < sizeof plain; i += 4) {
+        red += cool[i] - plain[i];
+        blue += cool[i + 2] - plain[i + 2];
+    }
+    assert_true(red < 0 && blue > 0);
+    memcpy(again, cool, sizeof again);
+    balance(c, id, (struct lum_opt){0});
+    client_converged_frame(c, 0, again);
+    assert_memory_equal(plain, again, sizeof plain);
+    lum_director_metrics(c->director, &after);
+    assert_true(after.passes == before.passes && after.rays == before.rays);
+}
+
+static void the_latest_camera_wins(void **state)
+{
+    struct client *c = *state;
+    uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
+    enum { MOVES = 200 };
+    for (uint32_t i = 1; i <= MOVES; i++) {
+        struct lum_command *cmd = lum_command_create(LUM_CMD_VIEW_UPDATE);
+        assert_non_null(cmd);
+        cmd->session = c->session;
+        cmd->received_ns = lum_clock_ns();
+        cmd->view = (struct lum_view_request){.view_id = id,
+                                              .has_camera = true,
+                                              .has_camera_seq = true,
+                                              .camera_seq = i,
+                                              .position = {0.01 * i, 2, 4},
+                                              .up = {0, 1, 0},
+                                              .vfov_deg = 40};
+        assert_true(lum_director_post(c->director, cmd));
+    }
+    uint32_t seq = 0;
+    struct lum_frame_header h;
+    do {
+        h = client_next_frame(c, NULL);
+        assert_true(h.camera_seq >= seq);
+        seq = h.camera_seq;
+    } while (!(h.flags & LUM_FRAME_CONVERGED));
+    assert_int_equal(seq, MOVES);
+}
+
+/* A picture that its budget ended goes on when the budget grows. */
+static void a_larger_budget_resumes(void **state)
+{
+    struct client *c = *state;
+    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_OPEN);
+    cmd->view =
+        (struct lum_view_request){.has_size = true, .w = W, .h = H, .has_budget = true, .budget_error = {true, 10.0}};
+    cJSON_Delete(client_ask(c, cmd));
+    struct lum_frame_header h = client_converged_frame(c, 0, NULL);
+    cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
+    cmd->view.view_id = h.view_id;
+    cmd->view.has_budget = true; /* of nothing: the scene's 16 samples count again */
+    cJSON_Delete(client_ask(c, cmd));
+    assert_true(h.spp < 16);
+    while (h.spp < 16)
+        h = client_next_frame(c, NULL);
+    assert_int_equal(h.spp, 16);
+}
+
+/* view.update as its JSON text; the reply. A text that is refused when it is read gives its error, as the session does.
+ */
+static cJSON *update_view(struct client *c, const char *params)
+{
+    char text[512];
+    struct lum_rpc rpc;
+    struct lum_proto_error err;
+    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"view.update\",\"params\":%s}",
+             (unsigned long long)++c->next_id, params);
+    assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
+    struct lum_command *cmd = lum_method_command(&rpc, &err);
+    cJSON *reply = NULL;
+    if (cmd) {
+        cmd->session = c->session;
+        cmd->received_ns = lum_clock_ns();
+        reply = client_ask(c, cmd);
+    } else {
+        char *error = lum_rpc_error(rpc.id, &err);
+        reply = cJSON_Parse(error);
+        free(error);
+    }
+    lum_rpc_finish(&rpc);
+    return reply;
+}
+
+static void assert_taken(cJSON *reply)
+{
+    if (!cJSON_GetObjectItem(reply, "result")) {
+        char *text = cJSON_PrintUnformatted(reply);
+        fail_msg("%s", text);
+    }
+    cJSON_Delete(reply);
+}
+
+/* Next frame that shows camera number seq and is final. */
+static long sum_of_numbered(struct client *c, uint32_t seq, uint8_t pixels[W * H * 4])
+{
+    struct lum_frame_header h;
+    do
+        h = client_next_frame(c, pixels);
+    while (h.camera_seq != seq || !(h.flags & LUM_FRAME_CONVERGED));
+    long sum = 0;
+    for (size_t i = 0; i < W * H; i++)
+        sum += pixels[4 * i] + pixels[4 * i + 1] + pixels[4 * i + 2];
+    return sum;
+}
+
+/* The only light is a point: without `direct` the picture is black. Requests merge: what one does not name stays. */
+static void effects_are_forced_and_given_back(void **state)
+{
+    struct client *c = *state;
+    uint8_t first[W * H * 4], pixels[W * H * 4];
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    assert_true(sum_of_numbered(c, 1, first) > 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"off\"},\"camera_seq\":2}"));
+    assert_int_equal(sum_of_numbered(c, 2, pixels), 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"media\":\"on\"},\"camera_seq\":3}"));
+    assert_int_equal(sum_of_numbered(c, 3, pixels), 0);
+    assert_taken(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"auto\"},\"camera_seq\":4}"));
+    sum_of_numbered(c, 4, pixels);
+    assert_memory_equal(pixels, first, sizeof first);
+}
+
+static void effects_that_do_not_exist_are_refused(void **state)
+{
+    struct client *c = *state;
+    client_open_view(c, LUM_CODEC_RGBA8);
+    cJSON *reply = update_view(c, "{\"view_id\":1,\"effects\":{\"caustics\":\"on\"}}");
+    const char *message = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "error"), "message")->valuestring;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (!strstr(message, lum_effect_names[e]))
+            fail_msg("%s is not in: %s", lum_effect_names[e], message);
+    assert_refused(reply, "unknown_field", "effects/caustics");
+    assert_refused(update_view(c, "{\"view_id\":1,\"effects\":{\"direct\":\"maybe\"}}"), "invalid_value",
+                   "effects/direct");
+    assert_refused(update_view(c, "{\"view_id\":1,\"effects\":[]}"), "invalid_value", "effects");
+    assert_refused(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance\"}"), "invalid_value", "overlay");
+}
+
+/* path makes no guidance map: the picture in grey, from the same film: no pass runs for it. */
+static void an_overlay_is_display_only(void **state)
+{
+    struct client *c = *state;
+    uint8_t pixels[W * H * 4];
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":1}"));
+    sum_of_numbered(c, 1, pixels);
+    struct lum_director_metrics before, after;
+    lum_director_metrics(c->director, &before);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance_soft_shadow\",\"camera_seq\":2}"));
+    assert_true(sum_of_numbered(c, 2, pixels) > 0);
+    for (size_t i = 0; i < W * H; i++)
+        assert_true(pixels[4 * i] == pixels[4 * i + 1] && pixels[4 * i] == pixels[4 * i + 2]);
+    lum_director_metrics(c->director, &after);
+    assert_int_equal(after.passes, before.passes);
+    assert_int_equal(after.rays, before.rays);
+}
+
+/* in_view of the final frame.stats for camera number seq, once its frame has come. */
+static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
+{
+    uint8_t pixels[W * H * 4];
+    char numbered[32], told[32];
+    snprintf(numbered, sizeof numbered, "\"camera_seq\":%u,", seq);
+    snprintf(told, sizeof told, "\"in_view\":\"%s\"", wanted);
+    sum_of_numbered(c, seq, pixels);
+    for (size_t i = 0;; i = c->n_texts) {
+        client_listen(c);
+        for (; i < c->n_texts; i++)
+            if (strstr(c->texts[i], numbered) && strstr(c->texts[i], "\"converged\":true")) {
+                if (!strstr(c->texts[i], told))
+                    fail_msg("camera %u: not %s in %s", seq, told, c->texts[i]);
+                return;
+            }
+        client_wait(c);
+    }
+}
+
+static void an_empty_picture_is_explained(void **state)
+{
+    struct client *c = *state;
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    assert_in_view(c, 1, "scene");
+    assert_taken(
+        update_view(c, "{\"view_id\":1,\"camera\":{\"position\":[0,50,0],\"target\":[0,60,1]},\"camera_seq\":2}"));
+    assert_in_view(c, 2, "nothing");
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_id\":\"main\",\"camera_seq\":3}"));
+    assert_in_view(c, 3, "scene");
+    client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
+    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":4}"));
+    assert_in_view(c, 4, "dark");
+}
+
+static void requests_that_name_nothing_are_refused(void **state)
+{
+    struct client *c = *state;
+    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
+    cmd->view.view_id = 99;
+    assert_refused(client_ask(c, cmd), "not_found", "view_id");
+    cmd = client_command(c, LUM_CMD_VIEW_OPEN);
+    cmd->view = (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_method = true, .method = "magic"};
+    assert_refused(client_ask(c, cmd), "invalid_value", "method");
+    cmd = client_command(c, LUM_CMD_VIEW_OPEN);
+    cmd->view =
+        (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_camera_id = true, .camera_id = "nobody"};
+    assert_refused(client_ask(c, cmd), "not_found", "camera_id");
+    uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
+    cmd = client_command(c, LUM_CMD_VIEW_CLOSE);
+    cmd->view.view_id = id;
+    cmd->session.generation++; /* somebody else's view */
+    assert_refused(client_ask(c, cmd), "not_found", "view_id");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(white_balance_costs_no_ray, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(the_latest_camera_wins, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_larger_budget_resumes, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, client_setup, client_teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

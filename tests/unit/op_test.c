@@ -1,0 +1,331 @@
+/* Ops as clients write them: rules that span fields, set by path, .jsonl. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "protocol/json.h"
+#include "tests/unit/protocol_util.h"
+
+/* ---- rules that span fields ---- */
+
+static void expect(const char *text, const char *app, const char *path)
+{
+    struct lum_proto_error err = {0};
+    cJSON *op = json_of(text);
+    struct lum_record *r = record_of(op, &err);
+    if ((r != NULL) != (app == NULL))
+        fail_msg("%s: %s", text, r ? "accepted" : err.text);
+    if (app && (strcmp(err.app, app) != 0 || strcmp(err.path, path) != 0))
+        fail_msg("%s: %s at \"%s\": %s", text, err.app, err.path, err.text);
+    lum_record_unref(r);
+    cJSON_Delete(op);
+}
+
+static void photometric_quantities(void **state)
+{
+    static const struct {
+        const char *kind, *natural;
+    } kinds[] = {{"point", " flux_lm intensity_cd "},   {"spot", " flux_lm intensity_cd "},
+                 {"directional", " illuminance_lx "},   {"quad", " flux_lm luminance_cd_m2 "},
+                 {"disc", " flux_lm luminance_cd_m2 "}, {"sphere", " flux_lm luminance_cd_m2 "},
+                 {"environment", " luminance_cd_m2 "}};
+    static const char *const names[] = {"flux_lm", "intensity_cd", "luminance_cd_m2", "illuminance_lx"};
+    (void)state;
+    for (size_t k = 0; k < 7; k++) {
+        char text[200], path[40];
+        snprintf(text, sizeof text, "{'op':'add','type':'light','id':'x','kind':'%s'}", kinds[k].kind);
+        sscanf(kinds[k].natural, "%39s", path);
+        expect(text, "missing_field", path);
+        for (int i = 0; i < 4; i++) {
+            snprintf(path, sizeof path, " %s ", names[i]);
+            bool natural = strstr(kinds[k].natural, path);
+            snprintf(text, sizeof text, "{'op':'add','type':'light','id':'x','kind':'%s','%s':5}", kinds[k].kind,
+                     names[i]);
+            expect(text, natural ? NULL : "invalid_value", names[i]);
+            for (int j = 0; j < 4; j++)
+                if (i != j) {
+                    snprintf(text, sizeof text, "{'op':'add','type':'light','id':'x','kind':'%s','%s':5,'%s':5}",
+                             kinds[k].kind, names[i], names[j]);
+                    expect(text, "invalid_value", names[i]);
+                }
+        }
+    }
+}
+
+static void rules(void **state)
+{
+    (void)state;
+#define LIGHT "{'op':'add','type':'light','id':'x',"
+#define MESH "{'op':'add','type':'mesh','id':'x',"
+#define OBJECT "{'op':'add','type':'object','id':'x','mesh':'m','material':'w','transform':"
+#define CAMERA "{'op':'add','type':'camera','id':'x','position':[0,0,0],"
+    expect(LIGHT "'kind':'quad','flux_lm':1,'u':[1,0,0],'v':[2,0,0]}", "invalid_value", "u");
+    expect(LIGHT "'kind':'disc','flux_lm':1,'radius':0}", "invalid_value", "radius");
+    expect(LIGHT "'kind':'point','flux_lm':1,'radius':0}", NULL, NULL);
+    expect(LIGHT "'kind':'spot','flux_lm':1,'direction':[0,0,0]}", "invalid_value", "direction");
+    expect(LIGHT "'kind':'spot','flux_lm':1,'inner_cone_deg':50,'outer_cone_deg':49}", "invalid_value",
+           "inner_cone_deg");
+    expect(LIGHT "'kind':'spot','flux_lm':1,'inner_cone_deg':49,'outer_cone_deg':49}", NULL, NULL);
+    expect(LIGHT "'kind':'point','flux_lm':1,'color':[0,0,0]}", "invalid_value", "color");
+    expect(LIGHT "'kind':'point','flux_lm':1,'color':[1,0,0],'cct_k':3000}", "invalid_value", "color");
+    expect(LIGHT "'kind':'point','flux_lm':1,'image':'sky'}", "invalid_value", "image");
+    expect(MESH "'shape':'box','positions':[0,0,0],'indices':[0,0,0]}", "invalid_value", "shape");
+    expect(MESH "'deforming':true}", "invalid_value", "shape");
+    expect(MESH "'positions':[0,0,0,1],'indices':[0,0,0]}", "invalid_value", "positions");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,1]}", "invalid_value", "indices");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0]}", "invalid_value", "indices");
+    expect(MESH "'positions':[0,0,0]}", "invalid_value", "indices");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'uvs':[1]}", "invalid_value", "uvs");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'normals':[1]}", "invalid_value", "normals");
+    expect(MESH "'positions':[0,0,0],'indices':[0,0,0],'colors':[1]}", "invalid_value", "colors");
+    expect(OBJECT "{'scale':[1,0,1]}}", "invalid_value", "transform");
+    expect(OBJECT "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}", NULL, NULL);
+    expect(OBJECT "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,1,1]}", "invalid_value", "transform");
+    expect(OBJECT "[1,0,0,0,0,1,0,0,0,0,0,0,0,0,0,1]}", "invalid_value", "transform");
+    expect(OBJECT "{'translate':[1,2,1e10]}}", "invalid_value", "transform/translate/2");
+    expect(OBJECT "{'rotate':[1,2,3]}}", "unknown_field", "transform/rotate");
+    expect(CAMERA "'target':[0,0,0]}", "invalid_value", "target");
+    expect(CAMERA "'target':[0,5,0]}", "invalid_value", "up");
+    expect(CAMERA "'target':[0,5,0],'up':[0,0,0]}", "invalid_value", "up");
+    expect("{'op':'add','type':'medium','id':'x','box':{'min':[0,0,0],'max':[1,0,1]}}", "invalid_value", "box");
+    expect("{'op':'add','type':'medium','id':'x','box':{'min':[0,0,0],'max':[1,1,1]}}", NULL, NULL);
+    expect("{'op':'add','type':'image','id':'x'}", "invalid_value", "asset");
+    expect("{'op':'add','type':'image','id':'x','width':2,'height':2,'pixels':'AQIDBA=='}", "invalid_value", "pixels");
+    expect("{'op':'add','type':'image','id':'x','width':1,'height':1,'pixels':'AQIDB'}", "invalid_value", "pixels");
+    expect("{'op':'add','type':'image','id':'x','width':1,'height':1,'texel':'rgb32f','pixels':'AADAfwAAAEAAAEBA'}",
+           "invalid_value", "pixels"); /* a NaN */
+    for (int n = 1; n <= 16; n++) {
+        char text[120];
+        bool square = n == 1 || n == 4 || n == 9 || n == 16;
+        snprintf(text, sizeof text, "{'op':'set','id':'render','path':'','value':{'shadow_samples':%d}}", n);
+        expect(text, square ? NULL : "invalid_value", "shadow_samples");
+    }
+}
+
+static void malformed_ops(void **state)
+{
+    static const struct {
+        const char *text, *app, *path;
+    } cases[] = {
+        {"{}", "missing_field", "op"},
+        {"{'op':'move','id':'x'}", "invalid_value", "op"},
+        {"{'op':1,'id':'x'}", "invalid_value", "op"},
+        {"{'op':'remove'}", "missing_field", "id"},
+        {"{'op':'remove','id':'a b'}", "invalid_value", "id"},
+        {"{'op':'remove','id':'x','path':'/y'}", "unknown_field", "path"},
+        {"{'op':'add','id':'x'}", "missing_field", "type"},
+        {"{'op':'add','type':'lamp','id':'x'}", "invalid_value", "type"},
+        {"{'op':'add','type':'render','id':'x'}", "invalid_value", "type"},
+        {"{'op':'add','type':'import','id':'x','asset':'a'}", "invalid_value", "type"},
+        {"{'op':'add','type':'medium','id':'x','t_ms':5}", "unknown_field", "t_ms"},
+        {"{'op':'set','id':'x','value':1}", "missing_field", "path"},
+        {"{'op':'set','id':'x','path':'/y'}", "missing_field", "value"},
+        {"{'op':'set','id':'x','path':7,'value':1}", "invalid_value", "path"},
+        {"{'op':'set','id':'x','path':'/y','value':1,'type':'light'}", "unknown_field", "type"},
+        {"{'op':'import','id':'x'}", "missing_field", "asset"},
+        {"{'op':'import','id':'x','asset':'a','type':'mesh'}", "unknown_field", "type"},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        expect(cases[i].text, cases[i].app, cases[i].path);
+    char text[200], id[LUM_LIMIT_IMPORT_ID_BYTES + 2];
+    for (int d = -1; d <= 1; d++) {
+        memset(id, 'a', sizeof id);
+        id[LUM_LIMIT_IMPORT_ID_BYTES + d] = '\0';
+        snprintf(text, sizeof text, "{'op':'import','id':'%s','asset':'a.glb'}", id);
+        expect(text, d <= 0 ? NULL : "limit_exceeded", "id");
+    }
+}
+
+/* ---- set by path ---- */
+
+static void sets(void **state)
+{
+    static const struct {
+        enum lum_record_type type;
+        const char *path, *value, *app, *err_path;
+    } cases[] = {
+        {LUM_RECORD_LIGHT, "/flux_lm", "900", NULL, NULL},
+        {LUM_RECORD_LIGHT, "/flux_lm", "-1", "invalid_value", "flux_lm"},
+        {LUM_RECORD_LIGHT, "/flux_lmm", "1", "unknown_field", "flux_lmm"},
+        {LUM_RECORD_LIGHT, "/flux_lm", "null", "missing_field", "flux_lm"},
+        {LUM_RECORD_LIGHT, "/intensity_cd", "5", NULL, NULL},
+        {LUM_RECORD_LIGHT, "/illuminance_lx", "5", "invalid_value", "illuminance_lx"},
+        {LUM_RECORD_LIGHT, "/position/1", "5", NULL, NULL},
+        {LUM_RECORD_LIGHT, "/position/3", "5", "not_found", "path"},
+        {LUM_RECORD_LIGHT, "/position/1", "2e9", "invalid_value", "position"},
+        {LUM_RECORD_LIGHT, "", "{'kind':'quad','luminance_cd_m2':7,'u':[2,0,0]}", NULL, NULL},
+        {LUM_RECORD_LIGHT, "", "{'kind':'quad'}", NULL, NULL}, /* flux suits a quad too */
+        {LUM_RECORD_LIGHT, "", "{'kind':'environment'}", "invalid_value", "flux_lm"},
+        {LUM_RECORD_LIGHT, "", "7", "invalid_value", "value"},
+        {LUM_RECORD_LIGHT, "/", "7", "unknown_field", ""},
+        {LUM_RECORD_LIGHT, "flux_lm", "7", "not_found", "path"},
+        {LUM_RECORD_LIGHT, "/flux_lm/x", "7", "not_found", "path"},
+        {LUM_RECORD_LIGHT, "/id", "'y'", "unknown_field", "id"},
+        {LUM_RECORD_LIGHT, "/type", "'y'", "unknown_field", "type"},
+        {LUM_RECORD_OBJECT, "/transform/translate", "[1,2,3]", NULL, NULL},
+        {LUM_RECORD_OBJECT, "/transform/translate/2", "3", NULL, NULL},
+        {LUM_RECORD_OBJECT, "/transform/translate/2/0", "3", "not_found", "transform/path"},
+        {LUM_RECORD_OBJECT, "/transform/moved", "3", "unknown_field", "transform/moved"},
+        {LUM_RECORD_OBJECT, "/transform/scale/0", "0", "invalid_value", "transform"},
+        {LUM_RECORD_OBJECT, "/transform", "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]", NULL, NULL},
+        {LUM_RECORD_MATERIAL, "/base_color_texture", "{'image':'i','scale':[2,2]}", NULL, NULL},
+        {LUM_RECORD_MATERIAL, "/base_color_texture/scale", "[2,2]", "not_found", "path"},
+        {LUM_RECORD_MESH, "/positions/0", "3", "not_found", "path"},
+        {LUM_RECORD_MESH, "/positions", "[0,0,0,1,0,0,0,2,0]", NULL, NULL},
+        {LUM_RECORD_MESH, "/positions", "[0,0,0]", "invalid_value", "indices"},
+        {LUM_RECORD_MESH, "/positions", "{'blob':0}", "invalid_value", "positions"},
+        {LUM_RECORD_RENDER, "/exposure_ev", "null", NULL, NULL},
+        {LUM_RECORD_RENDER, "/exposure_ev", "31", "invalid_value", "exposure_ev"},
+        {LUM_RECORD_MEDIUM, "/box/min", "[0,0,0]", "not_found", "path"},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct lum_proto_error err = {0};
+        cJSON *op = minimal_record(cases[i].type), *value = json_of(cases[i].value);
+        struct lum_record *r = record_of(op, &err);
+        bool ok = lum_record_set(r, cases[i].path, value, &err);
+        if (ok != (cases[i].app == NULL))
+            fail_msg("%s = %s: %s", cases[i].path, cases[i].value, ok ? "accepted" : err.text);
+        if (!ok && (strcmp(err.app, cases[i].app) || strncmp(err.path, cases[i].err_path, strlen(cases[i].err_path))))
+            fail_msg("%s = %s: %s at \"%s\": %s", cases[i].path, cases[i].value, err.app, err.path, err.text);
+        lum_record_unref(r);
+        cJSON_Delete(op);
+        cJSON_Delete(value);
+    }
+}
+
+static void one_photometric_quantity_replaces_another(void **state)
+{
+    (void)state;
+    cJSON *op = minimal_record(LUM_RECORD_LIGHT), *five = cJSON_CreateNumber(5), *warm = cJSON_CreateNumber(2700);
+    struct lum_record *r = record_of(op, NULL);
+    assert_true(lum_record_set(r, "/intensity_cd", five, NULL));
+    assert_true(r->light.intensity_cd.set && !r->light.flux_lm.set);
+    assert_true(lum_record_set(r, "/cct_k", warm, NULL));
+    cJSON *red = json_of("[1,0,0]");
+    assert_true(lum_record_set(r, "/color", red, NULL));
+    assert_true(!r->light.cct_k.set && r->light.color[1] == 0.0);
+    cJSON_Delete(red);
+    cJSON_Delete(warm);
+    cJSON_Delete(five);
+    cJSON_Delete(op);
+    lum_record_unref(r);
+}
+
+/* Euler angles: about X first, then Y, then Z. */
+static void rotation_order(void **state)
+{
+    (void)state;
+    struct lum_record_transform t = {.rotate_deg = {90, 90, 0}, .scale = {1, 2, 1}, .translate = {1, 2, 3}};
+    double m[3][4];
+    lum_record_transform_affine(&t, m);
+    /* the unit y axis: scaled to 2y, X turns it to 2z, Y turns 2z to 2x, then moved */
+    const double want[3] = {2 + 1, 0 + 2, 0 + 3};
+    for (int i = 0; i < 3; i++)
+        assert_true(fabs(m[i][1] + m[i][3] - want[i]) < 1e-12); /* cos 90 deg is 6e-17, not 0 */
+}
+
+/* ---- .jsonl ---- */
+
+static bool read_jsonl(const char *text, struct lum_ops *ops, struct lum_proto_error *err)
+{
+    memset(ops, 0, sizeof *ops);
+    memset(err, 0, sizeof *err);
+    return lum_ops_from_jsonl(text, strlen(text), ops, err);
+}
+
+static void jsonl(void **state)
+{
+    struct lum_ops ops;
+    struct lum_proto_error err;
+    (void)state;
+    assert_true(read_jsonl("\n# a comment\n{\"lumend\":1,\"kind\":\"scene\",\"title\":\"t\"}\r\n  \n"
+                           "{\"op\":\"remove\",\"id\":\"a\"}\n{\"op\":\"remove\",\"id\":\"b\"}",
+                           &ops, &err));
+    assert_int_equal(ops.n, 2);
+    assert_null(ops.t_ms);
+    lum_ops_finish(&ops);
+    assert_true(read_jsonl("{\"lumend\":1,\"kind\":\"replay\"}\n{\"t_ms\":0,\"op\":\"remove\",\"id\":\"a\"}\n"
+                           "{\"t_ms\":33.5,\"op\":\"set\",\"id\":\"b\",\"path\":\"/on\",\"value\":true}\n",
+                           &ops, &err));
+    assert_true(ops.n == 2 && ops.t_ms[1] == 33.5);
+    lum_ops_finish(&ops);
+    assert_true(read_jsonl("{\"lumend\":1,\"kind\":\"scene\"}", &ops, &err));
+    lum_ops_finish(&ops);
+    static const struct {
+        const char *text, *line;
+    } bad[] = {
+        {"", "the first line"},
+        {"{\"op\":\"remove\",\"id\":\"a\"}", "line 1:"},
+        {"{\"lumend\":2,\"kind\":\"scene\"}", "line 1:"},
+        {"{\"lumend\":1,\"kind\":\"film\"}", "line 1:"},
+        {"{\"lumend\":1,\"kind\":\"scene\",\"tilte\":\"x\"}", "line 1:"},
+        {"{\"lumend\":1,\"kind\":\"scene\"}\n\n{\"op\":\"remove\"}", "line 3:"},
+        {"{\"lumend\":1,\"kind\":\"scene\"}\n{\"op\":\"remove\",\"id\":\"a\",\"t_ms\":1}", "line 2:"},
+        {"{\"lumend\":1,\"kind\":\"replay\"}\n{\"op\":\"remove\",\"id\":\"a\"}", "line 2:"},
+        {"{\"lumend\":1,\"kind\":\"replay\"}\n{\"op\":\"remove\",\"id\":\"a\",\"t_ms\":-1}", "line 2:"},
+        {"{\"lumend\":1,\"kind\":\"replay\"}\n{\"op\":\"remove\",\"id\":\"a\",\"t_ms\":5}\n"
+         "{\"op\":\"remove\",\"id\":\"a\",\"t_ms\":4}",
+         "line 3:"},
+        {"{\"lumend\":1,\"kind\":\"scene\"}\n{\"op\":\"remove\",\"id\":\"a\"", "line 2:"},
+        {"{\"lumend\":1,\"kind\":\"scene\"}\n[]", "line 2:"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        if (read_jsonl(bad[i].text, &ops, &err))
+            fail_msg("accepted %s", bad[i].text);
+        if (!strstr(err.text, bad[i].line))
+            fail_msg("%s: %s", bad[i].text, err.text);
+    }
+}
+
+static void ops_per_message(void **state)
+{
+    (void)state;
+    for (int d = -1; d <= 1; d++) {
+        cJSON *array = cJSON_CreateArray();
+        for (int i = 0; i < (int)LUM_LIMIT_OPS_PER_MESSAGE + d; i++)
+            lum_json_add(array, NULL, json_of("{'op':'remove','id':'a'}"));
+        struct lum_ops ops;
+        struct lum_proto_error err;
+        bool ok = lum_ops_from_json(array, &ops, &err);
+        assert_int_equal(ok, d <= 0);
+        if (ok)
+            lum_ops_finish(&ops);
+        cJSON_Delete(array);
+    }
+    struct lum_proto_error err;
+    struct lum_ops ops;
+    cJSON *array = json_of("[{'op':'remove','id':'a'},{'op':'remove','id':'b'},{'op':'add','type':'light','id':'c','"
+                           "kind':'point','flux_lm':-1}]");
+    assert_false(lum_ops_from_json(array, &ops, &err));
+    assert_string_equal(err.path, "ops/2/flux_lm");
+    assert_true(err.has_range && err.min == 0.0 && err.max == 1e12);
+    cJSON_Delete(array);
+    array = json_of("[]");
+    assert_false(lum_ops_from_json(array, &ops, &err));
+    cJSON_Delete(array);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(photometric_quantities),
+        cmocka_unit_test(rules),
+        cmocka_unit_test(malformed_ops),
+        cmocka_unit_test(sets),
+        cmocka_unit_test(one_photometric_quantity_replaces_another),
+        cmocka_unit_test(rotation_order),
+        cmocka_unit_test(jsonl),
+        cmocka_unit_test(ops_per_message),
+    };
+    return cmocka_run_group_tests_name("op", tests, NULL, NULL);
+}
