@@ -36,8 +36,10 @@ static bool reserve_antialias(struct lum_components *c)
 
 static void finish_gloss(struct lum_components *c)
 {
-    for (uint32_t t = 0; c->gloss && t < c->n_tiles; t++)
+    for (uint32_t t = 0; c->gloss && t < c->n_tiles; t++) {
         lum_free(c->gloss[t].gains);
+        lum_free(c->gloss[t].segments);
+    }
     lum_free(c->gloss);
     lum_free(c->gloss_lit);
     c->gloss = NULL;
@@ -166,26 +168,42 @@ static void forget_airlight(struct lum_components *c, uint32_t n_packets, bool a
     memset(c->airlight_traced + (size_t)first * n_packets, 0, (size_t)(c->n_airlights - first) * n_packets);
 }
 
-/* Paths serve at any power of the lights that they looked for. */
-static void forget_gloss(struct lum_components *c, const struct lum_light_table *lights, bool all)
+/* What became of what the pass before left. */
+enum outcome {
+    STALE,  /* all of it is */
+    MOVED,  /* what pass->swept says is */
+    DIMMED, /* what is kept at power 1 stays */
+};
+
+/* Something moved since the pass before. */
+static void move_gloss(struct lum_components *c)
 {
-    bool serve = !all;
-    if (!c->gloss || lights->n_active == 0)
+    for (uint32_t t = 0; t < c->n_tiles; t++) /* a pass that was cancelled may have left some that something else met */
+        c->gloss[t].state = c->gloss[t].state == LUM_GLOSS_KEPT ? LUM_GLOSS_MOVED : LUM_GLOSS_NONE;
+}
+
+/* Paths serve at any power of the lights that they looked for. */
+static void forget_gloss(struct lum_components *c, const struct lum_light_table *lights, enum outcome outcome)
+{
+    bool serve = outcome != STALE;
+    if (!c->gloss)
         return;
     for (uint32_t a = 0; a < lights->n_active; a++)
         serve = serve && c->gloss_lit[lights->active[a]];
-    if (serve)
+    if (outcome == MOVED)
+        move_gloss(c);
+    if (serve || lights->n_active == 0)
         return;
     for (uint32_t t = 0; t < c->n_tiles; t++)
-        c->gloss[t].kept = false;
+        c->gloss[t].state = LUM_GLOSS_NONE;
     memset(c->gloss_lit, 0, c->n_gloss_lit);
     for (uint32_t a = 0; a < lights->n_active; a++)
         c->gloss_lit[lights->active[a]] = 1;
 }
 
-/* all: or what is kept at power 1 stays. */
-static void forget(struct lum_components *c, const struct lum_pass *pass, bool all)
+static void forget(struct lum_components *c, const struct lum_pass *pass, enum outcome outcome)
 {
+    bool all = outcome != DIMMED;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         memset(c->done[i], 0, c->n_tiles);
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
@@ -197,15 +215,22 @@ static void forget(struct lum_components *c, const struct lum_pass *pass, bool a
             memset(b->iterations, 0, (size_t)c->w * c->h);
     }
     forget_airlight(c, pass->packets.n, all);
-    forget_gloss(c, &pass->snapshot->lights, all);
+    forget_gloss(c, &pass->snapshot->lights, outcome);
+}
+
+/* Of what makes the product stale, objects moved since the pass before, and no more. */
+static bool is_motion_alone(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits,
+                            enum lum_product product)
+{
+    return !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), product) && lum_swept_is_known(pass->swept) &&
+           c->surfaces + 1 == pass->surfaces->version;
 }
 
 /* Who stands for whom among the pixels of a tile and those beside it. Where something moved and nothing else happened,
  * tiles keep it that look past that. */
 static void forget_neighbours(struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
 {
-    bool elsewhere = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_EDGES);
-    bool moved_only = !elsewhere && lum_swept_is_known(pass->swept) && c->surfaces + 1 == pass->surfaces->version;
+    bool moved_only = is_motion_alone(c, pass, edits, LUM_PRODUCT_EDGES);
     for (uint32_t t = 0; t < c->n_tiles; t++) {
         if (moved_only && !pass->swept->in_sight[t])
             continue;
@@ -213,6 +238,13 @@ static void forget_neighbours(struct lum_components *c, const struct lum_pass *p
         if (c->lenders_known)
             c->lenders_known[t] = 0;
     }
+}
+
+static enum outcome outcome_of(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
+{
+    if (c->surfaces == pass->surfaces->version && !lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT))
+        return DIMMED;
+    return is_motion_alone(c, pass, edits, LUM_PRODUCT_UNIT_LIGHT) ? MOVED : STALE;
 }
 
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
@@ -231,7 +263,7 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     uint32_t edits = lum_basis_renew(&c->basis, pass);
     bool seen_anew = c->surfaces != pass->surfaces->version;
     if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
-        forget(c, pass, seen_anew || lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT));
+        forget(c, pass, outcome_of(c, pass, edits));
     if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES))
         forget_neighbours(c, pass, edits);
     c->surfaces = pass->surfaces->version;

@@ -37,14 +37,24 @@ struct lum_airlight {
 #define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
 #define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above half a million pixels fewer are kept apart */
 
-/* What the glossy paths of a ray batch tile bring home. */
+/* What the glossy paths of a ray batch tile bring home, and where they went for it. */
 struct lum_gain;
+struct lum_path_segment;
+enum lum_gloss_state {
+    LUM_GLOSS_NONE,  /* to be traced */
+    LUM_GLOSS_KEPT,  /* gains are of the present scene, and all of them */
+    LUM_GLOSS_MOVED, /* but for what moved since the pass before: those whose segments that met are to be traced */
+};
 struct lum_gloss_tile {
     struct lum_gain *gains;
-    uint32_t n, capacity;
-    bool kept; /* they are of the present scene, and all of them */
+    struct lum_path_segment *segments;
+    uint32_t n, capacity, n_segments, segment_capacity;
+    enum lum_gloss_state state;
+    bool followed; /* the segments are all of them */
 };
-#define LUM_GLOSS_BYTES ((size_t)128 << 20) /* of all tiles; beyond, a tile is traced anew when a light is dimmed */
+/* Of the gains of all tiles, and as much again of segments; beyond, a tile is traced anew when a light is dimmed, or anything
+ * moves. */
+#define LUM_GLOSS_BYTES ((size_t)128 << 20)
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];

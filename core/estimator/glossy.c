@@ -3,7 +3,7 @@
  *
  * What paths bring home is kept light by light, per unit of power: another colour, intensity or switch of a light is
  * another sum, without a ray. A light that was dark when the paths were traced was not looked for: its first light
- * traces them anew.
+ * traces them anew. Where something moved, the paths are traced anew that its boxes, before or now, met.
  */
 #include "core/estimator/components.h"
 #include "core/estimator/layers.h"
@@ -11,15 +11,15 @@
 
 #include <string.h>
 
-/* Paths start at the glossy pixels of a ray batch tile. */
-static void add_paths(const struct lum_pass *pass, uint32_t tile, struct lum_wave *w)
+/* Paths start at the glossy pixels of a ray batch tile; stale: of those that have it set. */
+static void add_paths(const struct lum_pass *pass, uint32_t tile, const bool *stale, struct lum_wave *w)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     struct lum_rays eye;
     lum_tile_center_rays(pass, tile, &eye);
     for (uint32_t i = 0; i < eye.n; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
-        if (!(pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_GLOSS))
+        if (!stale[i] || !(pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_GLOSS))
             continue;
         struct lum_vec3 d = lum_rays_direction(&eye, i), wo = lum_v3_neg(d);
         struct lum_surface s;
@@ -56,12 +56,13 @@ static void tame(struct lum_rgb *radiance, uint32_t n)
 /* ---- at any power ---- */
 
 #define GAINS_MAX (4u * LUM_TILE_PIXELS)
+#define SEGMENTS_MAX (12u * LUM_TILE_PIXELS)
 
-/* By size of the picture alone. */
-static uint32_t most_gains(const struct lum_pass *pass)
+/* Of each tile, by size of the picture alone. */
+static uint32_t most_within_budget(const struct lum_pass *pass, size_t bytes, uint32_t max)
 {
-    size_t most = LUM_GLOSS_BYTES / (pass->tiling.n * sizeof(struct lum_gain));
-    return most < GAINS_MAX ? (uint32_t)most : GAINS_MAX;
+    size_t most = LUM_GLOSS_BYTES / (pass->tiling.n * bytes);
+    return most < max ? (uint32_t)most : max;
 }
 
 static void sum_gains(const struct lum_pass *pass, const struct lum_gain *gains, uint32_t n,
@@ -86,10 +87,59 @@ static void keep_gains(struct lum_gloss_tile *kept, const struct lum_gains *gain
         kept->gains = lum_calloc(gains->n, sizeof *kept->gains);
         kept->capacity = kept->gains ? gains->n : 0;
     }
-    kept->kept = gains->n_lost == 0 && kept->capacity >= gains->n;
-    kept->n = kept->kept ? gains->n : 0;
+    bool whole = gains->n_lost == 0 && kept->capacity >= gains->n;
+    kept->state = whole ? LUM_GLOSS_KEPT : LUM_GLOSS_NONE;
+    kept->n = whole ? gains->n : 0;
     if (kept->n)
         memcpy(kept->gains, gains->gains, gains->n * sizeof *gains->gains);
+}
+
+/* Without memory for it all paths of the tile are traced anew once anything moves. */
+static void keep_trail(struct lum_gloss_tile *kept, const struct lum_trail *trail)
+{
+    if (kept->segment_capacity < trail->n) {
+        lum_free(kept->segments);
+        kept->segments = lum_calloc(trail->n, sizeof *kept->segments);
+        kept->segment_capacity = kept->segments ? trail->n : 0;
+    }
+    kept->followed = trail->n_lost == 0 && kept->segment_capacity >= trail->n;
+    kept->n_segments = kept->followed ? trail->n : 0;
+    if (kept->n_segments)
+        memcpy(kept->segments, trail->segments, trail->n * sizeof *trail->segments);
+}
+
+/* Whose path what moved may have changed: the eye may see something else there, or it met a segment. */
+static void find_stale(const struct lum_pass *pass, uint32_t tile, bool stale[LUM_TILE_PIXELS])
+{
+    const struct lum_swept *swept = pass->swept;
+    const struct lum_gloss_tile *kept = &pass->components->gloss[tile];
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = (r.x + i % r.w) / LUM_SWEPT_SIDE, y = (r.y + i / r.w) / LUM_SWEPT_SIDE;
+        stale[i] = swept->changed[y * swept->squares.nx + x];
+    }
+    for (uint32_t k = 0; k < kept->n_segments; k++) {
+        const struct lum_path_segment *s = &kept->segments[k];
+        stale[s->slot] = stale[s->slot] || lum_motion_meets(&swept->motion, s->from, s->to);
+    }
+}
+
+/* What is kept of paths that nothing met. The order of a slot's gains is that in which its path brought them home,
+ * whatever other slots do: so is their sum. */
+static void take_over(const struct lum_pass *pass, uint32_t tile, bool stale[LUM_TILE_PIXELS], struct lum_gains *gains,
+                      struct lum_trail *trail)
+{
+    const struct lum_gloss_tile *kept = &pass->components->gloss[tile];
+    memset(stale, true, LUM_TILE_PIXELS * sizeof *stale);
+    if (kept->state != LUM_GLOSS_MOVED || !kept->followed || !lum_swept_is_known(pass->swept))
+        return;
+    find_stale(pass, tile, stale);
+    for (uint32_t k = 0; k < kept->n; k++)
+        if (!stale[kept->gains[k].slot])
+            gains->gains[gains->n++] = kept->gains[k];
+    for (uint32_t k = 0; k < kept->n_segments; k++)
+        if (!stale[kept->segments[k].slot])
+            trail->segments[trail->n++] = kept->segments[k];
 }
 
 /* False: there are more gains than have room, and the tile is to be traced at the present power. */
@@ -97,13 +147,19 @@ static bool trace_at_any_power(const struct lum_pass *pass, uint32_t tile, struc
                                struct lum_rgb ret_radiance[LUM_TILE_PIXELS])
 {
     struct lum_gain room[GAINS_MAX];
-    struct lum_gains gains = {.gains = room, .max = most_gains(pass)};
+    struct lum_path_segment segments[SEGMENTS_MAX];
+    struct lum_gains gains = {.gains = room, .max = most_within_budget(pass, sizeof *room, GAINS_MAX)};
+    struct lum_trail trail = {.segments = segments, .max = most_within_budget(pass, sizeof *segments, SEGMENTS_MAX)};
+    bool stale[LUM_TILE_PIXELS];
     struct lum_wave w;
+    take_over(pass, tile, stale, &gains, &trail);
     lum_wave_begin(&w, &pass->layers->unit, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     w.gains = &gains;
-    add_paths(pass, tile, &w);
+    w.trail = &trail;
+    add_paths(pass, tile, stale, &w);
     lum_wave_run(&w, 1);
     keep_gains(&pass->components->gloss[tile], &gains);
+    keep_trail(&pass->components->gloss[tile], &trail);
     sum_gains(pass, room, gains.n, ret_radiance);
     return gains.n_lost == 0;
 }
@@ -111,9 +167,11 @@ static bool trace_at_any_power(const struct lum_pass *pass, uint32_t tile, struc
 static void trace_at_present_power(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters,
                                    struct lum_rgb ret_radiance[LUM_TILE_PIXELS])
 {
+    bool all[LUM_TILE_PIXELS];
     struct lum_wave w;
+    memset(all, true, sizeof all);
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
-    add_paths(pass, tile, &w);
+    add_paths(pass, tile, all, &w);
     lum_wave_run(&w, 1);
     memcpy(ret_radiance, w.radiance, sizeof w.radiance);
 }
@@ -134,7 +192,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
     struct lum_rgb radiance[LUM_TILE_PIXELS];
     if (!any_gloss(pass, &r))
         return;
-    if (kept->kept)
+    if (kept->state == LUM_GLOSS_KEPT)
         sum_gains(pass, kept->gains, kept->n, radiance);
     else if (!trace_at_any_power(pass, tile, counters, radiance))
         trace_at_present_power(pass, tile, counters, radiance);

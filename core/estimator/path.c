@@ -177,6 +177,19 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     keep_light(w, &(struct lum_gain){path->slot, light, value}, lum_effect_ray_kind(effect), has_ray);
 }
 
+/* Ray i of a batch, which ends at distance t or goes on for ever. */
+static void leave_trail(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot)
+{
+    struct lum_trail *trail = w->trail;
+    if (trail->n == trail->max) {
+        trail->n_lost++;
+        return;
+    }
+    struct lum_vec3 o = {rays->ox[i], rays->oy[i], rays->oz[i]};
+    struct lum_vec3 end = lum_v3_mad(o, lum_rays_direction(rays, i), lum_min(t, LUM_SEGMENT_FAR));
+    trail->segments[trail->n++] = (struct lum_path_segment){o, end, slot};
+}
+
 static void trace_shadows(struct lum_wave *w)
 {
     if (w->shadow_rays.n == 0)
@@ -185,6 +198,8 @@ static void trace_shadows(struct lum_wave *w)
     lum_trace_any(&trace, &w->shadow_rays, w->occluded);
     for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
         w->counters->rays[w->shadow_kind[i]]++;
+        if (w->trail)
+            leave_trail(w, &w->shadow_rays, i, w->shadow_rays.tfar[i], w->shadow_gain[i].slot);
         if (!w->occluded[i])
             bring_home(w, &w->shadow_gain[i]);
     }
@@ -379,6 +394,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
     w->gains = NULL;
+    w->trail = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
 }
 
@@ -447,6 +463,8 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
         w->counters->rays[LUM_RAY_PRIMARY] += n;
     }
     lum_trace_closest(&trace, &w->rays, &w->hits);
+    for (uint32_t i = 0; w->trail && i < n; i++)
+        leave_trail(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
     if (w->media)
         cross_media(w, depth);
     w->rays.n = 0;

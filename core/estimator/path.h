@@ -31,6 +31,20 @@ struct lum_gains {
     uint32_t n_lost; /* for which there was no room */
 };
 
+/* A segment that the path of a slot went along, or a shadow ray of it. One that nothing ended is LUM_SEGMENT_FAR long. */
+struct lum_path_segment {
+    struct lum_vec3 from, to;
+    uint32_t slot;
+};
+#define LUM_SEGMENT_FAR (4.0f * LUM_SCENE_REACH) /* beyond all that a scene holds, from wherever in it */
+
+/* All of a wave: while nothing moves across those of a slot, its path brings home the same. */
+struct lum_trail {
+    struct lum_path_segment *segments;
+    uint32_t n, max;
+    uint32_t n_lost; /* for which there was no room */
+};
+
 #define LUM_WAVE_LIGHTS 8u
 
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
@@ -51,6 +65,7 @@ struct lum_wave {
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
     struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
+    struct lum_trail *trail;                /* NULL: not wanted. Else set after lum_wave_begin */
 };
 
 /* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */
