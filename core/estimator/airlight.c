@@ -15,7 +15,8 @@
  * Neighbours lend what they know if their rays end at about the same depth: normals do not matter to fog.
  *
  * Points are kept per unit of power: another colour, intensity or switch of a light is another sum of them, without a
- * ray, but for the pairs that share a buffer. */
+ * ray, but for the pairs that share a buffer. How many points a tile has was decided by the powers when it was traced:
+ * a fresh view may take others there, and what it shows in their windows differs by what is let pass (TOLERANCE). */
 #include "core/estimator/components.h"
 #include "core/estimator/layers.h"
 #include "core/math/warp.h"

@@ -168,6 +168,26 @@ static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
 }
 _Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "packets are made of whole tiles of the pattern");
 
+/* Drops of what the pixels know what no ray in front of the surface has found out: where a sample lies to the shading
+ * normal, and whether the surface lets light through, decided the rest, and may be otherwise now. */
+static void reconsider(const struct lum_pass *pass, const struct lum_layer *layer, struct lum_tile_rect r)
+{
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
+        struct lum_seen *seen = &layer->soft.seen[pixel];
+        uint32_t true_still = 0;
+        for (uint32_t left = seen->traced; left; left &= left - 1) {
+            uint32_t k = (uint32_t)__builtin_ctz(left);
+            struct lum_light_sample ls;
+            if (lum_penumbra_sample(pass, layer, pixel, k, &ls) == LUM_PENUMBRA_OPEN &&
+                lum_dot(ls.wi, pass->surfaces->ng[pixel]) > 0.0f)
+                true_still |= 1u << k;
+        }
+        seen->traced &= (uint16_t)true_still;
+        seen->visible &= (uint16_t)true_still;
+    }
+}
+
 /* Counts the samples of the packet's tiles of the pattern. */
 static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r)
 {
@@ -231,19 +251,21 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     uint32_t a = 0, from[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
     bool looked_up = false;
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
-        if (layer->soft.begun[packet])
+        if (layer->soft.begun[packet] == LUM_SOFT_BEGUN)
             continue;
         b.layer = layer;
         if (pass->layers->carried && !looked_up)
             find_former(pass, r, from);
         looked_up = true;
+        if (layer->soft.begun[packet] == LUM_SOFT_DOUBTED)
+            reconsider(pass, layer, r);
         if (pass->layers->carried)
             carry(pass, &layer->soft, r, from);
         for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
             trace_stratum(&b, r, k);
         count(pass, &layer->soft, r);
         estimate_unshadowed(pass, layer, r);
-        layer->soft.begun[packet] = 1;
+        layer->soft.begun[packet] = LUM_SOFT_BEGUN;
     }
 }
 

@@ -98,7 +98,9 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
     for (uint32_t j = r.y; j < r.y + r.h; j++)
         memset(s->seen + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->seen);
     s->open[y * pass->swept->squares.nx + x] = 1;
-    s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE] = 0;
+    uint8_t *begun = &s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE];
+    if (*begun == LUM_SOFT_BEGUN)
+        *begun = LUM_SOFT_TO_BEGIN;
     const uint32_t n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
     for (uint32_t ty = (y > 0 ? y - 1 : 0) / n; ty <= (y + 1) / n && ty < pass->tiling.ny; ty++)
         for (uint32_t tx = (x > 0 ? x - 1 : 0) / n; tx <= (x + 1) / n && tx < pass->tiling.nx; tx++)
@@ -122,9 +124,8 @@ uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass,
 
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
 {
-    for (size_t i = 0; i < (size_t)pass->tiling.w * pass->tiling.h; i++)
-        s->seen[i].visible &= s->seen[i].traced;
     redo(s, pass);
+    memset(s->begun, LUM_SOFT_DOUBTED, pass->packets.n);
 }
 
 size_t lum_soft_bytes(void)

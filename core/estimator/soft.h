@@ -31,6 +31,12 @@ enum {
     LUM_SOFT_DARK = 2,
 };
 
+enum lum_soft_begun {
+    LUM_SOFT_TO_BEGIN,
+    LUM_SOFT_DOUBTED, /* the same; and materials changed since: of what is known, only what rays found out is true */
+    LUM_SOFT_BEGUN,   /* every pixel has its first stratum */
+};
+
 /* Tiles of the pattern are `across` by `down`, row by row. */
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
@@ -43,7 +49,7 @@ struct lum_soft {
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
-    uint8_t *begun;               /* per packet: every pixel has its first stratum */
+    uint8_t *begun;               /* per packet: enum lum_soft_begun */
     uint16_t *resolved;           /* per tile: 1 + what the samples around added up to when direct was made; 0: it is stale */
 };
 
@@ -57,7 +63,7 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass);
 /* Something moved, as pass->swept says; bounds: of the light, which did not. What cannot have changed stays known. Returns in how many
  * tiles of the pattern something was known and is not any more. */
 uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass, const struct lum_bounds *bounds);
-/* Materials changed: what was traced stays, what was not worth it may be now. */
+/* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided anew. */
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */
 

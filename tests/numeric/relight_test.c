@@ -1,5 +1,6 @@
 /* Lights of `live` that are dimmed, recoloured and switched trace no ray: not on matte surfaces, not by way of glossy
- * ones, not in fog. */
+ * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more. */
+#include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
 
 static void put_lamp(struct rig *r, double power, bool on)
@@ -147,6 +148,146 @@ static void a_crowd_in_fog_is_traced_anew(void **state)
     rig_end(&r);
 }
 
+/* Bits of the frame that a fresh view makes. */
+static void assert_as_fresh(struct rig *r, const char *what)
+{
+    struct lum_rgb *kept = rig_picture(r);
+    rig_fresh_view(r);
+    rig_pass(r);
+    rig_assert_picture(r, kept, what);
+    lum_free(kept);
+}
+
+/* ---- repainted ---- */
+
+static void put_bumps(struct rig *r, int tilt)
+{
+    uint8_t texels[4 * 4 * 4];
+    for (int i = 0; i < 16; i++) {
+        int sign = (i + i / 4) % 2 ? 1 : -1; /* chequered: up to 60 degrees this way and that */
+        texels[4 * i] = (uint8_t)(128 + sign * tilt);
+        texels[4 * i + 1] = (uint8_t)(128 - sign * tilt / 2);
+        texels[4 * i + 2] = (uint8_t)(255 - tilt);
+        texels[4 * i + 3] = 255;
+    }
+    struct lum_image_desc d = {LUM_TEXEL_LINEAR8, 4, 4, texels};
+    RIG_OK(lum_scene_put_image(r->scene, "bumps", &d, &err));
+}
+
+/* With a normal map that sends its light below its own horizon, and above it again. */
+static void put_pane(struct rig *r, bool glass)
+{
+    struct lum_material_desc m = lum_material_default();
+    m.roughness = 0.5f;
+    m.transmission = glass ? 1.0f : 0.0f;
+    m.thin = true;
+    m.normal_texture.image = "bumps";
+    rig_material(r, "pane", &m);
+}
+
+/* What of a surface lies below its own horizon is not known from rays, and another normal map or material decides it
+ * anew: glass lets through what a wall hides. */
+static void surfaces_repainted_are_as_new(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    struct lum_shape_params size = {.size = {3, 1.6, 0.1}, .segments = {1, 1}};
+    struct lum_shape_mesh box;
+    RIG_OK(lum_shape_make("box", &size, &box, &err));
+    struct lum_mesh_desc mesh = {.positions_f = box.positions,
+                                 .normals = box.normals,
+                                 .uvs = box.uvs,
+                                 .indices = box.indices,
+                                 .n_vertices = box.n_vertices,
+                                 .n_triangles = box.n_triangles};
+    RIG_OK(lum_scene_put_mesh(r.scene, "pane", &mesh, &err));
+    lum_shape_finish(&box);
+    rig_object(&r, "pane", "pane", "white", rig_v(0, 1.2, -0.2));
+    put_bumps(&r, 0);
+    put_pane(&r, true);
+    rig_object(&r, "pane", "pane", "pane", rig_v(0, 1.2, -0.2));
+    rig_commit(&r);
+    rig_pass(&r);
+    static const struct {
+        int tilt;
+        bool glass;
+    } steps[] = {{100, true}, {-100, true}, {100, false}, {-60, true}, {0, true}, {60, false}, {100, true}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(steps); i++) {
+        char what[64];
+        snprintf(what, sizeof what, "step %zu: normals tilted by %d, %s", i, steps[i].tilt,
+                 steps[i].glass ? "glass" : "a wall");
+        put_bumps(&r, steps[i].tilt);
+        put_pane(&r, steps[i].glass);
+        rig_commit(&r);
+        rig_pass(&r);
+        assert_as_fresh(&r, what);
+    }
+    rig_end(&r);
+}
+
+/* ---- refined as it was lit ---- */
+
+/* Windows of airlight reach 2 pixels, and 6 more where they are joined; beyond an edge of the picture pixels stand in
+ * that lie a period of either further in: at most 4 and 12 away. */
+#define FOG_REACH 16
+
+static bool refined_alike(const struct rig *r, const uint8_t *a, const uint8_t *b, int x, int y)
+{
+    int w = (int)r->settings.w, h = (int)r->settings.h;
+    for (int j = y - FOG_REACH; j <= y + FOG_REACH; j++)
+        for (int i = x - FOG_REACH; i <= x + FOG_REACH; i++)
+            if (i >= 0 && j >= 0 && i < w && j < h && a[j * w + i] != b[j * w + i])
+                return false;
+    return true;
+}
+
+/* How many points each part of the fog gets is decided by what all lights give when it is traced. A lamp that is
+ * dimmed traces nothing, so that the fog keeps the points that it has; a fresh view may take others there. All else is
+ * the same, bit for bit. */
+static void dimmed_fog_keeps_its_points(void **state)
+{
+    (void)state;
+    static const double powers[] = {2, 0.5, 0.1};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(powers); k++) {
+        struct rig r;
+        room(&r, true);
+        r.settings.w = 150;
+        r.settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY); /* whose paths follow the powers, too */
+        rig_object(&r, "crate", "crate", "red", rig_v(0, 1.9, -0.4));
+        rig_commit(&r);
+        rig_pass(&r);
+        put_lamp(&r, powers[k], true);
+        pass_without_a_ray(&r, "dimmed");
+        uint32_t n = r.settings.w * r.settings.h, n_compared = 0, n_refined = 0;
+        struct lum_rgb *kept = rig_picture(&r);
+        uint8_t *points = lum_calloc(n, 1);
+        assert_non_null(points);
+        memcpy(points, lum_view_guidance(r.view, LUM_EFFECT_MEDIA), n);
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        struct lum_rgb *fresh = rig_picture(&r);
+        const uint8_t *now = lum_view_guidance(r.view, LUM_EFFECT_MEDIA);
+        for (uint32_t i = 0; i < n; i++) {
+            uint32_t x = i % r.settings.w, y = i / r.settings.w;
+            n_refined += now[i] > 0 || points[i] > 0;
+            if (!refined_alike(&r, points, now, (int)x, (int)y))
+                continue;
+            n_compared++;
+            if (memcmp(&kept[i], &fresh[i], sizeof *kept) != 0)
+                fail_msg("lamp times %g: pixel %u,%u is %.9g, fresh %.9g", powers[k], x, y, (double)kept[i].g,
+                         (double)fresh[i].g);
+        }
+        if (n_compared < n / 10 || n_refined == 0)
+            fail_msg("lamp times %g: %u of %u pixels compared, %u refined: this says little", powers[k], n_compared, n,
+                     n_refined);
+        lum_free(kept);
+        lum_free(points);
+        lum_free(fresh);
+        rig_end(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -154,6 +295,8 @@ int main(void)
         cmocka_unit_test(half_the_power_is_a_new_picture),
         cmocka_unit_test(first_light_is_looked_for),
         cmocka_unit_test(a_crowd_in_fog_is_traced_anew),
+        cmocka_unit_test(surfaces_repainted_are_as_new),
+        cmocka_unit_test(dimmed_fog_keeps_its_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
