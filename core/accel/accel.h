@@ -23,6 +23,10 @@ LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *i
                                                struct lum_error *err);
 void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */
 const char *lum_device_isa(const struct lum_device *device);  /* "avx512", "avx2", ...: what was asked for, else the widest */
+/* From now on rays are traced one by one, or 16 at a time again: for studies of what packets gain. The same hits, bit for bit,
+ * except that t on spheres may differ by rounding. Not while rays are traced. */
+void lum_device_trace_singly(struct lum_device *device, bool singly);
+bool lum_device_traces_singly(const struct lum_device *device);
 const char *lum_accel_library(void); /* "Embree 3.13.5": the one compiled against, for lumend --version */
 const char *lum_device_version(const struct lum_device *device); /* "Embree 3.13.5" */
 
@@ -105,9 +109,6 @@ struct lum_trace {
 
 /* 16-wide inside; any n. Thread: any, concurrently. */
 void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
-/* The same hits, one ray at a time: for studies of what packets gain. Bit for bit, except that t on spheres may differ by
- * rounding. */
-void lum_trace_closest_single(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
 /* occluded[i] = 1 when something lies in (tnear, tfar). */
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH]);
 

@@ -90,6 +90,16 @@ const char *lum_device_isa(const struct lum_device *device)
     return device->isa;
 }
 
+void lum_device_trace_singly(struct lum_device *device, bool singly)
+{
+    device->singly = singly;
+}
+
+bool lum_device_traces_singly(const struct lum_device *device)
+{
+    return device->singly;
+}
+
 const char *lum_accel_library(void)
 {
     return "Embree " RTC_VERSION_STRING;

@@ -28,6 +28,7 @@ struct lum_device {
     RTCDevice rtc;
     RTCScene unit_shapes[LUM_SHAPE_KIND_COUNT]; /* what emitter shapes are instances of (top.c) */
     char isa[16], version[32];
+    bool singly; /* rays are traced one by one */
     /* guarded by lock */
     pthread_mutex_t lock;
     char message[128]; /* last error text from Embree, which may report from a build thread */

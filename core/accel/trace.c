@@ -175,11 +175,17 @@ static void complete_shape_hits(const struct lum_accel_top *top, const struct lu
     }
 }
 
-void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
+static uint32_t ray_mask(const struct lum_trace *trace)
 {
-    struct filter_context context;
-    filter_context_init(&context, trace, trace->coherent);
-    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+    return trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+}
+
+/* ---- packets ---- */
+
+/* These four return how many rays were not fit. */
+static uint32_t closest_packets(const struct lum_trace *trace, struct filter_context *context,
+                                const struct lum_rays *rays, struct lum_hits *ret_hits)
+{
     uint32_t bad = 0;
     struct RTCRayHit16 packet;
     memset(&packet, 0, sizeof packet);
@@ -188,19 +194,40 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
         uint32_t n = rays->n - first;
         uint32_t unfit = gate(rays, first, n, valid);
         bad += unfit;
-        pack(rays, first, mask, &packet.ray);
+        pack(rays, first, ray_mask(trace), &packet.ray);
         if (n < WIDTH || unfit)
             switch_off(valid, &packet.ray);
         memset(packet.hit.geomID, 0xff, sizeof packet.hit.geomID);
         memset(packet.hit.instID, 0xff, sizeof packet.hit.instID);
-        intersect(trace, &context, valid, &packet);
+        intersect(trace, context, valid, &packet);
         unpack(&packet, first, ret_hits);
     }
-    if (trace->top->n_shapes)
-        complete_shape_hits(trace->top, rays, ret_hits);
-    if (bad)
-        *trace->bad_rays += bad;
+    return bad;
 }
+
+static uint32_t any_packets(const struct lum_trace *trace, struct filter_context *context, const struct lum_rays *rays,
+                            uint8_t ret_occluded[LUM_RAY_BATCH])
+{
+    uint32_t bad = 0;
+    struct RTCRay16 packet;
+    memset(&packet, 0, sizeof packet);
+    _Alignas(64) int valid[WIDTH];
+    for (uint32_t first = 0; first < rays->n; first += WIDTH) {
+        uint32_t n = rays->n - first;
+        uint32_t unfit = gate(rays, first, n, valid);
+        bad += unfit;
+        pack(rays, first, ray_mask(trace), &packet);
+        if (n < WIDTH || unfit)
+            switch_off(valid, &packet);
+        occluded(trace, context, valid, &packet);
+        /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
+        for (uint32_t k = 0; k < WIDTH; k++)
+            ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
+    }
+    return bad;
+}
+
+/* ---- one by one ---- */
 
 static void intersect_single(const struct lum_trace *trace, struct filter_context *context, struct RTCRayHit *ray)
 {
@@ -216,23 +243,31 @@ static void intersect_single(const struct lum_trace *trace, struct filter_contex
 #endif
 }
 
-void lum_trace_closest_single(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
+static struct RTCRay single_ray(const struct lum_trace *trace, const struct lum_rays *rays, uint32_t i)
 {
-    struct filter_context context;
-    filter_context_init(&context, trace, trace->coherent);
-    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
+    return (struct RTCRay){.org_x = rays->ox[i],
+                           .org_y = rays->oy[i],
+                           .org_z = rays->oz[i],
+                           .tnear = rays->tnear[i],
+                           .dir_x = rays->dx[i],
+                           .dir_y = rays->dy[i],
+                           .dir_z = rays->dz[i],
+                           .tfar = rays->tfar[i],
+                           .mask = ray_mask(trace)};
+}
+
+static uint32_t closest_singles(const struct lum_trace *trace, struct filter_context *context,
+                                const struct lum_rays *rays, struct lum_hits *ret_hits)
+{
     uint32_t bad = 0;
     _Alignas(64) int valid[WIDTH];
     for (uint32_t i = 0; i < rays->n; i++) {
         if (i % WIDTH == 0)
             bad += gate(rays, i, rays->n - i, valid);
-        struct RTCRayHit q = {
-            .ray = {rays->ox[i], rays->oy[i], rays->oz[i], rays->tnear[i], rays->dx[i], rays->dy[i], rays->dz[i]},
-            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
-        q.ray.tfar = rays->tfar[i];
-        q.ray.mask = mask;
+        struct RTCRayHit q = {.ray = single_ray(trace, rays, i),
+                              .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         if (valid[i % WIDTH])
-            intersect_single(trace, &context, &q);
+            intersect_single(trace, context, &q);
         ret_hits->t[i] = q.ray.tfar;
         ret_hits->u[i] = q.hit.u;
         ret_hits->v[i] = q.hit.v;
@@ -242,6 +277,47 @@ void lum_trace_closest_single(const struct lum_trace *trace, const struct lum_ra
         ret_hits->prim[i] = q.hit.primID;
         ret_hits->object[i] = q.hit.instID[0];
     }
+    return bad;
+}
+
+static void occluded_single(const struct lum_trace *trace, struct filter_context *context, struct RTCRay *ray)
+{
+#if RTC_VERSION_MAJOR >= 4
+    struct RTCOccludedArguments args;
+    rtcInitOccludedArguments(&args);
+    args.context = &context->rtc;
+    args.flags = query_flags(context);
+    args.filter = trace->alpha ? filter_alpha : NULL;
+    rtcOccluded1(trace->top->scene, ray, &args);
+#else
+    rtcOccluded1(trace->top->scene, &context->rtc, ray);
+#endif
+}
+
+static uint32_t any_singles(const struct lum_trace *trace, struct filter_context *context, const struct lum_rays *rays,
+                            uint8_t ret_occluded[LUM_RAY_BATCH])
+{
+    uint32_t bad = 0;
+    _Alignas(64) int valid[WIDTH];
+    for (uint32_t i = 0; i < rays->n; i++) {
+        if (i % WIDTH == 0)
+            bad += gate(rays, i, rays->n - i, valid);
+        struct RTCRay ray = single_ray(trace, rays, i);
+        if (valid[i % WIDTH])
+            occluded_single(trace, context, &ray);
+        ret_occluded[i] = (uint8_t)((valid[i % WIDTH] != 0) & (ray.tfar < 0.0f));
+    }
+    return bad;
+}
+
+/* ---- either way ---- */
+
+void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
+{
+    struct filter_context context;
+    filter_context_init(&context, trace, trace->coherent);
+    uint32_t bad = trace->top->device->singly ? closest_singles(trace, &context, rays, ret_hits)
+                                              : closest_packets(trace, &context, rays, ret_hits);
     if (trace->top->n_shapes)
         complete_shape_hits(trace->top, rays, ret_hits);
     if (bad)
@@ -252,23 +328,8 @@ void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, u
 {
     struct filter_context context;
     filter_context_init(&context, trace, false); /* coherent occlusion: see accel.h */
-    uint32_t mask = trace->camera ? LUM_MASK_CAMERA : LUM_MASK_ALL;
-    uint32_t bad = 0;
-    struct RTCRay16 packet;
-    memset(&packet, 0, sizeof packet);
-    _Alignas(64) int valid[WIDTH];
-    for (uint32_t first = 0; first < rays->n; first += WIDTH) {
-        uint32_t n = rays->n - first;
-        uint32_t unfit = gate(rays, first, n, valid);
-        bad += unfit;
-        pack(rays, first, mask, &packet);
-        if (n < WIDTH || unfit)
-            switch_off(valid, &packet);
-        occluded(trace, &context, valid, &packet);
-        /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
-        for (uint32_t k = 0; k < WIDTH; k++)
-            ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
-    }
+    uint32_t bad = trace->top->device->singly ? any_singles(trace, &context, rays, ret_occluded)
+                                              : any_packets(trace, &context, rays, ret_occluded);
     if (bad)
         *trace->bad_rays += bad;
 }

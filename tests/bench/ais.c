@@ -116,8 +116,7 @@ static uint64_t sum_rays(const uint64_t rays[LUM_RAY_KIND_COUNT])
 static bool make_reference(struct rig *r)
 {
     bool quick = r->options->quick;
-    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 256,
-                                    r->options->references};
+    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 256, r->options->references};
     if (!lum_bench_reference_make(&r->reference, &truth))
         return false;
     r->out->reference_spp = r->reference.spp;
@@ -291,6 +290,7 @@ static bool run_scene(const struct lum_bench_options *options, const char *name,
     r.settings.seed = 1;
     if (!lum_bench_world(name, 0, &r.world))
         return false;
+    lum_device_trace_singly(r.world.device, options->single_rays);
     lum_bench_machine(&r.world, study->machine, sizeof study->machine);
     r.out = &study->scenes[study->n_scenes++];
     r.out->name = lum_bench_scene_name(name);

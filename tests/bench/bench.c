@@ -33,14 +33,16 @@ static const struct lum_bench benches[] = {
 
 static int usage(FILE *to, int status)
 {
-    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR]\n\nstudies:\n");
+    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
+                "[--single-rays]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
         to,
         "\n--quick shows that a study works; its figures are not for quoting.\n"
         "--references keeps the path-traced pictures that errors are measured against, for the next time: they take\n"
-        "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n");
+        "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n"
+        "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }
 
@@ -120,7 +122,8 @@ void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t siz
     if (f)
         fclose(f);
     uint32_t n = lum_pool_size(world->pool);
-    snprintf(ret_text, size, "%s, %u thread%s, %s", name, n, n == 1 ? "" : "s", lum_device_isa(world->device));
+    snprintf(ret_text, size, "%s, %u thread%s, %s%s", name, n, n == 1 ? "" : "s", lum_device_isa(world->device),
+             lum_device_traces_singly(world->device) ? ", rays one by one" : "");
 }
 
 static int compare_doubles(const void *a, const void *b)
@@ -212,6 +215,8 @@ int main(int argc, char **argv)
             return usage(stdout, 0);
         if (strcmp(argv[i], "--quick") == 0)
             options.quick = true;
+        else if (strcmp(argv[i], "--single-rays") == 0)
+            options.single_rays = true;
         else if (strcmp(argv[i], "--out") == 0 && i + 1 < argc)
             options.out = argv[++i];
         else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)

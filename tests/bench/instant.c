@@ -273,6 +273,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     r->settings.cache_accuracy = accuracy;
     if (!lum_bench_world(scene, 0, &r->world))
         return false;
+    lum_device_trace_singly(r->world.device, options->single_rays);
     snprintf(replay, sizeof replay, "%s-moves", scene);
     if (lum_replay_builtin(replay) && !lum_edits_load(replay, &r->moves, &perr)) {
         close_rig(r);
@@ -288,8 +289,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
 static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
 {
     bool quick = r->options->quick;
-    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 256,
-                                    r->options->references};
+    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 256, r->options->references};
     for (int m = 0; m < INSTANT_METHODS; m++)
         frames->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
     lum_bench_reference_finish(&r->reference);

@@ -31,7 +31,6 @@ struct sweep {
     const struct stride_scene *scene;
     uint32_t side, stride, n_pixels;
     enum stride_part part;
-    bool single;
     struct lum_rgb *picture;
     struct batch *stored; /* secondary alone */
     uint32_t first;       /* batch that stored[0] comes from */
@@ -70,10 +69,7 @@ static void trace(const struct sweep *sw, const struct lum_rays *rays, bool prim
     struct lum_counters counters = {0};
     const struct lum_snapshot *s = sw->scene->world.snapshot;
     struct lum_trace t = primary ? lum_trace_of_eye(s, &counters) : lum_trace_of(s, &counters);
-    if (sw->single)
-        lum_trace_closest_single(&t, rays, ret_hits);
-    else
-        lum_trace_closest(&t, rays, ret_hits);
+    lum_trace_closest(&t, rays, ret_hits);
     if (counters.bad_rays)
         atomic_fetch_add(sw->bad_rays, counters.bad_rays);
 }
@@ -226,11 +222,11 @@ static void sample(struct bench *b, struct way way, uint32_t scene, uint32_t str
         .stride = st->strides[stride],
         .n_pixels = stride_pixels(st, stride),
         .part = way.part,
-        .single = way.rays == STRIDE_SINGLES,
         .picture = b->picture,
         .stored = b->stored,
         .bad_rays = &b->bad_rays,
     };
+    lum_device_trace_singly(sw.scene->world.device, way.rays == STRIDE_SINGLES);
     uint32_t n_batches = (sw.n_pixels + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH;
     st->seconds[scene][way.part][way.rays][way.crew][stride][round] =
         way.part == STRIDE_SECONDARY ? sweep_stored(b, &sw, n_batches, way.crew, &st->n_secondary[scene][stride])

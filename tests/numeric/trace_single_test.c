@@ -101,13 +101,18 @@ static void single_rays_find_what_packets_find(void **state)
     const struct lum_snapshot *s = make_scene(f);
     struct random_stream r = {21};
     uint64_t bad[2] = {0, 0}, seen[7] = {0};
+    uint8_t shadowed[2][LUM_RAY_BATCH];
     for (uint32_t round = 0; round < 400; round++) {
         struct lum_trace t = {.top = s->top, .alpha = &s->alpha, .camera = round & 1, .coherent = round & 2};
         shoot(s, &r);
         t.bad_rays = &bad[0];
         lum_trace_closest(&t, &rays, &packets);
+        lum_trace_any(&t, &rays, shadowed[0]);
         t.bad_rays = &bad[1];
-        lum_trace_closest_single(&t, &rays, &singles);
+        lum_device_trace_singly(f->device, true);
+        lum_trace_closest(&t, &rays, &singles);
+        lum_trace_any(&t, &rays, shadowed[1]);
+        lum_device_trace_singly(f->device, false);
         clear_misses(&packets, rays.n);
         clear_misses(&singles, rays.n);
         for (uint32_t i = 0; i < rays.n; i++) {
@@ -117,6 +122,7 @@ static void single_rays_find_what_packets_find(void **state)
                 fail_msg("round %u, ray %u of %u: object %u prim %u t %a; alone: %u, %u, %a", round, i, rays.n,
                          packets.object[i], packets.prim[i], (double)packets.t[i], singles.object[i], singles.prim[i],
                          (double)singles.t[i]);
+            assert_int_equal(shadowed[0][i], shadowed[1][i]);
         }
     }
     assert_true(bad[0] > 100);
