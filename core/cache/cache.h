@@ -95,6 +95,12 @@ struct lum_cache {
     _Atomic uint64_t created, updated, removed, discarded; /* since creation */
 };
 
+/* Size of a pixel of a pass at a point. */
+static inline float lum_cache_footprint(float pixel, struct lum_vec3 eye, struct lum_vec3 p)
+{
+    return pixel * lum_length(lum_v3_sub(p, eye));
+}
+
 /* Records of a cache take at most this. */
 #define LUM_CACHE_BYTES ((size_t)512 << 20)
 

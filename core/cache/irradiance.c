@@ -41,8 +41,7 @@ struct building {
  * shall not shrink the ball to nothing. */
 static float least_radius(const struct lum_cache_job *job, const struct lum_cache_record *record)
 {
-    float footprint = job->pixel * lum_length(lum_v3_sub(record->p, job->eye));
-    return lum_max(RADIUS_MIN_PIXELS * footprint, LUM_RAY_OFFSET);
+    return lum_max(RADIUS_MIN_PIXELS * lum_cache_footprint(job->pixel, job->eye, record->p), LUM_RAY_OFFSET);
 }
 
 /* No light can reach a record by way of another surface: no ray is needed to know. */
@@ -102,7 +101,9 @@ static void fill(const struct building *b, struct lum_cache_record *record, cons
     float most = R_MAX_SHARE * b->scene, r = most;
     if (sums->inverse_distance > 0.0)
         r = lum_min((float)(b->n_rays / sums->inverse_distance), most);
-    record->radius = lum_max(b->job->cache->key.accuracy * REACH * r, least_radius(b->job, record));
+    float wanted = b->job->cache->key.accuracy * REACH * r, least = least_radius(b->job, record);
+    record->radius = lum_max(wanted, least);
+    record->footprint = wanted < least ? lum_cache_footprint(b->job->pixel, b->job->eye, record->p) : 0.0f;
 }
 
 static void build(const struct lum_cache_job *job)

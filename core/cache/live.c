@@ -175,13 +175,13 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
 
 /* ---- building ---- */
 
-static float radius_of(const struct lum_cache_job *job, const struct live_record *r)
+static void set_radius(const struct lum_cache_job *job, struct live_record *r)
 {
-    float scene = job->snapshot->lights.scene_radius;
-    float distance = lum_length(lum_v3_sub(r->base.p, job->eye));
-    float least = PIXELS_MIN * job->pixel * distance, most = RADIUS_MAX * scene;
-    return lum_max(lum_clamp(RADIUS_PER_PROXIMITY * job->cache->key.accuracy * r->proximity, least, most),
-                   LUM_RAY_OFFSET);
+    float footprint = lum_cache_footprint(job->pixel, job->eye, r->base.p);
+    float most = RADIUS_MAX * job->snapshot->lights.scene_radius, least = lum_min(PIXELS_MIN * footprint, most);
+    float wanted = RADIUS_PER_PROXIMITY * job->cache->key.accuracy * r->proximity;
+    r->base.radius = lum_max(lum_clamp(wanted, least, most), LUM_RAY_OFFSET);
+    r->base.footprint = wanted < least ? footprint : 0.0f;
 }
 
 /* How near its surroundings are now. */
@@ -208,7 +208,7 @@ static void build(const struct lum_cache_job *job)
         measure(job, records, n, proximity);
         for (uint32_t i = 0; i < n; i++) {
             records[i]->proximity = proximity[i];
-            records[i]->base.radius = radius_of(job, records[i]);
+            set_radius(job, records[i]);
             memset(records[i]->bits, 0, record_bytes(job->cache->vpls.n) - sizeof *records[i]);
             look_at_unknown(&s, records[i]);
         }

@@ -48,7 +48,7 @@ static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct
 {
     struct lum_square square;
     struct lum_rgb irradiance[LUM_SQUARE_SITES];
-    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, worker);
+    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, worker);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     uint32_t pitch = lum_filter_size(pass->tiling.w, step);
     if (lum_sites_none(sites))

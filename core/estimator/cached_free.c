@@ -22,11 +22,13 @@ static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_ve
                     struct lum_rgb *ret_irradiance)
 {
     struct lum_cache_record *found[LUM_SQUARE_RECORDS];
-    struct lum_lookup l = lum_lookup_of(run->cache, worker);
+    struct lum_lookup l = lum_lookup_of(run->cache, run->pass, worker);
     uint32_t n_found = lum_store_find(l.store, worker, p, found, LUM_SQUARE_RECORDS);
     struct lum_rgb sum = lum_grey(0.0f);
     float weights = 0.0f;
     for (uint32_t k = 0; k < n_found; k++) {
+        if (!lum_record_is_fine(&l, found[k]))
+            continue;
         float w = lum_weight_of(&l.weighting, l.metric, found[k], p, n);
         sum = lum_rgb_mad(sum, found[k]->irradiance, w);
         weights += w;

@@ -108,7 +108,7 @@ static enum lum_status reserve(struct run *run, struct lum_error *err)
 static void serve_square(const struct run *run, uint32_t tile, uint32_t worker)
 {
     struct lum_square square;
-    struct lum_lookup lookup = lum_lookup_of(run->cache, worker);
+    struct lum_lookup lookup = lum_lookup_of(run->cache, run->pass, worker);
     struct lum_sites *unserved = &run->memory->unserved[tile];
     if (lum_sites_none(unserved))
         return;

@@ -31,11 +31,17 @@ static float least_dot(enum lum_metric metric, const struct lum_weighting *w)
     return 1.0f - most_turn - 1e-3f;
 }
 
-struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker)
+struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_pass *pass, uint32_t worker)
 {
     enum lum_metric metric = cache->key.kind->metric;
     struct lum_weighting w = lum_weighting_of(cache->key.accuracy);
-    return (struct lum_lookup){cache->store, worker, metric, w, least_dot(metric, &w)};
+    return (struct lum_lookup){.store = cache->store,
+                               .worker = worker,
+                               .metric = metric,
+                               .weighting = w,
+                               .least_dot = least_dot(metric, &w),
+                               .pixel = pass->footprint,
+                               .eye = pass->eye.o};
 }
 
 /* Of points from .. from + n - 1. */
@@ -82,7 +88,7 @@ bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square
     uint32_t n_found = lum_store_overlap(l->store, l->worker, box.lo, box.hi, c->records, LUM_SQUARE_RECORDS);
     c->n = 0;
     for (uint32_t k = 0; k < n_found; k++)
-        if (may_face(l, &box, c->records[k]->n))
+        if (may_face(l, &box, c->records[k]->n) && lum_record_is_fine(l, c->records[k]))
             c->records[c->n++] = c->records[k];
     return n_found < LUM_SQUARE_RECORDS || n <= 1;
 }

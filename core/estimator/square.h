@@ -56,8 +56,18 @@ struct lum_lookup {
     enum lum_metric metric;
     struct lum_weighting weighting;
     float least_dot; /* of the normals of a record and a point that it serves */
+    float pixel;     /* as of struct lum_cache_job */
+    struct lum_vec3 eye;
 };
-struct lum_lookup lum_lookup_of(const struct lum_cache *cache, uint32_t worker);
+struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_pass *pass, uint32_t worker);
+
+/* False: its radius was made for pixels more than LUM_RECORD_COARSER times as large as those of the pass where it lies, and the
+ * pass has finer ones made. It goes on serving passes that look from as far away as the one that asked for it. */
+#define LUM_RECORD_COARSER 2.0f
+static inline bool lum_record_is_fine(const struct lum_lookup *l, const struct lum_cache_record *r)
+{
+    return r->footprint <= LUM_RECORD_COARSER * lum_cache_footprint(l->pixel, l->eye, r->p);
+}
 
 /* Records that may serve points from .. from + n - 1. True: all of them; false: there are more than fit. */
 struct lum_candidates {

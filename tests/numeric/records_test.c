@@ -1,6 +1,6 @@
 /* Records of a view: every point is served, the picture does not depend on who did the work, and nothing is done twice.
  * Records are closed forms (tests/support/closed_kind.h), so what pixels interpolate can be told. */
-#include "core/cache/weight.h"
+#include "core/estimator/square.h"
 #include "tests/support/closed_kind.h"
 #include "tests/support/rig.h"
 
@@ -201,6 +201,31 @@ static void stale_records_are_refreshed_once(void **state)
     rig_end(&r);
 }
 
+/* A view from near by is as exact after one from afar as it would be alone, and both keep what was made for them. Light
+ * changes by at most 1 a unit, so that it is off by at most the reach of a record, and as much again for the pixel's
+ * own size; all that is seen lies within `far` of the eye. */
+static void a_near_view_makes_its_own_records(void **state)
+{
+    (void)state;
+    const struct lum_vec3d target = rig_v(0.43, 0.87, -0.4);
+    struct rig r;
+    rig_begin(&r, 3);
+    furnish(&r, &closed_methods[CLOSED_PIXELS_KIND]);
+    const double vfov[] = {100, 12.5, 100, 12.5};
+    for (int k = 0; k < 4; k++) {
+        rig_camera(&r, rig_v(-0.3, 1.4, 1.8), target, vfov[k]);
+        struct lum_pass_stats stats = rig_pass(&r);
+        float pixel = 2.0f * tanf(0.5f * (float)vfov[k] * LUM_PI / 180.0f) / (float)r.settings.h;
+        float far = 5.0f * (float)r.snapshot->norm.scale;
+        check_picture(&r, CLOSED_PIXELS_KIND, (LUM_RECORD_COARSER * CLOSED_PIXELS + 1.0f) * pixel * far);
+        if (k < 2)
+            assert_true(stats.cache.created > 20);
+        else
+            assert_int_equal(stats.cache.created, 0);
+    }
+    rig_end(&r);
+}
+
 /* Whoever comes first makes the record: in every storage, for one thread and for many, every pixel gets its light. What
  * one thread does is the same in all of them. */
 static void records_are_shared_freely(void **state)
@@ -243,6 +268,7 @@ int main(void)
         cmocka_unit_test(failures_of_memory),
         cmocka_unit_test(broken_records_are_counted),
         cmocka_unit_test(stale_records_are_refreshed_once),
+        cmocka_unit_test(a_near_view_makes_its_own_records),
         cmocka_unit_test(records_are_shared_freely),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

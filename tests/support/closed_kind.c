@@ -11,7 +11,7 @@ uint64_t closed_refreshes(void)
 
 struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struct lum_vec3 n)
 {
-    if (kind == CLOSED_LINEAR)
+    if (kind == CLOSED_LINEAR || kind == CLOSED_PIXELS_KIND)
         return lum_rgb(50.0f + p.x, 50.0f - 0.5f * p.y, 50.0f + 0.25f * p.z);
     if (kind == CLOSED_BROKEN)
         return lum_grey(NAN);
@@ -22,9 +22,13 @@ static void build(const struct lum_cache_job *job, enum closed_kind kind)
 {
     for (uint32_t i = 0; i < job->n; i++) {
         struct lum_cache_record *r = job->records[i];
-        float footprint = job->pixel * lum_length(lum_v3_sub(r->p, job->eye));
+        float footprint = lum_cache_footprint(job->pixel, job->eye, r->p);
         r->radius = lum_max(0.8f + 0.4f * sinf(0.7f * r->p.x) * sinf(0.5f * r->p.z), 2.0f * footprint);
         r->irradiance = closed_irradiance(kind, r->p, r->n);
+        if (kind == CLOSED_PIXELS_KIND) {
+            r->radius = CLOSED_PIXELS * footprint;
+            r->footprint = footprint;
+        }
         if (kind == CLOSED_LINEAR) {
             r->gradient[0].r = 1.0f;
             r->gradient[1].g = -0.5f;
@@ -41,6 +45,11 @@ static void build_wavy(const struct lum_cache_job *job)
 static void build_linear(const struct lum_cache_job *job)
 {
     build(job, CLOSED_LINEAR);
+}
+
+static void build_pixels(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_PIXELS_KIND);
 }
 
 static void build_broken(const struct lum_cache_job *job)
@@ -90,6 +99,12 @@ const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
                        .metric = LUM_METRIC_HATS,
                        .record_bytes = record_bytes,
                        .build = build_broken},
+    [CLOSED_PIXELS_KIND] = {.name = "pixels",
+                            .metric = LUM_METRIC_HATS,
+                            .lasting = true,
+                            .record_bytes = record_bytes,
+                            .build = build_pixels,
+                            .change = change},
 };
 
 #define ROW(i)                                                                                                         \
@@ -99,7 +114,7 @@ const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
         }                                                                                                              \
     }
 const struct lum_method closed_methods[CLOSED_KIND_COUNT] = {ROW(CLOSED_WAVY), ROW(CLOSED_LINEAR), ROW(CLOSED_STALE),
-                                                             ROW(CLOSED_BROKEN)};
+                                                             ROW(CLOSED_BROKEN), ROW(CLOSED_PIXELS_KIND)};
 const struct lum_method closed_free = {
     .name = "closed_free",
     .cache = &closed_kinds[CLOSED_WAVY],

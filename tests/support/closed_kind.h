@@ -7,8 +7,10 @@
 #include "core/method/method.h"
 
 /* WAVY: irradiance and radius vary over the scene, no gradient. LINEAR: irradiance is linear in p, with its gradient.
- * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. */
-enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_KIND_COUNT };
+ * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. PIXELS: as LINEAR, without
+ * the gradient; records reach CLOSED_PIXELS pixels of the picture that they are made for. */
+enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_PIXELS_KIND, CLOSED_KIND_COUNT };
+#define CLOSED_PIXELS 3.0f
 extern const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT];
 extern const struct lum_method closed_methods[CLOSED_KIND_COUNT], closed_quarter, closed_free; /* the last two: WAVY */
 
