@@ -31,25 +31,28 @@ struct terms {
     _Alignas(64) float g[LANES], x[LANES], y[LANES], z[LANES];
 };
 
-/* With d = v - p from the point to the VPL, h = -d.n_vpl and b = sqrt(h^2 + m^2): the lifted term is G = a b / (d^2 +
- * m^2)^2, where a = d.n - (b - h) min(n.n_vpl, 0), and dG/dp follows from dd/dp = -1 and dh/dp = n_vpl. Of the sky m =
- * 0 and dd/dp = 0. */
+/* With d = v - p from the point to the VPL, h = -d.n_vpl, u = m^2 / (h^2 + m^2) and b^2 = h^2 + m^2 u: the lifted term
+ * is G = a b / (d^2 + m^2 u)^2, where a = d.n - (b - h) min(n.n_vpl, 0). dG/dp follows from dd/dp = -1, dh/dp = n_vpl,
+ * db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp = 0,
+ * and m = 1, which is nothing to its distance. */
 static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
                          float lift2, struct terms *ret)
 {
     const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p), n = at->n;
     const float moves = k < lum_vpl_first_sky(set) ? 1.0f : 0.0f;
-    lift2 *= moves;
+    lift2 = k < lum_vpl_first_sky(set) ? lift2 : 1.0f;
     for (uint32_t i = 0; i < LANES; i++) {
         float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
         float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
-        float h = -(dx * vx + dy * vy + dz * vz), b = sqrtf(h * h + lift2), slope = h / b;
+        float h = -(dx * vx + dy * vy + dz * vz), u = lift2 / (h * h + lift2), rise = lift2 * u;
+        float b = sqrtf(h * h + rise), slope = h * (1.0f - u * u) / b;
         float opposed = lum_min(n.x * vx + n.y * vy + n.z * vz, 0.0f);
         float a = dx * n.x + dy * n.y + dz * n.z - (b - h) * opposed;
-        float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + lift2), per_r4 = per_r2 * per_r2;
+        float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + rise), per_r4 = per_r2 * per_r2;
         per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2 * moves;
-        float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves, across = b * per_r4 * moves;
+        float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves + spread * h * u * u;
+        float across = b * per_r4 * moves;
         ret->g[i] = term;
         ret->x[i] = along * vx - across * n.x + spread * dx;
         ret->y[i] = along * vy - across * n.y + spread * dy;

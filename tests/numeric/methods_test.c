@@ -75,9 +75,9 @@ static double lift_error(const struct lum_method *method)
     for (int n = 1; n <= 3 && method->cache == &lum_cache_live; n++) {
         double m2 = 1.25 * 1.25 * n * 4 / 256, sum = 0.0;
         for (int i = 0; i < 4096; i++) {
-            double s = 4.0 * (i + 0.5) / 4096, h = s / 2, b = sqrt(h * h + m2);
+            double s = 4.0 * (i + 0.5) / 4096, h = s / 2, rise = m2 * m2 / (h * h + m2), b = sqrt(h * h + rise);
             double a = h - (b - h) * fmin(1.0 - s / 2, 0.0); /* n.n_vpl = 1 - r^2 / 2 */
-            sum += a * b / ((s + m2) * (s + m2)) * 4.0 / 4096;
+            sum += a * b / ((s + rise) * (s + rise)) * 4.0 / 4096;
         }
         most = fmax(most, fabs(sum - 1.0));
     }

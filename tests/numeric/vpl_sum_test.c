@@ -109,7 +109,7 @@ static void wall_keeps_its_energy(void **state)
     make_wall(&f);
     const double lift = 4.0 * 2.0 * HALF / SIDE, heights[] = {1e-4, 0.01, 0.1, 0.5, 1.0, 4.0, 16.0};
     for (size_t i = 0; i < LUM_ARRAY_LEN(heights); i++) {
-        double h = heights[i], lifted = sqrt(h * h + lift * lift);
+        double h = heights[i], lifted = sqrt(h * h + pow(lift, 4) / (h * h + lift * lift));
         double above = (double)sum_at(&f, lum_v3(0, (float)h, 0), lum_v3(0, -1, 0), (float)lift).irradiance.g;
         double beside = (double)sum_at(&f, lum_v3(0, (float)h, 0), lum_v3(1, 0, 0), (float)lift).irradiance.g;
         if (!(fabs(above / parallel_irradiance(HALF, lifted) - 1.0) < 3e-3))
