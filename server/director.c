@@ -15,33 +15,7 @@
 
 #define ALIVE_WITHIN_NS 10000000000ll
 
-/* ---- commands and outgoing messages ---- */
-
-struct lum_command *lum_command_create(enum lum_command_kind kind)
-{
-    struct lum_command *c = lum_calloc(1, sizeof *c);
-    if (c)
-        c->kind = kind;
-    return c;
-}
-
-void lum_command_destroy(struct lum_command *c)
-{
-    if (!c)
-        return;
-    lum_ops_finish(&c->ops);
-    free(c->rpc_id);
-    lum_free(c);
-}
-
-void lum_out_destroy(struct lum_out *o)
-{
-    if (!o)
-        return;
-    lum_stream_unref(o->stream);
-    free(o->text);
-    lum_free(o);
-}
+/* ---- outgoing messages ---- */
 
 static void send_out(struct lum_director *d, struct lum_out *o)
 {

@@ -72,10 +72,7 @@ enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *s
                              struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
                              uint64_t *ret_rays, struct lum_error *err)
 {
-    const struct lum_normalisation *norm = &snapshot->norm;
-    struct lum_vec3 p = lum_v3((float)((point_world.x - norm->centre.x) * norm->scale),
-                               (float)((point_world.y - norm->centre.y) * norm->scale),
-                               (float)((point_world.z - norm->centre.z) * norm->scale));
+    struct lum_vec3 p = lum_world_to_scene(&snapshot->norm, point_world);
     struct lum_vec3 n = lum_normalize(normal);
     if (!(fabsf(p.x) < LUM_RAY_LIMIT && fabsf(p.y) < LUM_RAY_LIMIT && fabsf(p.z) < LUM_RAY_LIMIT))
         return lum_fail(err, LUM_ERR_INVALID, "point", "the point must be finite and near the scene");

@@ -88,12 +88,6 @@ static struct lum_area_cdf *area_cdf_for(struct light_build *b, const struct lum
 
 /* ---- lights ---- */
 
-static struct lum_vec3 point_to_scene(struct lum_vec3d p, const struct lum_normalisation *n)
-{
-    return lum_v3((float)((p.x - n->centre.x) * n->scale), (float)((p.y - n->centre.y) * n->scale),
-                  (float)((p.z - n->centre.z) * n->scale));
-}
-
 static struct lum_vec3 vector_to_scene(struct lum_vec3d v, double scale)
 {
     return lum_v3((float)(v.x * scale), (float)(v.y * scale), (float)(v.z * scale));
@@ -156,7 +150,7 @@ static void resolve_light(struct lum_light *l, const struct lum_light_entry *ent
     l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
     l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
     if (d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT)
-        l->p = point_to_scene(d->position, norm);
+        l->p = lum_world_to_scene(norm, d->position);
     if (d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC)
         l->n = unit(d->direction);
     if (d->kind == LUM_LIGHT_SPOT) {

@@ -265,12 +265,6 @@ void lum_camera_part_unref(struct lum_camera_part *part)
 
 /* ---- media ---- */
 
-static struct lum_vec3 corner_to_scene(struct lum_vec3d p, const struct lum_normalisation *norm)
-{
-    return lum_v3((float)((p.x - norm->centre.x) * norm->scale), (float)((p.y - norm->centre.y) * norm->scale),
-                  (float)((p.z - norm->centre.z) * norm->scale));
-}
-
 static void resolve_medium(struct lum_medium *out, const struct lum_medium_entry *entry,
                            const struct lum_normalisation *norm)
 {
@@ -279,8 +273,8 @@ static void resolve_medium(struct lum_medium *out, const struct lum_medium_entry
     out->lo = lum_v3(-INFINITY, -INFINITY, -INFINITY);
     out->hi = lum_v3(INFINITY, INFINITY, INFINITY);
     if (!d->everywhere) {
-        out->lo = corner_to_scene(d->lo, norm);
-        out->hi = corner_to_scene(d->hi, norm);
+        out->lo = lum_world_to_scene(norm, d->lo);
+        out->hi = lum_world_to_scene(norm, d->hi);
     }
     out->sigma_s = lum_rgb_scale(d->sigma_s, metres);
     out->sigma_t = lum_rgb_scale(lum_rgb_add(d->sigma_s, d->sigma_a), metres);

@@ -25,6 +25,12 @@ static inline bool lum_normalisation_equal(const struct lum_normalisation *a, co
     return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z && a->scale == b->scale;
 }
 
+static inline struct lum_vec3 lum_world_to_scene(const struct lum_normalisation *n, struct lum_vec3d p)
+{
+    return lum_v3((float)((p.x - n->centre.x) * n->scale), (float)((p.y - n->centre.y) * n->scale),
+                  (float)((p.z - n->centre.z) * n->scale));
+}
+
 /* A box, scene space. */
 struct lum_bounds {
     struct lum_vec3 lo, hi; /* lo > hi: empty */

@@ -143,15 +143,6 @@ enum lum_status lum_assimp_place_nodes(struct lum_assimp *a, struct lum_error *e
     return ok ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for nodes");
 }
 
-static bool usable(const struct lum_affined *a)
-{
-    struct lum_affined inverse;
-    for (int i = 0; i < 12; i++)
-        if (!(fabs(a->m[i / 4][i % 4]) <= LUM_LIMIT_COORD_M))
-            return false;
-    return lum_affined_invert(a, &inverse);
-}
-
 static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp_place *v, uint32_t mesh,
                                    struct lum_error *err)
 {
@@ -178,7 +169,7 @@ static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_p
 {
     if (mesh >= a->scene->mNumMeshes || a->scene->mMeshes[mesh]->mMaterialIndex >= a->scene->mNumMaterials)
         return lum_fail(err, LUM_ERR_INVALID, "", "a node names a mesh or material that is not there");
-    if (!usable(&v->to_world)) {
+    if (!lum_op_can_place(&v->to_world)) {
         lum_emit_warning(&a->im->emit, "%.60s is left out: its transform is not invertible or out of range",
                          v->node->mName.data);
         return LUM_OK;

@@ -72,6 +72,15 @@ void lum_op_numbers(struct lum_op_text *o, const char *key, const double *values
     op_append(o, "]");
 }
 
+bool lum_op_can_place(const struct lum_affined *local_to_world)
+{
+    struct lum_affined inverse;
+    for (int i = 0; i < 12; i++)
+        if (!(fabs(local_to_world->m[i / 4][i % 4]) <= LUM_LIMIT_COORD_M))
+            return false;
+    return lum_affined_invert(local_to_world, &inverse);
+}
+
 void lum_op_bool(struct lum_op_text *o, const char *key, bool value)
 {
     op_key(o, key);

@@ -6,6 +6,7 @@
 #define LUM_SERVER_IMPORTER_EMIT_H
 
 #include "core/base/base.h"
+#include "core/math/vec.h"
 
 #define LUM_EMIT_WARNINGS 64u /* later ones are counted, not sent */
 
@@ -32,6 +33,9 @@ void lum_op_numbers(struct lum_op_text *o, const char *key, const double *values
 void lum_op_bool(struct lum_op_text *o, const char *key, bool value);
 void lum_op_object(struct lum_op_text *o, const char *key); /* opens {"key":{ ... */
 void lum_op_close(struct lum_op_text *o);                   /* closes what lum_op_object opened */
+
+/* True for what an object may have as its transform: finite, invertible, within the coordinates' limit. */
+bool lum_op_can_place(const struct lum_affined *local_to_world);
 
 /* Sends bulk data of the op that follows, and writes {"key":{"blob":k}} into it. */
 void lum_emit_blob(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes);

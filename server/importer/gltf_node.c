@@ -2,7 +2,6 @@
  *
  * glTF nodes are strict trees. A node with two parents, or in a cycle, is refused, so the work is linear in the file's
  * size; nothing here recurses, so depth does not matter. */
-#include <math.h>
 #include <string.h>
 
 #include "protocol/limits.h"
@@ -132,16 +131,6 @@ bool lum_gltf_place_nodes(struct lum_gltf *g)
 
 /* ---- records ---- */
 
-/* A map that can place an object: finite, invertible, within the coordinates' limit. */
-static bool usable(const struct lum_affined *a)
-{
-    struct lum_affined inverse;
-    for (int i = 0; i < 12; i++)
-        if (!(fabs(a->m[i / 4][i % 4]) <= LUM_LIMIT_COORD_M))
-            return false;
-    return lum_affined_invert(a, &inverse);
-}
-
 struct shown {
     const char *mesh, *material;
     bool hidden;
@@ -176,7 +165,7 @@ static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
     bool owned = false;
     if (!lum_gltf_ok(g))
         return false;
-    if (!usable(&place)) {
+    if (!lum_op_can_place(&place)) {
         lum_gltf_warn(g, "its mesh is left out: the transform is not invertible or out of range");
         return true;
     }

@@ -152,10 +152,8 @@ static void coated_surfaces_equal_path(void **state)
 /* An empty room, where every virtual point light sees every wall, lit by a point whose own light is left out. */
 static void empty_room(struct rig *r)
 {
-    struct lum_material_desc white = rig_diffuse(0.75f);
-    rig_material(r, "white", &white);
     rig_box(r, "room", 2, 1.5, 2);
-    rig_object(r, "room", "room", "white", rig_v(0, 1.5, 0));
+    rig_diffuse_object(r, "room", "white", 0.75f, rig_v(0, 1.5, 0));
     struct lum_light_desc l = rig_point(rig_v(0.5, 2, 0.3), 100);
     rig_light(r, "bulb", &l);
     rig_camera(r, rig_v(-0.3, 1.4, 1.5), rig_v(0.2, 0.9, -2), 1);
@@ -290,10 +288,8 @@ static void airlight_equals_closed_form(void **state)
     for (size_t k = 0; k < LUM_ARRAY_LEN(cases); k++) {
         struct rig r;
         rig_begin(&r, 0);
-        struct lum_material_desc black = rig_diffuse(0.0f);
-        rig_material(&r, "black", &black);
         rig_box(&r, "wall", 30, 30, 0.5);
-        rig_object(&r, "wall", "wall", "black", rig_v(0, 0, -cases[k].d - 0.5));
+        rig_diffuse_object(&r, "wall", "black", 0.0f, rig_v(0, 0, -cases[k].d - 0.5));
         struct lum_light_desc l =
             rig_point(rig_v(cases[k].light * sin(cases[k].gamma), 0, -cases[k].light * cos(cases[k].gamma)), 1);
         rig_light(&r, "bulb", &l);

@@ -40,6 +40,45 @@ static inline double sun_airlight(double b, double d_light, double gamma, double
     return a0 * (sun_f(a1, v) - sun_f(a1, gamma / 2));
 }
 
+/* One pixel: a bulb of 1000 cd at distance d_light and angle gamma from its ray, which a black wall at distance d ends, in
+ * fog that only scatters. sun_airlight has the closed form. */
+static inline void fog_with_bulb(struct rig *r, float b, double d_light, double gamma, double d)
+{
+    rig_box(r, "wall", 8, 8, 0.5);
+    rig_diffuse_object(r, "wall", "black", 0.0f, rig_v(0, 0, -d - 0.5));
+    struct lum_medium_desc fog = fog_everywhere(b, 0, 0);
+    struct lum_light_desc bulb = rig_point(rig_v(d_light * sin(gamma), 0, -d_light * cos(gamma)), 1000);
+    put_fog(r, "fog", &fog);
+    rig_light(r, "bulb", &bulb);
+    rig_commit(r);
+    rig_camera(r, rig_v(0, 0, 0), rig_v(0, 0, -1), 1);
+    r->settings.w = r->settings.h = 1;
+}
+
+/* Eye, mirror, wall, and a bulb of 1000 cd: the fog of both segments is seen, the second one through the first. Returns the
+ * closed form, of a black wall. */
+static inline double fog_with_mirror(struct rig *r, double b, float albedo)
+{
+    const double light = sqrt(10.0);
+    struct lum_material_desc wall = rig_diffuse(albedo), mirror = lum_material_default();
+    mirror.metallic = 1.0f;
+    mirror.roughness = 0.0f;
+    rig_material(r, "wall", &wall);
+    rig_material(r, "mirror", &mirror);
+    rig_box(r, "slab", 8, 8, 0.5);
+    rig_object(r, "wall", "slab", "wall", rig_v(0, 0, 10.5));
+    rig_object(r, "mirror", "slab", "mirror", rig_v(0, 0, -2.5));
+    struct lum_medium_desc fog = fog_everywhere((float)b, 0, 0);
+    struct lum_light_desc bulb = rig_point(rig_v(1, 0, 3), 1000);
+    put_fog(r, "fog", &fog);
+    rig_light(r, "bulb", &bulb);
+    rig_commit(r);
+    rig_camera(r, rig_v(0, 0, 0), rig_v(0, 0, -1), 1);
+    double first = sun_airlight(b, light, acos(-3 / light), 2);
+    double second = sun_airlight(b, sqrt(26.0), acos(5 / sqrt(26.0)), 12);
+    return 1000 * (first + exp(-2 * b) * second);
+}
+
 static inline void check_near(const char *what, double got, double want, double tolerance)
 {
     if (!(fabs(got - want) <= tolerance * fabs(want)))

@@ -252,10 +252,8 @@ static void put_chequers(struct odd *o, const struct lum_material_desc *first, f
 static void hang_ceiling(struct odd *o)
 {
     struct rig *r = &o->r;
-    struct lum_material_desc plaster = rig_diffuse(0.8f);
-    rig_material(r, "plaster", &plaster);
     rig_box(r, "ceiling", 1, 0.1, 1);
-    rig_object(r, "ceiling", "ceiling", "plaster", rig_v(0, 2, 0));
+    rig_diffuse_object(r, "ceiling", "plaster", 0.8f, rig_v(0, 2, 0));
     struct lum_light_desc lamp = {.kind = LUM_LIGHT_SPOT,
                                   .position = rig_v(0, 0.5, 0),
                                   .direction = rig_v(0, 1, 0),

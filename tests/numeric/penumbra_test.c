@@ -222,10 +222,8 @@ static void lit_is_exact(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_material_desc m = rig_diffuse(0.5f);
-    rig_material(&r, "floor", &m);
     rig_square(&r, "floor", 3);
-    rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
+    rig_diffuse_object(&r, "floor", "floor", 0.5f, rig_v(0, 0, 0));
     put_lamp(&r, "lamp", 0, 100);
     rig_camera(&r, rig_v(1, 2, 2), rig_v(0, 0, 0), 30);
     rig_commit(&r);
@@ -257,10 +255,8 @@ static void umbra_is_black(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_material_desc m = rig_diffuse(0.5f);
-    rig_material(&r, "floor", &m);
     rig_square(&r, "floor", 1);
-    rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
+    rig_diffuse_object(&r, "floor", "floor", 0.5f, rig_v(0, 0, 0));
     rig_square(&r, "roof", 6);
     rig_object(&r, "roof", "roof", "floor", rig_v(0, 2.5, 0));
     put_lamp(&r, "lamp", 0, 100);
@@ -372,11 +368,7 @@ static void edits_trace_nothing(void **state)
     rig_commit(&r);
     struct lum_pass_stats s = rig_pass(&r);
     assert_int_equal(rig_all_rays(&s), 0);
-    struct lum_rgb *dimmed = rig_picture(&r);
-    rig_fresh_view(&r);
-    rig_pass(&r);
-    rig_assert_picture(&r, dimmed, "dimmed");
-    lum_free(dimmed);
+    rig_assert_as_fresh(&r, "dimmed");
 
     struct lum_material_desc blue = rig_diffuse(0.4f);
     blue.base_color = lum_rgb(0.1f, 0.1f, 0.7f);
@@ -384,11 +376,7 @@ static void edits_trace_nothing(void **state)
     rig_commit(&r);
     s = rig_pass(&r);
     assert_int_equal(rig_all_rays(&s), 0);
-    struct lum_rgb *painted = rig_picture(&r);
-    rig_fresh_view(&r);
-    rig_pass(&r);
-    rig_assert_picture(&r, painted, "painted");
-    lum_free(painted);
+    rig_assert_as_fresh(&r, "painted");
 
     s = rig_pass(&r); /* nothing changed */
     assert_int_equal(rig_all_rays(&s), 0);
@@ -407,11 +395,7 @@ static void moved_light_leaves_no_trace(void **state)
     rig_commit(&r);
     struct lum_pass_stats s = rig_pass(&r);
     assert_true(shadow_rays(&s) > 0 && shadow_rays(&s) <= 2u * r.settings.w * r.settings.h);
-    struct lum_rgb *moved = rig_picture(&r);
-    rig_fresh_view(&r);
-    rig_pass(&r);
-    rig_assert_picture(&r, moved, "moved");
-    lum_free(moved);
+    rig_assert_as_fresh(&r, "moved");
     rig_end(&r);
 }
 
@@ -525,11 +509,7 @@ static void nothing_outdated_is_carried(void **state)
             put_lamp(&r, "lamp", 0.4, 100);
         rig_commit(&r);
         rig_pass(&r);
-        struct lum_rgb *edited = rig_picture(&r);
-        rig_fresh_view(&r);
-        rig_pass(&r);
-        rig_assert_picture(&r, edited, object ? "object moved" : "light moved");
-        lum_free(edited);
+        rig_assert_as_fresh(&r, object ? "object moved" : "light moved");
         rig_end(&r);
     }
 }

@@ -73,10 +73,8 @@ static double rectangle_irradiance(struct lum_vec3d p, const struct lum_vec3d co
 
 static void quad_light_scene(struct rig *r)
 {
-    struct lum_material_desc m = rig_diffuse(1.0f);
-    rig_material(r, "floor", &m);
     rig_square(r, "floor", 3);
-    rig_object(r, "floor", "floor", "floor", rig_v(0, 0, 0));
+    rig_diffuse_object(r, "floor", "floor", 1.0f, rig_v(0, 0, 0));
     struct lum_light_desc l = rig_quad(rig_v(0.3, 1, 0.1), rig_v(1, 0, 0), rig_v(0, 0, 1.5), 100);
     rig_light(r, "lamp", &l);
     rig_camera(r, rig_v(2, 2, 2), rig_v(0.8, 0, 0.7), 10);

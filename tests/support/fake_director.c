@@ -1,32 +1,6 @@
 #include "tests/support/fake_director.h"
 
-#include <stdlib.h>
-
 #include "core/base/base.h"
-
-struct lum_command *lum_command_create(enum lum_command_kind kind)
-{
-    struct lum_command *c = lum_calloc(1, sizeof *c);
-    if (c)
-        c->kind = kind;
-    return c;
-}
-
-void lum_command_destroy(struct lum_command *c)
-{
-    if (!c)
-        return;
-    free(c->rpc_id);
-    lum_ops_finish(&c->ops);
-    lum_free(c);
-}
-
-void lum_out_destroy(struct lum_out *o)
-{
-    free(o->text);
-    lum_stream_unref(o->stream);
-    lum_free(o);
-}
 
 bool lum_director_post(struct lum_director *d, struct lum_command *c)
 {

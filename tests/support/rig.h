@@ -98,9 +98,7 @@ static inline struct lum_vec3d rig_v(double x, double y, double z)
 /* World to scene. */
 static inline struct lum_vec3 rig_to_scene(const struct rig *r, double x, double y, double z)
 {
-    const struct lum_normalisation *n = &r->snapshot->norm;
-    return lum_v3((float)((x - n->centre.x) * n->scale), (float)((y - n->centre.y) * n->scale),
-                  (float)((z - n->centre.z) * n->scale));
+    return lum_world_to_scene(&r->snapshot->norm, rig_v(x, y, z));
 }
 
 static inline void rig_camera(struct rig *r, struct lum_vec3d position, struct lum_vec3d target, double vfov_deg)
@@ -247,6 +245,16 @@ static inline void rig_assert_picture(const struct rig *r, const struct lum_rgb 
                 fail_msg("%s: pixel %u,%u is %g %g %g, expected %g %g %g", what, x, y, (double)got.r, (double)got.g,
                          (double)got.b, (double)want.r, (double)want.g, (double)want.b);
         }
+}
+
+/* The film is bit for bit what a new view makes, which is the rig's from now on. */
+static inline void rig_assert_as_fresh(struct rig *r, const char *what)
+{
+    struct lum_rgb *picture = rig_picture(r);
+    rig_fresh_view(r);
+    rig_pass(r);
+    rig_assert_picture(r, picture, what);
+    lum_free(picture);
 }
 
 #endif

@@ -134,9 +134,7 @@ struct lum_affined scaled_at(double s, double x, double y, double z)
 
 struct lum_vec3 to_scene(const struct lum_snapshot *s, double x, double y, double z)
 {
-    const struct lum_normalisation *n = &s->norm;
-    return lum_v3((float)((x - n->centre.x) * n->scale), (float)((y - n->centre.y) * n->scale),
-                  (float)((z - n->centre.z) * n->scale));
+    return lum_world_to_scene(&s->norm, (struct lum_vec3d){x, y, z});
 }
 
 void set_ray(struct lum_rays *rays, uint32_t i, struct lum_vec3 o, struct lum_vec3 d)

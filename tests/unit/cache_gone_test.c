@@ -2,7 +2,7 @@
  * not. */
 #include "core/cache/cache.h"
 #include "core/estimator/records.h"
-#include "tests/support/rig.h"
+#include "tests/support/house.h"
 
 /* ---- a kind that cancels the pass when it has made so many records ---- */
 
@@ -32,33 +32,6 @@ static const struct lum_method free_method = {
 
 /* ---- */
 
-struct house {
-    struct rig rig;
-    struct lum_caches *caches;
-};
-
-static void begin(struct house *h, const struct lum_method *method)
-{
-    struct rig *r = &h->rig;
-    rig_begin(r, 2);
-    rig_room(r);
-    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
-    rig_light(r, "lamp", &lamp);
-    rig_commit(r);
-    assert_non_null(method);
-    r->settings.method = method;
-    RIG_OK(lum_caches_create(2, &h->caches, &err));
-    lum_view_share(r->view, h->caches);
-}
-
-static void end(struct house *h)
-{
-    lum_view_destroy(h->rig.view);
-    h->rig.view = NULL;
-    lum_caches_destroy(h->caches);
-    rig_end(&h->rig);
-}
-
 /* The view shows what a new one on new caches does. */
 static void expect_whole_picture(struct house *h, const char *what)
 {
@@ -86,13 +59,13 @@ static void all_are_forgotten(void **state)
 {
     (void)state;
     struct house h;
-    begin(&h, lum_method_find("tic"));
+    house_begin(&h, lum_method_find("tic"));
     rig_pass(&h.rig);
     lum_caches_forget(h.caches);
     h.rig.settings.shadow_samples = 4; /* asks for the picture again, of the same scene */
     rig_pass(&h.rig);
     expect_whole_picture(&h, "caches forgotten");
-    end(&h);
+    house_end(&h);
 }
 
 /* Passes that were cancelled held other caches meanwhile, and the first one was dropped. */
@@ -100,7 +73,7 @@ static void the_cache_was_dropped(void **state)
 {
     (void)state;
     struct house h;
-    begin(&h, lum_method_find("tic"));
+    house_begin(&h, lum_method_find("tic"));
     struct rig *r = &h.rig;
     const _Atomic bool cancel = true;
     rig_pass(r);
@@ -112,7 +85,7 @@ static void the_cache_was_dropped(void **state)
     }
     rig_pass(r);
     expect_whole_picture(&h, "cache dropped");
-    end(&h);
+    house_end(&h);
 }
 
 /* Its memory is that of others when there are too many. */
@@ -120,7 +93,7 @@ static void a_method_without_cache_holds_none(void **state)
 {
     (void)state;
     struct house h;
-    begin(&h, lum_method_find("tic"));
+    house_begin(&h, lum_method_find("tic"));
     struct rig *r = &h.rig;
     struct lum_view_settings cached = r->settings;
     assert_true(rig_pass(r).cache.created > 0);
@@ -139,14 +112,14 @@ static void a_method_without_cache_holds_none(void **state)
     r->settings = cached;
     assert_true(rig_pass(r).cache.created > 0);
     lum_view_destroy(other);
-    end(&h);
+    house_end(&h);
 }
 
 static void updated_records_count_once(void **state)
 {
     (void)state;
     struct house h;
-    begin(&h, lum_method_find("tic"));
+    house_begin(&h, lum_method_find("tic"));
     struct rig *r = &h.rig;
     struct lum_pass_stats first = rig_pass(r);
     rig_object(r, "crate", "crate", "red", rig_v(0.45, 0.5, -0.4));
@@ -157,7 +130,7 @@ static void updated_records_count_once(void **state)
                   (unsigned long long)moved.cache.removed, (unsigned long long)moved.cache.created,
                   (unsigned long long)moved.cache.reused);
     assert_true(moved.cache.updated + moved.cache.removed + moved.cache.reused <= first.cache.records);
-    end(&h);
+    house_end(&h);
 }
 
 /* At the next record, and not at the next tile: one can take as long as 65 536 rays. */
@@ -166,7 +139,7 @@ static void cancelled_whatever_the_storage(void **state)
     (void)state;
     for (int storage = 0; storage < LUM_STORAGE_COUNT; storage++) {
         struct house h;
-        begin(&h, &free_method);
+        house_begin(&h, &free_method);
         struct rig *r = &h.rig;
         struct lum_pass_stats stats;
         r->settings.deterministic = false;
@@ -181,7 +154,7 @@ static void cancelled_whatever_the_storage(void **state)
         atomic_store(&stop_after, UINT32_MAX);
         rig_pass(r);
         expect_whole_picture(&h, lum_storage_names[storage]);
-        end(&h);
+        house_end(&h);
     }
 }
 
@@ -196,7 +169,7 @@ static void whatever_allocation_fails(void **state)
         for (; status != LUM_OK; n++) {
             struct house h;
             struct lum_pass_stats stats;
-            begin(&h, lum_method_find(methods[k / 2]));
+            house_begin(&h, lum_method_find(methods[k / 2]));
             struct rig *r = &h.rig;
             r->settings.max_spp = 1;
             r->settings.w = 24;
@@ -219,7 +192,7 @@ static void whatever_allocation_fails(void **state)
             r->settings.shadow_samples = 4;
             rig_pass(r);
             expect_whole_picture(&h, methods[k / 2]);
-            end(&h);
+            house_end(&h);
         }
         print_message("%s%s: %llu allocations\n", methods[k / 2], k % 2 ? ", an edit" : "", (unsigned long long)n - 2);
     }

@@ -1,35 +1,11 @@
 /* Views that share caches find each other's records, and what they share stays when one of them goes. */
-#include "core/cache/caches.h"
-#include "tests/support/rig.h"
-
-struct house {
-    struct rig rig;
-    struct lum_caches *caches;
-};
+#include "tests/support/house.h"
 
 static void begin(struct house *h)
 {
-    struct rig *r = &h->rig;
-    rig_begin(r, 2);
-    rig_room(r);
-    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
-    rig_light(r, "lamp", &lamp);
-    rig_commit(r);
-    r->settings.method = lum_method_find("tic");
-    r->settings.deterministic = true; /* which pixels make records does not depend on who is first */
-    r->settings.w = 96;
-    r->settings.h = 64;
-    assert_non_null(r->settings.method);
-    RIG_OK(lum_caches_create(2, &h->caches, &err));
-    lum_view_share(r->view, h->caches);
-}
-
-static void end(struct house *h)
-{
-    lum_view_destroy(h->rig.view);
-    h->rig.view = NULL;
-    lum_caches_destroy(h->caches);
-    rig_end(&h->rig);
+    house_begin(h, lum_method_find("tic"));
+    h->rig.settings.w = 96;
+    h->rig.settings.h = 64;
 }
 
 static struct lum_pass_stats look(struct house *h, struct lum_view *view, const struct lum_view_settings *settings)
@@ -75,7 +51,7 @@ static void the_second_viewer_pays_less(void **state)
     assert_true((double)shared.rays[LUM_RAY_INDIRECT_DIFFUSE] < share * (double)all.rays[LUM_RAY_INDIRECT_DIFFUSE]);
     lum_view_destroy(alone);
     lum_view_destroy(second);
-    end(&h);
+    house_end(&h);
 }
 
 static void who_comes_back_finds_his_records(void **state)
@@ -92,7 +68,7 @@ static void who_comes_back_finds_his_records(void **state)
     assert_int_equal(again.rays[LUM_RAY_INDIRECT_DIFFUSE] + again.rays[LUM_RAY_VPL], 0);
     struct lum_pass_stats rest = look(&h, h.rig.view, &h.rig.settings);
     assert_int_equal(rest.cache.records, first.cache.records);
-    end(&h);
+    house_end(&h);
 }
 
 static void other_settings_have_another_cache(void **state)
@@ -108,7 +84,7 @@ static void other_settings_have_another_cache(void **state)
     assert_int_equal(own.cache.records, own.cache.created);
     assert_true(own.cache.created > first.cache.created);
     lum_view_destroy(second);
-    end(&h);
+    house_end(&h);
 }
 
 /* An edit reaches the cache through whichever view looks first; the other one sees it as well. */
@@ -138,7 +114,7 @@ static void an_edit_reaches_both(void **state)
     double now = (double)lum_film_mean(lum_view_film(second), 48, 40).g;
     assert_true(was > 0.0 && fabs(now / was - 5.0) < 1e-3); /* linear, but for float sums */
     lum_view_destroy(second);
-    end(&h);
+    house_end(&h);
 }
 
 /* A picture, one after an object moved, and one after a lamp was dimmed, each onto the ones before. */
@@ -216,7 +192,7 @@ static void a_rough_pass_makes_no_coarse_records(void **state)
     /* Where the first ones lie decides where others go. Coarse ones were less than half as many. */
     assert_true((double)frame.cache.records > 0.75 * (double)whole.cache.records);
     lum_view_destroy(alone);
-    end(&h);
+    house_end(&h);
 }
 
 int main(void)

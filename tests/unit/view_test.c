@@ -48,16 +48,6 @@ static void assert_no_rays(const struct lum_pass_stats *s, const char *what)
             fail_msg("%s: the effect %s did something", what, lum_effect_names[e]);
 }
 
-/* The film equals one made from nothing. */
-static void assert_as_fresh(struct rig *r, const char *what)
-{
-    struct lum_rgb *relit = rig_picture(r);
-    rig_fresh_view(r);
-    rig_pass(r);
-    rig_assert_picture(r, relit, what);
-    lum_free(relit);
-}
-
 static void nothing_changed_nothing_runs(void **state)
 {
     (void)state;
@@ -108,7 +98,7 @@ static void relighting_traces_nothing(void **state)
     s = rig_pass(&r);
     assert_no_rays(&s, "one off, one dimmed, an emissive mesh recoloured");
     struct lum_rgb *off = rig_picture(&r);
-    assert_as_fresh(&r, "relit");
+    rig_assert_as_fresh(&r, "relit");
     rig_assert_picture(&r, off, "relit twice");
     lum_free(off);
 
@@ -145,7 +135,7 @@ static void moved_light_retraces_itself(void **state)
     if (!(s.rays[LUM_RAY_DIRECT] > 0 && s.rays[LUM_RAY_DIRECT] < all))
         fail_msg("%llu of %llu rays to lights that are points", (unsigned long long)s.rays[LUM_RAY_DIRECT],
                  (unsigned long long)all);
-    assert_as_fresh(&r, "moved light");
+    rig_assert_as_fresh(&r, "moved light");
 
     /* a light added before all others by name: the others keep what they have */
     struct lum_light_desc extra = rig_point(rig_v(0.1, 2.2, 1.2), 10);
@@ -153,12 +143,12 @@ static void moved_light_retraces_itself(void **state)
     rig_commit(&r);
     s = rig_pass(&r);
     assert_int_equal(s.rays[LUM_RAY_PRIMARY] + s.rays[LUM_RAY_SOFT_SHADOW], 0);
-    assert_as_fresh(&r, "added light");
+    rig_assert_as_fresh(&r, "added light");
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "a-first", &err));
     rig_commit(&r);
     s = rig_pass(&r);
     assert_no_rays(&s, "removed light");
-    assert_as_fresh(&r, "removed light");
+    rig_assert_as_fresh(&r, "removed light");
     rig_end(&r);
 }
 
@@ -179,7 +169,7 @@ static void material_edit_keeps_visibility(void **state)
     struct lum_pass_stats s = rig_pass(&r);
     assert_no_rays(&s, "recoloured");
     assert_true(s.changed);
-    assert_as_fresh(&r, "recoloured");
+    rig_assert_as_fresh(&r, "recoloured");
     red.base_color = lum_grey(0); /* black and back: samples that could not contribute are caught up */
     rig_material(&r, "red", &red);
     rig_commit(&r);
@@ -191,7 +181,7 @@ static void material_edit_keeps_visibility(void **state)
     s = rig_pass(&r);
     assert_true(rig_all_rays(&s) > 0);
     assert_int_equal(s.rays[LUM_RAY_PRIMARY], 0);
-    assert_as_fresh(&r, "from black");
+    rig_assert_as_fresh(&r, "from black");
     rig_end(&r);
 }
 
@@ -205,12 +195,12 @@ static void camera_and_objects_make_all_stale(void **state)
     r.settings.camera.position.x += 0.01;
     struct lum_pass_stats s = rig_pass(&r);
     assert_int_equal(s.rays[LUM_RAY_PRIMARY], 48 * 32);
-    assert_as_fresh(&r, "camera");
+    rig_assert_as_fresh(&r, "camera");
     rig_object(&r, "crate", "crate", "red", rig_v(0.6, 0.5, -0.4));
     rig_commit(&r);
     s = rig_pass(&r);
     assert_int_equal(s.rays[LUM_RAY_PRIMARY], 48 * 32);
-    assert_as_fresh(&r, "object");
+    rig_assert_as_fresh(&r, "object");
     rig_end(&r);
 }
 
@@ -303,13 +293,13 @@ static void silent_edits_show(void **state)
         rig_object(&r, "chest", "crate", "white", rig_v(0.5, 0.5, -0.4));
         rig_commit(&r);
         rig_pass(&r);
-        assert_as_fresh(&r, "another object of another material in the same place");
+        rig_assert_as_fresh(&r, "another object of another material in the same place");
 
         image.pixels = after;
         RIG_OK(lum_scene_put_image(r.scene, "slide", &image, &err));
         rig_commit(&r);
         rig_pass(&r);
-        assert_as_fresh(&r, "another picture on an emitter");
+        rig_assert_as_fresh(&r, "another picture on an emitter");
         rig_end(&r);
     }
 }
@@ -421,10 +411,8 @@ static void empty_scenes_and_walls(void **state)
         rig_pass(&r);
         assert_true(fabsf(lum_luminance(rig_mean(&r)) - 5.0f) < 1e-4f);
 
-        struct lum_material_desc white = rig_diffuse(0.75f);
-        rig_material(&r, "white", &white);
         rig_box(&r, "box", 1, 1, 1);
-        rig_object(&r, "box", "box", "white", rig_v(0, 0, 0));
+        rig_diffuse_object(&r, "box", "white", 0.75f, rig_v(0, 0, 0));
         rig_commit(&r);
         const double eyes[] = {1.0, 1.0 + 1e-7, 1.0 - 1e-7, 0.0}; /* in the wall, beside it, inside the box */
         for (size_t k = 0; k < LUM_ARRAY_LEN(eyes); k++) {
