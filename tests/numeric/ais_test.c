@@ -154,8 +154,7 @@ static void empty_room(struct rig *r)
 {
     rig_box(r, "room", 2, 1.5, 2);
     rig_diffuse_object(r, "room", "white", 0.75f, rig_v(0, 1.5, 0));
-    struct lum_light_desc l = rig_point(rig_v(0.5, 2, 0.3), 100);
-    rig_light(r, "bulb", &l);
+    rig_bulb(r, "bulb", rig_v(0.5, 2, 0.3), 100);
     rig_camera(r, rig_v(-0.3, 1.4, 1.5), rig_v(0.2, 0.9, -2), 1);
     r->settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_DIRECT);
     r->settings.w = r->settings.h = 18;
@@ -251,8 +250,7 @@ static void unserved_pixels_are_computed(void **state)
     struct rig r;
     rig_begin(&r, 0);
     rig_room(&r);
-    struct lum_light_desc l = rig_point(rig_v(0.5, 2, 1.5), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0.5, 2, 1.5), 100);
     rig_box(&r, "rod", 0.004, 1, 0.004);
     for (int k = 0; k < 12; k++) {
         char id[8];
@@ -313,8 +311,7 @@ static void furnish(struct rig *r)
     rig_room(r);
     struct lum_light_desc lamp = rig_quad(rig_v(0, 2.9, 0), rig_v(0.5, 0, 0), rig_v(0, 0, -0.5), 500);
     rig_light(r, "lamp", &lamp);
-    struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 20);
-    rig_light(r, "bulb", &bulb);
+    rig_bulb(r, "bulb", rig_v(-1, 2, 0.5), 20);
     struct lum_medium_desc fog = {.sigma_s = lum_grey(0.1f), .lo = rig_v(-2, 0, -2), .hi = rig_v(2, 1, 2)};
     RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
 }
@@ -413,8 +410,7 @@ static void effects_left_out_cost_nothing(void **state)
         struct rig r;
         rig_begin(&r, 2);
         rig_room(&r);
-        struct lum_light_desc bulb = rig_point(rig_v(-1, 2, 0.5), 20);
-        rig_light(&r, "bulb", &bulb);
+        rig_bulb(&r, "bulb", rig_v(-1, 2, 0.5), 20);
         rig_commit(&r);
         struct lum_pass_stats s = render(&r, names[k]);
         assert_int_equal(s.rays[LUM_RAY_SOFT_SHADOW] + s.rays[LUM_RAY_ENVIRONMENT] + s.rays[LUM_RAY_MEDIA] +

@@ -59,8 +59,7 @@ struct lookers {
 
 static void put_lamp(struct rig *r, double x, double cd)
 {
-    struct lum_light_desc lamp = rig_point(rig_v(x, 2.4, 0.3), cd);
-    rig_light(r, "lamp", &lamp);
+    rig_bulb(r, "lamp", rig_v(x, 2.4, 0.3), cd);
 }
 
 static void begin(struct lookers *l, const char *method, uint32_t n_threads)

@@ -278,8 +278,7 @@ static void a_glossy_object_changes_what_sees_it(void **state)
         rig_square(&r, "floor", 2.0);
         rig_box(&r, "item", 0.25, 0.25, 0.25);
         rig_object(&r, "floor", "floor", "floor", rig_v(0, 0, 0));
-        struct lum_light_desc lamp = rig_point(bulb, 60);
-        rig_light(&r, "bulb", &lamp);
+        rig_bulb(&r, "bulb", bulb, 60);
         rig_camera(&r, rig_v(0.2, 1.1, 2.6), rig_v(0, 0.4, -0.2), 45);
         r.settings.antialias = false;
         rig_commit(&r);

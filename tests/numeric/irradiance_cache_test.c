@@ -88,8 +88,7 @@ static void sphere_with_its_light_at_the_centre(void **state)
     struct rig r;
     rig_begin(&r, 0);
     add_sphere(&r, 0.6f);
-    struct lum_light_desc l = rig_point(rig_v(0, 0, 0), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0, 0, 0), 100);
     rig_commit(&r);
     struct bench b = bench_of(256, 2);
     add_sphere_records(&b, &r, 64);
@@ -122,8 +121,7 @@ static void sphere_with_its_light_anywhere(void **state)
     struct rig r;
     rig_begin(&r, 0);
     add_sphere(&r, 0.5f);
-    struct lum_light_desc l = rig_point(rig_v(0.3, 0.2, -0.1), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0.3, 0.2, -0.1), 100);
     rig_commit(&r);
     struct bench b = bench_of(4096, 20);
     add_sphere_records(&b, &r, 32);
@@ -260,8 +258,7 @@ static void radius_is_the_harmonic_mean(void **state)
     rig_begin(&r, 0);
     rig_square(&r, "floor", 50);
     rig_diffuse_object(&r, "floor", "white", 0.5f, rig_v(0, 0, 0));
-    struct lum_light_desc l = rig_point(rig_v(0, 2, 0), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
     rig_commit(&r);
     double scale = r.snapshot->norm.scale, diagonal = 100.0 * sqrt(2.0) * scale;
     struct bench b = bench_of(4096, 1);

@@ -396,8 +396,7 @@ static void no_light_through_a_thin_wall(void **state)
     rig_box(r, "wall", 0.01, 1.5, 2);
     rig_object(r, "wall", "wall", "white", rig_v(0, 1.5, 0));
     rig_object(r, "crate", "crate", "red", rig_v(1, 0.5, 0));
-    struct lum_light_desc bulb = rig_point(rig_v(1.5, 2, 0.3), 40);
-    rig_light(r, "bulb", &bulb);
+    rig_bulb(r, "bulb", rig_v(1.5, 2, 0.3), 40);
     bed_commit(&b);
     uint32_t n_dark = 0;
     for (int k = 0; k < 3; k++)

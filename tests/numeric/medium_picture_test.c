@@ -35,8 +35,7 @@ static void absorbing_slab_in_a_picture(void **state)
     set_path(&r);
     rig_square(&r, "floor", 1);
     rig_diffuse_object(&r, "floor", "floor", 1.0f, rig_v(0, 0, 0));
-    struct lum_light_desc bulb = rig_point(rig_v(0, 4, 0), 100);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(0, 4, 0), 100);
     struct lum_medium_desc slab = fog_box(0, 0.5f, rig_v(-2, 0.5, -2), rig_v(2, 1.5, 2));
     put_fog(&r, "slab", &slab);
     rig_commit(&r);
@@ -138,8 +137,7 @@ static void the_eye_crosses_a_face(void **state)
     const struct lum_vec3d faces[] = {{0.25, 1.5, 2}, {0.25, 1.5, -2}, {2, 1.5, 0.25}};
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_light_desc bulb = rig_point(rig_v(0.3, 1.2, 0.4), 60);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(0.3, 1.2, 0.4), 60);
     struct lum_medium_desc fog = fog_box(0.3f, 0.2f, rig_v(-2, 0, -2), rig_v(2, 3, 2));
     put_fog(&r, "fog", &fog);
     rig_commit(&r);
@@ -184,8 +182,7 @@ static void infinite_fog_hides_what_is_infinitely_far(void **state)
     rig_camera(&r, rig_v(0, 0, 0), rig_v(0, 0, -1), 40);
     rig_pass(&r);
     assert_true(rig_mean(&r).g == 0.0f);
-    struct lum_light_desc bulb = rig_point(rig_v(1, 0, -3), 100);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(1, 0, -3), 100);
     rig_commit(&r);
     rig_pass(&r);
     assert_true(rig_mean(&r).g > 0.0f);
@@ -231,8 +228,7 @@ static void walls_shade_the_fog(void **state)
     set_path(&r);
     rig_box(&r, "wall", 0.1, 4, 4);
     rig_diffuse_object(&r, "wall", "black", 0.0f, rig_v(1, 0, -2));
-    struct lum_light_desc bulb = rig_point(rig_v(1.5, 0, -2), 100);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(1.5, 0, -2), 100);
     struct lum_medium_desc fog = fog_box(1, 0, rig_v(-0.5, -0.5, -2.5), rig_v(0.5, 0.5, -1.5));
     put_fog(&r, "fog", &fog);
     rig_commit(&r);
@@ -256,8 +252,7 @@ static void scale_does_not_matter(void **state)
         set_path(&r);
         rig_box(&r, "room", 2 * s, 1.5 * s, 2 * s);
         rig_diffuse_object(&r, "room", "white", 0.75f, rig_v(0, 0, 0));
-        struct lum_light_desc bulb = rig_point(rig_v(-1 * s, 0.75 * s, 0.5 * s), 100 * s * s);
-        rig_light(&r, "bulb", &bulb);
+        rig_bulb(&r, "bulb", rig_v(-1 * s, 0.75 * s, 0.5 * s), 100 * s * s);
         struct lum_medium_desc fog =
             fog_box((float)(0.25 / s), (float)(0.125 / s), rig_v(-s, -s, -s), rig_v(2 * s, s, s));
         put_fog(&r, "fog", &fog);
@@ -279,8 +274,7 @@ static void probes_are_in_the_fog(void **state)
     (void)state;
     struct rig r;
     rig_begin(&r, 0);
-    struct lum_light_desc bulb = rig_point(rig_v(0, 2, 0), 100);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
     struct lum_medium_desc fog = fog_box(0.25f, 0.25f, rig_v(-1, 0.5, -1), rig_v(1, 1.5, 1));
     put_fog(&r, "fog", &fog);
     rig_commit(&r);

@@ -390,8 +390,7 @@ static void two_boxes_scatter_as_one(void **state)
     for (int two = 0; two < 2; two++) {
         struct rig r;
         rig_begin(&r, 0);
-        struct lum_light_desc bulb = rig_point(rig_v(1, 0.5, -2), 100);
-        rig_light(&r, "bulb", &bulb);
+        rig_bulb(&r, "bulb", rig_v(1, 0.5, -2), 100);
         const struct lum_vec3d lo = {-1, -1, -4}, hi = {2, 1, -1};
         struct lum_medium_desc a = fog_box(0.75f, 0.5f, lo, hi), b = fog_box(0.25f, 0.125f, lo, hi);
         if (!two)

@@ -134,8 +134,7 @@ static void point_light_falls_with_square(void **state)
     r.settings.max_depth = 1;
     for (int k = 0; k < 8; k++) {
         double height = 0.75 * exp2(k);
-        struct lum_light_desc l = rig_point(rig_v(0, height, 0), 100);
-        rig_light(&r, "bulb", &l);
+        rig_bulb(&r, "bulb", rig_v(0, height, 0), 100);
         rig_commit(&r);
         double want = 100.0 / (height * height) / 3.14159265358979323846;
         const char *methods[] = {"whitted", "path"};
@@ -319,8 +318,7 @@ static void probe_measures_illuminance(void **state)
     assert_true(rays > 20000);
 
     RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "box", &err));
-    struct lum_light_desc bulb = rig_point(rig_v(0, 2, 0), 100);
-    rig_light(&r, "bulb", &bulb);
+    rig_bulb(&r, "bulb", rig_v(0, 2, 0), 100);
     rig_commit(&r);
     RIG_OK(lum_probe_at(r.pool, r.snapshot, rig_v(0, 0, 0), lum_v3(0, 1, 0), 100, 1, &p, &rays, &err));
     assert_true(fabs(p.illuminance_lx - 25.0) < 25.0 * 2e-6);

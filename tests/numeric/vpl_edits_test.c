@@ -72,8 +72,7 @@ static void moving_an_object_moves_what_met_it(void **state)
     struct rig r;
     rig_begin(&r, 1);
     rig_room(&r);
-    struct lum_light_desc l = rig_point(rig_v(0, 2.5, 0), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0, 2.5, 0), 100);
     rig_commit(&r);
     struct vpls v = {.n = 512, .max_bounces = 32};
     vpls_update(&v, &r);

@@ -137,8 +137,7 @@ static void calls_may_be_split(void **state)
     struct rig r;
     rig_begin(&r, 1);
     rig_room(&r);
-    struct lum_light_desc l = rig_point(rig_v(0, 2.5, 0), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0, 2.5, 0), 100);
     rig_commit(&r);
     struct vpls v = {.n = 61, .max_bounces = 4};
     vpls_update(&v, &r);

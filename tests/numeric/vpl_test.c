@@ -22,8 +22,7 @@ static void flux_falls_by_albedo(void **state)
     rig_begin(&r, 2);
     rig_box(&r, "box", 1, 1.5, 2);
     rig_diffuse_object(&r, "box", "wall", 0.5f, rig_v(0, 0, 0));
-    struct lum_light_desc l = rig_point(rig_v(0.3, 0.2, 0.1), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0.3, 0.2, 0.1), 100);
     rig_commit(&r);
     const uint32_t ns[] = {1, 2, 16, 255, 256, 65536};
     for (size_t i = 0; i < LUM_ARRAY_LEN(ns); i++) {
@@ -84,8 +83,7 @@ static void mirrors_and_glass_keep_the_flux(void **state)
     rig_box(&r, "cube", 0.3, 0.2, 0.25);
     rig_object(&r, "m", "cube", "mirror", rig_v(-0.5, -0.3, 0.1));
     rig_object(&r, "g", "cube", "glass", rig_v(0.5, 0.4, -0.2));
-    struct lum_light_desc l = rig_point(rig_v(0.1, 0.2, 0.5), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0.1, 0.2, 0.5), 100);
     rig_commit(&r);
     struct vpls v = {.n = 4096, .max_bounces = 1};
     vpls_update(&v, &r);
@@ -239,8 +237,7 @@ static void sphere_is_lit_evenly(void **state)
     RIG_OK(lum_scene_put_mesh(r.scene, "ball", &desc, &err));
     lum_shape_finish(&shape);
     rig_diffuse_object(&r, "ball", "white", 0.5f, rig_v(0, 0, 0));
-    struct lum_light_desc l = rig_point(rig_v(0.2, 0.1, -0.3), 100);
-    rig_light(&r, "bulb", &l);
+    rig_bulb(&r, "bulb", rig_v(0.2, 0.1, -0.3), 100);
     rig_commit(&r);
     struct vpls v = {.n = 1024, .max_bounces = 10};
     vpls_update(&v, &r);

@@ -15,8 +15,7 @@ static inline void house_begin(struct house *h, const struct lum_method *method)
     struct rig *r = &h->rig;
     rig_begin(r, 2);
     rig_room(r);
-    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 100.0);
-    rig_light(r, "lamp", &lamp);
+    rig_bulb(r, "lamp", rig_v(0, 2.5, 0), 100.0);
     rig_commit(r);
     assert_non_null(method);
     r->settings.method = method;

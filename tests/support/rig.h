@@ -192,6 +192,12 @@ static inline void rig_light(struct rig *r, const char *id, const struct lum_lig
     RIG_OK(lum_scene_put_light(r->scene, id, l, &err));
 }
 
+static inline void rig_bulb(struct rig *r, const char *id, struct lum_vec3d at, double cd)
+{
+    struct lum_light_desc l = rig_point(at, cd);
+    rig_light(r, id, &l);
+}
+
 /* A room of 4 x 3 x 4 m with a box in it, diffuse; no light yet. */
 static inline void rig_room(struct rig *r)
 {

@@ -205,8 +205,7 @@ static void furnish(struct fuzz *f)
     glass.roughness = 0.0f;
     rig_material(r, "cut", &cut);
     rig_material(r, "glass", &glass);
-    struct lum_light_desc lamp = rig_point(rig_v(0.5, 2.5, 0), 100.0);
-    rig_light(r, "lamp", &lamp);
+    rig_bulb(r, "lamp", rig_v(0.5, 2.5, 0), 100.0);
     rig_commit(r);
 }
 

@@ -176,8 +176,7 @@ static void whatever_allocation_fails(void **state)
             r->settings.h = 16;
             if (k % 2)
                 rig_pass(r);
-            struct lum_light_desc another = rig_point(rig_v(-1, 2, 1), 30.0);
-            rig_light(r, "another", &another);
+            rig_bulb(r, "another", rig_v(-1, 2, 1), 30.0);
             rig_object(r, "crate", "crate", "red", rig_v(-0.9, 0.5, -0.4));
             rig_commit(r);
             lum_alloc_fail_after(n);

@@ -132,8 +132,7 @@ static void powers_trace_nothing(void **state)
     assert_int_equal(told.n_changes, 0); /* there was nothing to change */
     add_record(&s);
     uint64_t epoch = s.cache->epoch;
-    struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 20.0);
-    rig_light(&s.rig, "lamp", &lamp);
+    rig_bulb(&s.rig, "lamp", rig_v(0, 2.5, 0), 20.0);
     commit_and_update(&s);
     assert_int_equal(s.vpl_rays, 0);
     assert_int_equal(told.n_changes, 1);
@@ -226,8 +225,7 @@ static void a_kind_that_does_not_last_forgets(void **state)
         add_record(&s);
         update(&s);
         assert_int_equal(lum_store_count(s.cache->store), 1);
-        struct lum_light_desc lamp = rig_point(rig_v(0, 2.5, 0), 20.0);
-        rig_light(&s.rig, "lamp", &lamp);
+        rig_bulb(&s.rig, "lamp", rig_v(0, 2.5, 0), 20.0);
         commit_and_update(&s);
         assert_int_equal(s.vpl_rays, 0);
         assert_int_equal(lum_store_count(s.cache->store), 0);

@@ -23,8 +23,7 @@ static void begin(struct rig *r)
     rig_material(r, "black", &black);
     rig_square(r, "square", 1.0);
     rig_box(r, "box", 0.5, 0.5, 0.5);
-    struct lum_light_desc bulb = rig_point(rig_v(0, 3, 0), 60);
-    rig_light(r, "bulb", &bulb);
+    rig_bulb(r, "bulb", rig_v(0, 3, 0), 60);
 }
 
 static void put_shape(struct rig *r, const char *shape)
@@ -192,8 +191,7 @@ static void lamps_without_power_call_for_nothing(void **state)
     struct rig r;
     begin(&r);
     rig_object(&r, "floor", "square", "white", rig_v(0, 0, 0));
-    struct lum_light_desc dark = rig_point(rig_v(0, 3, 0), 0);
-    rig_light(&r, "bulb", &dark);
+    rig_bulb(&r, "bulb", rig_v(0, 3, 0), 0);
     struct lum_light_desc panel = rig_quad(rig_v(0, 3, 0), rig_v(1, 0, 0), rig_v(0, 0, 1), 0);
     rig_light(&r, "panel", &panel);
     struct lum_light_desc sky = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .on = true};

@@ -1,0 +1,92 @@
+#include "tests/support/materials.h"
+
+#include <math.h>
+
+struct lum_material plain(float roughness)
+{
+    return (struct lum_material){
+        .base_color = {1.0f, 1.0f, 1.0f},
+        .specular_color = {1.0f, 1.0f, 1.0f},
+        .roughness = roughness,
+        .ior = 1.5f,
+        .specular = 1.0f,
+        .normal_scale = 1.0f,
+        .alpha = 1.0f,
+    };
+}
+
+struct lum_material matte(void)
+{
+    struct lum_material m = plain(1.0f);
+    m.specular = 0.0f;
+    return m;
+}
+
+struct lum_material metal(float roughness)
+{
+    struct lum_material m = plain(roughness);
+    m.metallic = 1.0f;
+    return m;
+}
+
+struct lum_material glass(float roughness, float ior)
+{
+    struct lum_material m = plain(roughness);
+    m.transmission = 1.0f;
+    m.ior = ior;
+    return m;
+}
+
+struct lum_material variant(int i, float roughness)
+{
+    struct lum_material m = plain(roughness);
+    switch (i) {
+    case 0:
+        return m;
+    case 1:
+        return metal(roughness);
+    case 2:
+        return glass(roughness, 1.5f);
+    case 3:
+        m = glass(roughness, 1.5f);
+        m.thin = true;
+        return m;
+    case 4: /* half of everything */
+        m.metallic = m.transmission = m.specular = 0.5f;
+        m.base_color = lum_rgb(0.9f, 0.5f, 0.1f);
+        return m;
+    case 5:
+        m.ior = 4.0f;
+        m.specular_color = lum_rgb(2.0f, 1.0f, 0.2f);
+        return m;
+    case 6:
+        m = glass(roughness, 2.4f);
+        m.transmission = 0.7f;
+        m.specular = 0.3f;
+        return m;
+    case 7:
+        m = glass(roughness, 1.0f);
+        m.transmission = 0.5f;
+        return m;
+    default:
+        return matte();
+    }
+}
+
+struct lum_surface surface(bool backface)
+{
+    struct lum_vec3 up = {0.0f, 0.0f, 1.0f};
+    return (struct lum_surface){
+        .ng = up, .ns = up, .backface = backface, .vertex_color = {1.0f, 1.0f, 1.0f}, .instance = LUM_NO_OBJECT};
+}
+
+struct lum_vec3 direction(double cos_theta, double phi)
+{
+    double s = sqrt(fmax(0.0, 1.0 - cos_theta * cos_theta));
+    return lum_v3((float)(s * cos(phi)), (float)(s * sin(phi)), (float)cos_theta);
+}
+
+bool is_transmitted(const struct lum_bsdf_sample *s)
+{
+    return s->lobe == LUM_LOBE_TRANSMIT || s->lobe == LUM_LOBE_GLOSSY_TRANSMIT;
+}

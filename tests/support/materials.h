@@ -1,0 +1,28 @@
+/* Materials of every kind, and a surface to try them on. */
+#ifndef LUM_TESTS_SUPPORT_MATERIALS_H
+#define LUM_TESTS_SUPPORT_MATERIALS_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "core/material/material.h"
+#include "core/scene/snapshot.h"
+
+struct lum_material plain(float roughness);
+struct lum_material matte(void);
+struct lum_material metal(float roughness);
+struct lum_material glass(float roughness, float ior);
+/* Every branch of the mix. */
+struct lum_material variant(int i, float roughness);
+
+enum { N_VARIANTS = 9 };
+
+struct lum_surface surface(bool backface);
+struct lum_vec3 direction(double cos_theta, double phi);
+bool is_transmitted(const struct lum_bsdf_sample *s);
+
+#endif
