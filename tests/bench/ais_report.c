@@ -9,28 +9,13 @@
 
 static double frames_per_second(const struct ais_cell *c)
 {
-    double ms[AIS_ROUNDS];
-    for (size_t i = 0; i < c->n; i++)
-        ms[i] = c->ms[i];
-    return c->n ? 1000.0 / lum_bench_quantile(ms, c->n, 0.5) : (double)NAN;
-}
-
-static double median_cpu_ms(const struct ais_cell *c)
-{
-    double ms[AIS_ROUNDS];
-    for (size_t i = 0; i < c->n; i++)
-        ms[i] = c->cpu_ms[i];
-    return c->n ? lum_bench_quantile(ms, c->n, 0.5) : (double)NAN;
+    return 1000.0 / lum_bench_median_of(c->ms, c->n);
 }
 
 /* How many times faster a is than b: by wall clock, or by CPU time. NAN where one of them is missing. */
 static struct lum_bench_median speedup(const struct ais_cell *a, const struct ais_cell *b, bool cpu)
 {
-    double ratios[AIS_ROUNDS];
-    size_t n = a->n < b->n ? a->n : b->n;
-    for (size_t i = 0; i < n; i++)
-        ratios[i] = cpu ? b->cpu_ms[i] / a->cpu_ms[i] : b->ms[i] / a->ms[i];
-    return n ? lum_bench_bootstrap(ratios, n) : (struct lum_bench_median){(double)NAN, (double)NAN, (double)NAN};
+    return lum_bench_ratio(cpu ? b->cpu_ms : b->ms, cpu ? a->cpu_ms : a->ms, a->n < b->n ? a->n : b->n);
 }
 
 /* The speed-ups that are reported; the first five are table 5.2's. */
@@ -92,13 +77,11 @@ static void print_speedups(const struct ais_study *study, struct lum_bench_table
         lum_bench_table_text(t, study->scenes[i].name);
         for (size_t k = 0; k < LUM_ARRAY_LEN(comparisons); k++) {
             struct lum_bench_median r = comparison_of(&study->scenes[i], &comparisons[k], false);
-            text[0] = 0;
+            lum_bench_table_median(t, r, 2);
             if (isfinite(r.median)) {
-                snprintf(text, sizeof text, "%.2f [%.2f, %.2f]", r.median, r.lo, r.hi);
                 sum[k] += r.median;
                 n[k]++;
             }
-            lum_bench_table_text(t, text);
         }
     }
     lum_bench_table_text(t, "mean");
@@ -200,41 +183,18 @@ static void print_equal(const struct ais_study *study, struct lum_bench_table *t
         lum_bench_table_text(t, s->name);
         for (size_t k = 0; k < LUM_ARRAY_LEN(rivals); k++) {
             const struct ais_curve *c = &s->curves[rivals[k]];
-            lum_bench_table_number(t, at ? curve_at(c, at->cpu_ms, false) / at->relmse : (double)NAN);
-            lum_bench_table_number(t, at ? curve_at(c, at->relmse, true) / at->cpu_ms : (double)NAN);
+            LUM_BENCH_NUMBERS(t, at ? curve_at(c, at->cpu_ms, false) / at->relmse : (double)NAN,
+                              at ? curve_at(c, at->relmse, true) / at->cpu_ms : (double)NAN);
         }
     }
 }
 
 /* ---- files ---- */
 
-#define RAY_COLUMN(name)                                                                                               \
-    {                                                                                                                  \
-        "rays_" name, NULL, 0                                                                                          \
-    }
 static const struct lum_bench_column frame_columns[] = {
-    {"scene", NULL, TEXT},
-    {"method", NULL, TEXT},
-    {"part", NULL, TEXT},
-    {"fps", NULL, 4},
-    {"cpu_ms", NULL, 4},
-    {"relmse", NULL, 9},
-    {"smape", NULL, 9},
-    {"reference_spp", NULL, 0},
-    {"reference_relmse", NULL, 9},
-    /* in the order of enum lum_ray_kind */
-    RAY_COLUMN("primary"),
-    RAY_COLUMN("direct"),
-    RAY_COLUMN("soft_shadow"),
-    RAY_COLUMN("environment"),
-    RAY_COLUMN("indirect_diffuse"),
-    RAY_COLUMN("reflection"),
-    RAY_COLUMN("transmission"),
-    RAY_COLUMN("glossy"),
-    RAY_COLUMN("media"),
-    RAY_COLUMN("antialias"),
-    RAY_COLUMN("vpl"),
-    RAY_COLUMN("probe"),
+    {"scene", NULL, TEXT},         {"method", NULL, TEXT},   {"part", NULL, TEXT}, {"fps", NULL, 4},
+    {"cpu_ms", NULL, 4},           {"relmse", NULL, 9},      {"smape", NULL, 9},   {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9}, LUM_BENCH_RAY_COLUMNS(0),
 };
 _Static_assert(LUM_ARRAY_LEN(frame_columns) == 9 + LUM_RAY_KIND_COUNT, "a column for each kind of ray");
 
@@ -247,15 +207,11 @@ static void put_frames(const struct ais_study *study, struct lum_bench_table *t)
             const struct ais_cell *c = &s->cells[m][p];
             if (c->n == 0)
                 continue;
-            lum_bench_table_text(t, s->name);
-            lum_bench_table_text(t, ais_methods[m]);
-            lum_bench_table_text(t, ais_parts[p]);
-            lum_bench_table_number(t, frames_per_second(c));
-            lum_bench_table_number(t, median_cpu_ms(c));
-            lum_bench_table_number(t, p == AIS_FULL ? s->errors[m].relmse : (double)NAN);
-            lum_bench_table_number(t, p == AIS_FULL ? s->errors[m].smape : (double)NAN);
-            lum_bench_table_number(t, (double)s->reference_spp);
-            lum_bench_table_number(t, s->reference_relmse);
+            LUM_BENCH_TEXTS(t, s->name, ais_methods[m], ais_parts[p]);
+            LUM_BENCH_NUMBERS(t, frames_per_second(c), lum_bench_median_of(c->cpu_ms, c->n),
+                              p == AIS_FULL ? s->errors[m].relmse : (double)NAN,
+                              p == AIS_FULL ? s->errors[m].smape : (double)NAN, (double)s->reference_spp,
+                              s->reference_relmse);
             for (int r = 0; r < LUM_RAY_KIND_COUNT; r++)
                 lum_bench_table_number(t, (double)c->rays[r]);
         }
@@ -275,13 +231,8 @@ static void put_ratios(const struct ais_study *study, struct lum_bench_table *t)
             struct lum_bench_median cpu = comparison_of(&study->scenes[i], c, true);
             if (!isfinite(wall.median))
                 continue;
-            lum_bench_table_text(t, study->scenes[i].name);
-            lum_bench_table_text(t, ais_parts[c->part]);
-            lum_bench_table_text(t, ais_methods[c->a]);
-            lum_bench_table_text(t, ais_methods[c->b]);
-            const double row[] = {wall.median, wall.lo, wall.hi, cpu.median, cpu.lo, cpu.hi};
-            for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
-                lum_bench_table_number(t, row[r]);
+            LUM_BENCH_TEXTS(t, study->scenes[i].name, ais_parts[c->part], ais_methods[c->a], ais_methods[c->b]);
+            LUM_BENCH_NUMBERS(t, wall.median, wall.lo, wall.hi, cpu.median, cpu.lo, cpu.hi);
         }
 }
 
@@ -301,12 +252,9 @@ static void put_points(const struct ais_study *study, struct lum_bench_table *t)
         for (int m = 0; m <= AIS_METHODS; m++)
             for (size_t k = 0; k < study->scenes[i].curves[m].n; k++) {
                 const struct ais_point *p = &study->scenes[i].curves[m].points[k];
-                lum_bench_table_text(t, study->scenes[i].name);
-                lum_bench_table_text(t, curve_name(m));
-                const double row[] = {(double)p->n_vpls, (double)p->shadow_samples, (double)p->spp,
-                                      p->cpu_ms,         (double)p->rays,           p->relmse};
-                for (size_t r = 0; r < LUM_ARRAY_LEN(row); r++)
-                    lum_bench_table_number(t, row[r]);
+                LUM_BENCH_TEXTS(t, study->scenes[i].name, curve_name(m));
+                LUM_BENCH_NUMBERS(t, (double)p->n_vpls, (double)p->shadow_samples, (double)p->spp, p->cpu_ms,
+                                  (double)p->rays, p->relmse);
             }
 }
 
@@ -334,16 +282,13 @@ static bool draw(const struct ais_study *study, const struct ais_scene *s, const
         {"(a) by time", {"CPU time of a frame, ms", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[0], n},
         {"(b) by rays", {"rays of a frame, millions", LUM_PLOT_LOG10, 0.0, 0.0}, error, series[1], n},
     };
-    char title[128], subtitle[512], file[128];
+    char title[128], subtitle[96], file[128];
     snprintf(title, sizeof title, "Error against cost: %s", s->name);
-    snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples). %s%s", study->w,
-             study->h, s->reference_spp, study->machine, options->quick ? LUM_BENCH_QUICK : "");
+    snprintf(subtitle, sizeof subtitle, "%u × %u, one frame from nothing, against path (%u samples)", study->w,
+             study->h, s->reference_spp);
     snprintf(file, sizeof file, "ais-%s.svg", s->name);
-    FILE *f = lum_bench_open(options, file);
-    if (!f)
-        return false;
-    lum_plot_write(f, &(struct lum_plot){title, subtitle, panels, 2, true});
-    return lum_bench_close(f, file);
+    const struct lum_plot plot = {title, subtitle, panels, 2, true};
+    return lum_bench_plot(options, file, &plot, study->machine);
 }
 
 /* ---- all ---- */
