@@ -267,13 +267,15 @@ static void update_terms(struct update *u)
 
 /* ---- which change a record is behind with ---- */
 
-/* What moved since an epoch, where it is now; the whole scene, which gives the same answer, when memory is short. NULL:
- * it is all gone. */
+/* What moved since an epoch, where it is now; the whole scene, which gives the same answer, when nobody knows which
+ * objects these are, or memory is short. NULL: it is all gone. */
 static const struct lum_accel_top *movers_of(const struct lum_snapshot *s, const struct lum_motion *motion,
                                              _Atomic(struct lum_accel_top *) *movers)
 {
     struct lum_accel_top *top = atomic_load_explicit(movers, memory_order_acquire), *none = NULL;
     uint32_t objects[LUM_MOTION_MAX], n = 0;
+    if (lum_motion_is_merged(motion))
+        return s->top;
     for (uint32_t i = 0; i < motion->n; i++)
         if (motion->movers[i].now != LUM_NO_OBJECT)
             objects[n++] = motion->movers[i].now;

@@ -298,7 +298,7 @@ static void remove_movers(struct lum_cache *cache, const struct lum_motion *moti
         return;
     for (uint32_t i = 0; i < lum_store_limit(cache->store); i++) {
         struct lum_cache_record *r = lum_store_at(cache->store, i);
-        if (r && lum_motion_has(motion, r->object) && lum_store_remove(cache->store, 0, r))
+        if (r && lum_motion_carries(motion, r->object, r->p) && lum_store_remove(cache->store, 0, r))
             atomic_fetch_add_explicit(&cache->removed, 1, memory_order_relaxed);
     }
 }

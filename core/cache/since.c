@@ -27,7 +27,7 @@ struct lum_since_ring *lum_since_create(uint32_t n_vpls)
 static struct lum_mover *find_mover(struct lum_motion *motion, uint64_t object)
 {
     for (uint32_t i = 0; i < motion->n; i++)
-        if (motion->movers[i].object == object)
+        if (motion->movers[i].n_objects == 1 && motion->movers[i].object == object)
             return &motion->movers[i];
     return NULL;
 }
@@ -45,23 +45,23 @@ static uint32_t renumber(const struct lum_motion *motion, uint32_t object)
     return now;
 }
 
+/* A mover that has been merged moves on as another one: boxes where it was in between meet more than they must. */
 static void append_motion(struct lum_motion *all, const struct lum_motion *motion)
 {
     all->everything |= motion->everything;
+    all->renumbers |= motion->renumbers;
     for (uint32_t i = 0; i < all->n; i++)
         if (all->movers[i].now != LUM_NO_OBJECT && !lum_motion_has(motion, all->movers[i].object))
             all->movers[i].now = renumber(motion, all->movers[i].now);
     for (uint32_t i = 0; i < motion->n && !all->everything; i++) {
         const struct lum_mover *m = &motion->movers[i];
-        struct lum_mover *known = find_mover(all, m->object);
+        struct lum_mover *known = m->n_objects == 1 ? find_mover(all, m->object) : NULL;
         if (known) {
             known->now = m->now;
             known->new_lo = m->new_lo;
             known->new_hi = m->new_hi;
-        } else if (all->n < LUM_MOTION_MAX) {
-            all->movers[all->n++] = *m;
         } else {
-            all->everything = true;
+            lum_motion_add(all, m);
         }
     }
 }
@@ -98,6 +98,7 @@ void lum_since_add(struct lum_since_ring *ring, uint64_t epoch, const struct lum
         &ring->since[(epoch - 1) % LUM_SINCE_EPOCHS]; /* nothing yet: this is the first change after it */
     fresh->motion.n = 0;
     fresh->motion.everything = false;
+    fresh->motion.renumbers = false;
     memset(moved_of(ring, epoch - 1), 0, words * sizeof *moved);
     for (uint64_t e = ring->first; e < epoch; e++) {
         append_motion(&ring->since[e % LUM_SINCE_EPOCHS].motion, motion);

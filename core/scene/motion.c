@@ -51,24 +51,83 @@ static bool same_object(const struct lum_snapshot *a, uint32_t i, const struct l
            lum_material_same_alpha(&a->materials[x->material], &b->materials[y->material]);
 }
 
-static void add_mover(struct lum_motion *motion, const struct lum_snapshot *before, uint32_t i,
-                      const struct lum_snapshot *now, uint32_t j)
+static struct lum_bounds box_around(struct lum_vec3 lo, struct lum_vec3 hi, struct lum_vec3 lo2, struct lum_vec3 hi2)
 {
-    if (motion->n == LUM_MOTION_MAX) {
-        motion->everything = true;
+    return (struct lum_bounds){lum_v3(lum_min(lo.x, lo2.x), lum_min(lo.y, lo2.y), lum_min(lo.z, lo2.z)),
+                               lum_v3(lum_max(hi.x, hi2.x), lum_max(hi.y, hi2.y), lum_max(hi.z, hi2.z))};
+}
+
+/* Half the surface: segments that cross the scene at random meet the box in proportion. */
+static float area_of(struct lum_vec3 lo, struct lum_vec3 hi)
+{
+    struct lum_vec3 d = lum_v3_sub(hi, lo);
+    return lo.x <= hi.x ? d.x * d.y + d.y * d.z + d.z * d.x : 0.0f;
+}
+
+/* Two movers as one; NOWHERE grows nothing. */
+static struct lum_mover merged(const struct lum_mover *a, const struct lum_mover *b)
+{
+    struct lum_bounds before = box_around(a->old_lo, a->old_hi, b->old_lo, b->old_hi);
+    struct lum_bounds now = box_around(a->new_lo, a->new_hi, b->new_lo, b->new_hi);
+    return (struct lum_mover){
+        .n_objects = a->n_objects + b->n_objects,
+        .before = LUM_NO_OBJECT,
+        .now = LUM_NO_OBJECT,
+        .old_lo = before.lo,
+        .old_hi = before.hi,
+        .new_lo = now.lo,
+        .new_hi = now.hi,
+    };
+}
+
+static float area_of_both(const struct lum_mover *m)
+{
+    return area_of(m->old_lo, m->old_hi) + area_of(m->new_lo, m->new_hi);
+}
+
+void lum_motion_add(struct lum_motion *motion, const struct lum_mover *mover)
+{
+    if (motion->n < LUM_MOTION_MAX) {
+        motion->movers[motion->n++] = *mover;
         return;
     }
+    uint32_t best = 0;
+    float least = INFINITY;
+    for (uint32_t i = 0; i < motion->n; i++) {
+        struct lum_mover both = merged(&motion->movers[i], mover);
+        float growth = area_of_both(&both) - area_of_both(&motion->movers[i]);
+        if (growth < least) {
+            least = growth;
+            best = i;
+        }
+    }
+    motion->movers[best] = merged(&motion->movers[best], mover);
+}
+
+bool lum_motion_is_merged(const struct lum_motion *motion)
+{
+    for (uint32_t i = 0; i < motion->n; i++)
+        if (motion->movers[i].n_objects > 1)
+            return true;
+    return false;
+}
+
+static void add_object(struct lum_motion *motion, const struct lum_snapshot *before, uint32_t i,
+                       const struct lum_snapshot *now, uint32_t j)
+{
     struct lum_bounds old_box = i == LUM_NO_OBJECT ? NOWHERE : object_box(before, i);
     struct lum_bounds new_box = j == LUM_NO_OBJECT ? NOWHERE : object_box(now, j);
-    motion->movers[motion->n++] = (struct lum_mover){
-        .object = lum_hash64_text(i == LUM_NO_OBJECT ? object_id(now, j) : object_id(before, i)),
-        .before = i,
-        .now = j,
-        .old_lo = old_box.lo,
-        .old_hi = old_box.hi,
-        .new_lo = new_box.lo,
-        .new_hi = new_box.hi,
-    };
+    motion->renumbers |= i == LUM_NO_OBJECT || j == LUM_NO_OBJECT;
+    lum_motion_add(motion, &(struct lum_mover){
+                               .n_objects = 1,
+                               .object = lum_hash64_text(i == LUM_NO_OBJECT ? object_id(now, j) : object_id(before, i)),
+                               .before = i,
+                               .now = j,
+                               .old_lo = old_box.lo,
+                               .old_hi = old_box.hi,
+                               .new_lo = new_box.lo,
+                               .new_hi = new_box.hi,
+                           });
 }
 
 struct range {
@@ -78,11 +137,11 @@ struct range {
 static void walk(struct lum_motion *motion, const struct lum_snapshot *before, struct range a,
                  const struct lum_snapshot *now, struct range b)
 {
-    while ((a.at < a.end || b.at < b.end) && !motion->everything) {
+    while (a.at < a.end || b.at < b.end) {
         int order = a.at == a.end ? 1 : b.at == b.end ? -1 : strcmp(object_id(before, a.at), object_id(now, b.at));
         uint32_t i = order <= 0 ? a.at++ : LUM_NO_OBJECT, j = order >= 0 ? b.at++ : LUM_NO_OBJECT;
         if (order != 0 || !same_object(before, i, now, j))
-            add_mover(motion, before, i, now, j);
+            add_object(motion, before, i, now, j);
     }
 }
 
@@ -95,7 +154,10 @@ void lum_motion_between(const struct lum_snapshot *before, const struct lum_snap
                         struct lum_motion *ret_motion)
 {
     ret_motion->n = 0;
+    ret_motion->renumbers = false;
     ret_motion->everything = !lum_normalisation_equal(&before->norm, &now->norm);
+    if (ret_motion->everything)
+        return;
     const struct lum_snapshot_parts *a = before->parts, *b = now->parts;
     if (a->instances != b->instances || a->materials != b->materials)
         walk(ret_motion, before, (struct range){0, before->n_instances}, now, (struct range){0, now->n_instances});
@@ -107,9 +169,20 @@ void lum_motion_between(const struct lum_snapshot *before, const struct lum_snap
 bool lum_motion_has(const struct lum_motion *motion, uint64_t object)
 {
     for (uint32_t i = 0; i < motion->n; i++)
-        if (motion->movers[i].object == object)
+        if (motion->movers[i].n_objects == 1 && motion->movers[i].object == object)
             return true;
     return motion->everything;
+}
+
+bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct lum_vec3 p)
+{
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        if (m->n_objects > 1 && p.x >= m->old_lo.x && p.y >= m->old_lo.y && p.z >= m->old_lo.z && p.x <= m->old_hi.x &&
+            p.y <= m->old_hi.y && p.z <= m->old_hi.z)
+            return true;
+    }
+    return lum_motion_has(motion, object);
 }
 
 /* Separating axes (Gottschalk 1996): the box's own three, and those across the segment and an edge. No division; what
@@ -181,10 +254,7 @@ bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_
 
 bool lum_motion_keeps_numbers(const struct lum_motion *motion)
 {
-    for (uint32_t i = 0; i < motion->n; i++)
-        if (motion->movers[i].before == LUM_NO_OBJECT || motion->movers[i].now == LUM_NO_OBJECT)
-            return false;
-    return !motion->everything;
+    return !motion->renumbers && !motion->everything;
 }
 
 bool lum_light_bounds(const struct lum_snapshot *s, const struct lum_light *light, struct lum_bounds *ret_bounds)

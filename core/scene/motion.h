@@ -6,10 +6,13 @@
 
 #include "core/scene/snapshot.h"
 
-/* More objects than this moved at once: everything did. */
+/* Movers that are told apart. Of more, those whose boxes grow least by it are merged: each still lies within the boxes of one,
+ * which meet more than they would alone. */
 #define LUM_MOTION_MAX 64u
 
 struct lum_mover {
+    uint32_t n_objects;            /* 1; more: they were merged, and the boxes are around all of them. Then the following three say
+                                    * nothing */
     uint64_t object;               /* lum_hash64_text of its id */
     uint32_t before, now;          /* index of its instance (or n_instances + index of its shape) in either snapshot;
                                     * LUM_NO_OBJECT: not there */
@@ -18,7 +21,8 @@ struct lum_mover {
 };
 
 struct lum_motion {
-    bool everything; /* cannot be told apart: another scene, or placed anew, or too many movers */
+    bool everything; /* cannot be told apart: another scene, or placed anew */
+    bool renumbers;  /* objects came or went: what stays may have another number */
     uint32_t n;
     struct lum_mover movers[LUM_MOTION_MAX];
 };
@@ -29,8 +33,14 @@ struct lum_motion {
  * lum_motion_meets says so of the segment between the points. O(objects). Thread: any. */
 void lum_motion_between(const struct lum_snapshot *before, const struct lum_snapshot *now, struct lum_motion *ret_motion);
 
-/* True when the object of this hash is among the movers. */
+/* Adds one more, of `n_objects`, merging where there are too many. */
+void lum_motion_add(struct lum_motion *motion, const struct lum_mover *mover);
+bool lum_motion_is_merged(const struct lum_motion *motion); /* any of its movers is */
+
+/* True when the object of this hash is among the movers that were not merged. */
 bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
+/* True when what lay on that object, at p, was carried along; perhaps also where p was within the box of merged movers. */
+bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct lum_vec3 p);
 
 /* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);

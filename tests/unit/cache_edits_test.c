@@ -257,6 +257,84 @@ static void after_any_edits(const char *method, uint64_t seed)
     rig_end(r);
 }
 
+/* ---- more objects move than are told apart ---- */
+
+#define N_CROWD (LUM_MOTION_MAX + 30)
+
+static void put_crowd(struct rig *r, uint32_t step)
+{
+    for (uint32_t i = 0; i < N_CROWD; i++) {
+        char id[20];
+        snprintf(id, sizeof id, "crowd-%u", i);
+        uint32_t k = (i * 37 + step * 11) % 100;
+        rig_object(r, id, "grain", "red", rig_v(-1.5 + 0.1 * (k % 10), 0.03, -1.5 + 0.1 * (k / 10.0)));
+    }
+}
+
+static struct lum_cache *acquire_cache(const struct fuzz *f)
+{
+    const struct lum_view_settings *set = &f->rig.settings;
+    struct lum_cache_key key = {.kind = set->method->cache,
+                                .storage = set->storage,
+                                .n_vpls = set->n_vpls,
+                                .max_bounces = set->max_depth - 1,
+                                .seed = set->seed,
+                                .accuracy = set->cache_accuracy};
+    struct lum_cache *cache = NULL;
+    RIG_OK(lum_cache_acquire(f->caches, &key, &cache, &err));
+    return cache;
+}
+
+/* What the view keeps is where nothing moved. */
+static void assert_not_stale(struct rig *r, const char *what)
+{
+    struct lum_rgb *kept = rig_picture(r);
+    lum_view_forget(r->view);
+    rig_pass(r);
+    rig_assert_picture(r, kept, what);
+    lum_free(kept);
+}
+
+/* Records away from them outlast it, and say what they would if they were built now. */
+static void a_crowd_moves(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"live", "tic"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
+        struct fuzz f = {.seed = 1};
+        struct rig *r = &f.rig;
+        rig_begin(r, 2);
+        furnish(&f);
+        rig_box(r, "grain", 0.03, 0.03, 0.03);
+        put_crowd(r, 0);
+        r->settings.method = lum_method_find(methods[i]);
+        r->settings.n_vpls = 64;
+        r->settings.max_spp = 1;
+        r->settings.shadow_budget = 0; /* or shadows learn more from frame to frame */
+        RIG_OK(lum_caches_create(2, &f.caches, &err));
+        lum_view_share(r->view, f.caches);
+        rig_commit(r);
+        rig_pass(r);
+        for (uint32_t step = 1; step <= 4; step++) {
+            put_crowd(r, step);
+            snprintf(f.what, sizeof f.what, "step %u of a crowd", step);
+            rig_commit(r);
+            struct lum_pass_stats s = rig_pass(r);
+            struct lum_cache *cache = acquire_cache(&f);
+            assert_true(check_cache(&f, cache) > 100);
+            lum_cache_release(f.caches, cache);
+            if (2 * s.cache.removed > s.cache.records)
+                fail_msg("%s, %s: %llu records were removed, %llu are there", methods[i], f.what,
+                         (unsigned long long)s.cache.removed, (unsigned long long)s.cache.records);
+            assert_not_stale(r, f.what);
+        }
+        lum_view_destroy(r->view);
+        r->view = NULL;
+        lum_caches_destroy(f.caches);
+        rig_end(r);
+    }
+}
+
 static void live_records_are_as_built_now(void **state)
 {
     (void)state;
@@ -274,6 +352,7 @@ static void tic_records_are_as_built_now(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_crowd_moves),
         cmocka_unit_test(live_records_are_as_built_now),
         cmocka_unit_test(tic_records_are_as_built_now),
     };

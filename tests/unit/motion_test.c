@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/math/sampler.h"
+#include "core/scene/store.h"
 #include "tests/support/scene_fixture.h"
 
 static void put_pose(struct lum_scene *scene, const char *id, double height)
@@ -172,29 +173,77 @@ static void lights_count_by_their_shapes(void **state)
     lum_snapshot_unref(s);
 }
 
-static void too_much_is_everything(void **state)
+/* Small balls, here and there on a grid of 10 by 10; step: how often they moved. */
+static void put_crowd(struct lum_scene *scene, uint32_t n, uint32_t step)
 {
+    for (uint32_t i = 0; i < n; i++) {
+        char id[20];
+        snprintf(id, sizeof id, "crowd-%u", i);
+        uint32_t k = (i * 37 + step * 11) % 100;
+        put_object(scene, id, "ball", "white", scaled_at(0.05, 5 + 0.2 * (k % 10), 0.1, 5 + 0.2 * (k / 10.0)));
+    }
+}
+
+static uint32_t n_objects(const struct lum_motion *m)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < m->n; i++)
+        n += m->movers[i].n_objects;
+    return n;
+}
+
+/* True when a box of the movers holds that of instance i of the snapshot. */
+static bool any_holds(const struct lum_motion *m, const struct lum_snapshot *s, uint32_t i, bool before)
+{
+    struct lum_bounds b = lum_instance_bounds(&s->instances[i]);
+    bool any = false;
+    for (uint32_t k = 0; k < m->n; k++) {
+        struct lum_vec3 lo = before ? m->movers[k].old_lo : m->movers[k].new_lo;
+        struct lum_vec3 hi = before ? m->movers[k].old_hi : m->movers[k].new_hi;
+        any =
+            any || (b.lo.x > lo.x && b.lo.y > lo.y && b.lo.z > lo.z && b.hi.x < hi.x && b.hi.y < hi.y && b.hi.z < hi.z);
+    }
+    return any;
+}
+
+/* None is lost: each is within a box, of its own or around several. */
+static void too_many_are_merged(void **state)
+{
+    static const uint32_t counts[] = {LUM_MOTION_MAX - 1, LUM_MOTION_MAX, LUM_MOTION_MAX + 1, 100};
     struct fixture *f = *state;
     fill(f->scene);
-    const struct lum_snapshot *empty = commit(f), *s = lum_snapshot_ref(empty);
-    char id[16];
-    for (uint32_t i = 0; i < LUM_MOTION_MAX; i++) {
-        snprintf(id, sizeof id, "many-%u", i);
-        put_object(f->scene, id, "ball", "white", at(0.1 * i, 1, 2));
+    const struct lum_snapshot *s = commit(f);
+    for (uint32_t step_no = 0; step_no < LUM_ARRAY_LEN(counts); step_no++) {
+        uint32_t n = counts[step_no];
+        put_crowd(f->scene, n, step_no);
+        const struct lum_snapshot *next = commit(f);
+        struct lum_motion m = between(s, next);
+        assert_false(m.everything);
+        assert_int_equal(n_objects(&m), n);
+        assert_int_equal(lum_motion_is_merged(&m), n > LUM_MOTION_MAX);
+        assert_false(lum_motion_keeps_numbers(&m)); /* some came */
+        for (uint32_t i = 0; i < next->n_instances; i++)
+            if (strncmp(next->instances[i].id, "crowd", 5) == 0)
+                assert_true(any_holds(&m, next, i, false));
+        for (uint32_t i = 0; i < s->n_instances; i++)
+            if (strncmp(s->instances[i].id, "crowd", 5) == 0) {
+                assert_true(any_holds(&m, s, i, true));
+                struct lum_bounds b = lum_instance_bounds(&s->instances[i]);
+                assert_true(lum_motion_carries(&m, lum_hash64_text(s->instances[i].id), b.lo));
+            }
+        assert_false(lum_motion_carries(&m, lum_hash64_text("tent"), to_scene(s, -4, 0.5, 0)));
+        assert_false(lum_motion_meets(&m, to_scene(s, -4, 0.5, 0), to_scene(s, 0, 1, 0)));
+        lum_snapshot_unref(s);
+        s = next;
     }
+    put_crowd(f->scene, 100, 5);
     struct lum_motion m = step(f, &s);
-    assert_int_equal(m.n, LUM_MOTION_MAX);
-    assert_false(m.everything);
-    put_object(f->scene, "many-more", "ball", "white", at(0, 1, 3));
-    m = step(f, &s);
-    assert_int_equal(m.n, 1);
-    m = between(empty, s);
-    assert_true(m.everything);
-    assert_true(lum_motion_has(&m, 1) && lum_motion_meets(&m, s->bounds_lo, s->bounds_lo));
+    assert_true(lum_motion_is_merged(&m) && lum_motion_keeps_numbers(&m));
     put_object(f->scene, "far", "ball", "white", at(1e4, 0, 0));
-    assert_true(step(f, &s).everything); /* placed anew: nothing is where it was */
+    m = step(f, &s);
+    assert_true(m.everything); /* placed anew: nothing is where it was */
+    assert_true(lum_motion_has(&m, 1) && lum_motion_meets(&m, s->bounds_lo, s->bounds_lo));
     lum_snapshot_unref(s);
-    lum_snapshot_unref(empty);
 }
 
 /* ---- the promise: what meets no box is as it was ---- */
@@ -313,15 +362,17 @@ static void what_a_shaft_misses_its_segments_do(void **state)
     lum_snapshot_unref(next);
 }
 
-static void what_meets_no_box_is_as_it_was(void **state)
+/* n_crowd: small objects that move, too. */
+static void nothing_is_missed(struct fixture *f, uint32_t n_crowd)
 {
-    struct fixture *f = *state;
     fill(f->scene);
+    put_crowd(f->scene, n_crowd, 0);
     const struct lum_snapshot *s = commit(f);
     struct random_stream r = {7};
     uint64_t kept = 0, changed = 0, missed = 0;
-    for (int round = 0; round < 200; round++) {
+    for (uint32_t round = 0; round < 200; round++) {
         edit(f, &r);
+        put_crowd(f->scene, n_crowd, round);
         const struct lum_snapshot *next = commit(f);
         struct lum_motion m = between(s, next);
         assert_false(m.everything);
@@ -346,6 +397,16 @@ static void what_meets_no_box_is_as_it_was(void **state)
     lum_snapshot_unref(s);
 }
 
+static void what_meets_no_box_is_as_it_was(void **state)
+{
+    nothing_is_missed(*state, 0);
+}
+
+static void nor_what_meets_none_of_many(void **state)
+{
+    nothing_is_missed(*state, 90);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)
 
 int main(void)
@@ -356,8 +417,9 @@ int main(void)
         TEST(a_mesh_deforms),
         TEST(a_material_counts_when_other_rays_pass),
         TEST(lights_count_by_their_shapes),
-        TEST(too_much_is_everything),
+        TEST(too_many_are_merged),
         TEST(what_meets_no_box_is_as_it_was),
+        TEST(nor_what_meets_none_of_many),
         TEST(what_a_shaft_misses_its_segments_do),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
