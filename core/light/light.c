@@ -119,12 +119,16 @@ static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum
     return sample_quad_area(l, p, u, ret);
 }
 
-static bool sample_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
+static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
 {
     struct lum_frame f = lum_frame_from_normal(l->n);
     struct lum_vec2 d = lum_warp_disc(u);
-    struct lum_vec3 x = lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
-    return finish_area(l, p, x, l->n, ret);
+    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static bool sample_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    return finish_area(l, p, disc_point(l, u), l->n, ret);
 }
 
 /* 1 - cos of the half angle of a sphere's cone, without cancellation; 0 when p is inside. */
@@ -287,6 +291,54 @@ bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct l
     if (l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area)
         return sample_quad_area(l, p, u, ret_sample);
     return lum_light_sample_at(s, i, p, u, ret_sample);
+}
+
+static struct lum_light_target aim_at(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
+{
+    return (struct lum_light_target){.kind = LUM_TARGET_POINT, .p = p, .n = n, .area = l->area, .radiance = l->power};
+}
+
+static void aim_at_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                        struct lum_light_target *inout)
+{
+    struct lum_mesh_point at;
+    if (!lum_light_mesh_point(s, l, u, &at))
+        return;
+    *inout = aim_at(l, at.p, at.n);
+    inout->both_sides = true;
+    inout->radiance = lum_rgb_mul(l->power, at.per_power);
+}
+
+void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    struct lum_light_sample ls;
+    *ret = (struct lum_light_target){.kind = LUM_TARGET_NONE};
+    switch (l->kind) {
+    case LUM_EMIT_QUAD:
+        *ret = aim_at(l, l->p, l->n);
+        ret->kind = LUM_TARGET_QUAD;
+        ret->u = l->u, ret->v = l->v;
+        ret->near2 = PLAIN_FROM * l->area;
+        return;
+    case LUM_EMIT_DISC:
+        *ret = aim_at(l, disc_point(l, u), l->n);
+        return;
+    case LUM_EMIT_MESH:
+        aim_at_mesh(s, l, u, ret);
+        return;
+    case LUM_EMIT_ENVIRONMENT:
+        if (lum_environment_sample(l, u, &ls))
+            *ret = (struct lum_light_target){
+                .kind = LUM_TARGET_DIRECTION, .wi = ls.wi, .pdf_sa = ls.pdf_sa, .radiance = ls.radiance};
+        return;
+    case LUM_EMIT_POINT:
+    case LUM_EMIT_SPOT:
+    case LUM_EMIT_DIRECTIONAL:
+    case LUM_EMIT_SPHERE:
+        ret->kind = LUM_TARGET_EACH;
+        return;
+    }
 }
 
 float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n,

@@ -94,6 +94,27 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
  * is not. */
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p);
 
+/* What many points at once make of one u. */
+enum lum_target_kind {
+    LUM_TARGET_NONE,      /* a see-through place: no point has a sample */
+    LUM_TARGET_QUAD,      /* a point of it that depends on whence it is seen */
+    LUM_TARGET_POINT,     /* p, of an area: its pdf over solid angle is r^2 / (cos area) */
+    LUM_TARGET_DIRECTION, /* wi, of one pdf */
+    LUM_TARGET_EACH,      /* of each point lum_light_sample_at */
+};
+struct lum_light_target {
+    enum lum_target_kind kind;
+    struct lum_vec3 p, n; /* POINT: where it lies, QUAD: its centre, and the unit normal there */
+    struct lum_vec3 u, v; /* QUAD: half edges */
+    bool both_sides;      /* POINT: it shines from */
+    float area;           /* POINT, QUAD */
+    float near2;          /* QUAD: what lies within sqrt(near2) of its centre has lum_light_sample_at */
+    struct lum_vec3 wi;   /* DIRECTION */
+    float pdf_sa;
+    struct lum_rgb radiance; /* POINT, QUAD, DIRECTION */
+};
+void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret_target);
+
 /* Cosine at a surface of unit normal n, over pdf_sa, of the sample that lum_light_sample_plainly makes at p: what the sample is
  * worth to a matte surface. Negative: the sample is below the horizon; 0: there is none. */
 float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u);
