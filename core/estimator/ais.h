@@ -42,6 +42,8 @@ struct lum_ais_packet {
     const struct lum_pass *pass;
     uint32_t x0, y0, w, h, step;
     uint32_t tiles_x, tiles_y;
+    uint8_t tile_x[LUM_AIS_TILES], tile_y[LUM_AIS_TILES]; /* in the order that lists have: along a curve of Morton, so
+                                                           * that 16 in a row, which are a ray packet, lie close */
     bool wanted[LUM_AIS_PIXELS];      /* pixels that the component is computed for */
     uint8_t further[LUM_AIS_TILES];   /* iterations that each tile gets after the first one */
 };
@@ -59,7 +61,10 @@ static inline uint32_t lum_ais_tile(const struct lum_ais_packet *p, uint32_t i)
     return i / LUM_PACKET_SIDE / LUM_AIS_SIDE * p->tiles_x + i % LUM_PACKET_SIDE / LUM_AIS_SIDE;
 }
 
-/* The pixels at a place of the pattern, 0 .. LUM_AIS_SETS - 1, that take part in an iteration, tile by tile. */
+/* The pixel at a place of the k-th tile; LUM_AIS_PIXELS: there is none, or it is not wanted. */
+uint32_t lum_ais_at(const struct lum_ais_packet *p, uint32_t k, uint32_t place);
+
+/* The pixels at a place of the pattern, 0 .. LUM_AIS_SETS - 1, that take part in an iteration, in the tiles' order. */
 struct lum_ais_list {
     uint32_t n;
     uint16_t pixel[LUM_AIS_TILES];

@@ -66,24 +66,65 @@ static void gather(struct indirect *s, uint32_t n_slots)
     s->points.n_points = 0;
 }
 
-static void take_samples(struct indirect *s, uint32_t iteration)
+static void take_first_samples(struct indirect *s)
 {
     for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
         struct lum_ais_list list;
-        lum_ais_list_pixels(&s->packet, place, iteration, &list);
+        lum_ais_list_pixels(&s->packet, place, 0, &list);
         if (list.n == 0)
             continue;
         for (uint32_t k = 0; k < list.n; k++)
             push_point(s, lum_ais_pixel(&s->packet, list.pixel[k]));
-        gather(s, list_subset(s, lum_ais_set(place, iteration), LUM_AIS_SETS));
+        gather(s, list_subset(s, lum_ais_set(place, 0), LUM_AIS_SETS));
         for (uint32_t k = 0; k < list.n; k++) {
             uint32_t i = list.pixel[k];
-            s->sum[i] = lum_rgb_add(s->sum[i], s->irradiance[k]);
-            if (iteration == 0) {
-                s->sampled[i] = s->batch_sampled[k];
-                s->missed[i] = s->batch_missed[k];
-            }
+            s->sum[i] = s->irradiance[k];
+            s->sampled[i] = s->batch_sampled[k];
+            s->missed[i] = s->batch_missed[k];
         }
+    }
+}
+
+static void add_batch(struct indirect *s, struct lum_ais_list *list, uint32_t n_slots)
+{
+    if (list->n == 0)
+        return;
+    gather(s, n_slots);
+    for (uint32_t k = 0; k < list->n; k++)
+        s->sum[list->pixel[k]] = lum_rgb_add(s->sum[list->pixel[k]], s->irradiance[k]);
+    list->n = 0;
+}
+
+/* The iteration in which each place of the pattern uses a subset. */
+static void find_iterations(uint32_t subset, uint32_t ret_iteration[LUM_AIS_SETS])
+{
+    for (uint32_t place = 0; place < LUM_AIS_SETS; place++)
+        for (uint32_t iteration = 0; iteration < LUM_AIS_SETS; iteration++)
+            if (lum_ais_set(place, iteration) == subset)
+                ret_iteration[place] = iteration;
+}
+
+/* All further iterations, subset by subset: each is for all pixels that use it, whichever iteration it is of theirs, so
+ * that rays from neighbouring pixels end in one place. */
+static void take_further_samples(struct indirect *s)
+{
+    const struct lum_ais_packet *p = &s->packet;
+    for (uint32_t subset = 0; subset < LUM_AIS_SETS; subset++) {
+        uint32_t iteration_at[LUM_AIS_SETS], n_slots = list_subset(s, subset, LUM_AIS_SETS);
+        struct lum_ais_list list = {.n = 0};
+        find_iterations(subset, iteration_at);
+        for (uint32_t t = 0; t < p->tiles_x * p->tiles_y; t++)
+            for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
+                uint32_t i = lum_ais_at(p, t, place);
+                if (i == LUM_AIS_PIXELS || iteration_at[place] == 0 ||
+                    iteration_at[place] > p->further[lum_ais_tile(p, i)])
+                    continue;
+                list.pixel[list.n++] = (uint16_t)i;
+                push_point(s, lum_ais_pixel(p, i));
+                if (list.n == LUM_RAY_BATCH)
+                    add_batch(s, &list, n_slots);
+            }
+        add_batch(s, &list, n_slots);
     }
 }
 
@@ -177,12 +218,10 @@ static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct
     s.points.n_points = 0;
     lum_ais_packet_init(&s.packet, pass, packet, ais->step);
     if (lum_ais_packet_want(&s.packet, LUM_PIXEL_DIFFUSE)) {
-        memset(s.sum, 0, sizeof s.sum);
-        take_samples(&s, 0);
+        take_first_samples(&s);
         guide(&s);
-        uint32_t last = lum_ais_last_iteration(&s.packet);
-        for (uint32_t iteration = 1; iteration <= last; iteration++)
-            take_samples(&s, iteration);
+        if (lum_ais_last_iteration(&s.packet) > 0)
+            take_further_samples(&s);
         add_to_component(&s);
         lum_ais_note(&s.packet, ais->joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT);
     }
