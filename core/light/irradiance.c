@@ -124,7 +124,7 @@ static const float rule_weight[LANES] = {2.0f / 7,  5.0f / 63, 5.0f / 63, 5.0f /
                                          5.0f / 36, 5.0f / 36, 5.0f / 36, 0.0f};
 
 /* Farther than this many times half its diagonal a quad is integrated by the rule: 1 / r^4 to degree 5, which is right
- * to 2e-4 of the integral at FAR (tests/numeric/light_test.c), and the sixth power of that beyond. */
+ * to 2e-4 of the integral at FAR (tests/numeric/irradiance_test.c), and the sixth power of that beyond. */
 #define FAR 4.0f
 
 bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret)

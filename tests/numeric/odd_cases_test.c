@@ -373,95 +373,43 @@ static void mirrored_light(struct odd *o)
         fail_msg("%s: neighbours in a mirror differ by %g of what they are", o->method->name, differences / sum);
 }
 
-static void for_each_method(void (*check)(struct odd *))
+/* ---- all of them, with every method ---- */
+
+static struct odd_case {
+    const char *name;
+    void (*checks[2])(struct odd *); /* NULL: one is enough */
+} cases[] = {
+    {"pictures_of_any_size", {sizes}},
+    {"scenes_without_lights", {no_lights}},
+    {"scenes_without_objects", {no_objects}},
+    {"cameras_inside_walls", {inside_a_wall}},
+    {"media_that_touch_the_camera", {touching_fog}},
+    {"lamps_inside_of_things", {shut_in}},
+    {"lamps_in_surfaces", {in_a_surface}},
+    {"lamps_without_strength", {without_strength}},
+    {"glass_without_refraction", {without_refraction}},
+    {"black_does_not_bleed", {black_neighbours, black_neighbours_in_direct_light}},
+    {"mirrors_are_filtered", {mirrored_light, black_among_mirrors}},
+};
+
+static void with_every_method(void **state)
 {
+    const struct odd_case *c = *state;
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
-    for (size_t m = 0; m < n; m++) {
-        struct odd o = {0};
-        begin(&o, &methods[m]);
-        check(&o);
-        rig_end(&o.r);
-    }
-}
-
-static void pictures_of_any_size(void **state)
-{
-    (void)state;
-    for_each_method(sizes);
-}
-
-static void scenes_without_lights(void **state)
-{
-    (void)state;
-    for_each_method(no_lights);
-}
-
-static void scenes_without_objects(void **state)
-{
-    (void)state;
-    for_each_method(no_objects);
-}
-
-static void cameras_inside_walls(void **state)
-{
-    (void)state;
-    for_each_method(inside_a_wall);
-}
-
-static void media_that_touch_the_camera(void **state)
-{
-    (void)state;
-    for_each_method(touching_fog);
-}
-
-static void lamps_inside_of_things(void **state)
-{
-    (void)state;
-    for_each_method(shut_in);
-}
-
-static void lamps_in_surfaces(void **state)
-{
-    (void)state;
-    for_each_method(in_a_surface);
-}
-
-static void lamps_without_strength(void **state)
-{
-    (void)state;
-    for_each_method(without_strength);
-}
-
-static void glass_without_refraction(void **state)
-{
-    (void)state;
-    for_each_method(without_refraction);
-}
-
-static void black_does_not_bleed(void **state)
-{
-    (void)state;
-    for_each_method(black_neighbours);
-    for_each_method(black_neighbours_in_direct_light);
-}
-
-static void mirrors_are_filtered(void **state)
-{
-    (void)state;
-    for_each_method(mirrored_light);
-    for_each_method(black_among_mirrors);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(c->checks) && c->checks[k]; k++)
+        for (size_t m = 0; m < n; m++) {
+            struct odd o = {0};
+            begin(&o, &methods[m]);
+            c->checks[k](&o);
+            rig_end(&o.r);
+        }
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_of_any_size),        cmocka_unit_test(scenes_without_lights),
-        cmocka_unit_test(scenes_without_objects),      cmocka_unit_test(cameras_inside_walls),
-        cmocka_unit_test(media_that_touch_the_camera), cmocka_unit_test(lamps_inside_of_things),
-        cmocka_unit_test(lamps_in_surfaces),           cmocka_unit_test(lamps_without_strength),
-        cmocka_unit_test(glass_without_refraction),    cmocka_unit_test(black_does_not_bleed),
-        cmocka_unit_test(mirrors_are_filtered),
-    };
+    struct CMUnitTest tests[LUM_ARRAY_LEN(cases)];
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++)
+        tests[i] = (struct CMUnitTest){cases[i].name, with_every_method, NULL, NULL, &cases[i]};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* A drag is one undo step: successive transactions of one user with one undo_group are taken back together. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "protocol/document.h"
+#include "tests/unit/document_util.h"
 
 static void read_op(const char *json, const char *group, struct lum_ops *ret_ops)
 {
@@ -40,26 +34,6 @@ static void set_flux(struct lum_document *doc, const char *user, const char *gro
     apply(doc, user, group, json);
 }
 
-static bool undo(struct lum_document *doc, const char *user)
-{
-    struct lum_changes changes;
-    struct lum_proto_error err;
-    bool ok = lum_document_undo(doc, user, &changes, &err);
-    if (ok)
-        lum_changes_finish(&changes);
-    return ok;
-}
-
-static bool redo(struct lum_document *doc, const char *user)
-{
-    struct lum_changes changes;
-    struct lum_proto_error err;
-    bool ok = lum_document_redo(doc, user, &changes, &err);
-    if (ok)
-        lum_changes_finish(&changes);
-    return ok;
-}
-
 static void expect_flux(const struct lum_document *doc, double flux)
 {
     const struct lum_record *key = lum_document_find(doc, "key");
@@ -82,13 +56,13 @@ static void drag_is_one_step(void **state)
     for (int flux = 700; flux >= 100; flux -= 100)
         set_flux(doc, "ann", "drag-1", flux);
     set_flux(doc, "ann", "drag-2", 50);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 100);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 800);
-    assert_true(redo(doc, "ann"));
+    assert_true(redo(doc, "ann", NULL));
     expect_flux(doc, 100);
-    assert_true(redo(doc, "ann"));
+    assert_true(redo(doc, "ann", NULL));
     expect_flux(doc, 50);
     lum_document_destroy(doc);
 }
@@ -99,7 +73,7 @@ static void without_a_group_each_is_a_step(void **state)
     struct lum_document *doc = create();
     set_flux(doc, "ann", "", 700);
     set_flux(doc, "ann", "", 600);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 700);
     lum_document_destroy(doc);
 }
@@ -112,9 +86,9 @@ static void another_hand_cuts_the_drag(void **state)
     set_flux(doc, "ann", "drag", 700);
     apply(doc, "bob", "", "{\"op\":\"set\",\"id\":\"key\",\"path\":\"/on\",\"value\":false}");
     set_flux(doc, "ann", "drag", 600);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 700);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 800);
     assert_false(lum_document_find(doc, "key")->light.on);
     lum_document_destroy(doc);
@@ -134,7 +108,7 @@ static void rollback_leaves_the_group_as_it_was(void **state)
     lum_changes_finish(&changes);
     lum_ops_finish(&ops);
     expect_flux(doc, 700);
-    assert_true(undo(doc, "ann"));
+    assert_true(undo(doc, "ann", NULL));
     expect_flux(doc, 800);
     lum_document_destroy(doc);
 }
@@ -148,10 +122,10 @@ static void a_user_is_forgotten(void **state)
     set_flux(doc, "ann", "", 600);
     lum_document_forget_user(doc, "ann");
     lum_document_forget_user(doc, "nobody");
-    assert_false(undo(doc, "ann"));
+    assert_false(undo(doc, "ann", NULL));
     expect_flux(doc, 600);
     set_flux(doc, "bob", "", 500);
-    assert_true(undo(doc, "bob"));
+    assert_true(undo(doc, "bob", NULL));
     expect_flux(doc, 600);
     lum_document_destroy(doc);
 }
