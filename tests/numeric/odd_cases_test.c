@@ -87,8 +87,7 @@ static void no_objects(struct odd *o)
     rig_commit(&o->r);
     assert_true(render(o, "nothing at all") == 0.0f);
     assert_idle(o);
-    struct lum_light_desc bulb = rig_point(rig_v(0, 2, 0), 50);
-    rig_light(&o->r, "bulb", &bulb);
+    rig_bulb(&o->r, "bulb", rig_v(0, 2, 0), 50);
     rig_commit(&o->r);
     assert_true(render(o, "a bulb alone") == 0.0f);
     assert_idle(o);
@@ -106,8 +105,10 @@ static void inside_a_wall(struct odd *o)
     stage_furnish(&o->r, &(struct stage){LUM_EFFECT_INDIRECT_DIFFUSE, STAGE_FULL});
     rig_camera(&o->r, rig_v(0.3, 0.25, -0.6), rig_v(2, 0.3, 0), 60);
     assert_true(render(o, "camera inside a box") == 0.0f);
-    rig_camera(&o->r, rig_v(0.3, 0.0, 0.5), rig_v(2, 0.0, 0), 60);
-    render(o, "camera in the floor");
+    for (int k = -1; k <= 1; k++) {
+        rig_camera(&o->r, rig_v(0.3, k * 1e-7, 0.5), rig_v(2, 0.0, 0), 60);
+        render(o, "camera in the floor, or beside it");
+    }
     rig_camera(&o->r, rig_v(-1, 2, 0.5), rig_v(0, 0, 0), 60);
     render(o, "camera at the bulb");
 }

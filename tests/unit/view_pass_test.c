@@ -41,38 +41,6 @@ static void odd_sizes_equal_the_crop(void **state)
     rig_end(&r);
 }
 
-static void empty_scenes_and_walls(void **state)
-{
-    (void)state;
-    const char *methods[] = {"whitted", "path"};
-    for (int i = 0; i < 2; i++) {
-        struct rig r;
-        rig_begin(&r, 2);
-        use_method(&r, methods[i]);
-        rig_commit(&r); /* nothing at all */
-        struct lum_pass_stats s = rig_pass(&r);
-        assert_true(lum_luminance(rig_mean(&r)) == 0.0f);
-        assert_int_equal(rig_all_rays(&s), s.rays[LUM_RAY_PRIMARY]);
-
-        struct lum_light_desc sky = {
-            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 5, .on = true, .camera_visible = true};
-        rig_light(&r, "sky", &sky);
-        rig_commit(&r); /* no object: all sky */
-        rig_pass(&r);
-        assert_true(fabsf(lum_luminance(rig_mean(&r)) - 5.0f) < 1e-4f);
-
-        rig_box(&r, "box", 1, 1, 1);
-        rig_diffuse_object(&r, "box", "white", 0.75f, rig_v(0, 0, 0));
-        rig_commit(&r);
-        const double eyes[] = {1.0, 1.0 + 1e-7, 1.0 - 1e-7, 0.0}; /* in the wall, beside it, inside the box */
-        for (size_t k = 0; k < LUM_ARRAY_LEN(eyes); k++) {
-            rig_camera(&r, rig_v(eyes[k], 0.1, 0.2), rig_v(-5, 0.1, 0.3), 90);
-            rig_pass(&r); /* finite, and no bad ray */
-        }
-        rig_end(&r);
-    }
-}
-
 static void threads_do_not_matter(void **state)
 {
     (void)state;
@@ -292,7 +260,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(odd_sizes_equal_the_crop),
-        cmocka_unit_test(empty_scenes_and_walls),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(cancelled_pass_leaves_a_consistent_film),
         cmocka_unit_test(rough_passes_come_first_and_leave_no_trace),
