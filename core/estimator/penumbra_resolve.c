@@ -23,6 +23,7 @@
     (LUM_SOFT_SIDE - 1u) /* of a tile's surroundings: what stands for a place beyond an edge lies so far in */
 #define BLOCK (LUM_TILE_SIDE + 2 * MARGIN)
 #define WINDOW (2 * BORDER + 1)
+#define SETS (LUM_TILE_SIDE / LUM_SOFT_SIDE) /* tiles of the pattern along a side of a tile */
 #define GLOSS_POINTS 4u
 /* A pixel that knows all strata of its own still takes the window's share, 256 samples for 16, unless that is further
  * from its own than this times the deviation of a single sample. 16 stratified samples are off by about 0.08 of it at
@@ -51,10 +52,11 @@ struct resolve {
     struct lum_guide guide;
     struct lum_vertices vertices;
     bool exact;                            /* the present layer's light has a closed form */
+    uint32_t stale;                        /* of the present layer: bit y * SETS + x, by tile of the pattern */
     uint32_t same[LUM_RAY_BATCH];          /* by vertex: bit j is pixel j of the window; 0: not made yet */
     struct moments moments[BLOCK * BLOCK]; /* of the tile and its border; of the present layer */
     bool known[BLOCK * BLOCK];
-    uint8_t around[LUM_TILE_SIDE / LUM_SOFT_SIDE * LUM_TILE_SIDE / LUM_SOFT_SIDE]; /* lum_soft_around */
+    uint8_t around[SETS * SETS]; /* lum_soft_around */
     uint8_t
         says[LUM_TILE_PIXELS]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its surface or not */
 };
@@ -125,14 +127,13 @@ static uint8_t bits_of(struct lum_seen seen)
 static void look_around(struct resolve *v)
 {
     uint8_t row[BLOCK * BLOCK], mixed = 0;
-    uint32_t w = v->guide.w, h = v->guide.h, n_sets = LUM_TILE_SIDE / LUM_SOFT_SIDE;
-    for (uint32_t y = 0; y < v->r.h; y += LUM_SOFT_SIDE)
-        for (uint32_t x = 0; x < v->r.w; x += LUM_SOFT_SIDE) {
-            uint8_t bits = (uint8_t)lum_soft_around(&v->layer->soft, &v->sets, (v->r.x + x) / LUM_SOFT_SIDE,
-                                                    (v->r.y + y) / LUM_SOFT_SIDE);
-            v->around[y / LUM_SOFT_SIDE * n_sets + x / LUM_SOFT_SIDE] = bits;
-            mixed |= bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
-        }
+    uint32_t w = v->guide.w, h = v->guide.h, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE;
+    for (uint32_t left = v->stale; left; left &= left - 1) {
+        uint32_t set = (uint32_t)__builtin_ctz(left);
+        uint8_t bits = (uint8_t)lum_soft_around(&v->layer->soft, &v->sets, x0 + set % SETS, y0 + set / SETS);
+        v->around[set] = bits;
+        mixed |= bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
+    }
     memset(v->says, LUM_SOFT_LIT | LUM_SOFT_DARK, sizeof v->says);
     if (!mixed || v->r.x < BORDER || v->r.y < BORDER || v->r.x + v->r.w + BORDER > w || v->r.y + v->r.h + BORDER > h)
         return; /* beyond an edge of the picture others stand in */
@@ -152,12 +153,18 @@ static void look_around(struct resolve *v)
 }
 _Static_assert(WINDOW == 5, "look_around joins five");
 
+/* Which tile of the pattern pixel `slot` of the tile is in. */
+static uint32_t set_of(const struct resolve *v, uint32_t slot)
+{
+    return slot / v->r.w / LUM_SOFT_SIDE * SETS + slot % v->r.w / LUM_SOFT_SIDE;
+}
+
 /* LUM_SOFT_ bits: both, when the window has to be looked at. A pixel that asked nobody itself takes its neighbours'
  * word. */
 static uint32_t says_at(const struct resolve *v, uint32_t x, uint32_t y)
 {
     uint32_t dx = x - v->r.x, dy = y - v->r.y;
-    uint32_t around = v->around[dy / LUM_SOFT_SIDE * (LUM_TILE_SIDE / LUM_SOFT_SIDE) + dx / LUM_SOFT_SIDE];
+    uint32_t around = v->around[dy / LUM_SOFT_SIDE * SETS + dx / LUM_SOFT_SIDE];
     uint32_t says = v->says[dy * LUM_TILE_SIDE + dx];
     bool own = v->layer->soft.seen[(size_t)y * v->guide.w + x].traced;
     return around == (LUM_SOFT_LIT | LUM_SOFT_DARK) && says != 0 && own ? says : around;
@@ -345,15 +352,15 @@ static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32
     return lum_rgb_add(diffuse, gloss(v, i, pixel, share));
 }
 
-/* What the eye sees in the tile: the pixels that light can be summed at. */
-static void fill_vertices(struct resolve *v, uint32_t tile)
+/* What the eye sees in some tiles of the pattern: the pixels that light can be summed at. */
+static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
 {
     const struct lum_pass *pass = v->pass;
     const struct lum_snapshot *unit = &pass->layers->unit;
     v->vertices.n = 0;
     for (uint32_t i = 0; i < v->r.w * v->r.h; i++) {
         size_t pixel = (size_t)(v->r.y + i / v->r.w) * pass->tiling.w + v->r.x + i % v->r.w;
-        if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+        if (!(sets >> set_of(v, i) & 1) || !(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
             continue;
         if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR))) { /* matte: its albedo is all */
             v->vertices.bsdf[v->vertices.n] = (struct lum_bsdf){.diffuse = pass->surfaces->albedo[pixel]};
@@ -369,15 +376,62 @@ static void fill_vertices(struct resolve *v, uint32_t tile)
     }
 }
 
-/* Changes with every sample of the tile and of the border that its windows reach. */
-static uint16_t samples_around(const struct resolve *v)
+/* How many samples each tile of the pattern and the eight around it know, and 1: it changes with every sample that its
+ * windows reach. Returns those for which that is not what it was. */
+static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint16_t ret_samples[SETS * SETS])
 {
-    const struct lum_soft *soft = &v->layer->soft;
-    uint32_t sum = 1, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE, n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
-    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + n && y < v->sets.ny; y++)
-        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + n && x < v->sets.nx; x++)
-            sum += soft->tally[y * v->sets.nx + x].known;
-    return (uint16_t)sum;
+    uint32_t x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE, stale = 0;
+    uint32_t nx = v->sets.nx, ny = v->sets.ny;
+    uint16_t known[SETS + 2][SETS + 2] = {0}, row[SETS + 2][SETS];
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + SETS && y < ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + SETS && x < nx; x++)
+            known[y + 1 - y0][x + 1 - x0] = soft->tally[y * nx + x].known;
+    for (uint32_t j = 0; j < SETS + 2; j++)
+        for (uint32_t i = 0; i < SETS; i++)
+            row[j][i] = (uint16_t)(known[j][i] + known[j][i + 1] + known[j][i + 2]);
+    for (uint32_t j = 0; j < SETS && y0 + j < ny; j++)
+        for (uint32_t i = 0; i < SETS && x0 + i < nx; i++) {
+            uint16_t samples = (uint16_t)(1 + row[j][i] + row[j + 1][i] + row[j + 2][i]);
+            ret_samples[j * SETS + i] = samples;
+            stale |= (uint32_t)(soft->resolved[(y0 + j) * nx + x0 + i] != samples) << (j * SETS + i);
+        }
+    return stale;
+}
+_Static_assert(9 * LUM_SOFT_POINTS * LUM_SOFT_POINTS < UINT16_MAX, "sums of samples do not wrap");
+
+static uint32_t stale_in_any(const struct resolve *v)
+{
+    uint32_t stale = 0, a = 0;
+    uint16_t samples[SETS * SETS];
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(v->pass, &a));)
+        stale |= find_stale(v, &layer->soft, samples);
+    return stale;
+}
+
+static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t tile)
+{
+    const struct lum_pass *pass = v->pass;
+    uint16_t samples[SETS * SETS];
+    v->layer = layer;
+    v->exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
+    v->stale = find_stale(v, &layer->soft, samples);
+    if (!v->stale)
+        return;
+    memset(v->known, 0, sizeof v->known);
+    look_around(v);
+    struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
+    for (uint32_t slot = 0; slot < v->r.w * v->r.h; slot++)
+        if (v->stale >> set_of(v, slot) & 1)
+            direct[slot] = lum_grey(0.0f);
+    for (uint32_t i = 0; i < v->vertices.n && pass->settings->max_depth > 0; i++) {
+        uint32_t slot = v->vertices.slot[i];
+        if (v->stale >> set_of(v, slot) & 1)
+            direct[slot] = response(v, i, v->r.x + slot % v->r.w, v->r.y + slot / v->r.w);
+    }
+    for (uint32_t left = v->stale; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left), x = v->r.x / LUM_SOFT_SIDE + k % SETS;
+        layer->soft.resolved[(v->r.y / LUM_SOFT_SIDE + k / SETS) * v->sets.nx + x] = samples[k];
+    }
 }
 
 static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
@@ -387,34 +441,15 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     v.pass = pass;
     v.r = lum_tile_at(&pass->tiling, tile);
     v.sets = lum_soft_tiling(pass);
+    uint32_t stale = stale_in_any(&v), a = 0;
+    if (!stale)
+        return;
     v.guide = lum_components_guide(pass);
-    v.vertices.n = UINT32_MAX;
-    uint32_t a = 0;
-    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
-        v.layer = layer;
-        v.exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
-        uint16_t samples = samples_around(&v);
-        if (layer->soft.resolved[tile] == samples)
-            continue;
-        if (v.vertices.n == UINT32_MAX) {
-            fill_vertices(&v, tile);
-            memset(v.same, 0, sizeof v.same);
-        }
-        memset(v.known, 0, sizeof v.known);
-        look_around(&v);
-        struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
-        memset(direct, 0, LUM_TILE_PIXELS * sizeof *direct);
-        for (uint32_t i = 0; i < v.vertices.n && pass->settings->max_depth > 0; i++) {
-            uint32_t slot = v.vertices.slot[i];
-            direct[slot] = response(&v, i, v.r.x + slot % v.r.w, v.r.y + slot / v.r.w);
-        }
-        layer->soft.resolved[tile] = samples;
-    }
+    fill_vertices(&v, tile, stale);
+    memset(v.same, 0, sizeof v.same);
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
+        resolve_layer(&v, layer, tile);
 }
-_Static_assert((LUM_TILE_SIDE / LUM_SOFT_SIDE + 2) * (LUM_TILE_SIDE / LUM_SOFT_SIDE + 2) * LUM_SOFT_POINTS *
-                       LUM_SOFT_POINTS <
-                   UINT16_MAX,
-               "samples_around does not wrap");
 
 const struct lum_estimator lum_penumbra_resolve = {.name = "penumbra, resolve",
                                                    .stage = LUM_STAGE_FILTER,

@@ -25,7 +25,7 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
 {
     memset(s->open, 1, lum_soft_tiling(pass).n);
     memset(s->begun, 0, pass->packets.n);
-    memset(s->resolved, 0, pass->tiling.n * sizeof *s->resolved);
+    memset(s->resolved, 0, lum_soft_tiling(pass).n * sizeof *s->resolved);
 }
 
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt)
@@ -42,7 +42,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .goal = lum_calloc(n_sets, 1),
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
-        .resolved = lum_calloc(pass->tiling.n, sizeof *s.resolved),
+        .resolved = lum_calloc(n_sets, sizeof *s.resolved),
     };
     draw_points(&s, pass);
     *ret_soft = s;
@@ -91,20 +91,20 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
 _Static_assert(LUM_SWEPT_SIDE == LUM_SOFT_SIDE, "motion is found by tiles of the pattern");
 _Static_assert(LUM_TILE_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "which lie within others");
 
-/* Forgets tile (x, y) of the pattern, and what the tiles of the picture around made of it. */
+/* Forgets tile (x, y) of the pattern, and what those around made of it. */
 static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t x, uint32_t y)
 {
-    struct lum_tile_rect r = lum_tile_at(&pass->swept->squares, y * pass->swept->squares.nx + x);
+    const struct lum_tiling *sets = &pass->swept->squares;
+    struct lum_tile_rect r = lum_tile_at(sets, y * sets->nx + x);
     for (uint32_t j = r.y; j < r.y + r.h; j++)
         memset(s->seen + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->seen);
-    s->open[y * pass->swept->squares.nx + x] = 1;
+    s->open[y * sets->nx + x] = 1;
     uint8_t *begun = &s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE];
     if (*begun == LUM_SOFT_BEGUN)
         *begun = LUM_SOFT_TO_BEGIN;
-    const uint32_t n = LUM_TILE_SIDE / LUM_SOFT_SIDE;
-    for (uint32_t ty = (y > 0 ? y - 1 : 0) / n; ty <= (y + 1) / n && ty < pass->tiling.ny; ty++)
-        for (uint32_t tx = (x > 0 ? x - 1 : 0) / n; tx <= (x + 1) / n && tx < pass->tiling.nx; tx++)
-            s->resolved[ty * pass->tiling.nx + tx] = 0;
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
+            s->resolved[j * sets->nx + i] = 0;
 }
 
 uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass, const struct lum_bounds *bounds)

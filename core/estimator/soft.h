@@ -50,7 +50,8 @@ struct lum_soft {
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
-    uint16_t *resolved;           /* per tile: 1 + what the samples around added up to when direct was made; 0: it is stale */
+    uint16_t *resolved;           /* per tile of the pattern: 1 + how many samples were known around when direct was made; 0: it
+                                   * is stale */
 };
 
 /* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
