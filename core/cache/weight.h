@@ -40,7 +40,7 @@ static inline float lum_weight_hats(const struct lum_weighting *w, float per_rad
     struct lum_vec3 turn = lum_v3_sub(n, m);
     float near = 1.0f - per_radius * sqrtf(lum_dot(d, d)), alike = 1.0f - w->per_chord * sqrtf(lum_dot(turn, turn));
     float level = 1.0f - per_radius * (0.5f / LUM_HATS_STEP) * fabsf(lum_dot(d, lum_v3_add(n, m)));
-    return (near > 0.0f) & (alike > 0.0f) & (level > 0.0f) ? near * alike * level : 0.0f;
+    return lum_max(near, 0.0f) * lum_max(alike, 0.0f) * lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
 }
 
 /* Of one record at one point. */

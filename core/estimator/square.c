@@ -219,11 +219,10 @@ static inline void add_record(const struct lum_lookup *l, enum lum_metric metric
     const uint32_t from = g->from, n = (g->n + 15u) & ~15u;
     for (uint32_t i = 0; i < n; i++) {
         float weight = weigh(&w, metric, &at, per_radius, s, from + i);
-        bool begins = !(sums->weight[i] > 0.0f) & (weight > 0.0f);
         struct lum_vec3 d = {s->px[from + i] - at.p.x, s->py[from + i] - at.p.y, s->pz[from + i] - at.p.z};
         for (uint32_t c = 0; c < 3; c++) {
             float there = inclined ? extrapolate(value[c], gradient[c], d) : value[c];
-            float first = begins ? there : sums->first[c][i];
+            float first = sums->weight[i] > 0.0f ? sums->first[c][i] : there; /* where this one serves or not */
             sums->first[c][i] = first;
             sums->sum[c][i] += weight * (there - first);
         }
@@ -297,9 +296,12 @@ static void interpolate_group(const struct lum_lookup *l, const struct lum_candi
             add_any_record(l, c->records[k], g, &sums);
     for (uint32_t i = 0; i < g->n; i++) {
         float per_weight = sums.weight[i] > 0.0f ? 1.0f / sums.weight[i] : 0.0f;
-        ret_irradiance[i] = lum_rgb(lum_max(sums.first[0][i] + sums.sum[0][i] * per_weight, 0.0f),
-                                    lum_max(sums.first[1][i] + sums.sum[1][i] * per_weight, 0.0f),
-                                    lum_max(sums.first[2][i] + sums.sum[2][i] * per_weight, 0.0f));
+        struct lum_rgb sum = {sums.first[0][i] + sums.sum[0][i] * per_weight,
+                              sums.first[1][i] + sums.sum[1][i] * per_weight,
+                              sums.first[2][i] + sums.sum[2][i] * per_weight};
+        ret_irradiance[i] = per_weight > 0.0f
+                                ? lum_rgb(lum_max(sum.r, 0.0f), lum_max(sum.g, 0.0f), lum_max(sum.b, 0.0f))
+                                : lum_grey(0.0f);
     }
 }
 
