@@ -5,7 +5,7 @@
 
 #include "tests/bench/reference.h"
 
-enum { INSTANT_SCENES = 12, INSTANT_ROUNDS = 10, INSTANT_POSES = 100, INSTANT_POINTS = 6 };
+enum { INSTANT_SCENES = 12, INSTANT_ROUNDS = 5, INSTANT_POSES = 100, INSTANT_POINTS = 6 };
 
 enum instant_method { INSTANT_RT, INSTANT_IGI, INSTANT_IC, INSTANT_TIC, INSTANT_LIVE, INSTANT_METHODS };
 extern const char *const instant_methods[INSTANT_METHODS]; /* as lum_method_find knows them */

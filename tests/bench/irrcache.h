@@ -14,7 +14,7 @@ struct lum_cache;
 struct lum_caches;
 struct lum_view_settings;
 
-enum { IRR_SCENES = 5, IRR_ROUNDS = 10, IRR_ANIMATIONS = 2, IRR_FRAMES = 100, IRR_TURNS = 3 };
+enum { IRR_SCENES = 5, IRR_ROUNDS = 5, IRR_ANIMATIONS = 2, IRR_FRAMES = 100, IRR_TURNS = 3 };
 
 /* As the thesis calls them; in the order of enum lum_storage. */
 enum irr_storage { IRR_TRA, IRR_LCK, IRR_LW, IRR_WF, IRR_STORAGES };
