@@ -43,6 +43,8 @@
 #define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
 #define LUM_LIMIT_DEPTH 64u
 
+#define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
+
 /* ---- network ---- */
 #define LUM_LIMIT_SESSIONS 64u           /* that said hello */
 #define LUM_LIMIT_CONNECTIONS 256u       /* TCP: a browser opens six for the page beside its session */

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/limits.h"
 #include "server/apply.h"
 
 enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const struct lum_log *log, struct lum_error *err)
@@ -15,6 +16,8 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const stru
         st = lum_device_create(lum_pool_size(w->pool), NULL, &w->device, err);
     if (!st)
         st = lum_caches_create(lum_pool_size(w->pool), &w->caches, err);
+    if (!st)
+        lum_caches_set_limit(w->caches, LUM_LIMIT_CACHES_BYTES);
     if (!st)
         st = lum_scene_create(w->device, &w->scene, err);
     if (!st && !(w->doc = lum_document_create()))

@@ -7,14 +7,16 @@
 struct entry {
     struct lum_cache cache; /* first: what callers have is the address of both */
     struct entry *next;
-    uint32_t n_workers, n_users;
-    uint64_t used; /* greater: released later */
+    struct lum_caches *owner;
+    uint32_t n_users;
+    uint64_t used; /* greater: used later */
 };
 
 struct lum_caches {
     struct entry *entries;
     uint32_t n_workers;
-    uint64_t n_released;
+    uint64_t n_used;
+    struct lum_budget budget;
 };
 
 static struct entry *entry_of(struct lum_cache *cache)
@@ -65,7 +67,8 @@ static enum lum_status make_store(struct lum_cache *cache, struct lum_error *err
         .storage = cache->key.storage,
         .lo = lum_v3(-LUM_SCENE_REACH, -LUM_SCENE_REACH, -LUM_SCENE_REACH), /* objects come, and the store stays */
         .hi = lum_v3(LUM_SCENE_REACH, LUM_SCENE_REACH, LUM_SCENE_REACH),
-        .n_workers = entry_of(cache)->n_workers,
+        .n_workers = entry_of(cache)->owner->n_workers,
+        .budget = &entry_of(cache)->owner->budget,
         .record_bytes = cache->key.kind->record_bytes(lum_vpl_slots(cache->key.n_vpls, cache->key.n_sky)),
     };
     /* alike with and without a sky: what its records alone need is all that it costs */
@@ -122,6 +125,7 @@ static void tell_kind(struct lum_cache *cache, const struct lum_cache_update *u)
 
 enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *u, struct lum_error *err)
 {
+    entry_of(cache)->used = ++entry_of(cache)->owner->n_used;
     bool current = is_current(cache, u->snapshot);
     enum lum_status status = cache->store ? LUM_OK : make_store(cache, err);
     if (status == LUM_OK && cache->key.kind->vpls)
@@ -145,6 +149,7 @@ enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_ca
     if (!caches)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the irradiance caches");
     caches->n_workers = n_workers;
+    caches->budget.limit = SIZE_MAX;
     *ret_caches = caches;
     return LUM_OK;
 }
@@ -160,6 +165,11 @@ void lum_caches_destroy(struct lum_caches *caches)
     lum_free(caches);
 }
 
+void lum_caches_set_limit(struct lum_caches *caches, size_t bytes)
+{
+    caches->budget.limit = bytes;
+}
+
 void lum_caches_forget(struct lum_caches *caches)
 {
     for (struct entry *e = caches->entries; e; e = e->next) {
@@ -171,7 +181,7 @@ void lum_caches_forget(struct lum_caches *caches)
 
 void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size *ret_size)
 {
-    *ret_size = (struct lum_caches_size){0};
+    *ret_size = (struct lum_caches_size){.record_bytes = atomic_load(&caches->budget.used)};
     for (const struct entry *e = caches->entries; e; e = e->next) {
         struct lum_store_stats stats;
         if (!e->cache.store)
@@ -199,7 +209,7 @@ enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_ca
         if (!e)
             return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for an irradiance cache");
         e->cache.key = *key;
-        e->n_workers = caches->n_workers;
+        e->owner = caches;
         e->next = caches->entries;
         caches->entries = e;
     }
@@ -208,8 +218,8 @@ enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_ca
     return LUM_OK;
 }
 
-/* Frees the idle cache that was used longest ago, if there are too many. */
-static void drop_one_idle(struct lum_caches *caches)
+/* Frees the idle cache that was used longest ago, if there are more than `most`. */
+static bool drop_one_idle(struct lum_caches *caches, uint32_t most)
 {
     struct entry **oldest = NULL;
     uint32_t n_idle = 0;
@@ -220,11 +230,12 @@ static void drop_one_idle(struct lum_caches *caches)
         if (!oldest || (*at)->used < (*oldest)->used)
             oldest = at;
     }
-    if (n_idle <= LUM_CACHES_IDLE)
-        return;
+    if (n_idle <= most)
+        return false;
     struct entry *e = *oldest;
     *oldest = e->next;
     destroy_entry(e);
+    return true;
 }
 
 void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache)
@@ -232,6 +243,36 @@ void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache)
     if (!cache)
         return;
     entry_of(cache)->n_users--;
-    entry_of(cache)->used = ++caches->n_released;
-    drop_one_idle(caches);
+    entry_of(cache)->used = ++caches->n_used;
+    drop_one_idle(caches, LUM_CACHES_IDLE);
+}
+
+/* ---- when memory is used up ---- */
+
+/* The cache, of another view, that was used longest ago begins anew, without its memory. False: none has any. */
+static bool empty_another(struct lum_caches *caches, const struct lum_cache *but)
+{
+    struct entry *oldest = NULL;
+    for (struct entry *e = caches->entries; e; e = e->next)
+        if (&e->cache != but && e->cache.store && (!oldest || e->used < oldest->used))
+            oldest = e;
+    if (!oldest)
+        return false;
+    lum_cache_clear(&oldest->cache);
+    lum_store_destroy(oldest->cache.store);
+    oldest->cache.store = NULL; /* its next update makes another */
+    take_snapshot(&oldest->cache, NULL);
+    return true;
+}
+
+bool lum_cache_make_room(struct lum_cache *cache, bool *inout_cleared)
+{
+    struct lum_caches *caches = entry_of(cache)->owner;
+    bool is_short = atomic_exchange(&caches->budget.refused, false);
+    if (is_short && drop_one_idle(caches, 0))
+        return true;
+    bool again = !*inout_cleared || (is_short && empty_another(caches, cache));
+    lum_cache_clear(cache); /* it holds mostly what nobody looks at any more, or half a picture */
+    *inout_cleared = true;
+    return again;
 }

@@ -118,6 +118,10 @@ LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const str
 /* All records are gone, and what the kind keeps for them. Thread: as lum_cache_update. */
 void lum_cache_clear(struct lum_cache *cache);
 
+/* A store had no room. True: something gave way, so that it is worth another try; from a try to the next inout_cleared tells what
+ * was done, and is false at first. Thread: as lum_cache_update. */
+bool lum_cache_make_room(struct lum_cache *cache, bool *inout_cleared);
+
 /* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
  * front of or behind the point's surface (Ward 1988, algorithms A2). */
 float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,

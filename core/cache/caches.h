@@ -15,12 +15,17 @@ struct lum_caches;
 /* n_workers: of the pools whose views use it. Thread: the director's alone, but for the workers of a pass. */
 LUM_MUST_USE enum lum_status lum_caches_create(uint32_t n_workers, struct lum_caches **ret_caches, struct lum_error *err);
 void lum_caches_destroy(struct lum_caches *caches); /* accepts NULL; all views that share it are gone */
+/* Bytes that the records of all of them may take together; without it, as many as there is memory for. Beyond, those give way that
+ * no view holds, the one used last last; then the cache that needs more begins anew; then those of other views do. So every
+ * picture is complete, as long as the limit has room for the records of any one. */
+void lum_caches_set_limit(struct lum_caches *caches, size_t bytes);
 /* Makes all of them as new, but for the memory they have: for timing. */
 void lum_caches_forget(struct lum_caches *caches);
 
 struct lum_caches_size {
     uint64_t records;
-    size_t bytes; /* of the stores: records, and what finds them */
+    size_t bytes;        /* of the stores: records, and what finds them */
+    size_t record_bytes; /* of these, what counts towards the limit */
 };
 /* Of all of them together. */
 void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size *ret_size);

@@ -1,9 +1,10 @@
 #include "core/cache/slab.h"
 
-bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity)
+bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity, struct lum_budget *budget)
 {
     uint32_t n_chunks = (capacity + LUM_SLAB_CHUNK - 1) / LUM_SLAB_CHUNK;
-    *slab = (struct lum_slab){.record_bytes = record_bytes, .capacity = capacity, .n_chunks = n_chunks};
+    *slab =
+        (struct lum_slab){.record_bytes = record_bytes, .budget = budget, .capacity = capacity, .n_chunks = n_chunks};
     slab->chunks = lum_calloc(n_chunks, sizeof *slab->chunks);
     slab->free = lum_calloc(n_chunks, sizeof *slab->free);
     if (!slab->chunks || !slab->free)
@@ -16,10 +17,38 @@ bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity
     return true;
 }
 
+static size_t chunk_bytes(const struct lum_slab *slab)
+{
+    return sizeof(struct lum_slab_chunk) + LUM_SLAB_CHUNK * slab->record_bytes;
+}
+
+static void give_back(struct lum_slab *slab)
+{
+    if (slab->budget)
+        atomic_fetch_sub_explicit(&slab->budget->used, chunk_bytes(slab), memory_order_relaxed);
+}
+
+/* Counts a chunk more. Two that ask at once may both be refused where there is room for one. */
+static bool may_grow(struct lum_slab *slab)
+{
+    struct lum_budget *b = slab->budget;
+    if (!b)
+        return true;
+    size_t bytes = chunk_bytes(slab), used = atomic_fetch_add_explicit(&b->used, bytes, memory_order_relaxed);
+    if (used <= b->limit && bytes <= b->limit - used)
+        return true;
+    give_back(slab);
+    atomic_store_explicit(&b->refused, true, memory_order_relaxed);
+    return false;
+}
+
 void lum_slab_finish(struct lum_slab *slab)
 {
-    for (uint32_t c = 0; slab->chunks && c < slab->n_chunks; c++)
+    for (uint32_t c = 0; slab->chunks && c < slab->n_chunks; c++) {
+        if (slab->chunks[c])
+            give_back(slab);
         lum_free(slab->chunks[c]);
+    }
     lum_free(slab->free);
     lum_free(slab->chunks);
 }
@@ -30,15 +59,21 @@ static bool chunk_has_memory(struct lum_slab *slab, uint32_t c)
     struct lum_slab_chunk *old = atomic_load_explicit(&slab->chunks[c], memory_order_acquire);
     if (old)
         return true;
-    size_t bytes = sizeof(struct lum_slab_chunk) + LUM_SLAB_CHUNK * slab->record_bytes;
+    size_t bytes = chunk_bytes(slab);
+    if (!may_grow(slab))
+        return atomic_load_explicit(&slab->chunks[c], memory_order_acquire) != NULL; /* another's was the last */
     struct lum_slab_chunk *fresh = lum_calloc(1, bytes);
-    if (!fresh)
+    if (!fresh) {
+        give_back(slab);
         return false;
+    }
     if (atomic_compare_exchange_strong_explicit(&slab->chunks[c], &old, fresh, memory_order_acq_rel,
                                                 memory_order_acquire))
         atomic_fetch_add_explicit(&slab->bytes, bytes, memory_order_relaxed);
-    else
+    else {
+        give_back(slab);
         lum_free(fresh);
+    }
     return true;
 }
 

@@ -31,6 +31,7 @@ struct lum_slab_chunk {
 
 struct lum_slab {
     size_t record_bytes;
+    struct lum_budget *budget; /* NULL: none */
     uint32_t capacity, n_chunks;
     _Atomic(struct lum_slab_chunk *) *chunks; /* NULL: no memory yet */
     _Atomic uint64_t *free;                   /* bit i of word c: record 64 c + i is */
@@ -39,8 +40,8 @@ struct lum_slab {
     _Atomic size_t bytes;
 };
 
-/* False: memory is short; finish it all the same. */
-LUM_MUST_USE bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity);
+/* budget: may be NULL. False: memory is short; finish it all the same. */
+LUM_MUST_USE bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity, struct lum_budget *budget);
 void lum_slab_finish(struct lum_slab *slab); /* accepts a zeroed one */
 
 /* A record that is nobody else's, as it was left. chunk: the worker's own, LUM_SLAB_NONE at first. NULL: all are taken, or

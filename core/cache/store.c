@@ -126,7 +126,7 @@ enum lum_status lum_store_create(const struct lum_store_config *config, struct l
     s->cell = lum_octree_root_cell(config->lo, config->hi);
     for (uint32_t w = 0; w < s->n_workers; w++)
         s->workers[w].chunk = s->workers[w].removed = LUM_SLAB_NONE;
-    if (!lum_slab_init(&s->slab, config->record_bytes, config->capacity) ||
+    if (!lum_slab_init(&s->slab, config->record_bytes, config->capacity, config->budget) ||
         !(s->root = lum_octree_node_new(&s->arena))) {
         lum_store_destroy(s);
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a cache of %u records", config->capacity);

@@ -38,12 +38,20 @@ struct lum_cache_record {
 
 struct lum_store;
 
+/* Memory that the records of several stores may take together. */
+struct lum_budget {
+    size_t limit;
+    _Atomic size_t used;
+    _Atomic bool refused; /* a store asked for more; whoever deals with it takes it back */
+};
+
 struct lum_store_config {
     enum lum_storage storage;
     struct lum_vec3 lo, hi; /* box of the scene; points outside are found all the same, only less quickly */
     uint32_t n_workers;     /* workers 0 .. n_workers - 1 may use it at once; 1 .. LUM_STORE_WORKERS_MAX */
     size_t record_bytes;    /* sizeof the owner's struct, a multiple of 8 */
     uint32_t capacity;      /* records at most, 1 .. LUM_STORE_MAX */
+    struct lum_budget *budget; /* borrowed; NULL: none. Where it is used up, memory is short */
 };
 #define LUM_STORE_MAX (1u << 22)
 #define LUM_STORE_WORKERS_MAX 1024u

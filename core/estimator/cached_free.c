@@ -121,7 +121,7 @@ static enum lum_status run_tiles(struct free_run *run, const struct lum_stage_ru
     return status == LUM_OK && is_cancelled(run) ? LUM_ERR_CANCELLED : status;
 }
 
-/* A store that is full holds mostly what nobody looks at any more: it begins anew. */
+/* While there is no room, others give way, or what the cache holds. */
 static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_stage_runner *runner,
                                   struct lum_error *err)
 {
@@ -129,14 +129,14 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
     struct free_run run = {pass, records->cache, runner->cancel};
     struct lum_store *store = run.cache->store;
     uint64_t created = atomic_load(&run.cache->created), discarded = atomic_load(&run.cache->discarded);
+    uint64_t removed = atomic_load(&run.cache->removed);
+    bool cleared = false;
     enum lum_status status = run_tiles(&run, runner);
-    if (status == LUM_OK && !is_done(pass)) {
-        records->counts.removed += lum_store_count(store);
-        lum_cache_clear(run.cache);
+    while (status == LUM_OK && !is_done(pass) && lum_cache_make_room(run.cache, &cleared))
         status = run_tiles(&run, runner);
-        if (status == LUM_OK && !is_done(pass))
-            status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
-    }
+    if (status == LUM_OK && !is_done(pass))
+        status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
+    records->counts.removed += atomic_load(&run.cache->removed) - removed;
     enum lum_status end = lum_store_end_frame(store, status == LUM_OK ? err : NULL);
     records->counts.records = lum_store_count(store);
     records->counts.created += atomic_load(&run.cache->created) - created;

@@ -412,12 +412,12 @@ static void remember(struct run *run)
     (void)reserve_found(m, lum_store_limit(run->cache->store)); /* now, and not in the frames that follow */
 }
 
-/* A cache that is full holds mostly what nobody looks at any more: it begins anew. */
+/* While there is no room, others give way, or what the cache holds. */
 static enum lum_status run_twice(struct run *run, struct lum_error *err)
 {
+    bool cleared = false;
     enum lum_status status = make_rounds(run, err);
-    if (status == LUM_OK && run->full) {
-        lum_cache_clear(run->cache);
+    while (status == LUM_OK && run->full && lum_cache_make_room(run->cache, &cleared)) {
         run->counts->reused = 0;
         status = make_rounds(run, err);
     }
