@@ -205,17 +205,31 @@ static float likeness(const struct lum_filter *f, size_t at, size_t site)
     return same * lum_max(cosine, 0.0f);
 }
 
-static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t y)
+/* The samples around pixel (x, y), along one axis: from `at / step` up to this. */
+static uint32_t last_site(uint32_t at, uint32_t step, uint32_t low_size)
+{
+    uint32_t last = (at + step - 1) / step;
+    return last < low_size ? last : low_size - 1;
+}
+
+/* Bilinear weight of sample (i, j) for pixel (x, y), times its likeness. */
+static float site_weight(const struct lum_filter *f, uint32_t x, uint32_t y, uint32_t i, uint32_t j)
 {
     const struct lum_guide *g = f->guide;
-    uint32_t step = f->step, low_w = lum_filter_size(g->w, step), low_h = lum_filter_size(g->h, step);
-    uint32_t right = (x + step - 1) / step, below = (y + step - 1) / step;
-    size_t at = (size_t)y * g->w + x;
+    float per_step = 1.0f / (float)f->step;
+    float dx = fabsf((float)x * per_step - (float)i), dy = fabsf((float)y * per_step - (float)j);
+    size_t at = (size_t)y * g->w + x, site = (size_t)j * f->step * g->w + (size_t)i * f->step;
+    return (1.0f - dx) * (1.0f - dy) * likeness(f, at, site);
+}
+
+static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t y)
+{
+    uint32_t right = last_site(x, f->step, lum_filter_size(f->guide->w, f->step));
+    uint32_t below = last_site(y, f->step, lum_filter_size(f->guide->h, f->step));
     struct sites sites = {.n = 0};
-    for (uint32_t j = y / step; j <= below && j < low_h; j++)
-        for (uint32_t i = x / step; i <= right && i < low_w; i++) {
-            float dx = fabsf((float)x / (float)step - (float)i), dy = fabsf((float)y / (float)step - (float)j);
-            float weight = (1.0f - dx) * (1.0f - dy) * likeness(f, at, (size_t)j * step * g->w + (size_t)i * step);
+    for (uint32_t j = y / f->step; j <= below; j++)
+        for (uint32_t i = x / f->step; i <= right; i++) {
+            float weight = site_weight(f, x, y, i, j);
             if (!(weight > 0.0f))
                 continue;
             sites.x[sites.n] = i;
@@ -227,7 +241,13 @@ static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t 
 
 bool lum_upsample_serves(const struct lum_filter *f, uint32_t x, uint32_t y)
 {
-    return find_sites(f, x, y).n > 0;
+    uint32_t right = last_site(x, f->step, lum_filter_size(f->guide->w, f->step));
+    uint32_t below = last_site(y, f->step, lum_filter_size(f->guide->h, f->step));
+    for (uint32_t j = y / f->step; j <= below; j++)
+        for (uint32_t i = x / f->step; i <= right; i++)
+            if (site_weight(f, x, y, i, j) > 0.0f)
+                return true;
+    return false;
 }
 
 #define LOW_MAX (LUM_PACKET_SIDE / 2 + 1) /* samples that a packet lies between, a side */
