@@ -113,6 +113,7 @@ static void find_stale(const struct lum_pass *pass, uint32_t tile, bool stale[LU
 {
     const struct lum_swept *swept = pass->swept;
     const struct lum_gloss_tile *kept = &pass->components->gloss[tile];
+    const struct lum_bounds all = lum_motion_bounds(&swept->motion);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = (r.x + i % r.w) / LUM_SWEPT_SIDE, y = (r.y + i / r.w) / LUM_SWEPT_SIDE;
@@ -120,7 +121,8 @@ static void find_stale(const struct lum_pass *pass, uint32_t tile, bool stale[LU
     }
     for (uint32_t k = 0; k < kept->n_segments; k++) {
         const struct lum_path_segment *s = &kept->segments[k];
-        stale[s->slot] = stale[s->slot] || lum_motion_meets(&swept->motion, s->from, s->to);
+        stale[s->slot] = stale[s->slot] ||
+                         (lum_bounds_meet(&all, s->from, s->to) && lum_motion_meets(&swept->motion, s->from, s->to));
     }
 }
 

@@ -51,6 +51,7 @@ static bool same_object(const struct lum_snapshot *a, uint32_t i, const struct l
            lum_material_same_alpha(&a->materials[x->material], &b->materials[y->material]);
 }
 
+/* NOWHERE grows nothing. */
 static struct lum_bounds box_around(struct lum_vec3 lo, struct lum_vec3 hi, struct lum_vec3 lo2, struct lum_vec3 hi2)
 {
     return (struct lum_bounds){lum_v3(lum_min(lo.x, lo2.x), lum_min(lo.y, lo2.y), lum_min(lo.z, lo2.z)),
@@ -64,7 +65,7 @@ static float area_of(struct lum_vec3 lo, struct lum_vec3 hi)
     return lo.x <= hi.x ? d.x * d.y + d.y * d.z + d.z * d.x : 0.0f;
 }
 
-/* Two movers as one; NOWHERE grows nothing. */
+/* Two movers as one. */
 static struct lum_mover merged(const struct lum_mover *a, const struct lum_mover *b)
 {
     struct lum_bounds before = box_around(a->old_lo, a->old_hi, b->old_lo, b->old_hi);
@@ -208,6 +209,22 @@ bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct
             return true;
     }
     return motion->everything;
+}
+
+struct lum_bounds lum_motion_bounds(const struct lum_motion *motion)
+{
+    struct lum_bounds all = NOWHERE;
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        all = box_around(all.lo, all.hi, m->old_lo, m->old_hi);
+        all = box_around(all.lo, all.hi, m->new_lo, m->new_hi);
+    }
+    return all;
+}
+
+bool lum_bounds_meet(const struct lum_bounds *box, struct lum_vec3 a, struct lum_vec3 b)
+{
+    return segment_meets(lum_v3_mul(lum_v3_add(a, b), 0.5f), lum_v3_mul(lum_v3_sub(b, a), 0.5f), box->lo, box->hi);
 }
 
 bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)

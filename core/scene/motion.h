@@ -44,6 +44,9 @@ bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct
 
 /* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
+/* The box around all of these, which few segments meet that meet none of them; and whether one does. */
+struct lum_bounds lum_motion_bounds(const struct lum_motion *motion);
+bool lum_bounds_meet(const struct lum_bounds *box, struct lum_vec3 a, struct lum_vec3 b);
 /* The same of all segments that begin in one box and end in another. Neither is empty. */
 bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b);
 /* The same, of the boxes where something was alone. */
