@@ -198,6 +198,7 @@ static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_ti
             struct lum_soft_tally sum = {0};
             for (uint32_t i = 0; i < t.w * t.h; i++) {
                 struct lum_seen seen = s->seen[(size_t)(t.y + i / t.w) * pass->tiling.w + t.x + i % t.w];
+                sum.print = lum_soft_print(sum.print, seen);
                 sum.known += (uint16_t)__builtin_popcount(seen.traced | seen.visible);
                 sum.traced += (uint16_t)__builtin_popcount(seen.traced);
                 sum.visible += (uint16_t)__builtin_popcount(seen.traced & seen.visible);

@@ -376,45 +376,50 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
     }
 }
 
-/* How many samples each tile of the pattern and the eight around it know, and 1: it changes with every sample that its
- * windows reach. Returns those for which that is not what it was. */
-static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint16_t ret_samples[SETS * SETS])
+/* Hash of what a row or column of three tiles of the pattern knows. */
+static uint64_t join(uint64_t a, uint64_t b, uint64_t c)
+{
+    return a * 0xd6e8feb86659fd93u + b * 0xa0761d6478bd642fu + c * 0xe7037ed1a0b428dbu;
+}
+
+/* Hashes of what each tile of the pattern and the eight around it know: all that its windows reach. Returns those for
+ * which that is not what it was. */
+static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint64_t ret_known[SETS * SETS])
 {
     uint32_t x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE, stale = 0;
     uint32_t nx = v->sets.nx, ny = v->sets.ny;
-    uint16_t known[SETS + 2][SETS + 2] = {0}, row[SETS + 2][SETS];
+    uint64_t print[SETS + 2][SETS + 2] = {0}, row[SETS + 2][SETS];
     for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + SETS && y < ny; y++)
         for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + SETS && x < nx; x++)
-            known[y + 1 - y0][x + 1 - x0] = soft->tally[y * nx + x].known;
+            print[y + 1 - y0][x + 1 - x0] = soft->tally[y * nx + x].print;
     for (uint32_t j = 0; j < SETS + 2; j++)
         for (uint32_t i = 0; i < SETS; i++)
-            row[j][i] = (uint16_t)(known[j][i] + known[j][i + 1] + known[j][i + 2]);
+            row[j][i] = join(print[j][i], print[j][i + 1], print[j][i + 2]);
     for (uint32_t j = 0; j < SETS && y0 + j < ny; j++)
         for (uint32_t i = 0; i < SETS && x0 + i < nx; i++) {
-            uint16_t samples = (uint16_t)(1 + row[j][i] + row[j + 1][i] + row[j + 2][i]);
-            ret_samples[j * SETS + i] = samples;
-            stale |= (uint32_t)(soft->resolved[(y0 + j) * nx + x0 + i] != samples) << (j * SETS + i);
+            uint64_t known = join(row[j][i], row[j + 1][i], row[j + 2][i]) | 1u; /* never 0 */
+            ret_known[j * SETS + i] = known;
+            stale |= (uint32_t)(soft->resolved[(y0 + j) * nx + x0 + i] != known) << (j * SETS + i);
         }
     return stale;
 }
-_Static_assert(9 * LUM_SOFT_POINTS * LUM_SOFT_POINTS < UINT16_MAX, "sums of samples do not wrap");
 
 static uint32_t stale_in_any(const struct resolve *v)
 {
     uint32_t stale = 0, a = 0;
-    uint16_t samples[SETS * SETS];
+    uint64_t known[SETS * SETS];
     for (struct lum_layer *layer; (layer = lum_penumbra_next(v->pass, &a));)
-        stale |= find_stale(v, &layer->soft, samples);
+        stale |= find_stale(v, &layer->soft, known);
     return stale;
 }
 
 static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t tile)
 {
     const struct lum_pass *pass = v->pass;
-    uint16_t samples[SETS * SETS];
+    uint64_t known[SETS * SETS];
     v->layer = layer;
     v->exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
-    v->stale = find_stale(v, &layer->soft, samples);
+    v->stale = find_stale(v, &layer->soft, known);
     if (!v->stale)
         return;
     memset(v->known, 0, sizeof v->known);
@@ -430,7 +435,7 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
     }
     for (uint32_t left = v->stale; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left), x = v->r.x / LUM_SOFT_SIDE + k % SETS;
-        layer->soft.resolved[(v->r.y / LUM_SOFT_SIDE + k / SETS) * v->sets.nx + x] = samples[k];
+        layer->soft.resolved[(v->r.y / LUM_SOFT_SIDE + k / SETS) * v->sets.nx + x] = known[k];
     }
 }
 

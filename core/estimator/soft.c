@@ -91,7 +91,8 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
 _Static_assert(LUM_SWEPT_SIDE == LUM_SOFT_SIDE, "motion is found by tiles of the pattern");
 _Static_assert(LUM_TILE_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "which lie within others");
 
-/* Forgets tile (x, y) of the pattern, and what those around made of it. */
+/* Forgets tile (x, y) of the pattern; and what those around made of it, unless its surfaces are what they were: then
+ * that holds as long as who sees the light turns out the same. */
 static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t x, uint32_t y)
 {
     const struct lum_tiling *sets = &pass->swept->squares;
@@ -102,6 +103,8 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
     uint8_t *begun = &s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE];
     if (*begun == LUM_SOFT_BEGUN)
         *begun = LUM_SOFT_TO_BEGIN;
+    if (!pass->swept->changed[y * sets->nx + x])
+        return;
     for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
         for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
             s->resolved[j * sets->nx + i] = 0;

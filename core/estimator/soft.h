@@ -23,6 +23,7 @@ struct lum_seen {
 /* Sums over the pixels of a tile of the pattern. */
 struct lum_soft_tally {
     uint16_t known, traced, visible;
+    uint64_t print; /* hash of what each of them knows */
 };
 
 /* What the samples of a tile of the pattern, and of the eight around it, say. */
@@ -50,8 +51,7 @@ struct lum_soft {
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
-    uint16_t *resolved;           /* per tile of the pattern: 1 + how many samples were known around when direct was made; 0: it
-                                   * is stale */
+    uint64_t *resolved;           /* per tile of the pattern: hash of what was known around when direct was made; 0: it is stale */
 };
 
 /* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
@@ -67,6 +67,13 @@ uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass,
 /* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided anew. */
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */
+
+/* Hash of one pixel more. */
+static inline uint64_t lum_soft_print(uint64_t print, struct lum_seen seen)
+{
+    print = (print ^ ((uint32_t)seen.traced << 16 | seen.visible)) * 0x9e3779b97f4a7c15u;
+    return print ^ print >> 32;
+}
 
 /* LUM_SOFT_ bits of tile (x, y) of the pattern and of its neighbours. 0: no sample could contribute. */
 uint32_t lum_soft_around(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y);
