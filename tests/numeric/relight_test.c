@@ -1,5 +1,6 @@
 /* Lights of `live` that are dimmed, recoloured and switched trace no ray: not on matte surfaces, not by way of glossy
- * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more. */
+ * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more; of glossy
+ * paths those are traced anew that something which moved has met. */
 #include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
 
@@ -280,6 +281,30 @@ static void dimmed_fog_keeps_its_points(void **state)
     }
 }
 
+/* A pebble flies past the crate: most of the crate's paths do not meet it, and light changes only where its own shadow
+ * falls. */
+static void a_move_leaves_other_paths_alone(void **state)
+{
+    (void)state;
+    for (int fog = 0; fog < 2; fog++) {
+        struct rig r;
+        room(&r, fog);
+        rig_box(&r, "pebble", 0.1, 0.1, 0.1);
+        rig_object(&r, "pebble", "pebble", "brushed", rig_v(-0.6, 1, 0));
+        rig_commit(&r);
+        uint64_t all = rig_pass(&r).rays[LUM_RAY_GLOSSY];
+        for (int k = 1; k < 5; k++) {
+            rig_object(&r, "pebble", "pebble", "brushed", rig_v(-0.6 + 0.1 * k, 1, 0));
+            rig_commit(&r);
+            uint64_t n = rig_pass(&r).rays[LUM_RAY_GLOSSY];
+            if (n == 0 || n > all / 2)
+                fail_msg("%d steps: %llu of %llu paths", k, (unsigned long long)n, (unsigned long long)all);
+            rig_assert_as_fresh(&r, "a step");
+        }
+        rig_end(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -289,6 +314,7 @@ int main(void)
         cmocka_unit_test(a_crowd_in_fog_is_traced_anew),
         cmocka_unit_test(surfaces_repainted_are_as_new),
         cmocka_unit_test(dimmed_fog_keeps_its_points),
+        cmocka_unit_test(a_move_leaves_other_paths_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
