@@ -89,6 +89,7 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
         .pool = u->pool,
         .counters = u->counters,
         .n_sky = cache->key.n_sky,
+        .tries = cache->key.kind->tries,
     };
     enum lum_status status = lum_vpl_update(&cache->vpls, &request, err);
     if (status == LUM_OK)

@@ -48,6 +48,7 @@ struct lum_cache_kind {
     enum lum_metric metric;
     bool vpls;     /* sums virtual point lights */
     bool sky;      /* and takes the diffuse light of an even sky with them */
+    uint32_t tries; /* of struct lum_vpl_request */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */

@@ -39,6 +39,10 @@
 /* A record whose surroundings moved is let go when they are nearer, or further, than it was made for by this factor. */
 #define PROXIMITY_CHANGE 1.5f
 
+/* Paths for each VPL. SMAPE against path tracing with 1 and with 8 (three draws of 256 VPLs): office 0.262 and 0.191,
+ * sponza 0.213 and 0.140, cornell 0.032 and 0.027, sibenik 0.222 and 0.218. */
+#define TRIES 8u
+
 struct live_record {
     struct lum_cache_record base;
     float proximity; /* of lum_proximity */
@@ -319,6 +323,7 @@ const struct lum_cache_kind lum_cache_live = {
     .metric = LUM_METRIC_HATS,
     .vpls = true,
     .sky = true,
+    .tries = TRIES,
     .lasting = true,
     .record_bytes = record_bytes,
     .build = build,

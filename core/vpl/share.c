@@ -136,7 +136,8 @@ static uint32_t slots_of(const struct lum_vpl_plan *plan, uint32_t level, const 
 
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
 {
-    struct lum_vpl_plan plan = {.shares = set->shares, .n_shares = set->n_shares, .seed = set->seed};
+    struct lum_vpl_plan plan = {
+        .shares = set->shares, .n_shares = set->n_shares, .seed = set->seed, .tries = set->tries, .n = set->n_bounced};
     make_levels(&plan, set->n_bounced, set->max_bounces);
     for (uint32_t i = 0; i < set->n_shares; i++) {
         uint32_t most = 0;
@@ -145,7 +146,7 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
             most = n > most ? n : most;
         }
         set->shares[i].first_path = plan.n_paths;
-        plan.n_paths += most;
+        plan.n_paths += most * plan.tries;
     }
     *ret_plan = plan;
 }
@@ -173,12 +174,18 @@ void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t
     const struct lum_vpl_share *share = &plan->shares[lo];
     uint32_t last = 0, number = index - share->first_path;
     for (uint32_t b = 0; b < plan->n_levels; b++)
-        if (number < slots_of(plan, b, share))
+        if (number < slots_of(plan, b, share) * plan->tries)
             last = b;
     *ret_share = lo;
     *ret_number = number;
     *ret_last = last;
     *ret_salt = hash_share(share);
+}
+
+uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t bounce, uint32_t *ret_first)
+{
+    *ret_first = plan->level_first[bounce] + slots_below(plan, bounce, plan->shares[share].below);
+    return slots_of(plan, bounce, &plan->shares[share]);
 }
 
 /* A light that is sure to have slots is divided by how many it has, so that none of its flux is a matter of chance;
@@ -190,11 +197,11 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
     if (bounce >= plan->n_levels)
         return LUM_NO_OBJECT;
     uint32_t n = slots_of(plan, bounce, s);
-    if (number >= n)
+    if (number >= n * plan->tries)
         return LUM_NO_OBJECT;
     double expected = plan->level_n[bounce] * (s->upto - s->below);
     *ret_weight = (float)(1.0 / (expected >= 1.0 ? (double)n : expected));
-    return plan->level_first[bounce] + slots_below(plan, bounce, s->below) + number;
+    return number / n * plan->n + plan->level_first[bounce] + slots_below(plan, bounce, s->below) + number % n;
 }
 
 /* ---- spacing ---- */

@@ -35,6 +35,8 @@ bool lum_vpl_sky_serves(const struct lum_vpl_set *set, const struct lum_snapshot
 struct lum_vpl_plan {
     const struct lum_vpl_share *shares;
     uint32_t n_shares, n_paths, seed, n_levels;
+    uint32_t tries; /* paths for each slot */
+    uint32_t n;     /* slots */
     uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each bounce */
     double offset[LUM_VPL_LEVELS];                                 /* in [0, 1), by seed */
 };
@@ -45,11 +47,18 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set);
  * tells the light from others by its id. */
 void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t *ret_share, uint32_t *ret_number,
                        uint32_t *ret_last, uint32_t *ret_salt);
-/* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. */
+/* Slots of a bounce that belong to a share: so many, from *ret_first. */
+uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t bounce, uint32_t *ret_first);
+/* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. Try t of slot k
+ * is t * plan->n + k. */
 uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint32_t number, uint32_t bounce,
                            float *ret_weight);
 
 /* lum_vpl_set.spacing; at most limit. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
+
+/* Fills the slots of set for bounced light from the tries in candidates (choose.c). Rays are added as LUM_RAY_VPL. */
+void lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates, const struct lum_vpl_plan *plan,
+                    const struct lum_snapshot *s, struct lum_counters *counters);
 
 #endif

@@ -274,6 +274,29 @@ static void forget_moved(struct lum_vpl_set *set)
     set->n_moved = 0;
 }
 
+static uint32_t tries_of(const struct lum_vpl_request *rq)
+{
+    uint32_t fit = LUM_VPL_MAX / rq->n, tries = rq->tries > 0 ? rq->tries : 1;
+    return tries < fit ? tries : fit;
+}
+
+/* Traces the paths, and fills the slots for bounced light. */
+static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_request *rq, struct lum_error *err)
+{
+    struct lum_vpl_plan plan;
+    lum_vpl_plan_init(&plan, set);
+    if (set->tries == 1)
+        return shoot_all(rq, &plan, set, err);
+    struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries, .versions = set->versions};
+    enum lum_status status = alloc_arrays(&candidates, err);
+    if (status == LUM_OK)
+        status = shoot_all(rq, &plan, &candidates, err);
+    if (status == LUM_OK)
+        lum_vpl_choose(set, &candidates, &plan, rq->snapshot, rq->counters);
+    lum_vpl_finish(&candidates);
+    return status;
+}
+
 static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *former,
                                  const struct lum_vpl_request *rq, struct lum_error *err)
 {
@@ -283,16 +306,14 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .n_sky = rq->n_sky,
                               .max_bounces = rq->max_bounces,
                               .seed = rq->seed,
+                              .tries = tries_of(rq),
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
-    struct lum_vpl_plan plan;
     enum lum_status status = alloc_arrays(&set, err);
     if (status == LUM_OK)
         status = lum_vpl_share_paths(&set, former, s, err);
-    if (status == LUM_OK) {
-        lum_vpl_plan_init(&plan, &set);
-        status = shoot_all(rq, &plan, &set, err);
-    }
+    if (status == LUM_OK)
+        status = fill(&set, rq, err);
     if (status != LUM_OK) {
         lum_vpl_finish(&set);
         return status;
@@ -313,7 +334,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     struct lum_versions now = lum_versions_seen(s, rq->media);
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
-                set->max_bounces == rq->max_bounces && set->seed == rq->seed &&
+                set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
                 !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {

@@ -18,7 +18,8 @@
  *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
  * its geometry term bounded as struct lum_bound says.
  *
- * On request the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
+ * On request a slot has several paths to choose from, so that none is spent on what nobody sees (choose.c); and
+ * the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
@@ -31,6 +32,7 @@ struct lum_counters;
 
 #define LUM_VPL_MAX 65536u
 #define LUM_VPL_DEFAULT 256u
+#define LUM_VPL_TRIES_MAX 8u
 #define LUM_VPL_SKY 256u                            /* slots for a sky: half of them lie above a horizon */
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
@@ -53,7 +55,7 @@ struct lum_vpl_set {
     float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units, averaged
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
-    uint32_t max_bounces, seed;
+    uint32_t max_bounces, seed, tries;
     uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
@@ -97,6 +99,8 @@ struct lum_vpl_request {
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
+    uint32_t tries; /* paths for each slot, of which one is chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n
+                     * times as many would be more than LUM_VPL_MAX */
 };
 
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;

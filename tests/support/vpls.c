@@ -2,7 +2,14 @@
 
 struct lum_vpl_request vpls_request(struct vpls *v, const struct rig *r)
 {
-    return (struct lum_vpl_request){r->snapshot, v->n, v->max_bounces, v->seed, v->media, r->pool, &v->counters, 0};
+    return (struct lum_vpl_request){.snapshot = r->snapshot,
+                                    .n = v->n,
+                                    .max_bounces = v->max_bounces,
+                                    .seed = v->seed,
+                                    .media = v->media,
+                                    .pool = r->pool,
+                                    .counters = &v->counters,
+                                    .tries = v->tries};
 }
 
 void vpls_update(struct vpls *v, const struct rig *r)

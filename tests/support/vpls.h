@@ -11,6 +11,7 @@ struct vpls {
     struct lum_counters counters;
     uint32_t n, max_bounces, seed;
     bool media;
+    uint32_t tries;
 };
 
 struct lum_vpl_request vpls_request(struct vpls *v, const struct rig *r);
