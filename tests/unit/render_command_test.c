@@ -330,6 +330,39 @@ static void light_groups_sum_to_the_whole(void **state)
     lum_exr_finish(&sum);
 }
 
+/* The same where indirect light comes from virtual point lights and caches, which a group alone shares out otherwise:
+ * the beauty is the sum of the layers all the same. Their mean is that of the whole up to the error of 256 point
+ * lights, 1 / sqrt(256) of the light they bring, which is less than half. */
+static void light_groups_of_caches_sum_up(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"live", "ic", "tic", "irrcache"};
+    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        char line[160];
+        snprintf(line, sizeof line, "render --scene cornell --method %s --spp 1 --size 40x30 --out @whole.exr",
+                 methods[m]);
+        assert_int_equal(run(lum_cmd_render, line), LUM_EXIT_OK);
+        snprintf(line, sizeof line,
+                 "render --scene cornell --method %s --spp 1 --size 40x30 --light-groups --out @sum.exr", methods[m]);
+        assert_int_equal(run(lum_cmd_render, line), LUM_EXIT_OK);
+        struct lum_exr_image whole = read_exr("whole.exr"), sum = read_exr("sum.exr");
+        const float *w = channel(&whole, "G"), *s = channel(&sum, "G"), *ceiling = channel(&sum, "ceiling.G"),
+                    *globe = channel(&sum, "globe.G");
+        double of_whole = 0.0, of_sum = 0.0;
+        for (size_t i = 0; i < 40 * 30; i++) {
+            if (!(fabsf(ceiling[i] + globe[i] - s[i]) <= 1e-6f * s[i]))
+                fail_msg("%s, pixel %zu: %.9g and %.9g, summed %.9g", methods[m], i, (double)ceiling[i],
+                         (double)globe[i], (double)s[i]);
+            of_whole += (double)w[i];
+            of_sum += (double)s[i];
+        }
+        if (!(fabs(of_sum - of_whole) <= 0.03 * of_whole))
+            fail_msg("%s: mean %g whole, %g summed", methods[m], of_whole / 1200, of_sum / 1200);
+        lum_exr_finish(&whole);
+        lum_exr_finish(&sum);
+    }
+}
+
 static void mistakes_are_told_apart(void **state)
 {
     (void)state;
@@ -442,7 +475,8 @@ int main(void)
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
         cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
         cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
-        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(light_groups_of_caches_sum_up),    cmocka_unit_test(mistakes_are_told_apart),
+        cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
