@@ -371,13 +371,14 @@ static const struct {
     {INSTANT_TRIANGLES, 2048, "bunnies-1"},
 };
 
-/* Makes the mesh of the bunny from segments * segments patches. */
+/* Makes what moves a knot of 2 * segments * segments triangles: a bunny has few. */
 static bool refine(struct rig *r, uint32_t segments)
 {
-    char text[160];
+    char text[320];
     struct lum_proto_error perr;
     snprintf(text, sizeof text,
              "{\"lumend\":1,\"kind\":\"scene\"}\n"
+             "{\"op\":\"set\",\"id\":\"bunny-mesh\",\"path\":\"/shape\",\"value\":\"knot\"}\n"
              "{\"op\":\"set\",\"id\":\"bunny-mesh\",\"path\":\"/segments\",\"value\":[%u,%u]}\n",
              segments, segments);
     struct lum_ops ops;
