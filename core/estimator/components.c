@@ -182,7 +182,15 @@ static void move_gloss(struct lum_components *c)
         c->gloss[t].state = c->gloss[t].state == LUM_GLOSS_KEPT ? LUM_GLOSS_MOVED : LUM_GLOSS_NONE;
 }
 
-/* Paths serve at any power of the lights that they looked for. */
+static bool all_gloss_is_kept(const struct lum_components *c)
+{
+    for (uint32_t t = 0; t < c->n_tiles; t++)
+        if (c->gloss[t].state != LUM_GLOSS_KEPT)
+            return false;
+    return true;
+}
+
+/* Paths serve at any power of the lights that they looked for: those that shone whenever any of them was traced. */
 static void forget_gloss(struct lum_components *c, const struct lum_light_table *lights, enum outcome outcome)
 {
     bool serve = outcome != STALE;
@@ -192,10 +200,10 @@ static void forget_gloss(struct lum_components *c, const struct lum_light_table 
         serve = serve && c->gloss_lit[lights->active[a]];
     if (outcome == MOVED)
         move_gloss(c);
-    if (serve || lights->n_active == 0)
-        return;
-    for (uint32_t t = 0; t < c->n_tiles; t++)
+    for (uint32_t t = 0; t < c->n_tiles && !serve; t++)
         c->gloss[t].state = LUM_GLOSS_NONE;
+    if (all_gloss_is_kept(c))
+        return;
     memset(c->gloss_lit, 0, c->n_gloss_lit);
     for (uint32_t a = 0; a < lights->n_active; a++)
         c->gloss_lit[lights->active[a]] = 1;

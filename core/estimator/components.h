@@ -63,7 +63,7 @@ struct lum_components {
     uint32_t n_airlights;
     bool airlights_shared;         /* there are more pairs: the last buffer holds their sum, at their present power */
     struct lum_gloss_tile *gloss; /* by ray batch tile; NULL: estimator `glossy` is not called for */
-    uint8_t *gloss_lit;           /* by light: it shone when they were traced, so that paths looked for it */
+    uint8_t *gloss_lit;           /* by light: it shone whenever they were traced, so that paths looked for it */
     uint32_t n_gloss_lit;
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t *lenders;        /* w * h, with radiance: at edges, which neighbours lend theirs (edges.c) */

@@ -187,13 +187,22 @@ static bool any_gloss(const struct lum_pass *pass, const struct lum_tile_rect *r
     return bits & LUM_PIXEL_GLOSS;
 }
 
+static void keep_nothing(struct lum_gloss_tile *kept)
+{
+    kept->n = kept->n_segments = 0;
+    kept->followed = true;
+    kept->state = LUM_GLOSS_KEPT;
+}
+
 static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    const struct lum_gloss_tile *kept = &pass->components->gloss[tile];
+    struct lum_gloss_tile *kept = &pass->components->gloss[tile];
     struct lum_rgb radiance[LUM_TILE_PIXELS];
-    if (!any_gloss(pass, &r))
+    if (!any_gloss(pass, &r)) {
+        keep_nothing(kept);
         return;
+    }
     if (kept->state == LUM_GLOSS_KEPT)
         sum_gains(pass, kept->gains, kept->n, radiance);
     else if (!trace_at_any_power(pass, tile, counters, radiance))

@@ -306,6 +306,8 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
         pass->components = &d->components;
         status = lum_components_update(&d->components, pass, err);
     }
+    if (status != LUM_OK)
+        lum_swept_finish(&d->swept); /* some have not heard of what moved */
     if (status == LUM_OK && plan.cache)
         status = update_cache(d, pass, runner, err);
     else if (status == LUM_OK && plan.vpls)

@@ -1,6 +1,7 @@
 /* Lights of `live` that are dimmed, recoloured and switched trace no ray: not on matte surfaces, not by way of glossy
  * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more; of glossy
- * paths those are traced anew that something which moved has met. */
+ * paths those are traced anew that something which moved has met. What happened while a light was off, or there was no
+ * memory, is not forgotten. */
 #include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
 
@@ -305,6 +306,98 @@ static void a_move_leaves_other_paths_alone(void **state)
     }
 }
 
+static void put_pebble(struct rig *r, double x)
+{
+    rig_object(r, "pebble", "pebble", "brushed", rig_v(x, 1, 0));
+}
+
+/* What is switched on again shines on what there is now, and not on what there was when it last shone. */
+static void changes_in_the_dark_are_seen_by_light(void **state)
+{
+    (void)state;
+    for (int change = 0; change < 3; change++) {
+        struct rig r;
+        room(&r, false);
+        rig_box(&r, "pebble", 0.1, 0.1, 0.1);
+        put_pebble(&r, -0.6);
+        rig_commit(&r);
+        rig_pass(&r);
+        put_lamp(&r, 1, false);
+        put_bulb(&r, 1, false);
+        rig_commit(&r);
+        rig_pass(&r);
+        struct lum_material_desc red = rig_diffuse(0.2f);
+        if (change == 0)
+            rig_camera(&r, rig_v(-0.3, 1.5, 1.9), rig_v(0, 1, -1), 70);
+        else if (change == 1)
+            rig_material(&r, "white", &red);
+        else
+            put_pebble(&r, -0.2);
+        rig_commit(&r);
+        rig_pass(&r);
+        put_lamp(&r, 1, true);
+        put_bulb(&r, 1, true);
+        rig_commit(&r);
+        rig_pass(&r);
+        rig_assert_as_fresh(&r, change == 0 ? "camera" : change == 1 ? "material" : "object");
+        rig_end(&r);
+    }
+}
+
+/* Paths that were traced anew while a light was off did not look for it. */
+static void moves_past_a_light_that_is_off(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    rig_box(&r, "pebble", 0.1, 0.1, 0.1);
+    put_pebble(&r, -0.6);
+    rig_commit(&r);
+    rig_pass(&r);
+    put_bulb(&r, 1, false);
+    pass_without_a_ray(&r, "bulb off");
+    put_pebble(&r, -0.2);
+    rig_commit(&r);
+    rig_pass(&r);
+    put_bulb(&r, 1, true);
+    rig_commit(&r);
+    rig_pass(&r);
+    rig_assert_as_fresh(&r, "bulb on again");
+    rig_end(&r);
+}
+
+/* A lamp shines for the first time, which takes memory, while something moves. Without it that is not forgotten. */
+static void moves_without_memory_are_seen_later(void **state)
+{
+    (void)state;
+    uint32_t n_failed = 0;
+    for (uint64_t k = 1; k < 30; k++) {
+        struct rig r;
+        room(&r, false);
+        rig_box(&r, "pebble", 0.1, 0.1, 0.1);
+        put_pebble(&r, -1.2);
+        put_lamp(&r, 1, false);
+        rig_commit(&r);
+        rig_pass(&r);
+        put_pebble(&r, 0.3);
+        put_lamp(&r, 1, true);
+        rig_commit(&r);
+        struct lum_pass_stats stats;
+        struct lum_error err = {0};
+        lum_alloc_fail_after(k);
+        n_failed += lum_view_pass(r.view, r.snapshot, &r.settings, NULL, &stats, &err) != LUM_OK;
+        lum_alloc_fail_after(0);
+        put_pebble(&r, 0.4);
+        rig_commit(&r);
+        rig_pass(&r);
+        char what[64];
+        snprintf(what, sizeof what, "allocation %llu fails", (unsigned long long)k);
+        rig_assert_as_fresh(&r, what);
+        rig_end(&r);
+    }
+    assert_true(n_failed > 5);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -315,6 +408,9 @@ int main(void)
         cmocka_unit_test(surfaces_repainted_are_as_new),
         cmocka_unit_test(dimmed_fog_keeps_its_points),
         cmocka_unit_test(a_move_leaves_other_paths_alone),
+        cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
+        cmocka_unit_test(moves_past_a_light_that_is_off),
+        cmocka_unit_test(moves_without_memory_are_seen_later),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
