@@ -376,10 +376,12 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
     }
 }
 
-/* Hash of what a row or column of three tiles of the pattern knows. */
+/* Hash of what a row of three tiles of the pattern knows, or three rows. Many tiles know the same: a row must not be
+ * linear, or rows and columns could change places. */
 static uint64_t join(uint64_t a, uint64_t b, uint64_t c)
 {
-    return a * 0xd6e8feb86659fd93u + b * 0xa0761d6478bd642fu + c * 0xe7037ed1a0b428dbu;
+    uint64_t h = a * 0xd6e8feb86659fd93u + b * 0xa0761d6478bd642fu + c * 0xe7037ed1a0b428dbu;
+    return (h ^ h >> 32) * 0x9e3779b97f4a7c15u;
 }
 
 /* Hashes of what each tile of the pattern and the eight around it know: all that its windows reach. Returns those for
