@@ -127,6 +127,8 @@ uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass,
 
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
 {
+    if (s->former) /* what it says of surfaces is in doubt, too */
+        memset(s->former, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->former);
     redo(s, pass);
     memset(s->begun, LUM_SOFT_DOUBTED, pass->packets.n);
 }
