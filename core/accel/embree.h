@@ -49,6 +49,7 @@ struct lum_accel_top {
     RTCScene scene;
     struct lum_accel_mesh **meshes; /* one reference per instance; NULL: not in this part */
     struct lum_accel_shape *shapes;
+    bool *specks; /* by object: so small that it was left out (top.c) */
     uint32_t n_instances, n_shapes, n_attached;
 };
 

@@ -10,22 +10,6 @@
 
 _Static_assert(LUM_NO_OBJECT == RTC_INVALID_GEOMETRY_ID, "a miss must read as LUM_NO_OBJECT without a test");
 
-static bool attach_instance(struct lum_accel_top *top, RTCDevice rtc, RTCScene scene, const struct lum_affine *m,
-                            uint32_t mask)
-{
-    RTCGeometry geometry = rtcNewGeometry(rtc, RTC_GEOMETRY_TYPE_INSTANCE);
-    if (!geometry)
-        return false;
-    rtcSetGeometryInstancedScene(geometry, scene);
-    rtcSetGeometryTimeStepCount(geometry, 1);
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, m->m);
-    rtcSetGeometryMask(geometry, mask);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(top->scene, geometry, top->n_attached++);
-    rtcReleaseGeometry(geometry);
-    return true;
-}
-
 /* ---- emitter shapes ---- */
 
 /* Corners in the order that makes Embree's (u, v) run from (-1, -1) to (1, 1) in the x-y plane, with the normal along
@@ -125,6 +109,23 @@ static struct lum_affine shape_placement(const struct lum_accel_shape *s)
 
 /* ---- the top level ---- */
 
+/* What is smaller than this is left out: no ray meets it, which is moved off its surface by more (LUM_RAY_OFFSET), and
+ * no camera resolves it. Scene coordinates are at most 2^7, where floats are 2^-17 apart: the corners of something much
+ * smaller are all the same number, and Embree aborts where a box of several such things has no size. So a lamp that is
+ * carried 10^9 m away leaves a room that is a speck. */
+#define SPECK 0x1p-15f
+
+static bool is_speck(RTCScene scene, const struct lum_affine *m)
+{
+    struct RTCBounds b;
+    rtcGetSceneBounds(scene, &b);
+    struct lum_vec3 e = lum_v3(b.upper_x - b.lower_x, b.upper_y - b.lower_y, b.upper_z - b.lower_z);
+    float size = 0.0f;
+    for (uint32_t i = 0; i < 3; i++)
+        size = fmaxf(size, fabsf(m->m[i][0]) * e.x + fabsf(m->m[i][1]) * e.y + fabsf(m->m[i][2]) * e.z);
+    return !(size >= SPECK);
+}
+
 static void top_destroy(struct lum_accel_top *top)
 {
     if (top->scene)
@@ -133,6 +134,7 @@ static void top_destroy(struct lum_accel_top *top)
         lum_accel_mesh_unref(top->meshes[i]);
     lum_free(top->meshes);
     lum_free(top->shapes);
+    lum_free(top->specks);
     lum_free(top);
 }
 
@@ -153,8 +155,9 @@ static struct lum_accel_top *top_new(struct lum_device *device, uint32_t n_insta
     top->device = device;
     top->meshes = lum_calloc(n_instances, sizeof(struct lum_accel_mesh *));
     top->shapes = lum_calloc(n_shapes, sizeof *top->shapes);
+    top->specks = lum_calloc((size_t)n_instances + n_shapes, sizeof *top->specks);
     top->scene = rtcNewScene(device->rtc);
-    if (!top->meshes || !top->shapes || !top->scene) {
+    if (!top->meshes || !top->shapes || !top->specks || !top->scene) {
         top_destroy(top);
         return NULL;
     }
@@ -164,6 +167,27 @@ static struct lum_accel_top *top_new(struct lum_device *device, uint32_t n_insta
     top->n_shapes = n_shapes;
     set_flags(top->scene);
     return top;
+}
+
+/* As the next object. */
+static bool attach_instance(struct lum_accel_top *top, RTCDevice rtc, RTCScene scene, const struct lum_affine *m,
+                            uint32_t mask)
+{
+    uint32_t object = top->n_attached++;
+    top->specks[object] = is_speck(scene, m);
+    if (top->specks[object])
+        return true;
+    RTCGeometry geometry = rtcNewGeometry(rtc, RTC_GEOMETRY_TYPE_INSTANCE);
+    if (!geometry)
+        return false;
+    rtcSetGeometryInstancedScene(geometry, scene);
+    rtcSetGeometryTimeStepCount(geometry, 1);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, m->m);
+    rtcSetGeometryMask(geometry, mask);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(top->scene, geometry, object);
+    rtcReleaseGeometry(geometry);
+    return true;
 }
 
 static bool fill_scene(struct lum_accel_top *top, const struct lum_accel_instance *instances)
@@ -225,6 +249,8 @@ enum lum_status lum_accel_top_create_part(const struct lum_accel_top *whole, con
         return no_memory(err);
     for (uint32_t i = 0; i < n_objects; i++) {
         uint32_t object = objects[i];
+        if (whole->specks[object])
+            continue;
         rtcAttachGeometryByID(part->scene, rtcGetGeometry(whole->scene, object), object);
         if (object < whole->n_instances)
             part->meshes[object] = lum_accel_mesh_ref(whole->meshes[object]);

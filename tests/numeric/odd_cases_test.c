@@ -180,6 +180,22 @@ static void in_a_surface(struct odd *o)
     render(o, "a lamp in the only point that is seen");
 }
 
+/* So far away that the room is a speck beside the distance. */
+static void far_away(struct odd *o)
+{
+    rig_room(&o->r);
+    for (double far = 1e5; far <= 1e9; far *= 10.0) {
+        for (size_t k = 0; k < LUM_ARRAY_LEN(lamps); k++) {
+            put_lamp(o, k, rig_v(far, far, far), 1.0);
+            render(o, "a lamp far away");
+        }
+        rig_box(&o->r, "moon", 0.5, 0.5, 0.5);
+        rig_diffuse_object(&o->r, "moon", "dust", 0.5f, rig_v(-far, far, 0));
+        rig_commit(&o->r);
+        render(o, "a box far away, too");
+    }
+}
+
 /* Without power, or without area: not one ray but the eye's. */
 static void without_strength(struct odd *o)
 {
@@ -387,6 +403,7 @@ static struct odd_case {
     {"media_that_touch_the_camera", {touching_fog}},
     {"lamps_inside_of_things", {shut_in}},
     {"lamps_in_surfaces", {in_a_surface}},
+    {"far_away", {far_away}},
     {"lamps_without_strength", {without_strength}},
     {"glass_without_refraction", {without_refraction}},
     {"black_does_not_bleed", {black_neighbours, black_neighbours_in_direct_light}},
