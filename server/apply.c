@@ -437,5 +437,7 @@ bool lum_apply_error(const struct lum_error *e, const char *path, struct lum_pro
     };
     char full[sizeof ret_error->path];
     snprintf(full, sizeof full, "%s%s%s", path, path[0] && e->field[0] ? "/" : "", e->field);
-    return lum_proto_fail(ret_error, codes[e->status].code, codes[e->status].app, full, "%s", e->text);
+    bool subjectless = e->field[0] && strncmp(e->text, "must ", 5) == 0; /* the core leaves it to the field */
+    return lum_proto_fail(ret_error, codes[e->status].code, codes[e->status].app, full, "%s%s%s",
+                          subjectless ? e->field : "", subjectless ? " " : "", e->text);
 }

@@ -59,21 +59,30 @@ static bool core_failed(const struct lum_error *e, struct lum_proto_error *err)
 
 /* ---- edits ---- */
 
-/* Applies ops[from, from + n) as one transaction. */
-static bool apply_edits(struct batch *b, size_t from, size_t n, struct lum_proto_error *err)
+static bool apply_transaction(struct batch *b, struct lum_ops *ops, struct lum_proto_error *err)
 {
-    struct lum_ops ops = {.ops = b->edits.ops + from, .n = n};
     struct lum_expansion expansion = {0};
-    if (lum_ops_need_import(&ops) &&
-        !lum_ops_expand(&(struct lum_expand_context){.config = &b->import}, &ops, &expansion, err))
+    if (lum_ops_need_import(ops) &&
+        !lum_ops_expand(&(struct lum_expand_context){.config = &b->import}, ops, &expansion, err))
         return false;
     struct lum_changes changes;
-    struct lum_edit edit = {EDITOR, &ops, expansion.children, expansion.n};
+    struct lum_edit edit = {EDITOR, ops, expansion.children, expansion.n};
     bool ok = lum_world_apply(&b->world, &edit, &changes, err);
     if (ok)
         lum_changes_finish(&changes);
     lum_expansion_finish(&expansion);
     return ok;
+}
+
+/* Applies ops[from, from + n) as one transaction. */
+static bool apply_edits(struct batch *b, size_t from, size_t n, struct lum_proto_error *err)
+{
+    struct lum_ops ops = {.ops = b->edits.ops + from, .n = n, .lines = b->edits.lines + from};
+    if (apply_transaction(b, &ops, err))
+        return true;
+    b->reading = b->options.edits;
+    lum_ops_name_line(&ops, err);
+    return false;
 }
 
 /* All edits due at t_ms; those of the same instant are one transaction. */

@@ -41,7 +41,7 @@ const char lum_render_help[] =
     "  --light-groups       a layer for each light group (EXR)\n"
     "  --threads N          default: all processors\n"
     "  --seed N             another draw of random numbers\n"
-    "  --deterministic      the same bits for any number of threads\n"
+    "  --deterministic      the same pixels, bit for bit, for any number of threads\n"
     "  --assets DIR         where imported files are looked for (default: beside the scene)\n"
     "  --stats FILE.json    what each frame cost\n";
 
@@ -191,14 +191,14 @@ static enum lum_status read_effects(const char *option, const char *text, uint32
 
 static enum lum_status read_accuracy(const char *text, double *ret, struct lum_error *err)
 {
-    double a = 0.0;
-    enum lum_status st = read_positive("cache-accuracy", text, &a, err);
+    char *end;
     const double min = 0.01, max = 1.0; /* as for scenes: protocol/fields.c */
-    if (!st && !(a >= min && a <= max))
-        st = lum_fail(err, LUM_ERR_INVALID, "cache-accuracy", "--cache-accuracy takes %g to %g, not %g", min, max, a);
-    if (!st)
-        *ret = a;
-    return st;
+    double a = strtod(text, &end);
+    if (end == text || *end || !(a >= min && a <= max))
+        return lum_fail(err, LUM_ERR_INVALID, "cache-accuracy",
+                        "--cache-accuracy takes a number from %g to %g, not \"%.40s\"", min, max, text);
+    *ret = a;
+    return LUM_OK;
 }
 
 static enum lum_status read_storage(const char *text, struct lum_render_options *o, struct lum_error *err)
@@ -292,6 +292,16 @@ static const char *find_directive(const char *out, const char **ret_end)
     return p;
 }
 
+/* The first effect that is both left out and computed. */
+static enum lum_status check_effects(const struct lum_render_options *o, struct lum_error *err)
+{
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (o->effects_off & o->effects_on & LUM_EFFECT_BIT(e))
+            return lum_fail(err, LUM_ERR_INVALID, "effects-on", "--effects-off and --effects-on both name %s",
+                            lum_effect_names[e]);
+    return LUM_OK;
+}
+
 static enum lum_status check(struct lum_render_options *o, struct lum_error *err)
 {
     if (!o->scene)
@@ -309,7 +319,7 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     if (o->exr && (o->has_exposure || o->tone_map))
         return lum_fail(err, LUM_ERR_INVALID, "out", "--%s needs a .png as --out: an .exr holds light itself",
                         o->tone_map ? "tone-map" : "exposure");
-    return LUM_OK;
+    return check_effects(o, err);
 }
 
 bool lum_option_is_whole(char **argv, const char *name)

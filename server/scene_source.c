@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "server/apply.h"
 #include "server/expand.h"
@@ -100,6 +101,9 @@ bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_prot
     if (is_name(replay) && lum_scene_builtin(replay))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
                               "is a scene, not a replay (see: lumend scenes)");
+    if (is_name(replay) && access(replay, F_OK) != 0)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
+                              "no such file or built-in replay (see: lumend scenes)");
     return read_ops(replay, ret_ops, err);
 }
 

@@ -298,7 +298,7 @@ enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double f
         return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
     }
     if (!(flux_lm <= POWER_MAX * per_intensity))
-        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "must be at most %g from so small a light, not %g",
+        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "must be from 0 to %g of so small a light, not %g",
                         POWER_MAX * per_intensity, flux_lm);
     *ret_intensity = flux_lm > 0.0 ? flux_lm / per_intensity : 0.0;
     return LUM_OK;

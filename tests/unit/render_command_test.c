@@ -363,6 +363,60 @@ static void light_groups_of_caches_sum_up(void **state)
     }
 }
 
+/* What the command says on stderr, which must be the last thing that it does. */
+static void expect_message(const char *line, const char *message)
+{
+    char *path = in_dir("stderr.txt");
+    fflush(stderr);
+    int saved = dup(STDERR_FILENO), file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    assert_true(saved >= 0 && file >= 0 && dup2(file, STDERR_FILENO) >= 0);
+    int status = run(lum_cmd_render, line);
+    fflush(stderr);
+    assert_true(dup2(saved, STDERR_FILENO) >= 0);
+    close(saved);
+    close(file);
+    char *text = read_text(path);
+    if (status == LUM_EXIT_OK || !strstr(text, message))
+        fail_msg("\"%s\" ended with status %d and said \"%s\", not \"%s\"", line, status, text, message);
+    free(text);
+}
+
+static void refusals_name_their_place(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *op, *message;
+    } cases[] = {
+        {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_lm\",\"value\":-1", "flux_lm must be a number from 0"},
+        {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_ln\",\"value\":1", "did you mean \"flux_lm\"?"},
+        {"\"op\":\"set\",\"id\":\"glob\",\"path\":\"/on\",\"value\":true", "there is no \"glob\""},
+        {"\"op\":\"add\",\"type\":\"object\",\"id\":\"q\",\"mesh\":\"none\",\"material\":\"white\"",
+         "\"q\": there is no mesh \"none\""},
+        {"\"op\":\"add\",\"type\":\"light\",\"id\":\"q\",\"kind\":\"sphere\",\"radius\":1e-4,\"flux_lm\":1e12",
+         "flux_lm must be from 0 to 394784 "}, /* 4 pi^2 radius^2 times the limit of luminance, 1e12 cd/m2 */
+        {"\"op\":\"import\",\"id\":\"q\",\"asset\":\"none.glb\"", "imports need an asset directory"},
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++) {
+        char text[512], message[128];
+        snprintf(text, sizeof text,
+                 "{\"lumend\":1,\"kind\":\"replay\"}\n# the second line\n"
+                 "{\"t_ms\":0,\"op\":\"set\",\"id\":\"globe\",\"path\":\"/on\",\"value\":false}\n{\"t_ms\":1,%s}\n",
+                 cases[i].op);
+        write_text(in_dir("refused.jsonl"), text);
+        snprintf(message, sizeof message, "/refused.jsonl: line 4: %s", i == 1 ? "unknown field" : cases[i].message);
+        const char *line = "render --scene cornell --method whitted --size 8x8 --edits @refused.jsonl --out @x.png";
+        expect_message(line, message);
+        expect_message(line, cases[i].message);
+    }
+    expect_message("render --scene cornell --method whitted --size 8x8 --edits desk-moves --out @x.png",
+                   "desk-moves: line ");
+    expect_message("render --scene cornell --edits dask-moves --out @x.png", "dask-moves: no such file or built-in");
+    expect_message("render --scene cornell --cache-accuracy 0 --out @x.png",
+                   "--cache-accuracy takes a number from 0.01 to 1");
+    expect_message("render --scene cornell --effects-off direct,media --effects-on media --out @x.png",
+                   "both name media");
+}
+
 static void mistakes_are_told_apart(void **state)
 {
     (void)state;
@@ -476,7 +530,7 @@ int main(void)
         cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
         cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
         cmocka_unit_test(light_groups_of_caches_sum_up),    cmocka_unit_test(mistakes_are_told_apart),
-        cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(refusals_name_their_place),        cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
