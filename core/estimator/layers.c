@@ -299,6 +299,15 @@ static bool is_geometry_alone(uint32_t edits)
            !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
 }
 
+/* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
+ * when it moves, even where it is seen as before. */
+static bool find_still_light(const struct lum_swept *swept, const struct lum_light *light,
+                             struct lum_bounds *ret_bounds)
+{
+    return lum_light_bounds(swept->snapshot, light, ret_bounds) &&
+           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&swept->motion, light->instance, ret_bounds));
+}
+
 /* Something moved: soft layers keep what cannot have changed. */
 static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uint32_t edits)
 {
@@ -311,7 +320,7 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
         if (!layer->soft.seen)
             continue;
         n_soft++;
-        if (lum_light_bounds(pass->swept->snapshot, &layer->light, &bounds)) {
+        if (find_still_light(pass->swept, &layer->light, &bounds)) {
             n_lost += lum_soft_follow_motion(&layer->soft, pass, &bounds);
             if (shade)
                 lum_soft_reconsider(&layer->soft, pass);

@@ -175,6 +175,18 @@ bool lum_motion_has(const struct lum_motion *motion, uint64_t object)
     return motion->everything;
 }
 
+bool lum_motion_moves(const struct lum_motion *motion, uint32_t object, const struct lum_bounds *box)
+{
+    for (uint32_t i = 0; i < motion->n; i++) {
+        const struct lum_mover *m = &motion->movers[i];
+        bool within = box->lo.x >= m->new_lo.x && box->lo.y >= m->new_lo.y && box->lo.z >= m->new_lo.z &&
+                      box->hi.x <= m->new_hi.x && box->hi.y <= m->new_hi.y && box->hi.z <= m->new_hi.z;
+        if (m->n_objects > 1 ? within : m->now == object)
+            return true;
+    }
+    return motion->everything;
+}
+
 bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct lum_vec3 p)
 {
     for (uint32_t i = 0; i < motion->n; i++) {

@@ -39,6 +39,8 @@ bool lum_motion_is_merged(const struct lum_motion *motion); /* any of its movers
 
 /* True when the object of this hash is among the movers that were not merged. */
 bool lum_motion_has(const struct lum_motion *motion, uint64_t object);
+/* True when the object of this number and box, now, is among the movers; perhaps also where it lies within merged ones. */
+bool lum_motion_moves(const struct lum_motion *motion, uint32_t object, const struct lum_bounds *box);
 /* True when what lay on that object, at p, was carried along; perhaps also where p was within the box of merged movers. */
 bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct lum_vec3 p);
 

@@ -2,6 +2,7 @@
  * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more; of glossy
  * paths those are traced anew that something which moved has met. What happened while a light was off, or there was no
  * memory, is not forgotten. */
+#include "core/scene/motion.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
 
@@ -311,6 +312,33 @@ static void put_pebble(struct rig *r, double x)
     rig_object(r, "pebble", "pebble", "brushed", rig_v(x, 1, 0));
 }
 
+/* Who is lit by all of it before and after is lit otherwise all the same; also where too much moves to be told apart.
+ */
+static void a_light_that_moves_shines_from_elsewhere(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    struct lum_material_desc glow = rig_diffuse(0.5f);
+    glow.emission = lum_grey(1);
+    glow.emission_cd_m2 = 500;
+    rig_material(&r, "glow", &glow);
+    rig_box(&r, "ember", 0.1, 0.1, 0.1);
+    rig_box(&r, "grain", 0.01, 0.01, 0.01);
+    for (int k = 0; k < 6; k++) {
+        for (uint32_t i = 0; i < (k < 3 ? 0u : LUM_MOTION_MAX + 20u); i++) {
+            char id[8];
+            snprintf(id, sizeof id, "a%02u", i);
+            rig_object(&r, id, "grain", "white", rig_v(-0.8 + 0.02 * i, 0.5 + 0.1 * k, 0.5));
+        }
+        rig_object(&r, "ember", "ember", "glow", rig_v(-0.6 + 0.2 * k, 1.5, 0));
+        rig_commit(&r);
+        rig_pass(&r);
+        rig_assert_as_fresh(&r, k < 3 ? "a step" : "a step among many");
+    }
+    rig_end(&r);
+}
+
 /* What is switched on again shines on what there is now, and not on what there was when it last shone. */
 static void changes_in_the_dark_are_seen_by_light(void **state)
 {
@@ -408,6 +436,7 @@ int main(void)
         cmocka_unit_test(surfaces_repainted_are_as_new),
         cmocka_unit_test(dimmed_fog_keeps_its_points),
         cmocka_unit_test(a_move_leaves_other_paths_alone),
+        cmocka_unit_test(a_light_that_moves_shines_from_elsewhere),
         cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
         cmocka_unit_test(moves_past_a_light_that_is_off),
         cmocka_unit_test(moves_without_memory_are_seen_later),
