@@ -344,6 +344,25 @@ static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc)
 
 /* ---- incoming text ---- */
 
+/* Token bucket: LUM_LIMIT_MESSAGES_PER_S, with two seconds of burst. */
+static bool take_rate_token(struct lum_session *s, int64_t now_ns)
+{
+    const double full = 2.0 * LUM_LIMIT_MESSAGES_PER_S;
+    s->rate_tokens += (double)(now_ns - s->rate_refilled_ns) * 1e-9 * LUM_LIMIT_MESSAGES_PER_S;
+    s->rate_tokens = s->rate_tokens > full ? full : s->rate_tokens;
+    s->rate_refilled_ns = now_ns;
+    if (s->rate_tokens < 1.0)
+        return false;
+    s->rate_tokens -= 1.0;
+    return true;
+}
+
+static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_proto_error *err)
+{
+    return take_rate_token(s, now_ns) || lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
+                                                        "more than %u messages a second", LUM_LIMIT_MESSAGES_PER_S);
+}
+
 /* A full stream tells the director that it may render for it again. Losing this in a full inbox does no harm: the
  * director is awake then, and looks at all streams. */
 static void wake_director(struct lum_session *s, struct lum_stream *stream)
@@ -352,29 +371,52 @@ static void wake_director(struct lum_session *s, struct lum_stream *stream)
         (void)post_plain(s, LUM_CMD_WAKE);
 }
 
-static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc)
+static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
+                     struct lum_proto_error *err)
 {
-    struct lum_proto_error err;
     struct lum_json_reader r;
     uint32_t view_id = 0;
     uint64_t frame_seq = 0;
-    lum_json_begin(&r, rpc->params, "", &err);
+    lum_json_begin(&r, rpc->params, "", err);
     if (lum_json_require(&r, "view_id") && lum_json_require(&r, "frame_seq")) {
         lum_json_u32(&r, "view_id", 0, UINT32_MAX, &view_id);
         lum_json_u64(&r, "frame_seq", &frame_seq);
     }
-    if (!lum_json_end(&r)) {
-        refuse(s, rpc->id, &err);
-        return;
-    }
+    if (!lum_json_end(&r))
+        return false;
+    *ret_view_id = view_id;
+    *ret_frame_seq = frame_seq;
+    return true;
+}
+
+/* False when it says nothing new: no such view, no such frame, or a repeated number. */
+static bool take_ack(struct lum_session *s, uint32_t view_id, uint64_t frame_seq)
+{
     for (uint32_t i = 0; i < s->n_streams; i++) {
         if (lum_stream_view_id(s->streams[i]) != view_id || !lum_stream_ack(s->streams[i], frame_seq))
             continue;
         s->table->config.counters->frames_acked++;
-        s->rate_tokens += 1.0; /* the rate of honest acknowledgements is ours, not the client's */
         wake_director(s, s->streams[i]);
+        return true;
     }
-    if (rpc->id)
+    return false;
+}
+
+/* The rate of honest acknowledgements is ours, not the client's: they need no token, and are never refused for want of
+ * one, since one that is lost is not repeated. */
+static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
+{
+    struct lum_proto_error err;
+    uint32_t view_id;
+    uint64_t frame_seq;
+    bool ok = read_ack(rpc, &view_id, &frame_seq, &err);
+    if (!ok)
+        (void)take_rate_token(s, now_ns);
+    else if (!take_ack(s, view_id, frame_seq))
+        ok = charge_message(s, now_ns, &err);
+    if (!ok)
+        refuse(s, rpc->id, &err);
+    else if (rpc->id)
         say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
@@ -397,24 +439,10 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
     lum_command_destroy(c);
 }
 
-/* Token bucket: LUM_LIMIT_MESSAGES_PER_S, with two seconds of burst. */
-static bool take_rate_token(struct lum_session *s, int64_t now_ns)
-{
-    const double full = 2.0 * LUM_LIMIT_MESSAGES_PER_S;
-    s->rate_tokens += (double)(now_ns - s->rate_refilled_ns) * 1e-9 * LUM_LIMIT_MESSAGES_PER_S;
-    s->rate_tokens = s->rate_tokens > full ? full : s->rate_tokens;
-    s->rate_refilled_ns = now_ns;
-    if (s->rate_tokens < 1.0)
-        return false;
-    s->rate_tokens -= 1.0;
-    return true;
-}
-
 static bool admit(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns, struct lum_proto_error *err)
 {
-    if (!take_rate_token(s, now_ns))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "more than %u messages a second",
-                              LUM_LIMIT_MESSAGES_PER_S);
+    if (!charge_message(s, now_ns, err))
+        return false;
     if (!s->greeted && strcmp(rpc->method, "session.hello") != 0)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_authorised", "method", "session.hello comes first");
     return true;
@@ -433,12 +461,12 @@ void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes
     if (!lum_rpc_parse(text, n_bytes, &rpc, &err)) {
         refuse(s, rpc.id ? rpc.id : "null", &err);
         (void)take_rate_token(s, now_ns);
+    } else if (s->greeted && strcmp(rpc.method, "frame.ack") == 0) {
+        receive_ack(s, &rpc, now_ns);
     } else if (!admit(s, &rpc, now_ns, &err)) {
         refuse(s, rpc.id, &err);
     } else if (strcmp(rpc.method, "session.hello") == 0) {
         receive_hello(s, &rpc);
-    } else if (strcmp(rpc.method, "frame.ack") == 0) {
-        receive_ack(s, &rpc);
     } else {
         receive_request(s, &rpc, now_ns, n_bytes);
     }

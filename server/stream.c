@@ -21,7 +21,8 @@ struct lum_stream {
     uint32_t n_slots;
     struct lum_frame_header newest_frame, sending_frame; /* frame_seq 0: none */
     uint32_t cursor, n_to_send;                          /* of the frame being sent */
-    uint64_t unacked[LUM_LIMIT_UNACKED_FRAMES];          /* begun frames, oldest first */
+    uint64_t acked;                                      /* the client's greatest acknowledgement; <= newest_frame's */
+    uint64_t unacked[LUM_LIMIT_UNACKED_FRAMES];          /* begun frames > acked, oldest first */
     uint32_t n_unacked;
     uint64_t skipped;
 };
@@ -150,11 +151,10 @@ bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles)
     uint32_t n_old = s->n_slots;
     s->slots = slots;
     s->n_slots = n_tiles;
-    /* A frame cut off before its last tile is never acknowledged: its credit comes back here. */
-    if (s->n_to_send) {
+    /* A client that acknowledges last tiles never does so for a frame cut off: its credit comes back here. */
+    if (s->n_to_send && s->sending_frame.frame_seq > s->acked)
         s->n_unacked--;
-        s->n_to_send = 0;
-    }
+    s->n_to_send = 0;
     if (has_unbegun_locked(s))
         s->skipped++;
     s->sending_frame.frame_seq = s->newest_frame.frame_seq;
@@ -175,7 +175,8 @@ static void begin_frame_locked(struct lum_stream *s)
             s->n_to_send++;
         }
     }
-    s->unacked[s->n_unacked++] = s->sending_frame.frame_seq;
+    if (s->sending_frame.frame_seq > s->acked)
+        s->unacked[s->n_unacked++] = s->sending_frame.frame_seq;
 }
 
 static bool can_send_locked(const struct lum_stream *s)
@@ -228,18 +229,18 @@ bool lum_stream_pending(struct lum_stream *s)
 
 bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq)
 {
-    bool known = false;
     pthread_mutex_lock(&s->lock);
-    for (uint32_t i = 0; i < s->n_unacked && !known; i++) {
-        bool complete = i + 1 < s->n_unacked || s->n_to_send == 0;
-        known = complete && s->unacked[i] == frame_seq;
-        if (known) {
-            s->n_unacked -= i + 1;
-            memmove(s->unacked, s->unacked + i + 1, s->n_unacked * sizeof s->unacked[0]);
-        }
+    bool is_new = frame_seq > s->acked && frame_seq <= s->newest_frame.frame_seq;
+    if (is_new) {
+        uint32_t n = 0;
+        while (n < s->n_unacked && s->unacked[n] <= frame_seq)
+            n++;
+        s->n_unacked -= n;
+        memmove(s->unacked, s->unacked + n, s->n_unacked * sizeof s->unacked[0]);
+        s->acked = frame_seq;
     }
     pthread_mutex_unlock(&s->lock);
-    return known;
+    return is_new;
 }
 
 uint64_t lum_stream_skipped(struct lum_stream *s)

@@ -58,8 +58,10 @@ struct lum_stream_tile {
 bool lum_stream_next(struct lum_stream *s, struct lum_stream_tile *ret_tile);
 /* True when lum_stream_next would give a tile. */
 bool lum_stream_pending(struct lum_stream *s);
-/* The client drew this frame: gives back its credit and that of the frames before it. False for unknown and repeated
- * numbers, which are ignored. */
+/* Gives back the credit of this frame and of all before it. It may be any published frame: frame.stats can tell its number
+ * before its tiles are sent, and an acknowledgement lost for coming early would never be repeated. Still only one frame
+ * is on its way at a time: the next begins after the last tile. False, and ignored: a number that is not published yet,
+ * or not above those acknowledged before. */
 bool lum_stream_ack(struct lum_stream *s, uint64_t frame_seq);
 /* Frames skipped by this client so far. */
 uint64_t lum_stream_skipped(struct lum_stream *s);

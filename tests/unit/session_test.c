@@ -251,6 +251,23 @@ static void test_acknowledgements_wake_the_director(void **state)
     lum_stream_unref(stream);
 }
 
+/* Else the view of a client that drags too fast would stand still for good. */
+static void test_acknowledgements_are_never_refused_for_their_rate(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_stream *stream = add_view(f, 10);
+    publish(stream, 1);
+    next_view(f->s);
+    next_view(f->s);
+    while (f->counters.messages_refused == 0) /* those that say nothing new are charged */
+        receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":2}}");
+    f->counters.messages_refused = 0;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");
+    assert_int_equal(f->counters.messages_refused, 0);
+    assert_int_equal(f->counters.frames_acked, 1);
+    lum_stream_unref(stream);
+}
+
 static void test_closed_views_are_forgotten(void **state)
 {
     struct fixture *f = *state;
@@ -319,6 +336,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_broadcasts_go_to_those_who_said_hello, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_text_before_tiles_and_views_in_turn, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_acknowledgements_wake_the_director, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_acknowledgements_are_never_refused_for_their_rate, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),

@@ -140,20 +140,71 @@ static void test_credit(void **state)
     lum_stream_unref(s);
 }
 
-static void test_an_ack_before_the_last_tile_is_ignored(void **state)
+/* frame.stats names a frame before its tiles are sent. A client that acknowledges then, with n_sent tiles out, must
+ * never run out of credit, and still gets one frame after the other. */
+static void test_an_ack_before_the_last_tile_counts(void **state)
+{
+    (void)state;
+    struct lum_stream *s = lum_stream_create(1, N_TILES);
+    uint64_t seq = 0, got;
+    for (uint32_t n_sent = 0; n_sent < N_TILES; n_sent++) {
+        assert_true(lum_stream_wants_frame(s));
+        assert_false(lum_stream_ack(s, seq + 1)); /* not published yet */
+        publish(s, ++seq, 0x3f);
+        for (uint32_t i = 0; i < n_sent; i++) {
+            struct lum_stream_tile t;
+            assert_true(lum_stream_next(s, &t));
+            assert_false(t.header.flags & LUM_FRAME_LAST_TILE);
+            lum_blob_tile_unref(t.blob);
+        }
+        assert_true(lum_stream_ack(s, seq));
+        assert_false(lum_stream_ack(s, seq));
+        assert_false(lum_stream_wants_frame(s)); /* not before its last tile */
+        assert_int_equal(read_frame(s, &got), 0x3f & ~((1u << n_sent) - 1u));
+        assert_int_equal(got, seq);
+    }
+    lum_stream_unref(s);
+}
+
+/* Also one that the client never saw: it was skipped, or acknowledged by its number in frame.stats alone. */
+static void test_an_ack_covers_all_before_it(void **state)
+{
+    (void)state;
+    struct lum_stream *s = lum_stream_create(1, N_TILES);
+    uint64_t got;
+    publish(s, 10, 1);
+    read_frame(s, &got);
+    publish(s, 20, 1);
+    read_frame(s, &got);
+    publish(s, 30, 1); /* waits for credit, and is skipped */
+    publish(s, 40, 1);
+    assert_false(lum_stream_pending(s));
+    assert_true(lum_stream_ack(s, 30));
+    assert_false(lum_stream_ack(s, 20));
+    assert_int_equal(read_frame(s, &got), 1);
+    assert_int_equal(got, 40);
+    assert_true(lum_stream_wants_frame(s)); /* 40 alone is out */
+    lum_stream_unref(s);
+}
+
+static void test_resize_after_an_early_ack(void **state)
 {
     (void)state;
     struct lum_stream *s = lum_stream_create(1, N_TILES);
     struct lum_stream_tile t;
-    uint64_t seq;
+    uint64_t got;
     publish(s, 1, 0x3f);
     assert_true(lum_stream_next(s, &t));
     lum_blob_tile_unref(t.blob);
-    lum_stream_ack(s, 1);
-    assert_int_equal(read_frame(s, &seq), 0x3e);
-    publish(s, 2, 1);
-    read_frame(s, &seq);
-    assert_false(lum_stream_wants_frame(s)); /* 1 and 2 are both out */
+    assert_true(lum_stream_ack(s, 1));
+    assert_true(lum_stream_resize(s, N_TILES)); /* its credit came back already */
+    for (uint64_t seq = 2; seq < 2 + LUM_LIMIT_UNACKED_FRAMES; seq++) {
+        assert_true(lum_stream_wants_frame(s));
+        publish(s, seq, 1);
+        read_frame(s, &got);
+        assert_int_equal(got, seq);
+    }
+    assert_false(lum_stream_wants_frame(s));
     lum_stream_unref(s);
 }
 
@@ -284,7 +335,9 @@ int main(void)
         cmocka_unit_test(test_skipped_frame_leaves_its_tiles_to_the_next),
         cmocka_unit_test(test_newer_frame_waits_for_the_end_of_the_one_begun),
         cmocka_unit_test(test_credit),
-        cmocka_unit_test(test_an_ack_before_the_last_tile_is_ignored),
+        cmocka_unit_test(test_an_ack_before_the_last_tile_counts),
+        cmocka_unit_test(test_an_ack_covers_all_before_it),
+        cmocka_unit_test(test_resize_after_an_early_ack),
         cmocka_unit_test(test_resize_in_mid_frame),
         cmocka_unit_test(test_refused_frames),
         cmocka_unit_test(test_out_of_memory),
