@@ -19,7 +19,11 @@ bool lum_bsdf_spreads(const struct lum_bsdf *b)
     return b->alpha > 0.0f || !lum_rgb_black(b->diffuse);
 }
 
-/* True when it shines from its middle. */
+/* Where a light shines from that casts hard shadows, as a pair of its samples: near its middle, so that the one sample
+ * stands well for all of them, but off its axes. A rod that a lamp hangs on meets its middle, and would shadow all that
+ * the lamp lights; from here it shadows a strip. The same for all pixels, or shadows would not be hard. */
+static const struct lum_vec2 hard_sample = {0.42f, 0.47f};
+
 static bool is_hard(const struct lum_direct *job)
 {
     enum lum_emitter kind = job->snapshot->lights.lights[job->light].kind;
@@ -32,7 +36,7 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
 {
     const struct lum_vertices *v = job->vertices;
     struct lum_sampler sampler = {v->pixel_seed[i], k};
-    struct lum_vec2 u = {0.5f, 0.5f};
+    struct lum_vec2 u = hard_sample;
     if (!is_hard(job))
         u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
     if (!lum_light_sample_at(job->snapshot, job->light, v->p[i], u, ret_sample))

@@ -25,7 +25,7 @@ struct lum_direct {
     uint32_t light, salt;
     bool media;                          /* dims light on its way */
     uint32_t n_samples;                  /* of an area light or the environment; delta lights take one */
-    bool hard;                           /* quads, discs and spheres shine from their middle, and take one as well */
+    bool hard;                           /* quads, discs and spheres shine from near their middle, and take one as well */
     const struct lum_vertices *vertices;
     struct lum_seen *seen;               /* by slot: visibility to use and to extend; NULL: trace everything. With it, at
                                             most one vertex per slot */
