@@ -10,7 +10,35 @@ struct free_run {
     const struct lum_pass *pass;
     struct lum_cache *cache;
     const _Atomic bool *cancel; /* NULL: nobody does */
+    _Atomic uint64_t *former;   /* bit by index: records from before the run that nobody has used in it */
+    uint32_t n_former;          /* bits */
 };
+
+static void note_use(const struct free_run *run, uint32_t index)
+{
+    uint64_t bit = 1ull << (index % 64);
+    if (index < run->n_former && (atomic_load_explicit(&run->former[index / 64], memory_order_relaxed) & bit))
+        atomic_fetch_and_explicit(&run->former[index / 64], ~bit, memory_order_relaxed);
+}
+
+static bool list_former(struct free_run *run)
+{
+    const struct lum_store *store = run->cache->store;
+    run->n_former = lum_store_limit(store);
+    run->former = lum_calloc(run->n_former / 64 + 1, sizeof *run->former);
+    for (uint32_t i = 0; run->former && i < run->n_former; i++)
+        if (lum_store_at(store, i))
+            atomic_fetch_or_explicit(&run->former[i / 64], 1ull << (i % 64), memory_order_relaxed);
+    return run->former != NULL;
+}
+
+static uint64_t count_unused(const struct free_run *run)
+{
+    uint64_t n = 0;
+    for (uint32_t word = 0; word * 64 < run->n_former; word++)
+        n += (uint64_t)__builtin_popcountll(atomic_load_explicit(&run->former[word], memory_order_relaxed));
+    return n;
+}
 
 static bool is_cancelled(const struct free_run *run)
 {
@@ -32,6 +60,8 @@ static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_ve
         float w = lum_weight_of(&l.weighting, l.metric, found[k], p, n);
         sum = lum_rgb_mad(sum, found[k]->irradiance, w);
         weights += w;
+        if (w > 0.0f)
+            note_use(run, found[k]->index);
     }
     if (!(weights > 0.0f))
         return false;
@@ -126,14 +156,24 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
                                   struct lum_error *err)
 {
     struct lum_records *records = pass->records;
-    struct free_run run = {pass, records->cache, runner->cancel};
+    struct free_run run = {.pass = pass, .cache = records->cache, .cancel = runner->cancel};
     struct lum_store *store = run.cache->store;
+    if (is_done(pass))
+        return LUM_OK;
+    if (!list_former(&run))
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the records of a picture");
     uint64_t created = atomic_load(&run.cache->created), discarded = atomic_load(&run.cache->discarded);
     uint64_t removed = atomic_load(&run.cache->removed);
+    uint64_t former = count_unused(&run);
     bool cleared = false;
     enum lum_status status = run_tiles(&run, runner);
-    while (status == LUM_OK && !is_done(pass) && lum_cache_make_room(run.cache, &cleared))
+    while (status == LUM_OK && !is_done(pass) && lum_cache_make_room(run.cache, &cleared)) {
+        if (cleared)
+            run.n_former = 0;
         status = run_tiles(&run, runner);
+    }
+    records->counts.reused = run.n_former > 0 ? former - count_unused(&run) : 0;
+    lum_free((void *)run.former);
     if (status == LUM_OK && !is_done(pass))
         status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
     records->counts.removed += atomic_load(&run.cache->removed) - removed;

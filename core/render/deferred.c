@@ -194,6 +194,16 @@ static struct plan make_plan(const struct lum_pass *pass)
     return plan;
 }
 
+/* Slots that moved without a VPL, then or now, and those of the sky, are no lights that anybody saw move. */
+static void count_vpls(const struct lum_vpl_set *set, struct lum_pass_stats *stats)
+{
+    stats->n_vpls = set->n_lit;
+    stats->n_vpls_moved = 0;
+    for (uint32_t i = 0; set->n_moved > 0 && i < set->n_bounced; i++)
+        if (set->moved[i / 64] >> (i % 64) & 1)
+            stats->n_vpls_moved += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
+}
+
 static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                    struct lum_error *err)
 {
@@ -213,8 +223,7 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
     if (status != LUM_OK)
         return status;
     pass->vpls = &d->vpls;
-    runner->stats->n_vpls = d->vpls.n_lit;
-    runner->stats->n_vpls_moved = d->vpls.n_moved;
+    count_vpls(&d->vpls, runner->stats);
     return LUM_OK;
 }
 
@@ -271,9 +280,8 @@ static enum lum_status update_cache(struct lum_deferred *d, struct lum_pass *pas
     pass->records = &d->records;
     if (!key.kind->vpls)
         return LUM_OK;
-    const struct lum_vpl_set *vpls = pass->vpls = &d->records.cache->vpls;
-    runner->stats->n_vpls = vpls->n_lit;
-    runner->stats->n_vpls_moved = vpls->n_moved;
+    pass->vpls = &d->records.cache->vpls;
+    count_vpls(pass->vpls, runner->stats);
     return LUM_OK;
 }
 
@@ -290,6 +298,7 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
                                  struct lum_error *err)
 {
     struct plan plan = make_plan(pass);
+    runner->stats->n_vpls = 0;
     pass->layers = &d->layers;
     lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
     pass->swept = &d->swept;
@@ -317,5 +326,6 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
                                      : lum_stage_run(runner, pass, plan.stages[i]);
     if (pass->records)
         runner->stats->cache = pass->records->counts;
+    d->n_vpls = runner->stats->n_vpls;
     return status;
 }

@@ -18,6 +18,7 @@ struct lum_deferred {
     struct lum_layers layers;
     struct lum_components components;
     struct lum_vpl_set vpls; /* of methods without a cache */
+    uint32_t n_vpls;         /* that shone in the last frame */
     struct lum_records records;
     struct lum_caches *caches; /* borrowed: where methods with a cache find theirs */
 };

@@ -373,6 +373,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.served[e] = settings->method->serves[e] != NULL;
     stats.cache.records = n_records(view, settings->method);
+    stats.n_vpls = settings->method->progressive ? 0 : view->deferred.n_vpls;
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;

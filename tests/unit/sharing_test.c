@@ -54,6 +54,39 @@ static void the_second_viewer_pays_less(void **state)
     house_end(&h);
 }
 
+/* What the statistics say, also of a frame in which nothing changed and of one in which a lamp moved. */
+static void counters_tell_what_is_there(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"irrcache", "ic", "tic", "live"};
+    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        struct house h;
+        begin(&h);
+        struct rig *r = &h.rig;
+        r->settings.method = lum_method_find(methods[m]);
+        r->settings.deterministic = false; /* records of irrcache as they come */
+        r->settings.max_spp = 1;
+        struct lum_pass_stats first = look(&h, r->view, &r->settings);
+        assert_true(first.cache.created > 0 && first.cache.reused == 0);
+        assert_int_equal(first.n_vpls_moved, first.n_vpls);
+        struct lum_view *second = another_view(&h, true);
+        struct lum_pass_stats same = look(&h, second, &r->settings);
+        assert_int_equal(same.cache.created, 0);
+        assert_int_equal(same.cache.reused, first.cache.records); /* each serves the point that it was made for */
+        lum_view_destroy(second);
+        struct lum_pass_stats rest = look(&h, r->view, &r->settings);
+        assert_int_equal(rest.cache.records, first.cache.records);
+        assert_int_equal(rest.n_vpls, first.n_vpls);
+        assert_int_equal(rest.n_vpls_moved, 0);
+        rig_bulb(r, "lamp", rig_v(0.3, 2.4, 0), 100.0);
+        rig_commit(r);
+        struct lum_pass_stats moved = look(&h, r->view, &r->settings);
+        assert_true(moved.n_vpls_moved <= moved.n_vpls);
+        assert_true((moved.n_vpls_moved > 0) == (first.n_vpls > 0));
+        house_end(&h);
+    }
+}
+
 static void who_comes_back_finds_his_records(void **state)
 {
     (void)state;
@@ -198,9 +231,10 @@ static void a_rough_pass_makes_no_coarse_records(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_second_viewer_pays_less),        cmocka_unit_test(who_comes_back_finds_his_records),
-        cmocka_unit_test(other_settings_have_another_cache),  cmocka_unit_test(an_edit_reaches_both),
-        cmocka_unit_test(storages_and_threads_do_not_matter), cmocka_unit_test(a_rough_pass_makes_no_coarse_records),
+        cmocka_unit_test(the_second_viewer_pays_less),          cmocka_unit_test(who_comes_back_finds_his_records),
+        cmocka_unit_test(other_settings_have_another_cache),    cmocka_unit_test(an_edit_reaches_both),
+        cmocka_unit_test(counters_tell_what_is_there),          cmocka_unit_test(storages_and_threads_do_not_matter),
+        cmocka_unit_test(a_rough_pass_makes_no_coarse_records),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
