@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "core/metric/metric.h"
 #include "tests/bench/plot.h"
 #include "tests/bench/table.h"
 
@@ -315,6 +316,8 @@ bool ais_report(const struct ais_study *study, const struct lum_bench_options *o
 {
     bool ok = true;
     printf("%u x %u; %s; A: ais, A-MAX: ais-max; 95 %% intervals\n", study->w, study->h, study->machine);
+    printf("ID: indirect diffuse, SS: soft shadows, PM: participating media, FULL: all; " LUM_BENCH_RELMSE "\n",
+           LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
         const struct output *o = &outputs[i];
         struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};

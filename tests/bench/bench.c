@@ -234,7 +234,10 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         if (strcmp(argv[1], benches[i].name) == 0) {
             options.scene = options.scene ? options.scene : benches[i].scene;
-            return benches[i].run(&options);
+            int status = benches[i].run(&options);
+            if (options.quick)
+                puts("\nMade with --quick: not for quoting");
+            return status;
         }
     fprintf(stderr, "lumend-bench: no study '%s'\n", argv[1]);
     return usage(stderr, 2);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/metric/metric.h"
 #include "tests/bench/plot.h"
 #include "tests/bench/table.h"
 
@@ -434,6 +435,8 @@ bool instant_report(const struct instant_study *study, const struct lum_bench_op
     bool ok = true;
     printf("%u x %u; %s; RT: whitted; medians of frames or of ratios, with 95 %% intervals\n", study->w, study->h,
            study->machine);
+    printf("(6.1) to (6.5): tables of the thesis, columns \"thesis\": its figures; " LUM_BENCH_RELMSE "\n",
+           LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
         const struct output *o = &outputs[i];
         struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};

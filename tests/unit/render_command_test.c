@@ -378,7 +378,7 @@ static double mean_light(const char *command)
 
 /* The lamp of this scene stands under its rod, radius 0.015 m. Methods with hard shadows aim at a point 0.06 m off the
  * rod's axis, from where the rod hides 2 asin(0.015 / 0.06) of 2 pi, 8 %. The rest of the tolerance is for one sample
- * in place of a disc of radius 0.38 m that is 1.1 m from what it lights. Aimed at the middle, a twentieth was left. */
+ * in place of a disc of radius 0.38 m that is 1.1 m from what it lights. Aimed at the middle, nothing was left. */
 static void one_shadow_ray_passes_a_rod(void **state)
 {
     (void)state;
