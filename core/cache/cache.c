@@ -262,6 +262,7 @@ static bool empty_another(struct lum_caches *caches, const struct lum_cache *but
     lum_cache_clear(&oldest->cache);
     lum_store_destroy(oldest->cache.store);
     oldest->cache.store = NULL; /* its next update makes another */
+    lum_cache_lose_count(&oldest->cache);
     take_snapshot(&oldest->cache, NULL);
     return true;
 }

@@ -81,9 +81,14 @@ LUM_MUST_USE enum lum_status lum_cache_acquire(struct lum_caches *caches, const 
                                                struct lum_cache **ret_cache, struct lum_error *err);
 void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* accepts NULL */
 
+/* So many of the records that were inserted last are remembered in order. */
+#define LUM_CACHE_RECENT 1024u
+
 struct lum_cache {
     struct lum_cache_key key;
     struct lum_store *store;             /* NULL until the first update */
+    uint64_t n_born;                     /* records that were ever inserted, counted on when the order of some is not known */
+    struct lum_cache_record *recent[LUM_CACHE_RECENT]; /* record b, counted from 1, at b % LUM_CACHE_RECENT */
     struct lum_vpl_set vpls;
     float spacing;                       /* vpls.spacing when the cache was last empty. Bounds follow this one, so that what
                                           * records keep of a VPL stays right while other VPLs move */
@@ -115,6 +120,18 @@ struct lum_cache_update {
 };
 LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *update,
                                               struct lum_error *err);
+
+/* Counts a record that was inserted, so that who knows those before it need not search for it. Thread: as lum_cache_update. */
+static inline void lum_cache_count(struct lum_cache *cache, struct lum_cache_record *record)
+{
+    record->born = ++cache->n_born;
+    cache->recent[record->born % LUM_CACHE_RECENT] = record;
+}
+/* Records came in an order that nobody knows, or the store is another: what anybody knows of them is void. */
+static inline void lum_cache_lose_count(struct lum_cache *cache)
+{
+    cache->n_born += LUM_CACHE_RECENT + 1;
+}
 
 /* All records are gone, and what the kind keeps for them. Thread: as lum_cache_update. */
 void lum_cache_clear(struct lum_cache *cache);

@@ -263,9 +263,9 @@ bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_cache
 
 /* ---- by one thread ---- */
 
-static bool is_there(const struct lum_cache_record *r)
+bool lum_store_holds(const struct lum_cache_record *record)
 {
-    uint32_t state = atomic_load_explicit(&r->state, memory_order_acquire);
+    uint32_t state = atomic_load_explicit(&record->state, memory_order_acquire);
     return state == STATE_SHARED || state == STATE_LOCAL;
 }
 
@@ -274,7 +274,7 @@ struct lum_cache_record *lum_store_at(const struct lum_store *store, uint32_t in
     if (index >= store->slab.capacity || !lum_slab_chunk_of(&store->slab, index))
         return NULL;
     struct lum_cache_record *r = lum_slab_at(&store->slab, index);
-    return is_there(r) ? r : NULL;
+    return lum_store_holds(r) ? r : NULL;
 }
 
 uint32_t lum_store_limit(const struct lum_store *store)

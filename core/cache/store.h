@@ -33,6 +33,7 @@ struct lum_cache_record {
     struct lum_rgb irradiance;  /* what it is for; scene units */
     struct lum_rgb gradient[3]; /* change of irradiance by moving along x, y, z, per scene unit; 0: the kind has none */
     uint64_t epoch;             /* of its cache: what it is up to date with. Set by whoever builds or refreshes it, after that */
+    uint64_t born;              /* of its cache: how many were inserted before it, and it (lum_cache_count); 0: nobody counted */
     _Atomic uint32_t state;     /* private to the store */
 };
 
@@ -81,6 +82,8 @@ bool lum_store_remove(struct lum_store *store, uint32_t worker, struct lum_cache
 /* Record by index; NULL: there is none. For going over all: 0 .. lum_store_limit - 1, in the order of their indices. While others
  * insert, those records may be among them or not. */
 struct lum_cache_record *lum_store_at(const struct lum_store *store, uint32_t index);
+/* True from when it was inserted until it is removed. Its memory may be another's since. */
+bool lum_store_holds(const struct lum_cache_record *record);
 uint32_t lum_store_limit(const struct lum_store *store);
 
 /* ---- by one thread, while no worker is inside ---- */

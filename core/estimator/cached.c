@@ -30,10 +30,12 @@ static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_sq
             else if (!lum_upsample_serves(&f, x, y))
                 lum_sites_set(&sites.lone, site);
         }
-    *ret_sites = sites;
+    ret_sites->coarse = sites.coarse;
+    ret_sites->lone = sites.lone;
+    ret_sites->nearby.known = false;
 }
 
-const struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile)
+struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile)
 {
     struct lum_components *c = pass->components;
     if (!c->sites_known[tile])
@@ -43,18 +45,18 @@ const struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_
 }
 
 /* Interpolates at some sites. step 2: out is a picture of a quarter of the resolution. */
-static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct lum_sites *sites, uint32_t step,
-                        struct lum_rgb *out, uint32_t worker)
+static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct lum_sites *sites,
+                        const struct lum_lookup *lookup, const struct lum_candidates *candidates, uint32_t step,
+                        struct lum_rgb *out)
 {
     struct lum_square square;
     struct lum_rgb irradiance[LUM_SQUARE_SITES];
-    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, worker);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     uint32_t pitch = lum_filter_size(pass->tiling.w, step);
     if (lum_sites_none(sites))
         return;
     lum_square_load(&square, pass, tile, sites);
-    lum_square_interpolate(&lookup, &square, irradiance);
+    lum_square_interpolate(lookup, candidates, &square, irradiance);
     for (uint32_t i = 0; i < square.n; i++) {
         uint32_t x = (r.x + square.site[i] % LUM_TILE_SIDE) / step, y = (r.y + square.site[i] / LUM_TILE_SIDE) / step;
         out[(size_t)y * pitch + x] = lum_rgb_scale(irradiance[i], LUM_INV_PI);
@@ -65,12 +67,19 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
 {
     if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
         return;
+    struct lum_square_sites *sites = lum_sites_of(pass, tile);
+    struct lum_sites all = lum_sites_all(sites);
+    if (lum_sites_none(&all))
+        return;
     struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
-    const struct lum_square_sites *sites = lum_sites_of(pass, tile);
+    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, counters->worker);
+    struct lum_candidates list;
     bool quarter = is_quarter(pass);
-    interpolate(pass, tile, &sites->coarse, quarter ? 2 : 1, quarter ? raw : smooth, counters->worker);
-    interpolate(pass, tile, &sites->lone, 1, smooth, counters->worker);
+    lum_nearby_update(&sites->nearby, pass, tile, &all, &lookup);
+    const struct lum_candidates *c = lum_nearby_list(&sites->nearby, &list);
+    interpolate(pass, tile, &sites->coarse, &lookup, c, quarter ? 2 : 1, quarter ? raw : smooth);
+    interpolate(pass, tile, &sites->lone, &lookup, c, 1, smooth);
 }
 
 const struct lum_estimator lum_estimator_cached = {

@@ -53,6 +53,8 @@ void lum_components_finish(struct lum_components *c)
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
         finish_buffer(&c->buffer[i]);
     free_antialias(c);
+    for (uint32_t t = 0; c->sites && t < c->n_tiles; t++)
+        lum_nearby_finish(&c->sites[t].nearby);
     lum_free(c->sites);
     lum_free(c->sites_known);
     lum_free(c->airlight);

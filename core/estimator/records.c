@@ -105,24 +105,36 @@ static enum lum_status reserve(struct run *run, struct lum_error *err)
 
 /* ---- who is served ---- */
 
+/* Those of the square's sites that nobody was known to serve. */
 static void serve_square(const struct run *run, uint32_t tile, uint32_t worker)
 {
-    struct lum_square square;
+    struct lum_square_sites *sites = lum_sites_of(run->pass, tile);
+    struct lum_nearby *nearby = &sites->nearby;
+    struct lum_sites *unserved = &run->memory->unserved[tile], all = lum_sites_all(sites);
     struct lum_lookup lookup = lum_lookup_of(run->cache, run->pass, worker);
-    struct lum_sites *unserved = &run->memory->unserved[tile];
+    struct lum_candidates list;
+    _Atomic uint64_t *found = run->note ? run->memory->found : NULL;
     if (lum_sites_none(unserved))
         return;
+    lum_nearby_update(nearby, run->pass, tile, &all, &lookup);
+    const struct lum_candidates *c = lum_nearby_list(nearby, &list);
+    if (c && nearby->served) {
+        if (found)
+            lum_square_note(c, found);
+        *unserved = (struct lum_sites){0};
+        return;
+    }
+    struct lum_square square;
     lum_square_load(&square, run->pass, tile, unserved);
-    lum_square_serve(&lookup, &square, unserved, run->note ? run->memory->found : NULL);
+    lum_square_serve(&lookup, c, &square, unserved, found);
+    nearby->served = lum_sites_none(unserved);
 }
 
 /* All sites of a square. */
 static void look_at_square(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
     const struct run *run = ctx;
-    const struct lum_square_sites *sites = lum_sites_of(run->pass, tile);
-    for (uint32_t k = 0; k < LUM_SQUARE_WORDS; k++)
-        run->memory->unserved[tile].bits[k] = sites->coarse.bits[k] | sites->lone.bits[k];
+    run->memory->unserved[tile] = lum_sites_all(lum_sites_of(run->pass, tile));
     serve_square(run, tile, counters->worker);
 }
 
@@ -320,6 +332,7 @@ static bool insert_batch(struct run *run)
         bool sound = lum_records_are_sound(r);
         run->runner->counters[0].nonfinite += !sound;
         if (sound && lum_store_insert(run->cache->store, 0, r)) {
+            lum_cache_count(run->cache, r);
             atomic_fetch_add(&run->cache->created, 1);
             continue;
         }
@@ -378,6 +391,7 @@ enum lum_status lum_records_update(struct lum_records *records, struct lum_cache
             return status;
         lum_cache_release(caches, records->cache);
         records->cache = cache;
+        records->holding++;
         if (records->memory)
             records->memory->complete = false; /* it was of the other one, and keys come back */
     }

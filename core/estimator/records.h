@@ -24,6 +24,7 @@ struct lum_records_memory;
 
 struct lum_records {
     struct lum_cache *cache;            /* held for the view; NULL: its method has none */
+    uint64_t holding;                   /* counts the caches that it held: an address may come back */
     struct lum_records_memory *memory;  /* kept from pass to pass: no allocation in a frame at rest */
     struct lum_cache_counts counts;     /* of the last pass */
 };

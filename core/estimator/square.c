@@ -35,7 +35,8 @@ struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_
 {
     enum lum_metric metric = cache->key.kind->metric;
     struct lum_weighting w = lum_weighting_of(cache->key.accuracy);
-    return (struct lum_lookup){.store = cache->store,
+    return (struct lum_lookup){.cache = cache,
+                               .store = cache->store,
                                .worker = worker,
                                .metric = metric,
                                .weighting = w,
@@ -43,11 +44,6 @@ struct lum_lookup lum_lookup_of(const struct lum_cache *cache, const struct lum_
                                .pixel = pass->footprint,
                                .eye = pass->eye.o};
 }
-
-/* Of points from .. from + n - 1. */
-struct box {
-    struct lum_vec3 lo, hi, n_lo, n_hi; /* of points, and of normals */
-};
 
 static struct lum_vec3 least(struct lum_vec3 a, float x, float y, float z)
 {
@@ -59,10 +55,10 @@ static struct lum_vec3 most(struct lum_vec3 a, float x, float y, float z)
     return lum_v3(lum_max(a.x, x), lum_max(a.y, y), lum_max(a.z, z));
 }
 
-static struct box box_of(const struct lum_square *s, uint32_t from, uint32_t n)
+struct lum_square_box lum_square_box_of(const struct lum_square *s, uint32_t from, uint32_t n)
 {
     const struct lum_vec3 up = {INFINITY, INFINITY, INFINITY}, down = {-INFINITY, -INFINITY, -INFINITY};
-    struct box b = {up, down, up, down};
+    struct lum_square_box b = {up, down, up, down};
     for (uint32_t i = from; i < from + n; i++) {
         b.lo = least(b.lo, s->px[i], s->py[i], s->pz[i]);
         b.hi = most(b.hi, s->px[i], s->py[i], s->pz[i]);
@@ -73,24 +69,61 @@ static struct box box_of(const struct lum_square *s, uint32_t from, uint32_t n)
 }
 
 /* False when a record turns away from all normals of the box by more than any metric lets pass. */
-static bool may_face(const struct lum_lookup *l, const struct box *b, struct lum_vec3 n)
+static bool may_face(const struct lum_lookup *l, const struct lum_square_box *b, struct lum_vec3 n)
 {
     float dot = lum_max(n.x * b->n_lo.x, n.x * b->n_hi.x) + lum_max(n.y * b->n_lo.y, n.y * b->n_hi.y) +
                 lum_max(n.z * b->n_lo.z, n.z * b->n_hi.z);
     return dot > l->least_dot;
 }
 
-bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, uint32_t from, uint32_t n,
-                     struct lum_candidates *ret_candidates)
+/* By where they lie, and not by index: that may depend on which worker removed what. */
+static bool comes_before(const struct lum_cache_record *a, const struct lum_cache_record *b)
 {
-    struct lum_candidates *c = ret_candidates;
-    struct box box = box_of(square, from, n);
+    int order = memcmp(&a->p, &b->p, sizeof a->p);
+    if (order == 0)
+        order = memcmp(&a->n, &b->n, sizeof a->n);
+    return order != 0 ? order < 0 : a->index < b->index;
+}
+
+/* Shell sort (gaps of Ciura 2001): a few dozen as a rule. */
+void lum_square_sort(struct lum_candidates *c)
+{
+    static const uint32_t gaps[] = {301, 132, 57, 23, 10, 4, 1};
+    for (size_t g = 0; g < LUM_ARRAY_LEN(gaps); g++)
+        for (uint32_t i = gaps[g]; i < c->n; i++) {
+            struct lum_cache_record *r = c->records[i];
+            uint32_t k = i;
+            for (; k >= gaps[g] && comes_before(r, c->records[k - gaps[g]]); k -= gaps[g])
+                c->records[k] = c->records[k - gaps[g]];
+            c->records[k] = r;
+        }
+}
+
+/* False when all points of the box are out of a record's reach: never, where rounding might decide. */
+static bool may_reach(const struct lum_square_box *b, const struct lum_cache_record *r)
+{
+    float x = lum_max(lum_max(b->lo.x - r->p.x, r->p.x - b->hi.x), 0.0f);
+    float y = lum_max(lum_max(b->lo.y - r->p.y, r->p.y - b->hi.y), 0.0f);
+    float z = lum_max(lum_max(b->lo.z - r->p.z, r->p.z - b->hi.z), 0.0f);
+    return x * x + y * y + z * z <= 1.001f * r->radius * r->radius;
+}
+
+bool lum_square_box_may_meet(const struct lum_lookup *l, const struct lum_square_box *box,
+                             const struct lum_cache_record *r)
+{
+    return may_reach(box, r) && may_face(l, box, r->n) && lum_record_is_fine(l, r);
+}
+
+bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, struct lum_candidates *c)
+{
+    struct lum_square_box box = lum_square_box_of(square, 0, square->n);
     uint32_t n_found = lum_store_overlap(l->store, l->worker, box.lo, box.hi, c->records, LUM_SQUARE_RECORDS);
     c->n = 0;
     for (uint32_t k = 0; k < n_found; k++)
         if (may_face(l, &box, c->records[k]->n) && lum_record_is_fine(l, c->records[k]))
             c->records[c->n++] = c->records[k];
-    return n_found < LUM_SQUARE_RECORDS || n <= 1;
+    lum_square_sort(c);
+    return n_found < LUM_SQUARE_RECORDS;
 }
 
 /* ---- who is served ---- */
@@ -148,7 +181,7 @@ static void serve_by(const struct lum_lookup *l, const struct lum_candidates *c,
     drop_served(s, sites, best);
 }
 
-static void note_found(const struct lum_candidates *c, _Atomic uint64_t *found)
+void lum_square_note(const struct lum_candidates *c, _Atomic uint64_t *found)
 {
     for (uint32_t k = 0; k < c->n; k++) {
         uint32_t index = c->records[k]->index;
@@ -158,25 +191,31 @@ static void note_found(const struct lum_candidates *c, _Atomic uint64_t *found)
     }
 }
 
-void lum_square_serve(const struct lum_lookup *l, struct lum_square *square, struct lum_sites *sites,
-                      _Atomic uint64_t *found)
+static struct lum_square point_of(const struct lum_square *s, uint32_t i)
 {
-    struct lum_candidates c;
-    if (square->n == 0)
-        return;
-    bool all = lum_square_find(l, square, 0, square->n, &c);
-    if (found)
-        note_found(&c, found);
-    serve_by(l, &c, square, sites);
-    while (!all && square->n > 0) { /* what is left, point by point */
-        struct lum_square one = {.n = 1};
-        uint32_t i = --square->n;
-        one.px[0] = square->px[i], one.py[0] = square->py[i], one.pz[0] = square->pz[i];
-        one.nx[0] = square->nx[i], one.ny[0] = square->ny[i], one.nz[0] = square->nz[i];
-        one.site[0] = square->site[i];
-        lum_square_find(l, &one, 0, 1, &c);
+    struct lum_square one = {.n = 1};
+    one.px[0] = s->px[i], one.py[0] = s->py[i], one.pz[0] = s->pz[i];
+    one.nx[0] = s->nx[i], one.ny[0] = s->ny[i], one.nz[0] = s->nz[i];
+    one.site[0] = s->site[i];
+    return one;
+}
+
+void lum_square_serve(const struct lum_lookup *l, const struct lum_candidates *candidates, struct lum_square *square,
+                      struct lum_sites *sites, _Atomic uint64_t *found)
+{
+    if (candidates) {
         if (found)
-            note_found(&c, found);
+            lum_square_note(candidates, found);
+        serve_by(l, candidates, square, sites);
+        return;
+    }
+    struct lum_cache_record *records[LUM_SQUARE_RECORDS];
+    for (uint32_t i = 0; i < square->n; i++) {
+        struct lum_square one = point_of(square, i);
+        struct lum_candidates c = {0, records};
+        lum_square_find(l, &one, &c);
+        if (found)
+            lum_square_note(&c, found);
         serve_by(l, &c, &one, sites);
     }
 }
@@ -253,43 +292,11 @@ static void add_any_record(const struct lum_lookup *l, const struct lum_cache_re
         add_record(l, LUM_METRIC_HATS, false, r, g, sums);
 }
 
-/* By where they lie, and not by index: that may depend on which worker removed what. */
-static bool comes_before(const struct lum_cache_record *a, const struct lum_cache_record *b)
-{
-    int order = memcmp(&a->p, &b->p, sizeof a->p);
-    if (order == 0)
-        order = memcmp(&a->n, &b->n, sizeof a->n);
-    return order != 0 ? order < 0 : a->index < b->index;
-}
-
-/* Shell sort (gaps of Ciura 2001): a few dozen as a rule. */
-static void sort_candidates(struct lum_candidates *c)
-{
-    static const uint32_t gaps[] = {301, 132, 57, 23, 10, 4, 1};
-    for (size_t g = 0; g < LUM_ARRAY_LEN(gaps); g++)
-        for (uint32_t i = gaps[g]; i < c->n; i++) {
-            struct lum_cache_record *r = c->records[i];
-            uint32_t k = i;
-            for (; k >= gaps[g] && comes_before(r, c->records[k - gaps[g]]); k -= gaps[g])
-                c->records[k] = c->records[k - gaps[g]];
-            c->records[k] = r;
-        }
-}
-
-/* False when all points of the box are out of a record's reach: never, where rounding might decide. */
-static bool may_reach(const struct box *b, const struct lum_cache_record *r)
-{
-    float x = lum_max(lum_max(b->lo.x - r->p.x, r->p.x - b->hi.x), 0.0f);
-    float y = lum_max(lum_max(b->lo.y - r->p.y, r->p.y - b->hi.y), 0.0f);
-    float z = lum_max(lum_max(b->lo.z - r->p.z, r->p.z - b->hi.z), 0.0f);
-    return x * x + y * y + z * z <= 1.001f * r->radius * r->radius;
-}
-
 static void interpolate_group(const struct lum_lookup *l, const struct lum_candidates *c, const struct group *g,
                               struct lum_rgb *ret_irradiance)
 {
     struct sums sums;
-    struct box box = box_of(g->square, g->from, g->n);
+    struct lum_square_box box = lum_square_box_of(g->square, g->from, g->n);
     memset(&sums, 0, sizeof sums);
     for (uint32_t k = 0; k < c->n; k++)
         if (may_reach(&box, c->records[k]) && may_face(l, &box, c->records[k]->n))
@@ -305,31 +312,27 @@ static void interpolate_group(const struct lum_lookup *l, const struct lum_candi
     }
 }
 
-static void interpolate_by(const struct lum_lookup *l, struct lum_candidates *c, const struct lum_square *s,
+static void interpolate_by(const struct lum_lookup *l, const struct lum_candidates *c, const struct lum_square *s,
                            struct lum_rgb *ret_irradiance)
 {
-    sort_candidates(c);
     for (uint32_t from = 0; from < s->n; from += GROUP) {
         struct group g = {s, from, s->n - from < GROUP ? s->n - from : GROUP};
         interpolate_group(l, c, &g, ret_irradiance + from);
     }
 }
 
-void lum_square_interpolate(const struct lum_lookup *l, const struct lum_square *square,
-                            struct lum_rgb ret_irradiance[LUM_SQUARE_SITES])
+void lum_square_interpolate(const struct lum_lookup *l, const struct lum_candidates *candidates,
+                            const struct lum_square *square, struct lum_rgb ret_irradiance[LUM_SQUARE_SITES])
 {
-    struct lum_candidates c;
-    if (square->n == 0)
-        return;
-    if (lum_square_find(l, square, 0, square->n, &c)) {
-        interpolate_by(l, &c, square, ret_irradiance);
+    if (candidates) {
+        interpolate_by(l, candidates, square, ret_irradiance);
         return;
     }
-    for (uint32_t i = 0; i < square->n; i++) { /* point by point */
-        struct lum_square one = {.n = 1};
-        one.px[0] = square->px[i], one.py[0] = square->py[i], one.pz[0] = square->pz[i];
-        one.nx[0] = square->nx[i], one.ny[0] = square->ny[i], one.nz[0] = square->nz[i];
-        lum_square_find(l, &one, 0, 1, &c);
+    struct lum_cache_record *records[LUM_SQUARE_RECORDS];
+    for (uint32_t i = 0; i < square->n; i++) {
+        struct lum_square one = point_of(square, i);
+        struct lum_candidates c = {0, records};
+        lum_square_find(l, &one, &c);
         interpolate_by(l, &c, &one, &ret_irradiance[i]);
     }
 }

@@ -8,7 +8,7 @@
 
 #define LUM_SQUARE_SITES (LUM_TILE_SIDE * LUM_TILE_SIDE)
 #define LUM_SQUARE_WORDS (LUM_SQUARE_SITES / 64)
-/* Records that are found at once. Where there are more, the points are looked up in two halves. */
+/* Records that are found at once. Where there are more, the points are looked up one by one. */
 #define LUM_SQUARE_RECORDS 1024u
 
 /* A bit for each pixel of a square, row by row, LUM_TILE_SIDE a row. */
@@ -51,6 +51,7 @@ void lum_square_load(struct lum_square *ret_square, const struct lum_pass *pass,
 
 /* How records of a cache are looked up and weighed. */
 struct lum_lookup {
+    const struct lum_cache *cache;
     struct lum_store *store;
     uint32_t worker;
     enum lum_metric metric;
@@ -69,22 +70,32 @@ static inline bool lum_record_is_fine(const struct lum_lookup *l, const struct l
     return r->footprint <= LUM_RECORD_COARSER * lum_cache_footprint(l->pixel, l->eye, r->p);
 }
 
-/* Records that may serve points from .. from + n - 1. True: all of them; false: there are more than fit. */
+/* Around points, and around their normals. */
+struct lum_square_box {
+    struct lum_vec3 lo, hi, n_lo, n_hi;
+};
+struct lum_square_box lum_square_box_of(const struct lum_square *square, uint32_t from, uint32_t n);
+/* False when the record serves no point of the box. */
+bool lum_square_box_may_meet(const struct lum_lookup *l, const struct lum_square_box *box, const struct lum_cache_record *r);
+
+/* Records that may serve some points, in an order that depends on where they lie alone. */
 struct lum_candidates {
     uint32_t n;
-    struct lum_cache_record *records[LUM_SQUARE_RECORDS];
+    struct lum_cache_record **records;
 };
-bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, uint32_t from, uint32_t n,
-                     struct lum_candidates *ret_candidates);
+void lum_square_sort(struct lum_candidates *candidates);
+/* Those of all points of a square, into an array of LUM_SQUARE_RECORDS. False: there are more than fit. */
+bool lum_square_find(const struct lum_lookup *l, const struct lum_square *square, struct lum_candidates *inout_candidates);
 
-/* Clears the bit of every site that a record serves. found: a bit by record's index, set for all that were looked up; NULL: not
- * wanted. */
-void lum_square_serve(const struct lum_lookup *l, struct lum_square *square, struct lum_sites *sites,
-                      _Atomic uint64_t *found);
+/* Clears the bit of every site that a record serves. candidates: of the square; NULL: they are looked up point by point. found: a bit by
+ * record's index, set for all candidates; NULL: not wanted. */
+void lum_square_serve(const struct lum_lookup *l, const struct lum_candidates *candidates, struct lum_square *square,
+                      struct lum_sites *sites, _Atomic uint64_t *found);
+void lum_square_note(const struct lum_candidates *candidates, _Atomic uint64_t *found);
 
 /* Irradiance at every point: sum of w (E + gradient . d) / sum of w. By point of the square. A point where nothing serves is black;
- * one that only one record serves has exactly what this one says, and where all say the same, that is it. */
-void lum_square_interpolate(const struct lum_lookup *l, const struct lum_square *square,
+ * one that only one record serves has exactly what this one says, and where all say the same, that is it. candidates: as above. */
+void lum_square_interpolate(const struct lum_lookup *l, const struct lum_candidates *candidates, const struct lum_square *square,
                             struct lum_rgb ret_irradiance[LUM_SQUARE_SITES]);
 
 #endif
