@@ -1,14 +1,20 @@
 /* Adaptive interleaved sampling against its maximum, against instant global illumination, and against the product's own
  * method: the thesis' tables 5.1 to 5.3 on our scenes.
  *
- * One process a run, one scene after the other, 600 x 400, rays through pixel centres, 256 VPLs and 9 shadow samples a
- * light as in 5.4. Every timed frame is fresh: the view forgets what it memoised, but keeps its memory. Methods and
- * parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
- * round, so that a drift of the machine cancels. A part alone is the frame with all other effects forced off.
+ * One process a run, one scene after the other, 600 x 400, rays through pixel centres, 256 VPLs as in 5.4, whose 9
+ * shadow samples a light are the pattern's. Every timed frame is fresh: the view forgets what it memoised, but keeps
+ * its memory. Methods and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios
+ * are taken within a round, so that a drift of the machine cancels. A part alone is the frame with all other effects
+ * off.
+ *
+ * Of glossy surfaces ais shows what lights they reflect, and live also what else they do, by paths. So that methods are
+ * compared at the same effects, gloss is off in the first of two rows of such a scene; the second one is ais and live
+ * with all that they have.
  *
  * Errors are against path tracing through the same pixels (reference.h).
  *
- * Error against cost: the same frame at more and fewer VPLs and shadow samples; and path, sample by sample. */
+ * Error against cost: the same frame at more and fewer VPLs and, in live, rays for soft shadows; and path, sample by
+ * sample. */
 #include "tests/bench/ais.h"
 
 #include <math.h>
@@ -19,14 +25,15 @@
 const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
 const char *const ais_parts[AIS_PARTS] = {"ID", "SS", "PM", "FULL"};
 
-/* --quick takes the first two. */
+/* --quick takes the first three. */
 static const char *const scene_names[] = {"cornell", "cornell-media", "desk",     "office",
                                           "sibenik", "conference",    "shirley6", "office-media"};
-#define QUICK_SCENES 2u
+#define QUICK_SCENES 3u
 
 #define BIT(effect) (1u << (effect))
 #define DIRECT_BITS (BIT(LUM_EFFECT_DIRECT) | BIT(LUM_EFFECT_SOFT_SHADOW) | BIT(LUM_EFFECT_ENVIRONMENT))
 #define ALL_BITS (BIT(LUM_EFFECT_COUNT) - 1u)
+#define PARTLY_BITS BIT(LUM_EFFECT_GLOSSY) /* what ais serves in part */
 
 static const uint32_t part_bits[AIS_PARTS] = {
     [AIS_ID] = BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
@@ -37,9 +44,10 @@ static const uint32_t part_bits[AIS_PARTS] = {
 /* What a method must serve to be compared in full. */
 #define CORE_BITS (DIRECT_BITS | BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_MEDIA))
 
-static const struct {
-    uint32_t n_vpls, shadow_samples;
-} budgets[] = {{32, 1}, {64, 4}, {128, 4}, {256, 9}, {512, 9}, {1024, 16}};
+/* AIS_VPLS comes with what the product has by default. */
+static const struct budget {
+    uint32_t n_vpls, shadow_budget;
+} budgets[] = {{32, 0}, {64, 0}, {128, 50000}, {AIS_VPLS, 200000}, {512, 200000}, {1024, 400000}};
 
 /* One scene at work. */
 struct rig {
@@ -73,19 +81,20 @@ static uint32_t served(const struct lum_method *m)
 }
 
 /* True when there is something to compare. */
-static bool takes_part(const struct rig *r, const struct lum_method *m, enum ais_part part)
+static bool takes_part(const struct rig *r, enum ais_method method, enum ais_part part)
 {
-    if (!m)
+    const struct lum_method *m = lum_method_find(ais_methods[method]);
+    if (!m || (r->out->partly && (part != AIS_FULL || (method != AIS_A && method != AIS_LIVE))))
         return false;
     uint32_t wanted = demanded(&r->reference.demand) & part_bits[part] & CORE_BITS;
     return wanted != 0 && (wanted & ~served(m)) == 0;
 }
 
-static struct lum_view_settings settings_of(const struct rig *r, const struct lum_method *m, enum ais_part part)
+static struct lum_view_settings settings_of(const struct rig *r, enum ais_method method, enum ais_part part)
 {
     struct lum_view_settings s = r->settings;
-    s.method = m;
-    s.effects_off = ALL_BITS & ~part_bits[part];
+    s.method = lum_method_find(ais_methods[method]);
+    s.effects_off |= ALL_BITS & ~part_bits[part];
     return s;
 }
 
@@ -131,101 +140,108 @@ struct config {
     struct lum_view *view;
     struct lum_view_settings settings;
     struct ais_cell *cell;
+    struct lum_bench_error *error; /* NULL, like curve: not of AIS_FULL */
+    struct ais_curve *curve;
+};
+struct configs {
+    struct config at[AIS_METHODS * AIS_PARTS];
+    size_t n;
 };
 
-static bool time_configs(struct rig *r, struct config *configs, size_t n)
+static bool time_configs(struct rig *r, const struct configs *configs)
 {
     struct lum_pass_stats stats;
-    size_t rounds = r->options->quick ? 2 : AIS_ROUNDS;
+    size_t rounds = r->options->quick ? 2 : AIS_ROUNDS, n = configs->n;
     for (size_t i = 0; i < n; i++) { /* warm-up; makes the buffers */
-        if (!fresh_frame(r, configs[i].view, &configs[i].settings, &stats))
+        const struct config *c = &configs->at[i];
+        if (!fresh_frame(r, c->view, &c->settings, &stats))
             return false;
-        memcpy(configs[i].cell->rays, stats.rays, sizeof stats.rays);
-        configs[i].cell->n = rounds;
+        memcpy(c->cell->rays, stats.rays, sizeof stats.rays);
+        c->cell->n = rounds;
     }
     for (size_t round = 0; round < rounds; round++)
         for (size_t i = 0; i < 2 * n; i++) {
-            struct config *c = &configs[i < n ? i : 2 * n - 1 - i];
+            const struct config *c = &configs->at[i < n ? i : 2 * n - 1 - i];
             if (!fresh_frame(r, c->view, &c->settings, &stats))
                 return false;
             c->cell->ms[round] += 0.5 * stats.ms;
             c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
         }
+    for (size_t i = 0; i < n; i++)
+        if (configs->at[i].error)
+            *configs->at[i].error = lum_bench_error_of(&r->reference, configs->at[i].view);
     return true;
-}
-
-static bool measure_frames(struct rig *r)
-{
-    struct config configs[AIS_METHODS * AIS_PARTS];
-    struct lum_error err = {0};
-    size_t n = 0;
-    bool ok = true;
-    for (int m = 0; m < AIS_METHODS; m++)
-        for (int p = 0; ok && p < AIS_PARTS; p++) {
-            const struct lum_method *method = lum_method_find(ais_methods[m]);
-            if (!takes_part(r, method, (enum ais_part)p))
-                continue;
-            struct config c = {NULL, settings_of(r, method, (enum ais_part)p), &r->out->cells[m][p]};
-            ok = lum_view_create(r->world.pool, &c.view, &err) == LUM_OK || failed(&err);
-            if (ok)
-                configs[n++] = c;
-        }
-    ok = ok && time_configs(r, configs, n);
-    for (int m = 0; m < AIS_METHODS; m++)
-        r->out->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
-    for (size_t i = 0; i < n; i++) {
-        ptrdiff_t cell = configs[i].cell - &r->out->cells[0][0];
-        if (ok && cell % AIS_PARTS == AIS_FULL)
-            r->out->errors[cell / AIS_PARTS] = lum_bench_error_of(&r->reference, configs[i].view);
-        lum_view_destroy(configs[i].view);
-    }
-    return ok;
 }
 
 /* ---- error against cost ---- */
 
-/* A frame at settings, and the median of its CPU time; dear ones are not repeated. */
-static bool measure_point(struct rig *r, struct lum_view *view, const struct lum_view_settings *s,
-                          struct ais_point *ret_point)
+/* A frame of each method at a budget; its CPU time is the least of three, in which the methods take turns. Left out
+ * are repetitions of frames that take a second, and methods that took two at the budget before. */
+static bool measure_budget(struct rig *r, const struct configs *configs, const struct budget *budget)
 {
     enum { FRAMES = 3 };
-    double cpu_ms[FRAMES], sum_ms = 0.0, enough_ms = r->options->quick ? 0.0 : 1000.0;
-    struct lum_pass_stats stats = {0};
-    size_t n = 0;
-    do {
-        if (!fresh_frame(r, view, s, &stats))
-            return false;
-        cpu_ms[n++] = stats.cpu_ms;
-        sum_ms += stats.cpu_ms;
-    } while (n < FRAMES && sum_ms < enough_ms);
-    *ret_point = (struct ais_point){
-        .n_vpls = s->n_vpls,
-        .shadow_samples = s->shadow_samples,
-        .cpu_ms = lum_bench_quantile(cpu_ms, n, 0.5),
-        .relmse = lum_bench_error_of(&r->reference, view).relmse,
-        .rays = sum_rays(stats.rays),
-    };
+    double cpu_ms[LUM_ARRAY_LEN(configs->at)][FRAMES];
+    size_t n_frames[LUM_ARRAY_LEN(configs->at)] = {0}, rounds = r->options->quick ? 1 : FRAMES;
+    uint64_t rays[LUM_ARRAY_LEN(configs->at)] = {0};
+    for (size_t round = 0; round < rounds; round++)
+        for (size_t i = 0; i < configs->n; i++) {
+            const struct config *c = &configs->at[i];
+            struct lum_pass_stats stats = {0};
+            struct lum_view_settings s = c->settings;
+            s.n_vpls = budget->n_vpls;
+            s.shadow_budget = budget->shadow_budget;
+            if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
+                (round && cpu_ms[i][0] > 1000.0))
+                continue;
+            if (!fresh_frame(r, c->view, &s, &stats))
+                return false;
+            cpu_ms[i][n_frames[i]++] = stats.cpu_ms;
+            rays[i] = sum_rays(stats.rays);
+        }
+    for (size_t i = 0; i < configs->n; i++)
+        if (n_frames[i])
+            configs->at[i].curve->points[configs->at[i].curve->n++] = (struct ais_point){
+                .n_vpls = budget->n_vpls,
+                .shadow_budget = budget->shadow_budget,
+                .cpu_ms = lum_bench_quantile(cpu_ms[i], n_frames[i], 0.0),
+                .error = lum_bench_error_of(&r->reference, configs->at[i].view),
+                .rays = rays[i],
+            };
     return true;
 }
 
-/* Ends where a frame takes seconds. */
-static bool measure_budgets(struct rig *r, const struct lum_method *method, struct ais_curve *ret_curve)
+static bool measure_configs(struct rig *r, const struct configs *configs)
 {
-    struct lum_view *view = NULL;
+    lum_bench_progress("ais: %s: frames, after %u samples of the reference", r->out->name, r->out->reference_spp);
+    bool ok = time_configs(r, configs);
+    lum_bench_progress("ais: %s: error against cost", r->out->name);
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1)
+        ok = measure_budget(r, configs, &budgets[i]);
+    return ok;
+}
+
+static bool measure_methods(struct rig *r)
+{
+    struct configs configs = {.n = 0};
     struct lum_error err = {0};
-    if (lum_view_create(r->world.pool, &view, &err) != LUM_OK)
-        return failed(&err);
-    struct lum_view_settings s = settings_of(r, method, AIS_FULL);
-    bool ok = true, dear = false;
-    for (size_t i = 0; ok && !dear && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1) {
-        struct ais_point *p = &ret_curve->points[ret_curve->n];
-        s.n_vpls = budgets[i].n_vpls;
-        s.shadow_samples = budgets[i].shadow_samples;
-        ok = measure_point(r, view, &s, p);
-        ret_curve->n += ok;
-        dear = p->cpu_ms > 2000.0;
+    bool ok = true;
+    for (int m = 0; m < AIS_METHODS; m++) {
+        r->out->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
+        for (int p = 0; ok && p < AIS_PARTS; p++) {
+            if (!takes_part(r, (enum ais_method)m, (enum ais_part)p))
+                continue;
+            struct config c = {.settings = settings_of(r, (enum ais_method)m, (enum ais_part)p),
+                               .cell = &r->out->cells[m][p],
+                               .error = p == AIS_FULL ? &r->out->errors[m] : NULL,
+                               .curve = p == AIS_FULL ? &r->out->curves[m] : NULL};
+            ok = lum_view_create(r->world.pool, &c.view, &err) == LUM_OK || failed(&err);
+            if (ok)
+                configs.at[configs.n++] = c;
+        }
     }
-    lum_view_destroy(view);
+    ok = ok && measure_configs(r, &configs);
+    for (size_t i = 0; i < configs.n; i++)
+        lum_view_destroy(configs.at[i].view);
     return ok;
 }
 
@@ -247,7 +263,7 @@ static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
         p.rays += sum_rays(stats.rays);
         p.spp++;
         if (ok && (p.spp & (p.spp - 1u)) == 0) {
-            p.relmse = lum_bench_error_of(&r->reference, view).relmse;
+            p.error = lum_bench_error_of(&r->reference, view);
             ret_curve->points[ret_curve->n++] = p;
         }
     }
@@ -257,45 +273,43 @@ static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
 
 /* ---- a scene ---- */
 
-static bool measure_scene(struct rig *r)
+/* off: effects that all methods and the reference go without. */
+static bool measure_row(struct rig *r, struct ais_study *study, const char *name, uint32_t off)
 {
-    struct lum_error err = {0};
-    if (lum_snapshot_camera(r->world.snapshot, NULL, &r->settings.camera, &err) != LUM_OK)
-        return failed(&err);
+    struct lum_demand demand;
+    lum_demand_derive(r->world.snapshot, &demand);
+    uint32_t partly = demanded(&demand) & PARTLY_BITS;
+    if (off && !partly)
+        return true;
+    r->out = &study->scenes[study->n_scenes++];
+    r->out->partly = partly & ~off;
+    snprintf(r->out->name, sizeof r->out->name, "%s%s", name, off ? "-no-gloss" : "");
+    r->settings.effects_off = off;
     lum_bench_progress("ais: %s: reference", r->out->name);
-    if (!make_reference(r))
-        return false;
-    lum_bench_progress("ais: %s: frames, after %u samples of the reference", r->out->name, r->out->reference_spp);
-    if (!measure_frames(r))
-        return false;
-    for (int m = 0; m < AIS_METHODS; m++) {
-        if (!r->out->cells[m][AIS_FULL].n)
-            continue;
-        lum_bench_progress("ais: %s: error against cost of %s", r->out->name, ais_methods[m]);
-        if (!measure_budgets(r, lum_method_find(ais_methods[m]), &r->out->curves[m]))
-            return false;
-    }
-    lum_bench_progress("ais: %s: error against cost of path", r->out->name);
-    return measure_path(r, &r->out->curves[AIS_METHODS]);
+    bool ok = make_reference(r) && measure_methods(r);
+    if (ok)
+        lum_bench_progress("ais: %s: error against cost of path", r->out->name);
+    ok = ok && measure_path(r, &r->out->curves[AIS_METHODS]);
+    lum_bench_reference_finish(&r->reference);
+    return ok;
 }
 
-static bool run_scene(const struct lum_bench_options *options, const char *name, struct ais_study *study)
+static bool run_scene(const struct lum_bench_options *options, const char *scene, struct ais_study *study)
 {
+    struct lum_error err = {0};
     struct rig r = {.options = options, .settings = lum_view_settings_default()};
     r.settings.w = study->w;
     r.settings.h = study->h;
     r.settings.antialias = false;
-    r.settings.n_vpls = 256;
-    r.settings.shadow_samples = 9;
+    r.settings.n_vpls = AIS_VPLS;
     r.settings.seed = 1;
-    if (!lum_bench_world(name, 0, &r.world))
+    if (!lum_bench_world(scene, 0, &r.world))
         return false;
     lum_device_trace_singly(r.world.device, options->single_rays);
     lum_bench_machine(&r.world, study->machine, sizeof study->machine);
-    r.out = &study->scenes[study->n_scenes++];
-    r.out->name = lum_bench_scene_name(name);
-    bool ok = measure_scene(&r);
-    lum_bench_reference_finish(&r.reference);
+    const char *name = lum_bench_scene_name(scene);
+    bool ok = lum_snapshot_camera(r.world.snapshot, NULL, &r.settings.camera, &err) == LUM_OK || failed(&err);
+    ok = ok && measure_row(&r, study, name, PARTLY_BITS) && measure_row(&r, study, name, 0);
     lum_world_finish(&r.world);
     return ok;
 }

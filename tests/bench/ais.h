@@ -5,7 +5,7 @@
 
 #include "tests/bench/reference.h"
 
-enum { AIS_SCENES = 8, AIS_ROUNDS = 6, AIS_POINTS = 8 };
+enum { AIS_SCENES = 16, AIS_ROUNDS = 6, AIS_POINTS = 8, AIS_VPLS = 256 /* 5.4 */ };
 
 enum ais_method { AIS_A, AIS_MAX, AIS_IGI, AIS_LIVE, AIS_METHODS };
 extern const char *const ais_methods[AIS_METHODS]; /* as lum_method_find knows them */
@@ -16,15 +16,16 @@ extern const char *const ais_parts[AIS_PARTS];
 
 /* Fresh frames of one method and part. n 0: the method does not serve it, or the scene does not call for it. */
 struct ais_cell {
-    size_t n;                               /* rounds */
+    size_t n;                                  /* rounds */
     double ms[AIS_ROUNDS], cpu_ms[AIS_ROUNDS]; /* of a frame: mean of the two of a round */
-    uint64_t rays[LUM_RAY_KIND_COUNT];      /* of a frame */
+    uint64_t rays[LUM_RAY_KIND_COUNT];         /* of a frame */
 };
 
 /* A frame at one setting, for error against cost. */
 struct ais_point {
-    uint32_t n_vpls, shadow_samples, spp;
-    double cpu_ms, relmse;
+    uint32_t n_vpls, shadow_budget, spp; /* shadow_budget: of live alone */
+    double cpu_ms;
+    struct lum_bench_error error;
     uint64_t rays;
 };
 struct ais_curve {
@@ -32,11 +33,14 @@ struct ais_curve {
     size_t n;
 };
 
+/* A scene whose surfaces are glossy is there twice: first as NAME-no-gloss, without that effect in all methods and in
+ * the reference. */
 struct ais_scene {
-    const char *name;
+    char name[64];
+    bool partly; /* glossy: ais serves it in part */
     struct ais_cell cells[AIS_METHODS][AIS_PARTS];
     struct lum_bench_error errors[AIS_METHODS]; /* of AIS_FULL; NAN where there is none */
-    struct ais_curve curves[AIS_METHODS + 1]; /* the last one is path's */
+    struct ais_curve curves[AIS_METHODS + 1];   /* the last one is path's */
     uint32_t reference_spp;
     double reference_relmse; /* noise that is left in the reference; not in relmse, which knows of it */
 };

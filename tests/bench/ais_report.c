@@ -68,7 +68,7 @@ static const struct lum_bench_column speedup_columns[] = {
 };
 _Static_assert(LUM_ARRAY_LEN(speedup_columns) == LUM_ARRAY_LEN(comparisons) + 1, "a column for each comparison");
 
-/* The last row has means over scenes, as the thesis has. */
+/* The last row has means over scenes, as the thesis has: of rows in which all have the same effects. */
 static void print_speedups(const struct ais_study *study, struct lum_bench_table *t)
 {
     double sum[LUM_ARRAY_LEN(comparisons)] = {0};
@@ -79,7 +79,7 @@ static void print_speedups(const struct ais_study *study, struct lum_bench_table
         for (size_t k = 0; k < LUM_ARRAY_LEN(comparisons); k++) {
             struct lum_bench_median r = comparison_of(&study->scenes[i], &comparisons[k], false);
             lum_bench_table_median(t, r, 2);
-            if (isfinite(r.median)) {
+            if (isfinite(r.median) && !study->scenes[i].partly) {
                 sum[k] += r.median;
                 n[k]++;
             }
@@ -149,45 +149,102 @@ static void print_rays(const struct ais_study *study, struct lum_bench_table *t)
 
 /* ---- equal time, equal error ---- */
 
-/* y of a curve at x, both logarithmic, between the points that enclose x; NAN outside. by_error: x is the error and y
- * the cost, and of several the first is taken; a curve that is below x from the start costs its first point at most. */
-static double curve_at(const struct ais_curve *c, double x, bool by_error)
+enum axis { COST, RELMSE, SMAPE };
+
+static double value_of(const struct ais_point *p, enum axis axis)
 {
-    if (c->n && by_error && c->points[0].relmse <= x)
-        return c->points[0].cpu_ms;
-    for (size_t i = 0; i + 1 < c->n; i++) {
-        const struct ais_point *p = &c->points[i], *q = &c->points[i + 1];
-        double x0 = by_error ? p->relmse : p->cpu_ms, x1 = by_error ? q->relmse : q->cpu_ms;
-        double y0 = by_error ? p->cpu_ms : p->relmse, y1 = by_error ? q->cpu_ms : q->relmse;
-        bool between = by_error ? x1 <= x && x < x0 : x0 <= x && x <= x1;
-        if (between && x0 > 0.0 && x1 > 0.0 && y0 > 0.0 && y1 > 0.0)
-            return y0 * exp(log(y1 / y0) * (x0 == x1 ? 0.0 : log(x / x0) / log(x1 / x0)));
+    return axis == COST ? p->cpu_ms : axis == RELMSE ? p->error.relmse : p->error.smape;
+}
+
+/* What a curve says of something: its value, or that it is less ('<') or more ('>'). NAN: nothing. */
+struct reading {
+    double value;
+    char bound; /* 0: none */
+};
+
+/* The least y that a curve has where its x is at most this: points are joined by straight lines on logarithmic paper. A
+ * curve that begins beyond x has more than its first point in x; one that ends before x, less than its lowest. */
+static struct reading least(const struct ais_curve *c, enum axis x_axis, double x, enum axis y_axis)
+{
+    double lowest = (double)INFINITY, first = (double)INFINITY, y_first = (double)NAN;
+    bool beyond = false;
+    for (size_t i = 0; i < c->n; i++) {
+        double x1 = value_of(&c->points[i], x_axis), y1 = value_of(&c->points[i], y_axis);
+        if (x1 < first)
+            first = x1, y_first = y1;
+        if (x1 <= x)
+            lowest = fmin(lowest, y1);
+        beyond = beyond || x1 > x;
+        double x0 = i ? value_of(&c->points[i - 1], x_axis) : x1, y0 = i ? value_of(&c->points[i - 1], y_axis) : y1;
+        if ((x0 <= x) != (x1 <= x) && fmin(fmin(x0, x1), fmin(y0, y1)) > 0.0)
+            lowest = fmin(lowest, y0 * exp(log(y1 / y0) * log(x / x0) / log(x1 / x0)));
     }
-    return (double)NAN;
+    if (first > x)
+        return (struct reading){y_first, '>'};
+    return (struct reading){lowest, beyond ? 0 : '<'};
+}
+
+static void put_reading(struct lum_bench_table *t, struct reading r)
+{
+    char text[64] = "";
+    if (isfinite(r.value))
+        snprintf(text, sizeof text, "%s%.2f", r.bound == '<' ? "< " : r.bound == '>' ? "> " : "", r.value);
+    lum_bench_table_text(t, text);
+}
+
+/* What curve c has `of` where it has a's `at`, over what a has. */
+static void put_share(struct lum_bench_table *t, const struct ais_curve *c, const struct ais_point *a, enum axis at,
+                      enum axis of)
+{
+    struct reading r = {(double)NAN, 0};
+    if (a && c->n) {
+        r = least(c, at, value_of(a, at), of);
+        r.value /= value_of(a, of);
+    }
+    put_reading(t, r);
+}
+
+/* The cost of b over that of curve c at b's error. */
+static void put_inverse(struct lum_bench_table *t, const struct ais_curve *c, const struct ais_point *b,
+                        enum axis error)
+{
+    struct reading r = {(double)NAN, 0};
+    if (b && c->n) {
+        r = least(c, error, value_of(b, error), COST);
+        r.value = b->cpu_ms / r.value;
+        r.bound = r.bound == '<' ? '>' : r.bound == '>' ? '<' : 0;
+    }
+    put_reading(t, r);
+}
+
+static const struct ais_point *default_point(const struct ais_curve *c)
+{
+    for (size_t i = 0; i < c->n; i++)
+        if (c->points[i].n_vpls == AIS_VPLS)
+            return &c->points[i];
+    return NULL;
 }
 
 static const struct lum_bench_column equal_columns[] = {
-    {"", "against A as in the thesis", TEXT}, {"", "LIVE: error at equal time", 3}, {"", "time at equal error", 3},
-    {"", "path: error at equal time", 3},     {"", "time at equal error", 3},
+    {"", "equal time, equal error", TEXT},   {"", "error", TEXT},
+    {"", "LIVE/A: error at A's time", TEXT}, {"", "time at A's error", TEXT},
+    {"", "time at LIVE's error", TEXT},      {"", "path/A: error at A's time", TEXT},
+    {"", "time at A's error", TEXT},
 };
 
-/* What live and path reach where ais stands with the thesis' settings. */
 static void print_equal(const struct ais_study *study, struct lum_bench_table *t)
 {
-    const int rivals[] = {AIS_LIVE, AIS_METHODS};
-    for (size_t i = 0; i < study->n_scenes; i++) {
-        const struct ais_scene *s = &study->scenes[i];
-        const struct ais_point *at = NULL;
-        for (size_t k = 0; k < s->curves[AIS_A].n; k++)
-            if (s->curves[AIS_A].points[k].n_vpls == 256)
-                at = &s->curves[AIS_A].points[k];
-        lum_bench_table_text(t, s->name);
-        for (size_t k = 0; k < LUM_ARRAY_LEN(rivals); k++) {
-            const struct ais_curve *c = &s->curves[rivals[k]];
-            LUM_BENCH_NUMBERS(t, at ? curve_at(c, at->cpu_ms, false) / at->relmse : (double)NAN,
-                              at ? curve_at(c, at->relmse, true) / at->cpu_ms : (double)NAN);
+    for (size_t i = 0; i < study->n_scenes; i++)
+        for (enum axis error = RELMSE; error <= SMAPE; error++) {
+            const struct ais_curve *curves = study->scenes[i].curves, *path = &curves[AIS_METHODS];
+            const struct ais_point *a = default_point(&curves[AIS_A]), *live = default_point(&curves[AIS_LIVE]);
+            LUM_BENCH_TEXTS(t, study->scenes[i].name, error == RELMSE ? "relMSE" : "SMAPE");
+            put_share(t, &curves[AIS_LIVE], a, COST, error);
+            put_share(t, &curves[AIS_LIVE], a, error, COST);
+            put_inverse(t, &curves[AIS_A], live, error);
+            put_share(t, path, a, COST, error);
+            put_share(t, path, a, error, COST);
         }
-    }
 }
 
 /* ---- files ---- */
@@ -238,8 +295,8 @@ static void put_ratios(const struct ais_study *study, struct lum_bench_table *t)
 }
 
 static const struct lum_bench_column point_columns[] = {
-    {"scene", NULL, TEXT}, {"method", NULL, TEXT}, {"vpls", NULL, 0}, {"shadow_samples", NULL, 0},
-    {"spp", NULL, 0},      {"cpu_ms", NULL, 4},    {"rays", NULL, 0}, {"relmse", NULL, 9},
+    {"scene", NULL, TEXT}, {"method", NULL, TEXT}, {"vpls", NULL, 0},   {"shadow_budget", NULL, 0}, {"spp", NULL, 0},
+    {"cpu_ms", NULL, 4},   {"rays", NULL, 0},      {"relmse", NULL, 9}, {"smape", NULL, 9},
 };
 
 static const char *curve_name(int curve)
@@ -254,8 +311,8 @@ static void put_points(const struct ais_study *study, struct lum_bench_table *t)
             for (size_t k = 0; k < study->scenes[i].curves[m].n; k++) {
                 const struct ais_point *p = &study->scenes[i].curves[m].points[k];
                 LUM_BENCH_TEXTS(t, study->scenes[i].name, curve_name(m));
-                LUM_BENCH_NUMBERS(t, (double)p->n_vpls, (double)p->shadow_samples, (double)p->spp, p->cpu_ms,
-                                  (double)p->rays, p->relmse);
+                LUM_BENCH_NUMBERS(t, (double)p->n_vpls, m == AIS_LIVE ? (double)p->shadow_budget : (double)NAN,
+                                  (double)p->spp, p->cpu_ms, (double)p->rays, p->error.relmse, p->error.smape);
             }
 }
 
@@ -271,7 +328,7 @@ static bool draw(const struct ais_study *study, const struct ais_scene *s, const
         for (size_t i = 0; i < c->n; i++) {
             x[0][m][i] = c->points[i].cpu_ms;
             x[1][m][i] = (double)c->points[i].rays * 1e-6;
-            y[m][i] = c->points[i].relmse;
+            y[m][i] = c->points[i].error.relmse;
         }
         for (int side = 0; side < 2 && c->n; side++)
             series[side][n] = (struct lum_plot_series){
@@ -298,19 +355,33 @@ typedef void (*fill_fn)(const struct ais_study *study, struct lum_bench_table *t
 
 static const struct output {
     const char *file; /* NULL: to stdout */
+    const char *note; /* above the table; NULL: none */
     const struct lum_bench_column *columns;
     size_t n_columns;
     fill_fn fill;
 } outputs[] = {
-    {NULL, fps_columns, LUM_ARRAY_LEN(fps_columns), print_frames},
-    {NULL, speedup_columns, LUM_ARRAY_LEN(speedup_columns), print_speedups},
-    {NULL, ray_columns, LUM_ARRAY_LEN(ray_columns), print_rays},
-    {NULL, error_columns, LUM_ARRAY_LEN(error_columns), print_errors},
-    {NULL, equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
-    {"ais", frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
-    {"ais-speedup", ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},
-    {"ais-budget", point_columns, LUM_ARRAY_LEN(point_columns), put_points},
+    {NULL, NULL, fps_columns, LUM_ARRAY_LEN(fps_columns), print_frames},
+    {NULL, "X/Y above 1: X is faster.", speedup_columns, LUM_ARRAY_LEN(speedup_columns), print_speedups},
+    {NULL, NULL, ray_columns, LUM_ARRAY_LEN(ray_columns), print_rays},
+    {NULL, "Less is better. The reference's own noise counts in SMAPE, not in relMSE.", error_columns,
+     LUM_ARRAY_LEN(error_columns), print_errors},
+    {NULL,
+     "Below 1: LIVE (path) has less error than A, or needs less CPU time. At A's time and error: A at its default of\n"
+     "256 VPLs, LIVE along its curve of budgets; at LIVE's error: LIVE at its default, A along its curve. < and >:\n"
+     "beyond that curve's end, which gives the bound.",
+     equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
+    {"ais", NULL, frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
+    {"ais-speedup", NULL, ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},
+    {"ais-budget", NULL, point_columns, LUM_ARRAY_LEN(point_columns), put_points},
 };
+
+static bool any_partly(const struct ais_study *study)
+{
+    bool any = false;
+    for (size_t i = 0; i < study->n_scenes; i++)
+        any = any || study->scenes[i].partly;
+    return any;
+}
 
 bool ais_report(const struct ais_study *study, const struct lum_bench_options *options)
 {
@@ -318,9 +389,15 @@ bool ais_report(const struct ais_study *study, const struct lum_bench_options *o
     printf("%u x %u; %s; A: ais, A-MAX: ais-max; 95 %% intervals\n", study->w, study->h, study->machine);
     printf("ID: indirect diffuse, SS: soft shadows, PM: participating media, FULL: all; " LUM_BENCH_RELMSE "\n",
            LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
+    if (any_partly(study))
+        printf(
+            "SCENE-no-gloss: gloss is off in all methods and in the reference, so that all have the same effects; "
+            "SCENE\nitself: with gloss, of which LIVE traces paths and A shows reflected lights alone; not in means\n");
     for (size_t i = 0; ok && i < LUM_ARRAY_LEN(outputs); i++) {
         const struct output *o = &outputs[i];
         struct lum_bench_table t = {.columns = o->columns, .n_columns = o->n_columns};
+        if (o->note)
+            printf("\n%s\n", o->note);
         o->fill(study, &t);
         ok = lum_bench_table_finish(&t, options, o->file);
     }

@@ -18,7 +18,8 @@ FILES = {
     "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
                  "irrcache-lookups-table"},
     "viewers": {"viewers", "viewers-memory", "viewers-rays", "viewers-time"},
-    "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media"},
+    "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media", "ais-desk",
+            "ais-desk-no-gloss"},
 }
 
 
