@@ -195,7 +195,7 @@ static void compute_unserved(struct indirect *s, uint32_t packet)
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
             size_t pixel = (size_t)y * pass->tiling.w + x;
-            if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_DIFFUSE) || lum_upsample_serves(&f, x, y))
+            if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_DIFFUSE) || lum_upsample_taps(&f, x, y))
                 continue;
             at[s->points.n_points] = pixel;
             push_point(s, pixel);

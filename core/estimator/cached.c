@@ -13,25 +13,28 @@ static bool is_quarter(const struct lum_pass *pass)
     return false;
 }
 
+/* And from which of them the others take. */
 static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool quarter = is_quarter(pass);
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2};
-    struct lum_square_sites sites = {0};
+    struct lum_sites coarse = {0}, lone = {0};
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            if (!(guide.kind[(size_t)y * guide.w + x] & LUM_PIXEL_DIFFUSE))
-                continue;
             uint32_t site = (y - r.y) * LUM_TILE_SIDE + (x - r.x);
-            if (!quarter || (x % 2 == 0 && y % 2 == 0))
-                lum_sites_set(&sites.coarse, site);
-            else if (!lum_upsample_serves(&f, x, y))
-                lum_sites_set(&sites.lone, site);
+            size_t pixel = (size_t)y * guide.w + x;
+            bool wanted = guide.kind[pixel] & LUM_PIXEL_DIFFUSE;
+            uint8_t taps = wanted && quarter ? lum_upsample_taps(&f, x, y) : 0;
+            pass->components->taps[pixel] = taps;
+            if (wanted && (!quarter || (x % 2 == 0 && y % 2 == 0)))
+                lum_sites_set(&coarse, site);
+            else if (wanted && taps == 0)
+                lum_sites_set(&lone, site);
         }
-    ret_sites->coarse = sites.coarse;
-    ret_sites->lone = sites.lone;
+    ret_sites->coarse = coarse;
+    ret_sites->lone = lone;
     ret_sites->nearby.known = false;
 }
 

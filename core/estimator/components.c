@@ -57,6 +57,7 @@ void lum_components_finish(struct lum_components *c)
         lum_nearby_finish(&c->sites[t].nearby);
     lum_free(c->sites);
     lum_free(c->sites_known);
+    lum_free(c->taps);
     lum_free(c->airlight);
     lum_free(c->airlight_traced);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -135,7 +136,9 @@ static bool reserve_sites(struct lum_components *c)
         c->sites = lum_calloc(c->n_tiles, sizeof *c->sites);
     if (!c->sites_known)
         c->sites_known = lum_calloc(c->n_tiles, 1);
-    return c->sites && c->sites_known;
+    if (!c->taps)
+        c->taps = lum_calloc((size_t)c->w * c->h, 1);
+    return c->sites && c->sites_known && c->taps;
 }
 
 static bool reserve(struct lum_components *c, const struct lum_pass *pass)

@@ -168,8 +168,7 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         size_t at = (size_t)y * pass->tiling.w + x;
-        lum_film_reset_pixel(pass->film, x, y);
-        lum_film_add(pass->film, x, y, 0, c->lenders[at] == LENT_BY_SELF ? c->radiance[at] : lent(pass, at),
+        lum_film_set(pass->film, x, y, c->lenders[at] == LENT_BY_SELF ? c->radiance[at] : lent(pass, at),
                      &counters->nonfinite);
     }
     pass->tile_spp[tile] = pass->target_spp;

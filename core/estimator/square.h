@@ -9,7 +9,7 @@
 #define LUM_SQUARE_SITES (LUM_TILE_SIDE * LUM_TILE_SIDE)
 #define LUM_SQUARE_WORDS (LUM_SQUARE_SITES / 64)
 /* Records that are found at once. Where there are more, the points are looked up one by one. */
-#define LUM_SQUARE_RECORDS 1024u
+#define LUM_SQUARE_RECORDS 4096u
 
 /* A bit for each pixel of a square, row by row, LUM_TILE_SIDE a row. */
 struct lum_sites {

@@ -24,9 +24,9 @@ static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct
     if (!b->raw || lum_components_enter(pass, LUM_STAGE_UPSAMPLE, packet))
         return;
     struct lum_guide guide = lum_components_guide(pass);
-    struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2, .in = b->raw};
+    struct lum_filter f = {.guide = &guide, .step = 2, .in = b->raw};
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    lum_filter_upsampled(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, b->smooth);
+    lum_filter_by_taps(&f, pass->components->taps, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, b->smooth);
 }
 
 const struct lum_estimator lum_stage_gloss = {

@@ -51,6 +51,22 @@ void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y)
     }
 }
 
+void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb radiance, uint64_t *nonfinite)
+{
+    size_t i = (size_t)y * film->w + x;
+    bool sound = isfinite(radiance.r) && isfinite(radiance.g) && isfinite(radiance.b);
+    double *sum = &film->half[0][3 * i];
+    *nonfinite += !sound;
+    sum[0] = sound ? (double)radiance.r : 0.0;
+    sum[1] = sound ? (double)radiance.g : 0.0;
+    sum[2] = sound ? (double)radiance.b : 0.0;
+    film->n[0][i] = sound;
+    if (film->n[1][i] == 0) /* its sum is 0: the other half of the film is not touched */
+        return;
+    memset(&film->half[1][3 * i], 0, 3 * sizeof film->half[1][0]);
+    film->n[1][i] = 0;
+}
+
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y)
 {
     size_t i = (size_t)y * film->w + x;

@@ -23,6 +23,8 @@ void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample
 
 /* Forgets a pixel's samples: a deferred method writes each pixel anew. */
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);
+/* Its only sample: what lum_film_reset_pixel and then lum_film_add with sample 0 leave. */
+void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb radiance, uint64_t *nonfinite);
 
 /* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);

@@ -239,15 +239,39 @@ static struct sites find_sites(const struct lum_filter *f, uint32_t x, uint32_t 
     return sites;
 }
 
-bool lum_upsample_serves(const struct lum_filter *f, uint32_t x, uint32_t y)
+uint8_t lum_upsample_taps(const struct lum_filter *f, uint32_t x, uint32_t y)
 {
     uint32_t right = last_site(x, f->step, lum_filter_size(f->guide->w, f->step));
     uint32_t below = last_site(y, f->step, lum_filter_size(f->guide->h, f->step));
-    for (uint32_t j = y / f->step; j <= below; j++)
-        for (uint32_t i = x / f->step; i <= right; i++)
-            if (site_weight(f, x, y, i, j) > 0.0f)
-                return true;
-    return false;
+    uint32_t left = x / f->step, above = y / f->step, taps = 0;
+    for (uint32_t j = above; j <= below; j++)
+        for (uint32_t i = left; i <= right; i++)
+            taps |= (uint32_t)(site_weight(f, x, y, i, j) > 0.0f) << (2 * (j - above) + i - left);
+    return (uint8_t)taps;
+}
+
+void lum_filter_by_taps(const struct lum_filter *f, const uint8_t *taps, const struct lum_filter_rect *r,
+                        struct lum_rgb *out)
+{
+    static const float per_tap[] = {0.0f, 1.0f, 0.5f, 1.0f / 3.0f, 0.25f};
+    size_t w = f->guide->w, low_w = lum_filter_size(f->guide->w, 2);
+    for (uint32_t y = r->y; y < r->y + r->h; y++)
+        for (uint32_t x = r->x; x < r->x + r->w; x++) {
+            uint32_t t = taps[y * w + x];
+            const struct lum_rgb *in = f->in + (y / 2) * low_w + x / 2;
+            struct lum_rgb sum = lum_grey(0.0f);
+            if (t == 0)
+                continue;
+            if (t & 1)
+                sum = lum_rgb_add(sum, in[0]);
+            if (t & 2)
+                sum = lum_rgb_add(sum, in[1]);
+            if (t & 4)
+                sum = lum_rgb_add(sum, in[low_w]);
+            if (t & 8)
+                sum = lum_rgb_add(sum, in[low_w + 1]);
+            out[y * w + x] = lum_rgb_scale(sum, per_tap[__builtin_popcount(t)]);
+        }
 }
 
 #define LOW_MAX (LUM_PACKET_SIDE / 2 + 1) /* samples that a packet lies between, a side */

@@ -112,7 +112,11 @@ void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *re
  * resolution, x and y multiples of step, at most LUM_PACKET_SIDE a side. out: the whole picture at full resolution; pixels
  * that do not take part or that no sample serves are left alone. */
 void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out);
-/* False where none of the samples around the pixel serves: the caller computes it itself. */
-bool lum_upsample_serves(const struct lum_filter *f, uint32_t x, uint32_t y);
+/* Which of the samples around the pixel it takes from: bit 0 above left, 1 above right, 2 below left, 3 below right; those that would
+ * coincide count once. 0: none serves, and the caller computes the pixel itself. */
+uint8_t lum_upsample_taps(const struct lum_filter *f, uint32_t x, uint32_t y);
+/* lum_filter_upsampled of side 1 and step 2, with the taps of all pixels known: their plain mean, since all of a pixel's taps have
+ * one bilinear weight. Any rect. */
+void lum_filter_by_taps(const struct lum_filter *f, const uint8_t *taps, const struct lum_filter_rect *rect, struct lum_rgb *out);
 
 #endif

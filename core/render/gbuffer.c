@@ -31,8 +31,7 @@ static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lu
             pass->components->radiance[pixel] = radiance[i]; /* the film is the next stage's */
             continue;
         }
-        lum_film_reset_pixel(pass->film, x, y);
-        lum_film_add(pass->film, x, y, 0, radiance[i], &counters->nonfinite);
+        lum_film_set(pass->film, x, y, radiance[i], &counters->nonfinite);
     }
     if (!pass->components || !pass->components->radiance)
         pass->tile_spp[tile] = pass->target_spp;

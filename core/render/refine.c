@@ -126,7 +126,6 @@ void lum_refine_blend(struct lum_refinement *r, const struct lum_tiling *t, stru
         for (uint32_t x = 0; x < t->w; x++) {
             float w = weight_at(r, t, x, y);
             struct lum_rgb frame = lum_rgb_scale(r->frame[(size_t)y * t->w + x], 1.0f - w);
-            lum_film_reset_pixel(film, x, y);
-            lum_film_add(film, x, y, 0, lum_rgb_mad(frame, lum_film_mean(&r->truth, x, y), w), nonfinite);
+            lum_film_set(film, x, y, lum_rgb_mad(frame, lum_film_mean(&r->truth, x, y), w), nonfinite);
         }
 }

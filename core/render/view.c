@@ -233,11 +233,9 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *pass
     if (status != LUM_OK)
         return status;
     for (uint32_t y = 0; y < pass->tiling.h; y++)
-        for (uint32_t x = 0; x < pass->tiling.w; x++) {
-            lum_film_reset_pixel(&v->film, x, y);
-            lum_film_add(&v->film, x, y, 0, lum_film_mean(&v->rough->film, x / block, y / block),
+        for (uint32_t x = 0; x < pass->tiling.w; x++)
+            lum_film_set(&v->film, x, y, lum_film_mean(&v->rough->film, x / block, y / block),
                          &runner->counters[0].nonfinite);
-        }
     runner->stats->preview = block;
     runner->stats->changed = true;
     v->previewed = true;

@@ -32,6 +32,12 @@ static void gate_drops_and_counts(void **state)
     m = lum_film_mean(&f, 0, 0);
     assert_true(m.r == 0 && m.g == 0 && m.b == 0);
     assert_true(isnan(lum_film_error_rel(&f)));
+    lum_film_set(&f, 1, 1, lum_rgb(1, 2, 3), &bad);
+    m = lum_film_mean(&f, 1, 1);
+    assert_true(m.r == 1 && m.g == 2 && m.b == 3 && f.n[0][4] == 1 && f.n[1][4] == 0 && f.half[1][3 * 4] == 0);
+    lum_film_set(&f, 1, 1, lum_rgb(1, NAN, 3), &bad);
+    assert_true(bad == 4 && f.n[0][4] + f.n[1][4] == 0 && f.half[0][3 * 4] == 0);
+    lum_film_add(&f, 1, 1, 1, lum_rgb(4, 8, 12), &bad);
     lum_film_reset_pixel(&f, 1, 1);
     assert_int_equal(f.n[0][4] + f.n[1][4], 0);
     lum_film_finish(&f);

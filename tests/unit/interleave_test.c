@@ -419,10 +419,42 @@ static void upsampling_stops_at_edges(void **state)
             float v = pic->out[y * 40 + x].r;
             bool served = x != 5 && x + y > 0;
             if (x + y > 0)
-                assert_int_equal(lum_upsample_serves(&f, x, y), served);
+                assert_int_equal(lum_upsample_taps(&f, x, y) != 0, served);
             assert_true(served ? close_to(v, x >= 20 ? 100.0f : 1.0f, 13) : v == -1.0f);
         }
     free(pic);
+}
+
+/* With all taps known, the plain mean is what the bilinear weights give, bit for bit. */
+static void taps_say_the_same(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(sizes); k++) {
+        uint32_t w = sizes[k][0], h = sizes[k][1], low_w = lum_filter_size(w, 2), low_h = lum_filter_size(h, 2);
+        struct picture *pic = make_wall(w, h);
+        uint8_t *taps = calloc(w * h, 1);
+        struct lum_rgb *mean = calloc(w * h, sizeof *mean);
+        assert_true(taps && mean);
+        for (uint32_t i = 0; i < low_w * low_h; i++)
+            pic->in[i] = lum_rgb(0.1f * (float)(i % 7), 1.0f / (float)(i + 3), 1e3f * (float)(i % 3));
+        for (uint32_t i = 0; i < w * h; i++) { /* three walls, and holes */
+            pic->p[i].z = (float)(lum_hash_u32(i) % 3);
+            pic->kind[i] = lum_hash_u32(i + 1000) % 5 ? pic->kind[i] : 0;
+            pic->out[i] = mean[i] = lum_grey(-1.0f);
+        }
+        upsample_by(pic, 1, 2, false);
+        struct lum_filter f = {&pic->guide, NEED, 1, 2, pic->in, false};
+        for (uint32_t y = 0; y < h; y++)
+            for (uint32_t x = 0; x < w; x++)
+                if (pic->kind[y * w + x] & NEED)
+                    taps[y * w + x] = lum_upsample_taps(&f, x, y);
+        struct lum_filter_rect all = {0, 0, w, h};
+        lum_filter_by_taps(&f, taps, &all, mean);
+        assert_memory_equal(mean, pic->out, w * h * sizeof *mean);
+        free(taps);
+        free(mean);
+        free(pic);
+    }
 }
 
 /* Not a check: what the filter costs, for the log. */
@@ -461,6 +493,7 @@ int main(void)
         cmocka_unit_test(rows_agree_with_pixels),
         cmocka_unit_test(what_is_one_surface),
         cmocka_unit_test(ramps_are_upsampled),
+        cmocka_unit_test(taps_say_the_same),
         cmocka_unit_test(lenient_upsampling_serves_all),
         cmocka_unit_test(constants_are_upsampled),
         cmocka_unit_test(upsampling_stops_at_edges),
