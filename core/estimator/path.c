@@ -156,7 +156,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!w->snapshot->lights.lights[light].delta)
         u = lum_sampler_2d(&path->sampler, choice.pair);
-    if (!lum_light_sample_at(w->snapshot, light, v->p, u, &ls))
+    if (!lum_light_sample_plainly(w->snapshot, light, v->p, u, &ls))
         return;
     if (w->media)
         ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, v->p, ls.wi, ls.distance));
@@ -269,11 +269,11 @@ static void cross_media(struct lum_wave *w, uint32_t depth)
 /* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. Radiance inside a solid is
  * denser by the square of the refractive index; the throughput that decides is without that factor, which the way out
  * takes back, or half of the paths would die inside clear glass. */
-static bool roulette(struct lum_path *path, uint32_t depth)
+static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t depth)
 {
-    if (depth < ROULETTE_DEPTH)
+    if (depth < w->roulette_depth)
         return true;
-    float survive = fminf(lum_rgb_max(path->throughput) / path->eta2, 1.0f);
+    float survive = fminf(w->roulette_chance * lum_rgb_max(path->throughput) / path->eta2, 1.0f);
     if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
         return false;
     path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
@@ -307,11 +307,12 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
     path.throughput = lum_rgb_mul(path.throughput, bs.weight);
     if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin)
         path.eta2 *= b->eta * b->eta;
-    if (lum_rgb_black(path.throughput) || !roulette(&path, v->depth))
+    if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
         return;
     path.p = v->p;
     path.pdf_sa = bs.pdf_sa;
     path.every_light = w->every_light;
+    path.plain = true;
     path.direct_apart = false;
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
@@ -328,7 +329,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     if (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])))
         return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
-    float pdf = lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
+    float pdf = path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
+                            : lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
     if (!path->every_light)
         pdf *= w->snapshot->lights.pick_pdf[light];
     return lum_power_heuristic(path->pdf_sa, pdf);
@@ -389,6 +391,8 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->counters = counters;
     w->max_depth = max_depth;
     w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
+    w->roulette_depth = ROULETTE_DEPTH;
+    w->roulette_chance = 1.0f;
     w->every_light = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;

@@ -10,6 +10,7 @@ struct lum_path {
     struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
+    bool plain;          /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
     bool direct_apart;   /* what shines at the end of the ray is counted by whoever started the path */
     bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
     float eta2;          /* product of the squared relative indices that throughput carries */
@@ -52,6 +53,8 @@ struct lum_wave {
     const struct lum_snapshot *snapshot;
     struct lum_counters *counters;
     uint32_t max_depth;
+    uint32_t roulette_depth; /* segments that a path has behind it when roulette starts */
+    float roulette_chance;   /* to live on, times throughput */
     bool media; /* there are some, and they are wanted */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light that light nothing (the eye and mirrors still see what

@@ -283,12 +283,17 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
  * most. */
 #define PLAIN_FROM 2.0f
 
+static bool is_far_quad(const struct lum_light *l, struct lum_vec3 p)
+{
+    struct lum_vec3 d = lum_v3_sub(p, l->p);
+    return l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area;
+}
+
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                               struct lum_light_sample *ret_sample)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    struct lum_vec3 d = lum_v3_sub(p, l->p);
-    if (l->kind == LUM_EMIT_QUAD && lum_dot(d, d) > PLAIN_FROM * l->area)
+    if (is_far_quad(l, p))
         return sample_quad_area(l, p, u, ret_sample);
     return lum_light_sample_at(s, i, p, u, ret_sample);
 }
@@ -345,8 +350,7 @@ float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lu
                              struct lum_vec2 u)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    struct lum_vec3 off = lum_v3_sub(p, l->p);
-    if (l->kind == LUM_EMIT_QUAD && lum_dot(off, off) > PLAIN_FROM * l->area) {
+    if (is_far_quad(l, p)) {
         struct lum_vec3 d = lum_v3_sub(quad_point(l, u), p);
         float r2 = lum_dot(d, d), cos_light = -lum_dot(d, l->n); /* cosines: times r */
         return cos_light > 0.0f && r2 > 0.0f ? l->area * (cos_light / r2) * (lum_dot(d, n) / r2) : 0.0f;
@@ -394,6 +398,17 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
         return l->env ? lum_env_map_pdf(l->env, lum_frame_to_local(&l->env_frame, wi)) : 0.25f * LUM_INV_PI;
     }
     return 0.0f;
+}
+
+float lum_light_plain_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,
+                          struct lum_vec3 p_light, struct lum_vec3 ng_light)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    if (!is_far_quad(l, p))
+        return lum_light_pdf(s, i, p, wi, p_light, ng_light);
+    if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+        return 0.0f;
+    return area_pdf_sa(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
 }
 
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)

@@ -80,8 +80,8 @@ bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct
 /* True for an environment without a part that is so much brighter than the rest that it casts shadows with edges. */
 bool lum_light_is_even_sky(const struct lum_light *l);
 
-/* The same where only the weight of the sample has to be right, and not its pdf: quads are sampled by area, which costs a fifth,
- * unless they are so near that the weights would differ much. */
+/* The same where it may be of another pdf (lum_light_plain_pdf): quads are sampled by area, which costs a fifth, unless they are
+ * so near that the weights would differ much. */
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                               struct lum_light_sample *ret_sample);
 
@@ -89,8 +89,11 @@ bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct l
  * environment p_light and ng_light are unused. For MIS. */
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
                     struct lum_vec3 ng_light);
+/* The same of lum_light_sample_plainly. */
+float lum_light_plain_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,
+                          struct lum_vec3 p_light, struct lum_vec3 ng_light);
 
-/* That pdf_sa where it is the same for all directions in which light i is seen from p: over solid angle, within 2e-4. 0: it
+/* What lum_light_pdf says where it is the same for all directions in which light i is seen from p: over solid angle, within 2e-4. 0: it
  * is not. */
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p);
 
