@@ -26,21 +26,22 @@ struct choice {
     const struct lum_vpl_set *candidates;
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
-    struct lum_counters *counters;
+    float *w; /* of try t of slot k, at k * plan->tries + t; 0: there is no VPL */
 };
 
-/* ret_w[t]: of try t of a slot; 0: there is no VPL. */
-static void weigh(const struct choice *choice, uint32_t slot, float *ret_w)
+static void weigh(void *ctx, uint32_t slot, struct lum_counters *counters)
 {
+    const struct choice *choice = ctx;
     const struct lum_vpl_set *c = choice->candidates;
     const struct lum_vpl_plan *plan = choice->plan;
-    struct lum_trace trace = lum_trace_of(choice->snapshot, choice->counters);
+    float *w = choice->w + (size_t)slot * plan->tries;
+    struct lum_trace trace = lum_trace_of(choice->snapshot, counters);
     struct lum_rays rays;
     uint8_t meets[LUM_RAY_BATCH], of[LUM_RAY_BATCH];
     rays.n = 0;
     for (uint32_t t = 0; t < plan->tries; t++) {
         uint32_t i = t * plan->n + slot;
-        ret_w[t] = c->light[i] != LUM_NO_OBJECT ? LEAST : 0.0f;
+        w[t] = c->light[i] != LUM_NO_OBJECT ? LEAST : 0.0f;
         if (c->light[i] == LUM_NO_OBJECT)
             continue;
         struct lum_vec3 n = {c->nx[i], c->ny[i], c->nz[i]};
@@ -53,9 +54,9 @@ static void weigh(const struct choice *choice, uint32_t slot, float *ret_w)
         }
     }
     lum_trace_any(&trace, &rays, meets);
-    choice->counters->rays[LUM_RAY_VPL] += rays.n;
+    counters->rays[LUM_RAY_VPL] += rays.n;
     for (uint32_t r = 0; r < rays.n; r++)
-        ret_w[of[r]] += meets[r] ? (1.0f - LEAST) / PROBES : 0.0f;
+        w[of[r]] += meets[r] ? (1.0f - LEAST) / PROBES : 0.0f;
 }
 
 /* The try that fills the slot; LUM_NO_OBJECT: none is accepted. */
@@ -83,8 +84,7 @@ static void fill_run(struct lum_vpl_set *set, const struct choice *choice, uint3
     const struct lum_vpl_plan *plan = choice->plan;
     double sum = 0.0, n_filled = 0.0;
     for (uint32_t slot = first; slot < first + n; slot++) {
-        float w[LUM_VPL_TRIES_MAX];
-        weigh(choice, slot, w);
+        const float *w = choice->w + (size_t)slot * plan->tries;
         for (uint32_t t = 0; t < plan->tries; t++)
             sum += (double)w[t] / plan->tries;
         uint32_t best = draw(plan, slot, w);
@@ -98,13 +98,19 @@ static void fill_run(struct lum_vpl_set *set, const struct choice *choice, uint3
             set->flux_unit[k][slot] *= (float)(sum / n_filled);
 }
 
-void lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates, const struct lum_vpl_plan *plan,
-                    const struct lum_snapshot *s, struct lum_counters *counters)
+enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
+                               const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq, struct lum_error *err)
 {
-    struct choice choice = {candidates, plan, s, counters};
-    for (uint32_t share = 0; share < plan->n_shares; share++)
+    struct choice choice = {candidates, plan, rq->snapshot,
+                            lum_calloc((size_t)plan->n * plan->tries, sizeof *choice.w)};
+    if (!choice.w)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the choice of %u virtual point lights", plan->n);
+    enum lum_status status = lum_vpl_run(rq, plan->n, weigh, &choice, err);
+    for (uint32_t share = 0; share < plan->n_shares && status == LUM_OK; share++)
         for (uint32_t bounce = 0; bounce < plan->n_levels; bounce++) {
             uint32_t first, n = lum_vpl_plan_run(plan, share, bounce, &first);
             fill_run(set, &choice, first, n);
         }
+    lum_free(choice.w);
+    return status;
 }

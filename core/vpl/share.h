@@ -58,7 +58,13 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
 
 /* Fills the slots of set for bounced light from the tries in candidates (choose.c). Rays are added as LUM_RAY_VPL. */
-void lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates, const struct lum_vpl_plan *plan,
-                    const struct lum_snapshot *s, struct lum_counters *counters);
+LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
+                                            const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,
+                                            struct lum_error *err);
+
+/* Runs jobs over the request's pool, if there is one, and adds up in its counters what they count. */
+LUM_MUST_USE enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,
+                                         void (*run)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx,
+                                         struct lum_error *err);
 
 #endif

@@ -144,24 +144,16 @@ static void walk_batch(struct walk *w, uint32_t first, uint32_t n)
 
 /* ---- over the pool ---- */
 
-struct shooting {
-    const struct lum_vpl_request *request;
-    const struct lum_vpl_plan *plan;
-    struct lum_vpl_set *set;
+struct jobs {
+    void (*run)(void *ctx, uint32_t job, struct lum_counters *counters);
+    void *ctx;
     struct lum_counters *counters; /* by worker */
 };
 
-static void shoot_job(void *ctx, uint32_t job, uint32_t worker)
+static void run_job(void *ctx, uint32_t job, uint32_t worker)
 {
-    const struct shooting *shooting = ctx;
-    struct walk w;
-    w.snapshot = shooting->request->snapshot;
-    w.plan = shooting->plan;
-    w.set = shooting->set;
-    w.counters = &shooting->counters[worker];
-    w.media = shooting->set->versions.medium != 0;
-    uint32_t first = job * LUM_RAY_BATCH, left = w.plan->n_paths - first;
-    walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
+    const struct jobs *jobs = ctx;
+    jobs->run(jobs->ctx, job, &jobs->counters[worker]);
 }
 
 static void add_counters(struct lum_counters *sum, const struct lum_counters *c)
@@ -171,25 +163,51 @@ static void add_counters(struct lum_counters *sum, const struct lum_counters *c)
     sum->bad_rays += c->bad_rays;
 }
 
-static enum lum_status shoot_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
-                                 struct lum_vpl_set *set, struct lum_error *err)
+enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,
+                            void (*run)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx,
+                            struct lum_error *err)
 {
-    uint32_t n_jobs = (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH;
     uint32_t n_workers = rq->pool && n_jobs > 1 ? lum_pool_size(rq->pool) : 1;
     struct lum_counters *counters = lum_calloc(n_workers, sizeof *counters);
     if (!counters)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the counters of %u workers", n_workers);
-    struct shooting shooting = {rq, plan, set, counters};
+    struct jobs jobs = {run, ctx, counters};
     enum lum_status status = LUM_OK;
     if (n_workers > 1)
-        status = lum_pool_run(rq->pool, n_jobs, shoot_job, &shooting, NULL);
+        status = lum_pool_run(rq->pool, n_jobs, run_job, &jobs, NULL);
     else
         for (uint32_t job = 0; job < n_jobs; job++)
-            shoot_job(&shooting, job, 0);
+            run_job(&jobs, job, 0);
     for (uint32_t i = 0; i < n_workers; i++)
         add_counters(rq->counters, &counters[i]);
     lum_free(counters);
     return status;
+}
+
+struct shooting {
+    const struct lum_vpl_request *request;
+    const struct lum_vpl_plan *plan;
+    struct lum_vpl_set *set;
+};
+
+static void shoot_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
+{
+    const struct shooting *shooting = ctx;
+    struct walk w;
+    w.snapshot = shooting->request->snapshot;
+    w.plan = shooting->plan;
+    w.set = shooting->set;
+    w.counters = counters;
+    w.media = shooting->set->versions.medium != 0;
+    uint32_t first = batch * LUM_RAY_BATCH, left = w.plan->n_paths - first;
+    walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
+}
+
+static enum lum_status shoot_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
+                                 struct lum_vpl_set *set, struct lum_error *err)
+{
+    struct shooting shooting = {rq, plan, set};
+    return lum_vpl_run(rq, (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, shoot_batch, &shooting, err);
 }
 
 /* ---- the set ---- */
@@ -292,7 +310,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     if (status == LUM_OK)
         status = shoot_all(rq, &plan, &candidates, err);
     if (status == LUM_OK)
-        lum_vpl_choose(set, &candidates, &plan, rq->snapshot, rq->counters);
+        status = lum_vpl_choose(set, &candidates, &plan, rq, err);
     lum_vpl_finish(&candidates);
     return status;
 }
