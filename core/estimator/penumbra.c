@@ -24,30 +24,47 @@ bool lum_penumbra_wants(const struct lum_pass *pass, const struct lum_layer *lay
     return pass->surfaces->kind[pixel] & (layer->index == pass->cached_sky ? gloss : either);
 }
 
-/* Point k of the light for a pixel. Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras
- * would have 16 steps: the digits below are exclusive-ored with a pixel's own, which leaves its 16 points a
- * (0,4,2)-net. But not of the environment: through a window few of them see the sky, and what would be grain of single
- * bright pixels is better seen as the shadows of 16 lamps. */
-struct lum_vec2 lum_penumbra_point(const struct lum_layer *layer, size_t pixel, uint32_t k)
+void lum_penumbra_look(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
+                       struct lum_penumbra_view *ret)
 {
-    if (layer->light.kind == LUM_EMIT_ENVIRONMENT)
-        return layer->soft.point[k];
-    uint32_t h = lum_hash_combine(layer->salt, (uint32_t)pixel);
-    uint32_t x = (uint32_t)(layer->soft.point[k].x * 0x1p24f) ^ (h & 0xfff) << 10;
-    uint32_t y = (uint32_t)(layer->soft.point[k].y * 0x1p24f) ^ (h >> 12 & 0xfff) << 10;
+    ret->pass = pass;
+    ret->layer = layer;
+    ret->pixel = pixel;
+    ret->wanted = lum_penumbra_wants(pass, layer, pixel);
+    if (!ret->wanted)
+        return;
+    ret->scramble = lum_hash_combine(layer->salt, (uint32_t)pixel);
+    lum_light_look(&pass->layers->unit, layer->index, pass->surfaces->p[pixel], &ret->light);
+}
+
+/* Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras would have 16 steps: the digits below
+ * are exclusive-ored with a pixel's own, which leaves its 16 points a (0,4,2)-net. But not of the environment: through
+ * a window few of them see the sky, and what would be grain of single bright pixels is better seen as the shadows of 16
+ * lamps. */
+struct lum_vec2 lum_penumbra_point(const struct lum_penumbra_view *v, uint32_t k)
+{
+    struct lum_vec2 point = v->layer->soft.point[k];
+    if (v->layer->light.kind == LUM_EMIT_ENVIRONMENT)
+        return point;
+    int32_t x = (int32_t)(point.x * 0x1p24f) ^ (int32_t)(v->scramble & 0xfff) << 10;
+    int32_t y = (int32_t)(point.y * 0x1p24f) ^ (int32_t)(v->scramble >> 12 & 0xfff) << 10;
     return (struct lum_vec2){(float)x * 0x1p-24f, (float)y * 0x1p-24f};
 }
 
-enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
-                                           uint32_t k, struct lum_light_sample *ret_sample)
+void lum_penumbra_points(const struct lum_penumbra_view *v, struct lum_vec2 ret_point[LUM_SOFT_POINTS])
 {
-    const struct lum_surfaces *s = pass->surfaces;
-    uint8_t kind = s->kind[pixel];
-    if (!lum_penumbra_wants(pass, layer, pixel) ||
-        !lum_light_sample_plainly(&pass->layers->unit, layer->index, s->p[pixel], lum_penumbra_point(layer, pixel, k),
-                                  ret_sample))
+    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
+        ret_point[k] = lum_penumbra_point(v, k);
+}
+
+enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *v, uint32_t k,
+                                           struct lum_light_sample *ret_sample)
+{
+    const struct lum_surfaces *s = v->pass->surfaces;
+    if (!v->wanted || !lum_light_view_sample(&v->light, lum_penumbra_point(v, k), ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
-    float shading = lum_dot(ret_sample->wi, s->n[pixel]), side = lum_dot(ret_sample->wi, s->ng[pixel]);
+    uint8_t kind = s->kind[v->pixel];
+    float shading = lum_dot(ret_sample->wi, s->n[v->pixel]), side = lum_dot(ret_sample->wi, s->ng[v->pixel]);
     bool through = (kind & LUM_PIXEL_GLOSS) && (kind & LUM_PIXEL_SPECULAR); /* rough glass */
     if (!(shading > 0.0f) && !(through && shading < 0.0f))
         return LUM_PENUMBRA_NEEDLESS;
@@ -82,15 +99,14 @@ static void flush(struct batch *b)
     b->rays.n = 0;
 }
 
-/* Finds out whether the pixel sees sample k, if it does not know. */
-static void ask(struct batch *b, size_t pixel, uint32_t k)
+/* Finds out whether the pixel sees sample k, which it does not know. */
+static void ask(struct batch *b, const struct lum_penumbra_view *view, uint32_t k)
 {
+    size_t pixel = view->pixel;
     struct lum_seen *seen = &b->layer->soft.seen[pixel];
     uint16_t bit = (uint16_t)(1u << k);
     struct lum_light_sample ls;
-    if ((seen->traced | seen->visible) & bit)
-        return;
-    enum lum_penumbra_side side = lum_penumbra_sample(b->pass, b->layer, pixel, k, &ls);
+    enum lum_penumbra_side side = lum_penumbra_sample(view, k, &ls);
     if (side == LUM_PENUMBRA_OPEN) {
         uint32_t i = b->rays.n;
         if (lum_shadow_ray(&b->rays, b->pass->surfaces->p[pixel], b->pass->surfaces->ng[pixel], ls.wi, ls.distance)) {
@@ -153,6 +169,16 @@ static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum
 
 /* ---- first stratum ---- */
 
+static void ask_first(struct batch *b, size_t pixel, uint32_t k)
+{
+    struct lum_seen seen = b->layer->soft.seen[pixel];
+    struct lum_penumbra_view view;
+    if ((seen.traced | seen.visible) >> k & 1)
+        return;
+    lum_penumbra_look(b->pass, b->layer, pixel, &view);
+    ask(b, &view, k);
+}
+
 /* All pixels of the packet that begin with stratum k: their rays end near one point of the light. */
 static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
 {
@@ -162,7 +188,7 @@ static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
             continue;
         for (uint32_t y = r.y + dy; y < r.y + r.h; y += LUM_SOFT_SIDE)
             for (uint32_t x = r.x + dx; x < r.x + r.w; x += LUM_SOFT_SIDE)
-                ask(b, (size_t)y * b->pass->tiling.w + x, k);
+                ask_first(b, (size_t)y * b->pass->tiling.w + x, k);
     }
     flush(b);
 }
@@ -176,10 +202,12 @@ static void reconsider(const struct lum_pass *pass, const struct lum_layer *laye
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
         struct lum_seen *seen = &layer->soft.seen[pixel];
         uint32_t true_still = 0;
+        struct lum_penumbra_view view;
+        lum_penumbra_look(pass, layer, pixel, &view);
         for (uint32_t left = seen->traced; left; left &= left - 1) {
             uint32_t k = (uint32_t)__builtin_ctz(left);
             struct lum_light_sample ls;
-            if (lum_penumbra_sample(pass, layer, pixel, k, &ls) == LUM_PENUMBRA_OPEN &&
+            if (lum_penumbra_sample(&view, k, &ls) == LUM_PENUMBRA_OPEN &&
                 lum_dot(ls.wi, pass->surfaces->ng[pixel]) > 0.0f)
                 true_still |= 1u << k;
         }
@@ -213,12 +241,13 @@ static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *
     const struct lum_surfaces *s = pass->surfaces;
     struct lum_irradiance all;
     struct lum_light_sample ls;
+    struct lum_penumbra_view view;
     float white = 0.0f;
     if (!lum_penumbra_wants(pass, layer, pixel))
         return 0.0f;
     if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all))
         white = all.cosine_integral;
-    else if (lum_penumbra_sample(pass, layer, pixel, k, &ls) != LUM_PENUMBRA_NEEDLESS)
+    else if (lum_penumbra_look(pass, layer, pixel, &view), lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_NEEDLESS)
         white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
     float albedo = s->kind[pixel] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
     float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel]);
@@ -287,11 +316,15 @@ static void refine_pixel(struct batch *b, uint32_t x, uint32_t y, uint32_t goal)
     struct lum_seen seen = b->layer->soft.seen[pixel];
     uint32_t known = seen.traced | seen.visible, n = (uint32_t)__builtin_popcount(known);
     uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, x, y);
+    struct lum_penumbra_view view;
+    if (n >= goal)
+        return;
+    lum_penumbra_look(b->pass, b->layer, pixel, &view);
     for (uint32_t i = 0; i < LUM_SOFT_POINTS && n < goal; i++) {
         uint32_t k = lum_pattern_next(LUM_SOFT_SIDE, set, i);
         if (known >> k & 1)
             continue;
-        ask(b, pixel, k);
+        ask(b, &view, k);
         n++;
     }
 }

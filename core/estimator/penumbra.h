@@ -14,16 +14,28 @@ struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout
 /* True when the pixel gets light of the layer here: of a sky whose diffuse light the records bring, only the rest. */
 bool lum_penumbra_wants(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel);
 
-/* Where on the light sample k of a pixel lies. */
-struct lum_vec2 lum_penumbra_point(const struct lum_layer *layer, size_t pixel, uint32_t k);
+/* A layer as a pixel sees it: what its samples have in common. */
+struct lum_penumbra_view {
+    const struct lum_pass *pass;
+    const struct lum_layer *layer;
+    size_t pixel;       /* index into the picture */
+    bool wanted;        /* lum_penumbra_wants; else nothing below is set */
+    uint32_t scramble;  /* of the pixel's points */
+    struct lum_light_view light;
+};
+void lum_penumbra_look(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
+                       struct lum_penumbra_view *ret_view);
 
-/* Sample k of a layer at pixel, an index into the picture. */
+/* Where on the light sample k lies. */
+struct lum_vec2 lum_penumbra_point(const struct lum_penumbra_view *view, uint32_t k);
+void lum_penumbra_points(const struct lum_penumbra_view *view, struct lum_vec2 ret_point[LUM_SOFT_POINTS]); /* all */
+
 enum lum_penumbra_side {
     LUM_PENUMBRA_NEEDLESS, /* no light can come that way, were nothing in between */
     LUM_PENUMBRA_HIDDEN,   /* the surface itself is in between: normal and shading normal disagree */
     LUM_PENUMBRA_OPEN,
 };
-enum lum_penumbra_side lum_penumbra_sample(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k,
+enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *view, uint32_t k,
                                            struct lum_light_sample *ret_sample);
 
 /* Sets the goal of each tile of the pattern. Reads what trace counted. */

@@ -8,111 +8,32 @@
  *
  * The lobes that are not cosine-shaped are summed over the pixel's own view of some strata, untraced ones with the
  * share as their visibility. */
-#include "core/estimator/penumbra.h"
-
-#include "core/estimator/components.h"
 #include "core/estimator/direct.h"
-#include "core/interleave/interleave.h"
+#include "core/estimator/penumbra_window.h"
 #include "core/light/irradiance.h"
 #include "core/math/warp.h"
 
 #include <string.h>
 
-#define BORDER 2u /* of the window */
-#define MARGIN                                                                                                         \
-    (LUM_SOFT_SIDE - 1u) /* of a tile's surroundings: what stands for a place beyond an edge lies so far in */
-#define BLOCK (LUM_TILE_SIDE + 2 * MARGIN)
-#define WINDOW (2 * BORDER + 1)
+#define BORDER LUM_WINDOW_BORDER
+#define BLOCK LUM_WINDOW_BLOCK
 #define SETS (LUM_TILE_SIDE / LUM_SOFT_SIDE) /* tiles of the pattern along a side of a tile */
 #define GLOSS_POINTS 4u
-/* A pixel that knows all strata of its own still takes the window's share, 256 samples for 16, unless that is further
- * from its own than this times the deviation of a single sample. 16 stratified samples are off by about 0.08 of it at
- * an edge; the error is least at 0.2 (cornell: 4.1e-4 without the window, 3.8e-4 at 0.1, 2.9e-4 at 0.2, 4.4e-4 at 0.4).
- */
-#define CONTRADICTION 0.2f
-/* Before that it takes the share of the inner 3 x 3, where all of these know all strata: 144 samples are off by a third
- * of what 16 are. (cornell 4.46e-4 without, 4.34e-4 at 0.1, 4.22e-4 at 0.04; shirley6 3.41e-2, 3.40e-2, 3.35e-2.) */
-#define CONTRADICTION_INNER 0.04f
 
-/* Sums over samples that are known; f: what the sample brings to a matte surface, were it visible. */
-struct moments {
-    float traced, seen; /* f */
-    /* lights without a closed form */
-    float n;              /* how many */
-    float cosine;         /* f cosine of those that are visible */
-    struct lum_rgb light; /* f radiance of those that are visible */
-};
-
-/* One tile, one layer at a time. About 110 KiB: lives on a worker's stack. */
+/* One tile, one layer at a time. About 140 KiB: lives on a worker's stack. */
 struct resolve {
     const struct lum_pass *pass;
     const struct lum_layer *layer;
     struct lum_tile_rect r;
     struct lum_tiling sets;
-    struct lum_guide guide;
     struct lum_vertices vertices;
-    bool exact;                            /* the present layer's light has a closed form */
-    uint32_t stale;                        /* of the present layer: bit y * SETS + x, by tile of the pattern */
-    uint32_t same[LUM_RAY_BATCH];          /* by vertex: bit j is pixel j of the window; 0: not made yet */
-    struct moments moments[BLOCK * BLOCK]; /* of the tile and its border; of the present layer */
-    bool known[BLOCK * BLOCK];
-    uint8_t around[SETS * SETS]; /* lum_soft_around */
-    uint8_t
-        says[LUM_TILE_PIXELS]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its surface or not */
+    bool exact;                                  /* the present layer's light has a closed form */
+    uint32_t stale;                              /* of the present layer: bit y * SETS + x, by tile of the pattern */
+    uint8_t around[SETS * SETS];                 /* lum_soft_around */
+    uint8_t says[LUM_TILE_SIDE * LUM_TILE_SIDE]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its
+                                                  * surface or not */
+    struct lum_penumbra_window window;
 };
-
-/* Radiance of a sample, less what media take of it. */
-static struct lum_rgb arriving(const struct resolve *v, size_t pixel, const struct lum_light_sample *ls)
-{
-    const struct lum_pass *pass = v->pass;
-    if (!pass->on[LUM_EFFECT_MEDIA])
-        return ls->radiance;
-    return lum_rgb_mul(ls->radiance,
-                       lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls->wi, ls->distance));
-}
-
-/* What decides the visible share of a light that is known in closed form. */
-static struct moments sum_shares(const struct resolve *v, size_t pixel)
-{
-    const struct lum_surfaces *s = v->pass->surfaces;
-    struct lum_seen seen = v->layer->soft.seen[pixel];
-    bool through = (s->kind[pixel] & LUM_PIXEL_GLOSS) && (s->kind[pixel] & LUM_PIXEL_SPECULAR); /* rough glass */
-    struct moments m = {0};
-    for (uint32_t left = seen.traced; left; left &= left - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(left);
-        float f = lum_light_plain_weight(&v->pass->layers->unit, v->layer->index, s->p[pixel], s->n[pixel],
-                                         lum_penumbra_point(v->layer, pixel, k));
-        f = through ? fabsf(f) : lum_max(f, 0.0f);
-        m.traced += f;
-        m.seen += seen.visible >> k & 1 ? f : 0.0f;
-    }
-    return m;
-}
-
-static struct moments sum_samples(const struct resolve *v, size_t pixel)
-{
-    if (!lum_penumbra_wants(v->pass, v->layer, pixel))
-        return (struct moments){0}; /* nobody asked what light it gets: it must not count as unlit */
-    if (v->exact)
-        return sum_shares(v, pixel);
-    struct lum_seen seen = v->layer->soft.seen[pixel];
-    struct moments m = {.n = (float)__builtin_popcount(seen.traced | seen.visible)};
-    for (uint32_t left = seen.traced; left; left &= left - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(left);
-        struct lum_light_sample ls;
-        if (lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
-            continue;
-        float cosine = fabsf(lum_dot(ls.wi, v->pass->surfaces->n[pixel]));
-        float f = cosine / ls.pdf_sa;
-        m.traced += f;
-        if (!(seen.visible >> k & 1))
-            continue;
-        m.seen += f;
-        m.cosine += f * cosine;
-        m.light = lum_rgb_mad(m.light, arriving(v, pixel, &ls), f);
-    }
-    return m;
-}
 
 /* ---- what needs no window ---- */
 
@@ -127,7 +48,7 @@ static uint8_t bits_of(struct lum_seen seen)
 static void look_around(struct resolve *v)
 {
     uint8_t row[BLOCK * BLOCK], mixed = 0;
-    uint32_t w = v->guide.w, h = v->guide.h, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE;
+    uint32_t w = v->pass->tiling.w, h = v->pass->tiling.h, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE;
     for (uint32_t left = v->stale; left; left &= left - 1) {
         uint32_t set = (uint32_t)__builtin_ctz(left);
         uint8_t bits = (uint8_t)lum_soft_around(&v->layer->soft, &v->sets, x0 + set % SETS, y0 + set / SETS);
@@ -151,7 +72,7 @@ static void look_around(struct resolve *v)
             v->says[y * LUM_TILE_SIDE + x] = at[0] | at[BLOCK] | at[2 * BLOCK] | at[3 * BLOCK] | at[4 * BLOCK];
         }
 }
-_Static_assert(WINDOW == 5, "look_around joins five");
+_Static_assert(LUM_WINDOW_SIDE == 5, "look_around joins five");
 
 /* Which tile of the pattern pixel `slot` of the tile is in. */
 static uint32_t set_of(const struct resolve *v, uint32_t slot)
@@ -166,100 +87,8 @@ static uint32_t says_at(const struct resolve *v, uint32_t x, uint32_t y)
     uint32_t dx = x - v->r.x, dy = y - v->r.y;
     uint32_t around = v->around[dy / LUM_SOFT_SIDE * SETS + dx / LUM_SOFT_SIDE];
     uint32_t says = v->says[dy * LUM_TILE_SIDE + dx];
-    bool own = v->layer->soft.seen[(size_t)y * v->guide.w + x].traced;
+    bool own = v->layer->soft.seen[(size_t)y * v->pass->tiling.w + x].traced;
     return around == (LUM_SOFT_LIT | LUM_SOFT_DARK) && says != 0 && own ? says : around;
-}
-
-/* ---- the window ---- */
-
-/* x, y: position in the picture, within the tile or its border. */
-static const struct moments *moments_at(struct resolve *v, uint32_t x, uint32_t y)
-{
-    uint32_t at = (y + MARGIN - v->r.y) * BLOCK + x + MARGIN - v->r.x;
-    if (!v->known[at]) {
-        v->moments[at] = sum_samples(v, (size_t)y * v->pass->tiling.w + x);
-        v->known[at] = true;
-    }
-    return &v->moments[at];
-}
-
-/* The position that stands for at: beyond an edge the one of the same stratum a period further in. False: there is
- * none. */
-static bool inside(uint32_t at, uint32_t offset, uint32_t size, uint32_t *ret_at)
-{
-    uint32_t shifted = at + offset; /* BORDER more than the position */
-    if (shifted < BORDER)
-        shifted += LUM_SOFT_SIDE;
-    else if (shifted - BORDER >= size)
-        shifted -= LUM_SOFT_SIDE; /* wraps where the picture is less than a period wide */
-    *ret_at = shifted - BORDER;
-    return *ret_at < size;
-}
-
-static uint32_t same_surface(const struct resolve *v, uint32_t x, uint32_t y)
-{
-    uint32_t w = v->guide.w, bits = 0;
-    for (uint32_t j = 0; j < WINDOW * WINDOW; j++) {
-        uint32_t qx, qy;
-        bool there = inside(x, j % WINDOW, w, &qx) && inside(y, j / WINDOW, v->guide.h, &qy);
-        if (there && lum_guide_same_surface(&v->guide, (size_t)y * w + x, (size_t)qy * w + qx))
-            bits |= 1u << j;
-    }
-    return bits | 1u << (WINDOW * WINDOW / 2);
-}
-
-static void add_moments(struct moments *sum, const struct moments *m, float weight, bool exact)
-{
-    sum->traced += m->traced * weight;
-    sum->seen += m->seen * weight;
-    if (exact)
-        return;
-    sum->n += m->n * weight;
-    sum->cosine += m->cosine * weight;
-    sum->light = lum_rgb_mad(sum->light, m->light, weight);
-}
-
-static bool knows_all(struct lum_seen seen)
-{
-    return (uint16_t)(seen.traced | seen.visible) == UINT16_MAX;
-}
-
-static float share_of(const struct moments *m)
-{
-    return m->traced > 0.0f ? m->seen / m->traced : 0.0f;
-}
-
-/* True when the window says something else than samples nearer by, by more than these can be wrong. */
-static bool contradicts(const struct moments *nearer, const struct moments *window, float limit)
-{
-    float share = share_of(window);
-    return !(fabsf(share - share_of(nearer)) <= limit * sqrtf(lum_max(share * (1.0f - share), 0.0f)));
-}
-
-/* Over the window around vertex i, at (x, y); or of the pixel alone when it knows better. */
-static struct moments gather(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
-{
-    static const float weight[WINDOW] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
-    struct lum_seen own = v->layer->soft.seen[(size_t)y * v->guide.w + x];
-    if (v->same[i] == 0)
-        v->same[i] = same_surface(v, x, y);
-    struct moments sum = {0}, inner = {0};
-    bool inner_whole = knows_all(own);
-    for (uint32_t left = v->same[i]; left; left &= left - 1) {
-        uint32_t j = (uint32_t)__builtin_ctz(left), dx = j % WINDOW, dy = j / WINDOW, qx, qy;
-        if (!inside(x, dx, v->guide.w, &qx) || !inside(y, dy, v->guide.h, &qy))
-            continue;
-        const struct moments *m = moments_at(v, qx, qy);
-        add_moments(&sum, m, weight[dx] * weight[dy], v->exact);
-        if (!inner_whole || dx % (WINDOW - 1) == 0 || dy % (WINDOW - 1) == 0)
-            continue;
-        add_moments(&inner, m, 1.0f, v->exact);
-        inner_whole = knows_all(v->layer->soft.seen[(size_t)qy * v->guide.w + qx]);
-    }
-    if (inner_whole && contradicts(&inner, &sum, CONTRADICTION_INNER))
-        sum = inner;
-    const struct moments *alone = moments_at(v, x, y);
-    return knows_all(own) && contradicts(alone, &sum, CONTRADICTION) ? *alone : sum;
 }
 
 /* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
@@ -279,22 +108,26 @@ static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, f
     struct lum_seen own = v->layer->soft.seen[pixel];
     struct lum_vec3 p = v->pass->surfaces->p[pixel], wo = v->vertices.wo[i];
     struct lum_bsdf lobe = lum_bsdf_gloss(&v->vertices.bsdf[i]);
-    bool whole = knows_all(own), shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
+    bool whole = lum_seen_whole(own),
+         shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
     float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
-    uint32_t set = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->guide.w), (uint32_t)(pixel / v->guide.w));
+    uint32_t set =
+        lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->pass->tiling.w), (uint32_t)(pixel / v->pass->tiling.w));
     /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
     uint32_t first = whole ? 0 : (set ^ set >> 2) & 3u, step = whole ? 1 : LUM_SOFT_POINTS / GLOSS_POINTS;
     struct lum_rgb sum = lum_grey(0.0f);
+    struct lum_penumbra_view view;
+    lum_penumbra_look(v->pass, v->layer, pixel, &view);
     for (uint32_t k = first; k < LUM_SOFT_POINTS; k += step) {
         struct lum_light_sample ls;
         float visible = own.traced >> k & 1 ? (float)(own.visible >> k & 1) : share;
-        if (!(visible > 0.0f) || lum_penumbra_sample(v->pass, v->layer, pixel, k, &ls) != LUM_PENUMBRA_OPEN)
+        if (!(visible > 0.0f) || lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_OPEN)
             continue;
         struct lum_bsdf_value f = lum_bsdf_eval_parts(&lobe, wo, ls.wi);
         float weight = visible / ls.pdf_sa;
         if (shared)
             weight *= lum_power_heuristic(even_pdf > 0.0f ? even_pdf : light_pdf(v, p, &ls), f.gloss_pdf_sa);
-        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(arriving(v, pixel, &ls), weight)));
+        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(lum_penumbra_arriving(v->pass, pixel, &ls), weight)));
     }
     return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);
 }
@@ -306,9 +139,11 @@ static struct lum_rgb left_of_light(const struct resolve *v, size_t pixel)
     const struct lum_pass *pass = v->pass;
     struct lum_rgb taken = lum_grey(0.0f);
     float weight = 0.0f;
+    struct lum_penumbra_view view;
+    lum_penumbra_look(pass, v->layer, pixel, &view);
     for (uint32_t k = 0; k < LUM_SOFT_POINTS; k += LUM_SOFT_POINTS / GLOSS_POINTS) {
         struct lum_light_sample ls;
-        if (lum_penumbra_sample(pass, v->layer, pixel, k, &ls) == LUM_PENUMBRA_NEEDLESS)
+        if (lum_penumbra_sample(&view, k, &ls) == LUM_PENUMBRA_NEEDLESS)
             continue;
         float f = fabsf(lum_dot(ls.wi, pass->surfaces->n[pixel])) / ls.pdf_sa;
         struct lum_rgb left = lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls.wi, ls.distance);
@@ -318,32 +153,50 @@ static struct lum_rgb left_of_light(const struct resolve *v, size_t pixel)
     return weight > 0.0f ? lum_rgb_mad(lum_grey(1.0f), taken, -1.0f / weight) : lum_grey(1.0f);
 }
 
-static struct lum_rgb response(struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
+static bool is_matte(uint8_t kind)
+{
+    return !(kind & (LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR));
+}
+
+/* Of light that comes on average at this cosine. */
+static struct lum_rgb diffuse_of(const struct resolve *v, uint32_t i, size_t pixel, float mean_cos)
+{
+    const struct lum_surfaces *s = v->pass->surfaces;
+    return is_matte(s->kind[pixel]) ? s->albedo[pixel] : lum_bsdf_diffuse_at(&v->vertices.bsdf[i], mean_cos);
+}
+
+/* True where only the window can tell which share of the light arrives. */
+static bool is_mixed(const struct resolve *v, uint32_t around, size_t pixel)
+{
+    return (around & LUM_SOFT_LIT) && (!v->exact || around != LUM_SOFT_LIT) &&
+           lum_penumbra_wants(v->pass, v->layer, pixel);
+}
+
+static struct lum_rgb response(const struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
 {
     const struct lum_surfaces *s = v->pass->surfaces;
     const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
-    size_t pixel = (size_t)y * v->guide.w + x;
+    size_t pixel = (size_t)y * v->pass->tiling.w + x;
     uint32_t around = says_at(v, x, y);
     if (!(around & LUM_SOFT_LIT) || !lum_penumbra_wants(v->pass, v->layer, pixel))
         return lum_grey(0.0f);
-    struct moments m = {0};
+    struct lum_moments m = {0};
     float share = 1.0f;
-    if (!v->exact || around != LUM_SOFT_LIT) {
-        m = gather(v, i, x, y);
-        share = share_of(&m);
+    if (is_mixed(v, around, pixel)) {
+        m = lum_penumbra_window_at(&v->window, x - v->r.x, y - v->r.y);
+        share = lum_moments_share(&m);
         if (!(share > 0.0f))
             return lum_grey(0.0f);
     }
     if (v->layer->index == v->pass->cached_sky)
         return gloss(v, i, pixel, share);
-    const struct lum_bsdf *b = &v->vertices.bsdf[i];
     struct lum_rgb diffuse;
     struct lum_irradiance all;
     if (!v->exact) {
-        diffuse = lum_rgb_mul(lum_bsdf_diffuse_at(b, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
+        diffuse = lum_rgb_mul(diffuse_of(v, i, pixel, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
     } else {
         lum_light_irradiance(light, s->p[pixel], s->n[pixel], &all);
-        diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
+        diffuse = lum_rgb_scale(diffuse_of(v, i, pixel, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
         if (v->pass->on[LUM_EFFECT_MEDIA])
             diffuse = lum_rgb_mul(diffuse, left_of_light(v, pixel));
     }
@@ -362,8 +215,7 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
         size_t pixel = (size_t)(v->r.y + i / v->r.w) * pass->tiling.w + v->r.x + i % v->r.w;
         if (!(sets >> set_of(v, i) & 1) || !(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
             continue;
-        if (!(pass->surfaces->kind[pixel] & (LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR))) { /* matte: its albedo is all */
-            v->vertices.bsdf[v->vertices.n] = (struct lum_bsdf){.diffuse = pass->surfaces->albedo[pixel]};
+        if (is_matte(pass->surfaces->kind[pixel])) { /* its albedo is all */
             v->vertices.slot[v->vertices.n++] = i;
             continue;
         }
@@ -415,6 +267,18 @@ static uint32_t stale_in_any(const struct resolve *v)
     return stale;
 }
 
+static void gather_windows(struct resolve *v)
+{
+    uint32_t mixed[LUM_TILE_SIDE] = {0};
+    for (uint32_t i = 0; i < v->vertices.n; i++) {
+        uint32_t slot = v->vertices.slot[i], dx = slot % v->r.w, dy = slot / v->r.w;
+        uint32_t x = v->r.x + dx, y = v->r.y + dy;
+        if ((v->stale >> set_of(v, slot) & 1) && is_mixed(v, says_at(v, x, y), (size_t)y * v->pass->tiling.w + x))
+            mixed[dy] |= 1u << dx;
+    }
+    lum_penumbra_window_gather(&v->window, v->layer, mixed);
+}
+
 static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t tile)
 {
     const struct lum_pass *pass = v->pass;
@@ -424,8 +288,9 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
     v->stale = find_stale(v, &layer->soft, known);
     if (!v->stale)
         return;
-    memset(v->known, 0, sizeof v->known);
     look_around(v);
+    if (pass->settings->max_depth > 0)
+        gather_windows(v);
     struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
     for (uint32_t slot = 0; slot < v->r.w * v->r.h; slot++)
         if (v->stale >> set_of(v, slot) & 1)
@@ -451,9 +316,8 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     uint32_t stale = stale_in_any(&v), a = 0;
     if (!stale)
         return;
-    v.guide = lum_components_guide(pass);
     fill_vertices(&v, tile, stale);
-    memset(v.same, 0, sizeof v.same);
+    lum_penumbra_window_init(&v.window, pass, tile);
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
         resolve_layer(&v, layer, tile);
 }

@@ -1,5 +1,7 @@
 #include "core/light/light.h"
 
+#include <float.h>
+
 #include "core/light/environment.h"
 #include "core/light/irradiance.h"
 #include "core/light/rect.h"
@@ -106,17 +108,25 @@ static bool sample_quad_area(const struct lum_light *l, struct lum_vec3 p, struc
     return finish_area(l, p, quad_point(l, u), l->n, ret);
 }
 
+static bool sample_rect(const struct lum_light *l, const struct lum_rect_view *view, struct lum_vec2 u,
+                        struct lum_light_sample *ret)
+{
+    struct lum_vec3 d = lum_rect_view_sample(view, u);
+    *ret = (struct lum_light_sample){lum_normalize(d), lum_length(d), l->power, (float)(1.0 / view->solid_angle)};
+    return ret->distance > 0.0f;
+}
+
+static bool in_front_of(const struct lum_light *l, struct lum_vec3 p)
+{
+    return lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f;
+}
+
 static bool sample_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
 {
-    if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
-        return false;
     struct lum_rect_view view;
-    if (quad_view(l, p, &view)) {
-        struct lum_vec3 d = lum_rect_view_sample(&view, u);
-        *ret = (struct lum_light_sample){lum_normalize(d), lum_length(d), l->power, (float)(1.0 / view.solid_angle)};
-        return ret->distance > 0.0f;
-    }
-    return sample_quad_area(l, p, u, ret);
+    if (!in_front_of(l, p))
+        return false;
+    return quad_view(l, p, &view) ? sample_rect(l, &view, u, ret) : sample_quad_area(l, p, u, ret);
 }
 
 static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
@@ -298,6 +308,66 @@ bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct l
     return lum_light_sample_at(s, i, p, u, ret_sample);
 }
 
+void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_light_view *ret)
+{
+    const struct lum_light *l = &s->lights.lights[i];
+    ret->snapshot = s;
+    ret->index = i;
+    ret->p = p;
+    ret->kind = LUM_VIEW_OTHER;
+    if (l->kind != LUM_EMIT_QUAD)
+        return;
+    if (is_far_quad(l, p))
+        ret->kind = LUM_VIEW_AREA;
+    else if (!in_front_of(l, p))
+        ret->kind = LUM_VIEW_NONE;
+    else
+        ret->kind = quad_view(l, p, &ret->rect) ? LUM_VIEW_ANGLE : LUM_VIEW_AREA;
+}
+
+bool lum_light_view_sample(const struct lum_light_view *v, struct lum_vec2 u, struct lum_light_sample *ret_sample)
+{
+    const struct lum_light *l = &v->snapshot->lights.lights[v->index];
+    switch (v->kind) {
+    case LUM_VIEW_NONE:
+        return false;
+    case LUM_VIEW_AREA:
+        return sample_quad_area(l, v->p, u, ret_sample);
+    case LUM_VIEW_ANGLE:
+        return sample_rect(l, &v->rect, u, ret_sample);
+    case LUM_VIEW_OTHER:
+        return lum_light_sample_at(v->snapshot, v->index, v->p, u, ret_sample);
+    }
+    return false;
+}
+
+static void quad_weights(const struct lum_light_view *v, struct lum_vec3 n, const struct lum_vec2 *u,
+                         float *restrict ret)
+{
+    const struct lum_light l = v->snapshot->lights.lights[v->index];
+    struct lum_vec3 p = v->p;
+    for (uint32_t k = 0; k < LUM_LIGHT_WEIGHTS; k++) {
+        struct lum_vec3 d = lum_v3_sub(quad_point(&l, u[k]), p);
+        float r2 = lum_max(lum_dot(d, d), FLT_MIN), cos_light = lum_max(-lum_dot(d, l.n), 0.0f); /* cosines: times r */
+        ret[k] = l.area * (cos_light / r2) * (lum_dot(d, n) / r2);
+    }
+}
+
+void lum_light_view_weights(const struct lum_light_view *v, struct lum_vec3 n,
+                            const struct lum_vec2 u[LUM_LIGHT_WEIGHTS], uint32_t asked,
+                            float ret_weight[LUM_LIGHT_WEIGHTS])
+{
+    if (v->kind == LUM_VIEW_AREA) { /* all of them at once */
+        quad_weights(v, n, u, ret_weight);
+        return;
+    }
+    for (uint32_t left = asked; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left);
+        struct lum_light_sample ls;
+        ret_weight[k] = lum_light_view_sample(v, u[k], &ls) ? lum_dot(ls.wi, n) / ls.pdf_sa : 0.0f;
+    }
+}
+
 static struct lum_light_target aim_at(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
 {
     return (struct lum_light_target){.kind = LUM_TARGET_POINT, .p = p, .n = n, .area = l->area, .radiance = l->power};
@@ -346,19 +416,6 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
     }
 }
 
-float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n,
-                             struct lum_vec2 u)
-{
-    const struct lum_light *l = &s->lights.lights[i];
-    if (is_far_quad(l, p)) {
-        struct lum_vec3 d = lum_v3_sub(quad_point(l, u), p);
-        float r2 = lum_dot(d, d), cos_light = -lum_dot(d, l->n); /* cosines: times r */
-        return cos_light > 0.0f && r2 > 0.0f ? l->area * (cos_light / r2) * (lum_dot(d, n) / r2) : 0.0f;
-    }
-    struct lum_light_sample ls;
-    return lum_light_sample_at(s, i, p, u, &ls) ? lum_dot(ls.wi, n) / ls.pdf_sa : 0.0f;
-}
-
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p)
 {
     const struct lum_light *l = &s->lights.lights[i];
@@ -383,11 +440,11 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     case LUM_EMIT_DIRECTIONAL:
         return 0.0f;
     case LUM_EMIT_QUAD:
-        if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+        if (!in_front_of(l, p))
             return 0.0f;
         return quad_view(l, p, &view) ? (float)(1.0 / view.solid_angle) : area_pdf_sa(distance, cos_light, l->area);
     case LUM_EMIT_DISC:
-        if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+        if (!in_front_of(l, p))
             return 0.0f;
         return area_pdf_sa(distance, cos_light, l->area);
     case LUM_EMIT_SPHERE:
@@ -406,7 +463,7 @@ float lum_light_plain_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_v
     const struct lum_light *l = &s->lights.lights[i];
     if (!is_far_quad(l, p))
         return lum_light_pdf(s, i, p, wi, p_light, ng_light);
-    if (!(lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f))
+    if (!in_front_of(l, p))
         return 0.0f;
     return area_pdf_sa(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
 }

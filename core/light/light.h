@@ -3,6 +3,7 @@
 #define LUM_CORE_LIGHT_LIGHT_H
 
 #include "core/base/base.h"
+#include "core/light/rect.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
 
@@ -85,6 +86,28 @@ bool lum_light_is_even_sky(const struct lum_light *l);
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                               struct lum_light_sample *ret_sample);
 
+/* A light as seen from one point: what all samples of it there have in common. They are those of lum_light_sample_plainly.
+ * Borrows the snapshot. */
+struct lum_light_view {
+    const struct lum_snapshot *snapshot;
+    uint32_t index;
+    struct lum_vec3 p;
+    enum lum_light_view_kind {
+        LUM_VIEW_NONE,  /* nothing of the light reaches p */
+        LUM_VIEW_AREA,  /* a quad, by area */
+        LUM_VIEW_ANGLE, /* a quad, by solid angle: rect is set */
+        LUM_VIEW_OTHER,
+    } kind;
+    struct lum_rect_view rect;
+};
+void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_light_view *ret_view);
+bool lum_light_view_sample(const struct lum_light_view *view, struct lum_vec2 u, struct lum_light_sample *ret_sample);
+/* Cosine at a surface of unit normal n, over pdf_sa, of the samples that are asked for, one by bit: what each is worth to a matte
+ * surface. Negative: it is below the horizon; 0: there is none. Others are undefined. */
+#define LUM_LIGHT_WEIGHTS 16u
+void lum_light_view_weights(const struct lum_light_view *view, struct lum_vec3 n, const struct lum_vec2 u[LUM_LIGHT_WEIGHTS],
+                            uint32_t asked, float ret_weight[LUM_LIGHT_WEIGHTS]);
+
 /* pdf_sa with which lum_light_sample_at would make the direction p -> p_light (on light i, geometric normal ng_light). For the
  * environment p_light and ng_light are unused. For MIS. */
 float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
@@ -117,10 +140,6 @@ struct lum_light_target {
     struct lum_rgb radiance; /* POINT, QUAD, DIRECTION */
 };
 void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret_target);
-
-/* Cosine at a surface of unit normal n, over pdf_sa, of the sample that lum_light_sample_plainly makes at p: what the sample is
- * worth to a matte surface. Negative: the sample is below the horizon; 0: there is none. */
-float lum_light_plain_weight(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u);
 
 /* A point of a mesh emitter, by area. False in a see-through place. */
 struct lum_mesh_point {

@@ -375,9 +375,103 @@ static void nothing_is_ever_not_finite(void **state)
     }
 }
 
+/* ---- views ---- */
+
+static void assert_same_sample(const struct lum_light_sample *a, const struct lum_light_sample *b, int i)
+{
+    bool same = a->wi.x == b->wi.x && a->wi.y == b->wi.y && a->wi.z == b->wi.z && a->distance == b->distance &&
+                a->pdf_sa == b->pdf_sa && a->radiance.r == b->radiance.r && a->radiance.g == b->radiance.g &&
+                a->radiance.b == b->radiance.b;
+    if (!same)
+        fail_msg("case %d: %.9g %.9g %.9g pdf %.9g, not %.9g %.9g %.9g pdf %.9g", i, (double)a->wi.x, (double)a->wi.y,
+                 (double)a->wi.z, (double)a->pdf_sa, (double)b->wi.x, (double)b->wi.y, (double)b->wi.z,
+                 (double)b->pdf_sa);
+}
+
+/* A light of each kind that has an area, of about 1 and at most 2 across. */
+static struct lum_light light_with_area(const struct mesh_light *m, int i)
+{
+    switch (i % 5) {
+    case 0:
+        return quad(lum_v3(0.1f, 0.2f, 0.3f), lum_v3(0.5f, 0, 0), lum_v3(0, 0.6f, 0));
+    case 1:
+        return disc(lum_v3(0.1f, 0.2f, 0.3f), lum_v3(0, 0, -1), 0.7f);
+    case 2:
+        return sphere(lum_v3(0.1f, 0.2f, 0.3f), 0.4f);
+    case 3:
+        return m->light;
+    default:
+        return light(LUM_EMIT_ENVIRONMENT);
+    }
+}
+
+/* A view's samples are those of lum_light_sample_plainly, bit by bit. */
+static void views_see_what_samples_see(void **state)
+{
+    (void)state;
+    struct rng r = {12};
+    struct mesh_light m;
+    mesh_light_init(&m);
+    int n[LUM_VIEW_OTHER + 1] = {0};
+    for (int i = 0; i < 10000; i++) {
+        struct lum_light l = light_with_area(&m, i);
+        l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        m.snapshot.lights.lights = &l;
+        struct lum_vec3 p = lum_v3_mad(l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),
+                                       (float)pow(10.0, 1.5 * rng_unit(&r) - 0.5));
+        struct lum_vec2 u = {(float)rng_unit(&r), (float)rng_unit(&r)};
+        struct lum_light_view view;
+        struct lum_light_sample a, b;
+        lum_light_look(&m.snapshot, 0, p, &view);
+        bool got = lum_light_view_sample(&view, u, &a);
+        assert_int_equal(got, lum_light_sample_plainly(&m.snapshot, 0, p, u, &b));
+        if (got)
+            assert_same_sample(&a, &b, i);
+        n[view.kind]++;
+    }
+    for (int k = 0; k <= LUM_VIEW_OTHER; k++)
+        assert_true(n[k] > 100);
+}
+
+/* Weights are cosine over pdf. By area they are computed without the direction: each of the cosines is then right to
+ * some eight roundings of numbers up to 1. */
+static void weights_are_those_of_samples(void **state)
+{
+    (void)state;
+    struct rng r = {13};
+    struct mesh_light m;
+    mesh_light_init(&m);
+    for (int i = 0; i < 10000; i++) {
+        struct lum_light l = light_with_area(&m, i);
+        l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        m.snapshot.lights.lights = &l;
+        struct lum_vec3 n = direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r));
+        struct lum_vec3 p = lum_v3_mad(l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),
+                                       (float)pow(10.0, 1.5 * rng_unit(&r) - 0.5));
+        struct lum_vec2 u[LUM_LIGHT_WEIGHTS];
+        for (uint32_t k = 0; k < LUM_LIGHT_WEIGHTS; k++)
+            u[k] = (struct lum_vec2){(float)rng_unit(&r), (float)rng_unit(&r)};
+        struct lum_light_view view;
+        float weight[LUM_LIGHT_WEIGHTS];
+        uint32_t asked = (uint32_t)rng_u64(&r) & 0xffff;
+        lum_light_look(&m.snapshot, 0, p, &view);
+        lum_light_view_weights(&view, n, u, asked, weight);
+        for (uint32_t k = 0; k < LUM_LIGHT_WEIGHTS; k++) {
+            struct lum_light_sample s = {.pdf_sa = 1.0f, .distance = 1.0f};
+            bool got = asked >> k & 1 && lum_light_view_sample(&view, u[k], &s);
+            float expected = got ? lum_dot(s.wi, n) / s.pdf_sa : 0.0f;
+            float limit = view.kind == LUM_VIEW_AREA ? 0x1p-20f * l.area / (s.distance * s.distance) : 0.0f;
+            if (asked >> k & 1 && !(fabsf(weight[k] - expected) <= limit))
+                fail_msg("case %d, sample %u: %.9g, not %.9g", i, k, (double)weight[k], (double)expected);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(views_see_what_samples_see),
+        cmocka_unit_test(weights_are_those_of_samples),
         cmocka_unit_test(quad_irradiance_is_lamberts),
         cmocka_unit_test(quad_irradiance_holds_at_grazing),
         cmocka_unit_test(disc_on_its_axis),
