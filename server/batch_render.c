@@ -103,6 +103,16 @@ static bool apply_edits_until(struct batch *b, double t_ms, struct lum_proto_err
 
 /* ---- settings ---- */
 
+/* Not refused: a script may go through all methods with the same options. */
+static void tell_unused(const struct lum_render_options *o, const struct lum_method *method)
+{
+    if (o->vpls && !lum_method_counts_vpls(method))
+        fprintf(stderr, "lumend render: method %s has no virtual point lights: --vpls has no effect\n", method->name);
+    if ((o->has_storage || o->cache_accuracy > 0.0) && !method->cache)
+        fprintf(stderr, "lumend render: method %s has no cache: --storage and --cache-accuracy have no effect\n",
+                method->name);
+}
+
 static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
 {
     const struct lum_render_options *o = &b->options;
@@ -135,6 +145,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
             return core_failed(&e, err);
         s.camera = lum_snapshot_framing_camera(b->world.snapshot);
     }
+    tell_unused(o, s.method);
     b->settings = s;
     return true;
 }

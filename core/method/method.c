@@ -189,3 +189,9 @@ const struct lum_method *lum_method_find(const char *name)
             return &methods[i];
     return NULL;
 }
+
+bool lum_method_counts_vpls(const struct lum_method *method)
+{
+    const struct lum_estimator *indirect = method->serves[LUM_EFFECT_INDIRECT_DIFFUSE];
+    return method->cache || (indirect && indirect->vpls);
+}

@@ -76,5 +76,7 @@ struct lum_method {
 /* The table, in display order; n rows. */
 const struct lum_method *lum_methods(size_t *ret_n);
 const struct lum_method *lum_method_find(const char *name); /* NULL when there is none */
+/* True when lum_view_settings.n_vpls counts for the method: virtual point lights, or rays of a hemisphere. */
+bool lum_method_counts_vpls(const struct lum_method *method);
 
 #endif
