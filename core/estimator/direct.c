@@ -39,7 +39,7 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
     struct lum_vec2 u = hard_sample;
     if (!is_hard(job))
         u = lum_sampler_2d(&sampler, PAIR_LIGHTS | job->salt);
-    if (!lum_light_sample_at(job->snapshot, job->light, v->p[i], u, ret_sample))
+    if (!lum_light_sample_plainly(job->snapshot, job->light, v->p[i], u, ret_sample))
         return false;
     float pdf_unused;
     struct lum_rgb f = lum_bsdf_eval(&v->bsdf[i], v->wo[i], ret_sample->wi, &pdf_unused);

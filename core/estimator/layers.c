@@ -20,6 +20,7 @@ void lum_layers_finish(struct lum_layers *l)
     finish_layer(&l->shared);
     lum_free(l->layers);
     lum_crowd_finish(&l->crowd);
+    lum_branches_destroy(l->branches, l->n_tiles);
     lum_free(l->brightness);
     lum_free(l->layer_of);
     lum_free(l->unit_lights);
@@ -308,19 +309,40 @@ static bool find_still_light(const struct lum_swept *swept, const struct lum_lig
            !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&swept->motion, light->instance, ret_bounds));
 }
 
+/* Which tiles may show something else by way of mirrors and glass, whatever light it is lit by. */
+static void follow_branches(struct lum_layers *l, const struct lum_pass *pass)
+{
+    for (uint32_t t = 0; l->branches && t < pass->tiling.n; t++)
+        l->branches[t].stale =
+            lum_swept_tile(pass->swept, &pass->tiling, t) || lum_branches_met(&l->branches[t], &pass->swept->motion);
+}
+
+/* What a layer keeps of what mirrors and glass show. light: where it shines from; NULL: that is not known, and nothing
+ * stays. */
+static void keep_branches(struct lum_layers *l, const struct lum_pass *pass, struct lum_layer *layer,
+                          const struct lum_bounds *light)
+{
+    for (uint32_t t = 0; t < pass->tiling.n; t++)
+        if (!light || !l->branches || layer->state[t] != LUM_LAYER_COMPLETE || l->branches[t].stale ||
+            lum_branches_light_met(&l->branches[t], &pass->swept->motion, light))
+            layer->state[t] = LUM_LAYER_EMPTY;
+}
+
 /* Something moved: soft layers keep what cannot have changed. */
 static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uint32_t edits)
 {
     bool shade = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_RESPONSE);
     uint32_t n_lost = 0, n_soft = 0;
+    follow_branches(l, pass);
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         struct lum_bounds bounds;
-        memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
+        bool still = find_still_light(pass->swept, &layer->light, &bounds);
+        keep_branches(l, pass, layer, layer->soft.seen && still && !shade ? &bounds : NULL);
         if (!layer->soft.seen)
             continue;
         n_soft++;
-        if (find_still_light(pass->swept, &layer->light, &bounds)) {
+        if (still) {
             n_lost += lum_soft_follow_motion(&layer->soft, pass, &bounds);
             if (shade)
                 lum_soft_reconsider(&layer->soft, pass);
@@ -373,6 +395,8 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     }
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
+    if (!l->branches) /* without them all is shaded anew when anything moves */
+        l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
     if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
         !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
         lum_layers_finish(l);

@@ -9,7 +9,8 @@
  *     needed before;
  *   - another medium dims the same light otherwise: likewise;
  *   - a moved light drops its own layer only;
- *   - a moved object drops, of layers with soft shadows, what its boxes before and now can have changed.
+ *   - a moved object drops, of layers with soft shadows, what its boxes before and now can have changed: also of what
+ *     mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
  * A layer takes 16 bytes a pixel, one with soft shadows 33. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
@@ -21,6 +22,7 @@
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
 #define LUM_CORE_ESTIMATOR_LAYERS_H
 
+#include "core/estimator/branches.h"
 #include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
@@ -55,6 +57,7 @@ struct lum_layers {
     uint32_t n_layers;
     struct lum_layer shared;
     bool shared_on;
+    struct lum_branches *branches; /* by tile: of mirrors and glass */
     struct lum_crowd crowd; /* lights without a layer, of methods with soft shadows: their light on what the eye sees */
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */

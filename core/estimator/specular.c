@@ -7,6 +7,7 @@
  * behind at each depth above are all that ever wait. */
 #include "core/estimator/components.h"
 #include "core/estimator/direct.h"
+#include "core/estimator/path.h"
 #include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 
@@ -212,6 +213,19 @@ static void cross_media(struct tree *t, struct branch *b, float tmax)
 
 /* ---- branches ---- */
 
+/* Remembers where the batch went. */
+static void leave_trail(const struct tree *t, uint32_t n)
+{
+    struct lum_branches *tiles = t->pass->layers->branches;
+    uint32_t max = (uint32_t)(LUM_BRANCHES_BYTES / (t->pass->tiling.n * sizeof *tiles->branches));
+    for (uint32_t i = 0; tiles && i < n; i++) {
+        bool hit = t->hits.object[i] != LUM_NO_OBJECT;
+        float length = hit ? lum_min(t->hits.t[i], LUM_SEGMENT_FAR) : LUM_SEGMENT_FAR;
+        struct lum_vec3 o = t->batch[i].o;
+        lum_branches_add(&tiles[t->tile], &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit}, max);
+    }
+}
+
 /* A branch ended on hit i of the batch. */
 static void visit(struct tree *t, uint32_t i)
 {
@@ -289,11 +303,14 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.tile = tile;
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
     t.n_branches = t.vertices.n = t.fog.rays.n = 0;
+    if (pass->layers->branches)
+        lum_branches_begin(&pass->layers->branches[tile]);
     plant(&t);
     while (t.n_branches > 0) {
         uint32_t n = pop_batch(&t);
         struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
         lum_trace_closest(&trace, &t.rays, &t.hits);
+        leave_trail(&t, n);
         for (uint32_t i = 0; i < n; i++)
             visit(&t, i);
     }

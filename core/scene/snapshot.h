@@ -35,6 +35,7 @@ static inline struct lum_vec3 lum_world_to_scene(const struct lum_normalisation 
 struct lum_bounds {
     struct lum_vec3 lo, hi; /* lo > hi: empty */
 };
+void lum_bounds_grow(struct lum_bounds *inout_box, struct lum_vec3 p);
 
 /* A mesh as the renderer reads it. Vertices are in the mesh's own normalised local space. */
 struct lum_mesh {

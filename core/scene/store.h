@@ -182,7 +182,6 @@ enum lum_status lum_resolve_media(const struct lum_scene *scene, const struct lu
 /* The same objects with the same meshes in the same places. */
 bool lum_instances_same_geometry(const struct lum_instance_part *a, const struct lum_instance_part *b);
 
-void lum_bounds_grow(struct lum_bounds *b, struct lum_vec3 p);
 struct lum_bounds lum_instance_bounds(const struct lum_instance *instance);
 struct lum_bounds lum_instances_bounds(const struct lum_instance_part *part);
 
