@@ -1,7 +1,7 @@
 /* Lights of `live` that are dimmed, recoloured and switched trace no ray: not on matte surfaces, not by way of glossy
  * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more; of glossy
- * paths those are traced anew that something which moved has met. What happened while a light was off, or there was no
- * memory, is not forgotten. */
+ * paths and reflections those are made anew that something which moved has met. What happened while a light was off, or
+ * there was no memory, is not forgotten. */
 #include "core/scene/motion.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
@@ -312,6 +312,38 @@ static void put_pebble(struct rig *r, double x)
     rig_object(r, "pebble", "pebble", "brushed", rig_v(x, 1, 0));
 }
 
+/* A pebble flies about a polished crate: where it meets no reflection, nor the way from one to the lamp, that is not
+ * shaded anew. */
+static void a_move_leaves_other_reflections_alone(void **state)
+{
+    (void)state;
+    static const struct lum_vec3d places[] = {{-1.8, 2.6, 1.8}, {-1.6, 2.6, 1.8}, {-0.5, 0.4, 0.6}, {-0.3, 0.4, 0.6},
+                                              {0.6, 2.2, 1},    {0.4, 2.2, 1},    {1.8, 2.6, 1.8},  {1.6, 2.6, 1.8}};
+    struct rig r;
+    room(&r, false);
+    struct lum_material_desc polished = rig_diffuse(0.8f);
+    polished.metallic = 1.0f;
+    polished.roughness = 0.0f;
+    rig_material(&r, "brushed", &polished);
+    put_bulb(&r, 1, false);
+    rig_box(&r, "pebble", 0.1, 0.1, 0.1);
+    rig_object(&r, "pebble", "pebble", "white", places[0]);
+    rig_commit(&r);
+    uint64_t all = rig_pass(&r).rays[LUM_RAY_SOFT_SHADOW];
+    uint32_t n_kept = 0, n_shaded = 0;
+    for (size_t k = 1; k < LUM_ARRAY_LEN(places); k++) {
+        rig_object(&r, "pebble", "pebble", "white", places[k]);
+        rig_commit(&r);
+        uint64_t n = rig_pass(&r).rays[LUM_RAY_SOFT_SHADOW];
+        n_kept += n < all / 10;
+        n_shaded += n > all / 10;
+        rig_assert_as_fresh(&r, "a step past a mirror");
+    }
+    if (n_kept == 0 || n_shaded == 0)
+        fail_msg("%u steps kept, %u did not: this says little", n_kept, n_shaded);
+    rig_end(&r);
+}
+
 /* Who is lit by all of it before and after is lit otherwise all the same; also where too much moves to be told apart.
  */
 static void a_light_that_moves_shines_from_elsewhere(void **state)
@@ -436,6 +468,7 @@ int main(void)
         cmocka_unit_test(surfaces_repainted_are_as_new),
         cmocka_unit_test(dimmed_fog_keeps_its_points),
         cmocka_unit_test(a_move_leaves_other_paths_alone),
+        cmocka_unit_test(a_move_leaves_other_reflections_alone),
         cmocka_unit_test(a_light_that_moves_shines_from_elsewhere),
         cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
         cmocka_unit_test(moves_past_a_light_that_is_off),
