@@ -20,13 +20,28 @@
 #define SETS (LUM_TILE_SIDE / LUM_SOFT_SIDE) /* tiles of the pattern along a side of a tile */
 #define GLOSS_POINTS 4u
 
-/* One tile, one layer at a time. About 140 KiB: lives on a worker's stack. */
+/* Which tile of the pattern a pixel of a tile is in. */
+static uint32_t set_at(uint32_t x, uint32_t y)
+{
+    return y / LUM_SOFT_SIDE * SETS + x / LUM_SOFT_SIDE;
+}
+
+/* A pixel that light can be summed at. */
+struct vertex {
+    size_t pixel;      /* index into the picture */
+    uint8_t x, y, set; /* in the tile: where it lies, and in which tile of the pattern */
+};
+
+/* One tile, one layer at a time. About 130 KiB: lives on a worker's stack. */
 struct resolve {
     const struct lum_pass *pass;
     const struct lum_layer *layer;
     struct lum_tile_rect r;
     struct lum_tiling sets;
-    struct lum_vertices vertices;
+    uint32_t n_vertices;
+    struct vertex vertex[LUM_TILE_PIXELS];
+    struct lum_bsdf bsdf[LUM_TILE_PIXELS];       /* by vertex, but for those that are matte */
+    struct lum_vec3 wo[LUM_TILE_PIXELS];         /* same */
     bool exact;                                  /* the present layer's light has a closed form */
     uint32_t stale;                              /* of the present layer: bit y * SETS + x, by tile of the pattern */
     uint8_t around[SETS * SETS];                 /* lum_soft_around */
@@ -74,20 +89,12 @@ static void look_around(struct resolve *v)
 }
 _Static_assert(LUM_WINDOW_SIDE == 5, "look_around joins five");
 
-/* Which tile of the pattern pixel `slot` of the tile is in. */
-static uint32_t set_of(const struct resolve *v, uint32_t slot)
-{
-    return slot / v->r.w / LUM_SOFT_SIDE * SETS + slot % v->r.w / LUM_SOFT_SIDE;
-}
-
 /* LUM_SOFT_ bits: both, when the window has to be looked at. A pixel that asked nobody itself takes its neighbours'
  * word. */
-static uint32_t says_at(const struct resolve *v, uint32_t x, uint32_t y)
+static uint32_t says_at(const struct resolve *v, const struct vertex *at)
 {
-    uint32_t dx = x - v->r.x, dy = y - v->r.y;
-    uint32_t around = v->around[dy / LUM_SOFT_SIDE * SETS + dx / LUM_SOFT_SIDE];
-    uint32_t says = v->says[dy * LUM_TILE_SIDE + dx];
-    bool own = v->layer->soft.seen[(size_t)y * v->pass->tiling.w + x].traced;
+    uint32_t around = v->around[at->set], says = v->says[at->y * LUM_TILE_SIDE + at->x];
+    bool own = v->layer->soft.seen[at->pixel].traced;
     return around == (LUM_SOFT_LIT | LUM_SOFT_DARK) && says != 0 && own ? says : around;
 }
 
@@ -106,8 +113,8 @@ static float light_pdf(const struct resolve *v, struct lum_vec3 p, const struct 
 static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
 {
     struct lum_seen own = v->layer->soft.seen[pixel];
-    struct lum_vec3 p = v->pass->surfaces->p[pixel], wo = v->vertices.wo[i];
-    struct lum_bsdf lobe = lum_bsdf_gloss(&v->vertices.bsdf[i]);
+    struct lum_vec3 p = v->pass->surfaces->p[pixel], wo = v->wo[i];
+    struct lum_bsdf lobe = lum_bsdf_gloss(&v->bsdf[i]);
     bool whole = lum_seen_whole(own),
          shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
     float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
@@ -162,7 +169,7 @@ static bool is_matte(uint8_t kind)
 static struct lum_rgb diffuse_of(const struct resolve *v, uint32_t i, size_t pixel, float mean_cos)
 {
     const struct lum_surfaces *s = v->pass->surfaces;
-    return is_matte(s->kind[pixel]) ? s->albedo[pixel] : lum_bsdf_diffuse_at(&v->vertices.bsdf[i], mean_cos);
+    return is_matte(s->kind[pixel]) ? s->albedo[pixel] : lum_bsdf_diffuse_at(&v->bsdf[i], mean_cos);
 }
 
 /* True where only the window can tell which share of the light arrives. */
@@ -172,18 +179,19 @@ static bool is_mixed(const struct resolve *v, uint32_t around, size_t pixel)
            lum_penumbra_wants(v->pass, v->layer, pixel);
 }
 
-static struct lum_rgb response(const struct resolve *v, uint32_t i, uint32_t x, uint32_t y)
+static struct lum_rgb response(const struct resolve *v, uint32_t i)
 {
+    const struct vertex *at = &v->vertex[i];
     const struct lum_surfaces *s = v->pass->surfaces;
     const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
-    size_t pixel = (size_t)y * v->pass->tiling.w + x;
-    uint32_t around = says_at(v, x, y);
+    size_t pixel = at->pixel;
+    uint32_t around = says_at(v, at);
     if (!(around & LUM_SOFT_LIT) || !lum_penumbra_wants(v->pass, v->layer, pixel))
         return lum_grey(0.0f);
     struct lum_moments m = {0};
     float share = 1.0f;
     if (is_mixed(v, around, pixel)) {
-        m = lum_penumbra_window_at(&v->window, x - v->r.x, y - v->r.y);
+        m = lum_penumbra_window_at(&v->window, at->x, at->y);
         share = lum_moments_share(&m);
         if (!(share > 0.0f))
             return lum_grey(0.0f);
@@ -210,22 +218,23 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
 {
     const struct lum_pass *pass = v->pass;
     const struct lum_snapshot *unit = &pass->layers->unit;
-    v->vertices.n = 0;
-    for (uint32_t i = 0; i < v->r.w * v->r.h; i++) {
-        size_t pixel = (size_t)(v->r.y + i / v->r.w) * pass->tiling.w + v->r.x + i % v->r.w;
-        if (!(sets >> set_of(v, i) & 1) || !(pass->surfaces->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
-            continue;
-        if (is_matte(pass->surfaces->kind[pixel])) { /* its albedo is all */
-            v->vertices.slot[v->vertices.n++] = i;
-            continue;
+    v->n_vertices = 0;
+    for (uint32_t i = 0, y = 0; y < v->r.h; y++)
+        for (uint32_t x = 0; x < v->r.w; x++, i++) {
+            size_t pixel = (size_t)(v->r.y + y) * pass->tiling.w + v->r.x + x;
+            uint32_t set = set_at(x, y), k = v->n_vertices;
+            uint8_t kind = pass->surfaces->kind[pixel];
+            if (!(sets >> set & 1) || !(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+                continue;
+            v->vertex[v->n_vertices++] = (struct vertex){pixel, (uint8_t)x, (uint8_t)y, (uint8_t)set};
+            if (is_matte(kind)) /* its albedo is all */
+                continue;
+            struct lum_vec3 d = lum_center_direction(pass, v->r.x + x, v->r.y + y);
+            struct lum_surface s;
+            v->wo[k] = lum_v3_neg(d);
+            lum_snapshot_surface(unit, &pass->gbuffer->tiles[tile], i, d, &s);
+            lum_bsdf_init(&v->bsdf[k], &unit->materials[s.material], &s, v->wo[k]);
         }
-        struct lum_vec3 d = lum_center_direction(pass, v->r.x + i % v->r.w, v->r.y + i / v->r.w);
-        struct lum_vec3 wo = lum_v3_neg(d);
-        struct lum_surface s;
-        lum_snapshot_surface(unit, &pass->gbuffer->tiles[tile], i, d, &s);
-        lum_bsdf_init(&v->vertices.bsdf[v->vertices.n], &unit->materials[s.material], &s, wo);
-        lum_vertices_push(&v->vertices, i, s.p, wo, 0);
-    }
 }
 
 /* Hash of what a row of three tiles of the pattern knows, or three rows. Many tiles know the same: a row must not be
@@ -270,11 +279,10 @@ static uint32_t stale_in_any(const struct resolve *v)
 static void gather_windows(struct resolve *v)
 {
     uint32_t mixed[LUM_TILE_SIDE] = {0};
-    for (uint32_t i = 0; i < v->vertices.n; i++) {
-        uint32_t slot = v->vertices.slot[i], dx = slot % v->r.w, dy = slot / v->r.w;
-        uint32_t x = v->r.x + dx, y = v->r.y + dy;
-        if ((v->stale >> set_of(v, slot) & 1) && is_mixed(v, says_at(v, x, y), (size_t)y * v->pass->tiling.w + x))
-            mixed[dy] |= 1u << dx;
+    for (uint32_t i = 0; i < v->n_vertices; i++) {
+        const struct vertex *at = &v->vertex[i];
+        if ((v->stale >> at->set & 1) && is_mixed(v, says_at(v, at), at->pixel))
+            mixed[at->y] |= 1u << at->x;
     }
     lum_penumbra_window_gather(&v->window, v->layer, mixed);
 }
@@ -292,13 +300,14 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
     if (pass->settings->max_depth > 0)
         gather_windows(v);
     struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
-    for (uint32_t slot = 0; slot < v->r.w * v->r.h; slot++)
-        if (v->stale >> set_of(v, slot) & 1)
-            direct[slot] = lum_grey(0.0f);
-    for (uint32_t i = 0; i < v->vertices.n && pass->settings->max_depth > 0; i++) {
-        uint32_t slot = v->vertices.slot[i];
-        if (v->stale >> set_of(v, slot) & 1)
-            direct[slot] = response(v, i, v->r.x + slot % v->r.w, v->r.y + slot / v->r.w);
+    for (uint32_t i = 0, y = 0; y < v->r.h; y++)
+        for (uint32_t x = 0; x < v->r.w; x++, i++)
+            if (v->stale >> set_at(x, y) & 1)
+                direct[i] = lum_grey(0.0f);
+    for (uint32_t i = 0; i < v->n_vertices && pass->settings->max_depth > 0; i++) {
+        const struct vertex *at = &v->vertex[i];
+        if (v->stale >> at->set & 1)
+            direct[at->y * v->r.w + at->x] = response(v, i);
     }
     for (uint32_t left = v->stale; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left), x = v->r.x / LUM_SOFT_SIDE + k % SETS;

@@ -19,11 +19,29 @@
  * of what 16 are. (cornell 4.46e-4 without, 4.34e-4 at 0.1, 4.22e-4 at 0.04; shirley6 3.41e-2, 3.40e-2, 3.35e-2.) */
 #define CONTRADICTION_INNER 0.04f
 
+#define NOWHERE UINT32_MAX
+
+/* The positions in 0 .. size - 1 that stand for those from BORDER before `first` on: beyond an edge the one of the same
+ * stratum a period further in. */
+static void find_positions(uint32_t first, uint32_t n, uint32_t size, uint32_t ret_at[BLOCK])
+{
+    for (uint32_t i = 0; i < BLOCK; i++) {
+        uint32_t shifted = first + i; /* BORDER more than the position */
+        if (shifted < BORDER)
+            shifted += LUM_SOFT_SIDE;
+        else if (shifted - BORDER >= size)
+            shifted -= LUM_SOFT_SIDE; /* wraps where the picture is less than a period wide */
+        ret_at[i] = i < n + 2 * BORDER && shifted - BORDER < size ? shifted - BORDER : NOWHERE;
+    }
+}
+
 void lum_penumbra_window_init(struct lum_penumbra_window *w, const struct lum_pass *pass, uint32_t tile)
 {
     w->pass = pass;
     w->guide = lum_components_guide(pass);
     w->r = lum_tile_at(&pass->tiling, tile);
+    find_positions(w->r.x, w->r.w, w->guide.w, w->from_x);
+    find_positions(w->r.y, w->r.h, w->guide.h, w->from_y);
     w->surfaces_known = false;
     memset(w->same_known, 0, sizeof w->same_known);
 }
@@ -90,43 +108,27 @@ static struct lum_moments sum_samples(const struct lum_penumbra_window *w, size_
 
 /* ---- the tile and its border ---- */
 
-/* The position that stands for `at`: beyond an edge the one of the same stratum a period further in. False: there is
- * none. */
-static bool inside(uint32_t from, uint32_t offset, uint32_t size, uint32_t *ret_at)
-{
-    uint32_t shifted = from + offset; /* BORDER more than the position */
-    if (shifted < BORDER)
-        shifted += LUM_SOFT_SIDE;
-    else if (shifted - BORDER >= size)
-        shifted -= LUM_SOFT_SIDE; /* wraps where the picture is less than a period wide */
-    *ret_at = shifted - BORDER;
-    return *ret_at < size;
-}
-
 /* The pixel at (x, y) of the block. */
 static bool pixel_of(const struct lum_penumbra_window *w, uint32_t x, uint32_t y, size_t *ret_pixel)
 {
-    uint32_t at_x, at_y;
-    if (x >= w->r.w + 2 * BORDER || y >= w->r.h + 2 * BORDER || !inside(w->r.x, x, w->guide.w, &at_x) ||
-        !inside(w->r.y, y, w->guide.h, &at_y))
-        return false;
-    *ret_pixel = (size_t)at_y * w->guide.w + at_x;
-    return true;
+    *ret_pixel = (size_t)w->from_y[y] * w->guide.w + w->from_x[x];
+    return w->from_x[x] != NOWHERE && w->from_y[y] != NOWHERE;
 }
 
 /* What is not there has no normal, and so fails every test. */
 static void load_surfaces(struct lum_penumbra_window *w)
 {
     const struct lum_guide *g = &w->guide;
-    for (uint32_t i = 0; i < BLOCK * BLOCK; i++) {
-        size_t at;
-        bool there = pixel_of(w, i % BLOCK, i / BLOCK, &at);
-        struct lum_vec3 p = there ? g->p[at] : lum_v3(0.0f, 0.0f, 0.0f);
-        struct lum_vec3 n = there ? g->n[at] : lum_v3(0.0f, 0.0f, 0.0f);
-        w->px[i] = p.x, w->py[i] = p.y, w->pz[i] = p.z;
-        w->nx[i] = n.x, w->ny[i] = n.y, w->nz[i] = n.z;
-        w->limit[i] = there ? lum_guide_limit(g, at) : 0.0f;
-    }
+    for (uint32_t i = 0, y = 0; y < BLOCK; y++)
+        for (uint32_t x = 0; x < BLOCK; x++, i++) {
+            size_t at;
+            bool there = pixel_of(w, x, y, &at);
+            struct lum_vec3 p = there ? g->p[at] : lum_v3(0.0f, 0.0f, 0.0f);
+            struct lum_vec3 n = there ? g->n[at] : lum_v3(0.0f, 0.0f, 0.0f);
+            w->px[i] = p.x, w->py[i] = p.y, w->pz[i] = p.z;
+            w->nx[i] = n.x, w->ny[i] = n.y, w->nz[i] = n.z;
+            w->limit[i] = there ? lum_guide_limit(g, at) : 0.0f;
+        }
     w->surfaces_known = true;
 }
 
@@ -202,26 +204,40 @@ static void load_moments(struct lum_penumbra_window *w, const uint32_t pixels[LU
         }
 }
 
-/* Adds to the sums of moment k of a row of pixels what their neighbours j have, where these are on the same surface.
- * Not inlined: or the loops around it are mingled with this one, which then is not vectorised. */
-__attribute__((noinline)) static void add_neighbour(const struct lum_penumbra_window *w, uint32_t k, uint32_t y,
-                                                    uint32_t j, float weight, float *restrict inout_sum)
+/* 1 or 0. */
+static float bit_of(uint32_t bits, uint32_t j)
+{
+    return (float)(int32_t)(bits >> j & 1u);
+}
+
+/* Adds to the sums of moment k of a row of pixels what they have in common with row dy of their windows, by
+ * the weights of its ends and of the rest. */
+static void add_window_row(const struct lum_penumbra_window *w, uint32_t k, uint32_t y, uint32_t dy,
+                           const float weight[2], float *restrict inout_sum)
 {
     const uint32_t *restrict same = w->same + y * LUM_TILE_SIDE;
-    const float *restrict value = w->moments[k] + row_at(y, j);
+    const float *restrict value = w->moments[k] + row_at(y, dy * WINDOW);
+    float ends = weight[0], rest = weight[1];
     for (uint32_t i = 0; i < LUM_TILE_SIDE; i++) {
-        int32_t is_same = (int32_t)(same[i] >> j & 1u);
-        inout_sum[i] += value[i] * weight * (float)is_same;
+        uint32_t bits = same[i] >> dy * WINDOW;
+        float sum = inout_sum[i];
+        sum += value[i] * ends * bit_of(bits, 0);
+        sum += value[i + 1] * rest * bit_of(bits, 1);
+        sum += value[i + 2] * rest * bit_of(bits, 2);
+        sum += value[i + 3] * rest * bit_of(bits, 3);
+        sum += value[i + 4] * ends * bit_of(bits, 4);
+        inout_sum[i] = sum;
     }
 }
+_Static_assert(WINDOW == 5, "a row of it is five neighbours");
 
 static void sum_row(struct lum_penumbra_window *w, uint32_t y)
 {
-    static const float weight[WINDOW] = {0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
+    static const float outer[2] = {0.25f, 0.5f}, middle[2] = {0.5f, 1.0f};
     for (uint32_t k = 0; k < w->n_moments; k++) {
         float sum[LUM_TILE_SIDE] = {0};
-        for (uint32_t j = 0; j < WINDOW * WINDOW; j++)
-            add_neighbour(w, k, y, j, weight[j % WINDOW] * weight[j / WINDOW], sum);
+        for (uint32_t dy = 0; dy < WINDOW; dy++)
+            add_window_row(w, k, y, dy, dy % (WINDOW - 1) == 0 ? outer : middle, sum);
         memcpy(w->sum[k] + y * LUM_TILE_SIDE, sum, sizeof sum);
     }
 }
@@ -247,11 +263,11 @@ static bool find_inner_whole(struct lum_penumbra_window *w, uint32_t y)
 
 static void sum_inner_row(struct lum_penumbra_window *w, uint32_t y)
 {
+    static const float inner[2] = {0.0f, 1.0f};
     for (uint32_t k = 0; k < w->n_moments; k++) {
         float sum[LUM_TILE_SIDE] = {0};
         for (uint32_t dy = 1; dy < WINDOW - 1; dy++)
-            for (uint32_t j = dy * WINDOW + 1; j < dy * WINDOW + WINDOW - 1; j++)
-                add_neighbour(w, k, y, j, 1.0f, sum);
+            add_window_row(w, k, y, dy, inner, sum);
         memcpy(w->inner[k] + y * LUM_TILE_SIDE, sum, sizeof sum);
     }
 }

@@ -26,6 +26,8 @@ struct lum_penumbra_window {
     const struct lum_layer *layer;
     struct lum_guide guide;
     struct lum_tile_rect r;
+    uint32_t from_x[LUM_WINDOW_BLOCK], from_y[LUM_WINDOW_BLOCK]; /* where columns and rows of the tile and its border lie
+                                                                  * in the picture; UINT32_MAX: nowhere */
     uint32_t n_moments;  /* of the layer's light: those that count */
     bool surfaces_known; /* of the tile: the next 7 are filled */
     /* of the tile and its border, what stands for places beyond the edge of the picture included */

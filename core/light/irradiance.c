@@ -127,39 +127,53 @@ static const float rule_weight[LANES] = {2.0f / 7,  5.0f / 63, 5.0f / 63, 5.0f /
  * to 2e-4 of the integral at FAR (tests/numeric/irradiance_test.c), and the sixth power of that beyond. */
 #define FAR 4.0f
 
-bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret)
+static bool is_far(const struct lum_light *l, struct lum_vec3 d)
 {
-    struct lum_vec3 d = lum_v3_sub(l->p, p), u = l->u, v = l->v;
-    float facing = -lum_dot(d, l->n), size2 = lum_dot(u, u) + lum_dot(v, v);
-    if (!(facing > 0.0f) || !(lum_dot(d, d) > FAR * FAR * size2))
-        return false;
-    float x[LANES], y[LANES], z[LANES], s[LANES], omega[LANES];
+    float size2 = lum_dot(l->u, l->u) + lum_dot(l->v, l->v);
+    return lum_dot(d, l->n) < 0.0f && lum_dot(d, d) > FAR * FAR * size2;
+}
+
+/* d: to the centre. The integral of w, and that of 1 where it is asked for. */
+static struct lum_vec3 far_vector(const struct lum_light *l, struct lum_vec3 d, float *ret_solid_angle)
+{
+    struct lum_vec3 u = l->u, v = l->v, e = {0.0f, 0.0f, 0.0f};
+    float x[LANES], y[LANES], z[LANES], s[LANES], r2[LANES], scale = -lum_dot(d, l->n) * l->area, sum = 0.0f;
     for (int i = 0; i < LANES; i++) {
         x[i] = d.x + rule_x[i] * u.x + rule_y[i] * v.x;
         y[i] = d.y + rule_x[i] * u.y + rule_y[i] * v.y;
         z[i] = d.z + rule_x[i] * u.z + rule_y[i] * v.z;
-        float r2 = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-        s[i] = rule_weight[i] / r2 / r2;
-        omega[i] = s[i] * sqrtf(r2);
+        r2[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        s[i] = rule_weight[i] / r2[i] / r2[i];
+        x[i] *= s[i], y[i] *= s[i], z[i] *= s[i];
     }
-    float scale = facing * l->area, sum = 0.0f;
-    struct lum_vec3 e = {0.0f, 0.0f, 0.0f};
-    for (int i = 0; i < LANES; i++) {
-        e = lum_v3_mad(e, lum_v3(x[i], y[i], z[i]), s[i]);
-        sum += omega[i];
+    for (int i = 0; i < LANES; i++)
+        e = lum_v3_add(e, lum_v3(x[i], y[i], z[i]));
+    if (ret_solid_angle) {
+        for (int i = 0; i < LANES; i++)
+            sum += s[i] * sqrtf(r2[i]);
+        *ret_solid_angle = sum * scale;
     }
-    *ret = (struct lum_far_quad){lum_v3_mul(e, scale), sum * scale};
+    return lum_v3_mul(e, scale);
+}
+
+bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret)
+{
+    struct lum_vec3 d = lum_v3_sub(l->p, p);
+    if (!is_far(l, d))
+        return false;
+    ret->vector = far_vector(l, d, &ret->solid_angle);
     return true;
 }
 
 /* Where none of it is below the horizon. */
 static bool quad_by_rule(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret)
 {
-    struct lum_far_quad far;
+    struct lum_vec3 d = lum_v3_sub(l->p, p);
     float across = fabsf(lum_dot(l->u, n)) + fabsf(lum_dot(l->v, n));
-    if (!(lum_dot(lum_v3_sub(l->p, p), n) > across) || !lum_quad_far(l, p, &far))
+    if (!(lum_dot(d, n) > across) || !is_far(l, d))
         return false;
-    float a = lum_max(lum_dot(far.vector, n), 0.0f), all = lum_length(far.vector);
+    struct lum_vec3 e = far_vector(l, d, NULL);
+    float a = lum_max(lum_dot(e, n), 0.0f), all = lum_length(e);
     *ret = (struct lum_irradiance){a, all > 0.0f ? lum_min(a / all, 1.0f) : 0.0f};
     return true;
 }
@@ -224,12 +238,22 @@ static struct lum_vec3d arc_vector(const struct rim *r, double t0, double t1)
     return mad(mad(e, db, 0.5 * r->radius * c), da, -0.5 * r->radius * s);
 }
 
+/* The same along the whole rim, where most of that cancels. */
+static struct lum_vec3d circle_vector(const struct rim *r)
+{
+    double inverse = 2.0 * LUM_PI_D / sqrt((r->square - r->slope) * (r->square + r->slope)), q = r->slope / r->square;
+    double c =
+        r->slope > 1e-6 * r->square ? (2.0 * LUM_PI_D - r->square * inverse) / r->slope : -LUM_PI_D * q / r->square;
+    struct lum_vec3d zero = {0, 0, 0}, e = mad(zero, cross(r->a, r->b), 0.5 * r->radius * r->radius * inverse);
+    return mad(e, cross(r->d, r->b), 0.5 * r->radius * c);
+}
+
 /* The arc above the horizon, where height + R (cos t a.n + sin t b.n) > 0, and the chord that closes it. */
 static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
 {
     double height = dot(r->d, n), an = dot(r->a, n), bn = dot(r->b, n), reach = r->radius * sqrt(an * an + bn * bn);
     if (height >= reach)
-        return arc_vector(r, -LUM_PI_D, LUM_PI_D);
+        return circle_vector(r);
     if (height <= -reach)
         return (struct lum_vec3d){0, 0, 0};
     double middle = atan2(bn, an), half = acos(-height / reach), t0 = middle - half, t1 = middle + half;

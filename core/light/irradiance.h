@@ -12,14 +12,14 @@ struct lum_irradiance {
 /* n: unit. Exact for quads (Lambert 1760: the polygon, clipped at the horizon), discs (its contour integral, which is
  * elementary on the circle and on the chord of the horizon), spheres (Snyder 1996) and a constant environment, all from
  * their emitting side only. False where there is no closed form: meshes, environment images, lights without an area. */
-/* The same of a quad that is far from p, in front of which p lies, all of it seen: within 2e-4. False: it is near, or p behind. */
+bool lum_light_has_irradiance(const struct lum_light *l);
+bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret);
+
+/* Of a quad that is far from p, all of it seen: within 2e-4. False: it is near, or p behind. */
 struct lum_far_quad {
     struct lum_vec3 vector; /* integral of w over the directions w */
     float solid_angle;
 };
 bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret);
-
-bool lum_light_has_irradiance(const struct lum_light *l);
-bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret);
 
 #endif
