@@ -38,7 +38,7 @@ static void find_all(struct lum_nearby *nearby, const struct lum_pass *pass, uin
     nearby->known = true;
     nearby->served = false;
     nearby->listed = lum_square_find(lookup, &square, &c) && reserve(nearby, c.n);
-    if (!nearby->listed)
+    if (!nearby->listed || c.n == 0)
         return;
     memcpy(nearby->records, found, c.n * sizeof(struct lum_cache_record *));
     nearby->n = c.n;
