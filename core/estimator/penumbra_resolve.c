@@ -8,12 +8,12 @@
  *
  * The lobes that are not cosine-shaped are summed over the pixel's own view of some strata, untraced ones with the
  * share as their visibility. */
-#include "core/estimator/direct.h"
 #include "core/estimator/penumbra_window.h"
-#include "core/light/irradiance.h"
-#include "core/math/warp.h"
 
 #include <string.h>
+
+#include "core/light/irradiance.h"
+#include "core/math/warp.h"
 
 #define BORDER LUM_WINDOW_BORDER
 #define BLOCK LUM_WINDOW_BLOCK
@@ -32,7 +32,7 @@ struct vertex {
     uint8_t x, y, set; /* in the tile: where it lies, and in which tile of the pattern */
 };
 
-/* One tile, one layer at a time. About 130 KiB: lives on a worker's stack. */
+/* One tile, one layer at a time. About 90 KiB: lives on a worker's stack. */
 struct resolve {
     const struct lum_pass *pass;
     const struct lum_layer *layer;
@@ -40,13 +40,13 @@ struct resolve {
     struct lum_tiling sets;
     uint32_t n_vertices;
     struct vertex vertex[LUM_TILE_PIXELS];
-    struct lum_bsdf bsdf[LUM_TILE_PIXELS];       /* by vertex, but for those that are matte */
-    struct lum_vec3 wo[LUM_TILE_PIXELS];         /* same */
-    bool exact;                                  /* the present layer's light has a closed form */
-    uint32_t stale;                              /* of the present layer: bit y * SETS + x, by tile of the pattern */
-    uint8_t around[SETS * SETS];                 /* lum_soft_around */
-    uint8_t says[LUM_TILE_SIDE * LUM_TILE_SIDE]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its
-                                                  * surface or not */
+    struct lum_bsdf bsdf[LUM_TILE_PIXELS]; /* by vertex, but for those that are matte */
+    struct lum_vec3 wo[LUM_TILE_PIXELS];   /* same */
+    bool exact;                            /* the present layer's light has a closed form */
+    uint32_t stale;                        /* of the present layer: bit y * SETS + x, by tile of the pattern */
+    uint8_t around[SETS * SETS];           /* lum_soft_around */
+    uint8_t says[LUM_TILE_PIXELS];         /* LUM_SOFT_ bits of all samples in the window of each pixel, of its
+                                            * surface or not */
     struct lum_penumbra_window window;
 };
 
