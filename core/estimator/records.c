@@ -47,7 +47,7 @@ void lum_records_finish(struct lum_records *records, struct lum_caches *caches)
 {
     lum_cache_release(caches, records->cache);
     destroy_memory(records->memory);
-    *records = (struct lum_records){0};
+    *records = (struct lum_records){.holding = records->holding};
 }
 
 /* ---- memory ---- */

@@ -28,7 +28,7 @@ struct lum_records {
     struct lum_records_memory *memory;  /* kept from pass to pass: no allocation in a frame at rest */
     struct lum_cache_counts counts;     /* of the last pass */
 };
-void lum_records_finish(struct lum_records *records, struct lum_caches *caches); /* accepts a zeroed one */
+void lum_records_finish(struct lum_records *records, struct lum_caches *caches); /* accepts a zeroed one; keeps the count */
 
 /* Takes the cache for the key, in place of the one that was held, and brings it up to date. Begins the counts of a pass. */
 LUM_MUST_USE enum lum_status lum_records_update(struct lum_records *records, struct lum_caches *caches,

@@ -115,6 +115,34 @@ static void a_method_without_cache_holds_none(void **state)
     house_end(&h);
 }
 
+/* A method without a cache came between two caches that have been told of as many records: what the view knows of the
+ * first says nothing of the second. */
+static void what_it_knew_of_another_cache_is_void(void **state)
+{
+    (void)state;
+    struct house h;
+    house_begin(&h, lum_method_find("ic")); /* its radii, and so its places, do not depend on the VPLs */
+    struct rig *r = &h.rig;
+    struct lum_view_settings few = r->settings, many = r->settings;
+    few.n_vpls = 1;
+    many.n_vpls = 256;
+    struct lum_view *other = NULL;
+    struct lum_pass_stats stats;
+    RIG_OK(lum_view_create(r->pool, &other, &err));
+    lum_view_share(other, h.caches);
+    RIG_OK(lum_view_pass(other, r->snapshot, &many, NULL, &stats, &err));
+    r->settings = few;
+    assert_int_equal(rig_pass(r).cache.records, stats.cache.records);
+    r->settings.method = lum_method_find("path");
+    r->settings.max_spp = 1;
+    rig_pass(r);
+    r->settings = many;
+    assert_int_equal(rig_pass(r).cache.created, 0);
+    expect_whole_picture(&h, "another cache");
+    lum_view_destroy(other);
+    house_end(&h);
+}
+
 static void updated_records_count_once(void **state)
 {
     (void)state;
@@ -203,6 +231,7 @@ int main(void)
         cmocka_unit_test(all_are_forgotten),
         cmocka_unit_test(the_cache_was_dropped),
         cmocka_unit_test(a_method_without_cache_holds_none),
+        cmocka_unit_test(what_it_knew_of_another_cache_is_void),
         cmocka_unit_test(updated_records_count_once),
         cmocka_unit_test(cancelled_whatever_the_storage),
         cmocka_unit_test(whatever_allocation_fails),
