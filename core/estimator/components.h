@@ -70,7 +70,8 @@ struct lum_components {
     uint8_t *lenders_known;   /* by tile */
     struct lum_square_sites *sites; /* by tile: which of its pixels interpolate records (sites.h) */
     uint8_t *sites_known;
-    uint8_t *taps;                  /* w * h: from which samples of a quarter of the resolution a pixel takes (lum_upsample_taps); with sites */
+    uint8_t *taps;                  /* w * h: from which samples of a quarter of the resolution a pixel takes (lum_upsample_taps);
+                                     * found with the sites */
     uint32_t w, h;
     uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */
     uint32_t n_tiles;

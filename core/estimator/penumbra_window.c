@@ -56,6 +56,8 @@ struct lum_rgb lum_penumbra_arriving(const struct lum_pass *pass, size_t pixel, 
                        lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls->wi, ls->distance));
 }
 
+_Static_assert(LUM_SOFT_POINTS == LUM_LIGHT_WEIGHTS, "all strata of a pixel are weighed at once");
+
 /* What decides the visible share of a light that is known in closed form. */
 static struct lum_moments sum_shares(const struct lum_penumbra_view *view)
 {
