@@ -11,17 +11,18 @@
 
 #include <string.h>
 
-/* Most of a gloss is what its rays meet first, and how that is lit; and many a coat reflects a twentieth of it. So paths
- * may end at the first surface that they meet, those that would add less than a quarter. On `desk` (600 x 400) that
- * saves 120 thousand bounces with a shadow ray each, for 3 % more squared error of the picture. */
-#define ROULETTE_CHANCE 4.0f
+/* Most of a gloss is what its rays meet first, and how that is lit; and many a coat reflects a twentieth of what the
+ * surface below it does. So paths may end at the first surface that they meet, those that would add less than a quarter
+ * to what their pixel reflects; not by throughput alone: on a black screen nothing else is seen. On `desk` (600 x 400)
+ * that takes a quarter of the time of a frame, for 1.5 % more relative error. */
+#define GLOSS_SURVIVAL 4.0f
 
 static void begin(const struct lum_pass *pass, const struct lum_snapshot *snapshot, struct lum_counters *counters,
                   struct lum_wave *ret_wave)
 {
     lum_wave_begin(ret_wave, snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     ret_wave->roulette_depth = 1;
-    ret_wave->roulette_chance = ROULETTE_CHANCE;
+    ret_wave->gloss_survival = GLOSS_SURVIVAL;
 }
 
 /* Paths start at the glossy pixels of a ray batch tile; stale: of those that have it set. */

@@ -273,7 +273,7 @@ static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t d
 {
     if (depth < w->roulette_depth)
         return true;
-    float survive = fminf(w->roulette_chance * lum_rgb_max(path->throughput) / path->eta2, 1.0f);
+    float survive = fminf(path->survival * lum_rgb_max(path->throughput) / path->eta2, 1.0f);
     if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
         return false;
     path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
@@ -392,7 +392,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->max_depth = max_depth;
     w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
     w->roulette_depth = ROULETTE_DEPTH;
-    w->roulette_chance = 1.0f;
+    w->gloss_survival = 1.0f;
     w->every_light = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
@@ -405,15 +405,16 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
                       struct lum_vec3 d)
 {
-    w->path[w->rays.n] =
-        (struct lum_path){.throughput = lum_grey(1.0f), .seen = true, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
+    w->path[w->rays.n] = (struct lum_path){
+        .throughput = lum_grey(1.0f), .seen = true, .survival = 1.0f, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     lum_rays_push(&w->rays, o, d, INFINITY);
 }
 
 void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo)
 {
-    struct lum_path path = {.throughput = lum_grey(1.0f), .eta2 = 1.0f, .slot = slot, .sampler = sampler};
+    struct lum_path path = {
+        .throughput = lum_grey(1.0f), .survival = 1.0f, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
     scatter(w, path, &(struct vertex){.b = bsdf, .p = p, .wo = wo});
 }
 
@@ -425,7 +426,11 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
     if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
         return;
+    float reflected = lum_rgb_max(bs.weight) + lum_rgb_max(lum_bsdf_diffuse_albedo(bsdf));
+    if (!(reflected > 0.0f))
+        return;
     struct lum_path path = {.throughput = bs.weight,
+                            .survival = w->gloss_survival / reflected,
                             .eta2 = 1.0f,
                             .slot = slot,
                             .sampler = sampler,
@@ -447,6 +452,7 @@ bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler
     if (!(lum_dot(wi, ng) > 0.0f) || !(local.z > 0.0f))
         return false;
     struct lum_path path = {.throughput = lum_grey(1.0f),
+                            .survival = 1.0f,
                             .eta2 = 1.0f,
                             .slot = slot,
                             .sampler = sampler,

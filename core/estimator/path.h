@@ -13,6 +13,7 @@ struct lum_path {
     bool plain;          /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
     bool direct_apart;   /* what shines at the end of the ray is counted by whoever started the path */
     bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
+    float survival;      /* roulette: it lives on with this chance, times its throughput */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
@@ -54,7 +55,7 @@ struct lum_wave {
     struct lum_counters *counters;
     uint32_t max_depth;
     uint32_t roulette_depth; /* segments that a path has behind it when roulette starts */
-    float roulette_chance;   /* to live on, times throughput */
+    float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and otherwise */
     bool media; /* there are some, and they are wanted */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light that light nothing (the eye and mirrors still see what
