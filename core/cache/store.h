@@ -33,7 +33,7 @@ struct lum_cache_record {
     struct lum_rgb irradiance;  /* what it is for; scene units */
     struct lum_rgb gradient[3]; /* change of irradiance by moving along x, y, z, per scene unit; 0: the kind has none */
     uint64_t epoch;             /* of its cache: what it is up to date with. Set by whoever builds or refreshes it, after that */
-    uint64_t born;              /* of its cache: how many were inserted before it, and it (lum_cache_count); 0: nobody counted */
+    uint64_t born;              /* greater than of all that were inserted before it (lum_cache_count); 0: nobody counted */
     _Atomic uint32_t state;     /* private to the store */
 };
 

@@ -177,7 +177,8 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
     if (status == LUM_OK && !is_done(pass))
         status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
     records->counts.removed += atomic_load(&run.cache->removed) - removed;
-    lum_cache_lose_count(run.cache);
+    if (atomic_load(&run.cache->created) > created)
+        lum_cache_lose_count(run.cache);
     enum lum_status end = lum_store_end_frame(store, status == LUM_OK ? err : NULL);
     records->counts.records = lum_store_count(store);
     records->counts.created += atomic_load(&run.cache->created) - created;

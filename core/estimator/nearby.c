@@ -10,11 +10,20 @@ void lum_nearby_finish(struct lum_nearby *nearby)
     *nearby = (struct lum_nearby){0};
 }
 
-static bool reserve(struct lum_nearby *nearby, uint32_t n)
+/* By size of the picture alone: what is listed must not depend on memory. */
+static uint32_t most_within_budget(const struct lum_pass *pass)
+{
+    size_t most = LUM_NEARBY_BYTES / (pass->tiling.n * sizeof(struct lum_cache_record *));
+    return most < LUM_SQUARE_RECORDS ? (uint32_t)most : LUM_SQUARE_RECORDS - 1;
+}
+
+static bool reserve(struct lum_nearby *nearby, uint32_t n, uint32_t most)
 {
     if (n <= nearby->capacity)
         return true;
-    uint32_t capacity = n + n / 2 + 4;
+    if (n > most)
+        return false;
+    uint32_t capacity = n + n / 2 + 4 < most ? n + n / 2 + 4 : most;
     struct lum_cache_record **records = lum_calloc(capacity, sizeof(struct lum_cache_record *));
     if (!records)
         return false;
@@ -37,7 +46,7 @@ static void find_all(struct lum_nearby *nearby, const struct lum_pass *pass, uin
     nearby->n = 0;
     nearby->known = true;
     nearby->served = false;
-    nearby->listed = lum_square_find(lookup, &square, &c) && reserve(nearby, c.n);
+    nearby->listed = lum_square_find(lookup, &square, &c) && reserve(nearby, c.n, most_within_budget(pass));
     if (!nearby->listed || c.n == 0)
         return;
     memcpy(nearby->records, found, c.n * sizeof(struct lum_cache_record *));
@@ -55,7 +64,7 @@ static void drop_gone(struct lum_nearby *nearby)
     nearby->n = n;
 }
 
-static void add_new(struct lum_nearby *nearby, const struct lum_lookup *lookup)
+static void add_new(struct lum_nearby *nearby, const struct lum_lookup *lookup, uint32_t most)
 {
     const struct lum_cache *cache = lookup->cache;
     struct lum_candidates c = {nearby->n, nearby->records};
@@ -63,7 +72,7 @@ static void add_new(struct lum_nearby *nearby, const struct lum_lookup *lookup)
         struct lum_cache_record *r = cache->recent[b % LUM_CACHE_RECENT];
         if (r->born != b || !lum_store_holds(r) || !lum_square_box_may_meet(lookup, &nearby->box, r))
             continue;
-        if (nearby->n == LUM_SQUARE_RECORDS - 1 || !reserve(nearby, nearby->n + 1)) {
+        if (!reserve(nearby, nearby->n + 1, most)) {
             nearby->listed = false;
             return;
         }
@@ -84,7 +93,7 @@ void lum_nearby_update(struct lum_nearby *nearby, const struct lum_pass *pass, u
         cache->n_born - nearby->born < LUM_CACHE_RECENT && (nearby->listed || cache->n_born == nearby->born)) {
         if (nearby->removed != removed)
             drop_gone(nearby);
-        add_new(nearby, lookup);
+        add_new(nearby, lookup, most_within_budget(pass));
     } else {
         find_all(nearby, pass, tile, sites, lookup);
     }

@@ -5,6 +5,9 @@
 
 #include "core/estimator/square.h"
 
+/* Of the lists of a picture. Squares for whose list that leaves no room are looked up point by point. */
+#define LUM_NEARBY_BYTES ((size_t)128 << 20)
+
 /* Zeroed: nothing is known. */
 struct lum_nearby {
     struct lum_cache_record **records; /* in the order of lum_square_find; read only after lum_nearby_update */

@@ -245,10 +245,13 @@ static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *
     float white = 0.0f;
     if (!lum_penumbra_wants(pass, layer, pixel))
         return 0.0f;
-    if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all))
+    if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all)) {
         white = all.cosine_integral;
-    else if (lum_penumbra_look(pass, layer, pixel, &view), lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_NEEDLESS)
-        white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
+    } else {
+        lum_penumbra_look(pass, layer, pixel, &view);
+        if (lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_NEEDLESS)
+            white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
+    }
     float albedo = s->kind[pixel] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
     float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel]);
     return white * LUM_INV_PI * (albedo + diffuse);
