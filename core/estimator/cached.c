@@ -13,7 +13,7 @@ static bool is_quarter(const struct lum_pass *pass)
     return false;
 }
 
-/* And from which of them the others take. */
+/* Which pixels of the tile interpolate records, and from which of them the others take. */
 static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);

@@ -13,8 +13,8 @@
 
 /* Most of a gloss is what its rays meet first, and how that is lit; and many a coat reflects a twentieth of what the
  * surface below it does. So paths may end at the first surface that they meet, those that would add less than a quarter
- * to what their pixel reflects; not by throughput alone: on a black screen nothing else is seen. On `desk` (600 x 400)
- * that takes a quarter of the time of a frame, for 1.5 % more relative error. */
+ * to what their pixel reflects; not by throughput alone: on a black screen nothing else is seen. A first frame of `desk`
+ * (600 x 400) takes 470 instead of 820 ms of CPU, for a SMAPE of 8.39 instead of 8.35 %. */
 #define GLOSS_SURVIVAL 4.0f
 
 static void begin(const struct lum_pass *pass, const struct lum_snapshot *snapshot, struct lum_counters *counters,
