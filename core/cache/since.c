@@ -156,35 +156,86 @@ static uint32_t boxes_of(const struct lum_mover *m, struct box ret_boxes[2])
     return 1;
 }
 
-/* Segments from one point to LUM_SUM_LANES VPLs against a box, by separating axes (Gottschalk 1996): the box's own
- * three, and those across the segment and an edge. No division; what is rounded is far below the padding of the boxes.
- */
+/* A segment against a box, by separating axes (Gottschalk 1996): the box's own three, and those across the segment and
+ * an edge. No division; what is rounded is far below the padding of the boxes. c: from the box's middle to the
+ * segment's; x, y, z: half the segment; e: half the box. */
+static inline uint32_t meets(float cx, float cy, float cz, float x, float y, float z, struct lum_vec3 e)
+{
+    float ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
+    return (uint32_t)(fabsf(cx) <= e.x + ax) & (uint32_t)(fabsf(cy) <= e.y + ay) & (uint32_t)(fabsf(cz) <= e.z + az) &
+           (uint32_t)(fabsf(cy * z - cz * y) <= e.y * az + e.z * ay) &
+           (uint32_t)(fabsf(cz * x - cx * z) <= e.z * ax + e.x * az) &
+           (uint32_t)(fabsf(cx * y - cy * x) <= e.x * ay + e.y * ax);
+}
+
+/* Segments from one point to the VPLs k .. k + LUM_SUM_LANES - 1, as bits. */
 static uint32_t segments_meet(const struct lum_vpl_set *set, uint32_t k, struct lum_vec3 from, const struct box *box)
 {
-    const struct lum_vec3 e = box->half, o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from);
-    uint32_t meets[LUM_SUM_LANES], bits = 0;
+    const struct lum_vec3 o = lum_v3_sub(from, box->middle), s = lum_vpl_seen_from(set, k, from);
+    uint32_t met[LUM_SUM_LANES], bits = 0;
     for (uint32_t i = 0; i < LUM_SUM_LANES; i++) {
         float x = 0.5f * (set->px[k + i] - s.x), y = 0.5f * (set->py[k + i] - s.y);
         float z = 0.5f * (set->pz[k + i] - s.z);
-        float cx = o.x + x, cy = o.y + y, cz = o.z + z, ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
-        meets[i] = (uint32_t)(fabsf(cx) <= e.x + ax) & (uint32_t)(fabsf(cy) <= e.y + ay) &
-                   (uint32_t)(fabsf(cz) <= e.z + az) & (uint32_t)(fabsf(cy * z - cz * y) <= e.y * az + e.z * ay) &
-                   (uint32_t)(fabsf(cz * x - cx * z) <= e.z * ax + e.x * az) &
-                   (uint32_t)(fabsf(cx * y - cy * x) <= e.x * ay + e.y * ax);
+        met[i] = meets(o.x + x, o.y + y, o.z + z, x, y, z, box->half);
     }
     for (uint32_t i = 0; i < LUM_SUM_LANES; i++)
-        bits |= meets[i] << i;
+        bits |= met[i] << i;
     return bits;
 }
 
-/* Bits of the VPLs whose segments meet the box, out of `of`. */
-static void find_meeting(const struct lum_vpl_set *set, struct lum_vec3 from, const struct box *box, const uint64_t *of,
-                         uint64_t *inout_meet)
+/* Those of a word of bits whose segments meet the box. */
+static uint64_t find_meeting(const struct lum_vpl_set *set, uint32_t word, struct lum_vec3 from, const struct box *box,
+                             uint64_t bits)
 {
     const uint64_t group = (UINT64_C(1) << LUM_SUM_LANES) - 1u;
-    for (uint32_t k = 0; k < set->n; k += LUM_SUM_LANES)
-        if (of[k / 64] >> k % 64 & group)
-            inout_meet[k / 64] |= of[k / 64] & (uint64_t)segments_meet(set, k, from, box) << k % 64;
+    uint64_t met = 0;
+    for (uint32_t i = 0; i < 64; i += LUM_SUM_LANES)
+        if (bits >> i & group)
+            met |= (uint64_t)segments_meet(set, word * 64 + i, from, box) << i;
+    return met & bits;
+}
+
+/* Segments picked out, to be tested against many boxes: their middles, and halves of the way from end to end. */
+#define PICKED_MAX 64u
+
+struct picked {
+    uint32_t n, slot[PICKED_MAX];
+    float mx[PICKED_MAX], my[PICKED_MAX], mz[PICKED_MAX], x[PICKED_MAX], y[PICKED_MAX], z[PICKED_MAX];
+};
+
+static void pick(struct picked *p, const struct lum_vpl_set *set, struct lum_vec3 from, uint32_t slot)
+{
+    struct lum_vec3 s = lum_vpl_seen_from(set, slot - slot % LUM_SUM_LANES, from);
+    uint32_t i = p->n++;
+    p->slot[i] = slot;
+    p->x[i] = 0.5f * (set->px[slot] - s.x);
+    p->y[i] = 0.5f * (set->py[slot] - s.y);
+    p->z[i] = 0.5f * (set->pz[slot] - s.z);
+    p->mx[i] = from.x + p->x[i];
+    p->my[i] = from.y + p->y[i];
+    p->mz[i] = from.z + p->z[i];
+}
+
+static void meet_box(const struct picked *p, const struct box *box, uint32_t *inout_meets)
+{
+    const struct lum_vec3 e = box->half, b = box->middle;
+    for (uint32_t i = 0; i < p->n; i++)
+        inout_meets[i] |= meets(p->mx[i] - b.x, p->my[i] - b.y, p->mz[i] - b.z, p->x[i], p->y[i], p->z[i], e);
+}
+
+/* Takes those out of inout_bits that meet a mover, and forgets them all. */
+static void cross_out_picked(const struct lum_motion *motion, struct picked *p, uint64_t *inout_bits)
+{
+    uint32_t met[PICKED_MAX] = {0};
+    struct box boxes[2];
+    for (uint32_t m = 0; m < motion->n; m++) {
+        uint32_t n_boxes = boxes_of(&motion->movers[m], boxes);
+        for (uint32_t b = 0; b < n_boxes; b++)
+            meet_box(p, &boxes[b], met);
+    }
+    for (uint32_t i = 0; i < p->n; i++)
+        inout_bits[p->slot[i] / 64] &= ~((uint64_t)met[i] << p->slot[i] % 64);
+    p->n = 0;
 }
 
 /* An object of many parts moves as one, as a rule: few segments meet the box around all, and only those are tested
@@ -193,24 +244,26 @@ void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set
                          uint64_t *inout_bits)
 {
     const struct lum_motion *motion = &since->motion;
-    uint64_t near[LUM_VPL_SLOTS_MAX / 64], meet[LUM_VPL_SLOTS_MAX / 64];
-    const size_t bytes = lum_vpl_words(set->n) * sizeof *near;
-    struct box boxes[2];
+    const uint32_t words = lum_vpl_words(set->n);
+    struct box around, alone[2];
     if (motion->everything)
-        memset(inout_bits, 0, bytes);
-    if (motion->everything || motion->n == 0)
+        memset(inout_bits, 0, words * sizeof *inout_bits);
+    if (motion->everything || !box_of(since->lo, since->hi, &around))
         return;
-    memset(near, 0, bytes);
-    memset(meet, 0, bytes);
-    if (box_of(since->lo, since->hi, boxes))
-        find_meeting(set, from, boxes, inout_bits, near);
-    for (uint32_t m = 0; m < motion->n; m++) {
-        uint32_t n_boxes = boxes_of(&motion->movers[m], boxes);
-        for (uint32_t b = 0; b < n_boxes; b++)
-            find_meeting(set, from, &boxes[b], near, meet);
+    bool one = motion->n == 1 && boxes_of(&motion->movers[0], alone) == 1; /* it is the one around all */
+    struct picked p;
+    p.n = 0;
+    for (uint32_t w = 0; w < words; w++) {
+        uint64_t near = find_meeting(set, w, from, &around, inout_bits[w]);
+        if (one)
+            inout_bits[w] &= ~near;
+        for (; near && !one; near &= near - 1) {
+            pick(&p, set, from, w * 64 + (uint32_t)__builtin_ctzll(near));
+            if (p.n == PICKED_MAX)
+                cross_out_picked(motion, &p, inout_bits);
+        }
     }
-    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++)
-        inout_bits[w] &= ~meet[w];
+    cross_out_picked(motion, &p, inout_bits);
 }
 
 bool lum_since_meets_ball(const struct lum_since *since, struct lum_vec3 middle, float radius)
