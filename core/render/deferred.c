@@ -178,7 +178,6 @@ static struct plan make_plan(const struct lum_pass *pass)
 {
     const struct lum_method *method = pass->settings->method;
     struct plan plan = {.n = 0};
-    plan_stage(&plan, &lum_stage_gbuffer);
     /* Runs even without a light: it also shows what shines by itself. */
     plan_stage(&plan, &lum_estimator_shadow);
     plan_stage(&plan, &lum_stage_composite);
@@ -294,6 +293,21 @@ static enum lum_status run_whole(const struct lum_stage_runner *runner, const st
     return status;
 }
 
+/* First hits, before anything asks what has changed: of that they decide. Where something moved they are found even if
+ * the pass is cancelled, so that all others hear of it. */
+static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                  struct lum_error *err)
+{
+    struct lum_stage_runner whole = *runner;
+    enum lum_status status = lum_deferred_look(d, pass, err);
+    if (lum_swept_is_known(&d->swept))
+        whole.cancel = NULL;
+    if (status == LUM_OK)
+        status = lum_stage_run(&whole, pass, &lum_stage_gbuffer);
+    d->swept.stamp = d->gbuffer.stamp;
+    return status;
+}
+
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
 {
@@ -303,8 +317,7 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
     pass->swept = &d->swept;
     pass->cached_sky = cached_sky(pass);
-    enum lum_status status = lum_deferred_look(d, pass, err);
-    d->swept.stamp = d->gbuffer.stamp;
+    enum lum_status status = look_first(d, pass, runner, err);
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
     if (status == LUM_OK && plan.surfaces) {

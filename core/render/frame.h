@@ -92,6 +92,11 @@ struct lum_surfaces {
 /* What moved since the pass before, and where in the picture that may show: what buffers hold stays elsewhere. Found by
  * squares of LUM_SWEPT_SIDE pixels, from the surfaces that the eye saw before. */
 #define LUM_SWEPT_SIDE 4u
+enum {
+    LUM_SWEPT_SAME = 0, /* so that any other counts as changed */
+    LUM_SWEPT_MAYBE,    /* it is behind the boxes of what moved: until new first hits have been compared with those before */
+    LUM_SWEPT_CHANGED,
+};
 struct lum_swept {
     const struct lum_snapshot *snapshot; /* of the pass before; held */
     uint64_t stamp;                      /* of the G-buffer after it */
@@ -99,14 +104,14 @@ struct lum_swept {
     struct lum_motion motion;
     struct lum_tiling squares;
     struct lum_bounds *seen; /* by square: box around the surface points there, before; empty: there were none */
-    uint8_t *changed;        /* by square: the eye may see something else there, through the middle of a pixel */
+    uint8_t *changed;        /* by square, LUM_SWEPT_: the eye sees something else there, through the middle of a pixel */
     uint8_t *in_sight;       /* by tile of the picture: something that moved may be behind it, or a pixel beside it */
 };
 static inline bool lum_swept_is_known(const struct lum_swept *swept)
 {
     return swept && swept->known;
 }
-/* Any square of a tile of the picture has changed. */
+/* Any square of a tile of the picture has changed, or may have. */
 bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile);
 
 struct lum_layers;
@@ -127,7 +132,7 @@ struct lum_pass {
     /* deferred methods */
     struct lum_gbuffer *gbuffer;
     struct lum_surfaces *surfaces;     /* methods with components */
-    const struct lum_swept *swept;     /* NULL: as if not known */
+    struct lum_swept *swept;           /* NULL: as if not known */
     struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
     struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
     uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */

@@ -1,6 +1,7 @@
 /* The deferred pipeline's first and last stage: first hits through pixel centres, and the sum of the layers. */
 #include "core/estimator/components.h"
 #include "core/estimator/layers.h"
+#include "core/render/deferred.h"
 
 static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
@@ -11,7 +12,13 @@ static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     lum_tile_center_rays(pass, tile, &rays);
     counters->rays[LUM_RAY_PRIMARY] += rays.n;
     struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
+    struct lum_hits before;
+    bool compare = lum_swept_is_known(pass->swept) && pass->swept->stamp == g->stamp;
+    if (compare)
+        before = g->tiles[tile];
     lum_trace_closest(&trace, &rays, &g->tiles[tile]);
+    if (compare)
+        lum_swept_compare(pass->swept, &pass->tiling, tile, &before, &g->tiles[tile]);
     g->done[tile] = 1;
 }
 

@@ -85,7 +85,7 @@ static void find_square(struct lum_swept *swept, const struct lum_pass *pass, co
     for (uint32_t i = 0; background && i < r.w * r.h; i++) /* those before a surface reach too far: no harm */
         grow(&ends, lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
     swept->seen[square] = seen;
-    swept->changed[square] = lum_motion_meets_between(&swept->motion, &eye, &ends);
+    swept->changed[square] = lum_motion_meets_between(&swept->motion, &eye, &ends) ? LUM_SWEPT_MAYBE : LUM_SWEPT_SAME;
 }
 
 static void find_tile(struct lum_swept *swept, const struct lum_pass *pass, uint32_t tile, float reach)
@@ -111,7 +111,7 @@ void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, cons
         if (surfaces->done[y / per_tile * pass->tiling.nx + x / per_tile])
             find_square(swept, pass, surfaces, i, reach);
         else
-            swept->changed[i] = 1; /* a pass was cancelled: the surfaces there are older yet */
+            swept->changed[i] = LUM_SWEPT_CHANGED; /* a pass was cancelled: the surfaces there are older yet */
     }
     lum_snapshot_ref(pass->snapshot);
     lum_snapshot_unref(swept->snapshot);
@@ -127,3 +127,43 @@ bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tili
                 return true;
     return false;
 }
+
+static bool same_hit(const struct lum_hits *a, const struct lum_hits *b, uint32_t i)
+{
+    return a->object[i] == b->object[i] &&
+           (a->object[i] == LUM_NO_OBJECT ||
+            (a->prim[i] == b->prim[i] && a->t[i] == b->t[i] && a->u[i] == b->u[i] && a->v[i] == b->v[i]));
+}
+
+/* Objects that were merged may all have moved. */
+static bool is_mover(const struct lum_motion *motion, uint32_t object)
+{
+    for (uint32_t m = 0; m < motion->n; m++)
+        if (motion->movers[m].n_objects > 1 || motion->movers[m].now == object)
+            return true;
+    return false;
+}
+
+static bool pixel_changed(const struct lum_swept *swept, const struct lum_hits *before, const struct lum_hits *now,
+                          uint32_t i)
+{
+    return !same_hit(before, now, i) || (now->object[i] != LUM_NO_OBJECT && is_mover(&swept->motion, now->object[i]));
+}
+
+void lum_swept_compare(struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile,
+                       const struct lum_hits *before, const struct lum_hits *now)
+{
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    for (uint32_t y = 0; y < r.h; y++)
+        for (uint32_t x = 0; x < r.w; x++) {
+            uint8_t *changed =
+                &swept->changed[(r.y + y) / LUM_SWEPT_SIDE * swept->squares.nx + (r.x + x) / LUM_SWEPT_SIDE];
+            if (*changed == LUM_SWEPT_MAYBE && pixel_changed(swept, before, now, y * r.w + x))
+                *changed = LUM_SWEPT_CHANGED;
+        }
+    for (uint32_t y = r.y / LUM_SWEPT_SIDE; y * LUM_SWEPT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SWEPT_SIDE; x * LUM_SWEPT_SIDE < r.x + r.w; x++)
+            if (swept->changed[y * swept->squares.nx + x] == LUM_SWEPT_MAYBE)
+                swept->changed[y * swept->squares.nx + x] = LUM_SWEPT_SAME;
+}
+_Static_assert(LUM_TILE_SIDE % LUM_SWEPT_SIDE == 0, "squares lie within tiles");
