@@ -66,22 +66,6 @@ static void append_motion(struct lum_motion *all, const struct lum_motion *motio
     }
 }
 
-static void grow(struct lum_since *since, struct lum_vec3 lo, struct lum_vec3 hi)
-{
-    since->lo = lum_v3(lum_min(since->lo.x, lo.x), lum_min(since->lo.y, lo.y), lum_min(since->lo.z, lo.z));
-    since->hi = lum_v3(lum_max(since->hi.x, hi.x), lum_max(since->hi.y, hi.y), lum_max(since->hi.z, hi.z));
-}
-
-static void find_box(struct lum_since *since)
-{
-    since->lo = lum_v3(INFINITY, INFINITY, INFINITY);
-    since->hi = lum_v3(-INFINITY, -INFINITY, -INFINITY);
-    for (uint32_t i = 0; i < since->motion.n; i++) { /* where there is no box lo > hi, which grows nothing */
-        grow(since, since->motion.movers[i].old_lo, since->motion.movers[i].old_hi);
-        grow(since, since->motion.movers[i].new_lo, since->motion.movers[i].new_hi);
-    }
-}
-
 static uint64_t *moved_of(struct lum_since_ring *ring, uint64_t epoch)
 {
     return ring->moved + epoch % LUM_SINCE_EPOCHS * lum_vpl_words(ring->n_vpls);
@@ -102,7 +86,7 @@ void lum_since_add(struct lum_since_ring *ring, uint64_t epoch, const struct lum
     memset(moved_of(ring, epoch - 1), 0, words * sizeof *moved);
     for (uint64_t e = ring->first; e < epoch; e++) {
         append_motion(&ring->since[e % LUM_SINCE_EPOCHS].motion, motion);
-        find_box(&ring->since[e % LUM_SINCE_EPOCHS]);
+        lum_motion_enclose(&ring->since[e % LUM_SINCE_EPOCHS].motion);
         uint64_t *bits = moved_of(ring, e);
         for (uint32_t w = 0; w < words; w++)
             bits[w] |= moved[w];
@@ -248,7 +232,7 @@ void lum_since_cross_out(const struct lum_since *since, const struct lum_vpl_set
     struct box around, alone[2];
     if (motion->everything)
         memset(inout_bits, 0, words * sizeof *inout_bits);
-    if (motion->everything || !box_of(since->lo, since->hi, &around))
+    if (motion->everything || !box_of(motion->around.lo, motion->around.hi, &around))
         return;
     bool one = motion->n == 1 && boxes_of(&motion->movers[0], alone) == 1; /* it is the one around all */
     struct picked p;

@@ -14,7 +14,6 @@
 
 struct lum_since {
     struct lum_motion motion; /* from then to now; everything: too much to tell */
-    struct lum_vec3 lo, hi;   /* around all its boxes */
     const uint64_t *vpls;     /* bit by slot: VPLs that moved, appeared or went */
 };
 

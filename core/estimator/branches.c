@@ -44,12 +44,9 @@ void lum_branches_add(struct lum_branches *tile, const struct lum_branch *branch
 
 bool lum_branches_met(const struct lum_branches *tile, const struct lum_motion *motion)
 {
-    const struct lum_bounds all = lum_motion_bounds(motion);
-    for (uint32_t i = 0; i < tile->n; i++) {
-        const struct lum_branch *b = &tile->branches[i];
-        if (lum_bounds_meet(&all, b->from, b->to) && lum_motion_meets(motion, b->from, b->to))
+    for (uint32_t i = 0; i < tile->n; i++)
+        if (lum_motion_meets(motion, tile->branches[i].from, tile->branches[i].to))
             return true;
-    }
     return !tile->whole;
 }
 

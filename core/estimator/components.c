@@ -240,15 +240,14 @@ static bool is_motion_alone(const struct lum_components *c, const struct lum_pas
 }
 
 /* Who stands for whom among the pixels of a tile and those beside it. Where something moved and nothing else happened,
- * tiles keep it that look past that. */
+ * it stays wherever that does not show. */
 static void forget_neighbours(struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
 {
     bool moved_only = is_motion_alone(c, pass, edits, LUM_PRODUCT_EDGES);
     for (uint32_t t = 0; t < c->n_tiles; t++) {
-        if (moved_only && !pass->swept->in_sight[t])
-            continue;
-        c->sites_known[t] = 0;
-        if (c->lenders_known)
+        if (!moved_only || lum_swept_around_tile(pass->swept, &pass->tiling, t))
+            c->sites_known[t] = 0;
+        if (c->lenders_known && (!moved_only || pass->swept->in_sight[t]))
             c->lenders_known[t] = 0;
     }
 }

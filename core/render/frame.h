@@ -111,8 +111,9 @@ static inline bool lum_swept_is_known(const struct lum_swept *swept)
 {
     return swept && swept->known;
 }
-/* Any square of a tile of the picture has changed, or may have. */
+/* Any square of a tile of the picture has changed, or may have; or one that touches it. */
 bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile);
+bool lum_swept_around_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile);
 
 struct lum_layers;
 struct lum_components;

@@ -100,32 +100,53 @@ static void find_tile(struct lum_swept *swept, const struct lum_pass *pass, uint
     swept->in_sight[tile] = lum_motion_meets_between(&swept->motion, &eye, &ends);
 }
 
+static void find_squares(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces,
+                         uint32_t tile, float reach)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    for (uint32_t y = r.y / LUM_SWEPT_SIDE; y * LUM_SWEPT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SWEPT_SIDE; x * LUM_SWEPT_SIDE < r.x + r.w; x++) {
+            if (surfaces->done[tile])
+                find_square(swept, pass, surfaces, y * swept->squares.nx + x, reach);
+            else /* a pass was cancelled: the surfaces there are older yet */
+                swept->changed[y * swept->squares.nx + x] = LUM_SWEPT_CHANGED;
+        }
+}
+
 void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces)
 {
     swept->known = find_motion(swept, pass, surfaces) && reserve(swept, pass);
     float reach = swept->known ? reach_of(&swept->motion, pass->eye.o) : 0.0f;
-    for (uint32_t t = 0; swept->known && t < pass->tiling.n; t++)
+    for (uint32_t t = 0; swept->known && t < pass->tiling.n; t++) {
         find_tile(swept, pass, t, reach);
-    for (uint32_t i = 0; swept->known && i < swept->squares.n; i++) {
-        uint32_t per_tile = LUM_TILE_SIDE / LUM_SWEPT_SIDE, x = i % swept->squares.nx, y = i / swept->squares.nx;
-        if (surfaces->done[y / per_tile * pass->tiling.nx + x / per_tile])
-            find_square(swept, pass, surfaces, i, reach);
-        else
-            swept->changed[i] = LUM_SWEPT_CHANGED; /* a pass was cancelled: the surfaces there are older yet */
+        find_squares(swept, pass, surfaces, t, reach);
     }
     lum_snapshot_ref(pass->snapshot);
     lum_snapshot_unref(swept->snapshot);
     swept->snapshot = pass->snapshot;
 }
 
-bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile)
+/* margin: squares around the tile that count, too. */
+static bool any_changed(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile, uint32_t margin)
 {
-    uint32_t n = LUM_TILE_SIDE / LUM_SWEPT_SIDE, x0 = tile % tiling->nx * n, y0 = tile / tiling->nx * n;
-    for (uint32_t y = y0; y < y0 + n && y < swept->squares.ny; y++)
-        for (uint32_t x = x0; x < x0 + n && x < swept->squares.nx; x++)
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    uint32_t x0 = r.x / LUM_SWEPT_SIDE, y0 = r.y / LUM_SWEPT_SIDE;
+    uint32_t x1 = (r.x + r.w - 1) / LUM_SWEPT_SIDE + margin, y1 = (r.y + r.h - 1) / LUM_SWEPT_SIDE + margin;
+    for (uint32_t y = y0 > margin ? y0 - margin : 0; y <= y1 && y < swept->squares.ny; y++)
+        for (uint32_t x = x0 > margin ? x0 - margin : 0; x <= x1 && x < swept->squares.nx; x++)
             if (swept->changed[y * swept->squares.nx + x])
                 return true;
     return false;
+}
+
+bool lum_swept_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile)
+{
+    return any_changed(swept, tiling, tile, 0);
+}
+
+bool lum_swept_around_tile(const struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile)
+{
+    return any_changed(swept, tiling, tile, 1);
 }
 
 static bool same_hit(const struct lum_hits *a, const struct lum_hits *b, uint32_t i)

@@ -86,8 +86,23 @@ static float area_of_both(const struct lum_mover *m)
     return area_of(m->old_lo, m->old_hi) + area_of(m->new_lo, m->new_hi);
 }
 
+/* NOWHERE grows nothing. */
+static void enclose(struct lum_bounds *around, const struct lum_mover *m)
+{
+    *around = box_around(around->lo, around->hi, m->old_lo, m->old_hi);
+    *around = box_around(around->lo, around->hi, m->new_lo, m->new_hi);
+}
+
+void lum_motion_enclose(struct lum_motion *motion)
+{
+    motion->around = NOWHERE;
+    for (uint32_t i = 0; i < motion->n; i++)
+        enclose(&motion->around, &motion->movers[i]);
+}
+
 void lum_motion_add(struct lum_motion *motion, const struct lum_mover *mover)
 {
+    enclose(&motion->around, mover);
     if (motion->n < LUM_MOTION_MAX) {
         motion->movers[motion->n++] = *mover;
         return;
@@ -156,6 +171,7 @@ void lum_motion_between(const struct lum_snapshot *before, const struct lum_snap
 {
     ret_motion->n = 0;
     ret_motion->renumbers = false;
+    ret_motion->around = NOWHERE;
     ret_motion->everything = !lum_normalisation_equal(&before->norm, &now->norm);
     if (ret_motion->everything)
         return;
@@ -215,28 +231,14 @@ static bool segment_meets(struct lum_vec3 mid, struct lum_vec3 half, struct lum_
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)
 {
     struct lum_vec3 mid = lum_v3_mul(lum_v3_add(a, b), 0.5f), half = lum_v3_mul(lum_v3_sub(b, a), 0.5f);
+    if (!segment_meets(mid, half, motion->around.lo, motion->around.hi)) /* as of most */
+        return motion->everything;
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
         if (segment_meets(mid, half, m->old_lo, m->old_hi) || segment_meets(mid, half, m->new_lo, m->new_hi))
             return true;
     }
     return motion->everything;
-}
-
-struct lum_bounds lum_motion_bounds(const struct lum_motion *motion)
-{
-    struct lum_bounds all = NOWHERE;
-    for (uint32_t i = 0; i < motion->n; i++) {
-        const struct lum_mover *m = &motion->movers[i];
-        all = box_around(all.lo, all.hi, m->old_lo, m->old_hi);
-        all = box_around(all.lo, all.hi, m->new_lo, m->new_hi);
-    }
-    return all;
-}
-
-bool lum_bounds_meet(const struct lum_bounds *box, struct lum_vec3 a, struct lum_vec3 b)
-{
-    return segment_meets(lum_v3_mul(lum_v3_add(a, b), 0.5f), lum_v3_mul(lum_v3_sub(b, a), 0.5f), box->lo, box->hi);
 }
 
 bool lum_motion_met(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b)
@@ -273,6 +275,8 @@ static bool shaft_meets(const struct lum_bounds *a, const struct lum_bounds *b, 
 
 bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b)
 {
+    if (!shaft_meets(a, b, motion->around.lo, motion->around.hi))
+        return motion->everything;
     for (uint32_t i = 0; i < motion->n; i++) {
         const struct lum_mover *m = &motion->movers[i];
         if (shaft_meets(a, b, m->old_lo, m->old_hi) || shaft_meets(a, b, m->new_lo, m->new_hi))

@@ -24,6 +24,7 @@ struct lum_motion {
     bool everything; /* cannot be told apart: another scene, or placed anew */
     bool renumbers;  /* objects came or went: what stays may have another number */
     uint32_t n;
+    struct lum_bounds around; /* all boxes of the movers; empty: there are none */
     struct lum_mover movers[LUM_MOTION_MAX];
 };
 
@@ -44,11 +45,11 @@ bool lum_motion_moves(const struct lum_motion *motion, uint32_t object, const st
 /* True when what lay on that object, at p, was carried along; perhaps also where p was within the box of merged movers. */
 bool lum_motion_carries(const struct lum_motion *motion, uint64_t object, struct lum_vec3 p);
 
+/* The box around all movers anew, after one of them was altered. */
+void lum_motion_enclose(struct lum_motion *motion);
+
 /* True when the segment from a to b meets a box where something was, or is. Never false where it does meet one. */
 bool lum_motion_meets(const struct lum_motion *motion, struct lum_vec3 a, struct lum_vec3 b);
-/* The box around all of these, which few segments meet that meet none of them; and whether one does. */
-struct lum_bounds lum_motion_bounds(const struct lum_motion *motion);
-bool lum_bounds_meet(const struct lum_bounds *box, struct lum_vec3 a, struct lum_vec3 b);
 /* The same of all segments that begin in one box and end in another. Neither is empty. */
 bool lum_motion_meets_between(const struct lum_motion *motion, const struct lum_bounds *a, const struct lum_bounds *b);
 /* The same, of the boxes where something was alone. */
