@@ -104,6 +104,8 @@ struct lum_swept {
     struct lum_motion motion;
     struct lum_tiling squares;
     struct lum_bounds *seen; /* by square: box around the surface points there, before; empty: there were none */
+    uint8_t *background;     /* by square: some of its pixels showed no surface */
+    uint64_t seen_stamp;     /* of the surfaces in these two, but for squares that `changed` then */
     uint8_t *changed;        /* by square, LUM_SWEPT_: the eye sees something else there, through the middle of a pixel */
     uint8_t *in_sight;       /* by tile of the picture: something that moved may be behind it, or a pixel beside it */
 };

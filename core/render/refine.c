@@ -25,13 +25,19 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory to refine a picture of %u x %u", t->w, t->h);
 }
 
-void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t, const struct lum_film *frame)
+void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
-    for (uint32_t y = 0; y < t->h; y++)
-        for (uint32_t x = 0; x < t->w; x++)
-            r->frame[(size_t)y * t->w + x] = lum_film_mean(frame, x, y);
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
     r->error_rel = (double)NAN;
+    r->taken = false;
+}
+
+void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const struct lum_film *frame)
+{
+    for (uint32_t y = 0; y < t->h && !r->taken; y++)
+        for (uint32_t x = 0; x < t->w; x++)
+            r->frame[(size_t)y * t->w + x] = lum_film_mean(frame, x, y);
+    r->taken = true;
 }
 
 /* ---- what both are worth ---- */

@@ -21,6 +21,7 @@ struct lum_refinement {
     struct lum_film truth;
     uint32_t *tile_spp;    /* of truth */
     struct lum_rgb *frame; /* b: w * h */
+    bool taken;            /* there is one */
     struct lum_tile_error *errors;
     double error_rel;      /* of what lum_refine_blend made: root mean square error over mean luminance; NAN: unknown */
 };
@@ -28,8 +29,10 @@ struct lum_refinement {
 LUM_MUST_USE enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tiling *tiling, struct lum_error *err);
 void lum_refine_finish(struct lum_refinement *r); /* accepts a zeroed one */
 
-/* Takes the film as the frame to begin with, and forgets all samples. */
-void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *tiling, const struct lum_film *frame);
+/* Forgets all samples, and the frame. */
+void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *tiling);
+/* Takes the film as the frame, unless it has one: most frames of a scene that moves are refined by nobody. */
+void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *tiling, const struct lum_film *frame);
 
 /* Writes the blend to film. Every pixel has as many samples in one half as in the other. */
 void lum_refine_blend(struct lum_refinement *r, const struct lum_tiling *tiling, struct lum_film *film, uint64_t *nonfinite);

@@ -7,6 +7,7 @@ void lum_swept_finish(struct lum_swept *swept)
 {
     lum_snapshot_unref(swept->snapshot);
     lum_free(swept->seen);
+    lum_free(swept->background);
     lum_free(swept->changed);
     lum_free(swept->in_sight);
     *swept = (struct lum_swept){0};
@@ -39,12 +40,14 @@ static bool reserve(struct lum_swept *swept, const struct lum_pass *pass)
     struct lum_tiling squares = lum_tiling_make(pass->tiling.w, pass->tiling.h, LUM_SWEPT_SIDE);
     if (!swept->seen)
         swept->seen = lum_calloc(squares.n, sizeof *swept->seen);
+    if (!swept->background)
+        swept->background = lum_calloc(squares.n, 1);
     if (!swept->changed)
         swept->changed = lum_calloc(squares.n, 1);
     if (!swept->in_sight)
         swept->in_sight = lum_calloc(pass->tiling.n, 1);
     swept->squares = squares;
-    return swept->seen && swept->changed && swept->in_sight;
+    return swept->seen && swept->background && swept->changed && swept->in_sight;
 }
 
 static void grow(struct lum_bounds *b, struct lum_vec3 p)
@@ -68,24 +71,37 @@ static float reach_of(const struct lum_motion *motion, struct lum_vec3 eye)
     return 2.0f * reach; /* corners that are no diagonal's: at most the sum of both */
 }
 
-static void find_square(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces,
-                        uint32_t square, float reach)
+static void look_at_square(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces,
+                           uint32_t square)
 {
     struct lum_tile_rect r = lum_tile_at(&swept->squares, square);
-    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, seen = NOWHERE, ends;
-    bool background = false;
+    struct lum_bounds seen = NOWHERE;
+    swept->background[square] = 0;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
         if (surfaces->object[pixel] != LUM_NO_OBJECT)
             grow(&seen, surfaces->p[pixel]);
         else
-            background = true;
+            swept->background[square] = 1;
     }
-    ends = seen;
-    for (uint32_t i = 0; background && i < r.w * r.h; i++) /* those before a surface reach too far: no harm */
-        grow(&ends, lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
     swept->seen[square] = seen;
-    swept->changed[square] = lum_motion_meets_between(&swept->motion, &eye, &ends) ? LUM_SWEPT_MAYBE : LUM_SWEPT_SAME;
+}
+
+static bool may_change(const struct lum_swept *swept, const struct lum_pass *pass, uint32_t square, float reach)
+{
+    struct lum_tile_rect r = lum_tile_at(&swept->squares, square);
+    struct lum_bounds eye = {pass->eye.o, pass->eye.o}, ends = swept->seen[square];
+    for (uint32_t i = 0; swept->background[square] && i < r.w * r.h; i++) /* before a surface it is too far: no harm */
+        grow(&ends, lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
+    return lum_motion_meets_between(&swept->motion, &eye, &ends);
+}
+
+static void find_square(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces,
+                        uint32_t square, float reach)
+{
+    if (swept->seen_stamp != surfaces->stamp || swept->changed[square])
+        look_at_square(swept, pass, surfaces, square);
+    swept->changed[square] = may_change(swept, pass, square, reach) ? LUM_SWEPT_MAYBE : LUM_SWEPT_SAME;
 }
 
 static void find_tile(struct lum_swept *swept, const struct lum_pass *pass, uint32_t tile, float reach)
@@ -121,6 +137,8 @@ void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, cons
         find_tile(swept, pass, t, reach);
         find_squares(swept, pass, surfaces, t, reach);
     }
+    if (swept->known)
+        swept->seen_stamp = surfaces->stamp;
     lum_snapshot_ref(pass->snapshot);
     lum_snapshot_unref(swept->snapshot);
     swept->snapshot = pass->snapshot;

@@ -253,7 +253,7 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     if (status == LUM_OK)
         status = lum_deferred_run(&v->deferred, pass, runner, err);
     if (status == LUM_OK && refines)
-        lum_refine_begin(&v->refinement, &v->tiling, &v->film);
+        lum_refine_begin(&v->refinement, &v->tiling);
     runner->stats->changed = true;
     v->error_rel = (double)NAN;
     return status;
@@ -265,6 +265,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
 {
     struct lum_refinement *r = &v->refinement;
     struct lum_pass pass = *frame;
+    lum_refine_take(r, &v->tiling, &v->film);
     pass.film = &r->truth;
     pass.tile_spp = r->tile_spp;
     pass.target_spp = least_spp(r->tile_spp, v->tiling.n) + 1;

@@ -36,7 +36,8 @@ static void rig_init(struct rig *g, double bias, double sd)
     assert_int_equal(lum_refine_init(&g->r, &g->tiling, &err), LUM_OK);
     for (uint32_t i = 0; i < W * H; i++)
         lum_film_add(&g->film, i % W, i / W, 0, lum_grey((float)(TRUTH + bias)), &nonfinite);
-    lum_refine_begin(&g->r, &g->tiling, &g->film);
+    lum_refine_begin(&g->r, &g->tiling);
+    lum_refine_take(&g->r, &g->tiling, &g->film);
     for (uint32_t i = 0; i < W * H; i++)
         for (uint32_t k = 0; k < 2; k++)
             lum_film_add(&g->r.truth, i % W, i / W, k, lum_grey((float)(TRUTH + sd * noise(i, k))), &nonfinite);
