@@ -121,22 +121,35 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     lum_rays_push(&s->rays, from, d, 1.0f);
 }
 
-/* Looks at the VPLs that the record faces and of which nothing is known. */
-static void look_at_unknown(struct seeing *s, struct live_record *r)
+/* Of 64 VPLs those that the record faces and of which nothing is known: from now on it is. */
+static uint64_t take_unknown(const struct lum_vpl_set *set, struct live_record *r, uint32_t word)
+{
+    struct lum_receiver at = receiver_of(&r->base);
+    uint64_t *sees = r->bits + word, *known = sees + lum_vpl_words(set->n);
+    uint64_t faces = lum_vpl_faces(set, &at, word), unknown = faces & ~*known;
+    *sees &= *known & faces;
+    *known = faces;
+    return unknown;
+}
+
+/* Records of one neighbourhood, at most LUM_PROXIMITY_POINTS, look at what they do not know: VPL by VPL, so that rays
+ * which travel together begin side by side and end at the same one. */
+static void look_at_unknown(struct seeing *s, struct live_record *const *records, uint32_t n)
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
-    const uint32_t words = lum_vpl_words(set->n);
-    uint64_t *sees = r->bits, *known = r->bits + words, faces[LUM_VPL_SLOTS_MAX / 64];
-    struct lum_receiver at = receiver_of(&r->base);
-    struct lum_vec3 from = lum_ray_offset(at.p, at.ng);
-    lum_vpl_faces(set, &at, faces);
-    for (uint32_t w = 0; w < words; w++) {
-        uint64_t unknown = faces[w] & ~known[w];
-        known[w] &= faces[w];
-        sees[w] &= known[w];
-        known[w] |= unknown;
-        for (; unknown; unknown &= unknown - 1)
-            look(s, r, from, w * 64 + (uint32_t)__builtin_ctzll(unknown));
+    struct lum_vec3 from[LUM_PROXIMITY_POINTS];
+    for (uint32_t i = 0; i < n; i++)
+        from[i] = lum_ray_offset(records[i]->base.p, records[i]->base.ng);
+    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
+        uint64_t unknown[LUM_PROXIMITY_POINTS], any = 0;
+        for (uint32_t i = 0; i < n; i++)
+            any |= unknown[i] = take_unknown(set, records[i], w);
+        for (; any; any &= any - 1) {
+            uint32_t k = (uint32_t)__builtin_ctzll(any);
+            for (uint32_t i = 0; i < n; i++)
+                if (unknown[i] >> k & 1)
+                    look(s, records[i], from[i], 64 * w + k);
+        }
     }
 }
 
@@ -214,8 +227,8 @@ static void build(const struct lum_cache_job *job)
             records[i]->proximity = proximity[i];
             set_radius(job, records[i]);
             memset(records[i]->bits, 0, record_bytes(job->cache->vpls.n) - sizeof *records[i]);
-            look_at_unknown(&s, records[i]);
         }
+        look_at_unknown(&s, records, n);
     }
     trace_rays(&s);
     for (uint32_t i = 0; i < job->n; i++)
@@ -276,10 +289,9 @@ static void refresh_some(struct seeing *s, struct lum_cache_record *const *recor
             kept[n_kept++] = r;
     }
     n_doubtful = review(s->job, doubtful, n_doubtful);
-    for (uint32_t i = 0; i < n_kept; i++)
-        look_at_unknown(s, kept[i]);
     for (uint32_t i = 0; i < n_doubtful; i++)
-        look_at_unknown(s, doubtful[i]);
+        kept[n_kept++] = doubtful[i];
+    look_at_unknown(s, kept, n_kept);
 }
 
 static void refresh(const struct lum_cache_job *job)

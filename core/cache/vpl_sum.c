@@ -7,11 +7,11 @@
 
 #define LANES LUM_SUM_LANES
 
-void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint64_t *ret_faces)
+uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
-    memset(ret_faces, 0, lum_vpl_words(set->n) * sizeof *ret_faces);
     const struct lum_vec3 n = at->n, g = at->ng;
-    for (uint32_t k = 0; k < set->n; k += LANES) { /* padding has no normal, and faces nothing */
+    uint64_t all = 0;
+    for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
         uint32_t faces[LANES], bits = 0;
         for (uint32_t i = 0; i < LANES; i++) {
@@ -22,8 +22,9 @@ void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at,
         }
         for (uint32_t i = 0; i < LANES; i++)
             bits |= faces[i] << i;
-        ret_faces[k / 64] |= (uint64_t)bits << k % 64;
+        all |= (uint64_t)bits << k % 64;
     }
+    return all;
 }
 
 /* Geometry terms of LANES VPLs and their gradients; 0 where the bit is not set. */

@@ -25,8 +25,8 @@ struct lum_receiver {
     struct lum_vec3 p, n, ng;
 };
 
-/* Bits of the VPLs that the point faces and that face it, be they lit or not; others give it nothing. */
-void lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint64_t *ret_faces);
+/* A word of bits of the VPLs that the point faces and that face it, be they lit or not; others give it nothing. */
+uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word);
 
 struct lum_vpl_sum {
     struct lum_rgb irradiance;
