@@ -15,6 +15,7 @@ struct edge_batch {
     uint32_t n;
     uint32_t x[EDGE_BATCH], y[EDGE_BATCH];
     struct lum_rays rays;
+    struct lum_vec2 film[LUM_RAY_BATCH]; /* by ray: where it goes through the picture */
     struct lum_hits hits;
 };
 
@@ -65,8 +66,8 @@ static float mismatch(const struct lum_pass *pass, const struct edge_batch *batc
     return fabsf(off) <= PLANE_WEIGHT * PLANE_PIXELS_MAX ? off * off : INFINITY;
 }
 
-/* Who lends its radiance to ray i, which went through the film at `film` in pixel (x, y): of the nine pixels around,
- * row by row, the one which shows its surface best; its own pixel where none does. */
+/* Who lends its radiance to ray i, of pixel (x, y): of the nine pixels around, row by row, the one which shows its
+ * surface best; its own pixel where none does. */
 #define LENDERS 9u
 #define LENDER_SELF 4u
 #define LENDER_BITS 4u
@@ -74,8 +75,9 @@ static float mismatch(const struct lum_pass *pass, const struct edge_batch *batc
 _Static_assert(EDGE_RAYS *LENDER_BITS <= 32, "the lenders of a pixel's rays fit into lum_components.lenders");
 
 static uint32_t find_lender(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
-                            uint32_t y, struct lum_vec2 film)
+                            uint32_t y)
 {
+    struct lum_vec2 film = batch->film[i];
     uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LENDER_SELF;
     struct lum_vec3 p = lum_v3_mad(pass->eye.o, lum_rays_direction(&batch->rays, i), batch->hits.t[i]);
     float least = INFINITY;
@@ -112,6 +114,7 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
     for (uint32_t i = 0; i < batch->n; i++)
         for (uint32_t k = 0; k < EDGE_RAYS; k++) {
             struct lum_vec2 film = film_at(pass, batch->x[i], batch->y[i], k);
+            batch->film[batch->rays.n] = film;
             lum_rays_push(&batch->rays, pass->eye.o, lum_eye_direction(&pass->eye, film.x, film.y), INFINITY);
         }
     struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
@@ -120,7 +123,7 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
     for (uint32_t i = 0; i < batch->n; i++) {
         uint32_t x = batch->x[i], y = batch->y[i], lenders = 0;
         for (uint32_t k = 0; k < EDGE_RAYS; k++)
-            lenders |= find_lender(pass, batch, i * EDGE_RAYS + k, x, y, film_at(pass, x, y, k)) << LENDER_BITS * k;
+            lenders |= find_lender(pass, batch, i * EDGE_RAYS + k, x, y) << LENDER_BITS * k;
         pass->components->lenders[(size_t)y * pass->tiling.w + x] = lenders;
     }
     batch->n = 0;

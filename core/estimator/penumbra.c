@@ -263,12 +263,14 @@ static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *l
     struct lum_tiling sets = lum_soft_tiling(pass);
     for (uint32_t y = r.y; y < r.y + r.h; y += LUM_SOFT_SIDE)
         for (uint32_t x = r.x; x < r.x + r.w; x += LUM_SOFT_SIDE) {
+            float *unshadowed = &layer->soft.unshadowed[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE], sum = 0.0f;
             uint32_t n = 0;
-            float sum = 0.0f;
+            if (*unshadowed != LUM_SOFT_UNKNOWN)
+                continue;
             for (; n < LUM_SOFT_SIDE && x + n < r.x + r.w && y + n < r.y + r.h; n++)
                 sum += unshadowed_at(pass, layer, (size_t)(y + n) * pass->tiling.w + x + n,
                                      lum_pattern_set(LUM_SOFT_SIDE, n, n));
-            layer->soft.unshadowed[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE] = sum / (float)n;
+            *unshadowed = sum / (float)n;
         }
 }
 

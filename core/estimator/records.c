@@ -5,7 +5,10 @@
 #include "core/estimator/sites.h"
 #include "core/render/deferred.h"
 
-#define CHUNK 16u /* records that are built together, of one neighbourhood */
+/* Records that are built together, of one neighbourhood; fewer where they would make less than CHUNKS_MIN chunks:
+ * rounds are small, and all workers wait for the last. Not by their number, on which no picture depends. */
+#define CHUNK_MAX 16u
+#define CHUNKS_MIN 32u
 
 struct lum_records_memory {
     uint32_t n_squares;
@@ -152,15 +155,26 @@ static enum lum_status look(struct run *run, bool note, bool again)
 
 /* ---- stale records ---- */
 
+static uint32_t chunk_size(const struct run *run)
+{
+    uint32_t size = run->n_batch / CHUNKS_MIN;
+    return size < 1 ? 1 : size < CHUNK_MAX ? size : CHUNK_MAX;
+}
+
+static uint32_t n_chunks(const struct run *run)
+{
+    return (run->n_batch + chunk_size(run) - 1) / chunk_size(run);
+}
+
 static void run_chunk(const struct run *run, uint32_t chunk, struct lum_counters *counters,
                       void (*make)(const struct lum_cache_job *job))
 {
-    uint32_t from = chunk * CHUNK, n = run->n_batch - from;
+    uint32_t size = chunk_size(run), from = chunk * size, n = run->n_batch - from;
     make(&(struct lum_cache_job){
         .cache = run->cache,
         .snapshot = run->pass->snapshot,
         .records = run->memory->batch + from,
-        .n = n < CHUNK ? n : CHUNK,
+        .n = n < size ? n : size,
         .pixel = run->pass->footprint,
         .eye = run->pass->eye.o,
         .worker = counters->worker,
@@ -208,8 +222,7 @@ static enum lum_status refresh(struct run *run, struct lum_error *err)
     if (run->n_batch == 0)
         return LUM_OK;
     uint64_t removed = atomic_load(&run->cache->removed);
-    uint32_t n_chunks = (run->n_batch + CHUNK - 1) / CHUNK;
-    enum lum_status status = lum_stage_loop(run->runner, n_chunks, refresh_chunk, run);
+    enum lum_status status = lum_stage_loop(run->runner, n_chunks(run), refresh_chunk, run);
     if (status != LUM_OK)
         return status; /* cancelled: some are still stale, and refreshed again */
     removed = atomic_load(&run->cache->removed) - removed;
@@ -355,7 +368,7 @@ static enum lum_status make_round(struct run *run, uint32_t side)
     }
     if (run->n_batch == 0)
         return LUM_OK;
-    enum lum_status status = lum_stage_loop(run->runner, (run->n_batch + CHUNK - 1) / CHUNK, build_chunk, run);
+    enum lum_status status = lum_stage_loop(run->runner, n_chunks(run), build_chunk, run);
     if (status != LUM_OK) { /* cancelled: some were not built */
         drop_batch(run);
         return status;

@@ -26,6 +26,8 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
     memset(s->open, 1, lum_soft_tiling(pass).n);
     memset(s->begun, 0, pass->packets.n);
     memset(s->resolved, 0, lum_soft_tiling(pass).n * sizeof *s->resolved);
+    for (uint32_t i = 0; i < lum_soft_tiling(pass).n; i++)
+        s->unshadowed[i] = LUM_SOFT_UNKNOWN;
 }
 
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt)
@@ -105,6 +107,7 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
         *begun = LUM_SOFT_TO_BEGIN;
     if (!pass->swept->changed[y * sets->nx + x])
         return;
+    s->unshadowed[y * sets->nx + x] = LUM_SOFT_UNKNOWN;
     for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
         for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
             s->resolved[j * sets->nx + i] = 0;

@@ -38,6 +38,8 @@ enum lum_soft_begun {
     LUM_SOFT_BEGUN,   /* every pixel has its first stratum */
 };
 
+#define LUM_SOFT_UNKNOWN (-1.0f)
+
 /* Tiles of the pattern are `across` by `down`, row by row. */
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
@@ -46,7 +48,8 @@ struct lum_soft {
     struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
-    float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way */
+    float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way, or
+                                   * LUM_SOFT_UNKNOWN until its surfaces have been looked at */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
