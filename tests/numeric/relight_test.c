@@ -344,6 +344,43 @@ static void a_move_leaves_other_reflections_alone(void **state)
     rig_end(&r);
 }
 
+/* Two leaves far from each other, of one mesh. */
+static void put_leaves(struct rig *r, double y)
+{
+    static const double p[] = {-0.5, -0.4, 0, -0.45, -0.4, 0, -0.5, -0.35, 0, 0.5, 0.4, 0, 0.45, 0.4, 0, 0.5, 0.35, 0};
+    static const uint32_t index[] = {0, 1, 2, 3, 4, 5};
+    rig_mesh(r, "leaves", p, 6, index, 2);
+    rig_object(r, "leaves", "leaves", "white", rig_v(0.3, 1.3 + y, 1.3));
+}
+
+/* Leaves fall right before the eye: the box around them hides most of the picture, they themselves little, and only
+ * there anything is made anew. */
+static void what_shows_beside_a_mover_is_left_alone(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    put_leaves(&r, 0);
+    rig_commit(&r);
+    struct lum_pass_stats all = rig_pass(&r);
+    for (int k = 1; k < 5; k++) {
+        put_leaves(&r, -0.04 * k);
+        rig_commit(&r);
+        struct lum_pass_stats now = rig_pass(&r);
+        if (now.rays[LUM_RAY_PRIMARY] < all.rays[LUM_RAY_PRIMARY] / 2)
+            fail_msg("step %d: %llu of %llu first hits: this says little", k,
+                     (unsigned long long)now.rays[LUM_RAY_PRIMARY], (unsigned long long)all.rays[LUM_RAY_PRIMARY]);
+        if (now.rays[LUM_RAY_SOFT_SHADOW] == 0 || now.rays[LUM_RAY_SOFT_SHADOW] > all.rays[LUM_RAY_SOFT_SHADOW] / 5 ||
+            now.rays[LUM_RAY_GLOSSY] > all.rays[LUM_RAY_GLOSSY] / 5)
+            fail_msg("step %d: %llu of %llu shadow rays, %llu of %llu glossy ones", k,
+                     (unsigned long long)now.rays[LUM_RAY_SOFT_SHADOW],
+                     (unsigned long long)all.rays[LUM_RAY_SOFT_SHADOW], (unsigned long long)now.rays[LUM_RAY_GLOSSY],
+                     (unsigned long long)all.rays[LUM_RAY_GLOSSY]);
+        rig_assert_as_fresh(&r, "falling leaves");
+    }
+    rig_end(&r);
+}
+
 /* Who is lit by all of it before and after is lit otherwise all the same; also where too much moves to be told apart.
  */
 static void a_light_that_moves_shines_from_elsewhere(void **state)
@@ -469,6 +506,7 @@ int main(void)
         cmocka_unit_test(dimmed_fog_keeps_its_points),
         cmocka_unit_test(a_move_leaves_other_paths_alone),
         cmocka_unit_test(a_move_leaves_other_reflections_alone),
+        cmocka_unit_test(what_shows_beside_a_mover_is_left_alone),
         cmocka_unit_test(a_light_that_moves_shines_from_elsewhere),
         cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
         cmocka_unit_test(moves_past_a_light_that_is_off),
