@@ -253,6 +253,15 @@ static void forget(const struct lum_cache *cache, const struct lum_since *since,
         sees[w] &= known[w];
 }
 
+/* Lights may have been dimmed since, and surfaces coloured, but who sees whom is as it was. */
+static bool is_quiet(const struct lum_cache *cache, const struct lum_since *since)
+{
+    uint64_t any = since->motion.n > 0 || since->motion.everything;
+    for (uint32_t w = 0; w < lum_vpl_words(cache->vpls.n); w++)
+        any |= since->vpls[w];
+    return any == 0;
+}
+
 /* Removes those records whose surroundings are no longer what their radius was made for; n: at most
  * LUM_PROXIMITY_POINTS. Returns how many are left, in front. */
 static uint32_t review(const struct lum_cache_job *job, struct live_record **records, uint32_t n)
@@ -282,6 +291,8 @@ static void refresh_some(struct seeing *s, struct lum_cache_record *const *recor
     for (uint32_t i = 0; i < n; i++) {
         struct live_record *r = live_of(records[i]);
         const struct lum_since *since = ring ? lum_since(ring, r->base.epoch) : NULL;
+        if (since && is_quiet(cache, since))
+            continue;
         forget(cache, since, r);
         if (!since || lum_since_meets_ball(since, r->base.p, r->base.radius))
             doubtful[n_doubtful++] = r;
