@@ -12,7 +12,24 @@ struct free_run {
     const _Atomic bool *cancel; /* NULL: nobody does */
     _Atomic uint64_t *former;   /* bit by index: records from before the run that nobody has used in it */
     uint32_t n_former;          /* bits */
+    uint32_t stride;            /* job k is tile k * stride, modulo their number, with which it has no common divisor */
 };
+
+static uint32_t common_divisor(uint32_t a, uint32_t b)
+{
+    return b == 0 ? a : common_divisor(b, a % b);
+}
+
+/* About the golden section of n tiles: then each is far from those before it, and workers are far apart at any time.
+ * Side by side they would make the same records, each before it finds the other's: `cornell` took 2,676 in the order of
+ * the tiles with one worker, 2,735 with two, and takes 2,333 with either, with the same error. */
+static uint32_t stride_of(uint32_t n)
+{
+    uint32_t stride = (uint32_t)(0.618034 * n);
+    while (stride > 1 && common_divisor(stride, n) != 1)
+        stride--;
+    return stride > 0 ? stride : 1;
+}
 
 static void note_use(const struct free_run *run, uint32_t index)
 {
@@ -103,10 +120,11 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
 }
 
 /* ComputeIndirectDiffuse for the pixels of a tile, row by row. */
-static void free_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
+static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct free_run *run = ctx;
     const struct lum_pass *pass = run->pass;
+    uint32_t tile = (uint32_t)((uint64_t)job * run->stride % pass->tiling.n);
     const struct lum_surfaces *s = pass->surfaces;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
@@ -156,7 +174,8 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
                                   struct lum_error *err)
 {
     struct lum_records *records = pass->records;
-    struct free_run run = {.pass = pass, .cache = records->cache, .cancel = runner->cancel};
+    struct free_run run = {
+        .pass = pass, .cache = records->cache, .cancel = runner->cancel, .stride = stride_of(pass->tiling.n)};
     struct lum_store *store = run.cache->store;
     if (is_done(pass))
         return LUM_OK;
