@@ -313,6 +313,7 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
 {
     struct plan plan = make_plan(pass);
     runner->stats->n_vpls = 0;
+    pass->gbuffer = &d->gbuffer;
     pass->layers = &d->layers;
     lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
     pass->swept = &d->swept;

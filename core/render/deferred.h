@@ -50,7 +50,8 @@ void lum_swept_finish(struct lum_swept *swept);
 /* Finds out what moved since the last call, whose picture the surfaces show; NULL: the method has none. Out of memory, it is not
  * known. */
 void lum_swept_update(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces);
-/* Decides of the squares of a tile that may have changed, by its first hits before and now. Thread: any; one a tile. */
+/* Decides of the squares of a tile that may have changed, by its first hits before and now; others have changed where a ray found
+ * another of two surfaces in the same place. Thread: any; one a tile. */
 void lum_swept_compare(struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile, const struct lum_hits *before,
                        const struct lum_hits *now);
 

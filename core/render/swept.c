@@ -24,12 +24,13 @@ static bool same_to_camera(const struct lum_light_table *a, const struct lum_lig
     return true;
 }
 
-/* The motion says all that rays may find changed. */
+/* The motion says all that rays may find changed since the picture that both the surfaces and the G-buffer show. */
 static bool find_motion(struct lum_swept *swept, const struct lum_pass *pass, const struct lum_surfaces *surfaces)
 {
     const struct lum_snapshot *before = swept->snapshot, *now = pass->snapshot;
     if (!before || before->versions.geometry == now->versions.geometry || !surfaces || !surfaces->p ||
-        surfaces->stamp != swept->stamp || !same_to_camera(&before->lights, &now->lights))
+        surfaces->stamp != swept->stamp || pass->gbuffer->stamp != swept->stamp ||
+        !same_to_camera(&before->lights, &now->lights))
         return false;
     lum_motion_between(before, now, &swept->motion);
     return lum_motion_keeps_numbers(&swept->motion);
@@ -183,23 +184,18 @@ static bool is_mover(const struct lum_motion *motion, uint32_t object)
     return false;
 }
 
-static bool pixel_changed(const struct lum_swept *swept, const struct lum_hits *before, const struct lum_hits *now,
-                          uint32_t i)
-{
-    return !same_hit(before, now, i) || (now->object[i] != LUM_NO_OBJECT && is_mover(&swept->motion, now->object[i]));
-}
-
 void lum_swept_compare(struct lum_swept *swept, const struct lum_tiling *tiling, uint32_t tile,
                        const struct lum_hits *before, const struct lum_hits *now)
 {
     struct lum_tile_rect r = lum_tile_at(tiling, tile);
-    for (uint32_t y = 0; y < r.h; y++)
-        for (uint32_t x = 0; x < r.w; x++) {
-            uint8_t *changed =
-                &swept->changed[(r.y + y) / LUM_SWEPT_SIDE * swept->squares.nx + (r.x + x) / LUM_SWEPT_SIDE];
-            if (*changed == LUM_SWEPT_MAYBE && pixel_changed(swept, before, now, y * r.w + x))
-                *changed = LUM_SWEPT_CHANGED;
-        }
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = (r.x + i % r.w) / LUM_SWEPT_SIDE, y = (r.y + i / r.w) / LUM_SWEPT_SIDE;
+        uint8_t *changed = &swept->changed[y * swept->squares.nx + x];
+        bool moved =
+            *changed == LUM_SWEPT_MAYBE && now->object[i] != LUM_NO_OBJECT && is_mover(&swept->motion, now->object[i]);
+        if (moved || !same_hit(before, now, i))
+            *changed = LUM_SWEPT_CHANGED;
+    }
     for (uint32_t y = r.y / LUM_SWEPT_SIDE; y * LUM_SWEPT_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_SWEPT_SIDE; x * LUM_SWEPT_SIDE < r.x + r.w; x++)
             if (swept->changed[y * swept->squares.nx + x] == LUM_SWEPT_MAYBE)

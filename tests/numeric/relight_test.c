@@ -2,6 +2,7 @@
  * ones, not in fog. Surfaces that are repainted keep of their soft shadows what rays found out, and no more; of glossy
  * paths and reflections those are made anew that something which moved has met. What happened while a light was off, or
  * there was no memory, is not forgotten. */
+#include "core/math/sampler.h"
 #include "core/scene/motion.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/fog.h"
@@ -381,6 +382,40 @@ static void what_shows_beside_a_mover_is_left_alone(void **state)
     rig_end(&r);
 }
 
+/* Lights in the face of a glossy wall: rays find the one or the other, which may change when something else moves.
+ * Whatever they find, all stages work on the same: a path that starts at a light's shape would have no material. */
+static void surfaces_in_one_place_are_taken_as_found(void **state)
+{
+    (void)state;
+    static const double wall[] = {-2, 0, 0, 2, 0, 0, 2, 3, 0, -2, 3, 0};
+    static const double seeds[] = {-0.5, -0.4, 0, -0.49, -0.4, 0, -0.5, -0.39, 0,
+                                   0.5,  0.4,  0, 0.49,  0.4,  0, 0.5,  0.39,  0};
+    static const uint32_t square[] = {0, 1, 2, 0, 2, 3}, both[] = {0, 1, 2, 3, 4, 5};
+    struct rig r;
+    room(&r, false);
+    r.settings.w = 96;
+    r.settings.h = 64;
+    rig_camera(&r, rig_v(-0.3, 1.4, 1.8), rig_v(0.2, 0.9, -0.5), 60);
+    rig_mesh(&r, "wall", wall, 4, square, 2);
+    rig_mesh(&r, "seeds", seeds, 6, both, 2);
+    rig_object(&r, "wall", "wall", "brushed", rig_v(0, 0, -1));
+    for (int k = 0; k < 4; k++) {
+        const char id[] = {'l', (char)('a' + k), 0};
+        struct lum_light_desc l = rig_quad(rig_v(k % 2 - 0.5, k / 2 + 0.5, -1), rig_v(0.9, 0, 0), rig_v(0, 0.9, 0), 10);
+        rig_light(&r, id, &l);
+    }
+    for (int k = 0; k < 100; k++) {
+        const char id[] = {'m', (char)('a' + k % 3), 0};
+        struct lum_sampler sampler = {7, (uint32_t)k};
+        struct lum_vec2 u = lum_sampler_2d(&sampler, 0);
+        double z = (double)lum_sampler_1d(&sampler, 1);
+        rig_object(&r, id, "seeds", "red", rig_v((double)u.x / 2, (double)u.y / 2 + 1, z * 1.25));
+        rig_commit(&r);
+        rig_pass(&r);
+    }
+    rig_end(&r);
+}
+
 /* Who is lit by all of it before and after is lit otherwise all the same; also where too much moves to be told apart.
  */
 static void a_light_that_moves_shines_from_elsewhere(void **state)
@@ -507,6 +542,7 @@ int main(void)
         cmocka_unit_test(a_move_leaves_other_paths_alone),
         cmocka_unit_test(a_move_leaves_other_reflections_alone),
         cmocka_unit_test(what_shows_beside_a_mover_is_left_alone),
+        cmocka_unit_test(surfaces_in_one_place_are_taken_as_found),
         cmocka_unit_test(a_light_that_moves_shines_from_elsewhere),
         cmocka_unit_test(changes_in_the_dark_are_seen_by_light),
         cmocka_unit_test(moves_past_a_light_that_is_off),

@@ -189,6 +189,26 @@ static void first_hits_and_picks(void **state)
     rig_end(&r);
 }
 
+/* Also when they were asked for while something was away that is back in the pass that follows. */
+static void first_hits_between_passes_do_not_show(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, "ais");
+    r.settings.max_spp = 1;
+    rig_pass(&r);
+    struct lum_aovs unused;
+    rig_object(&r, "crate", "crate", "red", rig_v(-0.8, 0.5, -0.4));
+    rig_commit(&r);
+    RIG_OK(lum_view_aovs(r.view, r.snapshot, &r.settings, &unused, &err));
+    rig_object(&r, "crate", "crate", "red", rig_v(0.5, 0.5, -0.4));
+    rig_commit(&r);
+    rig_pass(&r);
+    rig_assert_as_fresh(&r, "the crate is back");
+    rig_end(&r);
+}
+
 static void refusals_name_the_field(void **state)
 {
     (void)state;
@@ -265,6 +285,7 @@ int main(void)
         cmocka_unit_test(rough_passes_come_first_and_leave_no_trace),
         cmocka_unit_test(progress_stops_and_starts_over),
         cmocka_unit_test(first_hits_and_picks),
+        cmocka_unit_test(first_hits_between_passes_do_not_show),
         cmocka_unit_test(refusals_name_the_field),
         cmocka_unit_test(short_memory_is_survived),
     };
