@@ -293,14 +293,14 @@ static enum lum_status run_whole(const struct lum_stage_runner *runner, const st
     return status;
 }
 
-/* First hits, before anything asks what has changed: of that they decide. Where something moved they are found even if
- * the pass is cancelled, so that all others hear of it. */
+/* First hits, before anything asks what has changed: of that they decide. Where something moved before the same eye they
+ * are found even if the pass is cancelled, so that all others hear of it. */
 static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                   struct lum_error *err)
 {
     struct lum_stage_runner whole = *runner;
     enum lum_status status = lum_deferred_look(d, pass, err);
-    if (lum_swept_is_known(&d->swept))
+    if (lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp)
         whole.cancel = NULL;
     if (status == LUM_OK)
         status = lum_stage_run(&whole, pass, &lum_stage_gbuffer);
