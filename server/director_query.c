@@ -79,9 +79,8 @@ void lum_director_probe(struct lum_director *d, const struct lum_command *c)
     if (!c->has_point && !pick(d, c, &at))
         return;
     at.normal = lum_normalize(at.normal);
-    if (!at.hit || lum_length(at.normal) == 0.0f) {
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", at.hit ? "normal" : "",
-                       at.hit ? "normal must not be zero" : "there is nothing under this pixel");
+    if (!at.hit) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing under this pixel");
         lum_director_refuse(d, c, &err);
         return;
     }

@@ -4,6 +4,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/math/vec.h"
 #include "protocol/json.h"
 #include "protocol/rpc.h"
 
@@ -221,7 +222,11 @@ static bool read_probe(struct lum_json_reader *r, struct lum_command *c)
     c->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, c->point);
     if (!c->has_point)
         return read_pixel(r, c) && lum_json_end(r);
-    return lum_json_require(r, "normal") && lum_json_numbers(r, "normal", 3, -1.0, 1.0, c->normal) && lum_json_end(r);
+    if (!lum_json_require(r, "normal") || !lum_json_numbers(r, "normal", 3, -1.0, 1.0, c->normal) || !lum_json_end(r))
+        return false;
+    if (lum_length(lum_v3((float)c->normal[0], (float)c->normal[1], (float)c->normal[2])) > 0.0f)
+        return true;
+    return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "normal", "normal must not be zero");
 }
 
 static const struct method_row {

@@ -160,6 +160,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_reque
         v->want.codec = LUM_CODEC_JPEG;
     if (!want->has_stats)
         v->want.stats = true;
+    v->full_pass_ms = (double)INFINITY;
     lum_frame_stats_begin(&v->frame, 0);
     struct lum_error e;
     if (lum_view_create(world->pool, &v->core, &e)) {

@@ -163,6 +163,12 @@ class Requests(unittest.TestCase):
         self.fails("view.open", {"size": [64, 48], "camera": CAMERA, "camera_id": "main"}, -32602, "invalid_value")
         self.fails("view.open", {"size": [64, 48], "camera_id": "no-such-camera"})
 
+    def test_normals_of_probes(self):
+        at = {"point": [0, 1, 0], "samples": 4}
+        self.assertGreaterEqual(self.ws.call("probe", {**at, "normal": [0, 0.5, 0]})["illuminance_lx"], 0)
+        for normal in ([0, 0, 0], [0, 1e-300, 0]):
+            self.fails("probe", {**at, "normal": normal}, -32602, "invalid_value")
+
     def test_other_peoples_views(self):
         other = self.daemon.connect()
         view_id = other.call("view.open", {"size": [32, 32], "camera_id": "main"})["view_id"]

@@ -29,7 +29,9 @@ export interface Method {
     summary: string;
 }
 
-const PROBE_SAMPLES = 512;
+/** The meter says something at once, and more precisely for as long as nothing changes. */
+const PROBE_SAMPLES = [512, 4096, 32768];
+const PROBE_PRECISE = 0.005;
 /** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
 const PROBE_DELAY_MS = 250;
 const PING_MS = 2000;
@@ -312,16 +314,19 @@ export class App {
         this.probeTimer = setTimeout(() => void this.measure(), PROBE_DELAY_MS) as unknown as number;
     }
 
-    private async measure(): Promise<void> {
+    private async measure(step = 0): Promise<void> {
         const reading = this.reading.peek();
+        const timer = this.probeTimer;
         if (!reading || !this.rpc) return;
         const { point, normal } = reading.pick;
         try {
-            const params = { point: point as unknown as Json, normal: normal as unknown as Json, samples: PROBE_SAMPLES };
+            const params = { point: point as unknown as Json, normal: normal as unknown as Json, samples: PROBE_SAMPLES[step]! };
             const r = await this.rpc.call('probe', params);
             if (this.reading.peek()?.pick !== reading.pick) return;
             const lux = { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN) };
             this.reading.value = { ...reading, lux };
+            if (timer !== this.probeTimer || step + 1 === PROBE_SAMPLES.length || lux.stderr <= PROBE_PRECISE * lux.value) return;
+            this.probeTimer = setTimeout(() => void this.measure(step + 1), PROBE_DELAY_MS) as unknown as number;
         } catch (error) {
             this.report(error as Error);
         }
