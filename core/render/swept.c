@@ -51,12 +51,6 @@ static bool reserve(struct lum_swept *swept, const struct lum_pass *pass)
     return swept->seen && swept->background && swept->changed && swept->in_sight;
 }
 
-static void grow(struct lum_bounds *b, struct lum_vec3 p)
-{
-    b->lo = lum_v3(lum_min(b->lo.x, p.x), lum_min(b->lo.y, p.y), lum_min(b->lo.z, p.z));
-    b->hi = lum_v3(lum_max(b->hi.x, p.x), lum_max(b->hi.y, p.y), lum_max(b->hi.z, p.z));
-}
-
 /* No box of what moved is further from the eye. */
 static float reach_of(const struct lum_motion *motion, struct lum_vec3 eye)
 {
@@ -81,7 +75,7 @@ static void look_at_square(struct lum_swept *swept, const struct lum_pass *pass,
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
         if (surfaces->object[pixel] != LUM_NO_OBJECT)
-            grow(&seen, surfaces->p[pixel]);
+            lum_bounds_grow(&seen, surfaces->p[pixel]);
         else
             swept->background[square] = 1;
     }
@@ -93,7 +87,8 @@ static bool may_change(const struct lum_swept *swept, const struct lum_pass *pas
     struct lum_tile_rect r = lum_tile_at(&swept->squares, square);
     struct lum_bounds eye = {pass->eye.o, pass->eye.o}, ends = swept->seen[square];
     for (uint32_t i = 0; swept->background[square] && i < r.w * r.h; i++) /* before a surface it is too far: no harm */
-        grow(&ends, lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
+        lum_bounds_grow(&ends,
+                        lum_v3_mad(pass->eye.o, lum_center_direction(pass, r.x + i % r.w, r.y + i / r.w), reach));
     return lum_motion_meets_between(&swept->motion, &eye, &ends);
 }
 
@@ -112,7 +107,7 @@ static void find_tile(struct lum_swept *swept, const struct lum_pass *pass, uint
     for (uint32_t k = 0; k < 4; k++) {
         float x = k % 2 ? (float)(r.x + r.w) + 1.0f : (float)r.x - 1.0f;
         float y = k / 2 ? (float)(r.y + r.h) + 1.0f : (float)r.y - 1.0f;
-        grow(&ends, lum_v3_mad(pass->eye.o, lum_eye_on_plane(&pass->eye, x, y), reach));
+        lum_bounds_grow(&ends, lum_v3_mad(pass->eye.o, lum_eye_on_plane(&pass->eye, x, y), reach));
     }
     swept->in_sight[tile] = lum_motion_meets_between(&swept->motion, &eye, &ends);
 }

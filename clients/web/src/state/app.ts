@@ -31,6 +31,7 @@ export interface Method {
 
 /** The meter says something at once, and more precisely for as long as nothing changes. */
 const PROBE_SAMPLES = [512, 4096, 32768];
+/** Standard error, relative, below which nobody asks for more. */
 const PROBE_PRECISE = 0.005;
 /** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
 const PROBE_DELAY_MS = 250;
