@@ -140,6 +140,40 @@ test('a lamp is dragged in the picture, and put back by one undo', async () => {
     await edit(() => page.locator('.stage').press('z'));
 });
 
+test('a clicked object is dragged by its mark, moved by the keys, and put back by one undo', async () => {
+    const card = page.getByRole('complementary', { name: 'Picked point' });
+    const mark = page.getByRole('button', { name: 'block: drag' });
+    const point = async () => (await card.locator('dd').first().textContent()).split(/[, ]+/).slice(0, 3).map(Number);
+    const stage = await page.locator('.stage').boundingBox();
+    const c = { x: stage.x + 0.4 * stage.width, y: stage.y + 0.7 * stage.height };
+    await settled(tab);
+    const before = await thumbnail(page);
+    await page.mouse.click(c.x, c.y);
+    await mark.waitFor();
+    const start = await point();
+    await edit(() => drag(page, c, { x: c.x + 120, y: c.y - 40 }, 12));
+    const moved = await point();
+    assert.ok(moved[0] > start[0] + 0.3 && moved[1] > start[1] + 0.1, `from ${start} to ${moved}`);
+    const at = await centre(mark);
+    assert.ok(Math.hypot(at.x - (c.x + 120), at.y - (c.y - 40)) < 3, 'the mark is where it was let go');
+    assert.ok(difference(before, await thumbnail(page)) > 4, 'the object is elsewhere in the picture');
+    await edit(() => page.locator('.stage').press('z'));
+    assert.deepEqual(await point(), start);
+    await mark.focus();
+    await edit(() => page.keyboard.press('Shift+ArrowDown'));
+    const nearer = await point();
+    assert.ok(nearer[2] > start[2] && nearer[1] === start[1], `over the floor from ${start} to ${nearer}`);
+    await edit(() => page.locator('.stage').press('z'));
+    const first = tab.watch.sentSeq;
+    await page.mouse.move(c.x, c.y);
+    await page.mouse.wheel(0, 120);
+    await settled(tab);
+    assert.ok(tab.watch.sentSeq > first, 'over the mark the wheel still moves the camera');
+    await page.locator('.stage').press('h');
+    await page.keyboard.press('Escape');
+    await settled(tab);
+});
+
 test('a click says what is there and how bright it is', async () => {
     const c = await centre(page.locator('.stage'));
     await page.mouse.click(c.x, c.y + 250);

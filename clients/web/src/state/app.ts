@@ -4,13 +4,14 @@ import { Connection, type ConnectionState } from '../protocol/connection';
 import { decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
-import { add, length, scale, sub } from '../lib/vec';
-import { frameBall, orbitFromPose, retarget } from '../view/camera';
+import { add, length, scale, sub, type Vec3 } from '../lib/vec';
+import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Edits } from './edits';
 import { Imports } from './imports';
-import { extentOf, isPlaced, positionOf, Solo } from './lights';
+import { extentOf, isPlaced, Solo } from './lights';
 import { Meter } from './meter';
+import { anchorOf, anchoredAt } from './placement';
 import { SceneMirror } from './scene';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
@@ -18,6 +19,8 @@ import { DEFAULT_POSE, ViewLink } from './view';
 
 export interface Reading {
     pick: Pick;
+    /** What the point lies on and moves with: an object, or the model that it belongs to. offset: from its anchor. */
+    carrier: { id: string; offset: Vec3 } | null;
     /** null: still being measured. */
     lux: { value: number; stderr: number } | null;
 }
@@ -130,13 +133,34 @@ export class App {
     /** A click: what is there, and how much light falls on it. */
     async inspect(x: number, y: number): Promise<void> {
         const pick = await this.pick(x, y);
-        this.reading.value = pick && { pick, lux: null };
+        this.reading.value = pick && { pick, carrier: this.carrierOf(pick), lux: null };
         if (!pick) return;
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
         const record = this.scene.peek(pick.id);
         if (record?.type === 'light') this.selectedLight.value = pick.id;
         this.imports.selected.value = this.imports.importOf(record);
         await this.measure();
+    }
+
+    /** Where the picked point is by now. */
+    pickedPoint({ pick, carrier }: Reading): Vec3 {
+        const record = carrier && this.scene.record(carrier.id);
+        return record ? add(anchorOf(record), carrier.offset) : pick.point;
+    }
+
+    /** Puts the anchor of a lamp, an object or a model there, as a step of a gesture. */
+    moveRecord(id: string, anchor: Vec3): void {
+        const record = this.scene.peek(id);
+        if (!record) return;
+        const { path, value } = anchoredAt(record, anchor);
+        this.edits.set(id, path, value);
+    }
+
+    private carrierOf(pick: Pick): Reading['carrier'] {
+        const record = this.scene.peek(pick.id);
+        const model = this.imports.importOf(record);
+        const carrier = model ? this.scene.peek(model) : record?.type === 'object' ? record : undefined;
+        return carrier ? { id: carrier.id, offset: sub(pick.point, anchorOf(carrier)) } : null;
     }
 
     /** A double click: turn about that point from now on. */
@@ -167,13 +191,13 @@ export class App {
         const light = this.selectedLight.value ? this.scene.peek(this.selectedLight.value) : undefined;
         const reading = this.reading.value;
         if (light && isPlaced(light)) {
-            this.view.moveTo(frameBall(this.view.orbit.value, positionOf(light), 3 * extentOf(light), aspect));
+            this.view.moveTo(frameBall(this.view.orbit.value, anchorOf(light), 3 * extentOf(light), aspect));
         } else if (this.imports.selected.value) {
             void this.frameRecord(this.imports.selected.value);
         } else if (reading) {
-            const radius = Math.max(0.05, 0.12 * reading.pick.distance);
-            this.view.moveTo(frameBall(this.view.orbit.value, reading.pick.point, radius, aspect));
-            this.reading.value = { ...reading, pick: { ...reading.pick, distance: this.view.orbit.value.distance } };
+            const point = this.pickedPoint(reading);
+            const distance = length(sub(point, poseFromOrbit(this.view.orbit.value).position));
+            this.view.moveTo(frameBall(this.view.orbit.value, point, Math.max(0.05, 0.12 * distance), aspect));
         } else {
             this.goHome();
         }
@@ -319,9 +343,9 @@ export class App {
         const reading = this.reading.peek();
         const timer = this.probeTimer;
         if (!reading || !this.rpc) return;
-        const { point, normal } = reading.pick;
         try {
-            const params = { point: point as unknown as Json, normal: normal as unknown as Json, samples: PROBE_SAMPLES[step]! };
+            const [point, normal] = [[...this.pickedPoint(reading)], [...reading.pick.normal]];
+            const params = { point, normal, samples: PROBE_SAMPLES[step]! };
             const r = await this.rpc.call('probe', params);
             if (this.reading.peek()?.pick !== reading.pick) return;
             const lux = { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN) };

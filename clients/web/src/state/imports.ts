@@ -1,8 +1,7 @@
 /** Models brought into the scene from the server's asset folder. */
 import { signal } from '@preact/signals';
-import type { Vec3 } from '../lib/vec';
-import { isObject, RpcError } from '../protocol/rpc';
-import { stringOr, vec3Or, type SceneRecord } from '../protocol/types';
+import { RpcError } from '../protocol/rpc';
+import { stringOr, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
 import type { SceneMirror } from './scene';
 import type { Toasts } from './toasts';
@@ -41,24 +40,6 @@ export function explainImport(error: Error, asset: string): string {
 }
 
 const sentence = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1).replace(/[.\s]*$/, '.');
-
-export interface Placement {
-    translate: Vec3;
-    rotateDeg: Vec3;
-    scale: Vec3;
-}
-
-/** null: placed by a matrix, which has no such numbers. */
-export function placementOf(record: SceneRecord): Placement | null {
-    const t = record.transform;
-    if (Array.isArray(t)) return null;
-    const parts = isObject(t) ? t : {};
-    return {
-        translate: vec3Or(parts.translate, [0, 0, 0]),
-        rotateDeg: vec3Or(parts.rotate_deg, [0, 0, 0]),
-        scale: vec3Or(parts.scale, [1, 1, 1]),
-    };
-}
 
 export interface Progress {
     stage: string;

@@ -41,8 +41,6 @@ export const isOn = (light: SceneRecord): boolean => light.on !== false;
 
 export const isPlaced = (light: SceneRecord): boolean => light.kind !== 'directional' && light.kind !== 'environment';
 
-export const positionOf = (light: SceneRecord): Vec3 => vec3Or(light.position, [0, 0, 0]);
-
 /** Radius of a ball around the lamp itself, in metres, so that the view can frame it. */
 export function extentOf(light: SceneRecord): number {
     const edges = [...vec3Or(light.u, [0, 0, 0]), ...vec3Or(light.v, [0, 0, 0])];

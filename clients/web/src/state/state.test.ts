@@ -2,9 +2,10 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
-import { explainImport, idForAsset, placementOf } from './imports';
+import { explainImport, idForAsset } from './imports';
 import { intensityOf, Solo } from './lights';
 import { Meter } from './meter';
+import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
 import { viewSize } from './view';
 
@@ -109,6 +110,22 @@ test('a view has whole pixels, the window’s shape, and stays within the budget
         assert.ok(Number.isInteger(x) && Number.isInteger(y) && x >= 1 && y >= 1 && x <= 4096 && x * y <= 400000);
         if (h > 0) assert.ok(Math.abs((x / y) * (h / w) - 1) < 2 / y, `${x}x${y}`);
     }
+});
+
+test('whatever places a record, it is put where it was asked to be, and nothing else of it changes', () => {
+    const matrix = [0, 0, 2, 1, 0, 2, 0, 2, -2, 0, 0, 3, 0, 0, 0, 1];
+    const transforms: Json[] = [null, {}, { scale: [2, 2, 2] }, { translate: [1, 2, 3], rotate_deg: [0, 90, 0] }, matrix];
+    const records: SceneRecord[] = transforms.map((transform) => ({ type: 'object', id: 'o', transform }));
+    records.push({ type: 'light', id: 'l', position: [1, 2, 3] }, { type: 'import', id: 'i' });
+    for (const record of records) {
+        const { path, value } = anchoredAt(record, [4.00049, 5, -6]);
+        const moved = withField(record, path, value) ?? { ...record, transform: value };
+        assert.deepEqual(anchorOf(moved), [4, 5, -6], JSON.stringify(record));
+        const back = anchoredAt(moved, anchorOf(record));
+        assert.deepEqual(anchorOf(withField(moved, back.path, back.value)!), anchorOf(record));
+        assert.deepEqual(placementOf(moved)?.scale, placementOf(record)?.scale);
+    }
+    assert.deepEqual(anchoredAt(records[4]!, [4, 5, 6]).value, [0, 0, 2, 4, 0, 2, 0, 5, -2, 0, 0, 6, 0, 0, 0, 1]);
 });
 
 test('ids for imports are made of what ids may hold, and are new', () => {

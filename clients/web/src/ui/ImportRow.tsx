@@ -1,7 +1,7 @@
 import { useEffect, useRef } from 'preact/hooks';
 import type { Vec3 } from '../lib/vec';
 import { stringOr, type SceneRecord } from '../protocol/types';
-import { placementOf, type Placement } from '../state/imports';
+import { placementOf, type Placement } from '../state/placement';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';

@@ -4,7 +4,8 @@ import { kelvinScale } from '../lib/scale';
 import type { Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
 import { stringOr, type SceneRecord } from '../protocol/types';
-import { colourOf, intensityOf, isPlaced, kindOf, positionOf } from '../state/lights';
+import { colourOf, intensityOf, isPlaced, kindOf } from '../state/lights';
+import { anchorOf } from '../state/placement';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
 import { Slider } from './Slider';
@@ -128,7 +129,7 @@ function Position({ light }: { light: SceneRecord }) {
         <VectorFields
             label={`${light.id} position in metres`}
             names={['X', 'Y', 'Z']}
-            value={positionOf(light)}
+            value={anchorOf(light)}
             unit="m"
             limits={[-1e9, 1e9]}
             step={0.05}

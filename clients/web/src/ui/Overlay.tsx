@@ -1,10 +1,11 @@
 import { swatch } from '../lib/colour';
-import { add, scale, type Vec3 } from '../lib/vec';
+import { add, scale, sub, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
-import { colourOf, isOn, isPlaced, positionOf } from '../state/lights';
+import { colourOf, isOn, isPlaced } from '../state/lights';
+import { anchorOf } from '../state/placement';
 import { project } from '../view/camera';
 import { useApp } from './context';
-import { LampMarker } from './LampMarker';
+import { Handle } from './Handle';
 
 /** With more lamps than this only the selected one is marked: the picture is what counts. */
 const MAX_MARKERS = 48;
@@ -19,7 +20,7 @@ export function Overlay() {
     // The selected one last: on top.
     const ordered = [...shown].sort((a, b) => Number(a === selected) - Number(b === selected));
     return (
-        <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Lamp markers">
+        <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
             <PickMark />
             {ordered.map((id) => (
                 <Lamp key={id} id={id} />
@@ -33,20 +34,24 @@ function Lamp({ id }: { id: string }) {
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
     const selected = app.selectedLight.value === id;
-    const [width, height] = app.view.cssSize.value;
-    const at = project(app.view.shownPose.value, app.view.aspect.value, positionOf(light));
-    if (!at || at.x < 0 || at.x > 1 || at.y < 0 || at.y > 1) return null;
+    const on = isOn(light);
     return (
         <>
             {selected && <Shape light={light} />}
-            <LampMarker
-                id={id}
-                x={at.x * width}
-                y={at.y * height}
-                colour={swatch(colourOf(light).linear)}
-                on={isOn(light)}
-                selected={selected}
-            />
+            <Handle
+                name={`Lamp ${id}`}
+                class={`lamp ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}
+                at={anchorOf(light)}
+                reachable={selected}
+                onGrab={() => (app.selectedLight.value = id)}
+                moveTo={(point) => app.moveRecord(id, point)}
+            >
+                {selected && <circle class="handle-ring" r="12" />}
+                <circle class="lamp-core" r={selected ? 6 : 5} fill={on ? swatch(colourOf(light).linear) : 'none'} />
+                <text class="lamp-name" y="-18" text-anchor="middle">
+                    {id}
+                </text>
+            </Handle>
         </>
     );
 }
@@ -62,7 +67,7 @@ function Shape({ light }: { light: SceneRecord }) {
 }
 
 function outline(light: SceneRecord): Vec3[] {
-    const centre = positionOf(light);
+    const centre = anchorOf(light);
     if (light.kind === 'quad') {
         const u = vec3Or(light.u, [1, 0, 0]);
         const v = vec3Or(light.v, [0, 0, 1]);
@@ -74,15 +79,33 @@ function outline(light: SceneRecord): Vec3[] {
     return aimed ? [centre, add(centre, scale(direction, 0.6 / Math.max(1e-9, Math.hypot(...direction))))] : [];
 }
 
+/** The picked point; what it lies on is moved by it. */
 function PickMark() {
     const app = useApp();
     const reading = app.reading.value;
     if (!reading) return null;
+    const at = app.pickedPoint(reading);
+    const { carrier } = reading;
+    if (carrier) {
+        return (
+            <Handle
+                name={carrier.id}
+                class="pick-mark"
+                at={at}
+                reachable
+                moveTo={(point) => app.moveRecord(carrier.id, sub(point, carrier.offset))}
+            >
+                <circle class="handle-ring" r="12" />
+                <circle r="3" />
+                <path d="M-19 0h5M14 0h5M0-19v5M0 14v5" />
+            </Handle>
+        );
+    }
     const [width, height] = app.view.cssSize.value;
-    const at = project(app.view.shownPose.value, app.view.aspect.value, reading.pick.point);
-    if (!at) return null;
+    const place = project(app.view.shownPose.value, app.view.aspect.value, at);
+    if (!place) return null;
     return (
-        <g class="pick-mark" transform={`translate(${at.x * width} ${at.y * height})`}>
+        <g class="pick-mark" transform={`translate(${place.x * width} ${place.y * height})`}>
             <circle r="5" />
             <path d="M-11 0h5M6 0h5M0-11v5M0 6v5" />
         </g>

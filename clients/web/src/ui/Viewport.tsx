@@ -1,5 +1,6 @@
 import { useEffect, useRef } from 'preact/hooks';
 import { number, toError } from '../lib/format';
+import { length, sub } from '../lib/vec';
 import { Navigation } from '../view/navigation';
 import { Banner } from './Banner';
 import { useApp } from './context';
@@ -43,8 +44,8 @@ export function Viewport() {
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, question mark lists all keys."
             >
                 <canvas ref={canvas} class="picture" />
+                <Overlay />
             </div>
-            <Overlay />
             <ReadingCard />
             <Legend />
             <Banner />
@@ -57,7 +58,8 @@ function ReadingCard() {
     const app = useApp();
     const reading = app.reading.value;
     if (!reading) return null;
-    const { pick, lux } = reading;
+    const { pick, carrier, lux } = reading;
+    const point = app.pickedPoint(reading);
     return (
         <aside class="reading" aria-label="Picked point">
             <header>
@@ -72,10 +74,11 @@ function ReadingCard() {
             </p>
             <dl>
                 <dt>Point</dt>
-                <dd>{pick.point.map((v) => v.toFixed(2)).join(', ')} m</dd>
+                <dd>{point.map((v) => v.toFixed(2)).join(', ')} m</dd>
                 <dt>Distance</dt>
-                <dd>{pick.distance.toFixed(2)} m</dd>
+                <dd>{length(sub(point, app.view.shownPose.value.position)).toFixed(2)} m</dd>
             </dl>
+            {carrier && <p class="hint">Drag its mark to move {carrier.id}.</p>}
         </aside>
     );
 }

@@ -71,7 +71,7 @@ export const POINTERS: readonly [string, string][] = [
     ['Wheel, pinch', 'Move closer or away'],
     ['Click', 'What is there, and its illuminance'],
     ['Double click', 'Turn about that point'],
-    ['Drag a lamp', 'Move it along the picture'],
+    ['Drag a mark', 'Move the lamp or the clicked object along the picture'],
     ['Shift + drag it', 'Move it at its height'],
 ];
 
