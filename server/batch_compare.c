@@ -13,8 +13,8 @@
 #include "core/image/exr.h"
 #include "core/metric/metric.h"
 #include "protocol/json.h"
+#include "server/option_errors.h"
 #include "server/png.h"
-#include "server/render_options.h"
 
 #define MAX_SIDE 32768u
 
@@ -80,9 +80,10 @@ static enum lum_status parse(int argc, char **argv, struct compare *c, struct lu
             c->heatmap = optarg;
         else if (code == '?' + 256)
             c->help = true;
+        else if (code == '?')
+            return lum_option_unknown(argv[optind - 1], options, err);
         else
-            return lum_fail(err, LUM_ERR_INVALID, "", code == ':' ? "%.60s needs a value" : "unknown option %.60s",
-                            argv[optind - 1]);
+            return lum_fail(err, LUM_ERR_INVALID, "", "%.60s needs a value", argv[optind - 1]);
     }
     if (c->help)
         return LUM_OK;

@@ -124,9 +124,8 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
         s.w = o->w;
         s.h = o->h;
     }
-    if (o->method && !(s.method = lum_method_find(o->method)))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "",
-                              "there is no method %.40s (see: lumend methods)", o->method);
+    if (o->method)
+        s.method = lum_method_find(o->method);
     if (o->has_seed)
         s.seed = o->seed;
     if (o->vpls)

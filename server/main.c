@@ -164,11 +164,13 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
 }
 
 /* Not an error: the container names a folder that need not be mounted. */
-static void warn_of_missing_assets(const char *dir, struct lum_log log)
+static void warn_of_missing_assets(const struct lum_options *o, struct lum_log log)
 {
+    const char *dir = o->value[LUM_OPTION_ASSETS];
     struct stat st;
     if (dir && (stat(dir, &st) || !S_ISDIR(st.st_mode)))
-        lum_log(&log, LUM_LOG_WARNING, "main", "--assets %s is no folder: nothing can be imported", dir);
+        lum_log(&log, LUM_LOG_WARNING, "main", "%s %s is no folder: nothing can be imported",
+                o->given[LUM_OPTION_ASSETS], dir);
 }
 
 /* From the director to the end of the run; net and the signal thread are there. */
@@ -185,7 +187,7 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
         lum_options_warn(&log);
-        warn_of_missing_assets(o->value[LUM_OPTION_ASSETS], log);
+        warn_of_missing_assets(o, log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
         lum_net_run(net, sessions, director);

@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "server/option_errors.h"
+
 static const struct option_row {
     const char *name, *arg; /* arg NULL: a switch */
     const char *fallback, *help;
@@ -35,21 +37,23 @@ static const struct option_row {
     [LUM_OPTION_PRINT_CONFIG] = {"print-config", NULL, "0", "prints these settings and where each comes from"},
 };
 
+/* "$LUMEND_TOKEN_FILE": as in a shell. */
 static void env_name(const char *name, char *out, size_t size)
 {
-    int n = snprintf(out, size, "LUMEND_%s", name);
+    int n = snprintf(out, size, "$LUMEND_%s", name);
     for (int i = 0; i < n && (size_t)i < size; i++)
         out[i] = out[i] == '-' ? '_' : (char)toupper((unsigned char)out[i]);
 }
 
 static void take_environment(struct lum_options *o)
 {
-    char name[64];
     for (int i = 0; i < LUM_OPTION_COUNT; i++) {
-        env_name(rows[i].name, name, sizeof name);
-        const char *value = getenv(name);
-        o->value[i] = value ? value : rows[i].fallback;
-        o->origin[i] = value ? LUM_ORIGIN_ENV : LUM_ORIGIN_DEFAULT;
+        env_name(rows[i].name, o->given[i], sizeof o->given[i]);
+        o->value[i] = getenv(o->given[i] + 1);
+        if (o->value[i])
+            continue;
+        o->value[i] = rows[i].fallback;
+        strcpy(o->given[i], "default");
     }
 }
 
@@ -61,6 +65,14 @@ static int find_row(const char *name, size_t n)
     return -1;
 }
 
+static enum lum_status unknown(const char *arg, struct lum_error *err)
+{
+    struct option names[LUM_OPTION_COUNT + 1] = {0};
+    for (int i = 0; i < LUM_OPTION_COUNT; i++)
+        names[i].name = rows[i].name;
+    return lum_option_unknown(arg, names, err);
+}
+
 static enum lum_status take_flags(struct lum_options *o, int argc, char **argv, struct lum_error *err)
 {
     for (int k = 1; k < argc; k++) {
@@ -70,13 +82,13 @@ static enum lum_status take_flags(struct lum_options *o, int argc, char **argv, 
         const char *name = arg + 2, *equals = strchr(name, '=');
         int i = find_row(name, equals ? (size_t)(equals - name) : strlen(name));
         if (i < 0)
-            return lum_fail(err, LUM_ERR_INVALID, name, "unknown option '%s'", arg);
+            return unknown(arg, err);
         if (!rows[i].arg && equals)
             return lum_fail(err, LUM_ERR_INVALID, rows[i].name, "--%s takes no value", rows[i].name);
         if (rows[i].arg && !equals && k + 1 == argc)
             return lum_fail(err, LUM_ERR_INVALID, rows[i].name, "--%s needs a value: %s", rows[i].name, rows[i].arg);
         o->value[i] = !rows[i].arg ? "1" : equals ? equals + 1 : argv[++k];
-        o->origin[i] = LUM_ORIGIN_FLAG;
+        snprintf(o->given[i], sizeof o->given[i], "--%s", rows[i].name);
     }
     return LUM_OK;
 }
@@ -89,8 +101,8 @@ static enum lum_status read_number(const struct lum_options *o, enum lum_option 
     errno = 0;
     long value = strtol(text, &end, 10);
     if (!isdigit((unsigned char)*text) || *end || errno || value > max)
-        return lum_fail(err, LUM_ERR_INVALID, rows[i].name, "--%s must be a number from 0 to %ld, not '%s'",
-                        rows[i].name, max, text);
+        return lum_fail(err, LUM_ERR_INVALID, rows[i].name, "%s must be a number from 0 to %ld, not '%.60s'",
+                        o->given[i], max, text);
     *ret = value;
     return LUM_OK;
 }
@@ -107,14 +119,14 @@ static enum lum_status read_switch(const struct lum_options *o, enum lum_option 
 /* "HOST:PORT" or "[ADDRESS]:PORT" with a numeric address, or localhost. */
 static enum lum_status read_listen(struct lum_options *o, struct lum_error *err)
 {
-    const char *text = o->value[LUM_OPTION_LISTEN], *colon = strrchr(text, ':');
+    const char *text = o->value[LUM_OPTION_LISTEN], *given = o->given[LUM_OPTION_LISTEN], *colon = strrchr(text, ':');
     struct in_addr v4 = {0};
     struct in6_addr v6 = {0};
     size_t n = colon ? (size_t)(colon - text) : 0;
     char *end = NULL;
     long port = colon && isdigit((unsigned char)colon[1]) ? strtol(colon + 1, &end, 10) : -1;
     if (n == 0 || n + 1 > sizeof o->host || port < 0 || port > 65535 || *end)
-        return lum_fail(err, LUM_ERR_INVALID, "listen", "--listen must be HOST:PORT, not '%s'", text);
+        return lum_fail(err, LUM_ERR_INVALID, "listen", "%s must be HOST:PORT, not '%.60s'", given, text);
     bool bracketed = n > 2 && text[0] == '[' && text[n - 1] == ']';
     snprintf(o->host, sizeof o->host, "%.*s", (int)(bracketed ? n - 2 : n), bracketed ? text + 1 : text);
     if (strcmp(o->host, "localhost") == 0)
@@ -122,7 +134,7 @@ static enum lum_status read_listen(struct lum_options *o, struct lum_error *err)
     o->host_is_ipv6 = bracketed;
     if (inet_pton(bracketed ? AF_INET6 : AF_INET, o->host, bracketed ? (void *)&v6 : (void *)&v4) != 1)
         return lum_fail(err, LUM_ERR_INVALID, "listen",
-                        "--listen needs an address such as 127.0.0.1, 0.0.0.0 or [::1], not '%s'", o->host);
+                        "%s needs an address such as 127.0.0.1, 0.0.0.0 or [::1], not '%s'", given, o->host);
     o->host_is_loopback = bracketed ? IN6_IS_ADDR_LOOPBACK(&v6) : (ntohl(v4.s_addr) >> 24) == 127;
     o->host_is_any = bracketed ? IN6_IS_ADDR_UNSPECIFIED(&v6) : v4.s_addr == 0;
     o->port = (uint16_t)port;
@@ -141,15 +153,17 @@ static enum lum_status check(struct lum_options *o, struct lum_error *err)
         return status;
     o->threads = (uint32_t)threads;
     if (!lum_log_level_parse(o->value[LUM_OPTION_LOG], &o->log_level))
-        return lum_fail(err, LUM_ERR_INVALID, "log", "--log must be error, warning, info or debug, not '%s'",
-                        o->value[LUM_OPTION_LOG]);
+        return lum_fail(err, LUM_ERR_INVALID, "log", "%s must be error, warning, info or debug, not '%.60s'",
+                        o->given[LUM_OPTION_LOG], o->value[LUM_OPTION_LOG]);
     if (o->no_auth && o->value[LUM_OPTION_TOKEN_FILE])
-        return lum_fail(err, LUM_ERR_INVALID, "no-auth", "--no-auth and --token-file exclude each other");
+        return lum_fail(err, LUM_ERR_INVALID, "no-auth", "%s and %s exclude each other", o->given[LUM_OPTION_NO_AUTH],
+                        o->given[LUM_OPTION_TOKEN_FILE]);
     if (o->no_auth && !o->host_is_loopback)
         return lum_fail(err, LUM_ERR_INVALID, "no-auth",
-                        "--no-auth is refused on %s: anyone in reach could use this server; give --token-file",
-                        o->host);
-    return LUM_OK;
+                        "%s is refused on %s: anyone in reach could use this server; give --token-file",
+                        o->given[LUM_OPTION_NO_AUTH], o->host);
+    const char *method = o->value[LUM_OPTION_METHOD];
+    return method ? lum_option_method(o->given[LUM_OPTION_METHOD], method, err) : LUM_OK;
 }
 
 enum lum_status lum_options_parse(int argc, char **argv, struct lum_options *ret_options, struct lum_error *err)
@@ -172,7 +186,7 @@ static bool is_known_variable(const char *variable, size_t n)
         return true;
     for (int i = 0; i < LUM_OPTION_COUNT; i++) {
         env_name(rows[i].name, name, sizeof name);
-        if (strlen(name) == n && memcmp(name, variable, n) == 0)
+        if (strlen(name + 1) == n && memcmp(name + 1, variable, n) == 0)
             return true;
     }
     return false;
@@ -201,16 +215,8 @@ void lum_options_help(FILE *out)
 
 void lum_options_print(const struct lum_options *o, FILE *out)
 {
-    char name[64];
-    for (int i = 0; i < LUM_OPTION_COUNT; i++) {
-        if (i == LUM_OPTION_HEALTHCHECK || i == LUM_OPTION_PRINT_CONFIG)
-            continue;
-        env_name(rows[i].name, name, sizeof name);
-        fprintf(out, "%-14s %-20s ", rows[i].name, o->value[i] && *o->value[i] ? o->value[i] : "-");
-        if (o->origin[i] == LUM_ORIGIN_DEFAULT)
-            fprintf(out, "default\n");
-        else
-            fprintf(out, "%s%s\n", o->origin[i] == LUM_ORIGIN_ENV ? "$" : "--",
-                    o->origin[i] == LUM_ORIGIN_ENV ? name : rows[i].name);
-    }
+    for (int i = 0; i < LUM_OPTION_COUNT; i++)
+        if (i != LUM_OPTION_HEALTHCHECK && i != LUM_OPTION_PRINT_CONFIG)
+            fprintf(out, "%-14s %-20s %s\n", rows[i].name, o->value[i] && *o->value[i] ? o->value[i] : "-",
+                    o->given[i]);
 }

@@ -25,12 +25,12 @@ enum lum_option {
     LUM_OPTION_PRINT_CONFIG,
     LUM_OPTION_COUNT
 };
-enum lum_origin { LUM_ORIGIN_DEFAULT, LUM_ORIGIN_ENV, LUM_ORIGIN_FLAG };
 
 struct lum_options {
     /* As given; the strings belong to argv and the environment. NULL: not given and no default. */
     const char *value[LUM_OPTION_COUNT];
-    enum lum_origin origin[LUM_OPTION_COUNT];
+    /* Where it comes from, for messages: "--threads", "$LUMEND_THREADS" or "default". */
+    char given[LUM_OPTION_COUNT][32];
     /* Checked and converted. */
     char host[64]; /* an address: "127.0.0.1", "::1" */
     bool host_is_ipv6, host_is_loopback, host_is_any;

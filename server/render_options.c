@@ -12,6 +12,7 @@
 #include "core/vpl/vpl.h"
 #include "protocol/limits.h"
 #include "server/apply.h"
+#include "server/option_errors.h"
 
 #define MAX_FRAMES 1000000u
 #define MAX_THREADS 1024u
@@ -224,7 +225,7 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         return LUM_OK;
     case OPT_METHOD:
         o->method = text;
-        return LUM_OK;
+        return lum_option_method("--method", text, err);
     case OPT_CAMERA:
         o->camera = text;
         return LUM_OK;
@@ -322,14 +323,6 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     return check_effects(o, err);
 }
 
-bool lum_option_is_whole(char **argv, const char *name)
-{
-    const char *arg = argv[optind - 1];
-    if (arg == optarg) /* "--spp 3"; in "--spp=3" the value is a part of it */
-        arg = argv[optind - 2];
-    return strncmp(arg, "--", 2) == 0 && strlen(name) == strcspn(arg + 2, "=");
-}
-
 enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                          struct lum_error *err)
 {
@@ -340,7 +333,7 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
         if (code >= OPT_SCENE && !lum_option_is_whole(argv, long_options[i].name))
             return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", long_options[i].name);
         if (code == '?')
-            return lum_fail(err, LUM_ERR_INVALID, "", "unknown option %.60s", argv[optind - 1]);
+            return lum_option_unknown(argv[optind - 1], long_options, err);
         if (code == ':')
             return lum_fail(err, LUM_ERR_INVALID, "", "%.60s needs a value", argv[optind - 1]);
         enum lum_status st = take(code, optarg, &o, err);

@@ -32,10 +32,6 @@ LUM_MUST_USE enum lum_status lum_render_options_parse(int argc, char **argv, str
                                                       struct lum_error *err);
 extern const char lum_render_help[];
 
-/* Of the option that getopt_long has just returned: is it written out? getopt_long takes the beginning of a name too,
- * which would make every name we add later a change of what scripts mean. */
-bool lum_option_is_whole(char **argv, const char *name);
-
 /* `out` with its %d or %0Nd replaced by the frame's number; a copy when there is none. False: it does not fit. */
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path);
 

@@ -138,11 +138,29 @@ class CommandLine(unittest.TestCase):
                                  (["--listen", ":80"], "--listen must be"), (["--threads", "x"], "--threads must be a number"),
                                  (["--threads", "1025"], "from 0 to 1024"), (["--log", "loud"], "--log must be"),
                                  (["--no-auth", "--token-file", "f"], "exclude each other"),
+                                 (["--treads=3"], "unknown option '--treads=3': did you mean --threads?"),
+                                 (["--method", "foo"], "--method must be one of whitted, "),
+                                 (["render", "--method", "foo"], "path, not 'foo'"),
+                                 (["render", "--thread", "3"], "abbreviated: write --threads"),
+                                 (["render", "--sied", "3"], "did you mean --seed?"),
+                                 (["compare", "--heatmop=f"], "did you mean --heatmap?"),
                                  (["nonsense"], "no command 'nonsense'")):
             done = run(*arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertIn(words, done.stderr, arguments)
             self.assertLessEqual(done.stderr.count("\n"), 2, arguments)  # not the whole help
+
+    def test_an_unknown_option_without_a_neighbour_is_only_named(self):
+        for arguments in (["--nonsense"], ["--l"], ["render", "--" + 80 * "s"], ["compare", "-z"]):
+            self.assertNotIn("did you mean", run(*arguments).stderr, arguments)
+
+    def test_what_the_environment_set_is_blamed_on_it(self):
+        for variable, value, *arguments in (("LUMEND_THREADS", "zz"), ("LUMEND_LOG", "loud"), ("LUMEND_LISTEN", "9460"),
+                                            ("LUMEND_METHOD", "foo"), ("LUMEND_NO_AUTH", "yes"),
+                                            ("LUMEND_NO_AUTH", "1", "--listen", "0.0.0.0:0")):
+            done = run(*arguments, environment={variable: value})
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, rf"^lumend: \${variable} (must be|is refused)")
 
     def test_a_misspelt_variable_is_named(self):
         with Daemon(environment={"LUMEND_THREDS": "2", "LUMEND_TOKEN": "of lumend-replay"}) as daemon:

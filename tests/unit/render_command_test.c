@@ -489,7 +489,7 @@ static void mistakes_are_told_apart(void **state)
         {"render --scene cornell --edits cornell --out @x.png", LUM_EXIT_FAILED},
         {"render --scene cornell-moves --out @x.png", LUM_EXIT_FAILED},
         {"render --scene @no-such.jsonl --out @x.png", LUM_EXIT_FAILED},
-        {"render --scene cornell --method radiosity --out @x.png", LUM_EXIT_FAILED},
+        {"render --scene cornell --method radiosity --out @x.png", LUM_EXIT_USAGE},
         {"render --scene cornell --camera nobody --out @x.png", LUM_EXIT_FAILED},
         {"render --scene cornell --size 4x4 --spp 1 --out @no/such/folder.png", LUM_EXIT_FAILED},
         {"render --scene cornell --size 4x4 --spp 1 --edits @bad.jsonl --out @x.png", LUM_EXIT_FAILED},
