@@ -268,7 +268,9 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
     finish_response(c);
     memset(c, 0, sizeof *c);
     c->wsi = wsi;
-    c->session = lum_session_open(net->sessions);
+    char peer[INET6_ADDRSTRLEN] = "";
+    lws_get_peer_simple(wsi, peer, sizeof peer);
+    c->session = lum_session_open(net->sessions, peer);
     if (!c->session)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;

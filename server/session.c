@@ -1,6 +1,7 @@
 #include "server/session.h"
 
 #include <ctype.h>
+#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,6 +35,7 @@ struct lum_session {
     bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
     enum lum_close close;
     char user[LUM_LIMIT_ID_BYTES + 1];
+    char peer[INET6_ADDRSTRLEN];
     double rate_tokens; /* messages that may come now */
     int64_t rate_refilled_ns;
     struct queued *first, **last;
@@ -49,6 +51,8 @@ struct lum_sessions {
     struct lum_sessions_config config;
     bool draining;
     uint32_t n_greeted;
+    int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
+    uint32_t n_untold;       /* wrong tokens since then */
     struct lum_session slots[LUM_LIMIT_CONNECTIONS];
 };
 
@@ -147,7 +151,7 @@ static struct text *pop_text(struct lum_session *s)
 
 /* ---- open and close ---- */
 
-struct lum_session *lum_session_open(struct lum_sessions *sessions)
+struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer)
 {
     struct lum_session *s = NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && !s; i++)
@@ -164,6 +168,7 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions)
                               .rate_tokens = 2.0 * LUM_LIMIT_MESSAGES_PER_S,
                               .rate_refilled_ns = lum_clock_ns()};
     s->last = &s->first;
+    snprintf(s->peer, sizeof s->peer, "%s", peer);
     sessions->config.counters->sessions++;
     sessions->config.counters->sessions_open++;
     if (sessions->draining)
@@ -308,7 +313,24 @@ static void refuse_hello(struct lum_session *s, const struct lum_rpc *rpc, const
     lum_session_abort_after_text(s, code);
 }
 
-static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc)
+/* One line a second at most: who tries tokens in a loop shall not push other lines out of the log. Never the token. */
+static void log_refusal(const struct lum_session *s, bool has_token, int64_t now_ns)
+{
+    struct lum_sessions *t = s->table;
+    if (t->refusal_told_ns && now_ns - t->refusal_told_ns < 1000000000) {
+        t->n_untold++;
+        return;
+    }
+    char more[40] = "";
+    if (t->n_untold)
+        snprintf(more, sizeof more, ", after %u others", t->n_untold);
+    lum_log(&t->config.log, LUM_LOG_INFO, "session", "%s turned away: %s token%s", s->peer, has_token ? "wrong" : "no",
+            more);
+    t->refusal_told_ns = now_ns;
+    t->n_untold = 0;
+}
+
+static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
 {
     struct lum_proto_error err;
     char token[LUM_TOKEN_MAX_BYTES + 1] = "", client[LUM_LIMIT_ID_BYTES + 1] = "";
@@ -326,6 +348,7 @@ static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc)
                        token[0] ? "this is not the token of this server"
                                 : "a token is needed: it is in the URL that the server printed");
         refuse_hello(s, rpc, &err, LUM_CLOSE_AUTH);
+        log_refusal(s, token[0], now_ns);
         return;
     }
     if (s->table->n_greeted == LUM_LIMIT_SESSIONS) {
@@ -466,7 +489,7 @@ void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes
     } else if (!admit(s, &rpc, now_ns, &err)) {
         refuse(s, rpc.id, &err);
     } else if (strcmp(rpc.method, "session.hello") == 0) {
-        receive_hello(s, &rpc);
+        receive_hello(s, &rpc, now_ns);
     } else {
         receive_request(s, &rpc, now_ns, n_bytes);
     }

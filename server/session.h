@@ -43,8 +43,8 @@ void lum_sessions_deliver(struct lum_sessions *sessions);
 /* Tells every session that the server stops; each closes with LUM_CLOSE_RESTART once its text is out. */
 void lum_sessions_begin_drain(struct lum_sessions *sessions);
 
-/* NULL when there are LUM_LIMIT_CONNECTIONS already. */
-struct lum_session *lum_session_open(struct lum_sessions *sessions);
+/* peer: its address, for the log. NULL when there are LUM_LIMIT_CONNECTIONS already. */
+struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer);
 void lum_session_close(struct lum_session *s); /* the connection is gone; accepts NULL */
 uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
 bool lum_session_greeted(const struct lum_session *s);

@@ -32,6 +32,9 @@ class Token(unittest.TestCase):
             self.assertEqual(caught.exception.app, "not_authorised", token)
             self.assertEqual(ws.wait_close(), 4001, token)
         self.daemon.assert_well()
+        log = self.daemon.read_log()
+        self.assertIn("127.0.0.1 turned away: no token", log)
+        self.assertNotIn(right[:-1], log)
 
     def test_token_of_a_wrong_type_is_an_error_and_not_a_login(self):
         for token in (5, True, [], {}, [self.daemon.token], "z" * 257):

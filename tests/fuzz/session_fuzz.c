@@ -42,7 +42,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     fake_director_init(&director);
     if (lum_sessions_create(&config, &sessions, NULL))
         return 0;
-    struct lum_session *s = lum_session_open(sessions);
+    struct lum_session *s = lum_session_open(sessions, "192.0.2.7");
     if (n && data[0] == '+')
         lum_session_receive(s, hello, sizeof hello - 1);
     read_replies(s);

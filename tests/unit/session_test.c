@@ -36,6 +36,8 @@ struct fixture {
     struct lum_auth auth;
     struct lum_net_counters counters;
     struct lum_sessions *sessions;
+    char lines[16][128]; /* the newest of the log */
+    unsigned n_lines;
     struct lum_session *s; /* has said hello */
     struct lum_session_ref ref;
 };
@@ -70,12 +72,20 @@ static void expect_text(struct lum_session *s, const char *part)
 
 static struct lum_session *open_greeted(struct fixture *f)
 {
-    struct lum_session *s = lum_session_open(f->sessions);
+    struct lum_session *s = lum_session_open(f->sessions, "192.0.2.7");
     assert_non_null(s);
     receive(s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"session.hello\",\"params\":{\"token\":\"" TOKEN "\"}}");
     expect_text(s, "\"scene_rev\":41");
     assert_true(lum_session_greeted(s));
     return s;
+}
+
+static void note_line(void *user, int level, const char *component, const char *text)
+{
+    struct fixture *f = user;
+    (void)level;
+    (void)component;
+    snprintf(f->lines[f->n_lines++ % LUM_ARRAY_LEN(f->lines)], sizeof f->lines[0], "%s", text);
 }
 
 static int set_up(void **state)
@@ -84,7 +94,8 @@ static int set_up(void **state)
     fake_director_init(&f->director);
     f->auth.required = true;
     strcpy(f->auth.token, TOKEN);
-    const struct lum_sessions_config config = {.director = &f->director, .auth = &f->auth, .counters = &f->counters};
+    const struct lum_sessions_config config = {
+        .director = &f->director, .auth = &f->auth, .counters = &f->counters, .log = {.write = note_line, .user = f}};
     assert_int_equal(lum_sessions_create(&config, &f->sessions, NULL), LUM_OK);
     f->s = open_greeted(f);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"scene.undo\"}"); /* a command tells the session's name */
@@ -141,7 +152,7 @@ static void test_the_director_learns_of_a_close_even_when_it_was_full(void **sta
     lum_session_close(f->s);
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 0);
-    struct lum_session *other = lum_session_open(f->sessions);
+    struct lum_session *other = lum_session_open(f->sessions, "192.0.2.7");
     assert_int_not_equal(lum_session_slot(other), f->ref.slot); /* the slot is kept until then */
     f->director.capacity = 64;
     lum_sessions_deliver(f->sessions);
@@ -168,7 +179,7 @@ static void test_answers_for_those_who_left_reach_nobody(void **state)
 static void test_broadcasts_go_to_those_who_said_hello(void **state)
 {
     struct fixture *f = *state;
-    struct lum_session *guest = lum_session_open(f->sessions), *other = open_greeted(f);
+    struct lum_session *guest = lum_session_open(f->sessions, "192.0.2.7"), *other = open_greeted(f);
     push(&f->director, LUM_OUT_BROADCAST, (struct lum_session_ref){0}, "\"news\"");
     lum_sessions_deliver(f->sessions);
     expect_text(f->s, "news");
@@ -299,10 +310,38 @@ static void test_the_queue_of_one_who_does_not_read_is_bounded(void **state)
     free(text);
 }
 
+static void say_hello_with(struct fixture *f, const char *params)
+{
+    char text[256];
+    struct lum_session *s = lum_session_open(f->sessions, "192.0.2.7");
+    assert_non_null(s);
+    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"session.hello\",\"params\":%s}", params);
+    receive(s, text);
+    expect_text(s, "not_authorised");
+    lum_session_close(s);
+}
+
+static void test_wrong_tokens_are_logged_and_do_not_flood(void **state)
+{
+    struct fixture *f = *state;
+    f->n_lines = 0;
+    int64_t start = lum_clock_ns();
+    say_hello_with(f, "{}");
+    assert_int_equal(f->n_lines, 1);
+    assert_string_equal(f->lines[0], "192.0.2.7 turned away: no token");
+    for (int i = 0; i < 1000; i++)
+        say_hello_with(f, "{\"token\":\"guess-of-somebody\"}");
+    unsigned seconds = (unsigned)((lum_clock_ns() - start) / 1000000000);
+    if (f->n_lines > 1 + seconds)
+        fail_msg("%u lines in %u s", f->n_lines, seconds);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(f->lines); i++)
+        assert_null(strstr(f->lines[i], "guess"));
+}
+
 static void test_drain(void **state)
 {
     struct fixture *f = *state;
-    struct lum_session *guest = lum_session_open(f->sessions);
+    struct lum_session *guest = lum_session_open(f->sessions, "192.0.2.7");
     push(&f->director, LUM_OUT_TEXT, f->ref, "\"reply\"");
     lum_sessions_deliver(f->sessions);
     lum_sessions_begin_drain(f->sessions);
@@ -313,17 +352,17 @@ static void test_drain(void **state)
     assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_RESTART);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"scene.undo\"}"); /* too late */
     assert_int_equal(f->director.n_posted, 0);
-    assert_int_equal(lum_session_close_now(lum_session_open(f->sessions)), LUM_CLOSE_RESTART);
+    assert_int_equal(lum_session_close_now(lum_session_open(f->sessions, "192.0.2.7")), LUM_CLOSE_RESTART);
 }
 
 static void test_table_is_bounded(void **state)
 {
     struct fixture *f = *state;
     for (unsigned i = 1; i < LUM_LIMIT_CONNECTIONS; i++)
-        assert_non_null(lum_session_open(f->sessions));
-    assert_null(lum_session_open(f->sessions));
+        assert_non_null(lum_session_open(f->sessions, "192.0.2.7"));
+    assert_null(lum_session_open(f->sessions, "192.0.2.7"));
     lum_session_close(f->s);
-    assert_non_null(lum_session_open(f->sessions));
+    assert_non_null(lum_session_open(f->sessions, "192.0.2.7"));
 }
 
 int main(void)
@@ -339,6 +378,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_acknowledgements_are_never_refused_for_their_rate, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_wrong_tokens_are_logged_and_do_not_flood, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),
     };
