@@ -150,9 +150,9 @@ static void find_former(const struct lum_pass *pass, struct lum_tile_rect r, uin
 }
 
 /* Takes over what that pixel knew of every other stratum, in turn. So nothing is older than two moves, each of which is
- * off by up to half a pixel. Measured in a pan of cornell by 2.5 pixels a frame (relMSE, rays): nothing carried
- * on 1.4e-3, 475 thousand; all but one stratum 2.6e-3, 114; all but four 9e-4, 339; half 7e-4, 394. What the pixel
- * knows by itself, after an edit of materials, stays. */
+ * off by up to half a pixel. Measured in a pan of cornell by 2.5 pixels a frame, before shares were joined (relMSE,
+ * rays): nothing carried on 1.4e-3, 475 thousand; all but one stratum 2.6e-3, 114; all but four 9e-4, 339; half 7e-4,
+ * 394. What the pixel knows by itself, after an edit of materials, stays. */
 static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum_tile_rect r, const uint32_t *from)
 {
     uint16_t keep = pass->layers->n_moves % 2 ? 0xaaaau : 0x5555u;
@@ -224,14 +224,16 @@ static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_ti
         for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
             struct lum_tile_rect t = lum_tile_at(&sets, y * sets.nx + x);
             struct lum_soft_tally sum = {0};
+            uint64_t print = 0;
             for (uint32_t i = 0; i < t.w * t.h; i++) {
                 struct lum_seen seen = s->seen[(size_t)(t.y + i / t.w) * pass->tiling.w + t.x + i % t.w];
-                sum.print = lum_soft_print(sum.print, seen);
+                print = lum_soft_print(print, seen);
                 sum.known += (uint16_t)__builtin_popcount(seen.traced | seen.visible);
                 sum.traced += (uint16_t)__builtin_popcount(seen.traced);
                 sum.visible += (uint16_t)__builtin_popcount(seen.traced & seen.visible);
             }
             s->tally[y * sets.nx + x] = sum;
+            s->prints[y * sets.nx + x] = print;
         }
 }
 
@@ -384,5 +386,5 @@ const struct lum_estimator lum_penumbra_refine = {
     .tile = refine_packet,
     .packets = true,
     .surfaces = true,
-    .then = &lum_penumbra_resolve,
+    .then = &lum_penumbra_share,
 };

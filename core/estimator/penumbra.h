@@ -2,7 +2,8 @@
  *
  *   trace    one shadow ray per pixel and light, each pixel another stratum of the light
  *   refine   further strata where shadow borders are, most useful first, within a budget
- *   resolve  response = unshadowed light in closed form * visible share, measured over a window of the same surface */
+ *   share    of the light that arrives: measured over a window of the same surface
+ *   resolve  response = unshadowed light in closed form * share, joined with those around */
 #ifndef LUM_CORE_ESTIMATOR_PENUMBRA_H
 #define LUM_CORE_ESTIMATOR_PENUMBRA_H
 
@@ -41,6 +42,6 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *view,
 /* Sets the goal of each tile of the pattern. Reads what trace counted. */
 void lum_penumbra_plan(const struct lum_pass *pass);
 
-extern const struct lum_estimator lum_penumbra_refine, lum_penumbra_resolve;
+extern const struct lum_estimator lum_penumbra_refine, lum_penumbra_share, lum_penumbra_resolve;
 
 #endif

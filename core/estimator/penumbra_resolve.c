@@ -3,28 +3,21 @@
  * What the light would give without occluders is known in closed form; the samples only say which share of it arrives:
  *   share = sum of f visible / sum of f traced,   f = cosine / pdf: what the sample brings, were it visible
  * over the 4 x 4 window (5 wide with half weights at its ends, which holds each stratum once) of pixels on the same
- * surface, or over the pixel alone where it knows all strata. Where all samples around agree the share is 1 or 0,
- * exactly, and no window is looked at. Lights without a closed form take the plain sum of their samples instead.
+ * surface, or over the pixel alone where it knows all strata; then joined with the shares around it, if these agree.
+ * Where all samples around agree the share is 1 or 0, exactly, and no window is looked at. Lights without a closed form
+ * take the plain sum of their samples instead.
  *
  * The lobes that are not cosine-shaped are summed over the pixel's own view of some strata, untraced ones with the
  * share as their visibility. */
-#include "core/estimator/penumbra_window.h"
+#include "core/estimator/penumbra_around.h"
 
-#include <string.h>
+#include <stdlib.h>
 
+#include "core/estimator/components.h"
 #include "core/light/irradiance.h"
 #include "core/math/warp.h"
 
-#define BORDER LUM_WINDOW_BORDER
-#define BLOCK LUM_WINDOW_BLOCK
-#define SETS (LUM_TILE_SIDE / LUM_SOFT_SIDE) /* tiles of the pattern along a side of a tile */
 #define GLOSS_POINTS 4u
-
-/* Which tile of the pattern a pixel of a tile is in. */
-static uint32_t set_at(uint32_t x, uint32_t y)
-{
-    return y / LUM_SOFT_SIDE * SETS + x / LUM_SOFT_SIDE;
-}
 
 /* A pixel that light can be summed at. */
 struct vertex {
@@ -36,67 +29,15 @@ struct vertex {
 struct resolve {
     const struct lum_pass *pass;
     const struct lum_layer *layer;
+    struct lum_guide guide;
     struct lum_tile_rect r;
-    struct lum_tiling sets;
     uint32_t n_vertices;
     struct vertex vertex[LUM_TILE_PIXELS];
     struct lum_bsdf bsdf[LUM_TILE_PIXELS]; /* by vertex, but for those that are matte */
     struct lum_vec3 wo[LUM_TILE_PIXELS];   /* same */
     bool exact;                            /* the present layer's light has a closed form */
-    uint32_t stale;                        /* of the present layer: bit y * SETS + x, by tile of the pattern */
-    uint8_t around[SETS * SETS];           /* lum_soft_around */
-    uint8_t says[LUM_TILE_PIXELS];         /* LUM_SOFT_ bits of all samples in the window of each pixel, of its
-                                            * surface or not */
-    struct lum_penumbra_window window;
+    struct lum_penumbra_around around;     /* of lights that have none */
 };
-
-/* ---- what needs no window ---- */
-
-static uint8_t bits_of(struct lum_seen seen)
-{
-    return (uint8_t)((seen.traced & seen.visible ? LUM_SOFT_LIT : 0) |
-                     (seen.traced & ~seen.visible ? LUM_SOFT_DARK : 0));
-}
-
-/* Where all samples of a window agree, nobody needs to know which of them are of the pixel's own surface: first by
- * tiles of the pattern, then by windows, a row and a column at a time. */
-static void look_around(struct resolve *v)
-{
-    uint8_t row[BLOCK * BLOCK], mixed = 0;
-    uint32_t w = v->pass->tiling.w, h = v->pass->tiling.h, x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE;
-    for (uint32_t left = v->stale; left; left &= left - 1) {
-        uint32_t set = (uint32_t)__builtin_ctz(left);
-        uint8_t bits = (uint8_t)lum_soft_around(&v->layer->soft, &v->sets, x0 + set % SETS, y0 + set / SETS);
-        v->around[set] = bits;
-        mixed |= bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
-    }
-    memset(v->says, LUM_SOFT_LIT | LUM_SOFT_DARK, sizeof v->says);
-    if (!mixed || v->r.x < BORDER || v->r.y < BORDER || v->r.x + v->r.w + BORDER > w || v->r.y + v->r.h + BORDER > h)
-        return; /* beyond an edge of the picture others stand in */
-    for (uint32_t y = 0; y < v->r.h + 2 * BORDER; y++) {
-        const struct lum_seen *seen = v->layer->soft.seen + (size_t)(v->r.y + y - BORDER) * w + v->r.x - BORDER;
-        uint8_t bits[BLOCK];
-        for (uint32_t x = 0; x < v->r.w + 2 * BORDER; x++)
-            bits[x] = bits_of(seen[x]);
-        for (uint32_t x = 0; x < v->r.w; x++)
-            row[y * BLOCK + x] = bits[x] | bits[x + 1] | bits[x + 2] | bits[x + 3] | bits[x + 4];
-    }
-    for (uint32_t y = 0; y < v->r.h; y++)
-        for (uint32_t x = 0; x < v->r.w; x++) {
-            const uint8_t *at = &row[y * BLOCK + x];
-            v->says[y * LUM_TILE_SIDE + x] = at[0] | at[BLOCK] | at[2 * BLOCK] | at[3 * BLOCK] | at[4 * BLOCK];
-        }
-}
-_Static_assert(LUM_WINDOW_SIDE == 5, "look_around joins five");
-
-/* LUM_SOFT_ bits: both, when the window has to be looked at. A pixel that asked nobody itself takes its neighbours'
- * word. */
-static uint32_t says_at(const struct resolve *v, const struct vertex *at)
-{
-    uint32_t around = v->around[at->set], says = v->says[at->y * LUM_TILE_SIDE + at->x];
-    bool own = v->layer->soft.seen[at->pixel].traced;
-    return around == (LUM_SOFT_LIT | LUM_SOFT_DARK) && says != 0 && own ? says : around;
-}
 
 /* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
  * one was sampled with. */
@@ -172,11 +113,37 @@ static struct lum_rgb diffuse_of(const struct resolve *v, uint32_t i, size_t pix
     return is_matte(s->kind[pixel]) ? s->albedo[pixel] : lum_bsdf_diffuse_at(&v->bsdf[i], mean_cos);
 }
 
-/* True where only the window can tell which share of the light arrives. */
-static bool is_mixed(const struct resolve *v, uint32_t around, size_t pixel)
+/* Shares are joined where they agree as far as 16 samples can tell: to within three deviations. */
+#define JOIN 3.0f
+
+/* The share around a pixel, joined with those a window away: with pairs of them on opposite sides, so that where the
+ * share rises evenly it stays what it is. Without it a wide penumbra is grainy while few strata are known: SMAPE
+ * against path tracing, first frame at 600 x 400, desk 7.33 to 7.18 %, shirley6 2.83 to 2.68 %. */
+static float joined_share(const struct resolve *v, size_t pixel)
 {
-    return (around & LUM_SOFT_LIT) && (!v->exact || around != LUM_SOFT_LIT) &&
-           lum_penumbra_wants(v->pass, v->layer, pixel);
+    static const int32_t sides[][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+    const float *share = v->layer->soft.share;
+    const struct lum_seen seen = v->layer->soft.seen[pixel];
+    const int32_t w = (int32_t)v->guide.w, h = (int32_t)v->guide.h, x = (int32_t)(pixel % v->guide.w),
+                  y = (int32_t)(pixel / v->guide.w);
+    float own = share[pixel], sum = own, n = 1.0f;
+    if (!(own > 0.0f && own < 1.0f) || !seen.traced || lum_seen_whole(seen))
+        return own;
+    float n_samples = LUM_SOFT_POINTS * (float)__builtin_popcount(seen.traced);
+    float limit = JOIN * sqrtf(own * (1.0f - own) / n_samples);
+    for (uint32_t k = 0; k < LUM_ARRAY_LEN(sides); k++) {
+        int32_t dx = sides[k][0] * (int32_t)LUM_SOFT_SIDE, dy = sides[k][1] * (int32_t)LUM_SOFT_SIDE;
+        if (x < dx || x + dx >= w || y < abs(dy) || y + abs(dy) >= h)
+            continue;
+        size_t pair[] = {(size_t)((y - dy) * w + x - dx), (size_t)((y + dy) * w + x + dx)};
+        bool agree = true;
+        for (uint32_t i = 0; i < 2 && agree; i++)
+            agree = fabsf(share[pair[i]] - own) <= limit && lum_penumbra_wants(v->pass, v->layer, pair[i]) &&
+                    lum_guide_same_surface(&v->guide, pixel, pair[i]);
+        if (agree)
+            sum += share[pair[0]] + share[pair[1]], n += 2.0f;
+    }
+    return sum / n;
 }
 
 static struct lum_rgb response(const struct resolve *v, uint32_t i)
@@ -185,17 +152,12 @@ static struct lum_rgb response(const struct resolve *v, uint32_t i)
     const struct lum_surfaces *s = v->pass->surfaces;
     const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
     size_t pixel = at->pixel;
-    uint32_t around = says_at(v, at);
-    if (!(around & LUM_SOFT_LIT) || !lum_penumbra_wants(v->pass, v->layer, pixel))
+    if (!lum_penumbra_wants(v->pass, v->layer, pixel))
         return lum_grey(0.0f);
-    struct lum_moments m = {0};
-    float share = 1.0f;
-    if (is_mixed(v, around, pixel)) {
-        m = lum_penumbra_window_at(&v->window, at->x, at->y);
-        share = lum_moments_share(&m);
-        if (!(share > 0.0f))
-            return lum_grey(0.0f);
-    }
+    struct lum_moments m;
+    float share = v->exact ? joined_share(v, pixel) : lum_penumbra_around_share(&v->around, at->x, at->y, &m);
+    if (!(share > 0.0f))
+        return lum_grey(0.0f);
     if (v->layer->index == v->pass->cached_sky)
         return gloss(v, i, pixel, share);
     struct lum_rgb diffuse;
@@ -222,7 +184,7 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
     for (uint32_t i = 0, y = 0; y < v->r.h; y++)
         for (uint32_t x = 0; x < v->r.w; x++, i++) {
             size_t pixel = (size_t)(v->r.y + y) * pass->tiling.w + v->r.x + x;
-            uint32_t set = set_at(x, y), k = v->n_vertices;
+            uint32_t set = lum_around_set(x, y), k = v->n_vertices;
             uint8_t kind = pass->surfaces->kind[pixel];
             if (!(sets >> set & 1) || !(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
                 continue;
@@ -237,82 +199,42 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
         }
 }
 
-/* Hash of what a row of three tiles of the pattern knows, or three rows. Many tiles know the same: a row must not be
- * linear, or rows and columns could change places. */
-static uint64_t join(uint64_t a, uint64_t b, uint64_t c)
+static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint64_t ret_known[LUM_AROUND_SETS])
 {
-    uint64_t h = a * 0xd6e8feb86659fd93u + b * 0xa0761d6478bd642fu + c * 0xe7037ed1a0b428dbu;
-    return (h ^ h >> 32) * 0x9e3779b97f4a7c15u;
-}
-
-/* Hashes of what each tile of the pattern and the eight around it know: all that its windows reach. Returns those for
- * which that is not what it was. */
-static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint64_t ret_known[SETS * SETS])
-{
-    uint32_t x0 = v->r.x / LUM_SOFT_SIDE, y0 = v->r.y / LUM_SOFT_SIDE, stale = 0;
-    uint32_t nx = v->sets.nx, ny = v->sets.ny;
-    uint64_t print[SETS + 2][SETS + 2] = {0}, row[SETS + 2][SETS];
-    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + SETS && y < ny; y++)
-        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + SETS && x < nx; x++)
-            print[y + 1 - y0][x + 1 - x0] = soft->tally[y * nx + x].print;
-    for (uint32_t j = 0; j < SETS + 2; j++)
-        for (uint32_t i = 0; i < SETS; i++)
-            row[j][i] = join(print[j][i], print[j][i + 1], print[j][i + 2]);
-    for (uint32_t j = 0; j < SETS && y0 + j < ny; j++)
-        for (uint32_t i = 0; i < SETS && x0 + i < nx; i++) {
-            uint64_t known = join(row[j][i], row[j + 1][i], row[j + 2][i]) | 1u; /* never 0 */
-            ret_known[j * SETS + i] = known;
-            stale |= (uint32_t)(soft->resolved[(y0 + j) * nx + x0 + i] != known) << (j * SETS + i);
-        }
-    return stale;
+    return lum_around_find_stale(v->pass, v->r, soft->shared, soft->resolved, ret_known);
 }
 
 static uint32_t stale_in_any(const struct resolve *v)
 {
     uint32_t stale = 0, a = 0;
-    uint64_t known[SETS * SETS];
+    uint64_t known[LUM_AROUND_SETS];
     for (struct lum_layer *layer; (layer = lum_penumbra_next(v->pass, &a));)
         stale |= find_stale(v, &layer->soft, known);
     return stale;
 }
 
-static void gather_windows(struct resolve *v)
-{
-    uint32_t mixed[LUM_TILE_SIDE] = {0};
-    for (uint32_t i = 0; i < v->n_vertices; i++) {
-        const struct vertex *at = &v->vertex[i];
-        if ((v->stale >> at->set & 1) && is_mixed(v, says_at(v, at), at->pixel))
-            mixed[at->y] |= 1u << at->x;
-    }
-    lum_penumbra_window_gather(&v->window, v->layer, mixed);
-}
-
 static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t tile)
 {
     const struct lum_pass *pass = v->pass;
-    uint64_t known[SETS * SETS];
+    uint64_t known[LUM_AROUND_SETS];
+    uint32_t stale = find_stale(v, &layer->soft, known);
+    if (!stale)
+        return;
     v->layer = layer;
     v->exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
-    v->stale = find_stale(v, &layer->soft, known);
-    if (!v->stale)
-        return;
-    look_around(v);
-    if (pass->settings->max_depth > 0)
-        gather_windows(v);
+    if (!v->exact && pass->settings->max_depth > 0)
+        lum_penumbra_around_read(&v->around, layer, stale);
     struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
     for (uint32_t i = 0, y = 0; y < v->r.h; y++)
         for (uint32_t x = 0; x < v->r.w; x++, i++)
-            if (v->stale >> set_at(x, y) & 1)
+            if (stale >> lum_around_set(x, y) & 1)
                 direct[i] = lum_grey(0.0f);
     for (uint32_t i = 0; i < v->n_vertices && pass->settings->max_depth > 0; i++) {
         const struct vertex *at = &v->vertex[i];
-        if (v->stale >> at->set & 1)
+        if (stale >> at->set & 1)
             direct[at->y * v->r.w + at->x] = response(v, i);
     }
-    for (uint32_t left = v->stale; left; left &= left - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(left), x = v->r.x / LUM_SOFT_SIDE + k % SETS;
-        layer->soft.resolved[(v->r.y / LUM_SOFT_SIDE + k / SETS) * v->sets.nx + x] = known[k];
-    }
+    lum_around_made(pass, v->r, stale, known, layer->soft.resolved);
 }
 
 static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
@@ -321,12 +243,12 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     struct resolve v;
     v.pass = pass;
     v.r = lum_tile_at(&pass->tiling, tile);
-    v.sets = lum_soft_tiling(pass);
+    v.guide = lum_components_guide(pass);
     uint32_t stale = stale_in_any(&v), a = 0;
     if (!stale)
         return;
     fill_vertices(&v, tile, stale);
-    lum_penumbra_window_init(&v.window, pass, tile);
+    lum_penumbra_around_init(&v.around, pass, tile);
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
         resolve_layer(&v, layer, tile);
 }

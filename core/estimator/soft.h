@@ -23,7 +23,6 @@ struct lum_seen {
 /* Sums over the pixels of a tile of the pattern. */
 struct lum_soft_tally {
     uint16_t known, traced, visible;
-    uint64_t print; /* hash of what each of them knows */
 };
 
 /* What the samples of a tile of the pattern, and of the eight around it, say. */
@@ -48,13 +47,16 @@ struct lum_soft {
     struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
+    uint64_t *prints;             /* same: hash of what each of its pixels knows */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way, or
                                    * LUM_SOFT_UNKNOWN until its surfaces have been looked at */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
-    uint64_t *resolved;           /* per tile of the pattern: hash of what was known around when direct was made; 0: it is stale */
+    float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
+    uint64_t *shared, *resolved;  /* per tile of the pattern: hash of what was known around when share, or direct, was made; 0: it
+                                   * is stale */
 };
 
 /* salt: names the light. False: memory is short, and *ret_soft is as if finished. */

@@ -183,7 +183,7 @@ struct lum_estimator {
     bool vpls;           /* gathers from virtual point lights */
     bool cache;          /* uses the records of the method's cache */
     bool surfaces;       /* reads pass->surfaces */
-    const struct lum_estimator *then; /* goes with it, at another stage; NULL: nothing */
+    const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */
 };
 
 extern const struct lum_estimator lum_stage_gbuffer;      /* deferred: first hits */
