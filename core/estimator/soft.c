@@ -47,13 +47,14 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
         .share = lum_calloc(n, sizeof *s.share),
+        .share_prints = lum_calloc(n_sets, sizeof *s.share_prints),
         .shared = lum_calloc(n_sets, sizeof *s.shared),
         .resolved = lum_calloc(n_sets, sizeof *s.resolved),
     };
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.prints && s.unshadowed &&
-        s.goal && s.open && s.begun && s.share && s.shared && s.resolved) {
+        s.goal && s.open && s.begun && s.share && s.share_prints && s.shared && s.resolved) {
         redo(ret_soft, pass);
         return true;
     }
@@ -73,6 +74,7 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->open);
     lum_free(s->begun);
     lum_free(s->share);
+    lum_free(s->share_prints);
     lum_free(s->shared);
     lum_free(s->resolved);
     *s = (struct lum_soft){0};
@@ -100,14 +102,6 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
 _Static_assert(LUM_SWEPT_SIDE == LUM_SOFT_SIDE, "motion is found by tiles of the pattern");
 _Static_assert(LUM_TILE_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "which lie within others");
 
-/* Makes those of tile (x, y) of the pattern and the tiles around it, up to `reach` away, stale. */
-static void make_stale(const struct lum_tiling *sets, uint32_t x, uint32_t y, uint32_t reach, uint64_t *inout_made)
-{
-    for (uint32_t j = y > reach ? y - reach : 0; j <= y + reach && j < sets->ny; j++)
-        for (uint32_t i = x > reach ? x - reach : 0; i <= x + reach && i < sets->nx; i++)
-            inout_made[j * sets->nx + i] = 0;
-}
-
 /* Forgets tile (x, y) of the pattern; and what those around made of it, unless its surfaces are what they were: then
  * that holds as long as who sees the light turns out the same. */
 static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t x, uint32_t y)
@@ -123,8 +117,9 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
     if (!pass->swept->changed[y * sets->nx + x])
         return;
     s->unshadowed[y * sets->nx + x] = LUM_SOFT_UNKNOWN;
-    make_stale(sets, x, y, 1, s->shared);
-    make_stale(sets, x, y, 2, s->resolved); /* which takes from shares around */
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
+            s->shared[j * sets->nx + i] = s->resolved[j * sets->nx + i] = 0;
 }
 
 uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass, const struct lum_bounds *bounds)

@@ -47,7 +47,7 @@ struct lum_soft {
     struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
-    uint64_t *prints;             /* same: hash of what each of its pixels knows */
+    uint64_t *prints;             /* same: hash of what its pixels know */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way, or
                                    * LUM_SOFT_UNKNOWN until its surfaces have been looked at */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
@@ -55,7 +55,8 @@ struct lum_soft {
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
     float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
-    uint64_t *shared, *resolved;  /* per tile of the pattern: hash of what was known around when share, or direct, was made; 0: it
+    uint64_t *share_prints;       /* per tile of the pattern: hash of share and of what its pixels know, where there is a share */
+    uint64_t *shared, *resolved;  /* same: hash of the prints, or of the share_prints, around when share, or direct, was made; 0: it
                                    * is stale */
 };
 

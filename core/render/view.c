@@ -46,7 +46,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .method = lum_method_find("live"),
         .max_depth = 8,
         .shadow_samples = 16,
-        .shadow_budget = 200000,
+        .shadow_budget = 100000,
         .antialias = true,
         .n_vpls = LUM_VPL_DEFAULT,
         .storage = LUM_STORAGE_WAITFREE,

@@ -47,7 +47,7 @@ static const uint32_t part_bits[AIS_PARTS] = {
 /* AIS_VPLS comes with what the product has by default. */
 static const struct budget {
     uint32_t n_vpls, shadow_budget;
-} budgets[] = {{32, 0}, {64, 0}, {128, 50000}, {AIS_VPLS, 200000}, {512, 200000}, {1024, 400000}};
+} budgets[] = {{32, 0}, {64, 0}, {128, 25000}, {AIS_VPLS, 100000}, {512, 200000}, {1024, 400000}};
 
 /* One scene at work. */
 struct rig {
