@@ -29,6 +29,7 @@ struct lum_bench {
 int lum_bench_ais(const struct lum_bench_options *options);
 int lum_bench_effects(const struct lum_bench_options *options);
 int lum_bench_export(const struct lum_bench_options *options);
+int lum_bench_growth(const struct lum_bench_options *options);
 int lum_bench_instant(const struct lum_bench_options *options);
 int lum_bench_irrcache(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);

@@ -414,7 +414,8 @@ static bool run_growth(const struct lum_bench_options *options, size_t i, struct
         }
         x = (double)r.world.snapshot->n_triangles;
     }
-    lum_bench_progress("instant: growth, %s %g", instant_growths[growth[i].what], x);
+    lum_bench_machine(&r.world, study->machine, sizeof study->machine);
+    lum_bench_progress("growth: %s %g", instant_growths[growth[i].what], x);
     memset(cells, 0, sizeof cells);
     bool ok = open_configs(&r, 1u << INSTANT_DIFFUSE, cells, &all);
     if (ok) {
@@ -444,10 +445,22 @@ int lum_bench_instant(const struct lum_bench_options *options)
         size_t n = options->quick ? QUICK_SCENES : LUM_ARRAY_LEN(scenes);
         for (size_t i = 0; ok && i < n; i++)
             ok = run_scene(options, scenes[i].name, scenes[i].accuracy, study);
-        for (size_t i = 0; ok && i < LUM_ARRAY_LEN(growth); i += options->quick ? 2 : 1)
-            ok = run_growth(options, i, study);
     }
     ok = ok && instant_report(study, options);
+    lum_free(study);
+    return ok ? 0 : 1;
+}
+
+int lum_bench_growth(const struct lum_bench_options *options)
+{
+    struct instant_study *study = lum_calloc(1, sizeof *study);
+    if (!study)
+        return failed("out of memory"), 1;
+    lum_thread_init_fp();
+    bool ok = true;
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(growth); i += options->quick ? 2 : 1)
+        ok = run_growth(options, i, study);
+    ok = ok && instant_report_growth(study, options);
     lum_free(study);
     return ok ? 0 : 1;
 }

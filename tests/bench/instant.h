@@ -58,7 +58,8 @@ struct instant_study {
     char machine[256];
 };
 
-/* Tables and figures. False after a message on stderr. */
+/* Tables and figures: of the scenes, or of the growth. False after a message on stderr. */
 bool instant_report(const struct instant_study *study, const struct lum_bench_options *options);
+bool instant_report_growth(const struct instant_study *study, const struct lum_bench_options *options);
 
 #endif
