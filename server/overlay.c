@@ -25,7 +25,7 @@ static uint8_t mix(uint8_t grey, uint8_t code)
 void lum_overlay_paint(const struct lum_overlay_picture *overlay, const struct lum_frame_header *tile,
                        uint8_t *inout_rgba)
 {
-    if (!overlay->on)
+    if (!overlay->iterations)
         return;
     uint8_t codes[LUM_GUIDANCE_MAX][3];
     for (uint32_t i = 0; i < LUM_GUIDANCE_MAX; i++)
@@ -35,11 +35,9 @@ void lum_overlay_paint(const struct lum_overlay_picture *overlay, const struct l
             uint8_t *p = inout_rgba + ((size_t)y * tile->w + x) * 4;
             /* Rec.709 luma, in 256ths */
             uint8_t grey = (uint8_t)((54u * p[0] + 183u * p[1] + 19u * p[2] + 128u) / 256u);
-            uint32_t n = 0;
-            if (overlay->iterations)
-                n = overlay->iterations[(size_t)(tile->y + y) * overlay->w + tile->x + x];
+            uint32_t n = overlay->iterations[(size_t)(tile->y + y) * overlay->w + tile->x + x];
             n = n < LUM_GUIDANCE_MAX ? n : LUM_GUIDANCE_MAX - 1;
             for (int c = 0; c < 3; c++)
-                p[c] = overlay->iterations ? mix(grey, codes[n][c]) : grey;
+                p[c] = mix(grey, codes[n][c]);
         }
 }

@@ -17,13 +17,13 @@ enum lum_overlay {
 enum lum_effect lum_overlay_effect(enum lum_overlay overlay);
 
 struct lum_overlay_picture {
-    bool on;
-    const uint8_t *iterations; /* lum_view_guidance; NULL: no method made a map, the picture is shown in grey */
+    const uint8_t *iterations; /* lum_view_guidance; NULL: none is asked for, or the method makes none */
     uint32_t w;                /* pixels of a row of iterations */
 };
 
-/* Turns the pixels of a tile (w * h of RGBA8, display-referred) into grey and mixes the map's colours in. Nothing when it is
- * off. */
-void lum_overlay_paint(const struct lum_overlay_picture *overlay, const struct lum_frame_header *tile, uint8_t *inout_rgba);
+/* Turns the pixels of a tile (w * h of RGBA8, display-referred) into grey and mixes the map's colours in. Nothing
+ * without a map. */
+void lum_overlay_paint(const struct lum_overlay_picture *overlay, const struct lum_frame_header *tile,
+                       uint8_t *inout_rgba);
 
 #endif

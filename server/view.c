@@ -384,8 +384,8 @@ static struct lum_display display(struct lum_server_view *v, const struct lum_fi
 
 static struct lum_overlay_picture overlay(const struct lum_server_view *v)
 {
-    struct lum_overlay_picture o = {.on = v->want.overlay != LUM_OVERLAY_NONE, .w = v->settings.w};
-    if (o.on)
+    struct lum_overlay_picture o = {.w = v->settings.w};
+    if (v->want.overlay != LUM_OVERLAY_NONE && v->settings.method->ais)
         o.iterations = lum_view_guidance(v->core, lum_overlay_effect(v->want.overlay));
     return o;
 }

@@ -167,23 +167,36 @@ static void effects_that_do_not_exist_are_refused(void **state)
     assert_refused(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance\"}"), "invalid_value", "overlay");
 }
 
-/* path makes no guidance map: the picture in grey, from the same film: no pass runs for it. */
+/* ais makes a map of indirect light, and its colours lie over the picture; path makes none, and its picture stays.
+ * Either way no pass runs for it. */
 static void an_overlay_is_display_only(void **state)
 {
+    static const struct {
+        const char *choice;
+        bool map;
+    } cases[] = {{"\"effects\":{\"indirect_diffuse\":\"on\"},\"method\":\"ais\"", true},
+                 {"\"method\":\"path\"", false}};
     struct client *c = *state;
-    uint8_t pixels[W * H * 4];
+    uint8_t plain[W * H * 4], shown[W * H * 4];
+    char params[160];
     client_open_view(c, LUM_CODEC_RGBA8);
-    assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":1}"));
-    sum_of_numbered(c, 1, pixels);
-    struct lum_director_metrics before, after;
-    lum_director_metrics(c->director, &before);
-    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance_soft_shadow\",\"camera_seq\":2}"));
-    assert_true(sum_of_numbered(c, 2, pixels) > 0);
-    for (size_t i = 0; i < W * H; i++)
-        assert_true(pixels[4 * i] == pixels[4 * i + 1] && pixels[4 * i] == pixels[4 * i + 2]);
-    lum_director_metrics(c->director, &after);
-    assert_int_equal(after.passes, before.passes);
-    assert_int_equal(after.rays, before.rays);
+    for (uint32_t i = 0, seq = 1; i < LUM_ARRAY_LEN(cases); i++, seq += 2) {
+        struct lum_director_metrics before, after;
+        snprintf(params, sizeof params, "{\"view_id\":1,%s,\"overlay\":\"none\",\"camera_seq\":%u}", cases[i].choice,
+                 seq);
+        assert_taken(update_view(c, params));
+        sum_of_numbered(c, seq, plain);
+        memcpy(shown, plain, sizeof plain);
+        lum_director_metrics(c->director, &before);
+        snprintf(params, sizeof params, "{\"view_id\":1,\"overlay\":\"guidance_indirect_diffuse\",\"camera_seq\":%u}",
+                 seq + 1);
+        assert_taken(update_view(c, params));
+        sum_of_numbered(c, seq + 1, shown);
+        assert_int_equal(memcmp(shown, plain, sizeof plain) != 0, cases[i].map);
+        lum_director_metrics(c->director, &after);
+        assert_int_equal(after.passes, before.passes);
+        assert_int_equal(after.rays, before.rays);
+    }
 }
 
 /* in_view of the final frame.stats for camera number seq, once its frame has come. */
