@@ -163,14 +163,16 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
     return lum_director_create(&config, ret_director, err);
 }
 
-/* Not an error: the container names a folder that need not be mounted. */
-static void warn_of_missing_assets(const struct lum_options *o, struct lum_log log)
+/* A folder that is missing is not an error: the container names one that need not be mounted. */
+static bool has_assets(const struct lum_options *o, struct lum_log log)
 {
     const char *dir = o->value[LUM_OPTION_ASSETS];
     struct stat st;
-    if (dir && (stat(dir, &st) || !S_ISDIR(st.st_mode)))
+    bool found = dir && !stat(dir, &st) && S_ISDIR(st.st_mode);
+    if (dir && !found)
         lum_log(&log, LUM_LOG_WARNING, "main", "%s %s is no folder: nothing can be imported",
                 o->given[LUM_OPTION_ASSETS], dir);
+    return found;
 }
 
 /* From the director to the end of the run; net and the signal thread are there. */
@@ -182,12 +184,14 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
     enum lum_status status = make_director(o, log, net, &director, err);
     if (status)
         return status;
-    const struct lum_sessions_config config = {
-        .director = director, .auth = auth, .counters = lum_net_counters(net), .log = log};
+    const struct lum_sessions_config config = {.director = director,
+                                               .auth = auth,
+                                               .counters = lum_net_counters(net),
+                                               .imports = has_assets(o, log),
+                                               .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
         lum_options_warn(&log);
-        warn_of_missing_assets(o, log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->host, lum_net_port(net));
         lum_net_run(net, sessions, director);

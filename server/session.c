@@ -288,6 +288,7 @@ static struct cJSON *hello_result(const struct lum_session *s)
     struct cJSON *result = cJSON_CreateObject();
     double rev = (double)lum_director_scene_rev(s->table->config.director);
     bool ok = lum_json_add_string(result, "session", s->user) && lum_json_add_string(result, "role", "edit") &&
+              lum_json_add_bool(result, "imports", s->table->config.imports) &&
               lum_json_add(result, "limits", hello_limits()) && lum_json_add_number(result, "scene_rev", rev) &&
               lum_json_add_number(result, "protocol", 1);
     if (ok)

@@ -32,6 +32,7 @@ struct lum_sessions_config {
     struct lum_director *director;
     const struct lum_auth *auth;
     struct lum_net_counters *counters;
+    bool imports; /* there is a folder of assets */
     struct lum_log log;
 };
 LUM_MUST_USE enum lum_status lum_sessions_create(const struct lum_sessions_config *config,

@@ -21,6 +21,13 @@ class Token(unittest.TestCase):
         self.assertRegex(hello["session"], r"^me___you\.[0-9-]+$")
         self.assertEqual(hello["limits"]["message_bytes"], 8 << 20)
         self.assertIsInstance(hello["scene_rev"], int)
+        self.assertIs(hello["imports"], False)
+
+    def test_hello_says_whether_models_can_be_imported(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for assets, imports in ((folder, True), (os.path.join(folder, "none"), False)):
+                with Daemon("--assets", assets) as daemon:
+                    self.assertIs(WebSocket(daemon.port).hello(daemon.token)["imports"], imports)
 
     def test_wrong_tokens_are_refused_and_closed(self):
         right = self.daemon.token

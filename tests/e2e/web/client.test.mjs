@@ -1,11 +1,15 @@
 // The whole way: a real daemon, a real browser, pixels. Scene: room.jsonl.
 import assert from 'node:assert/strict';
+import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { centre, difference, drag, launch, measure, open, settled, shownRev, thumbnail } from './browser.mjs';
 import { Daemon } from './daemon.mjs';
 
-const daemon = new Daemon(fileURLToPath(new URL('room.jsonl', import.meta.url)));
+const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
+const daemon = new Daemon(ROOM);
 /** A pixel of 8 path-traced samples is off by about a half (relative standard deviation, measured); the mean over the 14 000
  * pixels of the wall by 0.4 %, a ratio of two by 0.6 %. Rounding to 8 bits adds at most as much. Three of that: 4 %. */
 const SAMPLES = 8;
@@ -346,7 +350,7 @@ test('an empty picture says why, and H is the way back', async () => {
     const notice = page.locator('.banner-empty');
     assert.equal(await notice.count(), 0);
     for (const id of ['ceiling-panel', 'accent']) await edit(() => field(page, id, `${id} on`).click());
-    await notice.getByText('No light comes from what is in view').waitFor();
+    await notice.getByText('All lights are off').waitFor();
     for (let i = 0; i < 2; i++) await edit(() => page.locator('.stage').press('z'));
     await notice.waitFor({ state: 'detached' });
     const stage = await centre(page.locator('.stage'));
@@ -359,6 +363,61 @@ test('an empty picture says why, and H is the way back', async () => {
     await settled(tab);
     await notice.waitFor({ state: 'detached' });
     assert.ok((await measure(page)).colours > 1000);
+});
+
+/** A daemon of its own for a scene of these ops, and a tab that looks at it. */
+async function withScene(ops, assets, look) {
+    const file = join(mkdtempSync(join(tmpdir(), 'lumend-e2e-')), 'scene.jsonl');
+    writeFileSync(file, ['{"lumend": 1, "kind": "scene"}', ...ops, ''].join('\n'));
+    const own = new Daemon(file, assets);
+    await own.start();
+    try {
+        const other = await open(context, own.url);
+        await other.page.getByLabel('Resolution').selectOption('fast');
+        await look(other);
+        await other.page.close();
+    } finally {
+        assert.equal(await own.stop(), 0, own.log);
+    }
+}
+
+test('a scene without light says so, and gets a lamp', async () => {
+    const dark = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"') && !line.includes('"light"'));
+    await withScene(dark, null, async (other) => {
+        const notice = other.page.locator('.banner-empty');
+        await notice.getByText('The scene has no light').waitFor();
+        assert.equal((await measure(other.page)).colours, 1);
+        await other.page.getByText('without an asset folder').waitFor();
+        assert.equal(await other.page.getByRole('button', { name: 'Import' }).count(), 0);
+        await notice.getByRole('button', { name: 'Add a lamp' }).click();
+        await notice.waitFor({ state: 'detached' });
+        await settled(other, { rev: 2 });
+        const { mean } = await measure(other.page);
+        assert.ok(mean > 0.005, `mean luminance ${mean}`);
+        await other.page.getByRole('button', { name: 'Lamp lamp' }).waitFor();
+    });
+});
+
+test('a scene without objects says how to get some', async () => {
+    const empty = ['{"op": "add", "type": "camera", "id": "main", "position": [0, 1, 5], "target": [0, 1, 0]}'];
+    await withScene(empty, null, (other) => other.page.getByText('start the server with --scene FILE').waitFor());
+});
+
+test('the status line holds what fits, whole', async () => {
+    for (const width of [1400, 1000, 700, 390]) {
+        await page.setViewportSize({ width, height: 640 });
+        const shown = await page.evaluate(() => {
+            const bar = document.querySelector('.status').getBoundingClientRect();
+            const parts = [...document.querySelector('.status').children].map((e) => [e.className, e.getBoundingClientRect()]);
+            const inside = parts.filter(([, b]) => b.top < bar.bottom);
+            return { parts: inside.map(([name]) => name), cut: inside.filter(([, b]) => b.right > bar.right).map(([name]) => name) };
+        });
+        assert.deepEqual(shown.cut, [], `${width} pixels wide`);
+        assert.ok(shown.parts.some((name) => name.includes('item-frame')), `${width} pixels wide: ${shown.parts}`);
+        assert.equal(shown.parts.includes('sparkline'), width === 1400, `${width} pixels wide: ${shown.parts}`);
+    }
+    await page.setViewportSize({ width: 1000, height: 640 });
+    await settled(tab);
 });
 
 test('what the picture was said to be goes with the setting that it had', async () => {

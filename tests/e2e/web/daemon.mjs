@@ -8,11 +8,13 @@ import { createInterface } from 'node:readline';
 const TOKEN = 'e2e-token-0123456789abcdef0123456789abcdef';
 
 export class Daemon {
-    constructor(scene) {
+    /** assets: the folder for imports; null: none. */
+    constructor(scene, assets = dirname(scene)) {
         this.folder = mkdtempSync(join(tmpdir(), 'lumend-e2e-'));
         this.tokenFile = join(this.folder, 'token');
         writeFileSync(this.tokenFile, `${TOKEN}\n`, { mode: 0o600 });
         this.scene = scene;
+        this.assets = assets;
         this.port = 0;
         this.log = '';
     }
@@ -20,7 +22,7 @@ export class Daemon {
     /** Resolves with the URL that the daemon prints when it is ready. */
     async start() {
         const args = ['--scene', this.scene, '--listen', `127.0.0.1:${this.port}`, '--token-file', this.tokenFile];
-        args.push('--assets', dirname(this.scene));
+        if (this.assets) args.push('--assets', this.assets);
         this.child = spawn(process.env.LUMEND, args, { stdio: ['ignore', 'pipe', 'pipe'] });
         this.child.stderr.on('data', (chunk) => (this.log += chunk));
         this.exited = new Promise((resolve) => this.child.on('exit', (code, signal) => resolve({ code, signal })));

@@ -5,11 +5,11 @@ import { decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
-import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
+import { basis, frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Edits } from './edits';
-import { Imports } from './imports';
-import { extentOf, isPlaced, Solo } from './lights';
+import { Imports, newId } from './imports';
+import { extentOf, isPlaced, Solo, UNITS } from './lights';
 import { Meter } from './meter';
 import { anchorOf, anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -27,6 +27,8 @@ export interface Reading {
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
+/** Of a lamp that is put in: what its slider reaches. */
+const BRIGHTEST_LM = UNITS.flux_lm.max;
 export interface Method {
     name: string;
     summary: string;
@@ -212,6 +214,26 @@ export class App {
         this.view.moveTo(orbitFromPose(poseOf(this.scene.peek(id))));
     }
 
+    /**
+     * A bulb between the eye and what it looks at, and above: it lights what is seen, and can be taken from there. EV100 shows
+     * 2^EV / 8 cd/m² as middle grey, and half white at r metres from the bulb has flux / (8 π² r²).
+     */
+    async addLamp(): Promise<void> {
+        const { distance } = this.view.orbit.value;
+        const pose = poseFromOrbit(this.view.orbit.value);
+        const middle = scale(add(pose.position, pose.target), 0.5);
+        const above = scale(basis(pose).up, 0.15 * distance);
+        const flux = (Math.PI * 0.5 * distance) ** 2 * 2 ** this.exposure.value.ev;
+        const id = newId('lamp', (taken) => this.scene.peek(taken) !== undefined);
+        const lamp = {
+            kind: 'point',
+            position: [...add(middle, above)],
+            flux_lm: Number(Math.min(flux, BRIGHTEST_LM).toPrecision(2)),
+            cct_k: 3000,
+        };
+        if (await this.edits.transaction([{ op: 'add', type: 'light', id, ...lamp }])) this.selectedLight.value = id;
+    }
+
     toggleSolo(id: string): void {
         const lights = this.scene.list('light').value.map((l) => this.scene.peek(l));
         const ops = this.solo.toggle(
@@ -245,6 +267,7 @@ export class App {
     private async online(rpc: Rpc, hello: JsonObject): Promise<void> {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
+        this.imports.offered.value = hello.imports !== false;
         this.picture?.reset();
         try {
             await this.reload();

@@ -11,9 +11,14 @@ export function idForAsset(asset: string, taken: (id: string) => boolean): strin
     const file = asset.split('/').pop() ?? '';
     const stem = file.replace(/\.[^.]*$/, '').toLowerCase();
     const id = stem.replace(/[^a-z0-9_.-]+/g, '-').replace(/^-+|-+$/g, '').slice(0, 28) || 'import';
-    let name = id;
-    for (let n = 2; taken(name); n++) name = `${id}-${n}`;
-    return name;
+    return newId(id, taken);
+}
+
+/** lamp, lamp-2, lamp-3 … */
+export function newId(stem: string, taken: (id: string) => boolean): string {
+    let id = stem;
+    for (let n = 2; taken(id); n++) id = `${stem}-${n}`;
+    return id;
 }
 
 /** What went wrong, and what can be done, for who asked for the file. */
@@ -31,9 +36,7 @@ export function explainImport(error: Error, asset: string): string {
         case 'limit_exceeded':
             return `${sentence(error.message)} Make the model smaller, or import parts of it.`;
         case 'unsupported':
-            return /asset folder/.test(error.message)
-                ? 'This server imports nothing: it was started without an asset folder. Start it with --assets FOLDER.'
-                : `${sentence(error.message)} Export it as plain glTF (.glb) and try again.`;
+            return `${sentence(error.message)} Export it as plain glTF (.glb) and try again.`;
         default:
             return sentence(error.message);
     }
@@ -55,6 +58,8 @@ export interface ImportsHost {
 
 export class Imports {
     readonly selected = signal<string | null>(null);
+    /** False: the server has no asset folder. */
+    readonly offered = signal(true);
     readonly busy = signal(false);
     /** null: none runs, or nothing was heard of it yet. */
     readonly progress = signal<Progress | null>(null);

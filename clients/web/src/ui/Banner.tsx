@@ -1,5 +1,8 @@
 import { useSignal } from '@preact/signals';
+import type { ComponentChildren } from 'preact';
 import { useEffect } from 'preact/hooks';
+import type { App } from '../state/app';
+import { isOn } from '../state/lights';
 import { useApp } from './context';
 
 /** Says over the picture what is wrong with the connection, or why there is nothing to see; nothing when all is well. */
@@ -11,25 +14,50 @@ export function Banner() {
     return <Waiting retryAt={state.retryAt} reason={state.reason} />;
 }
 
-const EMPTY = {
-    nothing: ['Nothing in view', ''],
-    dark: ['No light comes from what is in view', 'switch a lamp on, or '],
-} as const;
+interface Emptiness {
+    what: string;
+    /** What to do; the button does it, if one can. */
+    remedy?: ComponentChildren;
+    button?: [string, () => void];
+}
 
-/** A camera that left the room, or a room without light. */
+/** What is missing, the first thing first: something to see, some light, a camera that sees them. */
+function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
+    const { scene, imports } = app;
+    const lights = scene.list('light').value;
+    const way = <>press <kbd>H</kbd> for the scene’s camera</>;
+    const home: [string, () => void] = ['Go there', () => app.goHome()];
+    if (inView === 'nothing' && scene.idsOfType('object').length === 0) {
+        const remedy = imports.offered.value ? 'import a model, at the end of the list' : 'start the server with --scene FILE or --assets FOLDER';
+        return { what: 'The scene has no objects', remedy };
+    }
+    if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };
+    if (lights.length === 0 && !scene.glows()) {
+        return { what: 'The scene has no light', button: ['Add a lamp', () => void app.addLamp()] };
+    }
+    if (!scene.glows() && !lights.some((id) => isOn(scene.peek(id)!))) {
+        return { what: 'All lights are off', remedy: 'switch one on, in the list' };
+    }
+    return { what: 'No light comes from what is in view', remedy: <>switch a lamp on, or {way}</>, button: home };
+}
+
+/** A camera that left the room, a room without light, or no room at all. */
 function EmptyPicture() {
     const app = useApp();
     const inView = app.meter.server.value?.inView ?? 'scene';
-    if (inView === 'scene' || app.view.pending.value) return null;
-    const [what, remedy] = EMPTY[inView];
+    if (inView === 'scene' || app.view.pending.value || app.scene.rev.value === 0) return null;
+    const { what, remedy, button } = emptinessOf(app, inView);
     return (
         <div class="banner banner-empty" role="status">
             <span>
-                <b>{what}:</b> {remedy}press <kbd>H</kbd> for the scene’s camera
+                <b>{what}</b>
+                {remedy && <>: {remedy}</>}
             </span>
-            <button type="button" class="button" onClick={() => app.goHome()}>
-                Go there
-            </button>
+            {button && (
+                <button type="button" class="button" onClick={button[1]}>
+                    {button[0]}
+                </button>
+            )}
         </div>
     );
 }

@@ -5,9 +5,27 @@ import { ImportRow } from './ImportRow';
 
 const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
 
+const NOT_OFFERED = 'This server was started without an asset folder (--assets), so nothing can be imported.';
+
 export function ImportPanel() {
-    const app = useApp();
-    const { imports } = app;
+    const { imports, scene } = useApp();
+    return (
+        <section class="section" aria-labelledby="import-title">
+            <header class="section-head">
+                <h2 id="import-title">Models</h2>
+            </header>
+            {imports.offered.value ? <ImportForm /> : <p class="hint">{NOT_OFFERED}</p>}
+            <ul class="light-list">
+                {scene.list('import').value.map((id) => (
+                    <ImportRow key={id} id={id} />
+                ))}
+            </ul>
+        </section>
+    );
+}
+
+function ImportForm() {
+    const { imports } = useApp();
     const asset = useSignal('');
     const submit = async (): Promise<void> => {
         const name = asset.value.trim();
@@ -15,10 +33,7 @@ export function ImportPanel() {
     };
     const failed = imports.problem.value !== '';
     return (
-        <section class="section" aria-labelledby="import-title">
-            <header class="section-head">
-                <h2 id="import-title">Models</h2>
-            </header>
+        <>
             <form
                 class="import"
                 onSubmit={(e) => {
@@ -49,12 +64,7 @@ export function ImportPanel() {
             <div id="import-hint">
                 {failed ? <Problem text={imports.problem.value} /> : <p class="hint">{HINT}</p>}
             </div>
-            <ul class="light-list">
-                {app.scene.list('import').value.map((id) => (
-                    <ImportRow key={id} id={id} />
-                ))}
-            </ul>
-        </section>
+        </>
     );
 }
 

@@ -4,6 +4,7 @@ import type { FrameNumbers } from '../state/meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
 
+/** The most important first: what finds no room in the line is not shown. */
 export function StatusBar() {
     const app = useApp();
     const frame = app.meter.frame.value;
@@ -13,26 +14,26 @@ export function StatusBar() {
     return (
         <footer class="status" aria-label="Status">
             <Converged />
-            <Item label="rev" title="Revision of the scene in the picture">
-                {frame ? number(frame.sceneRev) : '–'}
-            </Item>
             <Item label="frame" title="Time the server took for the last frame that it rendered">
                 {server ? `${fixed(server.ms, server.ms < 100 ? 1 : 0)} ms` : '–'}
-            </Item>
-            <Item label="rays" title="Rays traced per second in that frame">
-                {server ? `${si(server.raysPerSecond)}/s` : '–'}
             </Item>
             <Item label="fps" title="Frames drawn here per second">
                 {fixed(app.meter.fps.value, 0)}
             </Item>
-            <Item label="net" title="Received here">
-                {number(Math.round(app.meter.kbits.value))} kbit/s
+            <Item label="latency" title="From your hand to the picture that shows it">
+                {latency === null ? '–' : `${fixed(latency, 0)} ms`}
             </Item>
             <Item label="rtt" title="Round trip of a message">
                 {rtt === null ? '–' : `${fixed(rtt, rtt < 10 ? 1 : 0)} ms`}
             </Item>
-            <Item label="latency" title="From your hand to the picture that shows it">
-                {latency === null ? '–' : `${fixed(latency, 0)} ms`}
+            <Item label="rays" title="Rays traced per second in that frame">
+                {server ? `${si(server.raysPerSecond)}/s` : '–'}
+            </Item>
+            <Item label="net" title="Received here">
+                {number(Math.round(app.meter.kbits.value))} kbit/s
+            </Item>
+            <Item label="rev" title="Revision of the scene in the picture">
+                {frame ? number(frame.sceneRev) : '–'}
             </Item>
             <Item label="size" title="Size of the picture in pixels">
                 {frame ? `${frame.width}×${frame.height}` : '–'}
