@@ -272,6 +272,10 @@ test('a click on any part of a model selects it', async () => {
     const c = await centre(page.locator('.stage'));
     await page.mouse.click(c.x, c.y);
     await model('lamp').getByLabel('Scale').waitFor();
+    const x = () => model('lamp').getByLabel('X', { exact: true }).inputValue();
+    const placed = await x();
+    await edit(() => page.getByRole('button', { name: 'lamp: drag' }).press('ArrowRight'));
+    assert.notEqual(await x(), placed, 'its mark moves the whole model');
     await edit(() => model('lamp').getByLabel('Remove lamp').click());
     await page.locator('.stage').press('h');
     await page.keyboard.press('Escape');
