@@ -13,7 +13,7 @@
  *     mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 16 bytes a pixel, one with soft shadows 37. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
+ * A layer takes 16 bytes a pixel, one with soft shadows 39. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
  * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
  * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
  * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
@@ -63,6 +63,7 @@ struct lum_layers {
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
     struct lum_eye eye, former_eye; /* that the buffers show; and what lum_soft.former and lum_surfaces.former_p do */
     bool carried;          /* former samples serve: the eye moved, and nothing else */
+    uint32_t n_passes;     /* for which the layers were brought up to date, this one included */
     uint32_t n_moves;      /* of the eye, while samples were carried on */
     float refined_share;   /* of settings->shadow_budget that the pass spends: as many further samples as first ones were
                             * lost. 0: something changed since the last pass, but not who sees which light */

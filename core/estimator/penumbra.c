@@ -192,7 +192,8 @@ static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
     }
     flush(b);
 }
-_Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0, "packets are made of whole tiles of the pattern");
+_Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_TILE_SIDE == 0,
+               "packets are made of whole tiles of the pattern, and of the picture");
 
 /* Drops of what the pixels know what no ray in front of the surface has found out: where a sample lies to the shading
  * normal, and whether the surface lets light through, decided the rest, and may be otherwise now. */
@@ -220,6 +221,9 @@ static void reconsider(const struct lum_pass *pass, const struct lum_layer *laye
 static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r)
 {
     struct lum_tiling sets = lum_soft_tiling(pass);
+    for (uint32_t y = r.y / LUM_TILE_SIDE; y * LUM_TILE_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_TILE_SIDE; x * LUM_TILE_SIDE < r.x + r.w; x++)
+            s->told[y * pass->tiling.nx + x] = pass->layers->n_passes;
     for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
             struct lum_tile_rect t = lum_tile_at(&sets, y * sets.nx + x);

@@ -97,6 +97,17 @@ float lum_penumbra_around_share(const struct lum_penumbra_around *a, uint32_t x,
 
 /* ---- what is stale ---- */
 
+bool lum_around_settled(const struct lum_pass *pass, const struct lum_soft *soft, uint32_t tile)
+{
+    const struct lum_tiling *t = &pass->tiling;
+    uint32_t x0 = tile % t->nx, y0 = tile / t->nx, told = 0;
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < t->ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < t->nx; x++)
+            told = soft->told[y * t->nx + x] > told ? soft->told[y * t->nx + x] : told;
+    return soft->settled[tile] > 0 && soft->settled[tile] >= told;
+}
+_Static_assert(2 * LUM_SOFT_SIDE <= LUM_TILE_SIDE, "within the tiles that touch it");
+
 /* Hash of what a row of three tiles of the pattern knows, or three rows. Many tiles know the same: a row must not be
  * linear, or rows and columns could change places. */
 static uint64_t join(uint64_t a, uint64_t b, uint64_t c)

@@ -14,10 +14,10 @@ struct lum_penumbra_around {
     const struct lum_layer *layer;
     struct lum_tile_rect r;
     struct lum_tiling sets;
-    bool exact;                    /* the layer's light has a closed form */
-    uint32_t stale;                /* bit y * LUM_AROUND_SIDE + x, by tile of the pattern: those that are asked about */
+    bool exact;                      /* the layer's light has a closed form */
+    uint32_t stale;                  /* bit y * LUM_AROUND_SIDE + x, by tile of the pattern: those that are asked about */
     uint8_t around[LUM_AROUND_SETS]; /* lum_soft_around */
-    uint8_t says[LUM_TILE_PIXELS]; /* LUM_SOFT_ bits of all samples in the window of each pixel, of its surface or not */
+    uint8_t says[LUM_TILE_PIXELS];   /* LUM_SOFT_ bits of all samples in the window of each pixel, of its surface or not */
     struct lum_penumbra_window window;
 };
 
@@ -38,6 +38,9 @@ static inline uint32_t lum_around_set(uint32_t x, uint32_t y)
 
 /* ---- what is stale ---- */
 
+/* True when nothing that a tile of the picture is resolved from has changed since it was: what a tile takes from others lies
+ * within two tiles of the pattern, so in those that touch it. */
+bool lum_around_settled(const struct lum_pass *pass, const struct lum_soft *soft, uint32_t tile);
 /* Joins the prints of each tile of the pattern in tile r of the picture and of the eight around it: what is made of nine such.
  * Returns those for which that is not what they were made of. prints, made: per tile of the pattern, of the picture. */
 uint32_t lum_around_find_stale(const struct lum_pass *pass, struct lum_tile_rect r, const uint64_t *prints,

@@ -113,7 +113,7 @@ static struct lum_rgb diffuse_of(const struct resolve *v, uint32_t i, size_t pix
     return is_matte(s->kind[pixel]) ? s->albedo[pixel] : lum_bsdf_diffuse_at(&v->bsdf[i], mean_cos);
 }
 
-/* Shares are joined where they agree as far as 16 samples can tell: to within three deviations. */
+/* Shares are joined where they agree as far as the samples of a window can tell: to within three deviations. */
 #define JOIN 3.0f
 
 /* The share around a pixel, joined with those a window away: with pairs of them on opposite sides, so that where the
@@ -200,17 +200,22 @@ static void fill_vertices(struct resolve *v, uint32_t tile, uint32_t sets)
         }
 }
 
-static uint32_t find_stale(const struct resolve *v, const struct lum_soft *soft, uint64_t ret_known[LUM_AROUND_SETS])
+static uint32_t find_stale(const struct resolve *v, const struct lum_layer *layer, uint32_t tile,
+                           uint64_t ret_known[LUM_AROUND_SETS])
 {
-    return lum_around_find_stale(v->pass, v->r, soft->share_prints, soft->resolved, ret_known);
+    const struct lum_soft *soft = &layer->soft;
+    bool exact = lum_light_has_irradiance(&v->pass->layers->unit.lights.lights[layer->index]);
+    if (lum_around_settled(v->pass, soft, tile))
+        return 0;
+    return lum_around_find_stale(v->pass, v->r, exact ? soft->share_prints : soft->prints, soft->resolved, ret_known);
 }
 
-static uint32_t stale_in_any(const struct resolve *v)
+static uint32_t stale_in_any(const struct resolve *v, uint32_t tile)
 {
     uint32_t stale = 0, a = 0;
     uint64_t known[LUM_AROUND_SETS];
     for (struct lum_layer *layer; (layer = lum_penumbra_next(v->pass, &a));)
-        stale |= find_stale(v, &layer->soft, known);
+        stale |= find_stale(v, layer, tile, known);
     return stale;
 }
 
@@ -218,7 +223,7 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
 {
     const struct lum_pass *pass = v->pass;
     uint64_t known[LUM_AROUND_SETS];
-    uint32_t stale = find_stale(v, &layer->soft, known);
+    uint32_t stale = find_stale(v, layer, tile, known);
     if (!stale)
         return;
     v->layer = layer;
@@ -245,13 +250,16 @@ static void resolve_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     v.pass = pass;
     v.r = lum_tile_at(&pass->tiling, tile);
     v.guide = lum_components_guide(pass);
-    uint32_t stale = stale_in_any(&v), a = 0;
-    if (!stale)
-        return;
-    fill_vertices(&v, tile, stale);
-    lum_penumbra_around_init(&v.around, pass, tile);
-    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
-        resolve_layer(&v, layer, tile);
+    uint32_t stale = stale_in_any(&v, tile), a = 0;
+    if (stale) {
+        fill_vertices(&v, tile, stale);
+        lum_penumbra_around_init(&v.around, pass, tile);
+    }
+    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
+        if (stale)
+            resolve_layer(&v, layer, tile);
+        layer->soft.settled[tile] = pass->layers->n_passes;
+    }
 }
 
 const struct lum_estimator lum_penumbra_resolve = {.name = "penumbra, resolve",

@@ -49,20 +49,22 @@ static void share_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     uint64_t known[LUM_AROUND_SETS], found[LUM_AROUND_SETS];
     uint32_t a = 0;
     bool begun = false;
+    if (pass->settings->max_depth == 0)
+        return;
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
+        if (!lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]) ||
+            lum_around_settled(pass, &layer->soft, tile))
+            continue;
         uint32_t stale = lum_around_find_stale(pass, r, layer->soft.prints, layer->soft.shared, known);
         if (!stale)
             continue;
         if (!begun)
             lum_penumbra_around_init(&around, pass, tile);
         begun = true;
+        share_layer(&around, layer, stale);
+        find_prints(&around, &layer->soft, stale, found);
+        lum_around_made(pass, r, stale, found, layer->soft.share_prints);
         lum_around_made(pass, r, stale, known, layer->soft.shared);
-        bool exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
-        if (exact) {
-            share_layer(&around, layer, stale);
-            find_prints(&around, &layer->soft, stale, found);
-        }
-        lum_around_made(pass, r, stale, exact ? found : known, layer->soft.share_prints);
     }
 }
 

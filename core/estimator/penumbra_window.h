@@ -1,5 +1,5 @@
-/* The visible share of a light around each pixel of a tile, over windows of the same surface: what lum_penumbra_resolve
- * weighs light with. Works row by row on structures of arrays that the compiler vectorises, as lum_filter_box does. */
+/* The visible share of a light around each pixel of a tile, over windows of the same surface: what
+ * penumbra_around.h is made of. Works row by row on structures of arrays that the compiler vectorises, as lum_filter_box does. */
 #ifndef LUM_CORE_ESTIMATOR_PENUMBRA_WINDOW_H
 #define LUM_CORE_ESTIMATOR_PENUMBRA_WINDOW_H
 

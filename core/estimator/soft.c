@@ -25,6 +25,7 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
 {
     memset(s->open, 1, lum_soft_tiling(pass).n);
     memset(s->begun, 0, pass->packets.n);
+    memset(s->settled, 0, pass->tiling.n * sizeof *s->settled);
     memset(s->shared, 0, lum_soft_tiling(pass).n * sizeof *s->shared);
     memset(s->resolved, 0, lum_soft_tiling(pass).n * sizeof *s->resolved);
     for (uint32_t i = 0; i < lum_soft_tiling(pass).n; i++)
@@ -46,6 +47,8 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .goal = lum_calloc(n_sets, 1),
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
+        .told = lum_calloc(pass->tiling.n, sizeof *s.told),
+        .settled = lum_calloc(pass->tiling.n, sizeof *s.settled),
         .share = lum_calloc(n, sizeof *s.share),
         .share_prints = lum_calloc(n_sets, sizeof *s.share_prints),
         .shared = lum_calloc(n_sets, sizeof *s.shared),
@@ -54,7 +57,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.prints && s.unshadowed &&
-        s.goal && s.open && s.begun && s.share && s.share_prints && s.shared && s.resolved) {
+        s.goal && s.open && s.begun && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
         redo(ret_soft, pass);
         return true;
     }
@@ -73,6 +76,8 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->goal);
     lum_free(s->open);
     lum_free(s->begun);
+    lum_free(s->told);
+    lum_free(s->settled);
     lum_free(s->share);
     lum_free(s->share_prints);
     lum_free(s->shared);
@@ -147,7 +152,7 @@ void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass)
 
 size_t lum_soft_bytes(void)
 {
-    return 2 * sizeof(struct lum_seen) + sizeof(struct lum_rgb) + sizeof(float) + 1;
+    return 2 * sizeof(struct lum_seen) + sizeof(struct lum_rgb) + sizeof(float) + 3;
 }
 
 uint32_t lum_soft_around(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y)

@@ -54,6 +54,8 @@ struct lum_soft {
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
+    uint32_t *told, *settled;     /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed, and when
+                                   * direct was last up to date; 0: never */
     float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
     uint64_t *share_prints;       /* per tile of the pattern: hash of share and of what its pixels know, where there is a share */
     uint64_t *shared, *resolved;  /* same: hash of the prints, or of the share_prints, around when share, or direct, was made; 0: it

@@ -1,5 +1,6 @@
 #include "core/render/deferred.h"
 
+#include <assert.h>
 #include <string.h>
 
 static void finish_gbuffer(struct lum_gbuffer *g)
@@ -147,7 +148,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 /* ---- the stages of a pass ---- */
 
 #define STAGES_MAX                                                                                                     \
-    (LUM_EFFECT_COUNT + 10) /* estimators by effect, what goes with them, filters, and what every method has */
+    32u /* estimators by effect, what goes with them, filters, and what every method has: `live` has 19 */
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
@@ -161,6 +162,7 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     for (uint32_t i = 0; i < plan->n; i++)
         if (plan->stages[i] == stage)
             return;
+    assert(plan->n < STAGES_MAX); /* the table of methods decides it, and nobody outside */
     while (at > 0 && plan->stages[at - 1]->stage > stage->stage) {
         plan->stages[at] = plan->stages[at - 1];
         at--;
@@ -293,8 +295,8 @@ static enum lum_status run_whole(const struct lum_stage_runner *runner, const st
     return status;
 }
 
-/* First hits, before anything asks what has changed: of that they decide. Where something moved before the same eye they
- * are found even if the pass is cancelled, so that all others hear of it. */
+/* First hits, before anything asks what has changed: of that they decide. Where something moved before the same eye
+ * they are found even if the pass is cancelled, so that all others hear of it. */
 static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                   struct lum_error *err)
 {

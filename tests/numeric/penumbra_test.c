@@ -339,8 +339,8 @@ static struct lum_pass_stats pan(struct rig *r, int n_frames)
     return s;
 }
 
-/* In a slow pan a frame takes fewer rays than from scratch, and is as near to the truth, within a tenth of the error:
- * half of all strata are known. */
+/* In a slow pan a frame takes fewer rays than from scratch, and is as near to the truth, within a tenth of the squared
+ * error: half of all strata are known. */
 static void a_pan_learns(void **state)
 {
     (void)state;

@@ -1,0 +1,259 @@
+/* Soft shadows after any edits: a view that has lived through them, passes that were cut short included, shows bit for
+ * bit what a new one does. */
+#include "tests/support/rig.h"
+
+#include "core/base/pool.h"
+
+enum { RUNS = 24, STEPS = 25 };
+
+/* ---- passes that are cut short ---- */
+
+/* Cancels a pass at the `loop`-th time that it hands out jobs, counted from 1, when `jobs` of them are done. 0: does
+ * not. */
+static uint32_t stop_loop;
+static _Atomic int stop_jobs;
+static _Atomic bool stop;
+
+struct counted {
+    lum_job_fn fn;
+    void *ctx;
+};
+
+static void run_counted(void *ctx, uint32_t job, uint32_t worker)
+{
+    const struct counted *c = ctx;
+    c->fn(c->ctx, job, worker);
+    if (--stop_jobs <= 0)
+        stop = true;
+}
+
+enum lum_status __real_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel);
+enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel);
+enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel)
+{
+    struct counted counted = {fn, ctx};
+    if (stop_loop == 0 || --stop_loop > 0)
+        return __real_lum_pool_run(pool, n, fn, ctx, cancel);
+    return __real_lum_pool_run(pool, n, run_counted, &counted, cancel);
+}
+
+static bool pass_is_cut_short(struct rig *r, uint32_t loop, uint32_t jobs)
+{
+    struct lum_pass_stats stats;
+    struct lum_error err;
+    stop = false;
+    stop_loop = loop;
+    stop_jobs = (int)jobs;
+    enum lum_status status = lum_view_pass(r->view, r->snapshot, &r->settings, &stop, &stats, &err);
+    stop_loop = 0;
+    return status == LUM_ERR_CANCELLED;
+}
+
+/* ---- any edits ---- */
+
+struct dice {
+    uint32_t state;
+};
+
+static uint32_t roll(struct dice *d, uint32_t n)
+{
+    d->state = d->state * 1664525u + 1013904223u;
+    return (d->state >> 8) % n;
+}
+
+static double between(struct dice *d, double lo, double hi)
+{
+    return lo + (hi - lo) * roll(d, 4096) / 4096.0;
+}
+
+static void put_lamp(struct rig *r, struct dice *d, const char *id)
+{
+    struct lum_light_desc l = rig_quad(rig_v(between(d, -1, 1), between(d, 2.2, 2.8), between(d, -1, 1)),
+                                       rig_v(between(d, 0.3, 1.2), 0, 0), rig_v(0, 0, between(d, 0.3, 0.8)), 100);
+    uint32_t kind = roll(d, 4);
+    if (kind == 1) {
+        l.kind = LUM_LIGHT_SPHERE;
+        l.radius_m = between(d, 0.05, 0.3);
+    } else if (kind == 2) {
+        l.kind = LUM_LIGHT_DISC;
+        l.radius_m = between(d, 0.1, 0.5);
+        l.direction = rig_v(0, -1, 0.2);
+    }
+    l.on = roll(d, 4) > 0;
+    l.camera_visible = roll(d, 2);
+    rig_light(r, id, &l);
+}
+
+static void put_sky(struct rig *r, struct dice *d)
+{
+    static const char *const images[] = {"even", "sun", NULL};
+    struct lum_light_desc l = {.kind = LUM_LIGHT_ENVIRONMENT,
+                               .color = lum_grey(1),
+                               .intensity = between(d, 1, 30),
+                               .image = images[roll(d, 3)],
+                               .on = roll(d, 2),
+                               .camera_visible = roll(d, 2)};
+    rig_light(r, "sky", &l);
+}
+
+static void put_material(struct rig *r, struct dice *d, const char *id)
+{
+    struct lum_material_desc m = rig_diffuse(0.6f);
+    uint32_t k = roll(d, 7);
+    if (k == 1) /* glossy */
+        m.specular = 1, m.roughness = 0.4f;
+    else if (k == 2) /* rough glass */
+        m.specular = 1, m.roughness = 0.3f, m.transmission = 1;
+    else if (k == 3) /* metal */
+        m.metallic = 1, m.roughness = 0.2f;
+    else if (k == 4)
+        m.base_color = lum_grey(0);
+    else if (k == 5)
+        m.unlit = true;
+    else if (k == 6)
+        m.emission_cd_m2 = 50;
+    rig_material(r, id, &m);
+}
+
+static void put_fog(struct rig *r, struct dice *d)
+{
+    struct lum_medium_desc m = {
+        .sigma_s = lum_grey((float)between(d, 0, 0.2)), .sigma_a = lum_grey(0.05f), .everywhere = true};
+    RIG_OK(lum_scene_put_medium(r->scene, "fog", &m, &err));
+}
+
+static void edit(struct rig *r, struct dice *d)
+{
+    static const uint32_t sizes[][2] = {{48, 32}, {33, 17}, {3, 5}, {1, 1}, {18, 21}, {36, 36}};
+    static const char *const materials[] = {"white", "red", "grey"}, *const lamps[] = {"a", "b"};
+    static const uint32_t off[] = {LUM_EFFECT_DIRECT, LUM_EFFECT_SOFT_SHADOW, LUM_EFFECT_ENVIRONMENT, LUM_EFFECT_MEDIA};
+    const uint32_t *size = sizes[roll(d, LUM_ARRAY_LEN(sizes))];
+    switch (roll(d, 12)) {
+    case 0:
+        rig_object(r, "roof", "roof", "grey", rig_v(between(d, -1, 1), between(d, 1, 2), between(d, -1, 0.5)));
+        break;
+    case 1:
+        put_material(r, d, materials[roll(d, 3)]);
+        break;
+    case 2:
+        put_lamp(r, d, lamps[roll(d, 2)]);
+        break;
+    case 3:
+        put_sky(r, d);
+        break;
+    case 4:
+        r->settings.max_depth = roll(d, 3) ? 8 : roll(d, 2);
+        break;
+    case 5:
+        r->settings.effects_off ^= LUM_EFFECT_BIT(off[roll(d, 4)]);
+        break;
+    case 6:
+        r->settings.seed = roll(d, 3);
+        break;
+    case 7:
+        r->settings.camera.position.x += between(d, -0.05, 0.05);
+        break;
+    case 8:
+        r->settings.w = size[0], r->settings.h = size[1];
+        break;
+    case 9:
+        put_fog(r, d);
+        break;
+    default:
+        rig_object(r, "crate", "crate", "red", rig_v(between(d, -1, 1), between(d, 0.5, 1.5), between(d, -1, 0.5)));
+        break;
+    }
+}
+
+/* ---- the test ---- */
+
+static void put_image(struct rig *r, const char *id, float bright)
+{
+    float texels[3 * 8 * 4];
+    for (int i = 0; i < 3 * 8 * 4; i++)
+        texels[i] = i / 3 == 13 ? bright : 1.0f;
+    struct lum_image_desc image = {LUM_TEXEL_RGB32F, 8, 4, texels};
+    RIG_OK(lum_scene_put_image(r->scene, id, &image, &err));
+}
+
+static void begin_room(struct rig *r, struct dice *d)
+{
+    rig_begin(r, 2);
+    struct lum_material_desc m = rig_diffuse(0.5f);
+    rig_material(r, "white", &m);
+    rig_material(r, "red", &m);
+    rig_material(r, "grey", &m);
+    put_image(r, "even", 1.5f);
+    put_image(r, "sun", 500.0f);
+    rig_square(r, "floor", 3);
+    rig_box(r, "crate", 0.4, 0.5, 0.4);
+    rig_square(r, "roof", 0.7);
+    rig_object(r, "floor", "floor", "white", rig_v(0, 0, 0));
+    rig_object(r, "crate", "crate", "red", rig_v(0.5, 0.5, -0.4));
+    rig_object(r, "roof", "roof", "grey", rig_v(-0.5, 1.2, -0.4));
+    rig_camera(r, rig_v(-0.3, 1.4, 1.8), rig_v(0.2, 0.7, -0.5), 60);
+    put_lamp(r, d, "a");
+    put_lamp(r, d, "b");
+    put_sky(r, d);
+    rig_commit(r);
+    r->settings.method = lum_method_find("live");
+    r->settings.max_spp = 1;
+    r->settings.antialias = false;
+    r->settings.shadow_budget = 0; /* what an older view knows beyond that, a new one does not */
+    r->settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) |
+                              LUM_EFFECT_BIT(LUM_EFFECT_MEDIA); /* so are points in fog */
+}
+
+static void compare_with_new_view(struct rig *r, uint32_t run, uint32_t step)
+{
+    struct lum_view *fresh;
+    struct lum_pass_stats stats;
+    RIG_OK(lum_view_create(r->pool, &fresh, &err));
+    RIG_OK(lum_view_pass(fresh, r->snapshot, &r->settings, NULL, &stats, &err));
+    const struct lum_film *a = lum_view_film(r->view), *b = lum_view_film(fresh);
+    for (uint32_t i = 0; i < a->w * a->h; i++) {
+        struct lum_rgb x = lum_film_mean(a, i % a->w, i / a->w), y = lum_film_mean(b, i % a->w, i / a->w);
+        if (memcmp(&x, &y, sizeof x) != 0)
+            fail_msg("run %u, step %u, pixel %u,%u: %g %g %g, a new view shows %g %g %g", run, step, i % a->w, i / a->w,
+                     (double)x.r, (double)x.g, (double)x.b, (double)y.r, (double)y.g, (double)y.b);
+    }
+    lum_view_destroy(fresh);
+}
+
+static void any_edits_leave_nothing_stale(void **state)
+{
+    (void)state;
+    uint32_t n_cut = 0;
+    for (uint32_t run = 0; run < RUNS; run++) {
+        struct dice d = {run * 7919u + 1};
+        struct rig r;
+        begin_room(&r, &d);
+        for (uint32_t step = 0; step < STEPS; step++) {
+            for (uint32_t k = roll(&d, 3); k < 3; k++)
+                edit(&r, &d);
+            rig_commit(&r);
+            if (roll(&d, 2)) {
+                n_cut += pass_is_cut_short(&r, roll(&d, 12) + 1, roll(&d, 6) + 1);
+                if (roll(&d, 2))
+                    edit(&r, &d);
+                rig_commit(&r);
+            }
+            rig_pass(&r);
+            compare_with_new_view(&r, run, step);
+        }
+        rig_end(&r);
+    }
+    print_message("%u passes cut short\n", n_cut);
+    assert_true(n_cut > RUNS);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(any_edits_leave_nothing_stale),
+    };
+    return cmocka_run_group_tests_name("numeric.shadow_edits", tests, NULL, NULL);
+}
