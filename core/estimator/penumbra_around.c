@@ -75,13 +75,17 @@ void lum_penumbra_around_read(struct lum_penumbra_around *a, const struct lum_la
     a->exact = lum_light_has_irradiance(&a->pass->layers->unit.lights.lights[layer->index]);
     a->stale = stale;
     look_around(a);
-    for (uint32_t y = 0; y < a->r.h; y++)
-        for (uint32_t x = 0; x < a->r.w; x++) {
-            size_t pixel = (size_t)(a->r.y + y) * a->pass->tiling.w + a->r.x + x;
-            if ((stale >> lum_around_set(x, y) & 1) && lum_penumbra_wants(a->pass, layer, pixel) &&
-                needs_window(a, says_at(a, x, y)))
-                mixed[y] |= 1u << x;
-        }
+    for (uint32_t left = stale; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left), x0 = k % SIDE * LUM_SOFT_SIDE, y0 = k / SIDE * LUM_SOFT_SIDE;
+        if (!needs_window(a, a->around[k]))
+            continue;
+        for (uint32_t y = y0; y < y0 + LUM_SOFT_SIDE && y < a->r.h; y++)
+            for (uint32_t x = x0; x < x0 + LUM_SOFT_SIDE && x < a->r.w; x++) {
+                size_t pixel = (size_t)(a->r.y + y) * a->pass->tiling.w + a->r.x + x;
+                if (lum_penumbra_wants(a->pass, layer, pixel) && needs_window(a, says_at(a, x, y)))
+                    mixed[y] |= 1u << x;
+            }
+    }
     lum_penumbra_window_gather(&a->window, layer, mixed);
 }
 

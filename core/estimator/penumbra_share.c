@@ -6,39 +6,32 @@
 
 #include "core/light/irradiance.h"
 
-/* What resolving takes from a tile of the pattern, apart from its surfaces. */
-static uint64_t print_of(const struct lum_pass *pass, const struct lum_soft *soft, struct lum_tile_rect r)
+static uint64_t add_to_print(uint64_t print, float share)
 {
-    uint64_t print = 0;
+    uint32_t bits;
+    memcpy(&bits, &share, sizeof bits);
+    print = (print ^ bits) * 0x9e3779b97f4a7c15u;
+    return print ^ print >> 32;
+}
+
+/* One tile of the pattern, number k of those in the tile. */
+static void share_set(const struct lum_penumbra_around *a, struct lum_soft *soft, uint32_t k)
+{
+    uint32_t x0 = k % LUM_AROUND_SIDE * LUM_SOFT_SIDE, y0 = k / LUM_AROUND_SIDE * LUM_SOFT_SIDE;
+    uint32_t set = (a->r.y + y0) / LUM_SOFT_SIDE * a->sets.nx + (a->r.x + x0) / LUM_SOFT_SIDE;
+    struct lum_tile_rect r = lum_tile_at(&a->sets, set);
+    bool mixed = a->around[k] == (LUM_SOFT_LIT | LUM_SOFT_DARK);
+    uint64_t print = soft->prints[set] ^ a->around[k];
     for (uint32_t i = 0; i < r.w * r.h; i++) {
-        size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
-        uint32_t bits;
-        memcpy(&bits, &soft->share[pixel], sizeof bits);
-        print = lum_soft_print((print ^ bits) * 0xd6e8feb86659fd93u, soft->seen[pixel]);
+        size_t pixel = (size_t)(r.y + i / r.w) * a->pass->tiling.w + r.x + i % r.w;
+        struct lum_moments m;
+        float share = a->around[k] & LUM_SOFT_LIT ? 1.0f : 0.0f;
+        if (mixed && lum_penumbra_wants(a->pass, a->layer, pixel))
+            share = lum_penumbra_around_share(a, x0 + i % r.w, y0 + i / r.w, &m);
+        soft->share[pixel] = share;
+        print = mixed ? add_to_print(print, share) : print;
     }
-    return print;
-}
-
-static void share_layer(struct lum_penumbra_around *a, struct lum_layer *layer, uint32_t stale)
-{
-    lum_penumbra_around_read(a, layer, stale);
-    for (uint32_t y = 0; y < a->r.h; y++)
-        for (uint32_t x = 0; x < a->r.w; x++) {
-            size_t pixel = (size_t)(a->r.y + y) * a->pass->tiling.w + a->r.x + x;
-            struct lum_moments m;
-            if ((stale >> lum_around_set(x, y) & 1) && lum_penumbra_wants(a->pass, layer, pixel))
-                layer->soft.share[pixel] = lum_penumbra_around_share(a, x, y, &m);
-        }
-}
-
-static void find_prints(const struct lum_penumbra_around *a, const struct lum_soft *soft, uint32_t stale,
-                        uint64_t ret_print[LUM_AROUND_SETS])
-{
-    for (uint32_t left = stale; left; left &= left - 1) {
-        uint32_t k = (uint32_t)__builtin_ctz(left);
-        uint32_t x = a->r.x / LUM_SOFT_SIDE + k % LUM_AROUND_SIDE, y = a->r.y / LUM_SOFT_SIDE + k / LUM_AROUND_SIDE;
-        ret_print[k] = print_of(a->pass, soft, lum_tile_at(&a->sets, y * a->sets.nx + x));
-    }
+    soft->share_prints[set] = print;
 }
 
 static void share_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
@@ -46,7 +39,7 @@ static void share_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     (void)counters;
     struct lum_penumbra_around around;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    uint64_t known[LUM_AROUND_SETS], found[LUM_AROUND_SETS];
+    uint64_t known[LUM_AROUND_SETS];
     uint32_t a = 0;
     bool begun = false;
     if (pass->settings->max_depth == 0)
@@ -61,9 +54,9 @@ static void share_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
         if (!begun)
             lum_penumbra_around_init(&around, pass, tile);
         begun = true;
-        share_layer(&around, layer, stale);
-        find_prints(&around, &layer->soft, stale, found);
-        lum_around_made(pass, r, stale, found, layer->soft.share_prints);
+        lum_penumbra_around_read(&around, layer, stale);
+        for (uint32_t left = stale; left; left &= left - 1)
+            share_set(&around, &layer->soft, (uint32_t)__builtin_ctz(left));
         lum_around_made(pass, r, stale, known, layer->soft.shared);
     }
 }
