@@ -12,21 +12,10 @@
 #include "protocol/rpc.h"
 #include "server/log.h"
 #include "server/methods.h"
+#include "server/text_queue.h"
 
 #define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */
 #define USER_NAME_BYTES 32    /* of the client's own name, in the user id */
-
-/* A text shared by the queues of several sessions; counted by the net thread alone. */
-struct text {
-    uint32_t refs;
-    size_t n_bytes;
-    char *bytes; /* from malloc, as the rpc functions give it */
-};
-
-struct queued {
-    struct queued *next;
-    struct text *text;
-};
 
 struct lum_session {
     struct lum_sessions *table; /* immutable */
@@ -38,12 +27,11 @@ struct lum_session {
     char peer[INET6_ADDRSTRLEN];
     double rate_tokens; /* messages that may come now */
     int64_t rate_refilled_ns;
-    struct queued *first, **last;
-    size_t queued_bytes;
+    struct lum_text_queue text;
     struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
     uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
     /* The message being sent: one of the two. */
-    struct text *sending_text;
+    struct lum_text *sending_text;
     struct lum_blob_tile *sending_tile;
 };
 
@@ -80,51 +68,19 @@ void lum_sessions_destroy(struct lum_sessions *sessions)
 
 /* ---- outgoing text ---- */
 
-/* Takes bytes (NULL: memory was short). */
-static struct text *text_create(char *bytes)
+/* A text that cannot be queued would be lost, so the session ends instead. */
+static void queue_text(struct lum_session *s, struct lum_text *t)
 {
-    struct text *t = bytes ? malloc(sizeof *t) : NULL;
-    if (!t) {
-        free(bytes);
-        return NULL;
-    }
-    *t = (struct text){.refs = 1, .n_bytes = strlen(bytes), .bytes = bytes};
-    return t;
-}
-
-static void text_unref(struct text *t)
-{
-    if (!t || --t->refs)
-        return;
-    free(t->bytes);
-    free(t);
-}
-
-/* Queues a reference of its own. A text that cannot be queued would be lost, so the session ends instead. */
-static void queue_text(struct lum_session *s, struct text *t)
-{
-    struct queued *q = t ? malloc(sizeof *q) : NULL;
-    if (!q) {
-        lum_session_abort(s, LUM_CLOSE_INTERNAL);
-        return;
-    }
-    if (s->queued_bytes + t->n_bytes > LUM_LIMIT_CONTROL_QUEUE_BYTES && s->first) {
-        free(q);
-        lum_session_abort(s, LUM_CLOSE_SLOW);
-        return;
-    }
-    t->refs++;
-    *q = (struct queued){.text = t};
-    *s->last = q;
-    s->last = &q->next;
-    s->queued_bytes += t->n_bytes;
+    enum lum_status status = lum_text_queue_push(&s->text, t, LUM_LIMIT_CONTROL_QUEUE_BYTES);
+    if (status != LUM_OK)
+        lum_session_abort(s, status == LUM_ERR_NOMEM ? LUM_CLOSE_INTERNAL : LUM_CLOSE_SLOW);
 }
 
 static void say(struct lum_session *s, char *bytes)
 {
-    struct text *t = text_create(bytes);
+    struct lum_text *t = lum_text_create(bytes);
     queue_text(s, t);
-    text_unref(t);
+    lum_text_unref(t);
 }
 
 /* The error reply; without an id (a notification) the client cannot be told. */
@@ -133,20 +89,6 @@ static void refuse(struct lum_session *s, const char *id, const struct lum_proto
     s->table->config.counters->messages_refused++;
     if (id)
         say(s, lum_rpc_error(id, err));
-}
-
-static struct text *pop_text(struct lum_session *s)
-{
-    struct queued *q = s->first;
-    if (!q)
-        return NULL;
-    struct text *t = q->text;
-    s->first = q->next;
-    if (!s->first)
-        s->last = &s->first;
-    s->queued_bytes -= t->n_bytes;
-    free(q);
-    return t;
 }
 
 /* ---- open and close ---- */
@@ -167,7 +109,6 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *
                               .open = true,
                               .rate_tokens = 2.0 * LUM_LIMIT_MESSAGES_PER_S,
                               .rate_refilled_ns = lum_clock_ns()};
-    s->last = &s->first;
     snprintf(s->peer, sizeof s->peer, "%s", peer);
     sessions->config.counters->sessions++;
     sessions->config.counters->sessions_open++;
@@ -178,7 +119,7 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *
 
 static void forget_message(struct lum_session *s)
 {
-    text_unref(s->sending_text);
+    lum_text_unref(s->sending_text);
     lum_blob_tile_unref(s->sending_tile);
     s->sending_text = NULL;
     s->sending_tile = NULL;
@@ -205,8 +146,7 @@ void lum_session_close(struct lum_session *s)
     s->open = false;
     s->table->config.counters->sessions_open--;
     forget_message(s);
-    for (struct text *t; (t = pop_text(s));)
-        text_unref(t);
+    lum_text_queue_clear(&s->text);
     for (uint32_t i = 0; i < s->n_streams; i++)
         lum_stream_unref(s->streams[i]);
     s->n_streams = 0;
@@ -528,12 +468,12 @@ static void remove_stream(struct lum_session *s, uint32_t view_id)
 
 static void broadcast(struct lum_sessions *sessions, struct lum_out *out)
 {
-    struct text *t = text_create(out->text);
+    struct lum_text *t = lum_text_create(out->text);
     out->text = NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].open && sessions->slots[i].greeted)
             queue_text(&sessions->slots[i], t);
-    text_unref(t);
+    lum_text_unref(t);
 }
 
 static void deliver(struct lum_sessions *sessions, struct lum_out *out)
@@ -586,7 +526,7 @@ void lum_sessions_begin_drain(struct lum_sessions *sessions)
 
 bool lum_session_pending(const struct lum_session *s)
 {
-    if (s->first || s->close)
+    if (s->text.first || s->close)
         return true;
     for (uint32_t i = 0; i < s->n_streams; i++)
         if (lum_stream_pending(s->streams[i]))
@@ -596,7 +536,7 @@ bool lum_session_pending(const struct lum_session *s)
 
 enum lum_close lum_session_close_now(const struct lum_session *s)
 {
-    return s->close_after_text && s->first ? LUM_CLOSE_NONE : s->close;
+    return s->close_after_text && s->text.first ? LUM_CLOSE_NONE : s->close;
 }
 
 static bool next_tile(struct lum_session *s, struct lum_message *m)
@@ -625,7 +565,7 @@ static bool next_tile(struct lum_session *s, struct lum_message *m)
 bool lum_session_next(struct lum_session *s, struct lum_message *ret_message)
 {
     memset(ret_message, 0, sizeof *ret_message);
-    s->sending_text = pop_text(s);
+    s->sending_text = lum_text_queue_pop(&s->text);
     if (s->sending_text) {
         ret_message->body = (const uint8_t *)s->sending_text->bytes;
         ret_message->n_body = s->sending_text->n_bytes;
