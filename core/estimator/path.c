@@ -145,13 +145,22 @@ struct choice {
     uint32_t pair;
 };
 
+/* The direct light of a light is left out: what it lights by way of a diffuse surface is another effect, and stays. */
+static bool is_off(const struct lum_wave *w, uint32_t light)
+{
+    return w->lights_off && (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])));
+}
+
 /* Light sampled from a vertex; queues its shadow ray. */
 static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, struct choice choice)
 {
     uint32_t light = choice.light;
-    enum lum_effect effect = lum_light_effect(&w->snapshot->lights.lights[light]);
-    if (w->lights_off & LUM_EFFECT_BIT(effect))
-        return;
+    enum lum_ray_kind kind = lum_light_ray_kind(&w->snapshot->lights.lights[light]);
+    if (is_off(w, light)) {
+        if (!path->indirect)
+            return;
+        kind = LUM_RAY_INDIRECT_DIFFUSE;
+    }
     struct lum_light_sample ls;
     struct lum_vec2 u = {0.5f, 0.5f};
     if (!w->snapshot->lights.lights[light].delta)
@@ -174,7 +183,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     if (lum_rgb_black(value))
         return;
     bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
-    keep_light(w, &(struct lum_gain){path->slot, light, value}, lum_effect_ray_kind(effect), has_ray);
+    keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, has_ray);
 }
 
 /* Ray i of a batch, which ends at distance t or goes on for ever. */
@@ -314,6 +323,8 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
     path.every_light = w->every_light;
     path.plain = true;
     path.direct_apart = false;
+    path.was_indirect = path.indirect;
+    path.indirect = path.indirect || bounce_kind(bs.lobe) == LUM_RAY_INDIRECT_DIFFUSE;
     w->counters->rays[bounce_kind(bs.lobe)]++;
     push_path(w, path, b->ng, bs.wi);
 }
@@ -326,7 +337,7 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
         return 1.0f;
     if (path->direct_apart)
         return 0.0f;
-    if (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])))
+    if (!path->was_indirect && is_off(w, light))
         return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
     float pdf = path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
@@ -458,7 +469,8 @@ bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler
                             .sampler = sampler,
                             .p = p,
                             .pdf_sa = local.z * LUM_INV_PI,
-                            .direct_apart = true};
+                            .direct_apart = true,
+                            .indirect = true};
     w->counters->rays[LUM_RAY_INDIRECT_DIFFUSE]++;
     push_path(w, path, ng, wi);
     return true;

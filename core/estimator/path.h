@@ -12,6 +12,8 @@ struct lum_path {
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
     bool plain;          /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
     bool direct_apart;   /* what shines at the end of the ray is counted by whoever started the path */
+    bool indirect;       /* a diffuse surface has scattered it: what it finds is indirect light */
+    bool was_indirect;   /* the same at the last vertex, whose direct light the ray may meet */
     bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
     float survival;      /* roulette: it lives on with this chance, times its throughput */
     float eta2;          /* product of the squared relative indices that throughput carries */
@@ -58,8 +60,9 @@ struct lum_wave {
     float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and otherwise */
     bool media; /* there are some, and they are wanted */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
-    /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light that light nothing (the eye and mirrors still see what
-     * shines), and lobes that no path goes on by. 0: nothing is asked of any vertex. */
+    /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors still see
+     * what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path goes on by. 0:
+     * nothing is asked of any vertex. */
     uint32_t lights_off, lobes_off;
     struct lum_rays rays;
     struct lum_hits hits;
