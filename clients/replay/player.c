@@ -214,7 +214,6 @@ static bool open_view(struct player *p)
     const struct player_options *o = p->options;
     cJSON *params = cJSON_CreateObject();
     const double size[2] = {o->w, o->h};
-    lum_json_add_string(params, "camera_id", "main");
     lum_json_add(params, "size", cJSON_CreateDoubleArray(size, 2));
     lum_json_add_string(params, "codec", o->codec);
     lum_json_add_number(params, "quality", o->quality);
