@@ -148,6 +148,18 @@ struct configs {
     size_t n;
 };
 
+/* A frame for which something was kept costs less than a fresh one, and is none: threads may share out the making of
+ * records otherwise, but no tenth of the rays goes by that. */
+static bool is_fresh(const struct config *c, const struct lum_pass_stats *stats)
+{
+    if ((double)sum_rays(stats->rays) >= 0.9 * (double)sum_rays(c->cell->rays))
+        return true;
+    fprintf(stderr, "lumend-bench: %s: a fresh frame took %llu rays, the first one %llu: something was kept\n",
+            c->settings.method->name, (unsigned long long)sum_rays(stats->rays),
+            (unsigned long long)sum_rays(c->cell->rays));
+    return false;
+}
+
 static bool time_configs(struct rig *r, const struct configs *configs)
 {
     struct lum_pass_stats stats;
@@ -162,7 +174,7 @@ static bool time_configs(struct rig *r, const struct configs *configs)
     for (size_t round = 0; round < rounds; round++)
         for (size_t i = 0; i < 2 * n; i++) {
             const struct config *c = &configs->at[i < n ? i : 2 * n - 1 - i];
-            if (!fresh_frame(r, c->view, &c->settings, &stats))
+            if (!fresh_frame(r, c->view, &c->settings, &stats) || !is_fresh(c, &stats))
                 return false;
             c->cell->ms[round] += 0.5 * stats.ms;
             c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
