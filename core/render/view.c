@@ -101,8 +101,6 @@ void lum_view_share(struct lum_view *view, struct lum_caches *caches)
 void lum_view_forget(struct lum_view *view)
 {
     lum_deferred_forget(&view->deferred);
-    if (view->own_caches)
-        lum_caches_forget(view->own_caches);
     view->rendered = false;
 }
 

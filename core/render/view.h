@@ -110,7 +110,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
                               struct lum_pass_stats *ret_stats, struct lum_error *err);
 
 /* Forgets every memoised stage, but keeps the memory, so that the next pass does all its work and allocates nothing: for
- * timing. The records of caches that it shares (lum_view_share) are not the view's, and stay. */
+ * timing. The records of a cache are not the view's, and stay. */
 void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */

@@ -98,11 +98,12 @@ static struct lum_view_settings settings_of(const struct rig *r, enum ais_method
     return s;
 }
 
-static bool fresh_frame(const struct rig *r, struct lum_view *view, const struct lum_view_settings *settings,
-                        struct lum_pass_stats *ret_stats)
+static bool fresh_frame(const struct rig *r, struct lum_view *view, struct lum_caches *caches,
+                        const struct lum_view_settings *settings, struct lum_pass_stats *ret_stats)
 {
     struct lum_error err = {0};
     lum_view_forget(view);
+    lum_caches_forget(caches);
     if (lum_view_pass(view, r->world.snapshot, settings, NULL, ret_stats, &err) != LUM_OK)
         return failed(&err);
     if (ret_stats->nonfinite == 0 && ret_stats->bad_rays == 0)
@@ -138,6 +139,7 @@ static bool make_reference(struct rig *r)
 /* The configurations of a scene, with a view each, so that no buffer is made while a frame is timed. */
 struct config {
     struct lum_view *view;
+    struct lum_caches *caches; /* its own */
     struct lum_view_settings settings;
     struct ais_cell *cell;
     struct lum_bench_error *error; /* NULL, like curve: not of AIS_FULL */
@@ -166,7 +168,7 @@ static bool time_configs(struct rig *r, const struct configs *configs)
     size_t rounds = r->options->quick ? 2 : AIS_ROUNDS, n = configs->n;
     for (size_t i = 0; i < n; i++) { /* warm-up; makes the buffers */
         const struct config *c = &configs->at[i];
-        if (!fresh_frame(r, c->view, &c->settings, &stats))
+        if (!fresh_frame(r, c->view, c->caches, &c->settings, &stats))
             return false;
         memcpy(c->cell->rays, stats.rays, sizeof stats.rays);
         c->cell->n = rounds;
@@ -174,7 +176,7 @@ static bool time_configs(struct rig *r, const struct configs *configs)
     for (size_t round = 0; round < rounds; round++)
         for (size_t i = 0; i < 2 * n; i++) {
             const struct config *c = &configs->at[i < n ? i : 2 * n - 1 - i];
-            if (!fresh_frame(r, c->view, &c->settings, &stats) || !is_fresh(c, &stats))
+            if (!fresh_frame(r, c->view, c->caches, &c->settings, &stats) || !is_fresh(c, &stats))
                 return false;
             c->cell->ms[round] += 0.5 * stats.ms;
             c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
@@ -205,7 +207,7 @@ static bool measure_budget(struct rig *r, const struct configs *configs, const s
             if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
                 (round && cpu_ms[i][0] > 1000.0))
                 continue;
-            if (!fresh_frame(r, c->view, &s, &stats))
+            if (!fresh_frame(r, c->view, c->caches, &s, &stats))
                 return false;
             cpu_ms[i][n_frames[i]++] = stats.cpu_ms;
             rays[i] = sum_rays(stats.rays);
@@ -247,13 +249,18 @@ static bool measure_methods(struct rig *r)
                                .error = p == AIS_FULL ? &r->out->errors[m] : NULL,
                                .curve = p == AIS_FULL ? &r->out->curves[m] : NULL};
             ok = lum_view_create(r->world.pool, &c.view, &err) == LUM_OK || failed(&err);
+            ok = ok && (lum_caches_create(lum_pool_size(r->world.pool), &c.caches, &err) == LUM_OK || failed(&err));
             if (ok)
+                lum_view_share(c.view, c.caches);
+            if (c.view)
                 configs.at[configs.n++] = c;
         }
     }
     ok = ok && measure_configs(r, &configs);
-    for (size_t i = 0; i < configs.n; i++)
+    for (size_t i = 0; i < configs.n; i++) {
         lum_view_destroy(configs.at[i].view);
+        lum_caches_destroy(configs.at[i].caches);
+    }
     return ok;
 }
 
