@@ -26,6 +26,7 @@ struct bench {
     const struct lum_bench_options *options;
     struct lum_world world;
     struct lum_view *view;
+    struct lum_caches *caches; /* of the view alone */
     struct lum_view_settings settings;
 };
 
@@ -52,6 +53,7 @@ static bool measure_frame(struct bench *b, const struct effects_case *c, struct 
     b->settings.method = c->method;
     for (uint32_t i = 0; i < n; i++) {
         lum_view_forget(b->view);
+        lum_caches_forget(b->caches);
         if (!pass(b, c->demanded & ~inout_frame->on, &stats))
             return false;
         ms[i] = stats.cpu_ms;
@@ -164,13 +166,19 @@ static bool measure_scene(struct bench *b, const char *scene, struct effects_stu
     b->settings.h = b->options->quick ? 32 : 200;
     if (lum_snapshot_camera(b->world.snapshot, NULL, &b->settings.camera, &err) != LUM_OK)
         b->settings.camera = lum_snapshot_framing_camera(b->world.snapshot);
-    bool ok = lum_view_create(b->world.pool, &b->view, &err) == LUM_OK || failed(&err);
+    bool ok = (lum_caches_create(lum_pool_size(b->world.pool), &b->caches, &err) == LUM_OK &&
+               lum_view_create(b->world.pool, &b->view, &err) == LUM_OK) ||
+              failed(&err);
+    if (ok)
+        lum_view_share(b->view, b->caches);
     for (size_t m = 0; m < n && ok; m++) {
         lum_bench_progress("effects: %s: %s", scene, methods[m].name);
         ok = measure_method(b, scene, &methods[m], study, is_studied(&methods[m]));
     }
     lum_view_destroy(b->view);
+    lum_caches_destroy(b->caches);
     b->view = NULL;
+    b->caches = NULL;
     lum_world_finish(&b->world);
     return ok;
 }
