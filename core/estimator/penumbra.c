@@ -241,42 +241,55 @@ static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_ti
         }
 }
 
-/* About what the light would bring to a pixel, at power 1. */
-static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k)
+/* About what a light without a closed form would send to a pixel, at power 1. */
+static float sample_unshadowed(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k)
 {
-    const struct lum_surfaces *s = pass->surfaces;
-    struct lum_irradiance all;
     struct lum_light_sample ls;
     struct lum_penumbra_view view;
-    float white = 0.0f;
-    if (!lum_penumbra_wants(pass, layer, pixel))
+    lum_penumbra_look(pass, layer, pixel, &view);
+    if (lum_penumbra_sample(&view, k, &ls) == LUM_PENUMBRA_NEEDLESS)
         return 0.0f;
-    if (lum_light_irradiance(&pass->layers->unit.lights.lights[layer->index], s->p[pixel], s->n[pixel], &all)) {
-        white = all.cosine_integral;
-    } else {
-        lum_penumbra_look(pass, layer, pixel, &view);
-        if (lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_NEEDLESS)
-            white = lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, s->n[pixel])) / ls.pdf_sa;
-    }
-    float albedo = s->kind[pixel] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
-    float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel]);
-    return white * LUM_INV_PI * (albedo + diffuse);
+    return lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, pass->surfaces->n[pixel])) / ls.pdf_sa;
 }
 
-/* The mean over a diagonal of each tile of the pattern in the packet. */
+/* About what the light would bring to a tile of the pattern at power 1, with nothing in the way: the mean over a
+ * diagonal. */
+static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *layer, struct lum_tile_rect t)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    const struct lum_light *light = &pass->layers->unit.lights.lights[layer->index];
+    uint32_t side = t.w < t.h ? t.w : t.h, n = 0;
+    size_t pixel[LUM_SOFT_SIDE];
+    float white[LUM_SOFT_SIDE], sum = 0.0f;
+    struct lum_vec3 p[LUM_SOFT_SIDE], normal[LUM_SOFT_SIDE];
+    struct lum_irradiance all[LUM_SOFT_SIDE];
+    bool exact = lum_light_has_irradiance(light);
+    for (uint32_t i = 0; i < side; i++) {
+        pixel[n] = (size_t)(t.y + i) * pass->tiling.w + t.x + i;
+        if (!lum_penumbra_wants(pass, layer, pixel[n]))
+            continue;
+        p[n] = s->p[pixel[n]], normal[n] = s->n[pixel[n]];
+        white[n] = exact ? 0.0f : sample_unshadowed(pass, layer, pixel[n], lum_pattern_set(LUM_SOFT_SIDE, i, i));
+        n++;
+    }
+    if (exact)
+        lum_light_irradiance(light, n, p, normal, all);
+    for (uint32_t i = 0; i < n; i++) {
+        float gloss = s->kind[pixel[i]] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
+        float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel[i]]);
+        sum += (exact ? all[i].cosine_integral : white[i]) * LUM_INV_PI * (gloss + diffuse);
+    }
+    return sum / (float)side;
+}
+
 static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *layer, struct lum_tile_rect r)
 {
     struct lum_tiling sets = lum_soft_tiling(pass);
-    for (uint32_t y = r.y; y < r.y + r.h; y += LUM_SOFT_SIDE)
-        for (uint32_t x = r.x; x < r.x + r.w; x += LUM_SOFT_SIDE) {
-            float *unshadowed = &layer->soft.unshadowed[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE], sum = 0.0f;
-            uint32_t n = 0;
-            if (*unshadowed != LUM_SOFT_UNKNOWN)
-                continue;
-            for (; n < LUM_SOFT_SIDE && x + n < r.x + r.w && y + n < r.y + r.h; n++)
-                sum += unshadowed_at(pass, layer, (size_t)(y + n) * pass->tiling.w + x + n,
-                                     lum_pattern_set(LUM_SOFT_SIDE, n, n));
-            *unshadowed = sum / (float)n;
+    for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
+            float *unshadowed = &layer->soft.unshadowed[y * sets.nx + x];
+            if (*unshadowed == LUM_SOFT_UNKNOWN)
+                *unshadowed = unshadowed_at(pass, layer, lum_tile_at(&sets, y * sets.nx + x));
         }
 }
 

@@ -36,7 +36,9 @@ struct resolve {
     struct lum_bsdf bsdf[LUM_TILE_PIXELS]; /* by vertex, but for those that are matte */
     struct lum_vec3 wo[LUM_TILE_PIXELS];   /* same */
     bool exact;                            /* the present layer's light has a closed form */
-    struct lum_penumbra_around around;     /* of lights that have none */
+    float share[LUM_TILE_PIXELS];          /* by vertex, of such a light, as the next one */
+    struct lum_irradiance all[LUM_TILE_PIXELS]; /* with nothing in the way; where share > 0 */
+    struct lum_penumbra_around around;          /* of lights that have none */
 };
 
 /* The pdf that the estimator which finds the light by the lobe weighs against: of lum_light_sample_at, whatever this
@@ -147,27 +149,47 @@ static float joined_share(const struct resolve *v, size_t pixel)
     return sum / n;
 }
 
+/* What the present layer's light sends to the vertices in these tiles of the pattern, and which share of it. */
+static void look_at_light(struct resolve *v, uint32_t sets)
+{
+    struct lum_vec3 p[LUM_TILE_PIXELS], n[LUM_TILE_PIXELS];
+    struct lum_irradiance all[LUM_TILE_PIXELS];
+    uint32_t lit[LUM_TILE_PIXELS], n_lit = 0;
+    for (uint32_t i = 0; i < v->n_vertices; i++) {
+        size_t pixel = v->vertex[i].pixel;
+        if (!(sets >> v->vertex[i].set & 1))
+            continue;
+        v->share[i] = lum_penumbra_wants(v->pass, v->layer, pixel) ? joined_share(v, pixel) : 0.0f;
+        if (!(v->share[i] > 0.0f))
+            continue;
+        p[n_lit] = v->pass->surfaces->p[pixel];
+        n[n_lit] = v->pass->surfaces->n[pixel];
+        lit[n_lit++] = i;
+    }
+    lum_light_irradiance(&v->pass->layers->unit.lights.lights[v->layer->index], n_lit, p, n, all);
+    for (uint32_t k = 0; k < n_lit; k++)
+        v->all[lit[k]] = all[k];
+}
+
 static struct lum_rgb response(const struct resolve *v, uint32_t i)
 {
     const struct vertex *at = &v->vertex[i];
     const struct lum_surfaces *s = v->pass->surfaces;
-    const struct lum_light *light = &v->pass->layers->unit.lights.lights[v->layer->index];
     size_t pixel = at->pixel;
     if (!lum_penumbra_wants(v->pass, v->layer, pixel))
         return lum_grey(0.0f);
     struct lum_moments m;
-    float share = v->exact ? joined_share(v, pixel) : lum_penumbra_around_share(&v->around, at->x, at->y, &m);
+    float share = v->exact ? v->share[i] : lum_penumbra_around_share(&v->around, at->x, at->y, &m);
     if (!(share > 0.0f))
         return lum_grey(0.0f);
     if (v->layer->index == v->pass->cached_sky)
         return gloss(v, i, pixel, share);
     struct lum_rgb diffuse;
-    struct lum_irradiance all;
     if (!v->exact) {
         diffuse = lum_rgb_mul(diffuse_of(v, i, pixel, m.cosine / m.seen), lum_rgb_scale(m.light, LUM_INV_PI / m.n));
     } else {
-        lum_light_irradiance(light, s->p[pixel], s->n[pixel], &all);
-        diffuse = lum_rgb_scale(diffuse_of(v, i, pixel, all.mean_cos), all.cosine_integral * LUM_INV_PI * share);
+        const struct lum_irradiance *all = &v->all[i];
+        diffuse = lum_rgb_scale(diffuse_of(v, i, pixel, all->mean_cos), all->cosine_integral * LUM_INV_PI * share);
         if (v->pass->on[LUM_EFFECT_MEDIA])
             diffuse = lum_rgb_mul(diffuse, left_of_light(v, pixel));
     }
@@ -228,7 +250,9 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
         return;
     v->layer = layer;
     v->exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
-    if (!v->exact && pass->settings->max_depth > 0)
+    if (pass->settings->max_depth > 0 && v->exact)
+        look_at_light(v, stale);
+    else if (pass->settings->max_depth > 0)
         lum_penumbra_around_read(&v->around, layer, stale);
     struct lum_rgb *direct = layer->soft.direct + (size_t)tile * LUM_TILE_PIXELS;
     for (uint32_t i = 0, y = 0; y < v->r.h; y++)

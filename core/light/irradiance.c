@@ -1,4 +1,4 @@
-/* But for quads that are far, everything here is in double: the integrals are small differences of angles when the
+/* But for lum_quad_far, all here is in double: the integrals are small differences of angles when the
  * light is small. The error is about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones
  * are taken as points, whose relative error is their solid angle. */
 #include "core/light/irradiance.h"
@@ -89,31 +89,6 @@ static struct lum_vec3d polygon_vector(const struct lum_vec3d *corner, int n_cor
     return e;
 }
 
-/* The same where all of the four corners are above the horizon: an edge per lane, without a branch. */
-static struct lum_vec3d open_quad_vector(const struct lum_vec3d corner[4])
-{
-    double ax[4], ay[4], az[4], bx[4], by[4], bz[4], ex[4], ey[4], ez[4];
-    for (int i = 0; i < 4; i++) {
-        struct lum_vec3d a = corner[i], b = corner[(i + 1) % 4];
-        ax[i] = a.x, ay[i] = a.y, az[i] = a.z;
-        bx[i] = b.x, by[i] = b.y, bz[i] = b.z;
-    }
-    for (int i = 0; i < 4; i++) {
-        double x = ay[i] * bz[i] - az[i] * by[i], y = az[i] * bx[i] - ax[i] * bz[i], z = ax[i] * by[i] - ay[i] * bx[i];
-        double s = sqrt(x * x + y * y + z * z);
-        double half = 0.5 * lum_angle(s, ax[i] * bx[i] + ay[i] * by[i] + az[i] * bz[i]) / s;
-        half = s > 0.0 ? half : 0.0;
-        ex[i] = x * half, ey[i] = y * half, ez[i] = z * half;
-    }
-    return (struct lum_vec3d){ex[0] + ex[1] + ex[2] + ex[3], ey[0] + ey[1] + ey[2] + ey[3],
-                              ez[0] + ez[1] + ez[2] + ez[3]};
-}
-
-static bool all_above(const struct lum_vec3d corner[4], struct lum_vec3d n)
-{
-    return dot(corner[0], n) > 0.0 && dot(corner[1], n) > 0.0 && dot(corner[2], n) > 0.0 && dot(corner[3], n) > 0.0;
-}
-
 /* Radon's seven points on the square (1948), exact to degree 5; an eighth without weight fills the lanes. */
 #define LANES 8
 static const float rule_x[LANES] = {0.0f,          0.0f,           0.0f,           0.7745966692f,
@@ -165,19 +140,6 @@ bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_q
     return true;
 }
 
-/* Where none of it is below the horizon. */
-static bool quad_by_rule(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret)
-{
-    struct lum_vec3 d = lum_v3_sub(l->p, p);
-    float across = fabsf(lum_dot(l->u, n)) + fabsf(lum_dot(l->v, n));
-    if (!(lum_dot(d, n) > across) || !is_far(l, d))
-        return false;
-    struct lum_vec3 e = far_vector(l, d, NULL);
-    float a = lum_max(lum_dot(e, n), 0.0f), all = lum_length(e);
-    *ret = (struct lum_irradiance){a, all > 0.0f ? lum_min(a / all, 1.0f) : 0.0f};
-    return true;
-}
-
 static struct lum_irradiance quad(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
 {
     struct lum_vec3d d = mad(vec(l->p), p, -1.0), u = vec(l->u), v = vec(l->v), n_light = vec(l->n);
@@ -193,7 +155,71 @@ static struct lum_irradiance quad(const struct lum_light *l, struct lum_vec3d p,
         mad(mad(d, u, turn), v, 1.0),
         mad(mad(d, u, turn), v, -1.0),
     };
-    return from_vector(all_above(corner, n) ? open_quad_vector(corner) : polygon_vector(corner, 4, n), n);
+    return from_vector(polygon_vector(corner, 4, n), n);
+}
+
+/* Points that are looked at together, one a lane. */
+#define POINTS 8
+struct points {
+    double x[POINTS], y[POINTS], z[POINTS];
+};
+
+static void load_points(struct points *ret, uint32_t n, const struct lum_vec3 *v)
+{
+    for (uint32_t i = 0; i < POINTS; i++) {
+        const struct lum_vec3 *at = &v[i < n ? i : 0];
+        ret->x[i] = (double)at->x, ret->y[i] = (double)at->y, ret->z[i] = (double)at->z;
+    }
+}
+
+/* From the points p to a corner; lowers *inout_height to how far it is above their horizons. */
+static void look_at_corner(struct lum_vec3d corner, const struct points *p, const struct points *n, struct points *ret,
+                           double *restrict inout_height)
+{
+    for (int i = 0; i < POINTS; i++) {
+        double x = corner.x - p->x[i], y = corner.y - p->y[i], z = corner.z - p->z[i];
+        double height = x * n->x[i] + y * n->y[i] + z * n->z[i];
+        inout_height[i] = height < inout_height[i] ? height : inout_height[i];
+        ret->x[i] = x, ret->y[i] = y, ret->z[i] = z;
+    }
+}
+
+/* add_edge for all points. */
+static void add_edges(const struct points *a, const struct points *b, struct points *restrict inout_e)
+{
+    for (int i = 0; i < POINTS; i++) {
+        double x = a->y[i] * b->z[i] - a->z[i] * b->y[i], y = a->z[i] * b->x[i] - a->x[i] * b->z[i],
+               z = a->x[i] * b->y[i] - a->y[i] * b->x[i];
+        double s = sqrt(x * x + y * y + z * z);
+        double half = 0.5 * lum_angle(s, a->x[i] * b->x[i] + a->y[i] * b->y[i] + a->z[i] * b->z[i]) / s;
+        half = s > 0.0 ? half : 0.0;
+        inout_e->x[i] += x * half, inout_e->y[i] += y * half, inout_e->z[i] += z * half;
+    }
+}
+
+/* All of a quad above the horizon and in front takes the same path for every point; the others are looked at one by
+ * one. */
+static void quads(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *at, const struct lum_vec3 *normal,
+                  struct lum_irradiance *ret)
+{
+    static const int8_t sides[4][2] = {{-1, -1}, {-1, 1}, {1, 1}, {1, -1}};
+    struct lum_vec3d u = vec(l->u), v = vec(l->v), n_light = vec(l->n);
+    double turn = dot(cross(u, v), n_light) > 0.0 ? 1.0 : -1.0, area = (double)l->area, height[POINTS];
+    struct points p, n, corner[4], e = {0};
+    load_points(&p, n_points, at);
+    load_points(&n, n_points, normal);
+    for (int i = 0; i < POINTS; i++)
+        height[i] = INFINITY;
+    for (int k = 0; k < 4; k++)
+        look_at_corner(mad(mad(vec(l->p), u, turn * sides[k][0]), v, sides[k][1]), &p, &n, &corner[k], height);
+    for (int k = 0; k < 4; k++)
+        add_edges(&corner[k], &corner[(k + 1) % 4], &e);
+    for (uint32_t i = 0; i < n_points; i++) {
+        struct lum_vec3d d = mad(vec(l->p), vec(at[i]), -1.0);
+        bool open = height[i] > 0.0 && dot(d, n_light) < 0.0 && area >= POINT_LIKE_SR * dot(d, d);
+        ret[i] = open ? from_vector((struct lum_vec3d){e.x[i], e.y[i], e.z[i]}, vec(normal[i]))
+                      : quad(l, vec(at[i]), vec(normal[i]));
+    }
 }
 
 /* ---- disc ---- */
@@ -313,23 +339,26 @@ bool lum_light_has_irradiance(const struct lum_light *l)
            (l->kind == LUM_EMIT_ENVIRONMENT && !l->env);
 }
 
-bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret)
+static struct lum_irradiance irradiance_of(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
 {
     switch (l->kind) {
-    case LUM_EMIT_QUAD:
-        if (!quad_by_rule(l, p, n, ret))
-            *ret = quad(l, vec(p), vec(n));
-        return true;
     case LUM_EMIT_DISC:
-        *ret = disc(l, vec(p), vec(n));
-        return true;
+        return disc(l, p, n);
     case LUM_EMIT_SPHERE:
-        *ret = sphere(l, vec(p), vec(n));
-        return true;
-    case LUM_EMIT_ENVIRONMENT:
-        *ret = (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
-        return !l->env;
-    default:
-        return false;
+        return sphere(l, p, n);
+    default: /* an even environment */
+        return (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
     }
+}
+
+void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                          const struct lum_vec3 *n, struct lum_irradiance *ret)
+{
+    if (l->kind == LUM_EMIT_QUAD) {
+        for (uint32_t i = 0; i < n_points; i += POINTS)
+            quads(l, n_points - i < POINTS ? n_points - i : POINTS, p + i, n + i, ret + i);
+        return;
+    }
+    for (uint32_t i = 0; i < n_points; i++)
+        ret[i] = irradiance_of(l, vec(p[i]), vec(n[i]));
 }

@@ -9,11 +9,13 @@ struct lum_irradiance {
     float mean_cos;        /* n.w, averaged over these directions; for lobes that are nearly Lambert's */
 };
 
-/* n: unit. Exact for quads (Lambert 1760: the polygon, clipped at the horizon), discs (its contour integral, which is
+/* At n_points points p of surfaces whose normals n are unit vectors. Exact for quads (Lambert 1760: the polygon, clipped at the horizon), discs (its contour integral, which is
  * elementary on the circle and on the chord of the horizon), spheres (Snyder 1996) and a constant environment, all from
- * their emitting side only. False where there is no closed form: meshes, environment images, lights without an area. */
+ * their emitting side only. What a point gets does not depend on the others. */
+void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p, const struct lum_vec3 *n,
+                          struct lum_irradiance *ret);
+/* False where there is no closed form, and that must not be asked for: meshes, environment images, lights without an area. */
 bool lum_light_has_irradiance(const struct lum_light *l);
-bool lum_light_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n, struct lum_irradiance *ret);
 
 /* Of a quad that is far from p, all of it seen: within 2e-4. False: it is near, or p behind. */
 struct lum_far_quad {
