@@ -1,6 +1,8 @@
 /* The rays of soft shadows. */
 #include "core/estimator/penumbra.h"
 
+#include <string.h>
+
 #include "core/interleave/interleave.h"
 #include "core/light/irradiance.h"
 
@@ -72,6 +74,8 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *v, ui
                           : (side < 0.0f ? LUM_PENUMBRA_OPEN : LUM_PENUMBRA_NEEDLESS);
 }
 
+static const struct lum_estimator lum_penumbra_fill;
+
 /* Shadow rays of one layer that wait to be traced together. */
 struct batch {
     const struct lum_pass *pass;
@@ -80,6 +84,7 @@ struct batch {
     struct lum_rays rays;
     size_t pixel[LUM_RAY_BATCH];
     uint16_t bit[LUM_RAY_BATCH];
+    uint32_t n_asked; /* samples */
 };
 
 static void flush(struct batch *b)
@@ -107,6 +112,7 @@ static void ask(struct batch *b, const struct lum_penumbra_view *view, uint32_t 
     uint16_t bit = (uint16_t)(1u << k);
     struct lum_light_sample ls;
     enum lum_penumbra_side side = lum_penumbra_sample(view, k, &ls);
+    b->n_asked++;
     if (side == LUM_PENUMBRA_OPEN) {
         uint32_t i = b->rays.n;
         if (lum_shadow_ray(&b->rays, b->pass->surfaces->p[pixel], b->pass->surfaces->ng[pixel], ls.wi, ls.distance)) {
@@ -169,6 +175,19 @@ static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum
 
 /* ---- first stratum ---- */
 
+#define SETS_ACROSS (LUM_PACKET_SIDE / LUM_SOFT_SIDE)
+
+/* Some of the tiles of the pattern in a packet. */
+struct sets {
+    bool in[SETS_ACROSS * SETS_ACROSS];
+};
+
+/* The one that pixel (x, y) of the packet is in. */
+static uint32_t set_at(uint32_t x, uint32_t y)
+{
+    return y / LUM_SOFT_SIDE * SETS_ACROSS + x / LUM_SOFT_SIDE;
+}
+
 static void ask_first(struct batch *b, size_t pixel, uint32_t k)
 {
     struct lum_seen seen = b->layer->soft.seen[pixel];
@@ -179,18 +198,23 @@ static void ask_first(struct batch *b, size_t pixel, uint32_t k)
     ask(b, &view, k);
 }
 
-/* All pixels of the packet that begin with stratum k: their rays end near one point of the light. */
-static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k)
+/* All pixels of the packet that begin with stratum k: their rays end near one point of the light. sets: only those in
+ * such tiles of the pattern. */
+static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k, const struct sets *sets)
 {
-    for (uint32_t at = 0; at < LUM_SOFT_POINTS; at++) {
-        uint32_t dx = at % LUM_SOFT_SIDE, dy = at / LUM_SOFT_SIDE;
-        if (lum_pattern_set(LUM_SOFT_SIDE, dx, dy) != k)
-            continue;
-        for (uint32_t y = r.y + dy; y < r.y + r.h; y += LUM_SOFT_SIDE)
-            for (uint32_t x = r.x + dx; x < r.x + r.w; x += LUM_SOFT_SIDE)
-                ask_first(b, (size_t)y * b->pass->tiling.w + x, k);
-    }
+    uint32_t dx, dy;
+    lum_pattern_place(LUM_SOFT_SIDE, k, &dx, &dy);
+    for (uint32_t y = dy; y < r.h; y += LUM_SOFT_SIDE)
+        for (uint32_t x = dx; x < r.w; x += LUM_SOFT_SIDE)
+            if (sets->in[set_at(x, y)])
+                ask_first(b, (size_t)(r.y + y) * b->pass->tiling.w + r.x + x, k);
     flush(b);
+}
+
+static void trace_strata(struct batch *b, struct lum_tile_rect r, uint16_t strata, const struct sets *sets)
+{
+    for (uint32_t left = strata; left; left &= left - 1)
+        trace_stratum(b, r, (uint32_t)__builtin_ctz(left), sets);
 }
 _Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_TILE_SIDE == 0,
                "packets are made of whole tiles of the pattern, and of the picture");
@@ -241,9 +265,34 @@ static void count(const struct lum_pass *pass, struct lum_soft *s, struct lum_ti
         }
 }
 
-/* About what a light without a closed form would send to a pixel, at power 1. */
-static float sample_unshadowed(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel, uint32_t k)
+/* ---- what the light would bring, were nothing in the way ---- */
+
+/* Pixels that stand for their tile of the pattern. */
+struct probes {
+    uint32_t n;
+    size_t pixel[2 * SETS_ACROSS * SETS_ACROSS];
+    uint32_t set[2 * SETS_ACROSS * SETS_ACROSS];
+    float share[2 * SETS_ACROSS * SETS_ACROSS]; /* of the mean */
+};
+
+static void add_probes(struct probes *p, const struct lum_pass *pass, const struct lum_layer *layer,
+                       struct lum_tile_rect t, uint32_t set)
 {
+    uint32_t n = t.w > 2 && t.h > 2 ? 2 : 1;
+    for (uint32_t i = 0; i < n; i++) {
+        size_t pixel = (size_t)(t.y + 2 * i) * pass->tiling.w + t.x + 2 * i;
+        if (!lum_penumbra_wants(pass, layer, pixel))
+            continue;
+        p->pixel[p->n] = pixel;
+        p->set[p->n] = set;
+        p->share[p->n++] = 1.0f / (float)n;
+    }
+}
+
+/* By the pixel's own stratum, where there is no closed form. */
+static float sample_unshadowed(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel)
+{
+    uint32_t k = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % pass->tiling.w), (uint32_t)(pixel / pass->tiling.w));
     struct lum_light_sample ls;
     struct lum_penumbra_view view;
     lum_penumbra_look(pass, layer, pixel, &view);
@@ -252,45 +301,82 @@ static float sample_unshadowed(const struct lum_pass *pass, const struct lum_lay
     return lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, pass->surfaces->n[pixel])) / ls.pdf_sa;
 }
 
-/* About what the light would bring to a tile of the pattern at power 1, with nothing in the way: the mean over a
- * diagonal. */
-static float unshadowed_at(const struct lum_pass *pass, const struct lum_layer *layer, struct lum_tile_rect t)
+/* At power 1, for radiance or luminance 1. */
+static void irradiate(const struct lum_pass *pass, const struct lum_layer *layer, const struct probes *p, float *ret)
 {
-    const struct lum_surfaces *s = pass->surfaces;
     const struct lum_light *light = &pass->layers->unit.lights.lights[layer->index];
-    uint32_t side = t.w < t.h ? t.w : t.h, n = 0;
-    size_t pixel[LUM_SOFT_SIDE];
-    float white[LUM_SOFT_SIDE], sum = 0.0f;
-    struct lum_vec3 p[LUM_SOFT_SIDE], normal[LUM_SOFT_SIDE];
-    struct lum_irradiance all[LUM_SOFT_SIDE];
-    bool exact = lum_light_has_irradiance(light);
-    for (uint32_t i = 0; i < side; i++) {
-        pixel[n] = (size_t)(t.y + i) * pass->tiling.w + t.x + i;
-        if (!lum_penumbra_wants(pass, layer, pixel[n]))
-            continue;
-        p[n] = s->p[pixel[n]], normal[n] = s->n[pixel[n]];
-        white[n] = exact ? 0.0f : sample_unshadowed(pass, layer, pixel[n], lum_pattern_set(LUM_SOFT_SIDE, i, i));
-        n++;
+    struct lum_vec3 at[LUM_ARRAY_LEN(p->pixel)], n[LUM_ARRAY_LEN(p->pixel)];
+    struct lum_irradiance all[LUM_ARRAY_LEN(p->pixel)];
+    if (!lum_light_has_irradiance(light)) {
+        for (uint32_t i = 0; i < p->n; i++)
+            ret[i] = sample_unshadowed(pass, layer, p->pixel[i]);
+        return;
     }
-    if (exact)
-        lum_light_irradiance(light, n, p, normal, all);
-    for (uint32_t i = 0; i < n; i++) {
-        float gloss = s->kind[pixel[i]] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
-        float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[pixel[i]]);
-        sum += (exact ? all[i].cosine_integral : white[i]) * LUM_INV_PI * (gloss + diffuse);
-    }
-    return sum / (float)side;
+    for (uint32_t i = 0; i < p->n; i++)
+        at[i] = pass->surfaces->p[p->pixel[i]], n[i] = pass->surfaces->n[p->pixel[i]];
+    lum_light_irradiance(light, p->n, at, n, all);
+    for (uint32_t i = 0; i < p->n; i++)
+        ret[i] = all[i].cosine_integral;
 }
 
 static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *layer, struct lum_tile_rect r)
 {
+    const struct lum_surfaces *s = pass->surfaces;
     struct lum_tiling sets = lum_soft_tiling(pass);
+    float *unshadowed = layer->soft.unshadowed, white[LUM_ARRAY_LEN(((struct probes *)0)->pixel)];
+    struct probes p = {.n = 0};
     for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
-            float *unshadowed = &layer->soft.unshadowed[y * sets.nx + x];
-            if (*unshadowed == LUM_SOFT_UNKNOWN)
-                *unshadowed = unshadowed_at(pass, layer, lum_tile_at(&sets, y * sets.nx + x));
+            uint32_t set = y * sets.nx + x;
+            if (unshadowed[set] != LUM_SOFT_UNKNOWN)
+                continue;
+            unshadowed[set] = 0.0f;
+            add_probes(&p, pass, layer, lum_tile_at(&sets, set), set);
         }
+    irradiate(pass, layer, &p, white);
+    for (uint32_t i = 0; i < p.n; i++) {
+        float gloss = s->kind[p.pixel[i]] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
+        float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[p.pixel[i]]);
+        unshadowed[p.set[i]] += white[i] * LUM_INV_PI * (gloss + diffuse) * p.share[i];
+    }
+}
+
+/* ---- the first stratum of every fourth pixel ---- */
+
+/* Those in which not all is one surface, and even: what is seen of the light may differ there, too. */
+static void find_edges(const struct lum_pass *pass, struct lum_tile_rect r, struct sets *ret_edges)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    *ret_edges = (struct sets){0};
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = i % r.w, y = i / r.w, x0 = x - x % LUM_SOFT_SIDE, y0 = y - y % LUM_SOFT_SIDE;
+        size_t pixel = (size_t)(r.y + y) * pass->tiling.w + r.x + x,
+               corner = (size_t)(r.y + y0) * pass->tiling.w + r.x + x0;
+        ret_edges->in[set_at(x, y)] |= s->object[pixel] != s->object[corner] ||
+                                       (pixel != corner && !(lum_dot(s->n[pixel], s->n[corner]) > SAME_COS));
+    }
+}
+
+/* What the pixels that are asked first say. At edges nobody takes their word. */
+static void sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, const struct sets *edges)
+{
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    uint32_t nx = (r.w + LUM_SOFT_SIDE - 1) / LUM_SOFT_SIDE, ny = (r.h + LUM_SOFT_SIDE - 1) / LUM_SOFT_SIDE;
+    uint8_t *first = s->first + (size_t)(r.y / LUM_SOFT_SIDE) * sets.nx + r.x / LUM_SOFT_SIDE;
+    for (uint32_t y = 0; y < ny; y++)
+        for (uint32_t x = 0; x < nx; x++)
+            first[y * sets.nx + x] = edges->in[y * SETS_ACROSS + x] ? LUM_SOFT_LIT | LUM_SOFT_DARK : 0;
+    for (uint32_t left = s->first_points; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left), dx, dy;
+        lum_pattern_place(LUM_SOFT_SIDE, k, &dx, &dy);
+        for (uint32_t y = dy; y < r.h; y += LUM_SOFT_SIDE)
+            for (uint32_t x = dx; x < r.w; x += LUM_SOFT_SIDE) {
+                struct lum_seen seen = s->seen[(size_t)(r.y + y) * pass->tiling.w + r.x + x];
+                if (seen.traced >> k & 1)
+                    first[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE] |=
+                        seen.visible >> k & 1 ? LUM_SOFT_LIT : LUM_SOFT_DARK;
+            }
+    }
 }
 
 static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -303,23 +389,28 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     b.counters = counters;
     b.rays.n = 0;
     uint32_t a = 0, from[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
-    bool looked_up = false;
+    struct sets all, edges;
+    bool looked = false;
+    memset(all.in, true, sizeof all.in);
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
         if (layer->soft.begun[packet] == LUM_SOFT_BEGUN)
             continue;
         b.layer = layer;
-        if (pass->layers->carried && !looked_up)
+        if (!looked)
+            find_edges(pass, r, &edges);
+        if (pass->layers->carried && !looked)
             find_former(pass, r, from);
-        looked_up = true;
+        looked = true;
         if (layer->soft.begun[packet] == LUM_SOFT_DOUBTED)
             reconsider(pass, layer, r);
         if (pass->layers->carried)
             carry(pass, &layer->soft, r, from);
-        for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
-            trace_stratum(&b, r, k);
+        trace_strata(&b, r, layer->soft.first_points, &all);
         count(pass, &layer->soft, r);
+        sum_first(pass, &layer->soft, r, &edges);
         estimate_unshadowed(pass, layer, r);
         layer->soft.begun[packet] = LUM_SOFT_BEGUN;
+        layer->soft.asked[packet] = pass->layers->n_passes;
     }
 }
 
@@ -327,6 +418,94 @@ const struct lum_estimator lum_estimator_penumbra = {
     .name = "penumbra",
     .stage = LUM_STAGE_SHADOW,
     .tile = trace_packet,
+    .packets = true,
+    .surfaces = true,
+    .then = &lum_penumbra_fill,
+};
+
+/* ---- the first stratum of the others ---- */
+
+static bool is_mixed(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y)
+{
+    uint8_t bits = 0;
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
+            bits |= s->first[j * sets->nx + i];
+    return bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
+}
+
+/* Drops what a tile of the pattern knows beyond what is asked first: so that a picture does not depend on what was there
+ * before. */
+static void drop_others(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect t)
+{
+    for (uint32_t y = 0; y < t.h; y++)
+        for (uint32_t x = 0; x < t.w; x++) {
+            struct lum_seen *seen = &s->seen[(size_t)(t.y + y) * pass->tiling.w + t.x + x];
+            uint32_t k = lum_pattern_set(LUM_SOFT_SIDE, x, y);
+            uint16_t keep = (uint16_t)(s->first_points & 1u << k);
+            seen->traced &= keep;
+            seen->visible &= keep;
+        }
+}
+
+/* Finds where the others of a packet are to be asked, and drops what they knew where they are not any more. True: any
+ * did. */
+static bool find_mixed(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, struct sets *ret_mixed)
+{
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    bool dropped = false;
+    for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
+        for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
+            uint32_t set = y * sets.nx + x;
+            struct lum_tile_rect t = lum_tile_at(&sets, set);
+            bool mixed = is_mixed(s, &sets, x, y);
+            ret_mixed->in[set_at(t.x - r.x, t.y - r.y)] = mixed;
+            if (!mixed && s->all_asked[set]) {
+                drop_others(pass, s, t);
+                s->open[set] = 1;
+                dropped = true;
+            }
+            s->all_asked[set] = mixed;
+        }
+    return dropped;
+}
+
+/* True when neither the packet nor one that touches it was asked since it was filled. */
+static bool is_filled(const struct lum_pass *pass, const struct lum_soft *s, uint32_t packet)
+{
+    uint32_t x0 = packet % pass->packets.nx, y0 = packet / pass->packets.nx, asked = 0;
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < pass->packets.ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < pass->packets.nx; x++)
+            asked = s->asked[y * pass->packets.nx + x] > asked ? s->asked[y * pass->packets.nx + x] : asked;
+    return s->filled[packet] > 0 && s->filled[packet] >= asked;
+}
+
+static void fill_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct batch b;
+    b.pass = pass;
+    b.counters = counters;
+    b.rays.n = 0;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; pass->settings->max_depth > 0 && (layer = lum_penumbra_next(pass, &a));) {
+        struct sets mixed;
+        if (is_filled(pass, &layer->soft, packet))
+            continue;
+        b.layer = layer;
+        b.n_asked = 0;
+        bool dropped = find_mixed(pass, &layer->soft, r, &mixed);
+        trace_strata(&b, r, (uint16_t)~layer->soft.first_points, &mixed);
+        if (dropped || b.n_asked)
+            count(pass, &layer->soft, r);
+        layer->soft.filled[packet] = pass->layers->n_passes;
+    }
+}
+
+static const struct lum_estimator lum_penumbra_fill = {
+    .name = "penumbra, fill",
+    .stage = LUM_STAGE_SHADOW,
+    .tile = fill_packet,
     .packets = true,
     .surfaces = true,
     .then = &lum_penumbra_refine,

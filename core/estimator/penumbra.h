@@ -1,6 +1,7 @@
 /* Soft shadows by interleaved samples, guided refinement and the ratio estimator: the stages of lum_estimator_penumbra.
  *
- *   trace    one shadow ray per pixel and light, each pixel another stratum of the light
+ *   trace    one shadow ray per light for every fourth pixel, each of four another stratum of the light
+ *   fill     the same for the other pixels, where those do not agree or a tile of the pattern is not all one surface
  *   refine   further strata where shadow borders are, most useful first, within a budget
  *   share    of the light that arrives: measured over a window of the same surface
  *   resolve  response = unshadowed light in closed form * share, joined with those around */

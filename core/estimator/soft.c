@@ -13,18 +13,48 @@ static uint32_t reversed4(uint32_t k)
     return (k & 1u) << 3 | (k & 2u) << 1 | (k & 4u) >> 1 | (k & 8u) >> 3;
 }
 
+/* True when each of the 4 x 1, 2 x 2 and 1 x 4 parts of the square holds one of the points: a (0,2,2)-net. */
+static bool are_net(const struct lum_vec2 *point, const uint32_t k[4])
+{
+    uint32_t columns = 0, rows = 0, quarters = 0;
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t x = (uint32_t)(point[k[i]].x * 4.0f), y = (uint32_t)(point[k[i]].y * 4.0f);
+        columns |= 1u << x;
+        rows |= 1u << y;
+        quarters |= 1u << (y / 2 * 2 + x / 2);
+    }
+    return columns == 15 && rows == 15 && quarters == 15;
+}
+
+/* Of each 2 x 2 block of the pattern, numbers of which agree in their lower two bits, one. There is such a net among
+ * Sobol's points (with a the number of a block of four in the sequence, bits a0 and a1, it is number a0 + a1 mod 2 plus
+ * twice a0 of that block), and scrambling leaves it one. */
+static void choose_first(struct lum_soft *s)
+{
+    for (uint32_t choice = 0; choice < 256; choice++) {
+        uint32_t k[4];
+        for (uint32_t i = 0; i < 4; i++)
+            k[i] = (choice >> 2 * i & 3u) << 2 | i;
+        s->first_points = (uint16_t)(1u << k[0] | 1u << k[1] | 1u << k[2] | 1u << k[3]);
+        if (are_net(s->point, k))
+            return;
+    }
+}
+
 static void draw_points(struct lum_soft *s, const struct lum_pass *pass)
 {
     for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++) {
         struct lum_sampler sampler = {lum_hash_combine(s->salt, pass->settings->seed), reversed4(k)};
         s->point[k] = lum_sampler_2d(&sampler, PAIR_SOFT);
     }
+    choose_first(s);
 }
 
 static void redo(struct lum_soft *s, const struct lum_pass *pass)
 {
     memset(s->open, 1, lum_soft_tiling(pass).n);
     memset(s->begun, 0, pass->packets.n);
+    memset(s->filled, 0, pass->packets.n * sizeof *s->filled);
     memset(s->settled, 0, pass->tiling.n * sizeof *s->settled);
     memset(s->shared, 0, lum_soft_tiling(pass).n * sizeof *s->shared);
     memset(s->resolved, 0, lum_soft_tiling(pass).n * sizeof *s->resolved);
@@ -44,9 +74,13 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .tally = lum_calloc(n_sets, sizeof *s.tally),
         .prints = lum_calloc(n_sets, sizeof *s.prints),
         .unshadowed = lum_calloc(n_sets, sizeof *s.unshadowed),
+        .first = lum_calloc(n_sets, 1),
+        .all_asked = lum_calloc(n_sets, 1),
         .goal = lum_calloc(n_sets, 1),
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
+        .asked = lum_calloc(pass->packets.n, sizeof *s.asked),
+        .filled = lum_calloc(pass->packets.n, sizeof *s.filled),
         .told = lum_calloc(pass->tiling.n, sizeof *s.told),
         .settled = lum_calloc(pass->tiling.n, sizeof *s.settled),
         .share = lum_calloc(n, sizeof *s.share),
@@ -57,7 +91,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.prints && s.unshadowed &&
-        s.goal && s.open && s.begun && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
+        s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.filled && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
         redo(ret_soft, pass);
         return true;
     }
@@ -73,9 +107,13 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->tally);
     lum_free(s->prints);
     lum_free(s->unshadowed);
+    lum_free(s->first);
+    lum_free(s->all_asked);
     lum_free(s->goal);
     lum_free(s->open);
     lum_free(s->begun);
+    lum_free(s->asked);
+    lum_free(s->filled);
     lum_free(s->told);
     lum_free(s->settled);
     lum_free(s->share);
@@ -90,6 +128,7 @@ void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
     draw_points(s, pass); /* the seed may be another */
     size_t bytes = (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen;
     memset(s->seen, 0, bytes);
+    memset(s->all_asked, 0, lum_soft_tiling(pass).n);
     if (s->former)
         memset(s->former, 0, bytes);
     redo(s, pass);
@@ -101,6 +140,7 @@ void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
     s->seen = s->former;
     s->former = seen;
     memset(s->seen, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen);
+    memset(s->all_asked, 0, lum_soft_tiling(pass).n);
     redo(s, pass);
 }
 

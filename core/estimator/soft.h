@@ -11,7 +11,6 @@
 
 #define LUM_SOFT_POINTS 16u
 #define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */
-
 /* Shadow samples of a pixel: bit k is sample k.
  *   traced, visible  what it says
  *   neither          not known
@@ -25,7 +24,7 @@ struct lum_soft_tally {
     uint16_t known, traced, visible;
 };
 
-/* What the samples of a tile of the pattern, and of the eight around it, say. */
+/* What samples say. */
 enum {
     LUM_SOFT_LIT = 1,
     LUM_SOFT_DARK = 2,
@@ -34,7 +33,7 @@ enum {
 enum lum_soft_begun {
     LUM_SOFT_TO_BEGIN,
     LUM_SOFT_DOUBTED, /* the same; and materials changed since: of what is known, only what rays found out is true */
-    LUM_SOFT_BEGUN,   /* every pixel has its first stratum */
+    LUM_SOFT_BEGUN,   /* every pixel that is asked first has its stratum */
 };
 
 #define LUM_SOFT_UNKNOWN (-1.0f)
@@ -43,6 +42,8 @@ enum lum_soft_begun {
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
+    uint16_t first_points;        /* bits of four that are a net of their own: pixels that begin with one of these, one in each
+                                   * 2 x 2 block, are asked first, the others only where these do not agree */
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
     struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
@@ -50,10 +51,14 @@ struct lum_soft {
     uint64_t *prints;             /* same: hash of what its pixels know */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way, or
                                    * LUM_SOFT_UNKNOWN until its surfaces have been looked at */
+    uint8_t *first;               /* same: LUM_SOFT_ bits of the pixels that are asked first, by that stratum alone */
+    uint8_t *all_asked;           /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
+    uint32_t *asked, *filled;     /* same: lum_layers.n_passes when its first pixels were last asked, and when the others were, where
+                                   * these do not agree; 0: never */
     uint32_t *told, *settled;     /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed, and when
                                    * direct was last up to date; 0: never */
     float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */

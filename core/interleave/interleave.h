@@ -32,6 +32,8 @@ struct lum_guide {
 /* Which of the side * side sets pixel (x, y) begins with; side 1 .. LUM_PATTERN_MAX. Neighbours get sets that lie far apart
  * in their sequence (an ordered dither). */
 uint32_t lum_pattern_set(uint32_t side, uint32_t x, uint32_t y);
+/* The pixel of the pattern that begins with a set. */
+void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *ret_y);
 /* The set of the pixel in an iteration (0: the first, set itself): all side * side sets once, and each iteration again a
  * permutation of the pattern, so that the tile as a whole has taken each set equally often after each of them. */
 uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration);

@@ -13,6 +13,15 @@ uint32_t lum_pattern_set(uint32_t side, uint32_t x, uint32_t y)
     return dither[side - 1][y % side * side + x % side];
 }
 
+void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *ret_y)
+{
+    uint32_t at = 0;
+    while (dither[side - 1][at] != set)
+        at++;
+    *ret_x = at % side;
+    *ret_y = at / side;
+}
+
 /* Steps without a common divisor with side * side, next to its golden section: any few iterations in a row spread well.
  */
 static const uint8_t stride[LUM_PATTERN_MAX] = {1, 3, 5, 9};

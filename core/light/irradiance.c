@@ -197,14 +197,39 @@ static void add_edges(const struct points *a, const struct points *b, struct poi
     }
 }
 
+/* from_vector for all points. */
+static void sum_up(const struct points *e, const struct points *n, double *restrict ret_a, double *restrict ret_cos)
+{
+    for (int i = 0; i < POINTS; i++) {
+        double a = e->x[i] * n->x[i] + e->y[i] * n->y[i] + e->z[i] * n->z[i];
+        double all = sqrt(e->x[i] * e->x[i] + e->y[i] * e->y[i] + e->z[i] * e->z[i]);
+        a = a > 0.0 ? a : 0.0;
+        a = a < LUM_PI_D ? a : LUM_PI_D;
+        double cos = a < all ? a / all : 1.0;
+        ret_a[i] = a, ret_cos[i] = all > 0.0 ? cos : 0.0;
+    }
+}
+
+/* Whether the quad is in front of the points, and no point to them. */
+static void look_at_side(const struct lum_light *l, const struct points *p, bool ret_open[POINTS])
+{
+    struct lum_vec3d at = vec(l->p), n = vec(l->n);
+    for (int i = 0; i < POINTS; i++) {
+        double x = at.x - p->x[i], y = at.y - p->y[i], z = at.z - p->z[i];
+        ret_open[i] =
+            (x * n.x + y * n.y + z * n.z < 0.0) & ((double)l->area >= POINT_LIKE_SR * (x * x + y * y + z * z));
+    }
+}
+
 /* All of a quad above the horizon and in front takes the same path for every point; the others are looked at one by
  * one. */
 static void quads(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *at, const struct lum_vec3 *normal,
                   struct lum_irradiance *ret)
 {
     static const int8_t sides[4][2] = {{-1, -1}, {-1, 1}, {1, 1}, {1, -1}};
-    struct lum_vec3d u = vec(l->u), v = vec(l->v), n_light = vec(l->n);
-    double turn = dot(cross(u, v), n_light) > 0.0 ? 1.0 : -1.0, area = (double)l->area, height[POINTS];
+    struct lum_vec3d u = vec(l->u), v = vec(l->v);
+    double turn = dot(cross(u, v), vec(l->n)) > 0.0 ? 1.0 : -1.0, height[POINTS], a[POINTS], cos[POINTS];
+    bool open[POINTS];
     struct points p, n, corner[4], e = {0};
     load_points(&p, n_points, at);
     load_points(&n, n_points, normal);
@@ -214,12 +239,11 @@ static void quads(const struct lum_light *l, uint32_t n_points, const struct lum
         look_at_corner(mad(mad(vec(l->p), u, turn * sides[k][0]), v, sides[k][1]), &p, &n, &corner[k], height);
     for (int k = 0; k < 4; k++)
         add_edges(&corner[k], &corner[(k + 1) % 4], &e);
-    for (uint32_t i = 0; i < n_points; i++) {
-        struct lum_vec3d d = mad(vec(l->p), vec(at[i]), -1.0);
-        bool open = height[i] > 0.0 && dot(d, n_light) < 0.0 && area >= POINT_LIKE_SR * dot(d, d);
-        ret[i] = open ? from_vector((struct lum_vec3d){e.x[i], e.y[i], e.z[i]}, vec(normal[i]))
-                      : quad(l, vec(at[i]), vec(normal[i]));
-    }
+    sum_up(&e, &n, a, cos);
+    look_at_side(l, &p, open);
+    for (uint32_t i = 0; i < n_points; i++)
+        ret[i] = open[i] && height[i] > 0.0 ? (struct lum_irradiance){(float)a[i], (float)cos[i]}
+                                            : quad(l, vec(at[i]), vec(normal[i]));
 }
 
 /* ---- disc ---- */

@@ -41,7 +41,7 @@ static void furnished_room(struct rig *r, uint32_t threads)
     set_live(r, 20000);
 }
 
-/* A floor with nothing above but the lamp: one ray a pixel, and every pixel the closed form. */
+/* A floor with nothing above but the lamp: a ray for one pixel of four, and every pixel the closed form. */
 static void lit_is_exact(void **state)
 {
     (void)state;
@@ -54,7 +54,7 @@ static void lit_is_exact(void **state)
     rig_commit(&r);
     set_live(&r, 1000000);
     struct lum_pass_stats s = rig_pass(&r);
-    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h);
+    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h / 4);
     struct lum_light l = {.kind = LUM_EMIT_QUAD, .p = {0, 2.8f, 0}, .n = {0, -1, 0}, .u = {0.5f, 0, 0}};
     l.v = lum_v3(0, 0, 0.35f);
     l.area = 0.7f;
@@ -89,7 +89,7 @@ static void umbra_is_black(void **state)
     rig_commit(&r);
     set_live(&r, 1000000);
     struct lum_pass_stats s = rig_pass(&r);
-    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h);
+    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h / 4);
     const struct lum_film *f = lum_view_film(r.view);
     for (uint32_t i = 0; i < f->w * f->h; i++)
         assert_true(lum_film_mean(f, i % f->w, i / f->w).g == 0.0f);
@@ -114,7 +114,7 @@ static void a_wide_penumbra_is_smooth(void **state)
     r.settings.w = 96;
     r.settings.h = 64;
     struct lum_pass_stats s = rig_pass(&r);
-    assert_int_equal(shadow_rays(&s), r.settings.w * r.settings.h);
+    assert_true(shadow_rays(&s) <= r.settings.w * r.settings.h); /* fewer beside the penumbra */
     double sum = 0.0, n = 0.0;
     for (uint32_t y = 0; y < r.settings.h; y++)
         for (uint32_t x = 0; x < r.settings.w; x++) {
