@@ -52,34 +52,48 @@ static float light_pdf(const struct resolve *v, struct lum_vec3 p, const struct 
     return lum_light_pdf(unit, v->layer->index, p, ls->wi, lum_v3_mad(p, ls->wi, ls->distance), l->n);
 }
 
-/* Per unit of power, without what is in the way of it. */
-static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
+/* The pixel's view of some strata that arrive, at least in part. Returns how many. */
+static uint32_t look_for_gloss(const struct resolve *v, size_t pixel, float share,
+                               struct lum_light_sample ret_sample[LUM_SOFT_POINTS], float ret_weight[LUM_SOFT_POINTS])
 {
     struct lum_seen own = v->layer->soft.seen[pixel];
-    struct lum_vec3 p = v->pass->surfaces->p[pixel], wo = v->wo[i];
-    struct lum_bsdf lobe = lum_bsdf_gloss(&v->bsdf[i]);
-    bool whole = lum_seen_whole(own),
-         shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
-    float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
-    uint32_t set =
-        lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->pass->tiling.w), (uint32_t)(pixel / v->pass->tiling.w));
+    bool whole = lum_seen_whole(own);
+    uint32_t n = 0, set = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % v->pass->tiling.w),
+                                          (uint32_t)(pixel / v->pass->tiling.w));
     /* Numbers that agree in their lower two bits are a (0,2,2)-net; the pixels of a 2 x 2 block take one each. */
     uint32_t first = whole ? 0 : (set ^ set >> 2) & 3u, step = whole ? 1 : LUM_SOFT_POINTS / GLOSS_POINTS;
-    struct lum_rgb sum = lum_grey(0.0f);
     struct lum_penumbra_view view;
     lum_penumbra_look(v->pass, v->layer, pixel, &view);
     for (uint32_t k = first; k < LUM_SOFT_POINTS; k += step) {
-        struct lum_light_sample ls;
         float visible = own.traced >> k & 1 ? (float)(own.visible >> k & 1) : share;
-        if (!(visible > 0.0f) || lum_penumbra_sample(&view, k, &ls) != LUM_PENUMBRA_OPEN)
+        if (!(visible > 0.0f) || lum_penumbra_sample(&view, k, &ret_sample[n]) != LUM_PENUMBRA_OPEN)
             continue;
-        struct lum_bsdf_value f = lum_bsdf_eval_parts(&lobe, wo, ls.wi);
-        float weight = visible / ls.pdf_sa;
-        if (shared)
-            weight *= lum_power_heuristic(even_pdf > 0.0f ? even_pdf : light_pdf(v, p, &ls), f.gloss_pdf_sa);
-        sum = lum_rgb_add(sum, lum_rgb_mul(f.gloss, lum_rgb_scale(lum_penumbra_arriving(v->pass, pixel, &ls), weight)));
+        ret_weight[n] = visible / ret_sample[n].pdf_sa * (float)step / (float)LUM_SOFT_POINTS;
+        n++;
     }
-    return lum_rgb_scale(sum, (float)step / (float)LUM_SOFT_POINTS);
+    return n;
+}
+
+/* Per unit of power, without what is in the way of it. */
+static struct lum_rgb gloss(const struct resolve *v, uint32_t i, size_t pixel, float share)
+{
+    struct lum_light_sample sample[LUM_SOFT_POINTS];
+    struct lum_vec3 p = v->pass->surfaces->p[pixel], wi[LUM_SOFT_POINTS];
+    struct lum_rgb f[LUM_SOFT_POINTS], sum = lum_grey(0.0f);
+    float weight[LUM_SOFT_POINTS], pdf_sa[LUM_SOFT_POINTS];
+    uint32_t n = look_for_gloss(v, pixel, share, sample, weight);
+    bool shared = v->pass->on[LUM_EFFECT_GLOSSY]; /* another estimator finds the light, too */
+    float even_pdf = shared ? lum_light_even_pdf(&v->pass->layers->unit, v->layer->index, p) : 0.0f;
+    for (uint32_t k = 0; k < n; k++)
+        wi[k] = sample[k].wi;
+    lum_bsdf_eval_gloss(&v->bsdf[i], v->wo[i], n, wi, f, pdf_sa);
+    for (uint32_t k = 0; k < n; k++) {
+        if (shared)
+            weight[k] *= lum_power_heuristic(even_pdf > 0.0f ? even_pdf : light_pdf(v, p, &sample[k]), pdf_sa[k]);
+        struct lum_rgb arriving = lum_penumbra_arriving(v->pass, pixel, &sample[k]);
+        sum = lum_rgb_add(sum, lum_rgb_mul(f[k], lum_rgb_scale(arriving, weight[k])));
+    }
+    return sum;
 }
 
 /* What media leave of the light as a whole. It changes little over a light, so that a few strata tell, the same for

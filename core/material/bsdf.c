@@ -113,6 +113,49 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
     return v;
 }
 
+/* eval_reflected where nothing is transmitted, for directions in lanes and without a branch. */
+#define LANES 4
+static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
+                                struct lum_rgb *ret_gloss, float *ret_pdf_sa)
+{
+    struct lum_vec3 o = lum_frame_to_local(&b->frame, wo), i[LANES];
+    float side[LANES], f[LANES], schlick[LANES], pdf[LANES];
+    float a2 = b->alpha * b->alpha, s_o = lum_ggx_s(o.z, b->alpha), g1 = lum_ggx_g1_over_cos(o.z, b->alpha);
+    for (uint32_t k = 0; k < LANES; k++) {
+        struct lum_vec3 w = wi[k < n ? k : 0];
+        i[k] = lum_frame_to_local(&b->frame, w);
+        side[k] = lum_dot(w, b->ng);
+    }
+    for (uint32_t k = 0; k < LANES; k++) {
+        float x = o.x + i[k].x, y = o.y + i[k].y, z = o.z + i[k].z, s = 1.0f / sqrtf(x * x + y * y + z * z);
+        float c = (o.x * x + o.y * y + o.z * z) * s, m = c < 1.0f ? 1.0f - c : 0.0f;
+        float t = (a2 * z * z + x * x + y * y) * s * s, d = 0.25f * LUM_INV_PI * a2 / (t * t);
+        float g2 = 2.0f / (i[k].z * s_o + o.z * sqrtf(a2 + (1.0f - a2) * i[k].z * i[k].z));
+        float open = (float)((i[k].z > 0.0f) & (side[k] > 0.0f));
+        schlick[k] = m * m * m * m * m;
+        f[k] = open > 0.0f ? d * g2 * i[k].z : 0.0f;
+        pdf[k] = open > 0.0f ? d * g1 : 0.0f;
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        struct lum_rgb facet = lum_rgb_add(lum_rgb_scale(b->f0, 1.0f - schlick[k]), lum_grey(b->f90 * schlick[k]));
+        ret_gloss[k] = lum_rgb_scale(facet, f[k]);
+        ret_pdf_sa[k] = pdf[k];
+    }
+}
+
+void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
+                         struct lum_rgb *ret_gloss, float *ret_pdf_sa)
+{
+    bool simple = b->glass == 0.0f && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
+    for (uint32_t k = 0; simple && k < n; k += LANES)
+        eval_metal_and_coat(b, wo, n - k < LANES ? n - k : LANES, wi + k, ret_gloss + k, ret_pdf_sa + k);
+    for (uint32_t k = 0; !simple && k < n; k++) {
+        struct lum_bsdf_value v = lum_bsdf_eval_parts(b, wo, wi[k]);
+        ret_gloss[k] = v.gloss;
+        ret_pdf_sa[k] = v.gloss_pdf_sa;
+    }
+}
+
 struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b)
 {
     struct lum_bsdf g = *b;

@@ -117,6 +117,10 @@ struct lum_bsdf_value {
 };
 struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi);
 
+/* gloss and gloss_pdf_sa of that, for n directions. */
+void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
+                         struct lum_rgb *ret_gloss, float *ret_pdf_sa);
+
 /* Albedo of the cosine-shaped lobes for light that arrives at a cosine: their f |cos| is this times cos_i / pi. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 

@@ -114,6 +114,34 @@ static void weights_are_value_over_pdf(void **state)
     }
 }
 
+/* Many directions at once are each as it is alone. A facet's normal is off by 2^-23, which next to a peak alpha = 0.04
+ * wide is 2 * 2^-23 / 0.04 = 6e-6 of the value, and twice that where both are. */
+static void many_directions_are_each_alone(void **state)
+{
+    (void)state;
+    enum { N = 7 };
+    struct rng r = {9};
+    for (int i = 0; i < 20000; i++) {
+        struct lum_material m = variant(i % N_VARIANTS, 0.2f + 0.8f * (float)rng_unit(&r));
+        struct lum_surface s = surface(i % 2);
+        struct lum_vec3 wo = direction(rng_unit(&r), 1.0), wi[N];
+        struct lum_rgb gloss[N];
+        float pdf[N];
+        struct lum_bsdf b;
+        lum_bsdf_init(&b, &m, &s, wo);
+        for (int k = 0; k < N; k++)
+            wi[k] = direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r));
+        lum_bsdf_eval_gloss(&b, wo, N, wi, gloss, pdf);
+        for (int k = 0; k < N; k++) {
+            struct lum_bsdf_value v = lum_bsdf_eval_parts(&b, wo, wi[k]);
+            if (!(fabsf(gloss[k].g - v.gloss.g) <= 2e-5f * v.gloss.g &&
+                  fabsf(pdf[k] - v.gloss_pdf_sa) <= 2e-5f * v.gloss_pdf_sa))
+                fail_msg("case %d, direction %d: %.9g, pdf %.9g; alone %.9g, %.9g", i, k, (double)gloss[k].g,
+                         (double)pdf[k], (double)v.gloss.g, (double)v.gloss_pdf_sa);
+        }
+    }
+}
+
 /* ---- energy ---- */
 
 /* Energy returned of what arrives from wo: weights with the eta^2 of radiance taken out again. */
@@ -288,6 +316,10 @@ static void nothing_is_ever_not_finite(void **state)
         float pdf;
         struct lum_rgb f = lum_bsdf_eval(&b, wo, wi, &pdf);
         bool ok = lum_rgb_finite(f) && isfinite(pdf) && pdf >= 0.0f && f.r >= 0.0f && f.g >= 0.0f && f.b >= 0.0f;
+        struct lum_rgb gloss;
+        float gloss_pdf;
+        lum_bsdf_eval_gloss(&b, wo, 1, &wi, &gloss, &gloss_pdf);
+        ok = ok && lum_rgb_finite(gloss) && isfinite(gloss_pdf) && gloss_pdf >= 0.0f && gloss.g >= 0.0f;
         struct lum_vec2 u = {pick_hostile(&r, unit_values, 3), pick_hostile(&r, unit_values, 3)};
         u.x = u.x < 1.0f ? u.x : 0.99999994f, u.y = u.y < 1.0f ? u.y : 0.99999994f;
         if (lum_bsdf_sample(&b, wo, u, (float)rng_unit(&r) * 0.99999994f, &bs))
@@ -308,6 +340,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_follow_the_pdf),
         cmocka_unit_test(weights_are_value_over_pdf),
+        cmocka_unit_test(many_directions_are_each_alone),
         cmocka_unit_test(no_material_creates_energy),
         cmocka_unit_test(white_stays_white),
         cmocka_unit_test(matte_weight_is_its_albedo_exactly),
