@@ -357,15 +357,15 @@ static void find_edges(const struct lum_pass *pass, struct lum_tile_rect r, stru
     }
 }
 
-/* What the pixels that are asked first say. At edges nobody takes their word. */
-static void sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, const struct sets *edges)
+/* What the pixels that are asked first say. At edges nobody takes their word. True: they say something new. */
+static bool sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, const struct sets *edges)
 {
     struct lum_tiling sets = lum_soft_tiling(pass);
     uint32_t nx = (r.w + LUM_SOFT_SIDE - 1) / LUM_SOFT_SIDE, ny = (r.h + LUM_SOFT_SIDE - 1) / LUM_SOFT_SIDE;
-    uint8_t *first = s->first + (size_t)(r.y / LUM_SOFT_SIDE) * sets.nx + r.x / LUM_SOFT_SIDE;
-    for (uint32_t y = 0; y < ny; y++)
-        for (uint32_t x = 0; x < nx; x++)
-            first[y * sets.nx + x] = edges->in[y * SETS_ACROSS + x] ? LUM_SOFT_LIT | LUM_SOFT_DARK : 0;
+    uint8_t first[SETS_ACROSS * SETS_ACROSS];
+    bool changed = false;
+    for (uint32_t i = 0; i < SETS_ACROSS * SETS_ACROSS; i++)
+        first[i] = edges->in[i] ? LUM_SOFT_LIT | LUM_SOFT_DARK : 0;
     for (uint32_t left = s->first_points; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left), dx, dy;
         lum_pattern_place(LUM_SOFT_SIDE, k, &dx, &dy);
@@ -373,10 +373,15 @@ static void sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lu
             for (uint32_t x = dx; x < r.w; x += LUM_SOFT_SIDE) {
                 struct lum_seen seen = s->seen[(size_t)(r.y + y) * pass->tiling.w + r.x + x];
                 if (seen.traced >> k & 1)
-                    first[y / LUM_SOFT_SIDE * sets.nx + x / LUM_SOFT_SIDE] |=
-                        seen.visible >> k & 1 ? LUM_SOFT_LIT : LUM_SOFT_DARK;
+                    first[set_at(x, y)] |= seen.visible >> k & 1 ? LUM_SOFT_LIT : LUM_SOFT_DARK;
             }
     }
+    for (uint32_t y = 0; y < ny; y++) {
+        uint8_t *row = s->first + (size_t)(r.y / LUM_SOFT_SIDE + y) * sets.nx + r.x / LUM_SOFT_SIDE;
+        changed |= memcmp(row, first + y * SETS_ACROSS, nx) != 0;
+        memcpy(row, first + y * SETS_ACROSS, nx);
+    }
+    return changed;
 }
 
 static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -406,11 +411,11 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
         if (pass->layers->carried)
             carry(pass, &layer->soft, r, from);
         trace_strata(&b, r, layer->soft.first_points, &all);
-        count(pass, &layer->soft, r);
-        sum_first(pass, &layer->soft, r, &edges);
         estimate_unshadowed(pass, layer, r);
         layer->soft.begun[packet] = LUM_SOFT_BEGUN;
         layer->soft.asked[packet] = pass->layers->n_passes;
+        if (sum_first(pass, &layer->soft, r, &edges))
+            layer->soft.answered[packet] = pass->layers->n_passes;
     }
 }
 
@@ -425,13 +430,23 @@ const struct lum_estimator lum_estimator_penumbra = {
 
 /* ---- the first stratum of the others ---- */
 
-static bool is_mixed(const struct lum_soft *s, const struct lum_tiling *sets, uint32_t x, uint32_t y)
+/* Those that do not agree with those around. */
+static void find_mixed(const struct lum_pass *pass, const struct lum_soft *s, struct lum_tile_rect r,
+                       struct sets *ret_mixed)
 {
-    uint8_t bits = 0;
-    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < sets->ny; j++)
-        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && i < sets->nx; i++)
-            bits |= s->first[j * sets->nx + i];
-    return bits == (LUM_SOFT_LIT | LUM_SOFT_DARK);
+    struct lum_tiling sets = lum_soft_tiling(pass);
+    uint8_t first[SETS_ACROSS + 2][SETS_ACROSS + 2] = {0}, row[SETS_ACROSS + 2][SETS_ACROSS];
+    uint32_t x0 = r.x / LUM_SOFT_SIDE, y0 = r.y / LUM_SOFT_SIDE;
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y < y0 + SETS_ACROSS + 1 && y < sets.ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x < x0 + SETS_ACROSS + 1 && x < sets.nx; x++)
+            first[y + 1 - y0][x + 1 - x0] = s->first[y * sets.nx + x];
+    for (uint32_t y = 0; y < SETS_ACROSS + 2; y++)
+        for (uint32_t x = 0; x < SETS_ACROSS; x++)
+            row[y][x] = first[y][x] | first[y][x + 1] | first[y][x + 2];
+    for (uint32_t y = 0; y < SETS_ACROSS; y++)
+        for (uint32_t x = 0; x < SETS_ACROSS; x++)
+            ret_mixed->in[y * SETS_ACROSS + x] =
+                (row[y][x] | row[y + 1][x] | row[y + 2][x]) == (LUM_SOFT_LIT | LUM_SOFT_DARK);
 }
 
 /* Drops what a tile of the pattern knows beyond what is asked first: so that a picture does not depend on what was there
@@ -448,36 +463,36 @@ static void drop_others(const struct lum_pass *pass, struct lum_soft *s, struct 
         }
 }
 
-/* Finds where the others of a packet are to be asked, and drops what they knew where they are not any more. True: any
- * did. */
-static bool find_mixed(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, struct sets *ret_mixed)
+/* Drops what others know where they are not asked any more. True: any did. */
+static bool drop_where_agreed(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r,
+                              const struct sets *mixed)
 {
     struct lum_tiling sets = lum_soft_tiling(pass);
     bool dropped = false;
     for (uint32_t y = r.y / LUM_SOFT_SIDE; y * LUM_SOFT_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
             uint32_t set = y * sets.nx + x;
-            struct lum_tile_rect t = lum_tile_at(&sets, set);
-            bool mixed = is_mixed(s, &sets, x, y);
-            ret_mixed->in[set_at(t.x - r.x, t.y - r.y)] = mixed;
-            if (!mixed && s->all_asked[set]) {
-                drop_others(pass, s, t);
+            bool all = mixed->in[set_at(x * LUM_SOFT_SIDE - r.x, y * LUM_SOFT_SIDE - r.y)];
+            if (s->all_asked[set] && !all) {
+                drop_others(pass, s, lum_tile_at(&sets, set));
                 s->open[set] = 1;
                 dropped = true;
             }
-            s->all_asked[set] = mixed;
+            s->all_asked[set] = all;
         }
     return dropped;
 }
 
-/* True when neither the packet nor one that touches it was asked since it was filled. */
+/* True when the packet was filled since it was last asked, and since one that touches it last said something new. */
 static bool is_filled(const struct lum_pass *pass, const struct lum_soft *s, uint32_t packet)
 {
-    uint32_t x0 = packet % pass->packets.nx, y0 = packet / pass->packets.nx, asked = 0;
+    uint32_t x0 = packet % pass->packets.nx, y0 = packet / pass->packets.nx, news = s->asked[packet];
     for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < pass->packets.ny; y++)
-        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < pass->packets.nx; x++)
-            asked = s->asked[y * pass->packets.nx + x] > asked ? s->asked[y * pass->packets.nx + x] : asked;
-    return s->filled[packet] > 0 && s->filled[packet] >= asked;
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < pass->packets.nx; x++) {
+            uint32_t at = y * pass->packets.nx + x;
+            news = s->answered[at] > news ? s->answered[at] : news;
+        }
+    return s->filled[packet] > 0 && s->filled[packet] >= news;
 }
 
 static void fill_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -489,16 +504,18 @@ static void fill_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     b.rays.n = 0;
     uint32_t a = 0;
     for (struct lum_layer *layer; pass->settings->max_depth > 0 && (layer = lum_penumbra_next(pass, &a));) {
+        struct lum_soft *s = &layer->soft;
         struct sets mixed;
-        if (is_filled(pass, &layer->soft, packet))
+        if (is_filled(pass, s, packet))
             continue;
         b.layer = layer;
         b.n_asked = 0;
-        bool dropped = find_mixed(pass, &layer->soft, r, &mixed);
-        trace_strata(&b, r, (uint16_t)~layer->soft.first_points, &mixed);
-        if (dropped || b.n_asked)
-            count(pass, &layer->soft, r);
-        layer->soft.filled[packet] = pass->layers->n_passes;
+        find_mixed(pass, s, r, &mixed);
+        bool dropped = drop_where_agreed(pass, s, r, &mixed);
+        trace_strata(&b, r, (uint16_t)~s->first_points, &mixed);
+        if (dropped || b.n_asked || s->asked[packet] > s->filled[packet] || !s->filled[packet])
+            count(pass, s, r);
+        s->filled[packet] = pass->layers->n_passes;
     }
 }
 

@@ -80,6 +80,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
         .asked = lum_calloc(pass->packets.n, sizeof *s.asked),
+        .answered = lum_calloc(pass->packets.n, sizeof *s.answered),
         .filled = lum_calloc(pass->packets.n, sizeof *s.filled),
         .told = lum_calloc(pass->tiling.n, sizeof *s.told),
         .settled = lum_calloc(pass->tiling.n, sizeof *s.settled),
@@ -91,7 +92,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.prints && s.unshadowed &&
-        s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.filled && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
+        s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.answered && s.filled && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
         redo(ret_soft, pass);
         return true;
     }
@@ -113,6 +114,7 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->open);
     lum_free(s->begun);
     lum_free(s->asked);
+    lum_free(s->answered);
     lum_free(s->filled);
     lum_free(s->told);
     lum_free(s->settled);

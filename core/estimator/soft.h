@@ -57,8 +57,8 @@ struct lum_soft {
     uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
-    uint32_t *asked, *filled;     /* same: lum_layers.n_passes when its first pixels were last asked, and when the others were, where
-                                   * these do not agree; 0: never */
+    uint32_t *asked, *answered, *filled; /* same: lum_layers.n_passes when its first pixels were last asked, when they last said
+                                   * something new, and when the others were asked, where these do not agree; 0: never */
     uint32_t *told, *settled;     /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed, and when
                                    * direct was last up to date; 0: never */
     float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
