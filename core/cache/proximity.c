@@ -3,6 +3,11 @@
 #include "core/render/frame.h"
 
 #define RAYS LUM_PROXIMITY_RAYS
+/* The mean is no more than this many times the nearest hit: in a gap seen edge-on all but a few rays leave it, and
+ * records beside the gap would light it. relMSE and million rays of a first frame without, at 2, 3 and 4: cornell
+ * 0.0101 1.00, 0.0061 1.12, 0.0071 1.01, 0.0095 1.00; desk 0.0332 1.12, 0.0317 1.33, 0.0327 1.18, 0.0332 1.14; sibenik 0.160 1.84, 0.151
+ * 2.20, 0.151 2.01, 0.156 1.92. */
+#define NEAREST_MOST 3.0f
 
 /* Ray i of a spiral that covers the hemisphere evenly by solid angle, turned by the golden ratio from each to the next.
  * It is the same everywhere, so that the distance changes no more than the point does. */
@@ -34,9 +39,12 @@ void lum_proximity(const struct lum_snapshot *s, const struct lum_receiver *poin
     lum_trace_closest(&trace, &rays, &hits);
     counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += rays.n;
     for (uint32_t i = 0; i < n; i++) {
-        float sum = 0.0f;
-        for (uint32_t k = i * RAYS; k < (i + 1) * RAYS; k++)
-            sum += 1.0f / lum_max(hits.object[k] == LUM_NO_OBJECT ? limit : hits.t[k], LUM_RAY_OFFSET);
-        ret_distance[i] = lum_min((float)RAYS / sum, limit);
+        float sum = 0.0f, nearest = limit;
+        for (uint32_t k = i * RAYS; k < (i + 1) * RAYS; k++) {
+            float distance = lum_max(hits.object[k] == LUM_NO_OBJECT ? limit : hits.t[k], LUM_RAY_OFFSET);
+            sum += 1.0f / distance;
+            nearest = lum_min(nearest, distance);
+        }
+        ret_distance[i] = lum_min(lum_min((float)RAYS / sum, NEAREST_MOST * nearest), limit);
     }
 }
