@@ -13,8 +13,8 @@
  *
  * Errors are against path tracing through the same pixels (reference.h).
  *
- * Error against cost: the same frame at more and fewer VPLs and, in live, rays for soft shadows; and path, sample by
- * sample. */
+ * Error against cost: the same frame at more and fewer VPLs and, in live, rays for soft shadows and records; and path,
+ * sample by sample. */
 #include "tests/bench/ais.h"
 
 #include <math.h>
@@ -44,10 +44,17 @@ static const uint32_t part_bits[AIS_PARTS] = {
 /* What a method must serve to be compared in full. */
 #define CORE_BITS (DIRECT_BITS | BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_MEDIA))
 
-/* AIS_VPLS comes with what the product has by default. */
+/* AIS_VPLS comes with what the product has by default. The last two are of live alone. */
 static const struct budget {
     uint32_t n_vpls, shadow_budget;
-} budgets[] = {{32, 0}, {64, 0}, {128, 25000}, {AIS_VPLS, 100000}, {512, 200000}, {1024, 400000}};
+    float cache_accuracy;
+} budgets[] = {{32, 0, 0.6f},
+               {64, 0, 0.5f},
+               {128, 0, 0.4f},
+               {192, 25000, 0.3f},
+               {AIS_VPLS, 100000, LUM_CACHE_ACCURACY},
+               {512, 200000, LUM_CACHE_ACCURACY},
+               {1024, 400000, LUM_CACHE_ACCURACY}};
 
 /* One scene at work. */
 struct rig {
@@ -204,6 +211,7 @@ static bool measure_budget(struct rig *r, const struct configs *configs, const s
             struct lum_view_settings s = c->settings;
             s.n_vpls = budget->n_vpls;
             s.shadow_budget = budget->shadow_budget;
+            s.cache_accuracy = budget->cache_accuracy;
             if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
                 (round && cpu_ms[i][0] > 1000.0))
                 continue;
@@ -217,6 +225,7 @@ static bool measure_budget(struct rig *r, const struct configs *configs, const s
             configs->at[i].curve->points[configs->at[i].curve->n++] = (struct ais_point){
                 .n_vpls = budget->n_vpls,
                 .shadow_budget = budget->shadow_budget,
+                .cache_accuracy = (double)budget->cache_accuracy,
                 .cpu_ms = lum_bench_quantile(cpu_ms[i], n_frames[i], 0.0),
                 .error = lum_bench_error_of(&r->reference, configs->at[i].view),
                 .rays = rays[i],
@@ -229,7 +238,7 @@ static bool measure_configs(struct rig *r, const struct configs *configs)
     lum_bench_progress("ais: %s: frames, after %u samples of the reference", r->out->name, r->out->reference_spp);
     bool ok = time_configs(r, configs);
     lum_bench_progress("ais: %s: error against cost", r->out->name);
-    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 3 : 1)
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 4 : 1)
         ok = measure_budget(r, configs, &budgets[i]);
     return ok;
 }

@@ -23,7 +23,8 @@ struct ais_cell {
 
 /* A frame at one setting, for error against cost. */
 struct ais_point {
-    uint32_t n_vpls, shadow_budget, spp; /* shadow_budget: of live alone */
+    uint32_t n_vpls, shadow_budget, spp; /* shadow_budget: of live alone, as the next */
+    double cache_accuracy;
     double cpu_ms;
     struct lum_bench_error error;
     uint64_t rays;

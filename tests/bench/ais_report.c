@@ -295,8 +295,9 @@ static void put_ratios(const struct ais_study *study, struct lum_bench_table *t)
 }
 
 static const struct lum_bench_column point_columns[] = {
-    {"scene", NULL, TEXT}, {"method", NULL, TEXT}, {"vpls", NULL, 0},   {"shadow_budget", NULL, 0}, {"spp", NULL, 0},
-    {"cpu_ms", NULL, 4},   {"rays", NULL, 0},      {"relmse", NULL, 9}, {"smape", NULL, 9},
+    {"scene", NULL, TEXT},       {"method", NULL, TEXT}, {"vpls", NULL, 0},   {"shadow_budget", NULL, 0},
+    {"cache_accuracy", NULL, 3}, {"spp", NULL, 0},       {"cpu_ms", NULL, 4}, {"rays", NULL, 0},
+    {"relmse", NULL, 9},         {"smape", NULL, 9},
 };
 
 static const char *curve_name(int curve)
@@ -311,8 +312,10 @@ static void put_points(const struct ais_study *study, struct lum_bench_table *t)
             for (size_t k = 0; k < study->scenes[i].curves[m].n; k++) {
                 const struct ais_point *p = &study->scenes[i].curves[m].points[k];
                 LUM_BENCH_TEXTS(t, study->scenes[i].name, curve_name(m));
-                LUM_BENCH_NUMBERS(t, (double)p->n_vpls, m == AIS_LIVE ? (double)p->shadow_budget : (double)NAN,
-                                  (double)p->spp, p->cpu_ms, (double)p->rays, p->error.relmse, p->error.smape);
+                bool live = m == AIS_LIVE;
+                LUM_BENCH_NUMBERS(t, (double)p->n_vpls, live ? (double)p->shadow_budget : (double)NAN,
+                                  live ? p->cache_accuracy : (double)NAN, (double)p->spp, p->cpu_ms, (double)p->rays,
+                                  p->error.relmse, p->error.smape);
             }
 }
 
