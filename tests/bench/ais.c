@@ -196,40 +196,61 @@ static bool time_configs(struct rig *r, const struct configs *configs)
 
 /* ---- error against cost ---- */
 
-/* A frame of each method at a budget; its CPU time is the least of three, in which the methods take turns. Left out
- * are repetitions of frames that take a second, and methods that took two at the budget before. */
+/* Frames of a method at a budget, each with a draw of VPLs and light samples of its own. */
+struct draws {
+    size_t n;
+    double cpu_ms[AIS_DRAWS];
+    struct lum_bench_error error; /* sum */
+    uint64_t rays;                /* sum */
+};
+
+/* False: it failed. Left out are repetitions of frames that take a second, and methods that took two at the budget
+ * before. */
+static bool draw_frame(struct rig *r, const struct config *c, const struct budget *budget, struct draws *inout)
+{
+    struct lum_pass_stats stats = {0};
+    struct lum_view_settings s = c->settings;
+    s.n_vpls = budget->n_vpls;
+    s.shadow_budget = budget->shadow_budget;
+    s.cache_accuracy = budget->cache_accuracy;
+    s.seed += (uint32_t)inout->n;
+    if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
+        (inout->n && inout->cpu_ms[0] > 1000.0))
+        return true;
+    if (!fresh_frame(r, c->view, c->caches, &s, &stats))
+        return false;
+    struct lum_bench_error error = lum_bench_error_of(&r->reference, c->view);
+    inout->error.relmse += error.relmse;
+    inout->error.smape += error.smape;
+    inout->rays += sum_rays(stats.rays);
+    inout->cpu_ms[inout->n++] = stats.cpu_ms;
+    return true;
+}
+
+/* Methods take turns. A point's CPU time is the least of its draws, its errors are their mean: which VPLs
+ * were drawn shows in both. */
 static bool measure_budget(struct rig *r, const struct configs *configs, const struct budget *budget)
 {
-    enum { FRAMES = 3 };
-    double cpu_ms[LUM_ARRAY_LEN(configs->at)][FRAMES];
-    size_t n_frames[LUM_ARRAY_LEN(configs->at)] = {0}, rounds = r->options->quick ? 1 : FRAMES;
-    uint64_t rays[LUM_ARRAY_LEN(configs->at)] = {0};
+    struct draws draws[LUM_ARRAY_LEN(configs->at)] = {0};
+    size_t rounds = r->options->quick ? 1 : AIS_DRAWS;
     for (size_t round = 0; round < rounds; round++)
-        for (size_t i = 0; i < configs->n; i++) {
-            const struct config *c = &configs->at[i];
-            struct lum_pass_stats stats = {0};
-            struct lum_view_settings s = c->settings;
-            s.n_vpls = budget->n_vpls;
-            s.shadow_budget = budget->shadow_budget;
-            s.cache_accuracy = budget->cache_accuracy;
-            if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
-                (round && cpu_ms[i][0] > 1000.0))
-                continue;
-            if (!fresh_frame(r, c->view, c->caches, &s, &stats))
+        for (size_t i = 0; i < configs->n; i++)
+            if (!draw_frame(r, &configs->at[i], budget, &draws[i]))
                 return false;
-            cpu_ms[i][n_frames[i]++] = stats.cpu_ms;
-            rays[i] = sum_rays(stats.rays);
-        }
-    for (size_t i = 0; i < configs->n; i++)
-        if (n_frames[i])
-            configs->at[i].curve->points[configs->at[i].curve->n++] = (struct ais_point){
-                .n_vpls = budget->n_vpls,
-                .shadow_budget = budget->shadow_budget,
-                .cache_accuracy = (double)budget->cache_accuracy,
-                .cpu_ms = lum_bench_quantile(cpu_ms[i], n_frames[i], 0.0),
-                .error = lum_bench_error_of(&r->reference, configs->at[i].view),
-                .rays = rays[i],
-            };
+    for (size_t i = 0; i < configs->n; i++) {
+        const struct draws *d = &draws[i];
+        double n = (double)d->n;
+        if (!d->n)
+            continue;
+        configs->at[i].curve->points[configs->at[i].curve->n++] = (struct ais_point){
+            .n_vpls = budget->n_vpls,
+            .shadow_budget = budget->shadow_budget,
+            .cache_accuracy = (double)budget->cache_accuracy,
+            .cpu_ms = lum_bench_quantile(draws[i].cpu_ms, d->n, 0.0),
+            .error = {d->error.relmse / n, d->error.smape / n},
+            .rays = d->rays / d->n,
+        };
+    }
     return true;
 }
 
