@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/estimator/components.h"
 #include "core/interleave/interleave.h"
 #include "core/light/irradiance.h"
 
@@ -74,7 +75,7 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *v, ui
                           : (side < 0.0f ? LUM_PENUMBRA_OPEN : LUM_PENUMBRA_NEEDLESS);
 }
 
-static const struct lum_estimator lum_penumbra_fill;
+static const struct lum_estimator penumbra_fill;
 
 /* Shadow rays of one layer that wait to be traced together. */
 struct batch {
@@ -84,8 +85,15 @@ struct batch {
     struct lum_rays rays;
     size_t pixel[LUM_RAY_BATCH];
     uint16_t bit[LUM_RAY_BATCH];
-    uint32_t n_asked; /* samples */
+    uint32_t n_asked; /* samples, of the layer */
 };
+
+static void begin_layer(struct batch *b, struct lum_layer *layer)
+{
+    b->layer = layer;
+    b->rays.n = 0;
+    b->n_asked = 0;
+}
 
 static void flush(struct batch *b)
 {
@@ -131,7 +139,6 @@ static void ask(struct batch *b, const struct lum_penumbra_view *view, uint32_t 
 
 /* ---- what is known from before the eye moved ---- */
 
-#define SAME_COS 0.9f /* between normals, as in lum_guide_same_surface */
 #define NOWHERE UINT32_MAX
 
 /* The pixel that saw the same spot when the eye was elsewhere: it lies within a pixel's size of the plane there. */
@@ -145,7 +152,7 @@ static uint32_t former_pixel(const struct lum_pass *pass, size_t pixel)
     uint32_t from = y * pass->tiling.w + x;
     float off = lum_dot(s->n[pixel], lum_v3_sub(s->former_p[from], s->p[pixel]));
     bool same =
-        lum_dot(s->n[pixel], s->former_n[from]) > SAME_COS && fabsf(off) <= pass->eye.per_pixel * s->depth[pixel];
+        lum_dot(s->n[pixel], s->former_n[from]) > LUM_SAME_COS && fabsf(off) <= pass->eye.per_pixel * s->depth[pixel];
     return same ? from : NOWHERE;
 }
 
@@ -208,13 +215,13 @@ static void trace_stratum(struct batch *b, struct lum_tile_rect r, uint32_t k, c
         for (uint32_t x = dx; x < r.w; x += LUM_SOFT_SIDE)
             if (sets->in[set_at(x, y)])
                 ask_first(b, (size_t)(r.y + y) * b->pass->tiling.w + r.x + x, k);
-    flush(b);
 }
 
 static void trace_strata(struct batch *b, struct lum_tile_rect r, uint16_t strata, const struct sets *sets)
 {
     for (uint32_t left = strata; left; left &= left - 1)
         trace_stratum(b, r, (uint32_t)__builtin_ctz(left), sets);
+    flush(b);
 }
 _Static_assert(LUM_PACKET_SIDE % LUM_SOFT_SIDE == 0 && LUM_PACKET_SIDE % LUM_TILE_SIDE == 0,
                "packets are made of whole tiles of the pattern, and of the picture");
@@ -301,8 +308,9 @@ static float sample_unshadowed(const struct lum_pass *pass, const struct lum_lay
     return lum_luminance(ls.radiance) * fabsf(lum_dot(ls.wi, pass->surfaces->n[pixel])) / ls.pdf_sa;
 }
 
-/* At power 1, for radiance or luminance 1. */
-static void irradiate(const struct lum_pass *pass, const struct lum_layer *layer, const struct probes *p, float *ret)
+/* The irradiance of each at power 1, or its luminance. */
+static void find_irradiance(const struct lum_pass *pass, const struct lum_layer *layer, const struct probes *p,
+                            float *ret)
 {
     const struct lum_light *light = &pass->layers->unit.lights.lights[layer->index];
     struct lum_vec3 at[LUM_ARRAY_LEN(p->pixel)], n[LUM_ARRAY_LEN(p->pixel)];
@@ -319,6 +327,7 @@ static void irradiate(const struct lum_pass *pass, const struct lum_layer *layer
         ret[i] = all[i].cosine_integral;
 }
 
+/* The mean over two pixels of each tile of the pattern of which it is not known. */
 static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *layer, struct lum_tile_rect r)
 {
     const struct lum_surfaces *s = pass->surfaces;
@@ -333,7 +342,7 @@ static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *l
             unshadowed[set] = 0.0f;
             add_probes(&p, pass, layer, lum_tile_at(&sets, set), set);
         }
-    irradiate(pass, layer, &p, white);
+    find_irradiance(pass, layer, &p, white);
     for (uint32_t i = 0; i < p.n; i++) {
         float gloss = s->kind[p.pixel[i]] & LUM_PIXEL_GLOSS ? GLOSS_ALBEDO : 0.0f;
         float diffuse = layer->index == pass->cached_sky ? 0.0f : lum_luminance(s->albedo[p.pixel[i]]);
@@ -343,21 +352,33 @@ static void estimate_unshadowed(const struct lum_pass *pass, struct lum_layer *l
 
 /* ---- the first stratum of every fourth pixel ---- */
 
-/* Those in which not all is one surface, and even: what is seen of the light may differ there, too. */
+/* Which strata are asked for first: of lights without a closed form, whose light is the sum of the samples, all. */
+static uint16_t first_points(const struct lum_pass *pass, const struct lum_layer *layer)
+{
+    bool exact = lum_light_has_irradiance(&pass->layers->unit.lights.lights[layer->index]);
+    return exact ? layer->soft.first_points : UINT16_MAX;
+}
+
+/* Those in which not all is one surface of one kind, where pixels may see other parts of the light than their
+ * neighbours do; and those that the border of the picture cuts, which may hold no pixel that is asked first. */
 static void find_edges(const struct lum_pass *pass, struct lum_tile_rect r, struct sets *ret_edges)
 {
-    const struct lum_surfaces *s = pass->surfaces;
+    const uint8_t *kind = pass->surfaces->kind, lit = LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS,
+                  kinds = lit | LUM_PIXEL_SPECULAR;
+    struct lum_guide guide = lum_components_guide(pass);
     *ret_edges = (struct sets){0};
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = i % r.w, y = i / r.w, x0 = x - x % LUM_SOFT_SIDE, y0 = y - y % LUM_SOFT_SIDE;
         size_t pixel = (size_t)(r.y + y) * pass->tiling.w + r.x + x,
                corner = (size_t)(r.y + y0) * pass->tiling.w + r.x + x0;
-        ret_edges->in[set_at(x, y)] |= s->object[pixel] != s->object[corner] ||
-                                       (pixel != corner && !(lum_dot(s->n[pixel], s->n[corner]) > SAME_COS));
+        bool cut = x0 + LUM_SOFT_SIDE > r.w || y0 + LUM_SOFT_SIDE > r.h;
+        bool alike = pixel == corner || !(kind[pixel] & lit) || lum_guide_same_surface(&guide, pixel, corner);
+        ret_edges->in[set_at(x, y)] |= cut || !alike || (kind[pixel] & kinds) != (kind[corner] & kinds);
     }
 }
 
-/* What the pixels that are asked first say. At edges nobody takes their word. True: they say something new. */
+/* What the pixels that are asked first say. Nobody takes their word at edges, nor where none of them sees the light in
+ * front of it, though it brings something. True: they say something new. */
 static bool sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect r, const struct sets *edges)
 {
     struct lum_tiling sets = lum_soft_tiling(pass);
@@ -377,9 +398,14 @@ static bool sum_first(const struct lum_pass *pass, struct lum_soft *s, struct lu
             }
     }
     for (uint32_t y = 0; y < ny; y++) {
-        uint8_t *row = s->first + (size_t)(r.y / LUM_SOFT_SIDE + y) * sets.nx + r.x / LUM_SOFT_SIDE;
-        changed |= memcmp(row, first + y * SETS_ACROSS, nx) != 0;
-        memcpy(row, first + y * SETS_ACROSS, nx);
+        size_t at = (size_t)(r.y / LUM_SOFT_SIDE + y) * sets.nx + r.x / LUM_SOFT_SIDE;
+        for (uint32_t x = 0; x < nx; x++) {
+            uint8_t bits = first[y * SETS_ACROSS + x];
+            if (bits == 0 && s->unshadowed[at + x] > 0.0f)
+                bits = LUM_SOFT_LIT | LUM_SOFT_DARK;
+            changed |= s->first[at + x] != bits;
+            s->first[at + x] = bits;
+        }
     }
     return changed;
 }
@@ -392,7 +418,6 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     struct batch b;
     b.pass = pass;
     b.counters = counters;
-    b.rays.n = 0;
     uint32_t a = 0, from[LUM_PACKET_SIDE * LUM_PACKET_SIDE];
     struct sets all, edges;
     bool looked = false;
@@ -400,7 +425,7 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
         if (layer->soft.begun[packet] == LUM_SOFT_BEGUN)
             continue;
-        b.layer = layer;
+        begin_layer(&b, layer);
         if (!looked)
             find_edges(pass, r, &edges);
         if (pass->layers->carried && !looked)
@@ -410,12 +435,12 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
             reconsider(pass, layer, r);
         if (pass->layers->carried)
             carry(pass, &layer->soft, r, from);
-        trace_strata(&b, r, layer->soft.first_points, &all);
+        trace_strata(&b, r, first_points(pass, layer), &all);
         estimate_unshadowed(pass, layer, r);
         layer->soft.begun[packet] = LUM_SOFT_BEGUN;
         layer->soft.asked[packet] = pass->layers->n_passes;
         if (sum_first(pass, &layer->soft, r, &edges))
-            layer->soft.answered[packet] = pass->layers->n_passes;
+            layer->soft.changed[packet] = pass->layers->n_passes;
     }
 }
 
@@ -425,7 +450,7 @@ const struct lum_estimator lum_estimator_penumbra = {
     .tile = trace_packet,
     .packets = true,
     .surfaces = true,
-    .then = &lum_penumbra_fill,
+    .then = &penumbra_fill,
 };
 
 /* ---- the first stratum of the others ---- */
@@ -449,8 +474,8 @@ static void find_mixed(const struct lum_pass *pass, const struct lum_soft *s, st
                 (row[y][x] | row[y + 1][x] | row[y + 2][x]) == (LUM_SOFT_LIT | LUM_SOFT_DARK);
 }
 
-/* Drops what a tile of the pattern knows beyond what is asked first: so that a picture does not depend on what was there
- * before. */
+/* Drops what a tile of the pattern knows beyond what is asked first, so that a picture does not depend on what was
+ * there before. (What refinement found out where all had agreed from the start stays.) */
 static void drop_others(const struct lum_pass *pass, struct lum_soft *s, struct lum_tile_rect t)
 {
     for (uint32_t y = 0; y < t.h; y++)
@@ -473,12 +498,13 @@ static bool drop_where_agreed(const struct lum_pass *pass, struct lum_soft *s, s
         for (uint32_t x = r.x / LUM_SOFT_SIDE; x * LUM_SOFT_SIDE < r.x + r.w; x++) {
             uint32_t set = y * sets.nx + x;
             bool all = mixed->in[set_at(x * LUM_SOFT_SIDE - r.x, y * LUM_SOFT_SIDE - r.y)];
-            if (s->all_asked[set] && !all) {
+            if (s->all_asked[set] == all)
+                continue;
+            if (!all)
                 drop_others(pass, s, lum_tile_at(&sets, set));
-                s->open[set] = 1;
-                dropped = true;
-            }
+            dropped |= !all;
             s->all_asked[set] = all;
+            s->open[set] = 1;
         }
     return dropped;
 }
@@ -490,9 +516,9 @@ static bool is_filled(const struct lum_pass *pass, const struct lum_soft *s, uin
     for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < pass->packets.ny; y++)
         for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < pass->packets.nx; x++) {
             uint32_t at = y * pass->packets.nx + x;
-            news = s->answered[at] > news ? s->answered[at] : news;
+            news = s->changed[at] > news ? s->changed[at] : news;
         }
-    return s->filled[packet] > 0 && s->filled[packet] >= news;
+    return s->filled[packet] >= news;
 }
 
 static void fill_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
@@ -501,25 +527,27 @@ static void fill_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     struct batch b;
     b.pass = pass;
     b.counters = counters;
-    b.rays.n = 0;
     uint32_t a = 0;
     for (struct lum_layer *layer; pass->settings->max_depth > 0 && (layer = lum_penumbra_next(pass, &a));) {
         struct lum_soft *s = &layer->soft;
         struct sets mixed;
+        uint16_t others = (uint16_t)~first_points(pass, layer);
+        bool dropped = false;
         if (is_filled(pass, s, packet))
             continue;
-        b.layer = layer;
-        b.n_asked = 0;
-        find_mixed(pass, s, r, &mixed);
-        bool dropped = drop_where_agreed(pass, s, r, &mixed);
-        trace_strata(&b, r, (uint16_t)~s->first_points, &mixed);
-        if (dropped || b.n_asked || s->asked[packet] > s->filled[packet] || !s->filled[packet])
+        begin_layer(&b, layer);
+        if (others) {
+            find_mixed(pass, s, r, &mixed);
+            dropped = drop_where_agreed(pass, s, r, &mixed);
+            trace_strata(&b, r, others, &mixed);
+        }
+        if (dropped || b.n_asked || s->asked[packet] > s->filled[packet])
             count(pass, s, r);
         s->filled[packet] = pass->layers->n_passes;
     }
 }
 
-static const struct lum_estimator lum_penumbra_fill = {
+static const struct lum_estimator penumbra_fill = {
     .name = "penumbra, fill",
     .stage = LUM_STAGE_SHADOW,
     .tile = fill_packet,
@@ -581,10 +609,9 @@ static void refine_packet(const struct lum_pass *pass, uint32_t packet, struct l
     struct batch b;
     b.pass = pass;
     b.counters = counters;
-    b.rays.n = 0;
     uint32_t a = 0;
-    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));) {
-        b.layer = layer;
+    for (struct lum_layer *layer; pass->settings->max_depth > 0 && (layer = lum_penumbra_next(pass, &a));) {
+        begin_layer(&b, layer);
         if (refine_layer(&b, r))
             count(pass, &layer->soft, r);
         if (pass->layers->refined_share > 0.0f)

@@ -1,7 +1,8 @@
 /* Soft shadows by interleaved samples, guided refinement and the ratio estimator: the stages of lum_estimator_penumbra.
  *
  *   trace    one shadow ray per light for every fourth pixel, each of four another stratum of the light
- *   fill     the same for the other pixels, where those do not agree or a tile of the pattern is not all one surface
+ *   fill     the same for the other pixels, where those do not agree or a tile of the pattern is not all one surface. (A
+ *            shadow that falls between those that were asked, a pixel or two wide, is missed, until path samples take over)
  *   refine   further strata where shadow borders are, most useful first, within a budget
  *   share    of the light that arrives: measured over a window of the same surface
  *   resolve  response = unshadowed light in closed form * share, joined with those around */
@@ -40,7 +41,7 @@ enum lum_penumbra_side {
 enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *view, uint32_t k,
                                            struct lum_light_sample *ret_sample);
 
-/* Sets the goal of each tile of the pattern. Reads what trace counted. */
+/* Sets the goal of each tile of the pattern. Reads what fill counted. */
 void lum_penumbra_plan(const struct lum_pass *pass);
 
 extern const struct lum_estimator lum_penumbra_refine, lum_penumbra_share, lum_penumbra_resolve;

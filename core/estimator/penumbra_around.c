@@ -96,6 +96,11 @@ float lum_penumbra_around_share(const struct lum_penumbra_around *a, uint32_t x,
     if (!needs_window(a, says))
         return says & LUM_SOFT_LIT ? 1.0f : 0.0f;
     *ret_moments = lum_penumbra_window_at(&a->window, x, y);
+    if (a->exact && !(ret_moments->traced > 0.0f)) { /* nobody on its surface was asked */
+        const struct lum_soft_tally *t =
+            &a->layer->soft.tally[(a->r.y + y) / LUM_SOFT_SIDE * a->sets.nx + (a->r.x + x) / LUM_SOFT_SIDE];
+        return t->traced > 0 ? (float)t->visible / (float)t->traced : 0.0f;
+    }
     return lum_moments_share(ret_moments);
 }
 

@@ -7,6 +7,8 @@
  * budget; a histogram of what steps are worth gives the worth down to which it lasts. */
 #include "core/estimator/penumbra.h"
 
+#include <string.h>
+
 #define BUCKETS 256
 #define PER_OCTAVE 4
 
@@ -67,10 +69,11 @@ static uint32_t bucket_of(float worth)
     return (uint32_t)lum_clamp(b, 0.0f, BUCKETS - 1);
 }
 
-/* Steps of tile i from n samples a pixel to one more, and what each costs: 0 when there are none. */
+/* Steps of tile i from n samples a pixel to one more, from `first` on, and what they cost: the first one more where
+ * some pixels know nothing yet. Value 0: there are none. */
 struct steps {
     float value;
-    uint32_t first, rays;
+    uint32_t first, rays, rays_at_first;
 };
 
 static struct steps steps_at(const struct plan *p, const struct lum_layer *layer, uint32_t i)
@@ -79,8 +82,13 @@ static struct steps steps_at(const struct plan *p, const struct lum_layer *layer
     uint32_t n = r.w * r.h, known = layer->soft.tally[i].known;
     if (known >= n * LUM_SOFT_POINTS || !layer->soft.open[i])
         return (struct steps){0};
-    uint32_t first = known / n;
-    return (struct steps){value_at(p, layer, i), first > 0 ? first : 1, n};
+    uint32_t first = known < n ? 1 : known / n;
+    return (struct steps){value_at(p, layer, i), first, n, known < n ? 2 * n - known : n};
+}
+
+static uint32_t rays_of_step(const struct steps *s, uint32_t n)
+{
+    return n == s->first ? s->rays_at_first : s->rays;
 }
 
 static uint32_t bucket_of_step(const struct steps *s, uint32_t n)
@@ -108,10 +116,10 @@ static void set_goals(struct plan *p, struct lum_layer *layer)
             continue;
         for (; n < LUM_SOFT_POINTS; n++) {
             uint32_t bucket = bucket_of_step(&s, n);
-            if (bucket < p->least && (bucket + 1 < p->least || p->budget < s.rays))
+            if (bucket < p->least && (bucket + 1 < p->least || p->budget < rays_of_step(&s, n)))
                 break;
             if (bucket < p->least)
-                p->budget -= s.rays;
+                p->budget -= rays_of_step(&s, n);
         }
         layer->soft.goal[i] = (uint8_t)(n > s.first ? n : 0);
     }
@@ -121,20 +129,24 @@ void lum_penumbra_plan(const struct lum_pass *pass)
 {
     struct lum_layers *l = pass->layers;
     struct plan p = {.pass = pass, .sets = lum_soft_tiling(pass), .brightness = l->brightness};
+    struct lum_layer *layer;
     uint32_t a = 0;
     if (!l->brightness || pass->settings->max_depth == 0)
         return;
     p.mean = sum_brightness(pass, p.sets.n, l->brightness);
-    if (!(p.mean > 0.0))
+    if (!(p.mean > 0.0)) {
+        while ((layer = lum_penumbra_next(pass, &a)))
+            memset(layer->soft.goal, 0, p.sets.n);
         return;
-    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
+    }
+    while ((layer = lum_penumbra_next(pass, &a)))
         for (uint32_t i = 0; i < p.sets.n; i++) {
             struct steps s = steps_at(&p, layer, i);
             for (uint32_t n = s.first; s.value > 0.0f && n < LUM_SOFT_POINTS; n++)
-                p.rays[bucket_of_step(&s, n)] += s.rays;
+                p.rays[bucket_of_step(&s, n)] += rays_of_step(&s, n);
         }
     choose_least(&p);
     a = 0;
-    for (struct lum_layer *layer; (layer = lum_penumbra_next(pass, &a));)
+    while ((layer = lum_penumbra_next(pass, &a)))
         set_goals(&p, layer);
 }

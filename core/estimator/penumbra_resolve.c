@@ -33,10 +33,10 @@ struct resolve {
     struct lum_tile_rect r;
     uint32_t n_vertices;
     struct vertex vertex[LUM_TILE_PIXELS];
-    struct lum_bsdf bsdf[LUM_TILE_PIXELS]; /* by vertex, but for those that are matte */
-    struct lum_vec3 wo[LUM_TILE_PIXELS];   /* same */
-    bool exact;                            /* the present layer's light has a closed form */
-    float share[LUM_TILE_PIXELS];          /* by vertex, of such a light, as the next one */
+    struct lum_bsdf bsdf[LUM_TILE_PIXELS];      /* by vertex, but for those that are matte */
+    struct lum_vec3 wo[LUM_TILE_PIXELS];        /* same */
+    bool exact;                                 /* the present layer's light has a closed form */
+    float share[LUM_TILE_PIXELS];               /* by vertex, of such a light, as the next one */
     struct lum_irradiance all[LUM_TILE_PIXELS]; /* with nothing in the way; where share > 0 */
     struct lum_penumbra_around around;          /* of lights that have none */
 };

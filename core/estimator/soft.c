@@ -1,5 +1,6 @@
 #include "core/estimator/soft.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/interleave/interleave.h"
@@ -26,19 +27,35 @@ static bool are_net(const struct lum_vec2 *point, const uint32_t k[4])
     return columns == 15 && rows == 15 && quarters == 15;
 }
 
-/* Of each 2 x 2 block of the pattern, numbers of which agree in their lower two bits, one. There is such a net among
- * Sobol's points (with a the number of a block of four in the sequence, bits a0 and a1, it is number a0 + a1 mod 2 plus
- * twice a0 of that block), and scrambling leaves it one. */
+/* In how many rows and columns of the pattern the pixels lie that begin with these. */
+static uint32_t spread(const uint32_t k[4])
+{
+    uint32_t columns = 0, rows = 0;
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t x, y;
+        lum_pattern_place(LUM_SOFT_SIDE, k[i], &x, &y);
+        columns |= 1u << x;
+        rows |= 1u << y;
+    }
+    return (uint32_t)(__builtin_popcount(columns) + __builtin_popcount(rows));
+}
+
+/* Four points, one of each 2 x 2 block of the pattern (numbers of a block agree in their lower two bits): of all such
+ * choices the net whose pixels are spread best. There is one: of Sobol's points in blocks of four in a row, take of
+ * block a = a0 + 2 a1 the one at (a0 + a1 mod 2) + 2 a0; and scrambling leaves a net a net. */
 static void choose_first(struct lum_soft *s)
 {
+    uint32_t most = 0;
     for (uint32_t choice = 0; choice < 256; choice++) {
         uint32_t k[4];
         for (uint32_t i = 0; i < 4; i++)
             k[i] = (choice >> 2 * i & 3u) << 2 | i;
+        if (spread(k) <= most || !are_net(s->point, k))
+            continue;
+        most = spread(k);
         s->first_points = (uint16_t)(1u << k[0] | 1u << k[1] | 1u << k[2] | 1u << k[3]);
-        if (are_net(s->point, k))
-            return;
     }
+    assert(most > 0);
 }
 
 static void draw_points(struct lum_soft *s, const struct lum_pass *pass)
@@ -54,7 +71,6 @@ static void redo(struct lum_soft *s, const struct lum_pass *pass)
 {
     memset(s->open, 1, lum_soft_tiling(pass).n);
     memset(s->begun, 0, pass->packets.n);
-    memset(s->filled, 0, pass->packets.n * sizeof *s->filled);
     memset(s->settled, 0, pass->tiling.n * sizeof *s->settled);
     memset(s->shared, 0, lum_soft_tiling(pass).n * sizeof *s->shared);
     memset(s->resolved, 0, lum_soft_tiling(pass).n * sizeof *s->resolved);
@@ -80,7 +96,7 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
         .open = lum_calloc(n_sets, 1),
         .begun = lum_calloc(pass->packets.n, 1),
         .asked = lum_calloc(pass->packets.n, sizeof *s.asked),
-        .answered = lum_calloc(pass->packets.n, sizeof *s.answered),
+        .changed = lum_calloc(pass->packets.n, sizeof *s.changed),
         .filled = lum_calloc(pass->packets.n, sizeof *s.filled),
         .told = lum_calloc(pass->tiling.n, sizeof *s.told),
         .settled = lum_calloc(pass->tiling.n, sizeof *s.settled),
@@ -92,7 +108,8 @@ bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint3
     draw_points(&s, pass);
     *ret_soft = s;
     if (s.seen && (s.former || !pass->settings->carry_shadows) && s.direct && s.tally && s.prints && s.unshadowed &&
-        s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.answered && s.filled && s.told && s.settled && s.share && s.share_prints && s.shared && s.resolved) {
+        s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.changed && s.filled && s.told &&
+        s.settled && s.share && s.share_prints && s.shared && s.resolved) {
         redo(ret_soft, pass);
         return true;
     }
@@ -114,7 +131,7 @@ void lum_soft_finish(struct lum_soft *s)
     lum_free(s->open);
     lum_free(s->begun);
     lum_free(s->asked);
-    lum_free(s->answered);
+    lum_free(s->changed);
     lum_free(s->filled);
     lum_free(s->told);
     lum_free(s->settled);

@@ -1,8 +1,8 @@
 /* What a layer keeps of a light whose shadows are soft, for the estimator `penumbra`.
  *
  * A light has 16 points, a (0,4,2)-net on it, in the same strata for every pixel: pixel (x, y) begins with number
- * lum_pattern_set(4, x, y), so that any 4 x 4 window holds all of them (interleaved sampling), and neighbours can lend each
- * other what they know. Of each point a pixel knows one of four things; see struct lum_seen. */
+ * lum_pattern_set(4, x, y), so that any 4 x 4 window in which all are asked holds all of them (interleaved sampling), and
+ * neighbours can lend each other what they know. Of each point a pixel knows one of four things; see struct lum_seen. */
 #ifndef LUM_CORE_ESTIMATOR_SOFT_H
 #define LUM_CORE_ESTIMATOR_SOFT_H
 
@@ -11,6 +11,7 @@
 
 #define LUM_SOFT_POINTS 16u
 #define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */
+
 /* Shadow samples of a pixel: bit k is sample k.
  *   traced, visible  what it says
  *   neither          not known
@@ -24,7 +25,7 @@ struct lum_soft_tally {
     uint16_t known, traced, visible;
 };
 
-/* What samples say. */
+/* What the samples of a tile of the pattern, or of several, say of a light. */
 enum {
     LUM_SOFT_LIT = 1,
     LUM_SOFT_DARK = 2,
@@ -54,11 +55,12 @@ struct lum_soft {
     uint8_t *first;               /* same: LUM_SOFT_ bits of the pixels that are asked first, by that stratum alone */
     uint8_t *all_asked;           /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
-    uint8_t *open;                /* same: 1: something was forgotten since it was last refined; others learn no more, so
+    uint8_t *open;                /* same: 1: something was forgotten, or who is asked changed, since it was last refined; others learn no more, so
                                    * that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
-    uint32_t *asked, *answered, *filled; /* same: lum_layers.n_passes when its first pixels were last asked, when they last said
-                                   * something new, and when the others were asked, where these do not agree; 0: never */
+    uint32_t *asked;              /* same: lum_layers.n_passes when its first pixels were last asked; 0: never, as in the next two */
+    uint32_t *changed;            /* same: when something in `first` last changed */
+    uint32_t *filled;             /* same: when the others were last looked at, and asked where all_asked says so */
     uint32_t *told, *settled;     /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed, and when
                                    * direct was last up to date; 0: never */
     float *share;                 /* as seen: which share of the light the window around a pixel gets; lights with a closed form */

@@ -1,4 +1,4 @@
-/* But for lum_quad_far, all here is in double: the integrals are small differences of angles when the
+/* But for lum_quad_far all is in double: the integrals are small differences of angles when the
  * light is small. The error is about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones
  * are taken as points, whose relative error is their solid angle. */
 #include "core/light/irradiance.h"
@@ -102,41 +102,20 @@ static const float rule_weight[LANES] = {2.0f / 7,  5.0f / 63, 5.0f / 63, 5.0f /
  * to 2e-4 of the integral at FAR (tests/numeric/irradiance_test.c), and the sixth power of that beyond. */
 #define FAR 4.0f
 
-static bool is_far(const struct lum_light *l, struct lum_vec3 d)
+bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, float *ret_solid_angle)
 {
-    float size2 = lum_dot(l->u, l->u) + lum_dot(l->v, l->v);
-    return lum_dot(d, l->n) < 0.0f && lum_dot(d, d) > FAR * FAR * size2;
-}
-
-/* d: to the centre. The integral of w, and that of 1 where it is asked for. */
-static struct lum_vec3 far_vector(const struct lum_light *l, struct lum_vec3 d, float *ret_solid_angle)
-{
-    struct lum_vec3 u = l->u, v = l->v, e = {0.0f, 0.0f, 0.0f};
-    float x[LANES], y[LANES], z[LANES], s[LANES], r2[LANES], scale = -lum_dot(d, l->n) * l->area, sum = 0.0f;
+    struct lum_vec3 d = lum_v3_sub(l->p, p), u = l->u, v = l->v;
+    float s[LANES], sum = 0.0f, size2 = lum_dot(u, u) + lum_dot(v, v);
+    if (!(lum_dot(d, l->n) < 0.0f && lum_dot(d, d) > FAR * FAR * size2))
+        return false;
     for (int i = 0; i < LANES; i++) {
-        x[i] = d.x + rule_x[i] * u.x + rule_y[i] * v.x;
-        y[i] = d.y + rule_x[i] * u.y + rule_y[i] * v.y;
-        z[i] = d.z + rule_x[i] * u.z + rule_y[i] * v.z;
-        r2[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-        s[i] = rule_weight[i] / r2[i] / r2[i];
-        x[i] *= s[i], y[i] *= s[i], z[i] *= s[i];
+        float x = d.x + rule_x[i] * u.x + rule_y[i] * v.x, y = d.y + rule_x[i] * u.y + rule_y[i] * v.y,
+              z = d.z + rule_x[i] * u.z + rule_y[i] * v.z, r2 = x * x + y * y + z * z;
+        s[i] = rule_weight[i] / r2 / r2 * sqrtf(r2);
     }
     for (int i = 0; i < LANES; i++)
-        e = lum_v3_add(e, lum_v3(x[i], y[i], z[i]));
-    if (ret_solid_angle) {
-        for (int i = 0; i < LANES; i++)
-            sum += s[i] * sqrtf(r2[i]);
-        *ret_solid_angle = sum * scale;
-    }
-    return lum_v3_mul(e, scale);
-}
-
-bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret)
-{
-    struct lum_vec3 d = lum_v3_sub(l->p, p);
-    if (!is_far(l, d))
-        return false;
-    ret->vector = far_vector(l, d, &ret->solid_angle);
+        sum += s[i];
+    *ret_solid_angle = sum * -lum_dot(d, l->n) * l->area;
     return true;
 }
 
@@ -223,8 +202,8 @@ static void look_at_side(const struct lum_light *l, const struct points *p, bool
 
 /* All of a quad above the horizon and in front takes the same path for every point; the others are looked at one by
  * one. */
-static void quads(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *at, const struct lum_vec3 *normal,
-                  struct lum_irradiance *ret)
+static void quads(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *at,
+                  const struct lum_vec3 *normal, struct lum_irradiance *ret)
 {
     static const int8_t sides[4][2] = {{-1, -1}, {-1, 1}, {1, 1}, {1, -1}};
     struct lum_vec3d u = vec(l->u), v = vec(l->v);

@@ -14,14 +14,10 @@ struct lum_irradiance {
  * their emitting side only. What a point gets does not depend on the others. */
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p, const struct lum_vec3 *n,
                           struct lum_irradiance *ret);
-/* False where there is no closed form, and that must not be asked for: meshes, environment images, lights without an area. */
+/* False: it must not be asked for. There is no closed form for meshes, environment images and lights without an area. */
 bool lum_light_has_irradiance(const struct lum_light *l);
 
-/* Of a quad that is far from p, all of it seen: within 2e-4. False: it is near, or p behind. */
-struct lum_far_quad {
-    struct lum_vec3 vector; /* integral of w over the directions w */
-    float solid_angle;
-};
-bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, struct lum_far_quad *ret);
+/* The solid angle of a quad that is far from p, within 2e-4. False: it is near, or p behind. */
+bool lum_quad_far(const struct lum_light *l, struct lum_vec3 p, float *ret_solid_angle);
 
 #endif

@@ -420,11 +420,11 @@ float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_ve
 {
     const struct lum_light *l = &s->lights.lights[i];
     struct lum_rect_view view;
-    struct lum_far_quad far;
+    float far_sr;
     if (l->kind == LUM_EMIT_SPHERE)
         return sphere_pdf(sphere_one_minus_cos(l, p));
-    if (l->kind == LUM_EMIT_QUAD && lum_quad_far(l, p, &far) && (double)far.solid_angle >= LUM_RECT_MIN_SR)
-        return 1.0f / far.solid_angle;
+    if (l->kind == LUM_EMIT_QUAD && lum_quad_far(l, p, &far_sr) && (double)far_sr >= LUM_RECT_MIN_SR)
+        return 1.0f / far_sr;
     return l->kind == LUM_EMIT_QUAD && quad_view(l, p, &view) ? (float)(1.0 / view.solid_angle) : 0.0f;
 }
 

@@ -113,7 +113,9 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
     return v;
 }
 
-/* eval_reflected where nothing is transmitted, for directions in lanes and without a branch. */
+/* eval_reflected where nothing is transmitted, for directions in lanes and without a branch: lum_ggx_d and
+ * lum_ggx_g2_over_cos are written out, so that what the lanes share is outside, and no lane divides for itself alone.
+ */
 #define LANES 4
 static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                                 struct lum_rgb *ret_gloss, float *ret_pdf_sa)

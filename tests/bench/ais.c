@@ -55,6 +55,7 @@ static const struct budget {
                {AIS_VPLS, 100000, LUM_CACHE_ACCURACY},
                {512, 200000, LUM_CACHE_ACCURACY},
                {1024, 400000, LUM_CACHE_ACCURACY}};
+_Static_assert(LUM_ARRAY_LEN(budgets) <= AIS_POINTS, "a curve holds them all");
 
 /* One scene at work. */
 struct rig {

@@ -23,8 +23,9 @@ struct ais_cell {
 
 /* A frame at one setting, for error against cost. */
 struct ais_point {
-    uint32_t n_vpls, shadow_budget, spp; /* shadow_budget: of live alone, as the next */
-    double cache_accuracy;
+    uint32_t n_vpls, spp;
+    uint32_t shadow_budget; /* of live alone */
+    double cache_accuracy;  /* same */
     double cpu_ms;
     struct lum_bench_error error;
     uint64_t rays;

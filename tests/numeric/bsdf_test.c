@@ -134,7 +134,9 @@ static void many_directions_are_each_alone(void **state)
         lum_bsdf_eval_gloss(&b, wo, N, wi, gloss, pdf);
         for (int k = 0; k < N; k++) {
             struct lum_bsdf_value v = lum_bsdf_eval_parts(&b, wo, wi[k]);
-            if (!(fabsf(gloss[k].g - v.gloss.g) <= 2e-5f * v.gloss.g &&
+            if (!(fabsf(gloss[k].r - v.gloss.r) <= 2e-5f * v.gloss.r &&
+                  fabsf(gloss[k].g - v.gloss.g) <= 2e-5f * v.gloss.g &&
+                  fabsf(gloss[k].b - v.gloss.b) <= 2e-5f * v.gloss.b &&
                   fabsf(pdf[k] - v.gloss_pdf_sa) <= 2e-5f * v.gloss_pdf_sa))
                 fail_msg("case %d, direction %d: %.9g, pdf %.9g; alone %.9g, %.9g", i, k, (double)gloss[k].g,
                          (double)pdf[k], (double)v.gloss.g, (double)v.gloss_pdf_sa);

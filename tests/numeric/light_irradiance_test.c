@@ -132,8 +132,8 @@ static void closed_forms_at_their_limits(void **state)
     l.area = 4e8f;
     lum_light_irradiance(&l, 1, &below, &up, &got);
     assert_true(fabs((double)got.cosine_integral - LUM_PI_D) < 1e-6);
-    lum_light_irradiance(&l, 1, &below, &wall, &got); /* half the sky of a wall */
-    assert_true(fabs((double)got.cosine_integral - 0.5 * LUM_PI_D) < 1e-3);     /* that ends at 1e4: 1e-4 of it */
+    lum_light_irradiance(&l, 1, &below, &wall, &got);                       /* half the sky of a wall */
+    assert_true(fabs((double)got.cosine_integral - 0.5 * LUM_PI_D) < 1e-3); /* that ends at 1e4: 1e-4 of it */
 
     const enum lum_emitter kinds[] = {LUM_EMIT_QUAD, LUM_EMIT_DISC, LUM_EMIT_SPHERE};
     for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++)

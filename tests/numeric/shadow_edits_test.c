@@ -127,7 +127,7 @@ static void put_fog(struct rig *r, struct dice *d)
 
 static void edit(struct rig *r, struct dice *d)
 {
-    static const uint32_t sizes[][2] = {{48, 32}, {33, 17}, {3, 5}, {1, 1}, {18, 21}, {36, 36}};
+    static const uint32_t sizes[][2] = {{48, 32}, {33, 17}, {3, 5}, {1, 1}, {18, 21}, {36, 36}, {97, 53}};
     static const char *const materials[] = {"white", "red", "grey"}, *const lamps[] = {"a", "b"};
     static const uint32_t off[] = {LUM_EFFECT_DIRECT, LUM_EFFECT_SOFT_SHADOW, LUM_EFFECT_ENVIRONMENT, LUM_EFFECT_MEDIA};
     const uint32_t *size = sizes[roll(d, LUM_ARRAY_LEN(sizes))];

@@ -32,6 +32,17 @@ static void every_window_holds_each_set_once(void **state)
                 }
 }
 
+static void places_are_those_of_their_sets(void **state)
+{
+    (void)state;
+    for (uint32_t side = 1; side <= LUM_PATTERN_MAX; side++)
+        for (uint32_t set = 0; set < side * side; set++) {
+            uint32_t x, y;
+            lum_pattern_place(side, set, &x, &y);
+            assert_true(x < side && y < side && lum_pattern_set(side, x, y) == set);
+        }
+}
+
 static void a_pixel_takes_each_set_once(void **state)
 {
     (void)state;
@@ -481,6 +492,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_window_holds_each_set_once),
+        cmocka_unit_test(places_are_those_of_their_sets),
         cmocka_unit_test(a_pixel_takes_each_set_once),
         cmocka_unit_test(packets_are_whole_patterns),
         cmocka_unit_test(listing_5_2),
