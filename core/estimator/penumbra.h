@@ -1,6 +1,6 @@
 /* Soft shadows by interleaved samples, guided refinement and the ratio estimator: the stages of lum_estimator_penumbra.
  *
- *   trace    one shadow ray per light for every fourth pixel, each of four another stratum of the light
+ *   first    one shadow ray per light for every fourth pixel, each of four another stratum of the light
  *   fill     the same for the other pixels, where those do not agree or a tile of the pattern is not all one surface. (A
  *            shadow that falls between those that were asked, a pixel or two wide, is missed, until path samples take over)
  *   refine   further strata where shadow borders are, most useful first, within a budget
@@ -44,6 +44,6 @@ enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *view,
 /* Sets the goal of each tile of the pattern. Reads what fill counted. */
 void lum_penumbra_plan(const struct lum_pass *pass);
 
-extern const struct lum_estimator lum_penumbra_refine, lum_penumbra_share, lum_penumbra_resolve;
+extern const struct lum_estimator lum_penumbra_fill, lum_penumbra_refine, lum_penumbra_share, lum_penumbra_resolve;
 
 #endif
