@@ -16,28 +16,49 @@ struct window {
     float weight[WINDOW * WINDOW];
 };
 
+/* The positions that windows of a packet use: from 2 steps before it to 2 steps behind. */
+#define STEP_MAX 3u
+#define NOWHERE UINT32_MAX
+struct around {
+    uint32_t step, x0, y0;
+    uint32_t x[LUM_PACKET_SIDE + 4 * STEP_MAX], y[LUM_PACKET_SIDE + 4 * STEP_MAX];
+};
+
 /* Beyond an edge of the picture, the pixel of the same stratum a period further in. */
-static bool inside(uint32_t at, uint32_t offset, uint32_t size, uint32_t step, uint32_t *ret_at)
+static void find_positions(uint32_t first, uint32_t n, uint32_t size, uint32_t step, uint32_t *ret_at)
 {
-    int64_t q = (int64_t)at + ((int64_t)offset - 2) * step;
-    q += q < 0 ? LUM_AIRLIGHT_SIDE * step : q >= size ? -(int64_t)(LUM_AIRLIGHT_SIDE * step) : 0;
-    *ret_at = (uint32_t)q;
-    return q >= 0 && q < size;
+    for (uint32_t i = 0; i < n + 4 * step; i++) {
+        int64_t q = (int64_t)first + i - 2 * (int64_t)step;
+        q += q < 0 ? LUM_AIRLIGHT_SIDE * step : q >= size ? -(int64_t)(LUM_AIRLIGHT_SIDE * step) : 0;
+        ret_at[i] = q >= 0 && q < size ? (uint32_t)q : NOWHERE;
+    }
 }
 
-static struct window window_at(const struct lum_pass *pass, uint32_t x, uint32_t y, uint32_t step)
+static void look_around(struct around *ret, const struct lum_pass *pass, struct lum_tile_rect r, uint32_t step)
+{
+    ret->step = step;
+    ret->x0 = r.x, ret->y0 = r.y;
+    find_positions(r.x, r.w, pass->tiling.w, step, ret->x);
+    find_positions(r.y, r.h, pass->tiling.h, step, ret->y);
+}
+
+static struct window window_at(const struct lum_pass *pass, const struct around *a, uint32_t x, uint32_t y)
 {
     const float *depth = pass->surfaces->depth;
-    uint32_t w = pass->tiling.w, h = pass->tiling.h, qx, qy;
+    const uint32_t *from_x = a->x + (x - a->x0), *from_y = a->y + (y - a->y0);
+    uint32_t w = pass->tiling.w;
+    float own = depth[(size_t)y * w + x];
     struct window win = {.n = 0};
-    for (uint32_t j = 0; j < WINDOW; j++)
-        for (uint32_t i = 0; i < WINDOW; i++) {
-            if (!inside(x, i, w, step, &qx) || !inside(y, j, h, step, &qy) ||
-                !same_depth(depth[(size_t)y * w + x], depth[(size_t)qy * w + qx]))
+    for (uint32_t j = 0; j < WINDOW; j++) {
+        uint32_t qy = from_y[j * a->step];
+        for (uint32_t i = 0; i < WINDOW && qy != NOWHERE; i++) {
+            uint32_t qx = from_x[i * a->step];
+            if (qx == NOWHERE || !same_depth(own, depth[(size_t)qy * w + qx]))
                 continue;
             win.pixel[win.n] = qy * w + qx;
             win.weight[win.n++] = (i % 4 == 0 ? 0.5f : 1.0f) * (j % 4 == 0 ? 0.5f : 1.0f);
         }
+    }
     return win;
 }
 
@@ -151,13 +172,15 @@ static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct 
     *done = LUM_AIRLIGHT_RESOLVED;
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
     struct slots slots = slots_of(pass, packet);
+    struct around around;
+    look_around(&around, pass, r, 1);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
             struct lum_components *c = pass->components;
             size_t pixel = (size_t)y * c->w + x;
             struct window win = {.n = 0};
             if (slots.n_stale > 0)
-                win = window_at(pass, x, y, 1);
+                win = window_at(pass, &around, x, y);
             for (uint32_t i = 0; i < slots.n_stale; i++)
                 c->airlight[(size_t)slots.stale[i].slot * c->w * c->h + pixel].resolved =
                     resolve_pixel(pass, &slots.stale[i], &win, x, y);
@@ -179,6 +202,7 @@ static bool any_even(const struct lum_pass *pass)
 /* Light without a place changes slowly over the picture: means around are joined once more, over three periods of the
  * pattern. */
 #define JOIN_STEP 3u
+_Static_assert(JOIN_STEP <= STEP_MAX, "windows fit");
 
 static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {
@@ -191,9 +215,11 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
     if (!any_even(pass))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct around around;
+    look_around(&around, pass, r, JOIN_STEP);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            struct window win = window_at(pass, x, y, JOIN_STEP);
+            struct window win = window_at(pass, &around, x, y);
             struct lum_rgb sum = lum_grey(0.0f);
             float weight = 0.0f;
             for (uint32_t k = 0; k < win.n; k++) {

@@ -44,7 +44,8 @@ struct lum_rgb lum_media_transmittance(const struct lum_snapshot *s, struct lum_
         tau.g += depth(m->sigma_t.g, t1 - t0);
         tau.b += depth(m->sigma_t.b, t1 - t0);
     }
-    return lum_rgb(expf(-tau.r), expf(-tau.g), expf(-tau.b));
+    float r = expf(-tau.r), g = tau.g == tau.r ? r : expf(-tau.g); /* most fog is grey */
+    return lum_rgb(r, g, tau.b == tau.g ? g : expf(-tau.b));
 }
 
 /* With a = |g| and the cosine c to the side where the lobe is, 1 + a^2 - 2 a c = (1 - a)^2 + 2 a (1 - c), which keeps
