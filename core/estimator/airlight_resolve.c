@@ -63,9 +63,11 @@ static struct window window_at(const struct lum_pass *pass, const struct around 
 }
 
 /* Gauss and Legendre's points and weights on (0, 1): few where the light is far from the ray and all is smooth. */
+#define RULE_MAX 6u
+_Static_assert(RULE_MAX <= LUM_SCATTER_POINTS, "all points of a rule are looked from at once");
 struct rule {
     uint32_t n;
-    float u[6], weight[6];
+    float u[RULE_MAX], weight[RULE_MAX];
 };
 static const struct rule far_rule = {4,
                                      {0.0694318442f, 0.3300094782f, 0.6699905218f, 0.9305681558f},
@@ -75,7 +77,22 @@ static const struct rule near_rule = {
     {0.0337652429f, 0.1693953068f, 0.3806904070f, 0.6193095930f, 0.8306046932f, 0.9662347571f},
     {0.0856622462f, 0.1803807865f, 0.2339569673f, 0.2339569673f, 0.1803807865f, 0.0856622462f}};
 
-/* Light that the pair would send to the eye if nothing were in the way, by the light's middle. */
+/* What is scattered to the eye at some distances, by the light's middle. */
+static void look_from_points(const struct lum_scatter_query *q, uint32_t n, const float *t, const float *pdf,
+                             struct lum_rgb *ret_radiance)
+{
+    struct lum_scatter s;
+    if (q->snapshot->lights.lights[q->light].kind != LUM_EMIT_SPHERE) {
+        lum_medium_scatter_points(q, n, t, pdf, ret_radiance);
+        return;
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        bool any = lum_medium_scatter_at(q, t[k], pdf[k], (struct lum_vec2){0.5f, 0.5f}, &s);
+        ret_radiance[k] = any ? s.radiance : lum_grey(0.0f);
+    }
+}
+
+/* Light that the pair would send to the eye if nothing were in the way. */
 static struct lum_rgb open_light(const struct lum_pass *pass, const struct lum_airlight_pair *pair, uint32_t x,
                                  uint32_t y)
 {
@@ -85,12 +102,13 @@ static struct lum_rgb open_light(const struct lum_pass *pass, const struct lum_a
     if (!lum_airlight_plan(&q, &w))
         return sum;
     const struct rule *rule = w.by_angle ? &near_rule : &far_rule;
-    for (uint32_t k = 0; k < rule->n; k++) {
-        struct lum_scatter s;
-        float pdf, t = lum_airlight_distance(&w, rule->u[k], &pdf);
-        if (lum_medium_scatter_at(&q, t, pdf, (struct lum_vec2){0.5f, 0.5f}, &s))
-            sum = lum_rgb_mad(sum, s.radiance, rule->weight[k]);
-    }
+    float t[RULE_MAX], pdf[RULE_MAX];
+    struct lum_rgb radiance[RULE_MAX];
+    for (uint32_t k = 0; k < rule->n; k++)
+        t[k] = lum_airlight_distance(&w, rule->u[k], &pdf[k]);
+    look_from_points(&q, rule->n, t, pdf, radiance);
+    for (uint32_t k = 0; k < rule->n; k++)
+        sum = lum_rgb_mad(sum, radiance[k], rule->weight[k]);
     return sum;
 }
 

@@ -41,13 +41,18 @@ static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
     return 0.5f * lum_dot(chord, chord);
 }
 
+float lum_light_point_share(const struct lum_light *l, struct lum_vec3 wi)
+{
+    return l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, one_minus_cos_between(wi, l->n)) : 1.0f;
+}
+
 static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lum_light_sample *ret)
 {
     struct lum_vec3 d = lum_v3_sub(l->p, p), wi = lum_normalize(d);
     float r = lum_length(d);
     if (!(r > 0.0f))
         return false;
-    float share = l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, one_minus_cos_between(wi, l->n)) : 1.0f;
+    float share = lum_light_point_share(l, wi);
     if (!(share > 0.0f))
         return false;
     float near = lum_max(r, LUM_POINT_LIGHT_NEAR);

@@ -62,6 +62,8 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
 /* Share of a spot's intensity at an angle from its axis, given as 1 - cos: 1 in the inner cone, 0 outside the outer, and between them the
  * square of a ramp in the cosine (glTF KHR_lights_punctual). */
 float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos);
+/* Of what a point or a spot light sends, the share that goes to where wi points to it from. */
+float lum_light_point_share(const struct lum_light *l, struct lum_vec3 wi);
 
 struct lum_light_sample {
     struct lum_vec3 wi;      /* unit, from the point to the light */

@@ -90,5 +90,9 @@ bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float
 /* At distance t, which was drawn with pdf. */
 bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf, struct lum_vec2 u_light,
                            struct lum_scatter *ret_scatter);
+/* The radiance of that for up to LUM_SCATTER_POINTS distances at once, from a point or a spot light; black where it is false. */
+#define LUM_SCATTER_POINTS 8u
+void lum_medium_scatter_points(const struct lum_scatter_query *q, uint32_t n, const float *t, const float *pdf,
+                               struct lum_rgb *ret_radiance);
 
 #endif

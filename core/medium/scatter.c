@@ -1,4 +1,6 @@
 /* Where along a ray to look for scattered light, and what is there. */
+#include <string.h>
+
 #include "core/accel/accel.h"
 #include "core/medium/medium.h"
 #include "core/scene/snapshot.h"
@@ -156,4 +158,93 @@ bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf
         return false;
     *ret_scatter = s;
     return true;
+}
+
+/* ---- several distances at once ---- */
+
+#define LANES LUM_SCATTER_POINTS
+
+/* Points of the ray, and from there the direction of the light and the way to it. */
+struct lanes {
+    float t[LANES], x[LANES], y[LANES], z[LANES], wx[LANES], wy[LANES], wz[LANES], way[LANES];
+};
+
+static void look_at_light(const struct lum_scatter_query *q, struct lum_vec3 light, struct lanes *inout)
+{
+    struct lum_vec3 o = q->o, d = q->d;
+    for (uint32_t k = 0; k < LANES; k++) {
+        float t = inout->t[k], x = o.x + d.x * t, y = o.y + d.y * t, z = o.z + d.z * t;
+        float dx = light.x - x, dy = light.y - y, dz = light.z - z, way = sqrtf(dx * dx + dy * dy + dz * dz);
+        inout->x[k] = x, inout->y[k] = y, inout->z[k] = z;
+        inout->wx[k] = dx / way, inout->wy[k] = dy / way, inout->wz[k] = dz / way;
+        inout->way[k] = way;
+    }
+}
+
+/* Narrows the ways to the slab lo < o + t d < hi; a way along it is all of it or nothing. */
+static void clip_ways(float lo, float hi, const float *o, const float *d, float *restrict inout_t0,
+                      float *restrict inout_t1)
+{
+    for (uint32_t k = 0; k < LANES; k++) {
+        float a = d[k] != 0.0f ? (lo - o[k]) / d[k] : lo < o[k] ? -INFINITY : INFINITY;
+        float b = d[k] != 0.0f ? (hi - o[k]) / d[k] : o[k] < hi ? INFINITY : -INFINITY;
+        float near = a < b ? a : b, far = a < b ? b : a;
+        inout_t0[k] = near > inout_t0[k] ? near : inout_t0[k];
+        inout_t1[k] = far < inout_t1[k] ? far : inout_t1[k];
+    }
+}
+
+/* How far light goes through a medium: from the light to the point, and from there to the eye. */
+static void find_ways(const struct lum_scatter_query *q, const struct lum_medium *m, const struct lanes *at,
+                      float *restrict ret_length)
+{
+    float t0[LANES] = {0}, t1[LANES], eye0 = 0.0f, eye1 = 0.0f;
+    memcpy(t1, at->way, sizeof t1);
+    if (!lum_medium_clip(m, q->o, q->d, lum_min(q->tmax, REACH), &eye0, &eye1))
+        eye0 = eye1 = 0.0f;
+    clip_ways(m->lo.x, m->hi.x, at->x, at->wx, t0, t1);
+    clip_ways(m->lo.y, m->hi.y, at->y, at->wy, t0, t1);
+    clip_ways(m->lo.z, m->hi.z, at->z, at->wz, t0, t1);
+    for (uint32_t k = 0; k < LANES; k++) {
+        float to_eye = (at->t[k] < eye1 ? at->t[k] : eye1) - eye0, to_light = t1[k] - t0[k];
+        ret_length[k] = (to_eye > 0.0f ? to_eye : 0.0f) + (to_light > 0.0f ? to_light : 0.0f);
+    }
+}
+
+static struct lum_rgb left_of(const struct lum_rgb *sigma, const float length[][LANES], uint32_t n_media, uint32_t k)
+{
+    struct lum_rgb tau = lum_grey(0.0f);
+    for (uint32_t i = 0; i < n_media; i++)
+        tau = lum_rgb_mad(tau, sigma[i], length[i][k]);
+    float r = expf(-tau.r), g = tau.g == tau.r ? r : expf(-tau.g);
+    return lum_rgb(r, g, tau.b == tau.g ? g : expf(-tau.b));
+}
+
+void lum_medium_scatter_points(const struct lum_scatter_query *q, uint32_t n, const float *t, const float *pdf,
+                               struct lum_rgb *ret_radiance)
+{
+    const struct lum_snapshot *s = q->snapshot;
+    const struct lum_medium *m = &s->media[q->medium];
+    const struct lum_light *l = &s->lights.lights[q->light];
+    struct lum_rgb sigma[LUM_MEDIA_MAX];
+    float length[LUM_MEDIA_MAX][LANES];
+    struct lanes at;
+    for (uint32_t k = 0; k < LANES; k++)
+        at.t[k] = t[k < n ? k : 0];
+    look_at_light(q, l->p, &at);
+    for (uint32_t i = 0; i < s->n_media; i++) {
+        sigma[i] = s->media[i].sigma_t;
+        find_ways(q, &s->media[i], &at, length[i]);
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        struct lum_vec3 p = {at.x[k], at.y[k], at.z[k]}, wi = {at.wx[k], at.wy[k], at.wz[k]};
+        float share = at.way[k] > 0.0f ? lum_light_point_share(l, wi) : 0.0f;
+        ret_radiance[k] = lum_grey(0.0f);
+        if (!(pdf[k] > 0.0f) || !(share > 0.0f) || !in_reach(p))
+            continue;
+        float near = lum_max(at.way[k], LUM_POINT_LIGHT_NEAR);
+        float f = share / (near * near) * lum_phase_hg(m->g, lum_dot(wi, q->d)) / pdf[k];
+        ret_radiance[k] =
+            lum_rgb_scale(lum_rgb_mul(lum_rgb_mul(m->sigma_s, l->power), left_of(sigma, length, s->n_media, k)), f);
+    }
 }

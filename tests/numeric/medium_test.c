@@ -326,17 +326,15 @@ static double scatter_evenly(const struct lum_scatter_query *q, struct rng *rng)
     return (double)m->sigma_s.g * phase * (double)ls.radiance.g * eye * lit / pdf;
 }
 
-/* Every kind of light, in a box with a denser one in it: the same as the plainest estimator gives. */
-static void every_light_as_by_plain_sampling(void **state)
+/* Every kind of light, in a box with a denser one in it. */
+static void lights_in_fog(struct rig *r)
 {
-    (void)state;
-    struct rig r;
-    rig_begin(&r, 0);
+    rig_begin(r, 0);
     struct lum_material_desc glow = rig_diffuse(0.0f);
     glow.emission_cd_m2 = 100;
-    rig_material(&r, "glow", &glow);
-    rig_box(&r, "cube", 0.1, 0.2, 0.1);
-    rig_object(&r, "mesh", "cube", "glow", rig_v(0.6, 0.1, -2.5));
+    rig_material(r, "glow", &glow);
+    rig_box(r, "cube", 0.1, 0.2, 0.1);
+    rig_object(r, "mesh", "cube", "glow", rig_v(0.6, 0.1, -2.5));
     struct lum_light_desc l = {
         .position = {0.5, 0.25, -2}, .direction = {-1, -0.4, 0.1}, .color = lum_grey(1), .on = true};
     l.u = rig_v(0, 0, 0.5); /* emits towards -x */
@@ -348,21 +346,34 @@ static void every_light_as_by_plain_sampling(void **state)
     const char *const names[] = {"point", "spot", "sun", "quad", "disc", "sphere", "sky"};
     for (int k = 0; k < 7; k++) {
         l.kind = (enum lum_light_kind)k;
-        rig_light(&r, names[k], &l);
+        rig_light(r, names[k], &l);
     }
     struct lum_medium_desc air = fog_box(0.3f, 0.1f, rig_v(-2, -2, -4), rig_v(2, 2, -1));
     struct lum_medium_desc cloud = fog_box(1.0f, 0.0f, rig_v(-0.5, -1, -2.5), rig_v(1, 1, -1.5));
     cloud.g = 0.6f;
-    put_fog(&r, "air", &air);
-    put_fog(&r, "cloud", &cloud);
-    rig_commit(&r);
-    const struct lum_normalisation *norm = &r.snapshot->norm;
+    put_fog(r, "air", &air);
+    put_fog(r, "cloud", &cloud);
+    rig_commit(r);
+}
+
+static struct lum_vec3 origin_of(const struct rig *r)
+{
+    const struct lum_normalisation *norm = &r->snapshot->norm;
+    return lum_v3((float)(-norm->centre.x * norm->scale), (float)(-norm->centre.y * norm->scale),
+                  (float)(-norm->centre.z * norm->scale));
+}
+
+/* The same as the plainest estimator gives. */
+static void every_light_as_by_plain_sampling(void **state)
+{
+    (void)state;
+    struct rig r;
+    lights_in_fog(&r);
     struct rng rng = {3};
     for (uint32_t k = 0; k < 8; k++)
         for (uint32_t medium = 0; medium < 2; medium++) {
             struct lum_scatter_query q = {r.snapshot, medium, k, {0, 0, 0}, {0, 0, -1}, INFINITY};
-            q.o = lum_v3((float)(-norm->centre.x * norm->scale), (float)(-norm->centre.y * norm->scale),
-                         (float)(-norm->centre.z * norm->scale));
+            q.o = origin_of(&r);
             struct mean plain = {0}, ours = {0};
             for (int i = 0; i < 1 << 15; i++) {
                 struct lum_vec2 u[2];
@@ -379,6 +390,50 @@ static void every_light_as_by_plain_sampling(void **state)
                 fail_msg("%s in medium %u: %.6g +- %.2g, plainly %.6g +- %.2g", r.snapshot->lights.lights[k].id, medium,
                          ours.mean, mean_stderr(&ours), plain.mean, mean_stderr(&plain));
         }
+    rig_end(&r);
+}
+
+/* Several distances at once are each as it is alone: along rays anywhere through both boxes, also along their faces.
+ * The dozen roundings on either way are of lengths that the ends of the box are off by, relative to 2^-24: 1e-5. */
+static void many_distances_are_each_alone(void **state)
+{
+    (void)state;
+    enum { N = 7 };
+    struct rig r;
+    lights_in_fog(&r);
+    struct rng rng = {4};
+    uint32_t lit = 0;
+    for (int i = 0; i < 20000; i++) {
+        struct lum_scatter_query q = {r.snapshot, i % 2, 0, origin_of(&r), {0, 0, -1}, INFINITY};
+        enum lum_emitter kind = i % 4 < 2 ? LUM_EMIT_POINT : LUM_EMIT_SPOT;
+        while (r.snapshot->lights.lights[q.light].kind != kind)
+            q.light++;
+        if (i % 8)
+            q.d = lum_normalize(lum_v3((float)rng_unit(&rng) - 0.5f, (float)rng_unit(&rng) - 0.5f, -1.0f));
+        float t0, t1, t[N], pdf[N];
+        struct lum_rgb all[N];
+        if (!lum_medium_scatters(&q, &t0, &t1))
+            continue;
+        for (int k = 0; k < N; k++) {
+            t[k] = t0 + (t1 - t0) * (float)rng_unit(&rng);
+            pdf[k] = (float)rng_unit(&rng) + 0.1f;
+        }
+        lum_medium_scatter_points(&q, N, t, pdf, all);
+        for (int k = 0; k < N; k++) {
+            struct lum_scatter s;
+            struct lum_rgb want = lum_grey(0.0f);
+            if (lum_medium_scatter_at(&q, t[k], pdf[k], (struct lum_vec2){0.5f, 0.5f}, &s))
+                want = s.radiance;
+            float share = want.g > 0.0f ? lum_light_point_share(&r.snapshot->lights.lights[q.light], s.wi) : 0.0f;
+            if (share > 0.0f && share < 0.05f)
+                continue;
+            lit += want.g > 0.0f;
+            if (!(fabsf(all[k].r - want.r) <= 2e-5f * want.r && fabsf(all[k].g - want.g) <= 2e-5f * want.g &&
+                  fabsf(all[k].b - want.b) <= 2e-5f * want.b))
+                fail_msg("ray %d at %g: %.9g, alone %.9g", i, (double)t[k], (double)all[k].g, (double)want.g);
+        }
+    }
+    assert_true(lit > 10000);
     rig_end(&r);
 }
 
@@ -420,6 +475,7 @@ int main(void)
         cmocka_unit_test(sun_in_a_slab),
         cmocka_unit_test(two_boxes_scatter_as_one),
         cmocka_unit_test(every_light_as_by_plain_sampling),
+        cmocka_unit_test(many_distances_are_each_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
