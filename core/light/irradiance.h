@@ -9,9 +9,10 @@ struct lum_irradiance {
     float mean_cos;        /* n.w, averaged over these directions; for lobes that are nearly Lambert's */
 };
 
-/* At n_points points p of surfaces whose normals n are unit vectors. Exact for quads (Lambert 1760: the polygon, clipped at the horizon), discs (its contour integral, which is
- * elementary on the circle and on the chord of the horizon), spheres (Snyder 1996) and a constant environment, all from
- * their emitting side only. What a point gets does not depend on the others. */
+/* At n_points points p of surfaces whose normals n are unit vectors. Exact for quads (Lambert 1760: the polygon, clipped at
+ * the horizon), discs (its contour integral, which is elementary on the circle and on the chord of the horizon), spheres
+ * (Snyder 1996) and a constant environment, all from their emitting side only. What a point gets does not depend on the
+ * others. */
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p, const struct lum_vec3 *n,
                           struct lum_irradiance *ret);
 /* False: it must not be asked for. There is no closed form for meshes, environment images and lights without an area. */
