@@ -18,28 +18,17 @@ struct window {
 
 /* The positions that windows of a packet use: from 2 steps before it to 2 steps behind. */
 #define STEP_MAX 3u
-#define NOWHERE UINT32_MAX
 struct around {
     uint32_t step, x0, y0;
     uint32_t x[LUM_PACKET_SIDE + 4 * STEP_MAX], y[LUM_PACKET_SIDE + 4 * STEP_MAX];
 };
 
-/* Beyond an edge of the picture, the pixel of the same stratum a period further in. */
-static void find_positions(uint32_t first, uint32_t n, uint32_t size, uint32_t step, uint32_t *ret_at)
-{
-    for (uint32_t i = 0; i < n + 4 * step; i++) {
-        int64_t q = (int64_t)first + i - 2 * (int64_t)step;
-        q += q < 0 ? LUM_AIRLIGHT_SIDE * step : q >= size ? -(int64_t)(LUM_AIRLIGHT_SIDE * step) : 0;
-        ret_at[i] = q >= 0 && q < size ? (uint32_t)q : NOWHERE;
-    }
-}
-
 static void look_around(struct around *ret, const struct lum_pass *pass, struct lum_tile_rect r, uint32_t step)
 {
     ret->step = step;
     ret->x0 = r.x, ret->y0 = r.y;
-    find_positions(r.x, r.w, pass->tiling.w, step, ret->x);
-    find_positions(r.y, r.h, pass->tiling.h, step, ret->y);
+    lum_pattern_positions(r.x, r.w, 2 * step, LUM_AIRLIGHT_SIDE * step, pass->tiling.w, ret->x);
+    lum_pattern_positions(r.y, r.h, 2 * step, LUM_AIRLIGHT_SIDE * step, pass->tiling.h, ret->y);
 }
 
 static struct window window_at(const struct lum_pass *pass, const struct around *a, uint32_t x, uint32_t y)
@@ -51,9 +40,9 @@ static struct window window_at(const struct lum_pass *pass, const struct around 
     struct window win = {.n = 0};
     for (uint32_t j = 0; j < WINDOW; j++) {
         uint32_t qy = from_y[j * a->step];
-        for (uint32_t i = 0; i < WINDOW && qy != NOWHERE; i++) {
+        for (uint32_t i = 0; i < WINDOW && qy != LUM_NOWHERE; i++) {
             uint32_t qx = from_x[i * a->step];
-            if (qx == NOWHERE || !same_depth(own, depth[(size_t)qy * w + qx]))
+            if (qx == LUM_NOWHERE || !same_depth(own, depth[(size_t)qy * w + qx]))
                 continue;
             win.pixel[win.n] = qy * w + qx;
             win.weight[win.n++] = (i % 4 == 0 ? 0.5f : 1.0f) * (j % 4 == 0 ? 0.5f : 1.0f);

@@ -3,8 +3,8 @@
  *   first    one shadow ray per light for every fourth pixel, each of four another stratum of the light
  *   fill     the same for the other pixels, where those do not agree or a tile of the pattern is not all one surface. (A
  *            shadow that falls between those that were asked, a pixel or two wide, is missed, until path samples take over)
- *   refine   further strata where shadow borders are, most useful first, within a budget
- *   share    of the light that arrives: measured over a window of the same surface
+ *   refine   further strata where shadow borders are, most useful first, within a budget; while a picture rests, more of them
+ *   share    of the light that arrives: measured over a window of the same surface, or over what is alike in it
  *   resolve  response = unshadowed light in closed form * share, joined with those around */
 #ifndef LUM_CORE_ESTIMATOR_PENUMBRA_H
 #define LUM_CORE_ESTIMATOR_PENUMBRA_H

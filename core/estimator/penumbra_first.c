@@ -10,8 +10,6 @@
 
 /* ---- what is known from before the eye moved ---- */
 
-#define NOWHERE UINT32_MAX
-
 /* The pixel that saw the same spot when the eye was elsewhere: it lies within a pixel's size of the plane there. */
 static uint32_t former_pixel(const struct lum_pass *pass, size_t pixel)
 {
@@ -19,12 +17,12 @@ static uint32_t former_pixel(const struct lum_pass *pass, size_t pixel)
     uint32_t x, y;
     if (!(s->kind[pixel] & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)) ||
         !lum_eye_pixel(&pass->layers->former_eye, s->p[pixel], &x, &y))
-        return NOWHERE;
+        return LUM_NOWHERE;
     uint32_t from = y * pass->tiling.w + x;
     float off = lum_dot(s->n[pixel], lum_v3_sub(s->former_p[from], s->p[pixel]));
     bool same =
         lum_dot(s->n[pixel], s->former_n[from]) > LUM_SAME_COS && fabsf(off) <= pass->eye.per_pixel * s->depth[pixel];
-    return same ? from : NOWHERE;
+    return same ? from : LUM_NOWHERE;
 }
 
 static void find_former(const struct lum_pass *pass, struct lum_tile_rect r, uint32_t *ret_from)
@@ -41,7 +39,7 @@ static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum
 {
     uint16_t keep = pass->layers->n_moves % 2 ? 0xaaaau : 0x5555u;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
-        if (from[i] == NOWHERE)
+        if (from[i] == LUM_NOWHERE)
             continue;
         struct lum_seen was = soft->former[from[i]];
         struct lum_seen *seen = &soft->seen[(size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w];

@@ -80,7 +80,7 @@ static struct steps steps_at(const struct plan *p, const struct lum_layer *layer
 {
     struct lum_tile_rect r = lum_tile_at(&p->sets, i);
     uint32_t n = r.w * r.h, known = layer->soft.tally[i].known;
-    if (known >= n * LUM_SOFT_POINTS || !layer->soft.open[i])
+    if (known >= n * LUM_SOFT_POINTS || !(layer->soft.open[i] || p->pass->rest_budgets > 0))
         return (struct steps){0};
     uint32_t first = known < n ? 1 : known / n;
     return (struct steps){value_at(p, layer, i), first, n, known < n ? 2 * n - known : n};
@@ -99,7 +99,9 @@ static uint32_t bucket_of_step(const struct steps *s, uint32_t n)
 /* Finds the worth down to which the budget lasts. */
 static void choose_least(struct plan *p)
 {
-    uint64_t left = (uint64_t)((double)p->pass->layers->refined_share * p->pass->settings->shadow_budget);
+    const struct lum_pass *pass = p->pass;
+    double budgets = pass->rest_budgets > 0 ? pass->rest_budgets : (double)pass->layers->refined_share;
+    uint64_t left = (uint64_t)(budgets * pass->settings->shadow_budget);
     p->least = BUCKETS;
     while (p->least > 0 && p->rays[p->least - 1] <= left)
         left -= p->rays[--p->least];
@@ -131,6 +133,7 @@ void lum_penumbra_plan(const struct lum_pass *pass)
     struct plan p = {.pass = pass, .sets = lum_soft_tiling(pass), .brightness = l->brightness};
     struct lum_layer *layer;
     uint32_t a = 0;
+    l->refined_whole = true;
     if (!l->brightness || pass->settings->max_depth == 0)
         return;
     p.mean = sum_brightness(pass, p.sets.n, l->brightness);
@@ -145,6 +148,8 @@ void lum_penumbra_plan(const struct lum_pass *pass)
             for (uint32_t n = s.first; s.value > 0.0f && n < LUM_SOFT_POINTS; n++)
                 p.rays[bucket_of_step(&s, n)] += rays_of_step(&s, n);
         }
+    for (uint32_t i = 0; i < BUCKETS; i++)
+        l->refined_whole = l->refined_whole && p.rays[i] == 0;
     choose_least(&p);
     a = 0;
     while ((layer = lum_penumbra_next(pass, &a)))

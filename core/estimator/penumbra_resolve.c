@@ -144,7 +144,7 @@ static float joined_share(const struct resolve *v, size_t pixel)
     const int32_t w = (int32_t)v->guide.w, h = (int32_t)v->guide.h, x = (int32_t)(pixel % v->guide.w),
                   y = (int32_t)(pixel / v->guide.w);
     float own = share[pixel], sum = own, n = 1.0f;
-    if (!(own > 0.0f && own < 1.0f) || !seen.traced || lum_seen_whole(seen))
+    if (!(own > 0.0f && own < 1.0f) || !seen.traced)
         return own;
     float n_samples = LUM_SOFT_POINTS * (float)__builtin_popcount(seen.traced);
     float limit = JOIN * sqrtf(own * (1.0f - own) / n_samples);

@@ -27,7 +27,7 @@ struct lum_penumbra_window {
     struct lum_guide guide;
     struct lum_tile_rect r;
     uint32_t from_x[LUM_WINDOW_BLOCK], from_y[LUM_WINDOW_BLOCK]; /* where columns and rows of the tile and its border lie
-                                                                  * in the picture; UINT32_MAX: nowhere */
+                                                                  * in the picture; or LUM_NOWHERE */
     uint32_t n_moments;  /* of the layer's light: those that count */
     bool surfaces_known; /* of the tile: the next 7 are filled */
     /* of the tile and its border, what stands for places beyond the edge of the picture included */
@@ -36,12 +36,12 @@ struct lum_penumbra_window {
         ny[LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK], nz[LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK],
         limit[LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK];
     float moments[LUM_MOMENTS][LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK];
-    uint32_t knows_all[LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK]; /* ~0 or 0 */
+    float whole_share[LUM_WINDOW_BLOCK * LUM_WINDOW_BLOCK]; /* of those that know all strata; far from any share: of others */
     /* of the tile, LUM_TILE_SIDE a row */
     uint32_t same[LUM_TILE_PIXELS]; /* bit j: neighbour j of the window is on the same surface */
     bool same_known[LUM_TILE_SIDE]; /* by row */
-    float sum[LUM_MOMENTS][LUM_TILE_PIXELS], inner[LUM_MOMENTS][LUM_TILE_PIXELS]; /* inner: of the 3 x 3 */
-    uint32_t inner_whole[LUM_TILE_PIXELS]; /* ~0: all of these know all strata; else 0 */
+    float sum[LUM_MOMENTS][LUM_TILE_PIXELS];   /* over the window */
+    float alike[LUM_MOMENTS][LUM_TILE_PIXELS]; /* of those that know all strata: over those in it that say about the same */
 };
 
 /* tile: of pass->tiling. */
@@ -49,7 +49,7 @@ void lum_penumbra_window_init(struct lum_penumbra_window *ret_window, const stru
 /* Sums up the windows of some pixels of the tile: bit x of row y. */
 void lum_penumbra_window_gather(struct lum_penumbra_window *w, const struct lum_layer *layer,
                                 const uint32_t pixels[LUM_TILE_SIDE]);
-/* Of one of these pixels, the window; or what knows better: the pixel alone, or its nearest neighbours. */
+/* Of one of these pixels: the window, or where it knows all strata, what is like it there. */
 struct lum_moments lum_penumbra_window_at(const struct lum_penumbra_window *w, uint32_t x, uint32_t y);
 
 /* Radiance of a sample at pixel, less what media take of it. */

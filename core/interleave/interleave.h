@@ -37,6 +37,10 @@ void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *r
 /* The set of the pixel in an iteration (0: the first, set itself): all side * side sets once, and each iteration again a
  * permutation of the pattern, so that the tile as a whole has taken each set equally often after each of them. */
 uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration);
+/* What windows see of one axis of the picture, n positions from `first` on with `border` more on either side. Beyond an edge of the
+ * picture stands the position of the same set a period further in; LUM_NOWHERE: the picture is too small for it. */
+#define LUM_NOWHERE UINT32_MAX
+void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t period, uint32_t size, uint32_t *ret_at);
 
 /* ---- guidance (listings 5.2 to 5.4): how many further iterations a tile of the pattern gets ----
  *

@@ -31,3 +31,13 @@ uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration)
     uint32_t n = side * side;
     return (set + iteration % n * stride[side - 1]) % n;
 }
+
+void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t period, uint32_t size,
+                           uint32_t *ret_at)
+{
+    for (uint32_t i = 0; i < n + 2 * border; i++) {
+        int64_t q = (int64_t)first + i - border;
+        q += q < 0 ? (int64_t)period : q >= size ? -(int64_t)period : 0;
+        ret_at[i] = q >= 0 && q < size ? (uint32_t)q : LUM_NOWHERE;
+    }
+}

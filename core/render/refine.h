@@ -6,7 +6,8 @@
  * squared error of b. The least would have w = e / (e + v); for the eye, to which grain is worse than a smooth error, v counts
  * several times. Both are measured: the samples are kept in two independent halves
  * A and B, so v = (A - B)^2 / 4, and (b - A)(b - B) is an unbiased estimate of e, since the noise of A and B cancels in the
- * mean (algorithms B3). Means are over a tile and its eight neighbours. */
+ * mean (algorithms B3). Means are over a tile and its eight neighbours. The frame gets better, too: when the samples have
+ * doubled it is made again with finer shadows, as long as there are any. */
 #ifndef LUM_CORE_RENDER_REFINE_H
 #define LUM_CORE_RENDER_REFINE_H
 
@@ -21,7 +22,8 @@ struct lum_refinement {
     struct lum_film truth;
     uint32_t *tile_spp;    /* of truth */
     struct lum_rgb *frame; /* b: w * h */
-    bool taken;            /* there is one */
+    bool taken;            /* there is one, and its shadows are as fine as they get */
+    uint32_t n_frames;     /* that were made of the picture */
     struct lum_tile_error *errors;
     double error_rel;      /* of what lum_refine_blend made: root mean square error over mean luminance; NAN: unknown */
 };
@@ -31,7 +33,7 @@ void lum_refine_finish(struct lum_refinement *r); /* accepts a zeroed one */
 
 /* Forgets all samples, and the frame. */
 void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *tiling);
-/* Takes the film as the frame, unless it has one: most frames of a scene that moves are refined by nobody. */
+/* Takes the film as the frame. */
 void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *tiling, const struct lum_film *frame);
 
 /* Writes the blend to film. Every pixel has as many samples in one half as in the other. */

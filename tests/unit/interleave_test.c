@@ -56,6 +56,28 @@ static void a_pixel_takes_each_set_once(void **state)
         }
 }
 
+/* Every position of a window is in the picture and of its own set; only where the picture ends within a period may one
+ * be missing. */
+static void windows_beyond_an_edge_find_their_sets(void **state)
+{
+    (void)state;
+    for (uint32_t period = 1; period <= 4; period++)
+        for (uint32_t size = 1; size <= 9; size++)
+            for (uint32_t first = 0; first < size; first++)
+                for (uint32_t border = 0; border <= period; border++) {
+                    uint32_t n = size - first < 5 ? size - first : 5, at[5 + 2 * 4];
+                    lum_pattern_positions(first, n, border, period, size, at);
+                    for (uint32_t i = 0; i < n + 2 * border; i++) {
+                        int64_t p = (int64_t)first + i - border;
+                        assert_true(at[i] == LUM_NOWHERE ? size < 2 * period : at[i] < size);
+                        if (p >= 0 && p < size)
+                            assert_int_equal(at[i], p);
+                        else if (at[i] != LUM_NOWHERE)
+                            assert_int_equal((at[i] + 2 * period) % period, (uint64_t)(p + 2 * period) % period);
+                    }
+                }
+}
+
 static void packets_are_whole_patterns(void **state)
 {
     (void)state;
@@ -494,6 +516,7 @@ int main(void)
         cmocka_unit_test(every_window_holds_each_set_once),
         cmocka_unit_test(places_are_those_of_their_sets),
         cmocka_unit_test(a_pixel_takes_each_set_once),
+        cmocka_unit_test(windows_beyond_an_edge_find_their_sets),
         cmocka_unit_test(packets_are_whole_patterns),
         cmocka_unit_test(listing_5_2),
         cmocka_unit_test(listing_5_3),
