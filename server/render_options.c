@@ -19,6 +19,8 @@
 
 const char lum_render_help[] =
     "usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n"
+    "  --scene NAME|FILE    a built-in one (see: lumend scenes), a model, or a text file of edits, one JSON object a line\n"
+    "                       (lumend scenes cornell prints one; protocol/PROTOCOL.md has every field)\n"
     "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with --frames "
     "they\n"
     "                       happen at their t_ms\n"
@@ -27,7 +29,8 @@ const char lum_render_help[] =
     "  --size WxH           default 600x400\n"
     "  --frames N           a sequence; --out then holds %04d\n"
     "  --fps F              frames per second of the sequence (default 30)\n"
-    "  --spp N              samples a pixel (default 64, or as many as --time or --error take)\n"
+    "  --spp N              samples a pixel (default 64, or as many as --time or --error take); of live the first is\n"
+    "                       its fast frame, which path traced ones then refine\n"
     "  --time S             stop each frame after S seconds\n"
     "  --error E            stop each frame at this relative error\n"
     "  --effects-off A,B    effects to leave out, of: direct, soft_shadow, environment, indirect_diffuse, reflection,\n"

@@ -133,8 +133,7 @@ static uint64_t sum_rays(const uint64_t rays[LUM_RAY_KIND_COUNT])
 
 static bool make_reference(struct rig *r)
 {
-    bool quick = r->options->quick;
-    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 128, r->options->references};
+    struct lum_bench_truth truth = lum_bench_truth_of(r->options, &r->world, &r->settings);
     if (!lum_bench_reference_make(&r->reference, &truth))
         return false;
     r->out->reference_spp = r->reference.spp;

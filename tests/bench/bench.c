@@ -35,7 +35,7 @@ static const struct lum_bench benches[] = {
 static int usage(FILE *to, int status)
 {
     fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
-                "[--single-rays]\n\nstudies:\n");
+                "[--reference-spp N] [--single-rays]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
@@ -43,6 +43,8 @@ static int usage(FILE *to, int status)
         "\n--quick shows that a study works; its figures are not for quoting.\n"
         "--references keeps the path-traced pictures that errors are measured against, for the next time: they take\n"
         "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n"
+        "--reference-spp: samples a pixel that they have at most, a power of two from 2 to 65536 (default 128). With\n"
+        "few the noise of dark pixels counts in relMSE, whose weights are those of the reference.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }
@@ -203,10 +205,18 @@ static bool make_directory(const char *path)
     return false;
 }
 
+static bool read_spp(const char *text, uint32_t *ret_spp)
+{
+    char *end;
+    unsigned long n = strtoul(text, &end, 10);
+    *ret_spp = (uint32_t)n;
+    return *text >= '0' && *text <= '9' && *end == 0 && n >= 2 && n <= 65536 && (n & (n - 1)) == 0;
+}
+
 int main(int argc, char **argv)
 {
     char bin[4096];
-    struct lum_bench_options options = {.bin = bin};
+    struct lum_bench_options options = {.bin = bin, .reference_spp = 128};
     if (argc < 2 || strcmp(argv[1], "--help") == 0)
         return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
     if (strcmp(argv[1], "--version") == 0)
@@ -224,7 +234,13 @@ int main(int argc, char **argv)
             options.scene = argv[++i];
         else if (strcmp(argv[i], "--references") == 0 && i + 1 < argc)
             options.references = argv[++i];
-        else
+        else if (strcmp(argv[i], "--reference-spp") == 0 && i + 1 < argc) {
+            if (!read_spp(argv[++i], &options.reference_spp))
+                return fprintf(stderr,
+                               "lumend-bench: --reference-spp must be a power of two from 2 to 65536, not '%s'\n",
+                               argv[i]),
+                       2;
+        } else
             return fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", argv[i]), usage(stderr, 2);
     }
     if (!options.out)

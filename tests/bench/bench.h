@@ -13,6 +13,7 @@ struct lum_bench_options {
     const char *scene; /* name or file; NULL: the study's own choice of several */
     const char *bin;   /* directory of lumend and lumend-replay */
     const char *references; /* directory where what errors are measured against is kept (reference.h); NULL: none */
+    uint32_t reference_spp; /* which these have at most: a power of two */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
 };

@@ -288,8 +288,7 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
 /* Of the whole frames that the views show. */
 static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
 {
-    bool quick = r->options->quick;
-    struct lum_bench_truth truth = {&r->world, &r->settings, quick ? 16 : 64, quick ? 16 : 128, r->options->references};
+    struct lum_bench_truth truth = lum_bench_truth_of(r->options, &r->world, &r->settings);
     for (int m = 0; m < INSTANT_METHODS; m++)
         frames->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
     lum_bench_reference_finish(&r->reference);

@@ -147,6 +147,19 @@ static bool trace_paths(struct lum_bench_reference *r, struct lum_view *view, co
     return !t->keep || keep(r, path);
 }
 
+struct lum_bench_truth lum_bench_truth_of(const struct lum_bench_options *options, const struct lum_world *world,
+                                          const struct lum_view_settings *settings)
+{
+    uint32_t most = options->quick ? 16 : options->reference_spp;
+    return (struct lum_bench_truth){
+        .world = world,
+        .settings = settings,
+        .least_spp = most < 64 ? most : 64,
+        .most_spp = most,
+        .keep = options->references,
+    };
+}
+
 bool lum_bench_reference_make(struct lum_bench_reference *r, const struct lum_bench_truth *truth)
 {
     struct lum_error err = {0};

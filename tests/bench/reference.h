@@ -37,6 +37,9 @@ struct lum_bench_truth {
     uint32_t least_spp, most_spp;             /* powers of two, at least 2 */
     const char *keep;                         /* directory; NULL: none */
 };
+/* As the options ask for. */
+struct lum_bench_truth lum_bench_truth_of(const struct lum_bench_options *options, const struct lum_world *world,
+                                          const struct lum_view_settings *settings);
 /* False after a message on stderr. Finish it in both cases. */
 bool lum_bench_reference_make(struct lum_bench_reference *r, const struct lum_bench_truth *truth);
 void lum_bench_reference_finish(struct lum_bench_reference *r); /* accepts a zeroed one */
