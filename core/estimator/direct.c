@@ -51,6 +51,12 @@ static bool sample_value(const struct lum_direct *job, uint32_t i, uint32_t k, u
     return !lum_rgb_black(*ret_value);
 }
 
+bool lum_direct_unoccluded(const struct lum_direct *job, uint32_t i, struct lum_rgb *ret_value)
+{
+    struct lum_light_sample unused;
+    return sample_value(job, i, 0, 1, &unused, ret_value);
+}
+
 static void add(const struct lum_direct *job, uint32_t i, struct lum_rgb value)
 {
     struct lum_rgb *sum = &job->response[job->vertices->slot[i]];

@@ -33,5 +33,7 @@ struct lum_direct {
     struct lum_counters *counters;
 };
 void lum_direct_light(const struct lum_direct *job);
+/* What a light without extent brings to vertex i, were it visible; false: nothing. */
+bool lum_direct_unoccluded(const struct lum_direct *job, uint32_t i, struct lum_rgb *ret_value);
 
 #endif

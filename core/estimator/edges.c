@@ -177,4 +177,5 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     pass->tile_spp[tile] = pass->target_spp;
 }
 
-const struct lum_estimator lum_estimator_edges = {.name = "edges", .stage = LUM_STAGE_ANTIALIAS, .tile = edges_tile};
+const struct lum_estimator lum_estimator_edges = {
+    .name = "edges", .stage = LUM_STAGE_ANTIALIAS, .tile = edges_tile, .then = &lum_shadow_edges};

@@ -7,6 +7,7 @@
 static void finish_layer(struct lum_layer *l)
 {
     lum_free(l->seen);
+    lum_free(l->inner);
     lum_free(l->response);
     lum_free(l->state);
     lum_soft_finish(&l->soft);
@@ -122,7 +123,7 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
 static size_t layer_bytes(const struct lum_pass *pass, bool soft)
 {
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen)));
+    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen) + 1));
 }
 
 static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
@@ -144,8 +145,10 @@ static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uin
         return false;
     if (is_soft(pass, light))
         return lum_soft_init(&layer->soft, pass, layer->salt) || (finish_layer(layer), false);
-    layer->seen = lum_calloc((size_t)pass->tiling.n * LUM_TILE_PIXELS, sizeof *layer->seen);
-    if (layer->seen)
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    layer->seen = lum_calloc(n, sizeof *layer->seen);
+    layer->inner = light->delta ? lum_calloc(n, sizeof *layer->inner) : NULL;
+    if (layer->seen && (layer->inner || !light->delta))
         return true;
     finish_layer(layer);
     return false;
@@ -454,6 +457,8 @@ void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_lay
         memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
             memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->inner)
+            memset(layer->inner + first, 0, LUM_TILE_PIXELS);
     }
 }
 

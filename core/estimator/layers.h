@@ -13,7 +13,7 @@
  *     mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 16 bytes a pixel, one with soft shadows 39. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
+ * A layer takes 17 bytes a pixel, one with soft shadows 39. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
  * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
  * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
  * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
@@ -33,14 +33,19 @@ enum lum_layer_state {
     LUM_LAYER_EMPTY,
     LUM_LAYER_SEEN,     /* visibility bits */
     LUM_LAYER_DIRECT,   /* + response of surfaces that the eye sees */
+    LUM_LAYER_SMOOTH,   /* + edges of hard shadows, where the view asks for anti-aliasing */
     LUM_LAYER_COMPLETE, /* + response seen in mirrors and through glass */
 };
+
+#define LUM_LAYER_INNER_POINTS 4u
 
 struct lum_layer {
     struct lum_light light;   /* as it was when last checked; its id names the layer */
     uint32_t salt;            /* hash of the id: decorrelates the samples of different lights, whatever their index */
     uint32_t index;           /* in the present light table */
     struct lum_seen *seen;    /* per pixel, tile by tile; NULL in the shared layer */
+    uint8_t *inner;           /* same: who is lit at LUM_LAYER_INNER_POINTS in the pixel (shadow_edges.c); NULL unless the light has
+                                 no extent, and a layer of its own */
     struct lum_rgb *response; /* same; in the shared layer: radiance */
     uint8_t *state;           /* enum lum_layer_state per tile */
     struct lum_soft soft;     /* lights that the method serves with lum_estimator_penumbra; then response is without their

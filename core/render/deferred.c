@@ -148,7 +148,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 /* ---- the stages of a pass ---- */
 
 #define STAGES_MAX                                                                                                     \
-    32u /* estimators by effect, what goes with them, filters, and what every method has: `live` has 20 */
+    32u /* estimators by effect, what goes with them, filters, and what every method has: `live` has 21 */
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];

@@ -199,6 +199,7 @@ extern const struct lum_estimator lum_stage_upsample;     /* indirect light to f
 extern const struct lum_estimator lum_estimator_airlight; /* components: single scattering in media, for `live` */
 extern const struct lum_estimator lum_estimator_glossy;   /* components: light by way of glossy surfaces */
 extern const struct lum_estimator lum_estimator_edges;    /* components: anti-aliasing of edges */
+extern const struct lum_estimator lum_shadow_edges;       /* deferred: of those of hard shadows */
 extern const struct lum_estimator lum_estimator_path;     /* progressive: everything, unbiased */
 
 /* Of the ray through the centre of pixel (x, y). */
