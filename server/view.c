@@ -285,7 +285,7 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->frame.h = v->settings.h;
     lum_frame_stats_add(&v->frame, &pass);
     v->rendered_ms += pass.ms;
-    if (pass.changed && pass.preview <= 1)
+    if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
         v->full_pass_ms = pass.ms;
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;

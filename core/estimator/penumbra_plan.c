@@ -133,7 +133,6 @@ void lum_penumbra_plan(const struct lum_pass *pass)
     struct plan p = {.pass = pass, .sets = lum_soft_tiling(pass), .brightness = l->brightness};
     struct lum_layer *layer;
     uint32_t a = 0;
-    l->refined_whole = true;
     if (!l->brightness || pass->settings->max_depth == 0)
         return;
     p.mean = sum_brightness(pass, p.sets.n, l->brightness);
@@ -149,7 +148,7 @@ void lum_penumbra_plan(const struct lum_pass *pass)
                 p.rays[bucket_of_step(&s, n)] += rays_of_step(&s, n);
         }
     for (uint32_t i = 0; i < BUCKETS; i++)
-        l->refined_whole = l->refined_whole && p.rays[i] == 0;
+        l->refined_whole = l->refined_whole && (p.rays[i] == 0 || pass->settings->shadow_budget == 0);
     choose_least(&p);
     a = 0;
     while ((layer = lum_penumbra_next(pass, &a)))

@@ -190,7 +190,7 @@ static void load_moments(struct lum_penumbra_window *w, const uint32_t pixels[LU
             float all[LUM_MOMENTS] = {m.traced, m.seen, m.n, m.cosine, m.light.r, m.light.g, m.light.b};
             for (uint32_t k = 0; k < w->n_moments; k++)
                 w->moments[k][i] = all[k];
-            if (lum_seen_whole(w->layer->soft.seen[pixel]) && m.traced > 0.0f)
+            if (lum_seen_whole(w->layer->soft.seen[pixel]))
                 w->whole_share[i] = lum_moments_share(&m);
         }
 }

@@ -55,8 +55,8 @@ struct lum_soft {
     uint8_t *first;               /* same: LUM_SOFT_ bits of the pixels that are asked first, by that stratum alone */
     uint8_t *all_asked;           /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
-    uint8_t *open;                /* same: 1: something was forgotten, or who is asked changed, since it was last refined; others learn no more, so
-                                   * that nothing flickers where an edit changes nothing */
+    uint8_t *open;                /* same: 1: something was forgotten, or who is asked changed, since it was last refined; others learn no more
+                                   * until the scene rests, so that nothing flickers where an edit changes nothing */
     uint8_t *begun;               /* per packet: enum lum_soft_begun */
     uint32_t *asked;              /* same: lum_layers.n_passes when its first pixels were last asked; 0: never, as in the next two */
     uint32_t *changed;            /* same: when something in `first` last changed */

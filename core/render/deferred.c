@@ -302,12 +302,20 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
 {
     struct lum_stage_runner whole = *runner;
     enum lum_status status = lum_deferred_look(d, pass, err);
-    if (lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp)
-        whole.cancel = NULL;
+    if ((lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp) || pass->rest_budgets > 0)
+        whole.cancel = NULL; /* at rest there is nothing to find */
     if (status == LUM_OK)
         status = lum_stage_run(&whole, pass, &lum_stage_gbuffer);
     d->swept.stamp = d->gbuffer.stamp;
     return status;
+}
+
+/* Of a frame that is there: all but shadows and the sums that they are in. Other views may have changed the records
+ * that they share since; this one has what it took from them. */
+static bool stands_at_rest(const struct lum_estimator *stage)
+{
+    return stage->cache || stage->vpls || stage->stage == LUM_STAGE_RECORDS ||
+           (stage->stage >= LUM_STAGE_INDIRECT && stage->stage <= LUM_STAGE_MEDIA);
 }
 
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
@@ -333,15 +341,21 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     }
     if (status != LUM_OK)
         lum_swept_finish(&d->swept); /* some have not heard of what moved */
-    if (status == LUM_OK && plan.cache)
+    if (pass->rest_budgets > 0)
+        runner->stats->n_vpls = d->n_vpls;
+    else if (status == LUM_OK && plan.cache)
         status = update_cache(d, pass, runner, err);
     else if (status == LUM_OK && plan.vpls)
         status = update_vpls(d, pass, runner, err);
-    for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
+    for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++) {
+        if (pass->rest_budgets > 0 && stands_at_rest(plan.stages[i]))
+            continue;
         status = plan.stages[i]->run ? run_whole(runner, pass, plan.stages[i], err)
                                      : lum_stage_run(runner, pass, plan.stages[i]);
+    }
     if (pass->records)
         runner->stats->cache = pass->records->counts;
-    d->n_vpls = runner->stats->n_vpls;
+    if (status == LUM_OK)
+        d->n_vpls = runner->stats->n_vpls;
     return status;
 }

@@ -29,8 +29,9 @@ void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
     r->error_rel = (double)NAN;
-    r->taken = false;
+    r->taken = r->finest = false;
     r->n_frames = 1;
+    r->next_frame_spp = 2;
 }
 
 void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const struct lum_film *frame)
@@ -38,6 +39,7 @@ void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const
     for (uint32_t y = 0; y < t->h; y++)
         for (uint32_t x = 0; x < t->w; x++)
             r->frame[(size_t)y * t->w + x] = lum_film_mean(frame, x, y);
+    r->taken = true;
 }
 
 /* ---- what both are worth ---- */

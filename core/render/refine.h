@@ -22,8 +22,10 @@ struct lum_refinement {
     struct lum_film truth;
     uint32_t *tile_spp;    /* of truth */
     struct lum_rgb *frame; /* b: w * h */
-    bool taken;            /* there is one, and its shadows are as fine as they get */
-    uint32_t n_frames;     /* that were made of the picture */
+    bool taken;              /* there is one */
+    bool finest;             /* its shadows are as fine as they get */
+    uint32_t n_frames;       /* that were begun of the picture */
+    uint32_t next_frame_spp; /* samples at which the next one is due */
     struct lum_tile_error *errors;
     double error_rel;      /* of what lum_refine_blend made: root mean square error over mean luminance; NAN: unknown */
 };

@@ -1,4 +1,3 @@
-#include <stdlib.h>
 /* Passes of a view: which stages are stale, which estimators run, what it cost. */
 #include "core/render/view.h"
 
@@ -47,7 +46,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .method = lum_method_find("live"),
         .max_depth = 8,
         .shadow_samples = 16,
-        .shadow_budget = getenv("SB") ? (uint32_t)atoi(getenv("SB")) : 100000,
+        .shadow_budget = 100000,
         .antialias = true,
         .n_vpls = LUM_VPL_DEFAULT,
         .storage = LUM_STORAGE_WAITFREE,
@@ -260,46 +259,53 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     return status;
 }
 
-/* The fast frame once more, over what the film shows: while there are finer shadows to be had it gets them each time
- * the samples have doubled, from a budget a pass. */
-static enum lum_status take_frame(struct lum_view *v, const struct lum_pass *frame, uint32_t spp,
-                                  const struct lum_stage_runner *runner, struct lum_error *err)
+/* While there are finer shadows to be had the frame is made again with them: each time the samples have doubled, and
+ * every FINER_FRAME_SPP once they are many. */
+#define FINER_FRAME_SPP 16u
+
+/* Over what the film shows. Where it fails for other reasons than being cancelled, the frame stays as it is. */
+static enum lum_status make_finer_frame(struct lum_view *v, const struct lum_pass *frame,
+                                        const struct lum_stage_runner *runner)
 {
     struct lum_refinement *r = &v->refinement;
     struct lum_pass pass = *frame;
-    bool alone = pass.settings->deterministic; /* a picture must not depend on how long the one before it stood */
-    if (r->taken || (spp & (spp - 1)) != 0)
-        return LUM_OK;
-    pass.rest_budgets = alone ? 0 : spp > 4 ? spp / 4 : 1;
+    struct lum_error unused;
+    uint32_t step = r->next_frame_spp < FINER_FRAME_SPP ? r->next_frame_spp : FINER_FRAME_SPP;
+    pass.rest_budgets = step < 4 ? 1 : step / 4;
     pass.target_spp = ++r->n_frames; /* every tile, whatever a cancelled frame left */
-    enum lum_status status = lum_deferred_run(&v->deferred, &pass, runner, err);
-    if (status != LUM_OK)
+    enum lum_status status = lum_deferred_run(&v->deferred, &pass, runner, &unused);
+    if (status == LUM_ERR_CANCELLED)
         return status;
-    lum_refine_take(r, &v->tiling, &v->film);
-    r->taken = alone || v->deferred.layers.refined_whole;
+    if (status == LUM_OK)
+        lum_refine_take(r, &v->tiling, &v->film);
+    r->next_frame_spp += step;
+    r->finest = status != LUM_OK || v->deferred.layers.refined_whole;
     return LUM_OK;
 }
 
-/* One path traced sample of every pixel, with every effect that is called for; it shows with each second one. */
+/* One path traced sample of every pixel, with every effect that is called for. With each second one the film gets the
+ * blend anew, also where a finer frame was cut short. */
 static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass *frame,
-                                      const struct lum_stage_runner *runner, struct lum_error *err)
+                                      const struct lum_stage_runner *runner)
 {
     struct lum_refinement *r = &v->refinement;
     struct lum_pass pass = *frame;
+    if (!r->taken)
+        lum_refine_take(r, &v->tiling, &v->film);
     pass.film = &r->truth;
     pass.tile_spp = r->tile_spp;
     pass.target_spp = least_spp(r->tile_spp, v->tiling.n) + 1;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = v->chosen.on[e];
-    bool shows = pass.target_spp % 2 == 0;
-    enum lum_status status = shows ? take_frame(v, frame, pass.target_spp, runner, err) : LUM_OK;
-    if (status == LUM_OK)
-        status = lum_stage_run(runner, &pass, &lum_estimator_path);
-    if (status == LUM_OK && shows) {
-        lum_refine_blend(r, &v->tiling, &v->film, &v->counters[0].nonfinite);
-        v->error_rel = r->error_rel;
-        runner->stats->changed = true;
-    }
+    enum lum_status status = lum_stage_run(runner, &pass, &lum_estimator_path);
+    if (status != LUM_OK || pass.target_spp % 2 != 0)
+        return status;
+    /* A picture that must depend on the edits alone cannot depend on how long the one before it stood. */
+    if (!r->finest && pass.target_spp >= r->next_frame_spp && !pass.settings->deterministic)
+        status = make_finer_frame(v, frame, runner);
+    lum_refine_blend(r, &v->tiling, &v->film, &v->counters[0].nonfinite);
+    v->error_rel = r->error_rel;
+    runner->stats->changed = true;
     return status;
 }
 
@@ -407,7 +413,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed)
             status = run_rough(view, &pass, &runner, err);
         else if (spp > 0)
-            status = run_refinement(view, &pass, &runner, err);
+            status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
         sum_counters(view, &stats);

@@ -1,6 +1,10 @@
 /* Soft shadows of `live` while a picture rests: what a frame's budget left out is found out then. */
 #include "tests/support/rig.h"
 
+#include <math.h>
+
+#include "core/base/pool.h"
+
 static void put_lamp(struct rig *r, double x)
 {
     struct lum_light_desc l = rig_quad(rig_v(x, 2.8, 0), rig_v(1, 0, 0), rig_v(0, 0, 0.7), 100);
@@ -49,64 +53,149 @@ static void budgets_are_made_up_for(void **state)
     lum_free(picture_after(&r, 1));
     assert_false(shows(&r, first));
     lum_free(picture_after(&r, 33));
-    rig_assert_picture(&r, last, "with a ray a pixel and budget");
+    rig_assert_picture(&r, last, "with half a ray a pixel and budget");
     lum_free(first);
     lum_free(last);
     rig_end(&r);
 }
 
-/* Then only the sample is left that path tracing takes, too. */
+/* Then only the sample is left that path tracing takes, too; at once where no shadow is soft. */
 static void there_is_an_end(void **state)
 {
     (void)state;
-    struct rig r;
-    shadowed_room(&r, UINT32_MAX);
-    r.settings.antialias = false;
-    struct lum_pass_stats live, path;
-    lum_free(picture_after(&r, 16));
-    live = rig_pass(&r);
-    r.settings.method = lum_method_find("path");
-    lum_free(picture_after(&r, 15));
-    path = rig_pass(&r);
-    assert_int_equal(rig_all_rays(&live), rig_all_rays(&path));
-    rig_end(&r);
+    for (int soft = 0; soft < 2; soft++) {
+        struct rig r;
+        shadowed_room(&r, UINT32_MAX);
+        r.settings.antialias = false;
+        if (!soft) {
+            RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_LIGHT, "lamp", &err));
+            rig_bulb(&r, "bulb", rig_v(0, 2.5, 0), 100);
+            rig_commit(&r);
+        }
+        lum_free(picture_after(&r, soft ? 16 : 4));
+        struct lum_pass_stats live = rig_pass(&r);
+        assert_true(live.stage_ms[LUM_STAGE_COMPOSITE] == 0.0); /* no frame was made */
+        r.settings.method = lum_method_find("path");
+        lum_free(picture_after(&r, soft ? 15 : 3));
+        struct lum_pass_stats path = rig_pass(&r);
+        assert_int_equal(rig_all_rays(&live), rig_all_rays(&path));
+        rig_end(&r);
+    }
 }
 
+/* ---- passes that are cut short ---- */
+
+/* Cancels a pass at the `loop`-th time that it hands out jobs, counted from 1, when a third of them are done. 0: does
+ * not. */
+static uint32_t stop_loop;
+static _Atomic int stop_jobs;
+static _Atomic bool stop;
+
+struct counted {
+    lum_job_fn fn;
+    void *ctx;
+};
+
+static void run_counted(void *ctx, uint32_t job, uint32_t worker)
+{
+    const struct counted *c = ctx;
+    c->fn(c->ctx, job, worker);
+    if (--stop_jobs <= 0)
+        stop = true;
+}
+
+enum lum_status __real_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel);
+enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel);
+enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
+                                    const _Atomic bool *cancel)
+{
+    struct counted counted = {fn, ctx};
+    if (stop_loop == 0 || --stop_loop > 0)
+        return __real_lum_pool_run(pool, n, fn, ctx, cancel);
+    stop_jobs = (int)(n / 3);
+    return __real_lum_pool_run(pool, n, run_counted, &counted, cancel);
+}
+
+/* The second sample, cut short wherever it can be: the film never shows less than it did. Afterwards all is as if it
+ * had not been, once the frame could be made finer: the next time samples are shown. */
 static void cancelled_at_rest(void **state)
 {
     (void)state;
     struct rig r;
-    shadowed_room(&r, 500);
-    struct lum_rgb *whole = picture_after(&r, 9);
-    const _Atomic bool cancel = true;
-    struct lum_pass_stats unused;
-    rig_fresh_view(&r);
-    for (uint32_t i = 0; i < 9; i++) {
-        rig_pass(&r);
-        if (i < 8)
-            assert_int_equal(lum_view_pass(r.view, r.snapshot, &r.settings, &cancel, &unused, NULL), LUM_ERR_CANCELLED);
+    shadowed_room(&r, UINT32_MAX);
+    struct lum_rgb *frame = picture_after(&r, 1), *blend = picture_after(&r, 5);
+    uint32_t n_cancelled = 0, n_later = 0;
+    for (uint32_t loop = 1;; loop++) {
+        struct lum_pass_stats stats;
+        lum_free(picture_after(&r, 2));
+        stop = false;
+        stop_loop = loop;
+        enum lum_status status = lum_view_pass(r.view, r.snapshot, &r.settings, &stop, &stats, NULL);
+        if (stop_loop > 0) /* it has not so many */
+            break;
+        stop_loop = 0;
+        if (status == LUM_OK)
+            continue; /* all jobs were begun */
+        n_cancelled++;
+        n_later += stats.spp == 3;
+        if (stats.spp == 2) /* and none of the film was touched */
+            assert_true(shows(&r, frame));
+        else
+            assert_false(isnan(stats.error_rel));
+        while (stats.spp < 5)
+            stats = rig_pass(&r);
+        rig_assert_picture(&r, blend, "after a pass that was cut short");
     }
-    rig_assert_picture(&r, whole, "cancelled before every pass");
-    lum_free(whole);
+    stop_loop = 0;
+    assert_true(n_cancelled > 3 && n_later > 2 && n_later < n_cancelled);
+    lum_free(frame);
+    lum_free(blend);
     rig_end(&r);
 }
 
-/* Where a picture must depend on the edits alone, it does not matter how long it rested between them. */
-static void deterministic_forgets_nothing_and_learns_nothing(void **state)
+/* ---- where a picture depends on the edits alone ---- */
+
+static void paint(struct rig *r, float albedo)
+{
+    struct lum_material_desc m = rig_diffuse(albedo);
+    rig_material(r, "red", &m);
+    rig_commit(r);
+}
+
+static void put_crate(struct rig *r, double x)
+{
+    rig_object(r, "crate", "crate", "red", rig_v(x, 0.5, -0.4));
+    rig_commit(r);
+}
+
+static void rest(struct rig *r, uint32_t passes)
+{
+    while (passes--)
+        rig_pass(r);
+}
+
+/* It does not matter how long it rested between them. */
+static void deterministic_pictures_do_not_rest(void **state)
 {
     (void)state;
-    static const uint32_t rests[] = {1, 9};
+    static const uint32_t passes[] = {1, 9};
     struct lum_rgb *moved[2];
     struct rig r;
     shadowed_room(&r, 500);
     r.settings.deterministic = true;
     for (int i = 0; i < 2; i++) {
-        rig_object(&r, "crate", "crate", "red", rig_v(0.5, 0.5, -0.4));
-        rig_commit(&r);
-        lum_free(picture_after(&r, rests[i]));
-        rig_object(&r, "crate", "crate", "red", rig_v(0.3, 0.5, -0.4));
-        rig_commit(&r);
-        rig_pass(&r);
+        paint(&r, 0.5f);
+        put_crate(&r, 0.5);
+        rig_fresh_view(&r);
+        rest(&r, passes[i]);
+        put_crate(&r, 0.4);
+        rest(&r, passes[i]);
+        paint(&r, 0.2f); /* what is known of shadows is looked at again */
+        rest(&r, passes[i]);
+        put_crate(&r, 0.3);
+        rest(&r, 1);
         moved[i] = rig_picture(&r);
     }
     rig_assert_picture(&r, moved[0], "moved after a rest");
@@ -121,7 +210,7 @@ int main(void)
         cmocka_unit_test(budgets_are_made_up_for),
         cmocka_unit_test(there_is_an_end),
         cmocka_unit_test(cancelled_at_rest),
-        cmocka_unit_test(deterministic_forgets_nothing_and_learns_nothing),
+        cmocka_unit_test(deterministic_pictures_do_not_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
