@@ -154,7 +154,8 @@ static const struct lum_field render[] = {
     NUMBER(render, cache_accuracy, 0.01, 1, 0.2, "",
            "error that records of a cache may have: less is finer and slower"),
     CHOICE(render, storage, 0, "waitfree|lock|local|serial", "how threads share the records of a cache"),
-    BOOL(render, antialias, 1, "false: rays through pixel centres"),
+    BOOL(render, antialias, 1,
+         "smooth edges of surfaces and, in `live`, of hard shadows; false: rays through pixel centres"),
     OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
     CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),
 };

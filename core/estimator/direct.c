@@ -76,9 +76,12 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     for (uint32_t i = 0; i < v->n; i++) {
         struct lum_light_sample ls;
         struct lum_rgb reflected;
-        if (!sample_value(job, i, k, n_samples, &ls, &reflected))
-            continue;
         struct lum_seen *seen = job->seen ? &job->seen[v->slot[i]] : NULL;
+        if (!sample_value(job, i, k, n_samples, &ls, &reflected)) {
+            if (seen && light->delta) /* who looks for edges must find what a new view does */
+                seen->traced = seen->visible = 0;
+            continue;
+        }
         if (seen && (seen->traced & bit)) {
             if (seen->visible & bit)
                 add(job, i, reflected);

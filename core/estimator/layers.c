@@ -88,10 +88,17 @@ static bool is_layered(const struct lum_pass *pass, const struct lum_light *ligh
     return is_served_by(pass, light, &lum_estimator_shadow) || is_soft(pass, light);
 }
 
+/* True when the edges of its shadows are smoothed by lum_shadow_edges. */
+static bool has_edges(const struct lum_pass *pass, const struct lum_light *light)
+{
+    return light->delta && is_served_by(pass, light, &lum_estimator_shadow) && pass->on[LUM_EFFECT_ANTIALIAS];
+}
+
 /* True when the layer has the buffers that this light asks for. */
 static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass *pass, const struct lum_light *light)
 {
-    return is_layered(pass, light) && is_soft(pass, light) == (layer->soft.seen != NULL);
+    return is_layered(pass, light) && is_soft(pass, light) == (layer->soft.seen != NULL) &&
+           has_edges(pass, light) == (layer->inner != NULL);
 }
 
 /* Forgets layers whose light is gone, became one of another kind or emits along other paths, and finds the others' new
@@ -147,8 +154,8 @@ static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uin
         return lum_soft_init(&layer->soft, pass, layer->salt) || (finish_layer(layer), false);
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
     layer->seen = lum_calloc(n, sizeof *layer->seen);
-    layer->inner = light->delta ? lum_calloc(n, sizeof *layer->inner) : NULL;
-    if (layer->seen && (layer->inner || !light->delta))
+    layer->inner = has_edges(pass, light) ? lum_calloc(n, sizeof *layer->inner) : NULL;
+    if (layer->seen && (layer->inner || !has_edges(pass, light)))
         return true;
     finish_layer(layer);
     return false;

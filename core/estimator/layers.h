@@ -26,7 +26,7 @@
 #include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
-#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 69 lights */
+#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights */
 
 /* What a tile of a layer holds; each step includes the ones before. */
 enum lum_layer_state {
@@ -44,8 +44,8 @@ struct lum_layer {
     uint32_t salt;            /* hash of the id: decorrelates the samples of different lights, whatever their index */
     uint32_t index;           /* in the present light table */
     struct lum_seen *seen;    /* per pixel, tile by tile; NULL in the shared layer */
-    uint8_t *inner;           /* same: who is lit at LUM_LAYER_INNER_POINTS in the pixel (shadow_edges.c); NULL unless the light has
-                                 no extent, and a layer of its own */
+    uint8_t *inner;           /* same: bit k: it is known whether point k in the pixel is lit, bit LUM_LAYER_INNER_POINTS + k: it is
+                                 (shadow_edges.c). NULL: nobody asks: the light has an extent, or anti-aliasing is off */
     struct lum_rgb *response; /* same; in the shared layer: radiance */
     uint8_t *state;           /* enum lum_layer_state per tile */
     struct lum_soft soft;     /* lights that the method serves with lum_estimator_penumbra; then response is without their

@@ -3,8 +3,9 @@
  * through blinds, in stripes thinner than a pixel, is stripes then and not dots.
  *
  * What the light would bring with nothing in the way is taken at the middle of the pixel. Who is lit where is kept, so
- * that another material costs no ray; what other tiles are asked for, they do not write here: whether they are lit in
- * the middle (lum_layer.seen). */
+ * that another colour of the surface costs no ray. Edges are looked for where the middles of pixels differ, and
+ * followed from there within a tile, whose points no other tile looks at: of others only the middles are read
+ * (lum_layer.seen). */
 #include "core/estimator/components.h"
 #include "core/estimator/direct.h"
 
@@ -98,12 +99,13 @@ static void find_edges(struct edges *e)
             add_pixel(e, i);
 }
 
-/* Beside pixels `from` to `to` of the list, where an edge runs through them, it goes on, in this tile. */
+/* Beside pixels `from` to `to` of the list, where an edge runs through them, it goes on: as far as this tile. */
 static void follow_edges(struct edges *e, uint32_t from, uint32_t to)
 {
     for (uint32_t i = from; i < to; i++) {
         uint32_t slot = e->slot[i], x = slot % e->r.w, y = slot / e->r.w, lit = e->inner[slot] >> POINTS;
-        for (uint32_t k = 0; k < 9 && lit != 0 && lit != (1u << POINTS) - 1; k++) {
+        bool middle = e->middle[y + 1][x + 1] == LIT, through = lit != (middle ? (1u << POINTS) - 1 : 0);
+        for (uint32_t k = 0; k < 9 && through; k++) {
             uint32_t nx = x + k % 3 - 1, ny = y + k / 3 - 1;
             if (nx < e->r.w && ny < e->r.h && is_beside(e, slot, k))
                 add_pixel(e, ny * e->r.w + nx);
@@ -113,25 +115,47 @@ static void follow_edges(struct edges *e, uint32_t from, uint32_t to)
 
 /* ---- how much of a pixel is lit ---- */
 
-/* The surface in the tangent plane, where the eye looks through point k of the pixel; seen too flatly, or from beyond,
- * its middle. */
+/* How far above the tangent plane the neighbour on this side along one axis lies, times the way there; nothing beyond
+ * the picture. False: it shows another surface. */
+static bool rise(const struct edges *e, size_t pixel, uint32_t at, uint32_t size, size_t stride, float way,
+                 float *inout_rise)
+{
+    const struct lum_surfaces *s = e->pass->surfaces;
+    if (way > 0.0f ? at + 1 >= size : at == 0)
+        return true;
+    size_t other = way > 0.0f ? pixel + stride : pixel - stride;
+    if (!lum_guide_same_surface(&e->guide, pixel, other))
+        return false;
+    *inout_rise += fabsf(way) * lum_max(lum_dot(lum_v3_sub(s->p[other], s->p[pixel]), s->ng[pixel]), 0.0f);
+    return true;
+}
+
+/* The surface where the eye looks through point k of the pixel: in the tangent plane, and in a hollow as high as the
+ * chord to the pixel beside. False where that is not known to be the surface, at its edge, or seen too flatly: beyond
+ * the foot of a wall all is dark. */
 #define FLATTEST 8.0f /* lengths of a pixel across the view */
-static struct lum_vec3 inner_point(const struct edges *e, uint32_t slot, uint32_t k)
+static bool inner_point(const struct edges *e, uint32_t slot, uint32_t k, struct lum_vec3 *ret_p)
 {
     /* four queens: each row and column of the pixel once, so that edges along the axes have five steps, too */
     static const struct lum_vec2 at[POINTS] = {{0.125f, 0.625f}, {0.375f, 0.125f}, {0.625f, 0.875f}, {0.875f, 0.375f}};
     const struct lum_pass *pass = e->pass;
     const struct lum_surfaces *s = pass->surfaces;
+    uint32_t x = e->r.x + slot % e->r.w, y = e->r.y + slot / e->r.w, w = pass->tiling.w, h = pass->tiling.h;
     size_t pixel = pixel_at(e, slot);
-    float x = (float)(e->r.x + slot % e->r.w) + at[k].x, y = (float)(e->r.y + slot / e->r.w) + at[k].y;
-    struct lum_vec3 d = lum_eye_direction(&pass->eye, x, y), p = s->p[pixel], ng = s->ng[pixel];
+    float up = 0.0f;
+    if (!rise(e, pixel, x, w, 1, at[k].x - 0.5f, &up) || !rise(e, pixel, y, h, w, at[k].y - 0.5f, &up))
+        return false;
+    struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)x + at[k].x, (float)y + at[k].y);
+    struct lum_vec3 p = s->p[pixel], ng = s->ng[pixel];
     float t = lum_dot(lum_v3_sub(p, pass->eye.o), ng) / lum_dot(d, ng);
     struct lum_vec3 q = lum_v3_mad(pass->eye.o, d, t), off = lum_v3_sub(q, p);
     float most = FLATTEST * pass->eye.per_pixel * s->depth[pixel];
-    return t > 0.0f && lum_dot(off, off) <= most * most ? q : p;
+    *ret_p = lum_v3_mad(q, ng, up);
+    return t > 0.0f && lum_dot(off, off) <= most * most;
 }
 
-/* Point k of the pixels from `from` on that do not know it: bits 0 to 3 of inner: it is known, bits 4 to 7: it is lit.
+/* Point k of the pixels from `from` on that do not know it, as in the middle where it cannot be told: bits 0 to 3 of
+ * inner: it is known, bits 4 to 7: it is lit.
  */
 static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_counters *counters)
 {
@@ -145,7 +169,12 @@ static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_cou
         struct lum_light_sample ls;
         if (*inner >> k & 1)
             continue;
-        struct lum_vec3 p = inner_point(e, e->slot[i], k);
+        struct lum_vec3 p;
+        if (!inner_point(e, e->slot[i], k, &p)) {
+            *inner |=
+                (uint8_t)((e->middle[e->slot[i] / e->r.w + 1][e->slot[i] % e->r.w + 1] == LIT ? 0x11u : 0x01u) << k);
+            continue;
+        }
         *inner |= (uint8_t)(0x11u << k);
         if (lum_light_sample_plainly(unit, e->layer->index, p, (struct lum_vec2){0.5f, 0.5f}, &ls) &&
             lum_shadow_ray(&rays, p, pass->surfaces->ng[pixel_at(e, e->slot[i])], ls.wi, ls.distance))

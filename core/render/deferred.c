@@ -314,8 +314,7 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
  * that they share since; this one has what it took from them. */
 static bool stands_at_rest(const struct lum_estimator *stage)
 {
-    return stage->cache || stage->vpls || stage->stage == LUM_STAGE_RECORDS ||
-           (stage->stage >= LUM_STAGE_INDIRECT && stage->stage <= LUM_STAGE_MEDIA);
+    return stage->stage == LUM_STAGE_RECORDS || (stage->stage >= LUM_STAGE_INDIRECT && stage->stage <= LUM_STAGE_MEDIA);
 }
 
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,

@@ -7,7 +7,7 @@
  * several times. Both are measured: the samples are kept in two independent halves
  * A and B, so v = (A - B)^2 / 4, and (b - A)(b - B) is an unbiased estimate of e, since the noise of A and B cancels in the
  * mean (algorithms B3). Means are over a tile and its eight neighbours. The frame gets better, too: when the samples have
- * doubled it is made again with finer shadows, as long as there are any. */
+ * doubled, and in the end every so many, it is made again with finer shadows, as long as there are any. */
 #ifndef LUM_CORE_RENDER_REFINE_H
 #define LUM_CORE_RENDER_REFINE_H
 

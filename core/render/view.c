@@ -438,10 +438,13 @@ enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *
     struct lum_pass_stats unused = {0};
     struct lum_stage_runner runner = {view->pool, view->counters, NULL, &unused};
     enum lum_status status = begin_pass(view, snapshot, settings, &pass, err);
+    uint64_t stamp = view->deferred.gbuffer.stamp;
     if (status == LUM_OK)
         status = lum_deferred_look(&view->deferred, &pass, err);
     if (status == LUM_OK)
         status = lum_stage_run(&runner, &pass, &lum_stage_gbuffer);
+    if (stamp != view->deferred.gbuffer.stamp)
+        view->rendered = false; /* the frame that rests is of another G-buffer */
     if (status == LUM_OK)
         status = lum_aov_update(&view->aov, &pass, view->pool, err);
     if (status == LUM_OK)

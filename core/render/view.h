@@ -24,7 +24,7 @@ struct lum_view_settings {
                               * none */
     bool carry_shadows;      /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does not
                                 depend on where the eye was before */
-    bool antialias;          /* false: rays through pixel centres */
+    bool antialias;          /* smooth edges, of hard shadows too; false: rays through pixel centres */
     uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
                                 block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
     uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
