@@ -19,11 +19,12 @@
 
 const char lum_render_help[] =
     "usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n"
-    "  --scene NAME|FILE    a built-in one (see: lumend scenes), a model, or a text file of edits, one JSON object a line\n"
+    "  --scene NAME|FILE    a built-in one (see: lumend scenes), a model, or a text file of edits, one JSON object a "
+    "line\n"
     "                       (lumend scenes cornell prints one; protocol/PROTOCOL.md has every field)\n"
-    "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with --frames "
-    "they\n"
-    "                       happen at their t_ms\n"
+    "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with "
+    "--frames\n"
+    "                       frame n, from 0, shows those with a t_ms of up to n / fps\n"
     "  --method M           see: lumend methods\n"
     "  --camera ID          a camera of the scene (default: main)\n"
     "  --size WxH           default 600x400\n"
