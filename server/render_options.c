@@ -24,7 +24,7 @@ const char lum_render_help[] =
     "                       (lumend scenes cornell prints one; protocol/PROTOCOL.md has every field)\n"
     "  --edits REPLAY       ops applied to the scene, of a .jsonl file or built in (see: lumend scenes); with "
     "--frames\n"
-    "                       frame n, from 0, shows those with a t_ms of up to n / fps\n"
+    "                       frame n, from 0, shows those with a t_ms of up to 1000 n / fps\n"
     "  --method M           see: lumend methods\n"
     "  --camera ID          a camera of the scene (default: main)\n"
     "  --size WxH           default 600x400\n"
