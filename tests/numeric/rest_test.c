@@ -1,7 +1,5 @@
 /* Soft shadows of `live` while a picture rests: what a frame's budget left out is found out then. */
-#include "tests/support/rig.h"
-
-#include "core/base/pool.h"
+#include "tests/support/cut_short.h"
 
 static void put_lamp(struct rig *r, double x)
 {
@@ -83,39 +81,6 @@ static void there_is_an_end(void **state)
 
 /* ---- passes that are cut short ---- */
 
-/* Cancels a pass at the `loop`-th time that it hands out jobs, counted from 1, when a third of them are done. 0: does
- * not. */
-static uint32_t stop_loop;
-static _Atomic int stop_jobs;
-static _Atomic bool stop;
-
-struct counted {
-    lum_job_fn fn;
-    void *ctx;
-};
-
-static void run_counted(void *ctx, uint32_t job, uint32_t worker)
-{
-    const struct counted *c = ctx;
-    c->fn(c->ctx, job, worker);
-    if (--stop_jobs <= 0)
-        stop = true;
-}
-
-enum lum_status __real_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel);
-enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel);
-enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel)
-{
-    struct counted counted = {fn, ctx};
-    if (stop_loop == 0 || --stop_loop > 0)
-        return __real_lum_pool_run(pool, n, fn, ctx, cancel);
-    stop_jobs = (int)(n / 3);
-    return __real_lum_pool_run(pool, n, run_counted, &counted, cancel);
-}
-
 /* The second sample, cut short wherever it can be: the film never shows less than it did. Afterwards all is as if it
  * had not been, once the frame could be made finer: the next time samples are shown. */
 static void cancelled_at_rest(void **state)
@@ -130,14 +95,12 @@ static void cancelled_at_rest(void **state)
     uint32_t n_cancelled = 0, n_later = 0;
     for (uint32_t loop = 1;; loop++) {
         struct lum_pass_stats stats;
+        uint32_t left;
         lum_free(picture_after(&r, 2));
-        stop = false;
-        stop_loop = loop;
-        enum lum_status status = lum_view_pass(r.view, r.snapshot, &r.settings, &stop, &stats, NULL);
-        if (stop_loop > 0) /* it has not so many */
+        bool cut = pass_is_cut_short(&r, loop, 3, &stats, &left);
+        if (left > 0) /* it has not so many */
             break;
-        stop_loop = 0;
-        if (status == LUM_OK)
+        if (!cut)
             continue; /* all jobs were begun */
         n_cancelled++;
         n_later += stats.spp == 3;
@@ -146,7 +109,6 @@ static void cancelled_at_rest(void **state)
             stats = rig_pass(&r);
         rig_assert_picture(&r, blend, "after a pass that was cut short");
     }
-    stop_loop = 0;
     assert_true(n_cancelled > 3 && n_later > 2 && n_later < n_cancelled);
     lum_free(frame);
     lum_free(blend);

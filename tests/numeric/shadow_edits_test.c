@@ -1,56 +1,8 @@
 /* Soft shadows after any edits: a view that has lived through them, passes that were cut short included, shows bit for
  * bit what a new one does. */
-#include "tests/support/rig.h"
-
-#include "core/base/pool.h"
+#include "tests/support/cut_short.h"
 
 enum { RUNS = 24, STEPS = 25 };
-
-/* ---- passes that are cut short ---- */
-
-/* Cancels a pass at the `loop`-th time that it hands out jobs, counted from 1, when `jobs` of them are done. 0: does
- * not. */
-static uint32_t stop_loop;
-static _Atomic int stop_jobs;
-static _Atomic bool stop;
-
-struct counted {
-    lum_job_fn fn;
-    void *ctx;
-};
-
-static void run_counted(void *ctx, uint32_t job, uint32_t worker)
-{
-    const struct counted *c = ctx;
-    c->fn(c->ctx, job, worker);
-    if (--stop_jobs <= 0)
-        stop = true;
-}
-
-enum lum_status __real_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel);
-enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel);
-enum lum_status __wrap_lum_pool_run(struct lum_pool *pool, uint32_t n, lum_job_fn fn, void *ctx,
-                                    const _Atomic bool *cancel)
-{
-    struct counted counted = {fn, ctx};
-    if (stop_loop == 0 || --stop_loop > 0)
-        return __real_lum_pool_run(pool, n, fn, ctx, cancel);
-    return __real_lum_pool_run(pool, n, run_counted, &counted, cancel);
-}
-
-static bool pass_is_cut_short(struct rig *r, uint32_t loop, uint32_t jobs)
-{
-    struct lum_pass_stats stats;
-    struct lum_error err;
-    stop = false;
-    stop_loop = loop;
-    stop_jobs = (int)jobs;
-    enum lum_status status = lum_view_pass(r->view, r->snapshot, &r->settings, &stop, &stats, &err);
-    stop_loop = 0;
-    return status == LUM_ERR_CANCELLED;
-}
 
 /* ---- any edits ---- */
 
@@ -236,7 +188,9 @@ static void any_edits_leave_nothing_stale(void **state)
                 edit(&r, &d);
             rig_commit(&r);
             if (roll(&d, 2)) {
-                n_cut += pass_is_cut_short(&r, roll(&d, 12) + 1, roll(&d, 6) + 1);
+                struct lum_pass_stats unused;
+                uint32_t left, loop = roll(&d, 12) + 1, jobs = roll(&d, 6) + 1;
+                n_cut += pass_is_cut_short(&r, loop, jobs, &unused, &left);
                 if (roll(&d, 2))
                     edit(&r, &d);
                 rig_commit(&r);
