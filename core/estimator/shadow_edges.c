@@ -155,8 +155,7 @@ static bool inner_point(const struct edges *e, uint32_t slot, uint32_t k, struct
 }
 
 /* Point k of the pixels from `from` on that do not know it, as in the middle where it cannot be told: bits 0 to 3 of
- * inner: it is known, bits 4 to 7: it is lit.
- */
+ * inner: it is known, bits 4 to 7: it is lit. */
 static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_counters *counters)
 {
     const struct lum_pass *pass = e->pass;
