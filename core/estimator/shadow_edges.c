@@ -1,6 +1,6 @@
 /* Anti-aliasing of hard shadows: where a light that shines from a point or a direction reaches a pixel and not the one
  * beside it, on the same surface, a few more shadow rays from within the pixel find out how much of it is lit. Sunlight
- * through blinds, in stripes thinner than a pixel, is stripes then and not dots.
+ * through blinds, in stripes thinner than a pixel, is dashes then and not dots.
  *
  * What the light would bring with nothing in the way is taken at the middle of the pixel. Who is lit where is kept, so
  * that another colour of the surface costs no ray. Edges are looked for where the middles of pixels differ, and

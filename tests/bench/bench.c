@@ -43,8 +43,8 @@ static int usage(FILE *to, int status)
         "\n--quick shows that a study works; its figures are not for quoting.\n"
         "--references keeps the path-traced pictures that errors are measured against, for the next time: they take\n"
         "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n"
-        "--reference-spp: samples a pixel that they have at most, a power of two from 2 to 65536 (default 128). With\n"
-        "few the noise of dark pixels counts in relMSE, whose weights are those of the reference.\n"
+        "--reference-spp: samples a pixel that they have at most, a power of two from 2 to 65536 (default 128, 16\n"
+        "with --quick). With few the noise of dark pixels counts in relMSE, whose weights are those of the reference.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }

@@ -122,7 +122,7 @@ static void no_shadow_at_the_foot_of_a_wall(void **state)
             if (!(least > 0.85f * most)) /* a shadow, or an edge of what is lit otherwise */
                 continue;
             n++;
-            if (!(smooth > 0.99f * least))
+            if (!(smooth > 0.99f * least)) /* what is smoothed is a mean of these nine; floats */
                 fail_msg("pixel %u,%u is %g, and those around are %g or more", x, y, (double)smooth, (double)least);
         }
     assert_true(n > r.settings.w * r.settings.h / 2);
