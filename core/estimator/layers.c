@@ -254,6 +254,16 @@ static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
     return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
 }
 
+/* Where samples of lights lie. */
+static bool find_places(struct lum_layers *l)
+{
+    bool ok = true;
+    for (uint32_t k = 0; ok && k < l->n_layers; k++)
+        if (l->layers[k].soft.seen)
+            ok = lum_soft_find_places(&l->layers[k].soft, &l->unit, l->layers[k].index);
+    return ok;
+}
+
 static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
 {
     if (s->n_materials > l->material_capacity) {
@@ -392,6 +402,8 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         match_lights(l, pass);
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED))
         lower_shared(l, pass);
+    for (uint32_t k = 0; k < l->n_layers && edits & LUM_EDITS_OF_SCENE; k++)
+        l->layers[k].soft.placed = false;
     l->gbuffer_stamp = gbuffer_stamp;
     l->eye = pass->eye;
 }
@@ -410,7 +422,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     if (!l->branches) /* without them all is shaded anew when anything moves */
         l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
     if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
-        !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
+        !find_places(l) || !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }

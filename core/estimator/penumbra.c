@@ -31,31 +31,51 @@ void lum_penumbra_look(const struct lum_pass *pass, const struct lum_layer *laye
     lum_light_look(&pass->layers->unit, layer->index, pass->surfaces->p[pixel], &ret->light);
 }
 
-/* Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras would have 16 steps: the digits below
- * are exclusive-ored with a pixel's own, which leaves its 16 points a (0,4,2)-net. But not of the environment: through
- * a window few of them see the sky, and what would be grain of single bright pixels is better seen as the shadows of 16
- * lamps. */
-struct lum_vec2 lum_penumbra_point(const struct lum_penumbra_view *v, uint32_t k)
+/* Pixels share the strata, of 1/4 x 1/4, and not the place in them, or penumbras would have 16 steps. But not of the
+ * environment: through a window few of them see the sky, and what would be grain of single bright pixels is better seen
+ * as the shadows of 16 lamps. */
+static struct lum_vec2 point_of(const struct lum_penumbra_view *v, uint32_t k)
 {
     struct lum_vec2 point = v->layer->soft.point[k];
     if (v->layer->light.kind == LUM_EMIT_ENVIRONMENT)
         return point;
-    int32_t x = (int32_t)(point.x * 0x1p24f) ^ (int32_t)(v->scramble & 0xfff) << 10;
-    int32_t y = (int32_t)(point.y * 0x1p24f) ^ (int32_t)(v->scramble >> 12 & 0xfff) << 10;
-    return (struct lum_vec2){(float)x * 0x1p-24f, (float)y * 0x1p-24f};
+    return lum_soft_scramble(point, v->scramble, v->scramble >> 12);
 }
 
-void lum_penumbra_points(const struct lum_penumbra_view *v, struct lum_vec2 ret_point[LUM_SOFT_POINTS])
+/* Places that are the same for all who look are found once, and each pixel takes one of a stratum. Finding one on a
+ * textured mesh for every pixel took a tenth of a first frame of sibenik. */
+static bool sample(const struct lum_penumbra_view *v, uint32_t k, struct lum_light_sample *ret_sample)
 {
-    for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
-        ret_point[k] = lum_penumbra_point(v, k);
+    const struct lum_soft *soft = &v->layer->soft;
+    if (!soft->place)
+        return lum_light_view_sample(&v->light, point_of(v, k), ret_sample);
+    return lum_light_sample_place(&v->pass->layers->unit.lights.lights[v->layer->index], v->pass->surfaces->p[v->pixel],
+                                  &soft->place[k * LUM_SOFT_PLACES + v->scramble % LUM_SOFT_PLACES], ret_sample);
 }
+
+void lum_penumbra_weights(const struct lum_penumbra_view *v, uint32_t asked, float ret_weight[LUM_SOFT_POINTS])
+{
+    struct lum_vec3 n = v->pass->surfaces->n[v->pixel];
+    struct lum_vec2 point[LUM_SOFT_POINTS];
+    struct lum_light_sample ls;
+    if (!v->layer->soft.place) {
+        for (uint32_t k = 0; k < LUM_SOFT_POINTS; k++)
+            point[k] = point_of(v, k);
+        lum_light_view_weights(&v->light, n, point, asked, ret_weight);
+        return;
+    }
+    for (uint32_t left = asked; left; left &= left - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(left);
+        ret_weight[k] = sample(v, k, &ls) ? lum_dot(ls.wi, n) / ls.pdf_sa : 0.0f;
+    }
+}
+_Static_assert(LUM_SOFT_POINTS == LUM_LIGHT_WEIGHTS, "all strata of a pixel are weighed at once");
 
 enum lum_penumbra_side lum_penumbra_sample(const struct lum_penumbra_view *v, uint32_t k,
                                            struct lum_light_sample *ret_sample)
 {
     const struct lum_surfaces *s = v->pass->surfaces;
-    if (!v->wanted || !lum_light_view_sample(&v->light, lum_penumbra_point(v, k), ret_sample))
+    if (!v->wanted || !sample(v, k, ret_sample))
         return LUM_PENUMBRA_NEEDLESS;
     uint8_t kind = s->kind[v->pixel];
     float shading = lum_dot(ret_sample->wi, s->n[v->pixel]), side = lum_dot(ret_sample->wi, s->ng[v->pixel]);

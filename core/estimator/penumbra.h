@@ -29,9 +29,8 @@ struct lum_penumbra_view {
 void lum_penumbra_look(const struct lum_pass *pass, const struct lum_layer *layer, size_t pixel,
                        struct lum_penumbra_view *ret_view);
 
-/* Where on the light sample k lies. */
-struct lum_vec2 lum_penumbra_point(const struct lum_penumbra_view *view, uint32_t k);
-void lum_penumbra_points(const struct lum_penumbra_view *view, struct lum_vec2 ret_point[LUM_SOFT_POINTS]); /* all */
+/* Of the samples that are asked for, one by bit, what lum_light_view_weights says; others are undefined. */
+void lum_penumbra_weights(const struct lum_penumbra_view *view, uint32_t asked, float ret_weight[LUM_SOFT_POINTS]);
 
 enum lum_penumbra_side {
     LUM_PENUMBRA_NEEDLESS, /* no light can come that way, were nothing in between */

@@ -44,8 +44,6 @@ struct lum_rgb lum_penumbra_arriving(const struct lum_pass *pass, size_t pixel, 
                        lum_media_transmittance(pass->snapshot, pass->surfaces->p[pixel], ls->wi, ls->distance));
 }
 
-_Static_assert(LUM_SOFT_POINTS == LUM_LIGHT_WEIGHTS, "all strata of a pixel are weighed at once");
-
 /* What decides the visible share of a light that is known in closed form. */
 static struct lum_moments sum_shares(const struct lum_penumbra_view *view)
 {
@@ -54,12 +52,10 @@ static struct lum_moments sum_shares(const struct lum_penumbra_view *view)
     struct lum_seen seen = view->layer->soft.seen[pixel];
     bool through = (s->kind[pixel] & LUM_PIXEL_GLOSS) && (s->kind[pixel] & LUM_PIXEL_SPECULAR); /* rough glass */
     struct lum_moments m = {0};
-    struct lum_vec2 point[LUM_SOFT_POINTS];
     float weight[LUM_SOFT_POINTS];
     if (!seen.traced)
         return m;
-    lum_penumbra_points(view, point);
-    lum_light_view_weights(&view->light, s->n[pixel], point, seen.traced, weight);
+    lum_penumbra_weights(view, seen.traced, weight);
     for (uint32_t left = seen.traced; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left);
         float f = through ? fabsf(weight[k]) : lum_max(weight[k], 0.0f);

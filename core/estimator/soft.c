@@ -65,7 +65,31 @@ static void draw_points(struct lum_soft *s, const struct lum_pass *pass)
         s->point[k] = lum_sampler_2d(&sampler, PAIR_SOFT);
     }
     choose_first(s);
+    s->placed = false;
 }
+
+bool lum_soft_find_places(struct lum_soft *s, const struct lum_snapshot *snapshot, uint32_t index)
+{
+    const struct lum_light *light = &snapshot->lights.lights[index];
+    if (s->placed)
+        return true;
+    s->placed = true;
+    if (light->kind != LUM_EMIT_DISC && light->kind != LUM_EMIT_MESH) {
+        lum_free(s->place); /* it was of such a kind before */
+        s->place = NULL;
+        return true;
+    }
+    if (!s->place && !(s->place = lum_calloc(LUM_SOFT_POINTS * LUM_SOFT_PLACES, sizeof *s->place)))
+        return false;
+    for (uint32_t i = 0; i < LUM_SOFT_POINTS * LUM_SOFT_PLACES; i++) {
+        uint32_t in_stratum = i % LUM_SOFT_PLACES;
+        struct lum_vec2 u = lum_soft_scramble(s->point[i / LUM_SOFT_PLACES], in_stratum % 8 << 9, in_stratum / 8 << 9);
+        if (!lum_light_place(snapshot, light, u, &s->place[i]))
+            s->place[i] = (struct lum_light_place){0};
+    }
+    return true;
+}
+_Static_assert(LUM_SOFT_PLACES == 8 * 8, "the upper three of 12 bits of each coordinate");
 
 static void redo(struct lum_soft *s, const struct lum_pass *pass)
 {
@@ -121,6 +145,7 @@ void lum_soft_finish(struct lum_soft *s)
 {
     lum_free(s->seen);
     lum_free(s->former);
+    lum_free(s->place);
     lum_free(s->direct);
     lum_free(s->tally);
     lum_free(s->prints);

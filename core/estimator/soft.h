@@ -11,6 +11,7 @@
 
 #define LUM_SOFT_POINTS 16u
 #define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */
+#define LUM_SOFT_PLACES 64u /* in a stratum of a disc or a mesh; 4 to the power of 3. With 16 a penumbra was half as noisy again */
 
 /* Shadow samples of a pixel: bit k is sample k.
  *   traced, visible  what it says
@@ -43,6 +44,8 @@ enum lum_soft_begun {
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
+    struct lum_light_place *place; /* LUM_SOFT_PLACES in the stratum of each point; NULL: where samples lie depends on who looks */
+    bool placed;                  /* these are the scene's, and of these points */
     uint16_t first_points;        /* bits of four that are a net of their own: pixels that begin with one of these, one in each
                                    * 2 x 2 block, are asked first, the others only where these do not agree */
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
@@ -72,6 +75,8 @@ struct lum_soft {
 /* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt);
 void lum_soft_finish(struct lum_soft *s);
+/* Finds the places of the light, number `index` of the snapshot, unless they are known. False: memory is short. */
+bool lum_soft_find_places(struct lum_soft *s, const struct lum_snapshot *snapshot, uint32_t index);
 /* Nothing is known any more. */
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass);
 /* The eye moved: what is known belongs to the picture before. */
@@ -82,6 +87,15 @@ uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass,
 /* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided anew. */
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */
+
+/* A point of the same stratum: the digits below the stratum's are exclusive-ored with these 12 bits of each coordinate, which leaves
+ * the 16 points a (0,4,2)-net. */
+static inline struct lum_vec2 lum_soft_scramble(struct lum_vec2 point, uint32_t x_bits, uint32_t y_bits)
+{
+    int32_t x = (int32_t)(point.x * 0x1p24f) ^ (int32_t)(x_bits & 0xfff) << 10;
+    int32_t y = (int32_t)(point.y * 0x1p24f) ^ (int32_t)(y_bits & 0xfff) << 10;
+    return (struct lum_vec2){(float)x * 0x1p-24f, (float)y * 0x1p-24f};
+}
 
 /* Hash of one pixel more. */
 static inline uint64_t lum_soft_print(uint64_t print, struct lum_seen seen)

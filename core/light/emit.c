@@ -46,18 +46,11 @@ static bool shoot_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 
     return shoot(lum_ray_offset(p, n), lum_frame_to_scene(&f, lum_warp_cosine(u)), flux, ret);
 }
 
-static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
-{
-    struct lum_frame f = lum_frame_from_normal(l->n);
-    struct lum_vec2 d = lum_warp_disc(u);
-    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
-}
-
 static bool shoot_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
                        struct lum_vec2 u_direction, struct lum_light_shot *ret)
 {
-    struct lum_mesh_point at;
-    if (!lum_light_mesh_point(s, l, u_position, &at))
+    struct lum_light_place at;
+    if (!lum_light_place(s, l, u_position, &at))
         return false;
     bool front = u_direction.x < 0.5f;
     u_direction.x = lum_min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, ONE_MINUS);
@@ -154,6 +147,7 @@ bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u
 {
     const struct lum_light *l = &s->lights.lights[i];
     struct lum_rgb surface = lum_grey(LUM_PI * l->area);
+    struct lum_light_place place;
     struct lum_vec3 n;
     switch (l->kind) {
     case LUM_EMIT_POINT:
@@ -167,7 +161,8 @@ bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u
             lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u_position.x - 1.0f), l->v, 2.0f * u_position.y - 1.0f), l->n,
             u_direction, surface, ret_shot);
     case LUM_EMIT_DISC:
-        return shoot_surface(disc_point(l, u_position), l->n, u_direction, surface, ret_shot);
+        return lum_light_place(s, l, u_position, &place) &&
+               shoot_surface(place.p, place.n, u_direction, surface, ret_shot);
     case LUM_EMIT_SPHERE:
         n = lum_warp_cone(u_position, 2.0f);
         return shoot_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, surface, ret_shot);

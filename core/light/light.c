@@ -141,11 +141,6 @@ static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
     return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
 }
 
-static bool sample_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u, struct lum_light_sample *ret)
-{
-    return finish_area(l, p, disc_point(l, u), l->n, ret);
-}
-
 /* 1 - cos of the half angle of a sphere's cone, without cancellation; 0 when p is inside. */
 static float sphere_one_minus_cos(const struct lum_light *l, struct lum_vec3 p)
 {
@@ -182,8 +177,8 @@ static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri,
     return (struct lum_vec2){w * a[0] + b.x * c[0] + b.y * d[0], w * a[1] + b.x * c[1] + b.y * d[1]};
 }
 
-bool lum_light_mesh_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                          struct lum_mesh_point *ret_point)
+static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                       struct lum_light_place *ret)
 {
     const struct lum_instance *instance = &s->instances[l->instance];
     const struct lum_mesh *mesh = instance->mesh;
@@ -209,19 +204,36 @@ bool lum_light_mesh_point(const struct lum_snapshot *s, const struct lum_light *
     struct lum_rgb per_power = lum_grey(1.0f);
     if (m->emission_tex.image)
         per_power = lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb;
-    *ret_point = (struct lum_mesh_point){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y),
-                                         lum_normalize(lum_cross(e1, e2)), per_power};
+    *ret = (struct lum_light_place){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y), lum_normalize(lum_cross(e1, e2)),
+                                    per_power};
     return true;
 }
 
-static bool sample_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
-                        struct lum_light_sample *ret)
+bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                     struct lum_light_place *ret)
 {
-    struct lum_mesh_point at;
-    if (!lum_light_mesh_point(s, l, u, &at) || !finish_area(l, p, at.p, at.n, ret))
+    if (l->kind == LUM_EMIT_MESH)
+        return mesh_place(s, l, u, ret);
+    if (l->kind != LUM_EMIT_DISC)
         return false;
-    ret->radiance = lum_rgb_mul(l->power, at.per_power);
+    *ret = (struct lum_light_place){disc_point(l, u), l->n, lum_grey(1.0f)};
     return true;
+}
+
+bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_light_place *place,
+                            struct lum_light_sample *ret)
+{
+    if (!finish_area(l, p, place->p, place->n, ret))
+        return false;
+    ret->radiance = lum_rgb_mul(l->power, place->per_power);
+    return true;
+}
+
+static bool sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
+                            struct lum_vec2 u, struct lum_light_sample *ret)
+{
+    struct lum_light_place place;
+    return lum_light_place(s, l, u, &place) && lum_light_sample_place(l, p, &place, ret);
 }
 
 /* ---- environment ---- */
@@ -283,11 +295,10 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
     case LUM_EMIT_QUAD:
         return sample_quad(l, p, u, ret_sample);
     case LUM_EMIT_DISC:
-        return sample_disc(l, p, u, ret_sample);
+    case LUM_EMIT_MESH:
+        return sample_by_place(s, l, p, u, ret_sample);
     case LUM_EMIT_SPHERE:
         return sample_sphere(l, p, u, ret_sample);
-    case LUM_EMIT_MESH:
-        return sample_mesh(s, l, p, u, ret_sample);
     case LUM_EMIT_ENVIRONMENT:
         return lum_environment_sample(l, u, ret_sample);
     }
@@ -378,14 +389,14 @@ static struct lum_light_target aim_at(const struct lum_light *l, struct lum_vec3
     return (struct lum_light_target){.kind = LUM_TARGET_POINT, .p = p, .n = n, .area = l->area, .radiance = l->power};
 }
 
-static void aim_at_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                        struct lum_light_target *inout)
+static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                         struct lum_light_target *inout)
 {
-    struct lum_mesh_point at;
-    if (!lum_light_mesh_point(s, l, u, &at))
+    struct lum_light_place at;
+    if (!lum_light_place(s, l, u, &at))
         return;
     *inout = aim_at(l, at.p, at.n);
-    inout->both_sides = true;
+    inout->both_sides = l->kind == LUM_EMIT_MESH;
     inout->radiance = lum_rgb_mul(l->power, at.per_power);
 }
 
@@ -402,10 +413,8 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
         ret->near2 = PLAIN_FROM * l->area;
         return;
     case LUM_EMIT_DISC:
-        *ret = aim_at(l, disc_point(l, u), l->n);
-        return;
     case LUM_EMIT_MESH:
-        aim_at_mesh(s, l, u, ret);
+        aim_at_place(s, l, u, ret);
         return;
     case LUM_EMIT_ENVIRONMENT:
         if (lum_environment_sample(l, u, &ls))

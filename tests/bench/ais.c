@@ -14,7 +14,7 @@
  * Errors are against path tracing through the same pixels (reference.h).
  *
  * Error against cost: the same frame at more and fewer VPLs and, in live, rays for soft shadows and records; and path,
- * sample by sample. */
+ * sample by sample. A curve is what remains of its points without those that cost more than others of less error. */
 #include "tests/bench/ais.h"
 
 #include <math.h>
@@ -44,18 +44,29 @@ static const uint32_t part_bits[AIS_PARTS] = {
 /* What a method must serve to be compared in full. */
 #define CORE_BITS (DIRECT_BITS | BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | BIT(LUM_EFFECT_MEDIA))
 
-/* AIS_VPLS comes with what the product has by default. The last two are of live alone. */
+/* The last two numbers are of live alone. What a frame of live is best spent on is another thing in every scene: all
+ * three together, or many VPLs for few records, or for hard shadows. */
 static const struct budget {
     uint32_t n_vpls, shadow_budget;
     float cache_accuracy;
-} budgets[] = {{32, 0, 0.6f},
-               {64, 0, 0.5f},
-               {128, 0, 0.4f},
-               {192, 25000, 0.3f},
-               {AIS_VPLS, 100000, LUM_CACHE_ACCURACY},
-               {512, 200000, LUM_CACHE_ACCURACY},
-               {1024, 400000, LUM_CACHE_ACCURACY}};
+    bool live_alone;
+} budgets[] = {{32, 0, 0.6f, false},
+               {64, 0, 0.5f, false},
+               {128, 0, 0.4f, false},
+               {192, 25000, 0.3f, false},
+               {AIS_VPLS, 100000, LUM_CACHE_ACCURACY, false}, /* DEFAULT */
+               {512, 200000, LUM_CACHE_ACCURACY, false},
+               {1024, 400000, LUM_CACHE_ACCURACY, false},
+               {128, 25000, 0.4f, true},
+               {256, 25000, 0.5f, true},
+               {256, 50000, 0.3f, true},
+               {384, 25000, 0.6f, true},
+               {384, 50000, 0.3f, true},
+               {512, 50000, 0.5f, true},
+               {512, 100000, 0.3f, true},
+               {1024, 100000, 0.5f, true}};
 _Static_assert(LUM_ARRAY_LEN(budgets) <= AIS_POINTS, "a curve holds them all");
+#define DEFAULT 4u /* what the product has */
 
 /* One scene at work. */
 struct rig {
@@ -214,8 +225,8 @@ static bool draw_frame(struct rig *r, const struct config *c, const struct budge
     s.shadow_budget = budget->shadow_budget;
     s.cache_accuracy = budget->cache_accuracy;
     s.seed += (uint32_t)inout->n;
-    if (!c->curve || (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) ||
-        (inout->n && inout->cpu_ms[0] > 1000.0))
+    if (!c->curve || (budget->live_alone && c->cell != &r->out->cells[AIS_LIVE][AIS_FULL]) ||
+        (c->curve->n && c->curve->points[c->curve->n - 1].cpu_ms > 2000.0) || (inout->n && inout->cpu_ms[0] > 1000.0))
         return true;
     if (!fresh_frame(r, c->view, c->caches, &s, &stats))
         return false;
@@ -243,6 +254,7 @@ static bool measure_budget(struct rig *r, const struct configs *configs, const s
         if (!d->n)
             continue;
         configs->at[i].curve->points[configs->at[i].curve->n++] = (struct ais_point){
+            .at_default = budget == &budgets[DEFAULT],
             .n_vpls = budget->n_vpls,
             .shadow_budget = budget->shadow_budget,
             .cache_accuracy = (double)budget->cache_accuracy,
@@ -259,8 +271,9 @@ static bool measure_configs(struct rig *r, const struct configs *configs)
     lum_bench_progress("ais: %s: frames, after %u samples of the reference", r->out->name, r->out->reference_spp);
     bool ok = time_configs(r, configs);
     lum_bench_progress("ais: %s: error against cost", r->out->name);
-    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i += r->options->quick ? 4 : 1)
-        ok = measure_budget(r, configs, &budgets[i]);
+    for (size_t i = 0; ok && i < LUM_ARRAY_LEN(budgets); i++)
+        if (!r->options->quick || i % DEFAULT == 0)
+            ok = measure_budget(r, configs, &budgets[i]);
     return ok;
 }
 
@@ -294,7 +307,7 @@ static bool measure_methods(struct rig *r)
     return ok;
 }
 
-/* After 1, 2, 4 .. samples. */
+/* After 1, 2, 4 .. 128 samples. */
 static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
 {
     struct lum_view *view = NULL;
@@ -305,7 +318,7 @@ static bool measure_path(struct rig *r, struct ais_curve *ret_curve)
     s.method = lum_method_find("path");
     struct ais_point p = {0};
     bool ok = true;
-    while (ok && ret_curve->n < (r->options->quick ? 3 : AIS_POINTS)) {
+    while (ok && ret_curve->n < (r->options->quick ? 3 : 8)) {
         struct lum_pass_stats stats = {0};
         ok = lum_view_pass(view, r->world.snapshot, &s, NULL, &stats, &err) == LUM_OK || failed(&err);
         p.cpu_ms += stats.cpu_ms;

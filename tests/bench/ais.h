@@ -5,7 +5,7 @@
 
 #include "tests/bench/reference.h"
 
-enum { AIS_SCENES = 16, AIS_ROUNDS = 6, AIS_DRAWS = 3, AIS_POINTS = 8, AIS_VPLS = 256 /* 5.4 */ };
+enum { AIS_SCENES = 16, AIS_ROUNDS = 6, AIS_DRAWS = 3, AIS_POINTS = 16, AIS_VPLS = 256 /* 5.4 */ };
 
 enum ais_method { AIS_A, AIS_MAX, AIS_IGI, AIS_LIVE, AIS_METHODS };
 extern const char *const ais_methods[AIS_METHODS]; /* as lum_method_find knows them */
@@ -23,6 +23,7 @@ struct ais_cell {
 
 /* A frame at one setting, for error against cost. */
 struct ais_point {
+    bool at_default;
     uint32_t n_vpls, spp;
     uint32_t shadow_budget; /* of live alone */
     double cache_accuracy;  /* same */

@@ -3,6 +3,7 @@
 #include "tests/bench/ais.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "core/metric/metric.h"
 #include "tests/bench/plot.h"
@@ -162,10 +163,29 @@ struct reading {
     char bound; /* 0: none */
 };
 
-/* The least y that a curve has where its x is at most this: points are joined by straight lines on logarithmic paper. A
- * curve that begins beyond x has more than its first point in x; one that ends before x, less than its lowest. */
-static struct reading least(const struct ais_curve *c, enum axis x_axis, double x, enum axis y_axis)
+static int by_cost(const void *a, const void *b)
 {
+    const struct ais_point *p = a, *q = b;
+    return (p->cpu_ms > q->cpu_ms) - (p->cpu_ms < q->cpu_ms);
+}
+
+/* By rising cost, and falling error. */
+static struct ais_curve front_of(const struct ais_curve *c, enum axis error)
+{
+    struct ais_curve all = *c, front = {.n = 0};
+    qsort(all.points, all.n, sizeof all.points[0], by_cost);
+    for (size_t i = 0; i < all.n; i++)
+        if (front.n == 0 || value_of(&all.points[i], error) < value_of(&front.points[front.n - 1], error))
+            front.points[front.n++] = all.points[i];
+    return front;
+}
+
+/* The least y that the front of a curve has where its x is at most this: points are joined by straight lines on
+ * logarithmic paper. A curve that begins beyond x has more than its first point in x; one that ends before x, less than
+ * its lowest. */
+static struct reading least(const struct ais_curve *all, enum axis x_axis, double x, enum axis y_axis)
+{
+    const struct ais_curve front = front_of(all, x_axis == COST ? y_axis : x_axis), *c = &front;
     double lowest = (double)INFINITY, first = (double)INFINITY, y_first = (double)NAN;
     bool beyond = false;
     for (size_t i = 0; i < c->n; i++) {
@@ -220,7 +240,7 @@ static void put_inverse(struct lum_bench_table *t, const struct ais_curve *c, co
 static const struct ais_point *default_point(const struct ais_curve *c)
 {
     for (size_t i = 0; i < c->n; i++)
-        if (c->points[i].n_vpls == AIS_VPLS)
+        if (c->points[i].at_default)
             return &c->points[i];
     return NULL;
 }
@@ -327,7 +347,7 @@ static bool draw(const struct ais_study *study, const struct ais_scene *s, const
     struct lum_plot_series series[2][AIS_METHODS + 1];
     size_t n = 0;
     for (int m = 0; m <= AIS_METHODS; m++) {
-        const struct ais_curve *c = &s->curves[m];
+        const struct ais_curve front = front_of(&s->curves[m], RELMSE), *c = &front;
         for (size_t i = 0; i < c->n; i++) {
             x[0][m][i] = c->points[i].cpu_ms;
             x[1][m][i] = (double)c->points[i].rays * 1e-6;
@@ -370,7 +390,7 @@ static const struct output {
      LUM_ARRAY_LEN(error_columns), print_errors},
     {NULL,
      "Below 1: LIVE (path) has less error than A, or needs less CPU time. At A's time and error: A at its default of\n"
-     "256 VPLs, LIVE along its curve of budgets; at LIVE's error: LIVE at its default, A along its curve. < and >:\n"
+     "256 VPLs, LIVE along its front of budgets; at LIVE's error: LIVE at its default, A along its curve. < and >:\n"
      "beyond that curve's end, which gives the bound.",
      equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
     {"ais", NULL, frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
