@@ -130,7 +130,8 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
 static size_t layer_bytes(const struct lum_pass *pass, bool soft)
 {
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen) + 1));
+    size_t places = soft ? LUM_SOFT_POINTS * LUM_SOFT_PLACES * sizeof(struct lum_light_place) : 0; /* if it has any */
+    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen) + 1)) + places;
 }
 
 static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
@@ -254,7 +255,6 @@ static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
     return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
 }
 
-/* Where samples of lights lie. */
 static bool find_places(struct lum_layers *l)
 {
     bool ok = true;
@@ -402,7 +402,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         match_lights(l, pass);
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED))
         lower_shared(l, pass);
-    for (uint32_t k = 0; k < l->n_layers && edits & LUM_EDITS_OF_SCENE; k++)
+    for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)
         l->layers[k].soft.placed = false;
     l->gbuffer_stamp = gbuffer_stamp;
     l->eye = pass->eye;

@@ -42,8 +42,8 @@ static struct lum_vec2 point_of(const struct lum_penumbra_view *v, uint32_t k)
     return lum_soft_scramble(point, v->scramble, v->scramble >> 12);
 }
 
-/* Places that are the same for all who look are found once, and each pixel takes one of a stratum. Finding one on a
- * textured mesh for every pixel took a tenth of a first frame of sibenik. */
+/* Places on discs and meshes are the same for all who look: they are found once, and each pixel takes one of a stratum.
+ * Finding one on a textured mesh for every pixel took a tenth of a first frame of sibenik. */
 static bool sample(const struct lum_penumbra_view *v, uint32_t k, struct lum_light_sample *ret_sample)
 {
     const struct lum_soft *soft = &v->layer->soft;

@@ -73,11 +73,10 @@ bool lum_soft_find_places(struct lum_soft *s, const struct lum_snapshot *snapsho
     const struct lum_light *light = &snapshot->lights.lights[index];
     if (s->placed)
         return true;
-    s->placed = true;
     if (light->kind != LUM_EMIT_DISC && light->kind != LUM_EMIT_MESH) {
         lum_free(s->place); /* it was of such a kind before */
         s->place = NULL;
-        return true;
+        return s->placed = true;
     }
     if (!s->place && !(s->place = lum_calloc(LUM_SOFT_POINTS * LUM_SOFT_PLACES, sizeof *s->place)))
         return false;
@@ -87,7 +86,7 @@ bool lum_soft_find_places(struct lum_soft *s, const struct lum_snapshot *snapsho
         if (!lum_light_place(snapshot, light, u, &s->place[i]))
             s->place[i] = (struct lum_light_place){0};
     }
-    return true;
+    return s->placed = true;
 }
 _Static_assert(LUM_SOFT_PLACES == 8 * 8, "the upper three of 12 bits of each coordinate");
 

@@ -44,7 +44,7 @@ enum lum_soft_begun {
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
-    struct lum_light_place *place; /* LUM_SOFT_PLACES in the stratum of each point; NULL: where samples lie depends on who looks */
+    struct lum_light_place *place; /* LUM_SOFT_PLACES in the stratum of each point; NULL: of other lights */
     bool placed;                  /* these are the scene's, and of these points */
     uint16_t first_points;        /* bits of four that are a net of their own: pixels that begin with one of these, one in each
                                    * 2 x 2 block, are asked first, the others only where these do not agree */

@@ -37,6 +37,7 @@ enum lum_product {
     LUM_PRODUCT_LAYERS,     /* which buffers there are, light by light, and their samples; all of the following four */
     LUM_PRODUCT_VISIBILITY, /* who sees which light */
     LUM_PRODUCT_OWN_LAYER,  /* both, of lights that moved */
+    LUM_PRODUCT_PLACES,     /* where samples of discs and meshes lie on them, and how these shine there */
     LUM_PRODUCT_RESPONSE,   /* what surfaces make of a light of power 1 */
     LUM_PRODUCT_SHARED,     /* summed light of those that have no layer of their own */
     LUM_PRODUCT_COMPONENTS, /* buffers by effect */

@@ -3,7 +3,6 @@
 #include "tests/bench/ais.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "core/metric/metric.h"
 #include "tests/bench/plot.h"
@@ -150,11 +149,34 @@ static void print_rays(const struct ais_study *study, struct lum_bench_table *t)
 
 /* ---- equal time, equal error ---- */
 
-enum axis { COST, RELMSE, SMAPE };
+enum axis { COST, RAYS, RELMSE, SMAPE };
+
+static double error_of(const struct lum_bench_error *e, enum axis axis)
+{
+    return axis == RELMSE ? e->relmse : e->smape;
+}
 
 static double value_of(const struct ais_point *p, enum axis axis)
 {
-    return axis == COST ? p->cpu_ms : axis == RELMSE ? p->error.relmse : p->error.smape;
+    return axis == COST ? p->cpu_ms : axis == RAYS ? (double)p->rays : error_of(&p->error, axis);
+}
+
+/* The points by rising cost or rays, without those of no less error than one that takes no more, as the draws say that
+ * pick. */
+static struct ais_curve front_of(const struct ais_curve *c, enum axis cost, enum axis error)
+{
+    struct ais_curve all = *c, front = {.n = 0};
+    for (size_t i = 1; i < all.n; i++)
+        for (size_t k = i; k > 0 && value_of(&all.points[k], cost) < value_of(&all.points[k - 1], cost); k--) {
+            struct ais_point p = all.points[k];
+            all.points[k] = all.points[k - 1];
+            all.points[k - 1] = p;
+        }
+    for (size_t i = 0; i < all.n; i++)
+        if (front.n == 0 ||
+            error_of(&all.points[i].picked_by, error) < error_of(&front.points[front.n - 1].picked_by, error))
+            front.points[front.n++] = all.points[i];
+    return front;
 }
 
 /* What a curve says of something: its value, or that it is less ('<') or more ('>'). NAN: nothing. */
@@ -163,45 +185,47 @@ struct reading {
     char bound; /* 0: none */
 };
 
-static int by_cost(const void *a, const void *b)
+/* On the straight line from p to q, on logarithmic paper. */
+static double between(const struct ais_point *p, const struct ais_point *q, enum axis x_axis, double x,
+                      enum axis y_axis)
 {
-    const struct ais_point *p = a, *q = b;
-    return (p->cpu_ms > q->cpu_ms) - (p->cpu_ms < q->cpu_ms);
+    double x0 = value_of(p, x_axis), x1 = value_of(q, x_axis), y0 = value_of(p, y_axis), y1 = value_of(q, y_axis);
+    if (!(fmin(fmin(x0, x1), fmin(y0, y1)) > 0.0) || x0 == x1)
+        return fmax(y0, y1); /* an unbiased squared error may be below 0 */
+    return y0 * exp(log(y1 / y0) * log(x / x0) / log(x1 / x0));
 }
 
-/* By rising cost, and falling error. */
-static struct ais_curve front_of(const struct ais_curve *c, enum axis error)
+/* The error of the front at this cost. */
+static struct reading error_at(const struct ais_curve *c, double cost, enum axis error)
 {
-    struct ais_curve all = *c, front = {.n = 0};
-    qsort(all.points, all.n, sizeof all.points[0], by_cost);
-    for (size_t i = 0; i < all.n; i++)
-        if (front.n == 0 || value_of(&all.points[i], error) < value_of(&front.points[front.n - 1], error))
-            front.points[front.n++] = all.points[i];
-    return front;
+    const struct ais_curve front = front_of(c, COST, error);
+    const struct ais_point *p = front.points;
+    bool beyond = true;
+    size_t n = 0; /* points that cost no more */
+    for (size_t i = 0; i < c->n; i++)
+        beyond = beyond && c->points[i].cpu_ms <= cost;
+    while (n < front.n && p[n].cpu_ms <= cost)
+        n++;
+    if (n == 0)
+        return (struct reading){value_of(&p[0], error), '>'};
+    if (n == front.n)
+        return (struct reading){value_of(&p[n - 1], error), beyond ? '<' : 0};
+    return (struct reading){between(&p[n - 1], &p[n], COST, cost, error), 0};
 }
 
-/* The least y that the front of a curve has where its x is at most this: points are joined by straight lines on
- * logarithmic paper. A curve that begins beyond x has more than its first point in x; one that ends before x, less than
- * its lowest. */
-static struct reading least(const struct ais_curve *all, enum axis x_axis, double x, enum axis y_axis)
+/* What the front costs where it first comes down to this error. */
+static struct reading cost_at(const struct ais_curve *c, double value, enum axis error)
 {
-    const struct ais_curve front = front_of(all, x_axis == COST ? y_axis : x_axis), *c = &front;
-    double lowest = (double)INFINITY, first = (double)INFINITY, y_first = (double)NAN;
-    bool beyond = false;
-    for (size_t i = 0; i < c->n; i++) {
-        double x1 = value_of(&c->points[i], x_axis), y1 = value_of(&c->points[i], y_axis);
-        if (x1 < first)
-            first = x1, y_first = y1;
-        if (x1 <= x)
-            lowest = fmin(lowest, y1);
-        beyond = beyond || x1 > x;
-        double x0 = i ? value_of(&c->points[i - 1], x_axis) : x1, y0 = i ? value_of(&c->points[i - 1], y_axis) : y1;
-        if ((x0 <= x) != (x1 <= x) && fmin(fmin(x0, x1), fmin(y0, y1)) > 0.0)
-            lowest = fmin(lowest, y0 * exp(log(y1 / y0) * log(x / x0) / log(x1 / x0)));
-    }
-    if (first > x)
-        return (struct reading){y_first, '>'};
-    return (struct reading){lowest, beyond ? 0 : '<'};
+    const struct ais_curve front = front_of(c, COST, error);
+    const struct ais_point *p = front.points;
+    size_t n = 0; /* points of more error */
+    while (n < front.n && value_of(&p[n], error) > value)
+        n++;
+    if (n == 0)
+        return (struct reading){p[0].cpu_ms, '<'};
+    if (n == front.n)
+        return (struct reading){p[n - 1].cpu_ms, '>'};
+    return (struct reading){between(&p[n - 1], &p[n], error, value, COST), 0};
 }
 
 static void put_reading(struct lum_bench_table *t, struct reading r)
@@ -212,16 +236,19 @@ static void put_reading(struct lum_bench_table *t, struct reading r)
     lum_bench_table_text(t, text);
 }
 
-/* What curve c has `of` where it has a's `at`, over what a has. */
-static void put_share(struct lum_bench_table *t, const struct ais_curve *c, const struct ais_point *a, enum axis at,
-                      enum axis of)
+static void put_over(struct lum_bench_table *t, struct reading r, double by)
 {
-    struct reading r = {(double)NAN, 0};
-    if (a && c->n) {
-        r = least(c, at, value_of(a, at), of);
-        r.value /= value_of(a, of);
-    }
-    put_reading(t, r);
+    put_reading(t, (struct reading){r.value / by, r.bound});
+}
+
+/* The error of c at what a costs, and what c costs at the error of a, over those of a. */
+static void put_compared(struct lum_bench_table *t, const struct ais_curve *c, const struct ais_point *a,
+                         enum axis error)
+{
+    struct reading nothing = {(double)NAN, 0};
+    bool both = a && c->n;
+    put_over(t, both ? error_at(c, a->cpu_ms, error) : nothing, both ? value_of(a, error) : 1.0);
+    put_over(t, both ? cost_at(c, value_of(a, error), error) : nothing, both ? a->cpu_ms : 1.0);
 }
 
 /* The cost of b over that of curve c at b's error. */
@@ -230,7 +257,7 @@ static void put_inverse(struct lum_bench_table *t, const struct ais_curve *c, co
 {
     struct reading r = {(double)NAN, 0};
     if (b && c->n) {
-        r = least(c, error, value_of(b, error), COST);
+        r = cost_at(c, value_of(b, error), error);
         r.value = b->cpu_ms / r.value;
         r.bound = r.bound == '<' ? '>' : r.bound == '>' ? '<' : 0;
     }
@@ -259,11 +286,9 @@ static void print_equal(const struct ais_study *study, struct lum_bench_table *t
             const struct ais_curve *curves = study->scenes[i].curves, *path = &curves[AIS_METHODS];
             const struct ais_point *a = default_point(&curves[AIS_A]), *live = default_point(&curves[AIS_LIVE]);
             LUM_BENCH_TEXTS(t, study->scenes[i].name, error == RELMSE ? "relMSE" : "SMAPE");
-            put_share(t, &curves[AIS_LIVE], a, COST, error);
-            put_share(t, &curves[AIS_LIVE], a, error, COST);
+            put_compared(t, &curves[AIS_LIVE], a, error);
             put_inverse(t, &curves[AIS_A], live, error);
-            put_share(t, path, a, COST, error);
-            put_share(t, path, a, error, COST);
+            put_compared(t, path, a, error);
         }
 }
 
@@ -315,9 +340,9 @@ static void put_ratios(const struct ais_study *study, struct lum_bench_table *t)
 }
 
 static const struct lum_bench_column point_columns[] = {
-    {"scene", NULL, TEXT},       {"method", NULL, TEXT}, {"vpls", NULL, 0},   {"shadow_budget", NULL, 0},
-    {"cache_accuracy", NULL, 3}, {"spp", NULL, 0},       {"cpu_ms", NULL, 4}, {"rays", NULL, 0},
-    {"relmse", NULL, 9},         {"smape", NULL, 9},
+    {"scene", NULL, TEXT},       {"method", NULL, TEXT}, {"vpls", NULL, 0},  {"shadow_budget", NULL, 0},
+    {"cache_accuracy", NULL, 3}, {"default", NULL, 0},   {"spp", NULL, 0},   {"cpu_ms", NULL, 4},
+    {"rays", NULL, 0},           {"relmse", NULL, 9},    {"smape", NULL, 9},
 };
 
 static const char *curve_name(int curve)
@@ -334,8 +359,8 @@ static void put_points(const struct ais_study *study, struct lum_bench_table *t)
                 LUM_BENCH_TEXTS(t, study->scenes[i].name, curve_name(m));
                 bool live = m == AIS_LIVE;
                 LUM_BENCH_NUMBERS(t, (double)p->n_vpls, live ? (double)p->shadow_budget : (double)NAN,
-                                  live ? p->cache_accuracy : (double)NAN, (double)p->spp, p->cpu_ms, (double)p->rays,
-                                  p->error.relmse, p->error.smape);
+                                  live ? p->cache_accuracy : (double)NAN, (double)p->at_default, (double)p->spp,
+                                  p->cpu_ms, (double)p->rays, p->error.relmse, p->error.smape);
             }
 }
 
@@ -343,20 +368,22 @@ static void put_points(const struct ais_study *study, struct lum_bench_table *t)
 
 static bool draw(const struct ais_study *study, const struct ais_scene *s, const struct lum_bench_options *options)
 {
-    double x[2][AIS_METHODS + 1][AIS_POINTS], y[AIS_METHODS + 1][AIS_POINTS];
+    double x[2][AIS_METHODS + 1][AIS_POINTS], y[2][AIS_METHODS + 1][AIS_POINTS];
     struct lum_plot_series series[2][AIS_METHODS + 1];
     size_t n = 0;
     for (int m = 0; m <= AIS_METHODS; m++) {
-        const struct ais_curve front = front_of(&s->curves[m], RELMSE), *c = &front;
-        for (size_t i = 0; i < c->n; i++) {
-            x[0][m][i] = c->points[i].cpu_ms;
-            x[1][m][i] = (double)c->points[i].rays * 1e-6;
-            y[m][i] = c->points[i].error.relmse;
-        }
-        for (int side = 0; side < 2 && c->n; side++)
+        for (int side = 0; side < 2 && s->curves[m].n; side++) {
+            struct ais_curve c = s->curves[m];
+            if (m == AIS_LIVE) /* whose budgets lie in no order */
+                c = front_of(&c, side ? RAYS : COST, RELMSE);
+            for (size_t i = 0; i < c.n; i++) {
+                x[side][m][i] = side ? (double)c.points[i].rays * 1e-6 : c.points[i].cpu_ms;
+                y[side][m][i] = c.points[i].error.relmse;
+            }
             series[side][n] = (struct lum_plot_series){
-                .label = curve_name(m), .color = (uint32_t)m, .n = c->n, .x = x[side][m], .y = y[m]};
-        n += c->n > 0;
+                .label = curve_name(m), .color = (uint32_t)m, .n = c.n, .x = x[side][m], .y = y[side][m]};
+        }
+        n += s->curves[m].n > 0;
     }
     const struct lum_plot_axis error = {"relMSE", LUM_PLOT_LOG10, 0.0, 0.0};
     const struct lum_plot_panel panels[2] = {
@@ -390,8 +417,8 @@ static const struct output {
      LUM_ARRAY_LEN(error_columns), print_errors},
     {NULL,
      "Below 1: LIVE (path) has less error than A, or needs less CPU time. At A's time and error: A at its default of\n"
-     "256 VPLs, LIVE along its front of budgets; at LIVE's error: LIVE at its default, A along its curve. < and >:\n"
-     "beyond that curve's end, which gives the bound.",
+     "256 VPLs, LIVE along the front of its budgets; at LIVE's error: LIVE at its default, A along its own. < and >:\n"
+     "beyond the end, which gives the bound.",
      equal_columns, LUM_ARRAY_LEN(equal_columns), print_equal},
     {"ais", NULL, frame_columns, LUM_ARRAY_LEN(frame_columns), put_frames},
     {"ais-speedup", NULL, ratio_columns, LUM_ARRAY_LEN(ratio_columns), put_ratios},

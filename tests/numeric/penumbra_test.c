@@ -130,33 +130,60 @@ static void umbra_is_black(void **state)
     rig_end(&r);
 }
 
-/* The lamp of put_lamp at 0, as two triangles that shine to both sides. */
-static void put_mesh_lamp(struct rig *r, double cd_m2)
+/* All 1 m long, 2.8 m above the floor, of 100 cd/m^2. */
+enum lamp { QUAD, MESH, DISC };
+
+static void put_lamp_of(struct rig *r, enum lamp lamp)
 {
     static const double p[] = {-0.5, 0, -0.35, 0.5, 0, -0.35, 0.5, 0, 0.35, -0.5, 0, 0.35};
     static const uint32_t i[] = {0, 1, 2, 0, 2, 3};
+    struct lum_light_desc disc = rig_quad(rig_v(0, 2.8, 0), rig_v(1, 0, 0), rig_v(0, 0, 0.7), 100);
     struct lum_material_desc glow = rig_diffuse(0.0f);
-    glow.emission_cd_m2 = (float)cd_m2;
-    rig_material(r, "glow", &glow);
-    rig_mesh(r, "pane", p, 4, i, 2);
-    rig_object(r, "lamp", "pane", "glow", rig_v(0, 2.8, 0));
+    glow.emission_cd_m2 = 100;
+    if (lamp == QUAD) {
+        put_lamp(r, "lamp", 0, 100);
+    } else if (lamp == MESH) { /* the same as two triangles */
+        rig_material(r, "glow", &glow);
+        rig_mesh(r, "pane", p, 4, i, 2);
+        rig_object(r, "lamp", "pane", "glow", rig_v(0, 2.8, 0));
+    } else {
+        disc.kind = LUM_LIGHT_DISC;
+        disc.direction = rig_v(0, -1, 0);
+        disc.radius_m = 0.5;
+        rig_light(r, "lamp", &disc);
+    }
+}
+
+/* What p on the floor gets of the lamp where its x is more than from: cosine integral. Of the disc, strips of it. */
+static double light_beyond(enum lamp lamp, struct lum_vec3 p, float from)
+{
+    int n = lamp == DISC ? 64 : 1;
+    float width = (0.5f - from) / (float)n;
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        float x = from + ((float)i + 0.5f) * width, half = lamp == DISC ? sqrtf(0.25f - x * x) : 0.35f;
+        struct lum_light strip = {.kind = LUM_EMIT_QUAD, .p = {x, 2.8f, 0}, .n = {0, -1, 0}, .area = 2 * half * width};
+        struct lum_irradiance e;
+        strip.u = lum_v3(width / 2, 0, 0);
+        strip.v = lum_v3(0, 0, half);
+        lum_light_irradiance(&strip, 1, &p, &(struct lum_vec3){0, 1, 0}, &e);
+        sum += (double)e.cosine_integral;
+    }
+    return sum;
 }
 
 /* The edge of a roof halfway up to the lamp: a point at x sees of the lamp what lies beyond -x. Of the 16 strata those
  * 4 that the edge cuts through are as chance has it, with a variance of 1/6 on average: a window of one ray a pixel is
  * off by sqrt(4 / 6) / 16 = 0.051, nine of them that agree by 0.017. Where all pixels know all strata each of them is,
  * and the mean of those alike in a window of 19 (1 over the sum of the squared weights), if all are, by 0.012. */
-static double share_error(bool mesh, uint32_t budget, uint64_t *ret_rays)
+static double share_error(enum lamp lamp, uint32_t budget, uint64_t *ret_rays)
 {
     struct rig r;
     rig_begin(&r, 0);
     rig_square(&r, "floor", 3);
     rig_diffuse_object(&r, "floor", "floor", 0.5f, rig_v(0, 0, 0));
     rig_object(&r, "roof", "floor", "floor", rig_v(-3, 1.4, 0));
-    if (mesh)
-        put_mesh_lamp(&r, 100);
-    else
-        put_lamp(&r, "lamp", 0, 100);
+    put_lamp_of(&r, lamp);
     rig_camera(&r, rig_v(0.5, 1.3, 0.2), rig_v(0, 0, 0), 30);
     rig_commit(&r);
     set_live(&r, budget);
@@ -172,19 +199,9 @@ static double share_error(bool mesh, uint32_t budget, uint64_t *ret_rays)
             float edge = (float)pick.point_world.x;
             if (!(fabsf(edge) < 0.45f))
                 continue;
-            struct lum_light part = {.kind = LUM_EMIT_QUAD, .n = {0, -1, 0}, .v = {0, 0, 0.35f}}, whole = part;
-            part.p = lum_v3((0.5f - edge) / 2, 2.8f, 0);
-            part.u = lum_v3((0.5f + edge) / 2, 0, 0);
-            part.area = 0.7f * (0.5f + edge);
-            whole.p = lum_v3(0, 2.8f, 0);
-            whole.u = lum_v3(0.5f, 0, 0);
-            whole.area = 0.7f;
             struct lum_vec3 p = lum_v3(edge, (float)pick.point_world.y, (float)pick.point_world.z);
-            struct lum_irradiance seen, all;
-            lum_light_irradiance(&part, 1, &p, &(struct lum_vec3){0, 1, 0}, &seen);
-            lum_light_irradiance(&whole, 1, &p, &(struct lum_vec3){0, 1, 0}, &all);
             double got = (double)lum_film_mean(lum_view_film(r.view), x, y).g * LUM_PI_D / (100.0 * 0.5);
-            double off = (got - (double)seen.cosine_integral) / (double)all.cosine_integral;
+            double off = (got - light_beyond(lamp, p, -edge)) / light_beyond(lamp, p, -0.5f);
             sum += off * off;
             n += 1.0;
         }
@@ -197,7 +214,7 @@ static void a_wide_penumbra_is_smooth(void **state)
 {
     (void)state;
     uint64_t rays_first, rays_all;
-    double first = share_error(false, 0, &rays_first), all = share_error(false, UINT32_MAX, &rays_all);
+    double first = share_error(QUAD, 0, &rays_first), all = share_error(QUAD, UINT32_MAX, &rays_all);
     print_message("share of the lamp off by %.4f; by %.4f where all strata are known\n", first, all);
     assert_true(rays_first <= 96u * 64u); /* fewer beside the penumbra */
     assert_true(rays_all > 4u * 96u * 64u);
@@ -205,17 +222,19 @@ static void a_wide_penumbra_is_smooth(void **state)
     assert_true(all < 0.012);
 }
 
-/* The same lamp as a mesh, which has no closed form, but 64 places in each stratum. Were the 16 samples of a window
- * anywhere, the share would be off by sqrt(1 / 6) / 4 = 0.102; the mean of 19 such by 0.023. With one place in each
- * stratum all pixels would be off by as much, and no mean would help. */
-static void places_of_a_mesh_lie_everywhere(void **state)
+/* Meshes and discs have 64 places in each stratum. Were the 16 samples of a pixel anywhere on the lamp, its share would
+ * be off by sqrt(1 / 6) / 4 = 0.102, and the mean of 19 such by 0.023. With one place in each stratum all pixels would
+ * be off alike, and no mean would help. */
+static void places_lie_everywhere(void **state)
 {
     (void)state;
-    uint64_t rays;
-    double first = share_error(true, 0, &rays), all = share_error(true, UINT32_MAX, &rays);
-    print_message("share of the mesh off by %.4f; by %.4f where all strata are known\n", first, all);
-    assert_true(first < 0.102);
-    assert_true(all < 0.023);
+    static const enum lamp lamps[] = {MESH, DISC};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(lamps); i++) {
+        uint64_t rays;
+        double all = share_error(lamps[i], UINT32_MAX, &rays);
+        print_message("share of the %s off by %.4f where all strata are known\n", i ? "disc" : "mesh", all);
+        assert_true(all < 0.023);
+    }
 }
 
 static double square_difference(const struct rig *r, const struct lum_rgb *reference)
@@ -578,7 +597,7 @@ int main(void)
         cmocka_unit_test(cut_tiles_are_lit),
         cmocka_unit_test(umbra_is_black),
         cmocka_unit_test(a_wide_penumbra_is_smooth),
-        cmocka_unit_test(places_of_a_mesh_lie_everywhere),
+        cmocka_unit_test(places_lie_everywhere),
         cmocka_unit_test(agrees_with_whitted),
         cmocka_unit_test(budget_is_kept),
         cmocka_unit_test(edits_trace_nothing),
