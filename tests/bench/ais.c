@@ -215,14 +215,15 @@ struct draws {
 };
 
 /* Left out are draws beyond two of frames that take a second, and of methods whose curves are drawn, but not compared;
- * and methods that took two seconds with fewer VPLs. */
+ * and, but for the default, methods that took two seconds with fewer VPLs. */
 static bool is_enough(const struct rig *r, const struct config *c, const struct budget *budget, const struct draws *d)
 {
     bool live = c->cell == &r->out->cells[AIS_LIVE][AIS_FULL], compared = live || c->curve == &r->out->curves[AIS_A];
     if (!c->curve || (budget->live_alone && !live))
         return true;
     for (size_t i = 0; i < c->curve->n; i++)
-        if (c->curve->points[i].cpu_ms > 2000.0 && c->curve->points[i].n_vpls < budget->n_vpls)
+        if (c->curve->points[i].cpu_ms > 2000.0 && c->curve->points[i].n_vpls < budget->n_vpls &&
+            budget != &budgets[DEFAULT])
             return true;
     return d->n >= 2 && (!compared || d->cpu_ms[0] > 1000.0);
 }
