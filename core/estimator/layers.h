@@ -13,12 +13,13 @@
  *     mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh. Lights for which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed
- * radiance at their present power and no visibility: when one of them changes, all of them are traced again (and the ray
- * counters say so). Those that come first in the table keep layers of their own: the choice must not depend on power, or
- * dimming a light would change it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are
- * the lights that another estimator of the method samples into a component: only their own shine and their light behind
- * mirrors and glass are kept here. */
+ * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh. Lights for
+ * which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed radiance at their present power and no
+ * visibility: when one of them changes, all of them are traced again (and the ray counters say so). Those that come
+ * first in the table keep layers of their own: the choice must not depend on power, or dimming a light would change
+ * it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are the lights that
+ * another estimator of the method samples into a component: only their own shine and their light behind mirrors and
+ * glass are kept here. */
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
 #define LUM_CORE_ESTIMATOR_LAYERS_H
 

@@ -43,7 +43,7 @@ static struct lum_vec2 point_of(const struct lum_penumbra_view *v, uint32_t k)
 }
 
 /* Places on discs and meshes are the same for all who look: they are found once, and each pixel takes one of a stratum.
- * Finding one on a textured mesh for every pixel took a tenth of a first frame of sibenik. */
+ * Finding one on a textured mesh for every pixel took a sixteenth of a first frame of sibenik. */
 static bool sample(const struct lum_penumbra_view *v, uint32_t k, struct lum_light_sample *ret_sample)
 {
     const struct lum_soft *soft = &v->layer->soft;

@@ -11,7 +11,8 @@
 
 #define LUM_SOFT_POINTS 16u
 #define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */
-#define LUM_SOFT_PLACES 64u /* in a stratum of a disc or a mesh; 4 to the power of 3. With 16 a penumbra was half as noisy again */
+/* In a stratum of a disc or a mesh: 8 x 8. With 16 all that a pixel can know is half as noisy again (penumbra_test). */
+#define LUM_SOFT_PLACES 64u
 
 /* Shadow samples of a pixel: bit k is sample k.
  *   traced, visible  what it says
@@ -44,7 +45,7 @@ enum lum_soft_begun {
 struct lum_soft {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_SOFT_POINTS];
-    struct lum_light_place *place; /* LUM_SOFT_PLACES in the stratum of each point; NULL: of other lights */
+    struct lum_light_place *place; /* LUM_SOFT_PLACES in the stratum of each point; NULL: the light is no disc or mesh */
     bool placed;                  /* these are the scene's, and of these points */
     uint16_t first_points;        /* bits of four that are a net of their own: pixels that begin with one of these, one in each
                                    * 2 x 2 block, are asked first, the others only where these do not agree */
@@ -88,8 +89,8 @@ uint32_t lum_soft_follow_motion(struct lum_soft *s, const struct lum_pass *pass,
 void lum_soft_reconsider(struct lum_soft *s, const struct lum_pass *pass);
 size_t lum_soft_bytes(void); /* per pixel, about */
 
-/* A point of the same stratum: the digits below the stratum's are exclusive-ored with these 12 bits of each coordinate, which leaves
- * the 16 points a (0,4,2)-net. */
+/* A point of the same stratum: the digits below the stratum's are exclusive-ored with these 12 bits of each coordinate,
+ * which leaves the 16 points a (0,4,2)-net. */
 static inline struct lum_vec2 lum_soft_scramble(struct lum_vec2 point, uint32_t x_bits, uint32_t y_bits)
 {
     int32_t x = (int32_t)(point.x * 0x1p24f) ^ (int32_t)(x_bits & 0xfff) << 10;

@@ -236,19 +236,19 @@ static void put_reading(struct lum_bench_table *t, struct reading r)
     lum_bench_table_text(t, text);
 }
 
-static void put_over(struct lum_bench_table *t, struct reading r, double by)
-{
-    put_reading(t, (struct reading){r.value / by, r.bound});
-}
-
 /* The error of c at what a costs, and what c costs at the error of a, over those of a. */
 static void put_compared(struct lum_bench_table *t, const struct ais_curve *c, const struct ais_point *a,
                          enum axis error)
 {
-    struct reading nothing = {(double)NAN, 0};
-    bool both = a && c->n;
-    put_over(t, both ? error_at(c, a->cpu_ms, error) : nothing, both ? value_of(a, error) : 1.0);
-    put_over(t, both ? cost_at(c, value_of(a, error), error) : nothing, both ? a->cpu_ms : 1.0);
+    struct reading there = {(double)NAN, 0}, cost = {(double)NAN, 0};
+    if (a && c->n) {
+        there = error_at(c, a->cpu_ms, error);
+        there.value /= value_of(a, error);
+        cost = cost_at(c, value_of(a, error), error);
+        cost.value /= a->cpu_ms;
+    }
+    put_reading(t, there);
+    put_reading(t, cost);
 }
 
 /* The cost of b over that of curve c at b's error. */
