@@ -416,7 +416,6 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
         l->n_tiles = pass->tiling.n;
     }
     l->n_passes++;
-    l->refined_whole = true;
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
     if (!l->branches) /* without them all is shaded anew when anything moves */

@@ -71,9 +71,8 @@ struct lum_layers {
     bool carried;          /* former samples serve: the eye moved, and nothing else */
     uint32_t n_passes;     /* for which the layers were brought up to date, this one included */
     uint32_t n_moves;      /* of the eye, while samples were carried on */
-    float refined_share;   /* of settings->shadow_budget that the pass spends, unless the scene rests: as many further samples as
+    float refined_share;   /* of settings->shadow_budget that the pass spends: as many further samples as
                             * first ones were lost. 0: something changed since the last pass, but not who sees which light */
-    bool refined_whole;    /* the pass found nothing left that a ray of refinement could tell, or may not spend any */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */

@@ -80,7 +80,7 @@ static struct steps steps_at(const struct plan *p, const struct lum_layer *layer
 {
     struct lum_tile_rect r = lum_tile_at(&p->sets, i);
     uint32_t n = r.w * r.h, known = layer->soft.tally[i].known;
-    if (known >= n * LUM_SOFT_POINTS || !(layer->soft.open[i] || p->pass->rest_budgets > 0))
+    if (known >= n * LUM_SOFT_POINTS || !layer->soft.open[i])
         return (struct steps){0};
     uint32_t first = known < n ? 1 : known / n;
     return (struct steps){value_at(p, layer, i), first, n, known < n ? 2 * n - known : n};
@@ -100,8 +100,7 @@ static uint32_t bucket_of_step(const struct steps *s, uint32_t n)
 static void choose_least(struct plan *p)
 {
     const struct lum_pass *pass = p->pass;
-    double budgets = pass->rest_budgets > 0 ? pass->rest_budgets : (double)pass->layers->refined_share;
-    uint64_t left = (uint64_t)(budgets * pass->settings->shadow_budget);
+    uint64_t left = (uint64_t)((double)pass->layers->refined_share * pass->settings->shadow_budget);
     p->least = BUCKETS;
     while (p->least > 0 && p->rays[p->least - 1] <= left)
         left -= p->rays[--p->least];
@@ -147,8 +146,6 @@ void lum_penumbra_plan(const struct lum_pass *pass)
             for (uint32_t n = s.first; s.value > 0.0f && n < LUM_SOFT_POINTS; n++)
                 p.rays[bucket_of_step(&s, n)] += rays_of_step(&s, n);
         }
-    for (uint32_t i = 0; i < BUCKETS; i++)
-        l->refined_whole = l->refined_whole && (p.rays[i] == 0 || pass->settings->shadow_budget == 0);
     choose_least(&p);
     a = 0;
     while ((layer = lum_penumbra_next(pass, &a)))

@@ -302,19 +302,12 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
 {
     struct lum_stage_runner whole = *runner;
     enum lum_status status = lum_deferred_look(d, pass, err);
-    if ((lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp) || pass->rest_budgets > 0)
-        whole.cancel = NULL; /* at rest there is nothing to find */
+    if (lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp)
+        whole.cancel = NULL;
     if (status == LUM_OK)
         status = lum_stage_run(&whole, pass, &lum_stage_gbuffer);
     d->swept.stamp = d->gbuffer.stamp;
     return status;
-}
-
-/* Of a frame that is there: all but shadows and the sums that they are in. Other views may have changed the records
- * that they share since; this one has what it took from them. */
-static bool stands_at_rest(const struct lum_estimator *stage)
-{
-    return stage->stage == LUM_STAGE_RECORDS || (stage->stage >= LUM_STAGE_INDIRECT && stage->stage <= LUM_STAGE_MEDIA);
 }
 
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
@@ -340,18 +333,13 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     }
     if (status != LUM_OK)
         lum_swept_finish(&d->swept); /* some have not heard of what moved */
-    if (pass->rest_budgets > 0)
-        runner->stats->n_vpls = d->n_vpls;
-    else if (status == LUM_OK && plan.cache)
+    if (status == LUM_OK && plan.cache)
         status = update_cache(d, pass, runner, err);
     else if (status == LUM_OK && plan.vpls)
         status = update_vpls(d, pass, runner, err);
-    for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++) {
-        if (pass->rest_budgets > 0 && stands_at_rest(plan.stages[i]))
-            continue;
+    for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
         status = plan.stages[i]->run ? run_whole(runner, pass, plan.stages[i], err)
                                      : lum_stage_run(runner, pass, plan.stages[i]);
-    }
     if (pass->records)
         runner->stats->cache = pass->records->counts;
     if (status == LUM_OK)

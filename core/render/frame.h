@@ -144,8 +144,6 @@ struct lum_pass {
     struct lum_film *film;
     uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp;         /* tiles that have as many are left alone */
-    uint32_t rest_budgets;       /* the scene rests: of a frame that is there only soft shadows are refined, with so many times
-                                  * settings->shadow_budget; 0: a frame is made of what changed */
     uint32_t block;              /* pixels a side that share one sample: 1, or more in a rough pass, which leaves tile_spp 0 */
 };
 

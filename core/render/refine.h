@@ -1,33 +1,18 @@
-/* From the fast frame to the truth: while a scene rests, path traced samples take over from a biased frame, tile by tile, as soon
- * as they are the better of the two. Internal to core/render.
- *
- * The shown picture is c = w y + (1 - w) b, with b the frame and y the mean of the samples so far. y is unbiased and its
- * noise independent of b, so the expected squared error is w^2 v + (1 - w)^2 e with v the variance of y and e the
- * squared error of b. The least would have w = e / (e + v); for the eye, to which grain is worse than a smooth error, v counts
- * several times. Both are measured: the samples are kept in two independent halves
- * A and B, so v = (A - B)^2 / 4, and (b - A)(b - B) is an unbiased estimate of e, since the noise of A and B cancels in the
- * mean (algorithms B3). Means are over a tile and its eight neighbours. The frame gets better, too: when the samples have
- * doubled, and in the end every so many, it is made again with finer shadows, as long as there are any. */
+/* From the fast frame to the truth: while a scene rests, path traced samples correct a biased frame, first where many pixels agree
+ * and in the end pixel by pixel (residual.h). Internal to core/render. */
 #ifndef LUM_CORE_RENDER_REFINE_H
 #define LUM_CORE_RENDER_REFINE_H
 
-#include "core/render/frame.h"
+#include "core/render/residual.h"
 
-/* Sums over the pixels of a tile, of luminance. */
-struct lum_tile_error {
-    double frame, noise, mean; /* (b - A)(b - B); (A - B)^2 / 4; (A + B) / 2 */
-    float weight;              /* of the samples */
-};
 struct lum_refinement {
     struct lum_film truth;
-    uint32_t *tile_spp;    /* of truth */
-    struct lum_rgb *frame; /* b: w * h */
-    bool taken;              /* there is one */
-    bool finest;             /* its shadows are as fine as they get */
-    uint32_t n_frames;       /* that were begun of the picture */
-    uint32_t next_frame_spp; /* samples at which the next one is due */
-    struct lum_tile_error *errors;
-    double error_rel;      /* of what lum_refine_blend made: root mean square error over mean luminance; NAN: unknown */
+    uint32_t *tile_spp;     /* of truth */
+    struct lum_rgb *frame;  /* the fast frame: w * h */
+    bool taken;             /* there is one */
+    uint32_t next_spp;      /* samples at which the picture is next made of both */
+    struct lum_residual_memory *memory;
+    double error_rel;       /* of that picture: root mean square error over mean luminance; NAN: unknown */
 };
 
 LUM_MUST_USE enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tiling *tiling, struct lum_error *err);
@@ -38,7 +23,11 @@ void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *tiling)
 /* Takes the film as the frame. */
 void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *tiling, const struct lum_film *frame);
 
-/* Writes the blend to film. Every pixel has as many samples in one half as in the other. */
-void lum_refine_blend(struct lum_refinement *r, const struct lum_tiling *tiling, struct lum_film *film, uint64_t *nonfinite);
+/* The picture is due: spp samples of every pixel, as many in one half as in the other. Making it takes about as long as a sample
+ * of every pixel, hence not after each. */
+bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp);
+/* Writes it to film. guide: as in struct lum_residual. Without memory for it the film stays as it is. */
+enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide, float per_pixel,
+                                 struct lum_film *film, const struct lum_stage_runner *runner);
 
 #endif

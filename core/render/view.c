@@ -259,32 +259,8 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     return status;
 }
 
-/* While there are finer shadows to be had the frame is made again with them: each time the samples have doubled, and
- * every FINER_FRAME_SPP once they are many. */
-#define FINER_FRAME_SPP 16u
-
-/* Over what the film shows. Where it fails for other reasons than being cancelled, the frame stays as it is. */
-static enum lum_status make_finer_frame(struct lum_view *v, const struct lum_pass *frame,
-                                        const struct lum_stage_runner *runner)
-{
-    struct lum_refinement *r = &v->refinement;
-    struct lum_pass pass = *frame;
-    struct lum_error unused;
-    uint32_t step = r->next_frame_spp < FINER_FRAME_SPP ? r->next_frame_spp : FINER_FRAME_SPP;
-    pass.rest_budgets = step < 4 ? 1 : step / 4;
-    pass.target_spp = ++r->n_frames; /* every tile, whatever a cancelled frame left */
-    enum lum_status status = lum_deferred_run(&v->deferred, &pass, runner, &unused);
-    if (status == LUM_ERR_CANCELLED)
-        return status;
-    if (status == LUM_OK)
-        lum_refine_take(r, &v->tiling, &v->film);
-    r->next_frame_spp += step;
-    r->finest = status != LUM_OK || v->deferred.layers.refined_whole;
-    return LUM_OK;
-}
-
-/* One path traced sample of every pixel, with every effect that is called for. With each second one the film gets the
- * blend anew, also where a finer frame was cut short. */
+/* One path traced sample of every pixel, with every effect that is called for. Now and then the film gets the frame as these
+ * correct it. */
 static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass *frame,
                                       const struct lum_stage_runner *runner)
 {
@@ -298,14 +274,12 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = v->chosen.on[e];
     enum lum_status status = lum_stage_run(runner, &pass, &lum_estimator_path);
-    if (status != LUM_OK || pass.target_spp % 2 != 0)
+    if (status != LUM_OK || !lum_refine_is_due(r, pass.target_spp))
         return status;
-    /* A picture that must depend on the edits alone cannot depend on how long the one before it stood. */
-    if (!r->finest && pass.target_spp >= r->next_frame_spp && !pass.settings->deterministic)
-        status = make_finer_frame(v, frame, runner);
-    lum_refine_blend(r, &v->tiling, &v->film, &v->counters[0].nonfinite);
+    const struct lum_surfaces *guide = v->deferred.surfaces.p ? &v->deferred.surfaces : NULL;
+    status = lum_refine_apply(r, pass.target_spp, guide, pass.eye.per_pixel, &v->film, runner);
     v->error_rel = r->error_rel;
-    runner->stats->changed = true;
+    runner->stats->changed = status == LUM_OK;
     return status;
 }
 

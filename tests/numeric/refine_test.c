@@ -1,150 +1,295 @@
-/* From the fast frame to the truth: the blend's weights and errors, on made-up frames and samples whose truth is known.
- */
+/* The fast frame corrected by samples, on made-up frames and samples whose truth is known. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
-#include "core/render/refine.h"
+#include "core/render/residual.h"
 
-#define W 80u
-#define H 64u
+#define W 160u
+#define H 96u
+#define N (W * H)
 #define TRUTH 10.0
 
-struct rig {
-    struct lum_tiling tiling;
-    struct lum_refinement r;
-    struct lum_film film;
+/* Two walls that meet in a vertical edge in the middle of the picture, seen from afar, so that pixels are squares of side 1
+ * on each. */
+struct stage {
+    struct lum_pool *pool;
+    struct lum_counters counters[4];
+    struct lum_pass_stats stats;
+    struct lum_rgb frame[N];
+    struct lum_film samples, picture;
+    struct lum_surfaces guide;
+    struct lum_vec3 p[N], n[N];
+    struct lum_rgb albedo[N];
+    float depth[N];
+    uint8_t kind[N];
+    uint32_t object[N];
+    struct lum_residual_memory *memory;
+    struct lum_residual result;
 };
 
+static bool is_left(uint32_t i)
+{
+    return i % W < W / 2;
+}
+
+static void stage_begin(struct stage *s, uint32_t n_threads)
+{
+    struct lum_error err;
+    memset(s, 0, sizeof *s);
+    assert_int_equal(lum_pool_create(n_threads, &s->pool, &err), LUM_OK);
+    assert_int_equal(lum_film_init(&s->samples, W, H, &err), LUM_OK);
+    assert_int_equal(lum_film_init(&s->picture, W, H, &err), LUM_OK);
+    for (uint32_t i = 0; i < N; i++) {
+        float along = (float)(i % W) - 0.5f * W;
+        s->p[i] = lum_v3(is_left(i) ? along : 0.0f, (float)(i / W), is_left(i) ? 0.0f : along);
+        s->n[i] = is_left(i) ? lum_v3(0, 0, 1) : lum_v3(-1, 0, 0);
+        s->albedo[i] = lum_grey(0.5f);
+        s->depth[i] = 1000.0f;
+        s->kind[i] = LUM_PIXEL_SURFACE | LUM_PIXEL_DIFFUSE;
+        s->frame[i] = lum_grey((float)TRUTH);
+    }
+    s->guide = (struct lum_surfaces){
+        .p = s->p, .n = s->n, .albedo = s->albedo, .depth = s->depth, .kind = s->kind, .object = s->object};
+}
+
+static void stage_end(struct stage *s)
+{
+    lum_residual_finish(s->memory);
+    lum_film_finish(&s->samples);
+    lum_film_finish(&s->picture);
+    lum_pool_destroy(s->pool);
+}
+
+/* Uniform with variance 1. */
 static double noise(uint32_t i, uint32_t sample)
 {
-    /* uniform with variance 1 */
     struct lum_sampler s = lum_sampler_halves(i % W, i / W, sample, 7);
     return ((double)lum_sampler_1d(&s, 0) - 0.5) * sqrt(12.0);
 }
 
-/* The frame is TRUTH + bias; each half is one sample of TRUTH with standard deviation sd. */
-static void rig_init(struct rig *g, double bias, double sd)
+static void add(struct stage *s, uint32_t i, uint32_t sample, double value)
 {
-    struct lum_error err;
     uint64_t nonfinite = 0;
-    *g = (struct rig){.tiling = lum_tiling_make(W, H, LUM_TILE_SIDE)};
-    assert_int_equal(lum_film_init(&g->film, W, H, &err), LUM_OK);
-    assert_int_equal(lum_refine_init(&g->r, &g->tiling, &err), LUM_OK);
-    for (uint32_t i = 0; i < W * H; i++)
-        lum_film_add(&g->film, i % W, i / W, 0, lum_grey((float)(TRUTH + bias)), &nonfinite);
-    lum_refine_begin(&g->r, &g->tiling);
-    lum_refine_take(&g->r, &g->tiling, &g->film);
-    for (uint32_t i = 0; i < W * H; i++)
-        for (uint32_t k = 0; k < 2; k++)
-            lum_film_add(&g->r.truth, i % W, i / W, k, lum_grey((float)(TRUTH + sd * noise(i, k))), &nonfinite);
-    lum_refine_blend(&g->r, &g->tiling, &g->film, &nonfinite);
+    lum_film_add(&s->samples, i % W, i / W, sample, lum_grey((float)value), &nonfinite);
     assert_int_equal(nonfinite, 0);
 }
 
-static void rig_finish(struct rig *g)
+static void apply(struct stage *s, const struct lum_surfaces *guide)
 {
-    lum_refine_finish(&g->r);
-    lum_film_finish(&g->film);
+    struct lum_error err;
+    struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats};
+    s->result = (struct lum_residual){
+        .frame = s->frame, .truth = &s->samples, .guide = guide, .per_pixel = 1e-3f, .picture = &s->picture};
+    assert_int_equal(lum_residual_apply(&s->result, &s->memory, &runner, &err), LUM_OK);
+    assert_int_equal(s->result.nonfinite, 0);
 }
 
-static double mean_square_error(const struct rig *g)
+static double shown(const struct stage *s, uint32_t i)
+{
+    return (double)lum_film_mean(&s->picture, i % W, i / W).g;
+}
+
+static double mean_square(const struct stage *s, double (*truth)(uint32_t i))
 {
     double sum = 0.0;
-    for (uint32_t i = 0; i < W * H; i++) {
-        double d = (double)lum_film_mean(&g->film, i % W, i / W).g - TRUTH;
-        sum += d * d;
+    for (uint32_t i = 0; i < N; i++)
+        sum += (shown(s, i) - truth(i)) * (shown(s, i) - truth(i));
+    return sum / N;
+}
+
+static double even(uint32_t i)
+{
+    (void)i;
+    return TRUTH;
+}
+
+/* ---- bias ---- */
+
+/* A frame that is wrong by +3 on one wall and by -3 on the other, samples with a deviation of 4: two of them, so 2.8 each
+ * pixel. The widest level averages at least 90 % of what a Gaussian of 26 pixels does that ends at the edges of a wall of
+ * 80 x 96 pixels: more than 2000 pixels, so its noise is 2.8 / sqrt(2000) = 0.06. The levels' errors are estimated over some
+ * 150 pixels, as squares with a deviation of 2.8^2 sqrt(2 / 150) = 0.9, so a narrower level may be taken for as good, whose
+ * noise is at most that of the 150: 0.23. Nothing of the 3 stays, not even at the edge between the walls. */
+static void bias_goes_on_each_wall(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        s.frame[i] = lum_grey((float)(TRUTH + (is_left(i) ? 3.0 : -3.0)));
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, TRUTH + 4.0 * noise(i, k));
     }
-    return sum / (W * H);
+    apply(&s, &s.guide);
+    assert_true(mean_square(&s, even) < 0.23 * 0.23);
+    for (uint32_t y = 0; y < H; y++) /* four of those deviations */
+        for (uint32_t x = W / 2 - 1; x <= W / 2; x++)
+            assert_true(fabs(shown(&s, y * W + x) - TRUTH) < 4.0 * 0.23);
+    stage_end(&s);
 }
 
-/* bias b against noise of variance v of the mean: weight b^2 / (b^2 + 16 v), here .25 / (.25 + .5). Both are measured
- * over 3 x 3 tiles (2304 pixels; 4 at a corner, 1024): the mean of (b - A)(b - B) has a standard deviation of sqrt((2
- * b^2 sd^2 + sd^4) / n), 0.006 of 0.25 at the corner, and v one of sqrt(2 / n), 0.0014 of 0.031; 4 of both move the
- * weight by 0.06. */
-static void weight_is_that_of_the_measured_errors(void **state)
+/* ---- detail ---- */
+
+static double squares(uint32_t i)
 {
-    (void)state;
-    struct rig g;
-    rig_init(&g, 0.5, 0.25);
-    for (uint32_t t = 0; t < g.tiling.n; t++)
-        assert_true(fabsf(g.r.errors[t].weight - 1.0f / 3.0f) < 0.06f);
-    rig_finish(&g);
+    return TRUTH + (((i % W) / 2 + (i / W) / 2) % 2 ? 4.0 : -4.0);
 }
 
-/* w^2 v + (1 - w)^2 b^2 = 0.1146. Weights that are off by 0.06 at most, mostly by a third of that: by 0.012. */
-static void blend_knows_its_error(void **state)
+/* What the frame does not show at all comes when the samples know it: with a deviation of 0.4 each, 0.28 for two, against a
+ * detail of 4 that every filter level blurs, the unfiltered one has an error of 0.08 (counted four times 0.32) and the next, which
+ * keeps a quarter of neighbours two pixels on, one of more than 1. Weights go by the cube: 3 % is left to the others. */
+static void detail_comes_with_the_samples(void **state)
 {
     (void)state;
-    struct rig g;
-    rig_init(&g, 0.5, 0.25);
-    double mse = mean_square_error(&g), said = g.r.error_rel * TRUTH;
-    assert_true(fabs(mse - 0.1146) < 0.012);
-    assert_true(fabs(said * said - mse) < 0.012);
-    rig_finish(&g);
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, squares(i) + 0.4 * noise(i, k));
+    apply(&s, &s.guide);
+    assert_true(mean_square(&s, squares) < 0.08 + 0.12 * 0.12 * 2.0);
+    stage_end(&s);
 }
 
-static void samples_take_over_in_the_end(void **state)
+/* Without noise the samples are the picture, bit for bit what floats hold. */
+static void it_ends_at_the_samples(void **state)
 {
     (void)state;
-    struct rig g;
-    rig_init(&g, 0.5, 1e-3);
-    assert_true(mean_square_error(&g) < 1e-5);
-    rig_finish(&g);
-    rig_init(&g, 0.0, 1e-3); /* even from a perfect frame, which is never believed in */
-    for (uint32_t t = 0; t < g.tiling.n; t++)
-        assert_true(g.r.errors[t].weight > 0.99f);
-    rig_finish(&g);
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, squares(i));
+    apply(&s, &s.guide);
+    for (uint32_t i = 0; i < N; i++)
+        assert_true(fabs(shown(&s, i) - squares(i)) < 1e-5 * TRUTH);
+    stage_end(&s);
 }
 
-/* A good frame stays while the samples are noise: at most 1 % of TRUTH is believed to be its error, so the weight is at
- * most 0.01 / (0.01 + v); the measured error adds 4 standard deviations of sd^2 / sqrt(1024): 0.125 sd^2. */
-static void noise_does_not_show(void **state)
+/* Nothing is filtered where it is not known what is seen. */
+static void without_a_guide_the_samples_show(void **state)
 {
     (void)state;
-    struct rig g;
-    rig_init(&g, 0.0, 1.0);
-    for (uint32_t t = 0; t < g.tiling.n; t++)
-        assert_true(g.r.errors[t].weight < 0.22f);
-    double mse = mean_square_error(&g), said = g.r.error_rel * TRUTH;
-    assert_true(mse < 0.05 * 0.5);
-    /* What is said counts the noise that was let in, however small the frame's measured error. Both are means over 5120
-     * pixels, with a relative standard deviation of 2 %, a few times that for uneven weights. */
-    assert_true(said * said > 0.5 * mse);
-    rig_finish(&g);
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, TRUTH + noise(i, k));
+    apply(&s, NULL);
+    for (uint32_t i = 0; i < N; i++)
+        assert_true(fabs(shown(&s, i) - (double)lum_film_mean(&s.samples, i % W, i / W).g) < 1e-5 * TRUTH);
+    stage_end(&s);
 }
+
+/* ---- errors ---- */
+
+/* What is said of the error against what it is: a sum over N pixels of an estimate with the deviation of about v sqrt(2) a
+ * pixel, v the variance of two samples: v sqrt(2 / N), and what it is itself. Choosing the best level by estimates from the same
+ * samples makes the sum a little too small: by no more than the deviation of an estimate over 150 pixels, v sqrt(2 / 150),
+ * times the share of pixels where another level would be as good. */
+static void the_error_is_what_it_says(void **state)
+{
+    (void)state;
+    static const struct {
+        double bias, sd, detail;
+    } cases[] = {{0, 4, 0}, {3, 4, 0}, {3, 1, 1}, {0, 0.4, 4}, {2, 2, 2}};
+    for (size_t c = 0; c < LUM_ARRAY_LEN(cases); c++) {
+        struct stage s;
+        double sum = 0.0, v = cases[c].sd * cases[c].sd / 2.0;
+        stage_begin(&s, 2);
+        for (uint32_t i = 0; i < N; i++) {
+            double truth = TRUTH + (squares(i) - TRUTH) * cases[c].detail / 4.0;
+            s.frame[i] = lum_grey((float)(TRUTH + cases[c].bias));
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, truth + cases[c].sd * noise(i, k));
+        }
+        apply(&s, &s.guide);
+        for (uint32_t i = 0; i < N; i++) {
+            double d = shown(&s, i) - (TRUTH + (squares(i) - TRUTH) * cases[c].detail / 4.0);
+            sum += d * d;
+        }
+        double is = sum / N, said = s.result.error / N;
+        if (!(fabs(said - is) < 4.0 * v * sqrt(2.0 / N) + v * sqrt(2.0 / 150.0) + 0.1 * is))
+            fail_msg("case %zu: the mean square error is %g, %g is said", c, is, said);
+        stage_end(&s);
+    }
+}
+
+/* ---- outliers ---- */
+
+/* One sample of 1e5 among those of 10: it is no spot, and no light is lost. */
+static void an_outlier_is_shared_out(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    uint32_t at = H / 2 * W + W / 4;
+    double before = 0.0, after = 0.0;
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, i == at && k == 0 ? 1e5 : TRUTH + noise(i, k));
+    apply(&s, &s.guide);
+    for (uint32_t i = 0; i < N; i++) {
+        before += (double)lum_film_mean(&s.samples, i % W, i / W).g;
+        after += shown(&s, i);
+    }
+    /* 5e4 over squares of 32 x 32: 49; the nearest four squares' middles share it bilinearly */
+    for (uint32_t i = 0; i < N; i++)
+        assert_true(shown(&s, i) < TRUTH + 5e4 / 1024.0 + 10.0);
+    assert_true(fabs(after / before - 1.0) < 0.02); /* bilinear weights of squares at the picture's rim, and the noise */
+    stage_end(&s);
+}
+
+/* ---- odd cases ---- */
 
 static void black_stays_black(void **state)
 {
     (void)state;
-    struct rig g;
-    rig_init(&g, -TRUTH, 0.0); /* a black frame of a lit scene */
-    assert_true(mean_square_error(&g) < 1e-9);
-    uint64_t nonfinite = 0;
-    for (uint32_t i = 0; i < W * H; i++) {
-        g.r.frame[i] = lum_grey(0.0f);
-        lum_film_reset_pixel(&g.r.truth, i % W, i / W);
+    struct stage s;
+    stage_begin(&s, 1);
+    for (uint32_t i = 0; i < N; i++) {
+        s.frame[i] = s.albedo[i] = lum_grey(0.0f);
+        s.object[i] = i % 3 ? 0 : LUM_NO_OBJECT;
         for (uint32_t k = 0; k < 2; k++)
-            lum_film_add(&g.r.truth, i % W, i / W, k, lum_grey(0.0f), &nonfinite);
+            add(&s, i, k, 0.0);
     }
-    lum_refine_blend(&g.r, &g.tiling, &g.film, &nonfinite);
-    assert_int_equal(nonfinite, 0);
-    assert_true(g.r.error_rel == 0.0);
-    assert_true(lum_film_mean(&g.film, 3, 3).g == 0.0f);
-    rig_finish(&g);
+    apply(&s, &s.guide);
+    for (uint32_t i = 0; i < N; i++)
+        assert_true(shown(&s, i) == 0.0);
+    assert_true(s.result.error == 0.0 && s.result.mean == 0.0);
+    stage_end(&s);
+}
+
+static void threads_do_not_matter(void **state)
+{
+    (void)state;
+    static struct stage one, three;
+    struct stage *stages[] = {&one, &three};
+    for (uint32_t t = 0; t < 2; t++) {
+        stage_begin(stages[t], t ? 3 : 1);
+        for (uint32_t i = 0; i < N; i++)
+            for (uint32_t k = 0; k < 2; k++)
+                add(stages[t], i, k, squares(i) + 2.0 * noise(i, k));
+        apply(stages[t], &stages[t]->guide);
+    }
+    assert_memory_equal(one.picture.half[0], three.picture.half[0], 3 * N * sizeof(double));
+    assert_true(one.result.error == three.result.error);
+    stage_end(&one);
+    stage_end(&three);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weight_is_that_of_the_measured_errors),
-        cmocka_unit_test(blend_knows_its_error),
-        cmocka_unit_test(samples_take_over_in_the_end),
-        cmocka_unit_test(noise_does_not_show),
-        cmocka_unit_test(black_stays_black),
+        cmocka_unit_test(bias_goes_on_each_wall),      cmocka_unit_test(detail_comes_with_the_samples),
+        cmocka_unit_test(it_ends_at_the_samples),      cmocka_unit_test(without_a_guide_the_samples_show),
+        cmocka_unit_test(the_error_is_what_it_says),   cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(black_stays_black),           cmocka_unit_test(threads_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,502 @@
+#include "core/render/residual.h"
+
+#include <string.h>
+
+#define LEVELS LUM_RESIDUAL_LEVELS
+#define ROWS 8u /* of a job */
+#define LANES 8u
+
+/* Filter steps over which the errors of levels, and the spread of samples, are averaged: 15 x 15 pixels and more. */
+#define SMOOTH_STEPS 4u
+
+/* Side of the squares over which outliers are shared out, pixels. */
+#define SPREAD_SIDE 32u
+
+/* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces). */
+#define ALBEDO_FLOOR 0.05f
+
+/* Halves further apart than so many robust deviations of their neighbourhood are an outlier's work. For Gaussian noise the
+ * robust deviation, (mean sqrt |A - B|)^2, is 0.95 standard deviations of a half; noise of paths has long tails. */
+#define OUTLIER 12.0f
+
+/* Noise counts so many times more than bias of the same square: the eye takes grain worse than a smooth error. */
+#define GRAIN 4.0f
+
+/* Errors below this share of the largest level's are all alike: the estimate is no better. */
+#define ERROR_FLOOR 1e-3f
+
+/* How far off a surface's plane a neighbour may lie, in pixels of it. */
+#define PLANE_PIXELS 1.5f
+
+/* Of what the frame shows at least this is left wherever a filtered residual is taken off. */
+#define LEAST_SHARE 0.25f
+
+/* How a pixel lies in the scene. */
+struct guide {
+    float n[3], p[3];
+    float per_tolerance; /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
+    float kind;          /* only the same kind is mixed; NAN: none is */
+};
+
+/* Eight values filtered together. Of residuals: A times its weight, its weight, B likewise. */
+struct lanes {
+    _Alignas(32) float v[LANES];
+};
+enum { A = 0, B = 4, WEIGHT = 3 };
+_Static_assert(LEVELS < LANES, "a lane for each level, and for none");
+
+/* Over pixels, of luminance. */
+struct sums {
+    double error, noise, mean;
+    uint64_t nonfinite;
+};
+
+struct lum_residual_memory {
+    uint32_t w, h, grid_w, grid_h;
+    struct guide *guide;
+    struct lanes *first;      /* residuals as they are, but for outliers */
+    struct lanes *from, *to;  /* of a filter step */
+    struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
+    struct lanes *blend;      /* residuals: levels by their weights */
+    struct lum_rgb *outliers; /* by square of the grid: light that was cut off, mean over its pixels */
+    struct sums *sums;        /* by row */
+};
+
+void lum_residual_finish(struct lum_residual_memory *m)
+{
+    if (!m)
+        return;
+    lum_free(m->guide);
+    lum_free(m->first);
+    lum_free(m->from);
+    lum_free(m->to);
+    lum_free(m->by_level);
+    lum_free(m->blend);
+    lum_free(m->outliers);
+    lum_free(m->sums);
+    lum_free(m);
+}
+
+static bool allocate(struct lum_residual_memory *m)
+{
+    size_t n = (size_t)m->w * m->h;
+    m->guide = lum_calloc(n, sizeof *m->guide);
+    m->first = lum_calloc(n, sizeof *m->first);
+    m->from = lum_calloc(n, sizeof *m->from);
+    m->to = lum_calloc(n, sizeof *m->to);
+    m->by_level = lum_calloc(n, sizeof *m->by_level);
+    m->blend = lum_calloc(n, sizeof *m->blend);
+    m->outliers = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->outliers);
+    m->sums = lum_calloc(m->h, sizeof *m->sums);
+    return m->guide && m->first && m->from && m->to && m->by_level && m->blend && m->outliers && m->sums;
+}
+
+static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)
+{
+    if (*memory && (*memory)->w == w && (*memory)->h == h)
+        return LUM_OK;
+    lum_residual_finish(*memory);
+    struct lum_residual_memory *m = *memory = lum_calloc(1, sizeof *m);
+    if (m) {
+        *m = (struct lum_residual_memory){
+            .w = w, .h = h, .grid_w = (w + SPREAD_SIDE - 1) / SPREAD_SIDE, .grid_h = (h + SPREAD_SIDE - 1) / SPREAD_SIDE};
+        if (allocate(m))
+            return LUM_OK;
+    }
+    lum_residual_finish(m);
+    *memory = NULL;
+    return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory to correct a picture of %u x %u", w, h);
+}
+
+/* ---- steps: each a parallel loop over rows ---- */
+
+struct step {
+    const struct lum_residual *r;
+    struct lum_residual_memory *m;
+    const struct lum_stage_runner *runner;
+    void (*row)(const struct step *step, uint32_t y);
+    uint32_t level; /* of a filter step: neighbours are 2^level pixels away */
+    float scale;    /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
+};
+
+static void run_rows(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    const struct step *step = ctx;
+    (void)counters;
+    for (uint32_t y = job * ROWS; y < step->m->h && y < (job + 1) * ROWS; y++)
+        step->row(step, y);
+}
+
+static enum lum_status run_step(struct step *step, void (*row)(const struct step *step, uint32_t y))
+{
+    step->row = row;
+    return lum_stage_loop(step->runner, (step->m->h + ROWS - 1) / ROWS, run_rows, step);
+}
+
+/* ---- what there is ---- */
+
+static void guide_row(const struct step *step, uint32_t y)
+{
+    const struct lum_surfaces *s = step->r->guide;
+    step->m->sums[y] = (struct sums){0};
+    for (uint32_t x = 0; x < step->m->w; x++)
+        step->m->sums[y].mean += (double)lum_luminance(lum_film_mean(step->r->truth, x, y));
+    for (size_t i = (size_t)y * step->m->w; i < (size_t)(y + 1) * step->m->w; i++) {
+        struct guide *g = &step->m->guide[i];
+        *g = (struct guide){.n = {0.0f, 0.0f, 1.0f}, .kind = s ? -1.0f : (float)NAN}; /* the background is one surface */
+        if (!s || s->object[i] == LUM_NO_OBJECT || !(s->depth[i] > 0.0f) || !isfinite(s->depth[i]))
+            continue;
+        float tolerance = PLANE_PIXELS * s->depth[i] * step->r->per_pixel + LUM_RAY_OFFSET;
+        *g = (struct guide){
+            {s->n[i].x, s->n[i].y, s->n[i].z}, {s->p[i].x, s->p[i].y, s->p[i].z}, 1.0f / tolerance, 0.0f};
+        g->kind = (float)(s->kind[i] & (LUM_PIXEL_SURFACE | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES));
+    }
+}
+
+/* What residuals are divided by. */
+static struct lum_rgb albedo_at(const struct step *step, size_t i)
+{
+    struct lum_rgb a = step->r->guide ? step->r->guide->albedo[i] : lum_grey(1.0f);
+    return lum_rgb_scale(lum_rgb_add(a, lum_grey(ALBEDO_FLOOR)), step->scale);
+}
+
+static void put(struct lanes *l, uint32_t half, struct lum_rgb c, float weight)
+{
+    l->v[half] = c.r * weight;
+    l->v[half + 1] = c.g * weight;
+    l->v[half + 2] = c.b * weight;
+    l->v[half + WEIGHT] = weight;
+}
+
+/* Black where no sample went in. */
+static struct lum_rgb take(const struct lanes *l, uint32_t half)
+{
+    float w = l->v[half + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
+    return lum_rgb(l->v[half] * per, l->v[half + 1] * per, l->v[half + 2] * per);
+}
+
+static struct lum_rgb mean_of(const struct lanes *l)
+{
+    float w = l->v[A + WEIGHT] + l->v[B + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
+    return lum_rgb((l->v[A] + l->v[B]) * per, (l->v[A + 1] + l->v[B + 1]) * per, (l->v[A + 2] + l->v[B + 2]) * per);
+}
+
+static void put_residual(const struct step *step, size_t i, int half, uint32_t lane)
+{
+    const struct lum_film *film = step->r->truth;
+    const double *s = &film->half[half][3 * i], n = (double)film->n[half][i];
+    struct lum_rgb f = step->r->frame[i], a = albedo_at(step, i), d = lum_grey(0.0f);
+    if (n > 0.0)
+        d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
+                    (float)(s[2] / n - (double)f.b) / a.b);
+    put(&step->m->first[i], lane, d, n > 0.0 ? 1.0f : 0.0f);
+}
+
+static void residual_row(const struct step *step, uint32_t y)
+{
+    struct lum_residual_memory *m = step->m;
+    for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
+        put_residual(step, i, 0, A);
+        put_residual(step, i, 1, B);
+        float a = lum_luminance(take(&m->first[i], A)), b = lum_luminance(take(&m->first[i], B));
+        bool both = m->first[i].v[A + WEIGHT] > 0.0f && m->first[i].v[B + WEIGHT] > 0.0f;
+        m->from[i] = (struct lanes){{both ? sqrtf(fabsf(a - b)) : 0.0f, both ? 1.0f : 0.0f}};
+    }
+}
+
+/* ---- the filter ---- */
+
+/* How much of o goes into c: same kind, same plane, same direction. */
+static inline float similarity(const struct guide *c, const struct guide *o, float per_step)
+{
+    float dx = o->p[0] - c->p[0], dy = o->p[1] - c->p[1], dz = o->p[2] - c->p[2];
+    float off = (dx * c->n[0] + dy * c->n[1] + dz * c->n[2]) * c->per_tolerance * per_step;
+    float back = (dx * o->n[0] + dy * o->n[1] + dz * o->n[2]) * o->per_tolerance * per_step;
+    float flat = lum_max(1.0f - lum_max(off * off, back * back), 0.0f);
+    float same = lum_max(c->n[0] * o->n[0] + c->n[1] * o->n[1] + c->n[2] * o->n[2], 0.0f);
+    same *= same;
+    same *= same;
+    same *= same;
+    same *= same; /* cos^16 */
+    return c->kind == o->kind ? flat * same : 0.0f;
+}
+
+/* From `from` to `to`, with neighbours 2^level pixels away: 1 2 1 both ways. */
+static void filter_row(const struct step *step, uint32_t y)
+{
+    const struct lum_residual_memory *m = step->m;
+    const int32_t d = (int32_t)(1u << step->level), w = (int32_t)m->w, h = (int32_t)m->h;
+    const float per_step = 1.0f / (float)d;
+    for (int32_t x = 0; x < w; x++) {
+        size_t i = (size_t)y * m->w + (size_t)x;
+        struct lanes sum;
+        float all = 4.0f;
+        for (uint32_t k = 0; k < LANES; k++)
+            sum.v[k] = 4.0f * m->from[i].v[k];
+        for (int32_t dy = -1; dy <= 1; dy++)
+            for (int32_t dx = -1; dx <= 1; dx++) {
+                int32_t nx = x + dx * d, ny = (int32_t)y + dy * d;
+                if ((dx == 0 && dy == 0) || nx < 0 || nx >= w || ny < 0 || ny >= h)
+                    continue;
+                size_t j = (size_t)ny * m->w + (size_t)nx;
+                float weight = similarity(&m->guide[i], &m->guide[j], per_step) * (float)((2 - dx * dx) * (2 - dy * dy));
+                if (!(weight > 0.0f))
+                    continue;
+                all += weight;
+                for (uint32_t k = 0; k < LANES; k++)
+                    sum.v[k] += weight * m->from[j].v[k];
+            }
+        float per_all = 1.0f / all;
+        for (uint32_t k = 0; k < LANES; k++)
+            m->to[i].v[k] = sum.v[k] * per_all;
+    }
+}
+
+static enum lum_status filter(struct step *step, uint32_t level)
+{
+    struct lum_residual_memory *m = step->m;
+    step->level = level;
+    enum lum_status status = run_step(step, filter_row);
+    struct lanes *from = m->from;
+    m->from = m->to;
+    m->to = from;
+    return status;
+}
+
+static enum lum_status smooth(struct step *step)
+{
+    enum lum_status status = LUM_OK;
+    for (uint32_t k = 0; k < SMOOTH_STEPS && status == LUM_OK; k++)
+        status = filter(step, k);
+    return status;
+}
+
+/* ---- outliers ---- */
+
+static float square_of(float x)
+{
+    return x * x;
+}
+
+/* Where the halves are further apart than limit, the one further from 0 comes so near to the other. Returns what was cut
+ * off their mean. */
+static struct lum_rgb cut(struct lanes *l, float limit)
+{
+    float a = lum_luminance(take(l, A)), b = lum_luminance(take(l, B));
+    if (!(fabsf(a - b) > limit) || !(l->v[A + WEIGHT] > 0.0f) || !(l->v[B + WEIGHT] > 0.0f))
+        return lum_grey(0.0f);
+    bool first = fabsf(a) > fabsf(b);
+    float y = first ? a : b, goal = first ? b + copysignf(limit, a - b) : a + copysignf(limit, b - a);
+    struct lum_rgb c = take(l, first ? A : B), kept = lum_rgb_scale(c, goal / y);
+    put(l, first ? A : B, kept, l->v[(first ? A : B) + WEIGHT]);
+    return lum_rgb_scale(lum_rgb_mad(c, kept, -1.0f), 0.5f);
+}
+
+/* What is cut off in a square of the grid, mean over its pixels: of light, so that none is lost. */
+static struct lum_rgb cut_square(const struct step *step, uint32_t x0, uint32_t y0)
+{
+    struct lum_residual_memory *m = step->m;
+    double sum[3] = {0}, n = 0.0;
+    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
+        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++) {
+            size_t i = (size_t)y * m->w + x;
+            const float *robust = m->from[i].v;
+            float deviation = robust[1] > 0.0f ? square_of(robust[0] / robust[1]) : 0.0f;
+            struct lum_rgb off = cut(&m->first[i], OUTLIER * deviation), albedo = albedo_at(step, i);
+            sum[0] += (double)(off.r * albedo.r);
+            sum[1] += (double)(off.g * albedo.g);
+            sum[2] += (double)(off.b * albedo.b);
+            n += 1.0;
+        }
+    return lum_rgb((float)(sum[0] / n), (float)(sum[1] / n), (float)(sum[2] / n));
+}
+
+static void cut_job(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    const struct step *step = ctx;
+    struct lum_residual_memory *m = step->m;
+    (void)counters;
+    m->outliers[job] = cut_square(step, job % m->grid_w * SPREAD_SIDE, job / m->grid_w * SPREAD_SIDE);
+}
+
+/* Bilinear between the middles of squares. */
+static struct lum_rgb outliers_at(const struct lum_residual_memory *m, uint32_t x, uint32_t y)
+{
+    float fx = lum_clamp(((float)x + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_w - 1));
+    float fy = lum_clamp(((float)y + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_h - 1));
+    uint32_t x0 = (uint32_t)fx, x1 = x0 + 1 < m->grid_w ? x0 + 1 : x0, y0 = (uint32_t)fy;
+    float u = fx - (float)x0, v = fy - (float)y0;
+    const struct lum_rgb *top = m->outliers + (size_t)y0 * m->grid_w, *low = y0 + 1 < m->grid_h ? top + m->grid_w : top;
+    struct lum_rgb a = lum_rgb_mad(lum_rgb_scale(top[x0], 1.0f - u), top[x1], u);
+    struct lum_rgb b = lum_rgb_mad(lum_rgb_scale(low[x0], 1.0f - u), low[x1], u);
+    return lum_rgb_mad(lum_rgb_scale(a, 1.0f - v), b, v);
+}
+
+/* ---- levels ---- */
+
+/* Of a residual `now` against the unfiltered ones: squared error and the part of it that is noise (residual.h). */
+static void measure(const struct lanes *first, const struct lanes *now, float *ret_error, float *ret_noise)
+{
+    float a0 = lum_luminance(take(first, A)), b0 = lum_luminance(take(first, B));
+    float a = lum_luminance(take(now, A)), b = lum_luminance(take(now, B));
+    *ret_noise = 0.25f * square_of(a - b);
+    *ret_error = 0.5f * (square_of(a - b0) + square_of(b - a0)) - 0.5f * square_of(a0 - b0) - *ret_noise;
+}
+
+static const struct lanes *of_level(const struct step *step, size_t i)
+{
+    return step->level > 0 ? &step->m->from[i] : &step->m->first[i];
+}
+
+static void error_row(const struct step *step, uint32_t y)
+{
+    struct lum_residual_memory *m = step->m;
+    for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
+        float error, noise;
+        measure(&m->first[i], of_level(step, i), &error, &noise);
+        m->by_level[i].v[step->level] = error + (GRAIN - 1.0f) * noise;
+    }
+}
+
+/* The less error, the more weight: its cube. */
+static void weight_row(const struct step *step, uint32_t y)
+{
+    struct lum_residual_memory *m = step->m;
+    for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
+        const float *error = m->from[i].v;
+        float *weight = m->by_level[i].v, most = 0.0f, least = INFINITY, sum = 0.0f;
+        for (uint32_t k = 0; k <= LEVELS; k++)
+            most = lum_max(most, error[k]);
+        for (uint32_t k = 0; k <= LEVELS; k++)
+            least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
+        for (uint32_t k = 0; k <= LEVELS; k++) {
+            float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : 1.0f;
+            sum += weight[k] = ratio * ratio * ratio;
+        }
+        for (uint32_t k = 0; k <= LEVELS; k++)
+            weight[k] /= sum;
+        m->blend[i] = (struct lanes){{0}};
+    }
+}
+
+static void add_half(struct lanes *sum, const struct lanes *now, uint32_t half, float weight)
+{
+    struct lum_rgb c = take(now, half);
+    sum->v[half] += c.r * weight;
+    sum->v[half + 1] += c.g * weight;
+    sum->v[half + 2] += c.b * weight;
+    sum->v[half + WEIGHT] += weight;
+}
+
+static void blend_row(const struct step *step, uint32_t y)
+{
+    struct lum_residual_memory *m = step->m;
+    for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
+        const struct lanes *now = of_level(step, i);
+        add_half(&m->blend[i], now, A, m->by_level[i].v[step->level]);
+        add_half(&m->blend[i], now, B, m->by_level[i].v[step->level]);
+    }
+}
+
+/* Rows of level 0, and of the others as the filter gets there. */
+static enum lum_status run_levels(struct step *step, void (*row)(const struct step *step, uint32_t y))
+{
+    struct lum_residual_memory *m = step->m;
+    step->level = 0;
+    enum lum_status status = run_step(step, row);
+    memcpy(m->from, m->first, (size_t)m->w * m->h * sizeof *m->from);
+    for (uint32_t k = 1; k <= LEVELS && status == LUM_OK; k++) {
+        status = filter(step, k - 1);
+        step->level = k;
+        if (status == LUM_OK)
+            status = run_step(step, row);
+    }
+    return status;
+}
+
+/* ---- the picture ---- */
+
+/* Samples that are shown unfiltered come with their outliers. */
+static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, float *ret_spread)
+{
+    const struct lum_residual_memory *m = step->m;
+    size_t i = (size_t)y * m->w + x;
+    struct lum_rgb a = albedo_at(step, i), frame = step->r->frame[i];
+    float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
+    struct lum_rgb shown = lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->first[i]), a)); /* by level 0 */
+    struct lum_rgb cut_off = lum_rgb_mad(lum_film_mean(step->r->truth, x, y), shown, -1.0f);
+    struct lum_rgb spread = lum_rgb_scale(outliers_at(m, x, y), 1.0f - own);
+    struct lum_rgb c = lum_rgb_add(lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->blend[i]), a)), spread);
+    *ret_spread = lum_luminance(spread);
+    c = lum_rgb_mad(c, cut_off, own);
+    return lum_rgb(lum_max(c.r, least * frame.r), lum_max(c.g, least * frame.g), lum_max(c.b, least * frame.b));
+}
+
+static void picture_row(const struct step *step, uint32_t y)
+{
+    struct lum_residual_memory *m = step->m;
+    struct sums sums = {0};
+    for (uint32_t x = 0; x < m->w; x++) {
+        size_t i = (size_t)y * m->w + x;
+        float error, noise, spread;
+        struct lum_rgb c = picture_at(step, x, y, &spread);
+        double albedo = (double)lum_luminance(albedo_at(step, i));
+        measure(&m->first[i], &m->blend[i], &error, &noise);
+        sums.error += (double)error * albedo * albedo + (double)spread * (double)spread;
+        sums.noise += (double)noise * albedo * albedo;
+        sums.mean += (double)lum_luminance(c);
+        lum_film_set(step->r->picture, x, y, c, &sums.nonfinite);
+    }
+    m->sums[y] = sums;
+}
+
+static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
+{
+    struct sums all = {0};
+    for (uint32_t y = 0; y < m->h; y++) {
+        all.error += m->sums[y].error;
+        all.noise += m->sums[y].noise;
+        all.mean += m->sums[y].mean;
+        all.nonfinite += m->sums[y].nonfinite;
+    }
+    r->error = all.error;
+    r->noise = all.noise;
+    r->mean = all.mean;
+    r->nonfinite = all.nonfinite;
+}
+
+enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_memory **memory,
+                                   const struct lum_stage_runner *runner, struct lum_error *err)
+{
+    enum lum_status status = reserve(memory, r->truth->w, r->truth->h, err);
+    if (status != LUM_OK)
+        return status;
+    struct lum_residual_memory *m = *memory;
+    struct step step = {.r = r, .m = m, .runner = runner, .scale = 1.0f};
+    status = run_step(&step, guide_row);
+    if (status == LUM_OK) {
+        add_up(r, m);
+        double mean = r->mean / ((double)m->w * m->h);
+        step.scale = mean > 0.0 ? (float)mean : 1.0f;
+        status = run_step(&step, residual_row);
+    }
+    if (status == LUM_OK)
+        status = smooth(&step);
+    if (status == LUM_OK)
+        status = lum_stage_loop(runner, m->grid_w * m->grid_h, cut_job, &step);
+    if (status == LUM_OK)
+        status = run_levels(&step, error_row);
+    if (status != LUM_OK)
+        return status;
+    memcpy(m->from, m->by_level, (size_t)m->w * m->h * sizeof *m->from);
+    status = smooth(&step);
+    if (status == LUM_OK)
+        status = run_step(&step, weight_row);
+    if (status == LUM_OK)
+        status = run_levels(&step, blend_row);
+    if (status == LUM_OK)
+        status = run_step(&step, picture_row);
+    if (status == LUM_OK)
+        add_up(r, m);
+    return status;
+}
