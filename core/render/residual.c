@@ -15,9 +15,13 @@
 /* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces). */
 #define ALBEDO_FLOOR 0.05f
 
-/* Halves further apart than so many robust deviations of their neighbourhood are an outlier's work. For Gaussian noise the
- * robust deviation, (mean sqrt |A - B|)^2, is 0.95 standard deviations of a half; noise of paths has long tails. */
-#define OUTLIER 12.0f
+/* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For Gaussian
+ * noise that deviation, (mean sqrt |A - B|)^2, is 0.96 standard deviations of a half; noise of paths has long tails. What
+ * is beyond, and in both halves alike, is a detail, and stays where it is; the rest is an outlier, and shared out. */
+#define OUTLIER 4.0f
+
+/* Two halves are alike where they differ by less than one part in so many of their sum. */
+#define ALIKE 5.0f
 
 /* Noise counts so many times more than bias of the same square: the eye takes grain worse than a smooth error. */
 #define GRAIN 4.0f
@@ -51,6 +55,11 @@ struct sums {
     uint64_t nonfinite;
 };
 
+/* Of outliers what is shared out among the pixels of a square, and the sum of the portions that they get. */
+struct square {
+    struct lum_rgb rest, portions;
+};
+
 struct lum_residual_memory {
     uint32_t w, h, grid_w, grid_h;
     struct guide *guide;
@@ -58,7 +67,7 @@ struct lum_residual_memory {
     struct lanes *from, *to;  /* of a filter step */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
-    struct lum_rgb *outliers; /* by square of the grid: light that was cut off, mean over its pixels */
+    struct square *squares;   /* of a grid: outliers */
     struct sums *sums;        /* by row */
 };
 
@@ -72,7 +81,7 @@ void lum_residual_finish(struct lum_residual_memory *m)
     lum_free(m->to);
     lum_free(m->by_level);
     lum_free(m->blend);
-    lum_free(m->outliers);
+    lum_free(m->squares);
     lum_free(m->sums);
     lum_free(m);
 }
@@ -86,9 +95,9 @@ static bool allocate(struct lum_residual_memory *m)
     m->to = lum_calloc(n, sizeof *m->to);
     m->by_level = lum_calloc(n, sizeof *m->by_level);
     m->blend = lum_calloc(n, sizeof *m->blend);
-    m->outliers = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->outliers);
+    m->squares = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->squares);
     m->sums = lum_calloc(m->h, sizeof *m->sums);
-    return m->guide && m->first && m->from && m->to && m->by_level && m->blend && m->outliers && m->sums;
+    return m->guide && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->sums;
 }
 
 static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)
@@ -181,7 +190,7 @@ static struct lum_rgb mean_of(const struct lanes *l)
     return lum_rgb((l->v[A] + l->v[B]) * per, (l->v[A + 1] + l->v[B + 1]) * per, (l->v[A + 2] + l->v[B + 2]) * per);
 }
 
-static void put_residual(const struct step *step, size_t i, int half, uint32_t lane)
+static void put_residual(const struct step *step, size_t i, int half, struct lanes *l, uint32_t lane)
 {
     const struct lum_film *film = step->r->truth;
     const double *s = &film->half[half][3 * i], n = (double)film->n[half][i];
@@ -189,18 +198,37 @@ static void put_residual(const struct step *step, size_t i, int half, uint32_t l
     if (n > 0.0)
         d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
                     (float)(s[2] / n - (double)f.b) / a.b);
-    put(&step->m->first[i], lane, d, n > 0.0 ? 1.0f : 0.0f);
+    put(l, lane, d, n > 0.0 ? 1.0f : 0.0f);
 }
 
+static float square_of(float x)
+{
+    return x * x;
+}
+
+/* These keep the sign. */
+static float root_of(float x)
+{
+    return copysignf(sqrtf(fabsf(x)), x);
+}
+
+static float signed_square_of(float x)
+{
+    return x * fabsf(x);
+}
+
+/* To be smoothed: what robust means and deviations are made of. */
 static void residual_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
-        put_residual(step, i, 0, A);
-        put_residual(step, i, 1, B);
+        put_residual(step, i, 0, &m->first[i], A);
+        put_residual(step, i, 1, &m->first[i], B);
         float a = lum_luminance(take(&m->first[i], A)), b = lum_luminance(take(&m->first[i], B));
         bool both = m->first[i].v[A + WEIGHT] > 0.0f && m->first[i].v[B + WEIGHT] > 0.0f;
-        m->from[i] = (struct lanes){{both ? sqrtf(fabsf(a - b)) : 0.0f, both ? 1.0f : 0.0f}};
+        m->from[i] = (struct lanes){{0}};
+        if (both)
+            m->from[i] = (struct lanes){{1.0f, sqrtf(fabsf(a - b)), 0.5f * (root_of(a) + root_of(b))}};
     }
 }
 
@@ -273,63 +301,104 @@ static enum lum_status smooth(struct step *step)
 
 /* ---- outliers ---- */
 
-static float square_of(float x)
+
+/* Within `range` of `middle`. */
+static void limit_half(struct lanes *l, uint32_t half, float middle, float range)
 {
-    return x * x;
+    struct lum_rgb c = take(l, half);
+    float y = lum_luminance(c), goal = lum_clamp(y, middle - range, middle + range);
+    if (goal == y)
+        return;
+    c = fabsf(goal) < fabsf(y) ? lum_rgb_scale(c, goal / y) : lum_rgb_add(c, lum_grey(goal - y));
+    put(l, half, c, l->v[half + WEIGHT]);
 }
 
-/* Where the halves are further apart than limit, the one further from 0 comes so near to the other. Returns what was cut
- * off their mean. */
-static struct lum_rgb cut(struct lanes *l, float limit)
+/* What is beyond the limits at a pixel, mean of the halves, as light: detail that both show, and the rest. */
+struct beyond {
+    struct lum_rgb detail, rest;
+    float alike; /* share of the detail */
+    float apart; /* half the difference of the halves, luminance */
+};
+
+static struct beyond beyond_at(const struct step *step, size_t i)
 {
-    float a = lum_luminance(take(l, A)), b = lum_luminance(take(l, B));
-    if (!(fabsf(a - b) > limit) || !(l->v[A + WEIGHT] > 0.0f) || !(l->v[B + WEIGHT] > 0.0f))
-        return lum_grey(0.0f);
-    bool first = fabsf(a) > fabsf(b);
-    float y = first ? a : b, goal = first ? b + copysignf(limit, a - b) : a + copysignf(limit, b - a);
-    struct lum_rgb c = take(l, first ? A : B), kept = lum_rgb_scale(c, goal / y);
-    put(l, first ? A : B, kept, l->v[(first ? A : B) + WEIGHT]);
-    return lum_rgb_scale(lum_rgb_mad(c, kept, -1.0f), 0.5f);
+    const struct lanes *kept = &step->m->first[i];
+    struct lanes whole;
+    put_residual(step, i, 0, &whole, A);
+    put_residual(step, i, 1, &whole, B);
+    struct lum_rgb albedo = albedo_at(step, i);
+    struct lum_rgb a = lum_rgb_mul(lum_rgb_mad(take(&whole, A), take(kept, A), -1.0f), albedo);
+    struct lum_rgb b = lum_rgb_mul(lum_rgb_mad(take(&whole, B), take(kept, B), -1.0f), albedo);
+    struct lum_rgb mean = lum_rgb_scale(lum_rgb_add(a, b), 0.5f);
+    float ya = lum_luminance(a), yb = lum_luminance(b), sum = fabsf(ya) + fabsf(yb);
+    float alike = sum > 0.0f ? lum_max(1.0f - ALIKE * fabsf(ya - yb) / sum, 0.0f) : 0.0f;
+    if (step->r->truth->n[0][i] < 2) /* two samples may be so by chance */
+        alike = 0.0f;
+    return (struct beyond){lum_rgb_scale(mean, alike), lum_rgb_scale(mean, 1.0f - alike), alike, 0.5f * (ya - yb)};
 }
 
-/* What is cut off in a square of the grid, mean over its pixels: of light, so that none is lost. */
-static struct lum_rgb cut_square(const struct step *step, uint32_t x0, uint32_t y0)
+/* How much of what is shared out a pixel gets, over its neighbours: none where there is nothing that reflects. */
+static struct lum_rgb portion(const struct step *step, size_t i)
+{
+    bool reflects = step->r->guide && step->r->guide->kind[i] & LUM_PIXEL_SURFACE;
+    return reflects ? lum_rgb_scale(albedo_at(step, i), 1.0f / step->scale) : lum_grey(0.0f);
+}
+
+static void add_to(double sum[3], struct lum_rgb c)
+{
+    sum[0] += (double)c.r;
+    sum[1] += (double)c.g;
+    sum[2] += (double)c.b;
+}
+
+/* Limits the pixels of a square of the grid; sums what is shared out, and portions. */
+static struct square limit_square(const struct step *step, uint32_t x0, uint32_t y0)
 {
     struct lum_residual_memory *m = step->m;
-    double sum[3] = {0}, n = 0.0;
+    double rests[3] = {0}, portions[3] = {0};
     for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
         for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++) {
             size_t i = (size_t)y * m->w + x;
             const float *robust = m->from[i].v;
-            float deviation = robust[1] > 0.0f ? square_of(robust[0] / robust[1]) : 0.0f;
-            struct lum_rgb off = cut(&m->first[i], OUTLIER * deviation), albedo = albedo_at(step, i);
-            sum[0] += (double)(off.r * albedo.r);
-            sum[1] += (double)(off.g * albedo.g);
-            sum[2] += (double)(off.b * albedo.b);
-            n += 1.0;
+            float per = robust[0] > 0.0f ? 1.0f / robust[0] : 0.0f;
+            float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
+            limit_half(&m->first[i], A, middle, range);
+            limit_half(&m->first[i], B, middle, range);
+            add_to(rests, beyond_at(step, i).rest);
+            add_to(portions, portion(step, i));
         }
-    return lum_rgb((float)(sum[0] / n), (float)(sum[1] / n), (float)(sum[2] / n));
+    return (struct square){lum_rgb((float)rests[0], (float)rests[1], (float)rests[2]),
+                           lum_rgb((float)portions[0], (float)portions[1], (float)portions[2])};
 }
 
-static void cut_job(void *ctx, uint32_t job, struct lum_counters *counters)
+static void limit_job(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct step *step = ctx;
     struct lum_residual_memory *m = step->m;
     (void)counters;
-    m->outliers[job] = cut_square(step, job % m->grid_w * SPREAD_SIDE, job / m->grid_w * SPREAD_SIDE);
+    m->squares[job] = limit_square(step, job % m->grid_w * SPREAD_SIDE, job / m->grid_w * SPREAD_SIDE);
 }
 
-/* Bilinear between the middles of squares. */
-static struct lum_rgb outliers_at(const struct lum_residual_memory *m, uint32_t x, uint32_t y)
+static struct square mix(struct square a, struct square b, float t)
 {
+    return (struct square){lum_rgb_mad(lum_rgb_scale(a.rest, 1.0f - t), b.rest, t),
+                           lum_rgb_mad(lum_rgb_scale(a.portions, 1.0f - t), b.portions, t)};
+}
+
+/* Of what is shared out what the pixel gets. Bilinear between the middles of squares. */
+static struct lum_rgb share_at(const struct step *step, uint32_t x, uint32_t y)
+{
+    const struct lum_residual_memory *m = step->m;
     float fx = lum_clamp(((float)x + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_w - 1));
     float fy = lum_clamp(((float)y + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_h - 1));
     uint32_t x0 = (uint32_t)fx, x1 = x0 + 1 < m->grid_w ? x0 + 1 : x0, y0 = (uint32_t)fy;
+    const struct square *top = m->squares + (size_t)y0 * m->grid_w, *low = y0 + 1 < m->grid_h ? top + m->grid_w : top;
     float u = fx - (float)x0, v = fy - (float)y0;
-    const struct lum_rgb *top = m->outliers + (size_t)y0 * m->grid_w, *low = y0 + 1 < m->grid_h ? top + m->grid_w : top;
-    struct lum_rgb a = lum_rgb_mad(lum_rgb_scale(top[x0], 1.0f - u), top[x1], u);
-    struct lum_rgb b = lum_rgb_mad(lum_rgb_scale(low[x0], 1.0f - u), low[x1], u);
-    return lum_rgb_mad(lum_rgb_scale(a, 1.0f - v), b, v);
+    struct square s = mix(mix(top[x0], top[x1], u), mix(low[x0], low[x1], u), v);
+    struct lum_rgb part = portion(step, (size_t)y * m->w + x);
+    if (!(lum_rgb_max(part) > 0.0f)) /* else all are, of it and of the sums that it is in */
+        return lum_grey(0.0f);
+    return lum_rgb(s.rest.r * part.r / s.portions.r, s.rest.g * part.g / s.portions.g, s.rest.b * part.b / s.portions.b);
 }
 
 /* ---- levels ---- */
@@ -416,38 +485,32 @@ static enum lum_status run_levels(struct step *step, void (*row)(const struct st
 
 /* ---- the picture ---- */
 
-/* Samples that are shown unfiltered come with their outliers. */
-static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, float *ret_spread)
+static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, struct sums *inout_sums)
 {
     const struct lum_residual_memory *m = step->m;
     size_t i = (size_t)y * m->w + x;
-    struct lum_rgb a = albedo_at(step, i), frame = step->r->frame[i];
-    float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
-    struct lum_rgb shown = lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->first[i]), a)); /* by level 0 */
-    struct lum_rgb cut_off = lum_rgb_mad(lum_film_mean(step->r->truth, x, y), shown, -1.0f);
-    struct lum_rgb spread = lum_rgb_scale(outliers_at(m, x, y), 1.0f - own);
-    struct lum_rgb c = lum_rgb_add(lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->blend[i]), a)), spread);
-    *ret_spread = lum_luminance(spread);
-    c = lum_rgb_mad(c, cut_off, own);
-    return lum_rgb(lum_max(c.r, least * frame.r), lum_max(c.g, least * frame.g), lum_max(c.b, least * frame.b));
+    struct lum_rgb frame = step->r->frame[i], albedo = albedo_at(step, i);
+    struct beyond beyond = beyond_at(step, i);
+    float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own), error, noise;
+    struct lum_rgb spread = lum_rgb_scale(share_at(step, x, y), 1.0f - own); /* unfiltered samples have their outliers */
+    struct lum_rgb c = lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
+    c = lum_rgb_mad(lum_rgb_add(lum_rgb_add(c, beyond.detail), spread), beyond.rest, own);
+    c = lum_rgb(lum_max(c.r, least * frame.r), lum_max(c.g, least * frame.g), lum_max(c.b, least * frame.b));
+    measure(&m->first[i], &m->blend[i], &error, &noise);
+    float scale = square_of(lum_luminance(albedo));
+    double grain = (double)square_of(beyond.apart * (beyond.alike + own * (1.0f - beyond.alike)));
+    inout_sums->error += (double)(error * scale) + grain + (double)square_of(lum_luminance(spread));
+    inout_sums->noise += (double)(noise * scale) + grain;
+    inout_sums->mean += (double)lum_luminance(c);
+    return c;
 }
 
 static void picture_row(const struct step *step, uint32_t y)
 {
-    struct lum_residual_memory *m = step->m;
     struct sums sums = {0};
-    for (uint32_t x = 0; x < m->w; x++) {
-        size_t i = (size_t)y * m->w + x;
-        float error, noise, spread;
-        struct lum_rgb c = picture_at(step, x, y, &spread);
-        double albedo = (double)lum_luminance(albedo_at(step, i));
-        measure(&m->first[i], &m->blend[i], &error, &noise);
-        sums.error += (double)error * albedo * albedo + (double)spread * (double)spread;
-        sums.noise += (double)noise * albedo * albedo;
-        sums.mean += (double)lum_luminance(c);
-        lum_film_set(step->r->picture, x, y, c, &sums.nonfinite);
-    }
-    m->sums[y] = sums;
+    for (uint32_t x = 0; x < step->m->w; x++)
+        lum_film_set(step->r->picture, x, y, picture_at(step, x, y, &sums), &sums.nonfinite);
+    step->m->sums[y] = sums;
 }
 
 static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
@@ -483,7 +546,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status == LUM_OK)
         status = smooth(&step);
     if (status == LUM_OK)
-        status = lum_stage_loop(runner, m->grid_w * m->grid_h, cut_job, &step);
+        status = lum_stage_loop(runner, m->grid_w * m->grid_h, limit_job, &step);
     if (status == LUM_OK)
         status = run_levels(&step, error_row);
     if (status != LUM_OK)
