@@ -35,11 +35,12 @@
 /* Of what the frame shows at least this is left wherever a filtered residual is taken off. */
 #define LEAST_SHARE 0.25f
 
-/* How a pixel lies in the scene. */
-struct guide {
-    float n[3], p[3];
-    float per_tolerance; /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
-    float kind;          /* only the same kind is mixed; NAN: none is */
+/* How pixels lie in the scene, structure of arrays. */
+enum {
+    GUIDE_NX, GUIDE_NY, GUIDE_NZ, GUIDE_PX, GUIDE_PY, GUIDE_PZ,
+    GUIDE_PER_TOLERANCE, /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
+    GUIDE_KIND,          /* only the same kind is mixed; NAN: none is */
+    GUIDES
 };
 
 /* Eight values filtered together. Of residuals: A times its weight, its weight, B likewise. */
@@ -62,7 +63,7 @@ struct square {
 
 struct lum_residual_memory {
     uint32_t w, h, grid_w, grid_h;
-    struct guide *guide;
+    float *guide[GUIDES];
     struct lanes *first;      /* residuals as they are, but for outliers */
     struct lanes *from, *to;  /* of a filter step */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
@@ -75,7 +76,8 @@ void lum_residual_finish(struct lum_residual_memory *m)
 {
     if (!m)
         return;
-    lum_free(m->guide);
+    for (uint32_t k = 0; k < GUIDES; k++)
+        lum_free(m->guide[k]);
     lum_free(m->first);
     lum_free(m->from);
     lum_free(m->to);
@@ -89,7 +91,9 @@ void lum_residual_finish(struct lum_residual_memory *m)
 static bool allocate(struct lum_residual_memory *m)
 {
     size_t n = (size_t)m->w * m->h;
-    m->guide = lum_calloc(n, sizeof *m->guide);
+    bool guided = true;
+    for (uint32_t k = 0; k < GUIDES; k++)
+        guided = (m->guide[k] = lum_calloc(n, sizeof *m->guide[k])) && guided;
     m->first = lum_calloc(n, sizeof *m->first);
     m->from = lum_calloc(n, sizeof *m->from);
     m->to = lum_calloc(n, sizeof *m->to);
@@ -97,7 +101,7 @@ static bool allocate(struct lum_residual_memory *m)
     m->blend = lum_calloc(n, sizeof *m->blend);
     m->squares = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->squares);
     m->sums = lum_calloc(m->h, sizeof *m->sums);
-    return m->guide && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->sums;
+    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->sums;
 }
 
 static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)
@@ -151,14 +155,15 @@ static void guide_row(const struct step *step, uint32_t y)
     for (uint32_t x = 0; x < step->m->w; x++)
         step->m->sums[y].mean += (double)lum_luminance(lum_film_mean(step->r->truth, x, y));
     for (size_t i = (size_t)y * step->m->w; i < (size_t)(y + 1) * step->m->w; i++) {
-        struct guide *g = &step->m->guide[i];
-        *g = (struct guide){.n = {0.0f, 0.0f, 1.0f}, .kind = s ? -1.0f : (float)NAN}; /* the background is one surface */
-        if (!s || s->object[i] == LUM_NO_OBJECT || !(s->depth[i] > 0.0f) || !isfinite(s->depth[i]))
-            continue;
-        float tolerance = PLANE_PIXELS * s->depth[i] * step->r->per_pixel + LUM_RAY_OFFSET;
-        *g = (struct guide){
-            {s->n[i].x, s->n[i].y, s->n[i].z}, {s->p[i].x, s->p[i].y, s->p[i].z}, 1.0f / tolerance, 0.0f};
-        g->kind = (float)(s->kind[i] & (LUM_PIXEL_SURFACE | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES));
+        float g[GUIDES] = {[GUIDE_NZ] = 1.0f, [GUIDE_KIND] = s ? -1.0f : (float)NAN}; /* the background is one surface */
+        if (s && s->object[i] != LUM_NO_OBJECT && s->depth[i] > 0.0f && isfinite(s->depth[i])) {
+            g[GUIDE_NX] = s->n[i].x, g[GUIDE_NY] = s->n[i].y, g[GUIDE_NZ] = s->n[i].z;
+            g[GUIDE_PX] = s->p[i].x, g[GUIDE_PY] = s->p[i].y, g[GUIDE_PZ] = s->p[i].z;
+            g[GUIDE_PER_TOLERANCE] = 1.0f / (PLANE_PIXELS * s->depth[i] * step->r->per_pixel + LUM_RAY_OFFSET);
+            g[GUIDE_KIND] = (float)(s->kind[i] & (LUM_PIXEL_SURFACE | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES));
+        }
+        for (uint32_t k = 0; k < GUIDES; k++)
+            step->m->guide[k][i] = g[k];
     }
 }
 
@@ -234,49 +239,83 @@ static void residual_row(const struct step *step, uint32_t y)
 
 /* ---- the filter ---- */
 
-/* How much of o goes into c: same kind, same plane, same direction. */
-static inline float similarity(const struct guide *c, const struct guide *o, float per_step)
+#define RUN 64u /* pixels of a row that are filtered together */
+
+/* How much of n pixels from o on goes into those from c on: same kind, same plane, same direction. */
+static void compare(const struct lum_residual_memory *m, size_t c, size_t o, uint32_t n, float per_step,
+                    float ret_weight[RUN])
 {
-    float dx = o->p[0] - c->p[0], dy = o->p[1] - c->p[1], dz = o->p[2] - c->p[2];
-    float off = (dx * c->n[0] + dy * c->n[1] + dz * c->n[2]) * c->per_tolerance * per_step;
-    float back = (dx * o->n[0] + dy * o->n[1] + dz * o->n[2]) * o->per_tolerance * per_step;
-    float flat = lum_max(1.0f - lum_max(off * off, back * back), 0.0f);
-    float same = lum_max(c->n[0] * o->n[0] + c->n[1] * o->n[1] + c->n[2] * o->n[2], 0.0f);
-    same *= same;
-    same *= same;
-    same *= same;
-    same *= same; /* cos^16 */
-    return c->kind == o->kind ? flat * same : 0.0f;
+    float *const *g = m->guide;
+    const float *cn[3] = {g[0] + c, g[1] + c, g[2] + c}, *cp[3] = {g[3] + c, g[4] + c, g[5] + c};
+    const float *on[3] = {g[0] + o, g[1] + o, g[2] + o}, *op[3] = {g[3] + o, g[4] + o, g[5] + o};
+    const float *ct = g[GUIDE_PER_TOLERANCE] + c, *ot = g[GUIDE_PER_TOLERANCE] + o;
+    const float *ck = g[GUIDE_KIND] + c, *ok = g[GUIDE_KIND] + o;
+    for (uint32_t i = 0; i < n; i++) {
+        float dx = op[0][i] - cp[0][i], dy = op[1][i] - cp[1][i], dz = op[2][i] - cp[2][i];
+        float off = (dx * cn[0][i] + dy * cn[1][i] + dz * cn[2][i]) * ct[i] * per_step;
+        float back = (dx * on[0][i] + dy * on[1][i] + dz * on[2][i]) * ot[i] * per_step;
+        float flat = lum_max(1.0f - lum_max(off * off, back * back), 0.0f);
+        float same = lum_max(cn[0][i] * on[0][i] + cn[1][i] * on[1][i] + cn[2][i] * on[2][i], 0.0f);
+        same *= same;
+        same *= same;
+        same *= same;
+        same *= same; /* cos^16 */
+        ret_weight[i] = ck[i] == ok[i] ? flat * same : 0.0f;
+    }
+}
+
+struct run {
+    struct lanes sum[RUN];
+    float weight[RUN];
+};
+
+/* Adds the pixels that are (dx, dy) away from n in row y, from x on. */
+static void add_neighbours(const struct step *step, struct run *run, uint32_t x, uint32_t y, uint32_t n, int32_t dx,
+                           int32_t dy)
+{
+    const struct lum_residual_memory *m = step->m;
+    const int32_t d = (int32_t)(1u << step->level), ny = (int32_t)y + dy * d, shift = dx * d;
+    int32_t from = (int32_t)x, to = (int32_t)(x + n); /* of those that have one in the picture */
+    if (ny < 0 || ny >= (int32_t)m->h)
+        return;
+    from = from + shift < 0 ? -shift : from;
+    to = to + shift > (int32_t)m->w ? (int32_t)m->w - shift : to;
+    if (from >= to)
+        return;
+    size_t c = (size_t)y * m->w + (size_t)from, o = (size_t)ny * m->w + (size_t)(from + shift);
+    uint32_t first = (uint32_t)from - x, count = (uint32_t)(to - from);
+    float weight[RUN], kernel = (float)((2 - dx * dx) * (2 - dy * dy));
+    compare(m, c, o, count, 1.0f / (float)d, weight);
+    for (uint32_t i = 0; i < count; i++) {
+        float w = kernel * weight[i];
+        run->weight[first + i] += w;
+        for (uint32_t k = 0; k < LANES; k++)
+            run->sum[first + i].v[k] += w * m->from[o + i].v[k];
+    }
 }
 
 /* From `from` to `to`, with neighbours 2^level pixels away: 1 2 1 both ways. */
 static void filter_row(const struct step *step, uint32_t y)
 {
     const struct lum_residual_memory *m = step->m;
-    const int32_t d = (int32_t)(1u << step->level), w = (int32_t)m->w, h = (int32_t)m->h;
-    const float per_step = 1.0f / (float)d;
-    for (int32_t x = 0; x < w; x++) {
-        size_t i = (size_t)y * m->w + (size_t)x;
-        struct lanes sum;
-        float all = 4.0f;
-        for (uint32_t k = 0; k < LANES; k++)
-            sum.v[k] = 4.0f * m->from[i].v[k];
+    for (uint32_t x = 0; x < m->w; x += RUN) {
+        struct run run;
+        uint32_t n = m->w - x < RUN ? m->w - x : RUN;
+        size_t row = (size_t)y * m->w + x;
+        for (uint32_t i = 0; i < n; i++) {
+            run.weight[i] = 4.0f;
+            for (uint32_t k = 0; k < LANES; k++)
+                run.sum[i].v[k] = 4.0f * m->from[row + i].v[k];
+        }
         for (int32_t dy = -1; dy <= 1; dy++)
-            for (int32_t dx = -1; dx <= 1; dx++) {
-                int32_t nx = x + dx * d, ny = (int32_t)y + dy * d;
-                if ((dx == 0 && dy == 0) || nx < 0 || nx >= w || ny < 0 || ny >= h)
-                    continue;
-                size_t j = (size_t)ny * m->w + (size_t)nx;
-                float weight = similarity(&m->guide[i], &m->guide[j], per_step) * (float)((2 - dx * dx) * (2 - dy * dy));
-                if (!(weight > 0.0f))
-                    continue;
-                all += weight;
-                for (uint32_t k = 0; k < LANES; k++)
-                    sum.v[k] += weight * m->from[j].v[k];
-            }
-        float per_all = 1.0f / all;
-        for (uint32_t k = 0; k < LANES; k++)
-            m->to[i].v[k] = sum.v[k] * per_all;
+            for (int32_t dx = -1; dx <= 1; dx++)
+                if (dx != 0 || dy != 0)
+                    add_neighbours(step, &run, x, y, n, dx, dy);
+        for (uint32_t i = 0; i < n; i++) {
+            float per_all = 1.0f / run.weight[i];
+            for (uint32_t k = 0; k < LANES; k++)
+                m->to[row + i].v[k] = run.sum[i].v[k] * per_all;
+        }
     }
 }
 
