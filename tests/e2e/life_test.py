@@ -1,9 +1,11 @@
 """Start, stop, options, and what people read."""
+import json
 import os
 import re
 import signal
 import socket
 import subprocess
+import tempfile
 import unittest
 
 from daemon import LUMEND, Daemon
@@ -127,6 +129,25 @@ class CommandLine(unittest.TestCase):
         for arguments in (("--scene", "/no/place.jsonl"), ("--scene", "/no/place.glb"), ("--edits", "/no/place")):
             done = run("render", "--scene", "cornell", *arguments, "--out", "/tmp/x.png")
             self.assertEqual((done.returncode, done.stderr.count("place")), (1, 1), done.stderr)
+
+    def test_compare_by_blocks(self):
+        with tempfile.TemporaryDirectory() as folder:
+            a, b = (f"{folder}/{seed}.exr" for seed in (1, 2))
+            for seed, path in ((1, a), (2, b)):
+                done = run("render", "--scene", "cornell", "--method", "path", "--spp", "2", "--size", "96x64",
+                           "--seed", str(seed), "--out", path)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            same = json.loads(run("compare", a, a, "--metric", "blocks").stdout)
+            both = json.loads(run("compare", a, a, "--second", b, "--metric", "rmse,blocks").stdout)
+            alone = json.loads(run("compare", a, b, "--metric", "rmse").stdout)
+        self.assertNotIn("rmse", same)
+        blocks = same["blocks"]
+        self.assertEqual((blocks["grid"], blocks["side"]), ([24, 16], 4))
+        self.assertEqual(blocks["counted"] + blocks["dark"], 24 * 16)
+        self.assertEqual({blocks[key] for key in ("mean", "median", "p5", "p25", "p75", "p95", "lowest", "highest")}, {1})
+        self.assertGreater(blocks["stderr"]["mean"], both["blocks"]["stderr"]["mean"])
+        self.assertGreater(both["blocks"]["stderr"]["mean"], 0)
+        self.assertAlmostEqual(both["rmse"], alone["rmse"] / 2, delta=1e-5 * alone["rmse"])  # of a from (a + b) / 2
 
     def test_usage_errors(self):
         for arguments, words in ((["--nonsense"], "unknown option '--nonsense'"), (["--scene"], "--scene needs a value"),
