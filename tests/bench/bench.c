@@ -27,6 +27,8 @@ static const struct lum_bench benches[] = {
      lum_bench_effects},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
      lum_bench_irrcache},
+    {"truth", "how right the light is: first frames, moving, at rest, each effect; by blocks, against path", NULL,
+     lum_bench_truth_study},
     {"viewers", "what the k-th viewer of a room pays on one cache, against a daemon for each; memory", NULL,
      lum_bench_viewers},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
@@ -35,7 +37,8 @@ static const struct lum_bench benches[] = {
 static int usage(FILE *to, int status)
 {
     fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
-                "[--reference-spp N] [--single-rays]\n\nstudies:\n");
+                "[--reference-spp N] [--single-rays]\n"
+                "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
@@ -45,6 +48,12 @@ static int usage(FILE *to, int status)
         "most of the time of ais and instant. One that no longer fits the scene or the program is made anew.\n"
         "--reference-spp: samples a pixel that they have at most, a power of two from 2 to 65536 (default 128, 16\n"
         "with --quick). With few the noise of dark pixels counts in relMSE, whose weights are those of the reference.\n"
+        "truth takes a kept one with more samples than that, too.\n"
+        "--camera, --methods, --seconds and --models are for truth: through which camera of --scene (an id, or its "
+        "end);\n"
+        "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
+        "(default\n"
+        "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }
@@ -213,36 +222,77 @@ static bool read_spp(const char *text, uint32_t *ret_spp)
     return *text >= '0' && *text <= '9' && *end == 0 && n >= 2 && n <= 65536 && (n & (n - 1)) == 0;
 }
 
+static bool read_seconds(const char *text, double *ret_seconds)
+{
+    char *end;
+    *ret_seconds = strtod(text, &end);
+    return end != text && *end == 0 && *ret_seconds > 0.0 && *ret_seconds <= 3600.0;
+}
+
+/* Exit status; 0: go on. */
+static int read_value(struct lum_bench_options *o, const char *option, const char *value)
+{
+    const struct {
+        const char *option, **text;
+    } texts[] = {{"--out", &o->out},       {"--scene", &o->scene},     {"--references", &o->references},
+                 {"--camera", &o->camera}, {"--methods", &o->methods}, {"--models", &o->models}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(texts); i++)
+        if (strcmp(option, texts[i].option) == 0) {
+            *texts[i].text = value;
+            return 0;
+        }
+    if (strcmp(option, "--reference-spp") == 0) {
+        if (read_spp(value, &o->reference_spp))
+            return 0;
+        fprintf(stderr, "lumend-bench: --reference-spp must be a power of two from 2 to 65536, not '%s'\n", value);
+        return 2;
+    }
+    if (strcmp(option, "--seconds") == 0) {
+        if (read_seconds(value, &o->seconds))
+            return 0;
+        fprintf(stderr, "lumend-bench: --seconds must be above 0 and at most 3600, not '%s'\n", value);
+        return 2;
+    }
+    fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", option);
+    return usage(stderr, 2);
+}
+
+/* Exit status; 0: go on. *ret_help: it was asked for. */
+static int read_options(int argc, char **argv, struct lum_bench_options *o, bool *ret_help)
+{
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--help") == 0) {
+            *ret_help = true;
+        } else if (strcmp(argv[i], "--quick") == 0) {
+            o->quick = true;
+        } else if (strcmp(argv[i], "--single-rays") == 0) {
+            o->single_rays = true;
+        } else if (i + 1 < argc) {
+            int status = read_value(o, argv[i], argv[i + 1]);
+            if (status)
+                return status;
+            i++;
+        } else {
+            fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", argv[i]);
+            return usage(stderr, 2);
+        }
+    }
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
     char bin[4096];
-    struct lum_bench_options options = {.bin = bin, .reference_spp = 128};
+    bool help = false;
+    struct lum_bench_options options = {
+        .bin = bin, .reference_spp = 128, .models = "../shared/scenes", .methods = "live,path", .seconds = 30.0};
     if (argc < 2 || strcmp(argv[1], "--help") == 0)
         return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
     if (strcmp(argv[1], "--version") == 0)
         return puts("lumend-bench " LUMEND_VERSION) < 0;
-    for (int i = 2; i < argc; i++) {
-        if (strcmp(argv[i], "--help") == 0)
-            return usage(stdout, 0);
-        if (strcmp(argv[i], "--quick") == 0)
-            options.quick = true;
-        else if (strcmp(argv[i], "--single-rays") == 0)
-            options.single_rays = true;
-        else if (strcmp(argv[i], "--out") == 0 && i + 1 < argc)
-            options.out = argv[++i];
-        else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc)
-            options.scene = argv[++i];
-        else if (strcmp(argv[i], "--references") == 0 && i + 1 < argc)
-            options.references = argv[++i];
-        else if (strcmp(argv[i], "--reference-spp") == 0 && i + 1 < argc) {
-            if (!read_spp(argv[++i], &options.reference_spp))
-                return fprintf(stderr,
-                               "lumend-bench: --reference-spp must be a power of two from 2 to 65536, not '%s'\n",
-                               argv[i]),
-                       2;
-        } else
-            return fprintf(stderr, "lumend-bench: unexpected argument '%s'\n", argv[i]), usage(stderr, 2);
-    }
+    int wrong = read_options(argc, argv, &options, &help);
+    if (wrong || help)
+        return help ? usage(stdout, 0) : wrong;
     if (!options.out)
         return fprintf(stderr, "lumend-bench: --out DIR is missing\n"), 2;
     if (!own_directory(bin, sizeof bin) || !make_directory(options.out) ||

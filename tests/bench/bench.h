@@ -14,6 +14,10 @@ struct lum_bench_options {
     const char *bin;   /* directory of lumend and lumend-replay */
     const char *references; /* directory where what errors are measured against is kept (reference.h); NULL: none */
     uint32_t reference_spp; /* which these have at most: a power of two */
+    const char *models;     /* truth: folder of third-party models */
+    const char *camera;     /* truth: id, or its end; NULL: the scene's own */
+    const char *methods;    /* truth: comma separated */
+    double seconds;         /* truth: how long a scene rests */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
 };
@@ -36,6 +40,7 @@ int lum_bench_irrcache(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);
+int lum_bench_truth_study(const struct lum_bench_options *options);
 int lum_bench_viewers(const struct lum_bench_options *options);
 
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */

@@ -18,6 +18,7 @@ FILES = {
     "growth": {"growth"},
     "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
                  "irrcache-lookups-table"},
+    "truth": {"truth", "truth-first", "truth-effects"},
     "viewers": {"viewers", "viewers-memory", "viewers-rays", "viewers-time"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media", "ais-desk",
             "ais-desk-no-gloss"},
@@ -55,6 +56,22 @@ def check_table(base):
             assert same, f"{base}: {key} is {value} in JSON, {line[key]} in CSV"
 
 
+def check_truth(folder):
+    rows = json.loads((folder / "truth.json").read_text())
+    for row in rows:
+        assert row["spp"] == 0 or 0 < row["p5"] <= row["median"] <= row["p95"] <= row["highest"], row
+        # a picture of path is right but for its noise, and that of its reference: five standard errors of a mean,
+        # which is known to a factor of two from pixels with outliers
+        if row["method"] == "path" and row["spp"]:
+            noise = row["stderr_mean"] * (1 + row["reference_spp"] / row["spp"]) ** 0.5
+            assert abs(row["mean"] - 1) < 10 * noise, row
+    page = (folder / "truth.html").read_text()
+    pictures = re.findall(r'<img[^>]* src="([^"]*)"', page)
+    assert len(pictures) > 10 and "--quick" in page, f"{len(pictures)} pictures on the page"
+    for name in pictures:
+        assert (folder / name).read_bytes()[1:4] == b"PNG", f"{name} is no picture"
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     for study in sys.argv[2:]:
@@ -65,6 +82,8 @@ def main():
             else:
                 check_table(base)
             print("ok", name)
+        if study == "truth":
+            check_truth(folder)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 #include "core/metric/metric.h"
 
 #define RELMSE_ENOUGH 5e-4
+#define MOST_SPP 65536u
 
 static bool failed(const char *text)
 {
@@ -129,14 +130,24 @@ static bool trace_until(struct lum_bench_reference *r, struct lum_view *view, co
     return true;
 }
 
+/* *ret_path: where one of the asked samples is kept. */
+static bool find_kept(struct lum_bench_reference *r, const struct lum_bench_truth *t, char *ret_path, size_t size)
+{
+    const unsigned long long hash = fingerprint(r);
+    for (uint32_t spp = t->or_more ? MOST_SPP : t->most_spp; spp >= t->most_spp; spp /= 2) {
+        snprintf(ret_path, size, "%s/%016llx-%u.exr", t->keep, hash, spp);
+        if (read_kept(r, ret_path))
+            return true;
+    }
+    return false;
+}
+
 static bool trace_paths(struct lum_bench_reference *r, struct lum_view *view, const struct lum_bench_truth *t)
 {
     char path[4096] = "";
     if (!trace_until(r, view, t, 2))
         return false;
-    if (t->keep)
-        snprintf(path, sizeof path, "%s/%016llx-%u.exr", t->keep, (unsigned long long)fingerprint(r), t->most_spp);
-    if (t->keep && read_kept(r, path))
+    if (t->keep && find_kept(r, t, path, sizeof path))
         return true;
     for (uint32_t spp = t->least_spp; spp <= t->most_spp; spp *= 2) {
         if (!trace_until(r, view, t, spp))
@@ -186,16 +197,25 @@ void lum_bench_reference_finish(struct lum_bench_reference *r)
     memset(r, 0, sizeof *r);
 }
 
-struct lum_bench_error lum_bench_error_of(struct lum_bench_reference *r, const struct lum_view *view)
+void lum_bench_picture_of(const struct lum_view *view, float *ret_picture)
 {
     const struct lum_film *f = lum_view_film(view);
-    size_t n = (size_t)r->w * r->h;
-    for (size_t i = 0; i < n; i++) {
-        struct lum_rgb c = lum_film_mean(f, (uint32_t)(i % r->w), (uint32_t)(i / r->w));
-        float *v = r->picture + 3 * i;
+    for (size_t i = 0; i < (size_t)f->w * f->h; i++) {
+        struct lum_rgb c = lum_film_mean(f, (uint32_t)(i % f->w), (uint32_t)(i / f->w));
+        float *v = ret_picture + 3 * i;
         v[0] = c.r, v[1] = c.g, v[2] = c.b;
     }
+}
+
+struct lum_bench_error lum_bench_error_of_picture(const struct lum_bench_reference *r, const float *picture)
+{
     struct lum_metric_result m = lum_metric_compare(&(struct lum_metric_input){
-        .x = r->picture, .r = r->truth, .n = 3 * n, .epsilon = LUM_METRIC_EPSILON * r->mean});
-    return (struct lum_bench_error){relmse_against(r, r->picture), m.smape};
+        .x = picture, .r = r->truth, .n = 3 * (size_t)r->w * r->h, .epsilon = LUM_METRIC_EPSILON * r->mean});
+    return (struct lum_bench_error){relmse_against(r, picture), m.smape};
+}
+
+struct lum_bench_error lum_bench_error_of(struct lum_bench_reference *r, const struct lum_view *view)
+{
+    lum_bench_picture_of(view, r->picture);
+    return lum_bench_error_of_picture(r, r->picture);
 }

@@ -36,6 +36,7 @@ struct lum_bench_truth {
     const struct lum_view_settings *settings; /* its method does not count */
     uint32_t least_spp, most_spp;             /* powers of two, at least 2 */
     const char *keep;                         /* directory; NULL: none */
+    bool or_more;                             /* a kept one that was made with a larger most_spp will do, too */
 };
 /* As the options ask for. */
 struct lum_bench_truth lum_bench_truth_of(const struct lum_bench_options *options, const struct lum_world *world,
@@ -44,7 +45,10 @@ struct lum_bench_truth lum_bench_truth_of(const struct lum_bench_options *option
 bool lum_bench_reference_make(struct lum_bench_reference *r, const struct lum_bench_truth *truth);
 void lum_bench_reference_finish(struct lum_bench_reference *r); /* accepts a zeroed one */
 
-/* Of what a view of the same size shows. */
+/* What a view of the same size shows, 3 * w * h. */
+void lum_bench_picture_of(const struct lum_view *view, float *ret_picture);
+struct lum_bench_error lum_bench_error_of_picture(const struct lum_bench_reference *r, const float *picture);
+/* Both. */
 struct lum_bench_error lum_bench_error_of(struct lum_bench_reference *r, const struct lum_view *view);
 
 #endif
