@@ -20,7 +20,7 @@ struct truth_row {
     const char *method;
     char when[16];              /* "first", "moving", "1 s" */
     double own_s, wall_s;       /* from nothing to this picture; of moving ones the median of a frame */
-    uint32_t spp;               /* 0: there was no picture yet, and the rest is empty */
+    uint32_t spp;
     struct lum_blocks_result blocks;
     struct lum_bench_error error;
     double error_said;          /* by the method itself; NAN: unknown */

@@ -132,9 +132,8 @@ static struct truth_row new_row(const struct truth_rig *rig, const struct lum_me
 static void keep_row(struct truth_rig *rig, const struct truth_row *row)
 {
     const struct lum_blocks_result *b = &row->blocks;
-    if (row->spp)
-        lum_bench_progress("truth: %s: %s, %s: mean %.3f, median %.3f, 5 .. 95 %% %.3f .. %.3f, SMAPE %.3f", rig->scene,
-                           row->method, row->when, b->mean, b->median, b->p5, b->p95, row->error.smape);
+    lum_bench_progress("truth: %s: %s, %s: mean %.3f, median %.3f, 5 .. 95 %% %.3f .. %.3f, SMAPE %.3f", rig->scene,
+                       row->method, row->when, b->mean, b->median, b->p5, b->p95, row->error.smape);
     rig->study->rows[rig->study->n_rows++] = *row;
 }
 
@@ -166,16 +165,13 @@ struct rest {
     uint32_t n_times;     /* that are told */
 };
 
-/* What was shown at that time. */
+/* What was shown at that time, if anything was. */
 static bool tell_time(struct truth_rig *rig, struct rest *r)
 {
     double s = truth_times_s[r->n_times++];
     struct truth_row row = r->row;
     snprintf(row.when, sizeof row.when, "%g s", s);
-    if (row.spp)
-        return truth_tell_picture(rig, &rig->reference, &row, r->shown, s == 10.0);
-    keep_row(rig, &row);
-    return true;
+    return !row.spp || truth_tell_picture(rig, &rig->reference, &row, r->shown, s == 10.0);
 }
 
 static bool rest_until(struct truth_rig *rig, struct rest *r, double max_s)

@@ -1,5 +1,6 @@
 /* While something moves, in a way that any scene allows: a white ball flies across the picture, three fifths of the way
- * to what lies in its middle, while the eye goes around that point by a degree a frame. The last frame is compared. */
+ * to what lies in its middle, while the eye goes there by a hundredth of the way a frame and turns by a degree. (To go
+ * around that point could lead through a wall.) The last frame is compared. */
 #include <math.h>
 #include <string.h>
 
@@ -8,10 +9,11 @@
 
 #define POSES 6u
 #define QUICK_POSES 2u
-#define RADIUS 0.15   /* of the ball, over half the height of the picture where it flies */
-#define STEP 0.05     /* a frame, the same */
-#define ORBIT_DEG 1.0 /* a frame */
-#define FROM_EYE 0.6  /* where the ball is, over the distance of the middle */
+#define RADIUS 0.15  /* of the ball, over half the height of the picture where it flies */
+#define STEP 0.05    /* a frame, the same */
+#define ADVANCE 0.01 /* of the eye, a frame, over the distance of the middle */
+#define TURN_DEG 1.0 /* a frame */
+#define FROM_EYE 0.6 /* where the ball is, over the distance of the middle */
 
 static bool failed(const char *text)
 {
@@ -115,10 +117,10 @@ static bool set_pose(struct truth_rig *rig, const struct motion *m, uint32_t pos
     const double pi = 3.14159265358979323846;
     char text[512];
     struct lum_vec3d at = along(m->ball, m->right, STEP * m->half_height_m * pose);
+    struct lum_vec3d ahead = minus(m->middle, m->camera.position);
     struct lum_camera *c = &rig->settings.camera;
-    c->position = along(
-        m->middle, turn(minus(m->camera.position, m->middle), unit(m->camera.up), ORBIT_DEG * pose * pi / 180.0), 1.0);
-    c->target = m->middle;
+    c->position = along(m->camera.position, ahead, ADVANCE * pose);
+    c->target = along(c->position, turn(ahead, unit(m->camera.up), TURN_DEG * pose * pi / 180.0), 1.0);
     snprintf(text, sizeof text,
              "{\"lumend\":1,\"kind\":\"scene\"}\n"
              "{\"op\":\"set\",\"id\":\"truth-ball-1\",\"path\":\"/transform/translate\",\"value\":[%.9g,%.9g,%.9g]}\n",
@@ -184,7 +186,7 @@ bool truth_measure_moving(struct truth_rig *rig)
     struct mover movers[TRUTH_METHODS] = {0};
     struct truth_reference truth = {0};
     uint32_t n_poses = rig->options->quick ? QUICK_POSES : POSES;
-    uint32_t spp = rig->options->quick ? 4 : rig->options->reference_spp;
+    uint32_t spp = rig->options->quick || rig->options->reference_spp < 8 ? 4 : rig->options->reference_spp / 2;
     bool ok = move(rig, movers, n_poses) && truth_reference_make(rig, &rig->settings, spp, &truth) &&
               truth_page_picture(rig, "path, moving: reference", "moving", truth.r.truth, NULL);
     for (size_t i = 0; i < rig->n_methods && ok; i++)

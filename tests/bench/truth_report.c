@@ -49,16 +49,15 @@ static bool report_rows(const struct truth_study *study, const struct lum_bench_
     struct lum_bench_table t = LUM_BENCH_TABLE(row_columns);
     for (size_t i = 0; i < study->n_rows; i++) {
         const struct truth_row *r = &study->rows[i];
-        const double none = (double)NAN;
         LUM_BENCH_TEXTS(&t, r->scene, r->method, r->when);
-        LUM_BENCH_NUMBERS(&t, r->spp ? r->own_s : none, r->spp ? r->wall_s : none, r->spp);
+        LUM_BENCH_NUMBERS(&t, r->own_s, r->wall_s, r->spp);
         put_blocks(&t, &r->blocks, r->reference_spp);
-        LUM_BENCH_NUMBERS(&t, r->spp ? r->error.smape : none, r->spp ? r->error.relmse : none, r->error_said);
+        LUM_BENCH_NUMBERS(&t, r->error.smape, r->error.relmse, r->error_said);
         for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
             lum_bench_table_number(&t, (double)r->rays[k]);
     }
     printf("Mean luminance over that of the reference, whole and by blocks of 1/24 of the width; %s.\n"
-           "s: seconds of a machine of its own (CPU time over threads); moving: of a frame. spp 0: no picture yet.\n",
+           "s: seconds of a machine of its own (CPU time over threads); moving: of a frame.\n",
            study->machine);
     printf(LUM_BENCH_RELMSE ".\n", LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
     return lum_bench_table_finish(&t, options, "truth");
