@@ -23,7 +23,8 @@ struct truth_row {
     uint32_t spp;
     struct lum_blocks_result blocks;
     struct lum_bench_error error;
-    double error_said;          /* by the method itself; NAN: unknown */
+    double error_rms;           /* of luminance, over its mean; without the noise of the reference. NAN: below that */
+    double error_said;          /* the same by the method itself; NAN: unknown */
     uint64_t rays[LUM_RAY_KIND_COUNT]; /* to this picture; of moving ones the mean of a frame */
     uint32_t reference_spp;
 };
@@ -108,6 +109,7 @@ bool truth_page_open(struct truth_study *study, const struct lum_bench_options *
 bool truth_page_close(struct truth_study *study);
 /* Its own exposure; begins the scene's section with the picture of the reference. */
 bool truth_page_scene(struct truth_rig *rig);
+void truth_page_text(const struct truth_rig *rig, const char *text);
 /* A picture, 3 * w * h, and the map of its blocks' ratios (NULL: none); file: the end of its name. */
 bool truth_page_picture(const struct truth_rig *rig, const char *title, const char *file, const float *picture,
                         const double *ratios);

@@ -86,6 +86,15 @@ static double mean_of(const float *values, size_t n)
     return sum / (double)n;
 }
 
+static void tell(const struct truth_rig *rig, const struct truth_effect *e)
+{
+    char text[160];
+    snprintf(text, sizeof text, "%s, %s in the first frame: mean %.3f, median %.3f, 5 .. 95 %% %.3f .. %.3f", e->method,
+             e->effect, e->blocks.mean, e->blocks.median, e->blocks.p5, e->blocks.p95);
+    lum_bench_progress("truth: %s: %s", rig->scene, text);
+    truth_page_text(rig, text);
+}
+
 /* truth: the effect's light in `path`, of which `share` is known. */
 static bool measure_method(struct effects_bench *b, size_t m, uint32_t effect, const struct truth_reference *truth,
                            double share)
@@ -113,8 +122,7 @@ static bool measure_method(struct effects_bench *b, size_t m, uint32_t effect, c
     if (!(share >= LEAST_SHARE))
         e->blocks.n_counted = 0;
     else if (ok)
-        lum_bench_progress("truth: %s: %s, %s: mean %.3f, median %.3f", rig->scene, method->name, e->effect,
-                           e->blocks.mean, e->blocks.median);
+        tell(rig, e);
     lum_free(part.values);
     return ok;
 }

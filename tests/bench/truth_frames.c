@@ -102,6 +102,15 @@ void truth_reference_finish(struct truth_reference *reference)
 
 /* ---- judging ---- */
 
+/* The halves are independent of each other, so their noise cancels in the mean (reference.h). */
+static double error_rms(const struct truth_reference *ref, const float *luminance, size_t n)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++)
+        sum += ((double)luminance[i] - (double)ref->halves[0][i]) * ((double)luminance[i] - (double)ref->halves[1][i]);
+    return sqrt(sum / (double)n) / ref->r.mean;
+}
+
 static bool judge(const struct truth_reference *ref, const float *picture, double *ret_ratios,
                   struct truth_row *inout_row)
 {
@@ -113,12 +122,11 @@ static bool judge(const struct truth_reference *ref, const float *picture, doubl
     find_luminance(picture, n, luminance);
     struct lum_blocks_input in = {ref->r.w, ref->r.h, luminance, ref->luminance, {ref->halves[0], ref->halves[1]}};
     enum lum_status st = lum_blocks_compare(&in, ret_ratios, &inout_row->blocks, &err);
-    lum_free(luminance);
-    if (st)
-        return failed(err.text);
     inout_row->error = lum_bench_error_of_picture(&ref->r, picture);
+    inout_row->error_rms = error_rms(ref, luminance, n);
     inout_row->reference_spp = ref->r.spp;
-    return true;
+    lum_free(luminance);
+    return !st || failed(err.text);
 }
 
 static struct truth_row new_row(const struct truth_rig *rig, const struct lum_method *method, const char *when)
@@ -129,28 +137,24 @@ static struct truth_row new_row(const struct truth_rig *rig, const struct lum_me
     return row;
 }
 
-static void keep_row(struct truth_rig *rig, const struct truth_row *row)
-{
-    const struct lum_blocks_result *b = &row->blocks;
-    lum_bench_progress("truth: %s: %s, %s: mean %.3f, median %.3f, 5 .. 95 %% %.3f .. %.3f, SMAPE %.3f", rig->scene,
-                       row->method, row->when, b->mean, b->median, b->p5, b->p95, row->error.smape);
-    rig->study->rows[rig->study->n_rows++] = *row;
-}
-
 bool truth_tell_picture(struct truth_rig *rig, const struct truth_reference *ref, struct truth_row *row,
                         const float *picture, bool show)
 {
-    char title[96], file[128];
+    char text[160], file[64];
+    const struct lum_blocks_result *b = &row->blocks;
     struct lum_blocks_grid grid = lum_blocks_grid(ref->r.w, ref->r.h);
     double *ratios = lum_calloc((size_t)grid.nx * grid.ny, sizeof *ratios);
     if (!ratios)
         return failed("out of memory");
     bool ok = judge(ref, picture, ratios, row);
-    if (ok)
-        keep_row(rig, row);
-    snprintf(title, sizeof title, "%s, %s", row->method, row->when);
-    snprintf(file, sizeof file, "%s-%.*s", row->method, (int)strcspn(row->when, " "), row->when);
-    ok = ok && (!show || truth_page_picture(rig, title, file, picture, ratios));
+    if (ok) {
+        rig->study->rows[rig->study->n_rows++] = *row;
+        snprintf(text, sizeof text, "%s, %s: mean %.3f, median %.3f, 5 .. 95 %% %.3f .. %.3f, SMAPE %.3f", row->method,
+                 row->when, b->mean, b->median, b->p5, b->p95, row->error.smape);
+        lum_bench_progress("truth: %s: %s", rig->scene, text);
+        snprintf(file, sizeof file, "%s-%.*s", row->method, (int)strcspn(row->when, " "), row->when);
+        ok = !show || truth_page_picture(rig, text, file, picture, ratios);
+    }
     lum_free(ratios);
     return ok;
 }
@@ -182,7 +186,7 @@ static bool rest_until(struct truth_rig *rig, struct rest *r, double max_s)
     bool ok = true, first = true;
     while (ok && r->n_times < TRUTH_TIMES && truth_times_s[r->n_times] <= max_s) {
         if (stats.complete)
-            time.own_s = truth_times_s[r->n_times] * 2.0; /* nothing changes any more */
+            time.own_s = (double)INFINITY; /* nothing changes any more */
         else
             ok = truth_pass(rig, &r->view, &stats, &time);
         while (ok && r->n_times < TRUTH_TIMES && truth_times_s[r->n_times] <= max_s &&
@@ -245,6 +249,7 @@ static bool measure_cost(struct truth_rig *rig, const struct lum_method *method)
 {
     double own[2][ROUNDS], wall[2][ROUNDS], cpu_s = 0.0, wall_s = 0.0;
     uint32_t rounds = rig->options->quick ? 1 : ROUNDS;
+    char text[128];
     struct truth_view views[2] = {0};
     struct truth_time times[2];
     bool ok = truth_view_open(rig, method, &views[0]) && truth_view_open(rig, lum_method_find("path"), &views[1]);
@@ -264,8 +269,10 @@ static bool measure_cost(struct truth_rig *rig, const struct lum_method *method)
                                  .wall = lum_bench_ratio(wall[0], wall[1], rounds),
                                  .share = cpu_s / (wall_s * lum_pool_size(rig->world.pool))};
         snprintf(c->scene, sizeof c->scene, "%s", rig->scene);
-        lum_bench_progress("truth: %s: %s: first frame %.0f ms, a sample of path %.0f ms", rig->scene, method->name,
-                           c->first_ms, c->sample_ms);
+        snprintf(text, sizeof text, "%s: first frame %.0f ms, a sample of path %.0f ms", method->name, c->first_ms,
+                 c->sample_ms);
+        lum_bench_progress("truth: %s: %s", rig->scene, text);
+        truth_page_text(rig, text);
     }
     truth_view_close(&views[0]);
     truth_view_close(&views[1]);

@@ -19,7 +19,7 @@ bool truth_page_open(struct truth_study *study, const struct lum_bench_options *
     if (!study->page)
         return false;
     fputs("<!DOCTYPE html>\n<meta charset=\"utf-8\">\n<title>lumend-bench truth</title>\n<style>\n"
-          "body { font: 14px sans-serif; margin: 1em; background: #222; color: #ddd }\n"
+          "body { font: 13px sans-serif; margin: 1em; background: #222; color: #ddd }\n"
           "figure { display: inline-block; margin: 0 8px 8px 0; vertical-align: top }\n"
           "img { display: block; width: 400px } img.map { image-rendering: pixelated; margin-top: 2px }\n"
           "h2 { margin: 1em 0 .2em } p { margin: .2em 0 .6em }\n</style>\n"
@@ -81,6 +81,11 @@ static bool write_map(const struct truth_rig *rig, const char *name, const doubl
     bool ok = write_png(rig, name, &(struct lum_png){rgb, grid.nx, grid.ny, 6});
     lum_free(rgb);
     return ok;
+}
+
+void truth_page_text(const struct truth_rig *rig, const char *text)
+{
+    fprintf(rig->study->page, "<p>%s</p>\n", text);
 }
 
 bool truth_page_picture(const struct truth_rig *rig, const char *title, const char *file, const float *picture,

@@ -40,7 +40,8 @@ static const struct lum_bench_column row_columns[] = {
     BLOCK_COLUMNS,
     {"smape", "SMAPE", 4},
     {"relmse", "relMSE", 4},
-    {"error_said", "error it says", 4},
+    {"error_rms", "error", 4},
+    {"error_said", "that it says", 4},
     LUM_BENCH_RAY_COLUMNS(0),
 };
 
@@ -52,12 +53,13 @@ static bool report_rows(const struct truth_study *study, const struct lum_bench_
         LUM_BENCH_TEXTS(&t, r->scene, r->method, r->when);
         LUM_BENCH_NUMBERS(&t, r->own_s, r->wall_s, r->spp);
         put_blocks(&t, &r->blocks, r->reference_spp);
-        LUM_BENCH_NUMBERS(&t, r->error.smape, r->error.relmse, r->error_said);
+        LUM_BENCH_NUMBERS(&t, r->error.smape, r->error.relmse, r->error_rms, r->error_said);
         for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
             lum_bench_table_number(&t, (double)r->rays[k]);
     }
     printf("Mean luminance over that of the reference, whole and by blocks of 1/24 of the width; %s.\n"
-           "s: seconds of a machine of its own (CPU time over threads); moving: of a frame.\n",
+           "s: seconds of a machine of its own (CPU time over threads); moving: of a frame.\n"
+           "error: root mean square of luminance over its mean; what a method says of it is meant to be the same.\n",
            study->machine);
     printf(LUM_BENCH_RELMSE ".\n", LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
     return lum_bench_table_finish(&t, options, "truth");
