@@ -165,46 +165,51 @@ bool truth_tell_picture(struct truth_rig *rig, const struct truth_reference *ref
 struct rest {
     struct truth_view view;
     float *shown;
-    struct truth_row row; /* of the picture that is shown; spp 0: none yet */
-    uint32_t n_times;     /* that are told */
+    struct truth_row row;  /* of the picture that is shown; spp 0: none yet */
+    uint32_t n_times, max; /* of truth_times_s: that are told; that are to be told */
+    struct truth_time time;
 };
 
-/* What was shown at that time, if anything was. */
+/* What was shown at that time, if anything was. The last one up to 10 seconds is for the page. */
 static bool tell_time(struct truth_rig *rig, struct rest *r)
 {
-    double s = truth_times_s[r->n_times++];
+    uint32_t i = r->n_times++;
     struct truth_row row = r->row;
-    snprintf(row.when, sizeof row.when, "%g s", s);
-    return !row.spp || truth_tell_picture(rig, &rig->reference, &row, r->shown, s == 10.0);
+    bool show = truth_times_s[i] <= 10.0 && (i + 1 == r->max || truth_times_s[i + 1] > 10.0);
+    snprintf(row.when, sizeof row.when, "%g s", truth_times_s[i]);
+    return !row.spp || truth_tell_picture(rig, &rig->reference, &row, r->shown, show);
 }
 
-static bool rest_until(struct truth_rig *rig, struct rest *r, double max_s)
+/* The picture that a pass left. A first one of path is noise, and not for the page. */
+static bool take_picture(struct truth_rig *rig, struct rest *r, const struct lum_pass_stats *stats)
+{
+    bool first = r->row.spp == 0;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        r->row.rays[k] += stats->rays[k];
+    if (!stats->changed)
+        return true;
+    r->row.own_s = r->time.own_s;
+    r->row.wall_s = r->time.wall_s;
+    r->row.spp = stats->spp;
+    r->row.error_said = stats->error_rel;
+    lum_bench_picture_of(r->view.view, r->shown);
+    return !first || truth_tell_picture(rig, &rig->reference, &r->row, r->shown, !r->view.settings.method->progressive);
+}
+
+/* At a time counts what the last pass that had ended by then left. */
+static bool rest_until(struct truth_rig *rig, struct rest *r)
 {
     struct lum_pass_stats stats = {0};
-    struct truth_time time = {0};
-    uint64_t rays[LUM_RAY_KIND_COUNT] = {0};
-    bool ok = true, first = true;
-    while (ok && r->n_times < TRUTH_TIMES && truth_times_s[r->n_times] <= max_s) {
-        if (stats.complete)
-            time.own_s = (double)INFINITY; /* nothing changes any more */
-        else
-            ok = truth_pass(rig, &r->view, &stats, &time);
-        while (ok && r->n_times < TRUTH_TIMES && truth_times_s[r->n_times] <= max_s &&
-               time.own_s > truth_times_s[r->n_times])
+    bool ok = true;
+    while (ok && (r->n_times < r->max || r->row.spp == 0)) {
+        if (stats.complete) { /* nothing changes any more */
             ok = tell_time(rig, r);
-        if (!ok || r->row.spp == stats.spp)
             continue;
-        for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
-            rays[k] += stats.rays[k];
-        memcpy(r->row.rays, rays, sizeof rays);
-        r->row.own_s = time.own_s;
-        r->row.wall_s = time.wall_s;
-        r->row.spp = stats.spp;
-        r->row.error_said = stats.error_rel;
-        lum_bench_picture_of(r->view.view, r->shown);
-        if (first)
-            ok = truth_tell_picture(rig, &rig->reference, &r->row, r->shown, true);
-        first = false;
+        }
+        ok = truth_pass(rig, &r->view, &stats, &r->time);
+        while (ok && r->n_times < r->max && r->time.own_s > truth_times_s[r->n_times])
+            ok = tell_time(rig, r);
+        ok = ok && take_picture(rig, r, &stats);
     }
     return ok;
 }
@@ -215,11 +220,13 @@ bool truth_measure_rest(struct truth_rig *rig)
     bool ok = true;
     for (size_t m = 0; m < rig->n_methods && ok; m++) {
         struct rest r = {.row = new_row(rig, rig->methods[m], "first")};
+        while (r.max < TRUTH_TIMES && truth_times_s[r.max] <= max_s)
+            r.max++;
         ok = truth_view_open(rig, rig->methods[m], &r.view);
         r.shown = ok ? lum_calloc(3 * pixel_count(rig), sizeof *r.shown) : NULL;
         if (ok && !r.shown)
             ok = failed("out of memory");
-        ok = ok && rest_until(rig, &r, max_s);
+        ok = ok && rest_until(rig, &r);
         lum_free(r.shown);
         truth_view_close(&r.view);
     }

@@ -178,7 +178,7 @@ static bool tell(struct truth_rig *rig, struct mover *mover, const struct lum_me
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         row.rays[k] = (uint64_t)(mover->rays[k] + 0.5);
     lum_bench_picture_of(mover->view.view, truth->r.picture);
-    return truth_tell_picture(rig, truth, &row, truth->r.picture, true);
+    return truth_tell_picture(rig, truth, &row, truth->r.picture, !method->progressive);
 }
 
 bool truth_measure_moving(struct truth_rig *rig)
