@@ -18,6 +18,12 @@
      LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY))
 #define LEAST_SHARE 1e-3 /* of all light: below, a ratio says nothing */
 
+static bool failed(const char *text)
+{
+    fprintf(stderr, "lumend-bench: %s\n", text);
+    return false;
+}
+
 /* The pictures that effects are measured from: with none, and with lamps. */
 enum base { BASE_NONE, BASE_LAMPS, BASE_COUNT };
 static const uint32_t base_effects[BASE_COUNT] = {0, LAMPS};
@@ -61,7 +67,7 @@ static bool make_frame(const struct truth_rig *rig, const struct lum_method *met
     }
     size_t n = (size_t)rig->settings.w * rig->settings.h;
     if (ok && !(ret_part->values = lum_calloc(n, sizeof(float))))
-        ok = fprintf(stderr, "lumend-bench: out of memory\n") < 0;
+        ok = failed("out of memory");
     for (size_t i = 0; i < n && ok; i++)
         ret_part->values[i] = lum_luminance(
             lum_film_mean(lum_view_film(view.view), (uint32_t)(i % rig->settings.w), (uint32_t)(i / rig->settings.w)));
@@ -116,9 +122,7 @@ static bool measure_method(struct effects_bench *b, size_t m, uint32_t effect, c
     snprintf(e->scene, sizeof e->scene, "%s", rig->scene);
     struct lum_blocks_input in = {
         rig->settings.w, rig->settings.h, part.values, truth->luminance, {truth->halves[0], truth->halves[1]}};
-    bool ok = lum_blocks_compare(&in, NULL, &e->blocks, &err) == LUM_OK;
-    if (!ok)
-        fprintf(stderr, "lumend-bench: %s\n", err.text);
+    bool ok = lum_blocks_compare(&in, NULL, &e->blocks, &err) == LUM_OK || failed(err.text);
     if (!(share >= LEAST_SHARE))
         e->blocks.n_counted = 0;
     else if (ok)
@@ -167,8 +171,8 @@ static bool measure_bases(struct effects_bench *b)
 bool truth_measure_effects(struct truth_rig *rig)
 {
     struct part frames[TRUTH_METHODS * BASE_COUNT] = {0};
-    uint32_t spp = rig->options->reference_spp / 4;
-    struct effects_bench b = {.rig = rig, .frames = frames, .spp = rig->options->quick ? 4 : spp < 16 ? 16 : spp};
+    uint32_t spp = rig->options->reference_spp / 8;
+    struct effects_bench b = {.rig = rig, .frames = frames, .spp = rig->options->quick ? 4 : spp < 8 ? 8 : spp};
     lum_demand_derive(rig->world.snapshot, &b.demand);
     bool ok = measure_bases(&b);
     for (uint32_t e = 0; e < LUM_EFFECT_ANTIALIAS && ok; e++)
