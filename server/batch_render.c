@@ -356,7 +356,7 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     struct lum_error e;
     struct lum_log log = {log_to_stderr, NULL};
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
-    if (lum_world_init(&b->world, o->threads, &log, &e))
+    if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
     b->world.deterministic = o->deterministic;
     b->reading = o->scene;

@@ -386,7 +386,7 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
     if (!copy_config(d, config))
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the configuration");
     if (!st)
-        st = lum_world_init(&d->world, config->threads, &config->log, err);
+        st = lum_world_init(&d->world, config->threads, config->isa, &config->log, err);
     if (!st) {
         d->world.deterministic = config->deterministic;
         st = lum_encoder_create(d->world.pool, &d->encoder, err);

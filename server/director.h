@@ -110,6 +110,7 @@ struct lum_director_config {
     const char *assets_dir;  /* root of import assets; NULL: imports refused */
     const char *importer;    /* path of lumend-import */
     const char *method;      /* default method; NULL: the scene's */
+    const char *isa;         /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
     uint32_t threads;
     bool deterministic;
     struct lum_log log;

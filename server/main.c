@@ -154,6 +154,7 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
         .assets_dir = o->value[LUM_OPTION_ASSETS],
         .importer = o->value[LUM_OPTION_IMPORTER],
         .method = o->value[LUM_OPTION_METHOD],
+        .isa = o->value[LUM_OPTION_ISA],
         .threads = o->threads,
         .deterministic = o->deterministic,
         .log = log,

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/accel/accel.h"
 #include "server/option_errors.h"
 
 static const struct option_row {
@@ -29,6 +30,8 @@ static const struct option_row {
     [LUM_OPTION_IMPORTER] = {"importer", "FILE", NULL, "the lumend-import program; default: beside this one"},
     [LUM_OPTION_METHOD] = {"method", "NAME", NULL, "rendering method (see `lumend methods`); default: the scene's"},
     [LUM_OPTION_THREADS] = {"threads", "N", "0", "rendering threads; 0: one for each processor"},
+    [LUM_OPTION_ISA] = {"isa", "NAME", NULL,
+                        "instruction set that traces rays: sse2, sse4.2, avx, avx2 or avx512; default: the widest"},
     [LUM_OPTION_DETERMINISTIC] = {"deterministic", NULL, "0",
                                   "the same pixels, bit for bit, whatever the number of threads"},
     [LUM_OPTION_LOG] = {"log", "LEVEL", "info", "error, warning, info or debug; one line an event, on stderr"},
@@ -162,7 +165,9 @@ static enum lum_status check(struct lum_options *o, struct lum_error *err)
         return lum_fail(err, LUM_ERR_INVALID, "no-auth",
                         "%s is refused on %s: anyone in reach could use this server; give --token-file",
                         o->given[LUM_OPTION_NO_AUTH], o->host);
-    const char *method = o->value[LUM_OPTION_METHOD];
+    const char *method = o->value[LUM_OPTION_METHOD], *isa = o->value[LUM_OPTION_ISA];
+    if (isa && (status = lum_isa_check(o->given[LUM_OPTION_ISA], isa, err)))
+        return status;
     return method ? lum_option_method(o->given[LUM_OPTION_METHOD], method, err) : LUM_OK;
 }
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/accel/accel.h"
 #include "core/method/method.h"
 #include "core/vpl/vpl.h"
 #include "protocol/limits.h"
@@ -45,6 +46,8 @@ const char lum_render_help[] =
     "  --tone-map T         of a PNG: agx, aces, reinhard or none (default: the scene's)\n"
     "  --light-groups       a layer for each light group (EXR)\n"
     "  --threads N          default: all processors\n"
+    "  --isa NAME           instruction set of the ray tracing: sse2, sse4.2, avx, avx2 or avx512 (default: that of\n"
+    "                       $LUMEND_ISA, else the widest that this processor has); others round differently\n"
     "  --seed N             another draw of random numbers\n"
     "  --deterministic      the same pixels, bit for bit, for any number of threads\n"
     "  --assets DIR         where imported files are looked for (default: beside the scene)\n"
@@ -71,6 +74,7 @@ enum option_code {
     OPT_TONE_MAP,
     OPT_LIGHT_GROUPS,
     OPT_THREADS,
+    OPT_ISA,
     OPT_SEED,
     OPT_DETERMINISTIC,
     OPT_ASSETS,
@@ -99,6 +103,7 @@ static const struct option long_options[] = {
     {"tone-map", required_argument, NULL, OPT_TONE_MAP},
     {"light-groups", no_argument, NULL, OPT_LIGHT_GROUPS},
     {"threads", required_argument, NULL, OPT_THREADS},
+    {"isa", required_argument, NULL, OPT_ISA},
     {"seed", required_argument, NULL, OPT_SEED},
     {"deterministic", no_argument, NULL, OPT_DETERMINISTIC},
     {"assets", required_argument, NULL, OPT_ASSETS},
@@ -264,6 +269,9 @@ static enum lum_status take(int code, const char *text, struct lum_render_option
         return LUM_OK;
     case OPT_THREADS:
         return read_u32("threads", text, 1, MAX_THREADS, &o->threads, err);
+    case OPT_ISA:
+        o->isa = text;
+        return lum_isa_check("--isa", text, err);
     case OPT_SEED:
         o->has_seed = true;
         return read_u32("seed", text, 0, UINT32_MAX, &o->seed, err);

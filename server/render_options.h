@@ -8,7 +8,7 @@
 
 struct lum_render_options {
     /* as given, borrowed from argv; NULL: not given */
-    const char *scene, *edits, *out, *method, *camera, *assets, *stats;
+    const char *scene, *edits, *out, *method, *camera, *assets, *stats, *isa;
     uint32_t w, h;         /* 0: the default */
     uint32_t n_frames;     /* 0: not given: one frame, after all edits */
     double fps;

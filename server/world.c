@@ -1,19 +1,21 @@
 #include "server/world.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "protocol/limits.h"
 #include "server/apply.h"
 
-enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const struct lum_log *log, struct lum_error *err)
+enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char *isa, const struct lum_log *log,
+                               struct lum_error *err)
 {
     memset(w, 0, sizeof *w);
     if (log)
         w->log = *log;
     enum lum_status st = lum_pool_create(threads, &w->pool, err);
     if (!st)
-        st = lum_device_create(lum_pool_size(w->pool), NULL, &w->device, err);
+        st = lum_device_create(lum_pool_size(w->pool), isa ? isa : getenv("LUMEND_ISA"), &w->device, err);
     if (!st)
         st = lum_caches_create(lum_pool_size(w->pool), &w->caches, err);
     if (!st)

@@ -25,8 +25,9 @@ struct lum_world {
     struct lum_log log;
 };
 
-LUM_MUST_USE enum lum_status lum_world_init(struct lum_world *world, uint32_t threads, const struct lum_log *log,
-                                            struct lum_error *err);
+/* isa: of the ray tracing kernels (accel.h). NULL: what $LUMEND_ISA says, else the widest of this processor. */
+LUM_MUST_USE enum lum_status lum_world_init(struct lum_world *world, uint32_t threads, const char *isa,
+                                            const struct lum_log *log, struct lum_error *err);
 void lum_world_finish(struct lum_world *world); /* accepts a zeroed or half-built one */
 
 struct lum_edit {

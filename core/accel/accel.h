@@ -18,7 +18,11 @@ struct lum_device;     /* one Embree device */
 struct lum_accel_mesh; /* refcounted */
 struct lum_accel_top;  /* refcounted */
 
-/* n_threads: build threads. isa: NULL, or "avx2" ... for replays that must be bit-identical across machines. */
+/* isa: the instruction set of Embree's kernels, by name: sse2, sse4.2, avx, avx2 or avx512. Refused are others, and those that
+ * this processor lacks; what: the beginning of the message ("--isa"). Kernels of different sets round differently: a hit's last
+ * bits, and what a ray finds along an edge. */
+LUM_MUST_USE enum lum_status lum_isa_check(const char *what, const char *isa, struct lum_error *err);
+/* n_threads: build threads. isa: NULL, the widest, or one by name: for replays that must be bit-identical across machines. */
 LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lum_device **ret_device,
                                                struct lum_error *err);
 void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */

@@ -25,32 +25,60 @@ enum lum_status lum_device_check(struct lum_device *device, const char *what, st
     return lum_fail(err, status, "", "%s: ray tracing library: %s", what, message);
 }
 
-/* Embree tells packet widths, not the name: 16 wide is AVX512, 8 wide AVX or AVX2, 4 wide SSE. */
-static const char *isa_name(RTCDevice rtc, const char *requested)
+/* Narrowest first. */
+enum isa { ISA_SSE2, ISA_SSE42, ISA_AVX, ISA_AVX2, ISA_AVX512, ISA_COUNT };
+static const char *const isa_names[ISA_COUNT] = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
+
+/* Does this processor have all that Embree's kernels of that name use? Embree itself would take our word for it. */
+static bool isa_present(enum isa isa)
 {
-    if (requested)
-        return requested;
-    if (rtcGetDeviceProperty(rtc, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED))
-        return "avx512";
-    if (rtcGetDeviceProperty(rtc, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
-        return "avx2";
-    return "sse";
+    switch (isa) {
+    case ISA_AVX512:
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512bw") &&
+               __builtin_cpu_supports("avx512vl");
+    case ISA_AVX2:
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+               __builtin_cpu_supports("bmi2");
+    case ISA_AVX:
+        return __builtin_cpu_supports("avx");
+    case ISA_SSE42:
+        return __builtin_cpu_supports("sse4.2");
+    default:
+        return true;
+    }
 }
 
-static bool isa_known(const char *isa)
+enum lum_status lum_isa_check(const char *what, const char *isa, struct lum_error *err)
 {
-    static const char *const names[] = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++)
-        if (strcmp(isa, names[i]) == 0)
-            return true;
-    return false;
+    int i = 0;
+    while (i < ISA_COUNT && strcmp(isa, isa_names[i]) != 0)
+        i++;
+    if (i == ISA_COUNT)
+        return lum_fail(err, LUM_ERR_INVALID, "isa", "%s must be one of sse2, sse4.2, avx, avx2, avx512, not '%.40s'",
+                        what, isa);
+    if (!isa_present((enum isa)i))
+        return lum_fail(err, LUM_ERR_UNSUPPORTED, "isa", "%s is refused: this processor has no %s", what, isa);
+    return LUM_OK;
+}
+
+/* What Embree takes when none is named. It tells packet widths, not the name, and may be built without the widest. */
+static const char *isa_chosen(RTCDevice rtc)
+{
+    enum isa widest = rtcGetDeviceProperty(rtc, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? ISA_AVX512
+                      : rtcGetDeviceProperty(rtc, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? ISA_AVX2
+                                                                                             : ISA_SSE42;
+    while (!isa_present(widest))
+        widest--;
+    return isa_names[widest];
 }
 
 enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lum_device **ret_device,
                                   struct lum_error *err)
 {
-    if (isa && !isa_known(isa))
-        return lum_fail(err, LUM_ERR_INVALID, "isa", "must be one of sse2, sse4.2, avx, avx2, avx512");
+    enum lum_status status = isa ? lum_isa_check("the instruction set", isa, err) : LUM_OK;
+    if (status)
+        return status;
     char config[64];
     snprintf(config, sizeof config, "threads=%u%s%s", n_threads, isa ? ",isa=" : "", isa ? isa : "");
     struct lum_device *device = lum_calloc(1, sizeof *device);
@@ -68,7 +96,7 @@ enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lu
         lum_device_destroy(device);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the ray tracing device");
     }
-    snprintf(device->isa, sizeof device->isa, "%s", isa_name(device->rtc, isa));
+    snprintf(device->isa, sizeof device->isa, "%s", isa ? isa : isa_chosen(device->rtc));
     long v = (long)rtcGetDeviceProperty(device->rtc, RTC_DEVICE_PROPERTY_VERSION);
     snprintf(device->version, sizeof device->version, "Embree %ld.%ld.%ld", v / 10000, v / 100 % 100, v % 100);
     *ret_device = device;

@@ -106,7 +106,7 @@ bool lum_bench_world(const char *scene, uint32_t threads, struct lum_world *ret_
     struct lum_proto_error perr = {0};
     struct lum_import_config import = {0};
     memset(ret_world, 0, sizeof *ret_world);
-    if (lum_world_init(ret_world, threads, NULL, &err) != LUM_OK) {
+    if (lum_world_init(ret_world, threads, NULL, NULL, &err) != LUM_OK) {
         fprintf(stderr, "lumend-bench: %s\n", err.text);
         return false;
     }

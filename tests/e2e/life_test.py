@@ -158,6 +158,8 @@ class CommandLine(unittest.TestCase):
                                  (["--listen", "nowhere.example:1"], "needs an address"),
                                  (["--listen", ":80"], "--listen must be"), (["--threads", "x"], "--threads must be a number"),
                                  (["--threads", "1025"], "from 0 to 1024"), (["--log", "loud"], "--log must be"),
+                                 (["--isa", "mmx"], "--isa must be one of sse2, "),
+                                 (["render", "--isa", "mmx"], "--isa must be one of sse2, "),
                                  (["--no-auth", "--token-file", "f"], "exclude each other"),
                                  (["--treads=3"], "unknown option '--treads=3': did you mean --threads?"),
                                  (["--method", "foo"], "--method must be one of whitted, "),
@@ -177,7 +179,8 @@ class CommandLine(unittest.TestCase):
 
     def test_what_the_environment_set_is_blamed_on_it(self):
         for variable, value, *arguments in (("LUMEND_THREADS", "zz"), ("LUMEND_LOG", "loud"), ("LUMEND_LISTEN", "9460"),
-                                            ("LUMEND_METHOD", "foo"), ("LUMEND_NO_AUTH", "yes"),
+                                            ("LUMEND_METHOD", "foo"), ("LUMEND_ISA", "mmx"),
+                                            ("LUMEND_NO_AUTH", "yes"),
                                             ("LUMEND_NO_AUTH", "1", "--listen", "0.0.0.0:0")):
             done = run(*arguments, environment={variable: value})
             self.assertEqual(done.returncode, 2)
@@ -197,6 +200,11 @@ class CommandLine(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (1, ""), arguments)
             last = done.stderr.strip().splitlines()[-1]
             self.assertRegex(last, r"^lumend: .*" + re.escape(arguments[1].split(":")[0]), arguments)
+
+    def test_the_batch_renderer_heeds_the_variable_of_the_instruction_set(self):
+        done = run("render", "--scene", "furnace", "--out", "/tmp/x.png", environment={"LUMEND_ISA": "mmx"})
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("the instruction set must be one of sse2, ", done.stderr)
 
     def test_where_settings_come_from(self):
         done = run("--print-config", "--threads", "3", environment={"LUMEND_LOG": "debug", "LUMEND_THREADS": "2"})

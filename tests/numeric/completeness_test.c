@@ -43,7 +43,7 @@ static uint32_t check_scene(const char *name)
     struct lum_import_config import = {0};
     struct lum_rgb called_for[W * H], all[W * H];
     const uint32_t everything = (LUM_EFFECT_BIT(LUM_EFFECT_COUNT) - 1u) & ~LUM_EFFECT_BIT(LUM_EFFECT_ANTIALIAS);
-    assert_int_equal(lum_world_init(&world, 2, &import.log, &err), LUM_OK);
+    assert_int_equal(lum_world_init(&world, 2, NULL, &import.log, &err), LUM_OK);
     if (!lum_scene_load(&world, name, &import, &perr))
         fail_msg("%s: %s", name, perr.text);
     render(&world, 0, called_for);

@@ -596,6 +596,31 @@ static void alpha_mask_lets_the_clear_half_through(void **state)
     lum_snapshot_unref(s);
 }
 
+/* Any set that the processor has can be asked for, and is told; nobody asked: the widest. */
+static void instruction_sets_are_what_they_say(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
+    struct lum_device *device = NULL;
+    struct lum_error refused = {0};
+    const char *widest = NULL;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        if (lum_isa_check("it", names[i], &refused) != LUM_OK) {
+            assert_int_equal(lum_device_create(1, names[i], &device, NULL), LUM_ERR_UNSUPPORTED);
+            continue;
+        }
+        widest = names[i];
+        CHECK_OK(lum_device_create(1, names[i], &device, err));
+        assert_string_equal(lum_device_isa(device), names[i]);
+        lum_device_destroy(device);
+    }
+    CHECK_OK(lum_device_create(1, NULL, &device, err));
+    assert_string_equal(lum_device_isa(device), widest);
+    lum_device_destroy(device);
+    assert_int_equal(lum_device_create(1, "mmx", &device, &refused), LUM_ERR_INVALID);
+    assert_string_equal(refused.field, "isa");
+}
+
 int main(void)
 {
 #define TEST(function) cmocka_unit_test_setup_teardown(function, fixture_setup, fixture_teardown)
@@ -613,6 +638,7 @@ int main(void)
         TEST(emitter_shapes_are_where_they_should_be),
         TEST(batches_of_any_length_agree),
         TEST(alpha_mask_lets_the_clear_half_through),
+        cmocka_unit_test(instruction_sets_are_what_they_say),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -25,7 +25,7 @@ struct built_in *built_in_open(const char *scene, unsigned threads)
     struct lum_proto_error perr;
     struct built_in *b = calloc(1, sizeof *b);
     assert_non_null(b);
-    if (lum_world_init(&b->world, threads, NULL, &err) != LUM_OK)
+    if (lum_world_init(&b->world, threads, NULL, NULL, &err) != LUM_OK)
         fail_msg("%s: %s", scene, err.text);
     if (!lum_scene_load(&b->world, scene, &(struct lum_import_config){0}, &perr))
         fail_msg("%s: %s", scene, perr.text);

@@ -15,6 +15,7 @@
 #include "core/render/view.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
+#include "tests/support/isa.h"
 
 struct rig {
     struct lum_device *device;
@@ -34,11 +35,12 @@ struct rig {
             fail_msg("%s: %s (%s)", #call, err.text, err.field);                                                         \
     } while (0)
 
-static inline void rig_begin(struct rig *r, uint32_t threads)
+/* isa: of the ray tracing kernels, as lum_device_create takes it. */
+static inline void rig_begin_on(struct rig *r, uint32_t threads, const char *isa)
 {
     *r = (struct rig){0};
     lum_thread_init_fp();
-    RIG_OK(lum_device_create(1, NULL, &r->device, &err));
+    RIG_OK(lum_device_create(1, isa, &r->device, &err));
     RIG_OK(lum_pool_create(threads, &r->pool, &err));
     RIG_OK(lum_scene_create(r->device, &r->scene, &err));
     RIG_OK(lum_view_create(r->pool, &r->view, &err));
@@ -46,6 +48,11 @@ static inline void rig_begin(struct rig *r, uint32_t threads)
     r->settings.deterministic = true; /* tests compare bits */
     r->settings.w = 48;
     r->settings.h = 32;
+}
+
+static inline void rig_begin(struct rig *r, uint32_t threads)
+{
+    rig_begin_on(r, threads, test_isa());
 }
 
 static inline void rig_end(struct rig *r)

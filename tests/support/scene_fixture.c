@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/base/pool.h"
+#include "tests/support/isa.h"
 
 static int setup(void **state, const char *isa)
 {
@@ -16,7 +17,7 @@ static int setup(void **state, const char *isa)
 
 int fixture_setup(void **state)
 {
-    return setup(state, NULL);
+    return setup(state, test_isa());
 }
 
 int fixture_setup_narrow(void **state)

@@ -30,7 +30,7 @@ static void open_player(struct player *p, const char *replay)
     assert_non_null(suffix);
     snprintf(scene, sizeof scene, "%.*s", (int)(suffix - replay), replay);
     memset(p, 0, sizeof *p);
-    assert_int_equal(lum_world_init(&p->world, 2, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_world_init(&p->world, 2, NULL, NULL, NULL), LUM_OK);
     if (!lum_scene_load(&p->world, scene, &(struct lum_import_config){0}, &err) ||
         !lum_edits_load(replay, &p->ops, &err))
         fail_msg("%s: %s: %s", replay, err.path, err.text);
@@ -173,7 +173,7 @@ static void names_are_told_apart(void **state)
     assert_false(lum_edits_load("no-such-replay", &ops, &err));
     assert_null(strstr(err.text, "no-such-replay")); /* the caller names it */
     struct lum_world world = {0};
-    assert_int_equal(lum_world_init(&world, 1, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_world_init(&world, 1, NULL, NULL, NULL), LUM_OK);
     assert_false(lum_scene_load(&world, "cornell-moves", &(struct lum_import_config){0}, &err));
     assert_non_null(strstr(err.text, "is a replay"));
     lum_world_finish(&world);

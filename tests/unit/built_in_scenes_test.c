@@ -16,7 +16,7 @@ static void load(struct lum_world *world, const char *scene)
 {
     struct lum_proto_error err;
     memset(world, 0, sizeof *world);
-    assert_int_equal(lum_world_init(world, 2, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_world_init(world, 2, NULL, NULL, NULL), LUM_OK);
     if (!lum_scene_load(world, scene, &(struct lum_import_config){0}, &err))
         fail_msg("%s: %s: %s", scene, err.path, err.text);
 }

@@ -39,7 +39,7 @@ static int setup(void **state)
     assert_non_null(f);
     snprintf(f->dir, sizeof f->dir, "/tmp/lumend-scene-XXXXXX");
     assert_non_null(mkdtemp(f->dir));
-    assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL), LUM_OK);
+    assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL, NULL), LUM_OK);
     *state = f;
     return 0;
 }
@@ -121,7 +121,7 @@ static void a_faint_glow_is_no_light_but_a_panel_is(void **state)
     static const char *const texts[] = {EMISSIVE_GLTF("1"), EMISSIVE_GLTF("200")};
     for (int panel = 0; panel < 2; panel++) {
         struct fixture one = {0};
-        assert_int_equal(lum_world_init(&one.world, 2, NULL, NULL), LUM_OK);
+        assert_int_equal(lum_world_init(&one.world, 2, NULL, NULL, NULL), LUM_OK);
         write_file(f, "glow.gltf", texts[panel]);
         if (!load(&one, f->path, &err))
             fail_msg("%s: %s", err.path, err.text);
@@ -143,7 +143,7 @@ static void a_model_may_have_any_name(void **state)
         assert_int_equal(lum_document_find(f->world.doc, "model")->type, LUM_RECORD_IMPORT);
         remove(f->path);
         lum_world_finish(&f->world);
-        assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL), LUM_OK);
+        assert_int_equal(lum_world_init(&f->world, 2, NULL, NULL, NULL), LUM_OK);
     }
 }
 

@@ -52,7 +52,7 @@ static void begin(struct studio *s, const char *method, uint32_t effects_off)
     struct lum_error e;
     char set_method[96];
     memset(s, 0, sizeof *s);
-    assert_int_equal(lum_world_init(&s->world, 2, NULL, &e), LUM_OK);
+    assert_int_equal(lum_world_init(&s->world, 2, NULL, NULL, &e), LUM_OK);
     if (!lum_scene_load(&s->world, "cornell", &(struct lum_import_config){0}, &err))
         fail_msg("%s", err.text);
     s->settings = lum_view_settings_default();
