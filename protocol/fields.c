@@ -147,7 +147,7 @@ static const struct lum_field camera[] = {
 static const struct lum_field render[] = {
     NAME(render, method, "live", "default of views; see `lumend methods`"),
     INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
-    INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, 8, "path segments after the first hit"),
+    INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, LUM_LIMIT_DEPTH, "path segments after the first hit; roulette ends nearly all before"),
     INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
     INTEGER(render, seed, 0, 4294967295.0, 0, ""),
     INTEGER(render, vpls, 1, 65536, 256, "virtual point lights, of methods that use them"),

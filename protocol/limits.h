@@ -41,7 +41,7 @@
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
 #define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
-#define LUM_LIMIT_DEPTH 64u
+#define LUM_LIMIT_DEPTH 64u /* and the default: roulette ends nearly all paths before */
 
 #define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
 

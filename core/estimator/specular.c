@@ -11,7 +11,7 @@
 #include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 
-#define BRANCH_DEPTH 10u        /* segments; a glass ball in a mirror room takes 8 */
+#define BRANCH_DEPTH 30u        /* segments, as many as fit branch.path; a glass ball in a mirror room takes 8 */
 #define BRANCH_MIN (1.0f / 512) /* of the pixel: half a step of 8 bits; a lesser branch is dropped */
 #define STACK_MAX ((BRANCH_DEPTH + 1) * LUM_RAY_BATCH)
 
@@ -29,7 +29,7 @@ struct fog {
     uint32_t slot[LUM_RAY_BATCH];
 };
 
-/* About 270 KiB: lives on a worker's stack. */
+/* About 540 KiB: lives on a worker's stack. */
 struct tree {
     const struct lum_pass *pass;
     struct lum_counters *counters;

@@ -3,8 +3,6 @@
  * weights that it uses everywhere. */
 #include "core/estimator/path.h"
 
-#define PROBE_DEPTH 32u /* segments; roulette ends paths long before */
-
 /* Sums of one job of up to LUM_RAY_BATCH samples; summed in order of jobs, so that the result does not depend on
  * threads. */
 struct probe_sums {
@@ -31,7 +29,7 @@ static void probe_job(void *ctx, uint32_t job, uint32_t worker)
                              .alpha = 1.0f,
                              .eta = 1.0f};
     struct lum_wave w;
-    lum_wave_begin(&w, run->snapshot, c, PROBE_DEPTH, 0);
+    lum_wave_begin(&w, run->snapshot, c, LUM_DEPTH_DEFAULT, 0);
     uint32_t first = job * LUM_RAY_BATCH;
     uint32_t n = run->n_samples - first < LUM_RAY_BATCH ? run->n_samples - first : LUM_RAY_BATCH;
     for (uint32_t i = 0; i < n; i++)

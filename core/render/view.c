@@ -44,7 +44,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .w = 600,
         .h = 400,
         .method = lum_method_find("live"),
-        .max_depth = 8,
+        .max_depth = LUM_DEPTH_DEFAULT,
         .shadow_samples = 16,
         .shadow_budget = 100000,
         .antialias = true,

@@ -4,7 +4,7 @@
  * anything at all.
  *
  * This is rejection sampling: divided by w, and multiplied by the mean of w over all tries of the light's slots for
- * this bounce, the flux of those accepted has the expectation of all, but for the rare case that none of the slots is
+ * this level, the flux of those accepted has the expectation of all, but for the rare case that none of the slots is
  * filled. Where w = 1 everywhere they are filled by the first tries, which are as well distributed as without any
  * others.
  *
@@ -107,8 +107,8 @@ enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the choice of %u virtual point lights", plan->n);
     enum lum_status status = lum_vpl_run(rq, plan->n, weigh, &choice, err);
     for (uint32_t share = 0; share < plan->n_shares && status == LUM_OK; share++)
-        for (uint32_t bounce = 0; bounce < plan->n_levels; bounce++) {
-            uint32_t first, n = lum_vpl_plan_run(plan, share, bounce, &first);
+        for (uint32_t level = 0; level < plan->n_levels; level++) {
+            uint32_t first, n = lum_vpl_plan_run(plan, share, level, &first);
             fill_run(set, &choice, first, n);
         }
     lum_free(choice.w);

@@ -1,6 +1,7 @@
 /* Each level of bounces is shared out by systematic sampling: slot k of n belongs to the light whose part of [0, 1]
  * holds (k + offset) / n. So a light with part p gets n p slots, rounded down or up, and n p in expectation over the
- * offset. */
+ * offset. Level b is bounce b, but for the last level, which is all further bounces: each of its slots is one of them,
+ * drawn from TAILS. */
 #include "core/vpl/share.h"
 
 #include <string.h>
@@ -108,12 +109,38 @@ bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapsh
 
 /* ---- the plan ---- */
 
-static void make_levels(struct lum_vpl_plan *plan, uint32_t n, uint32_t max_bounces)
+/* How far beyond the last level's first bounce a slot's bounce is: as often one as the other of two geometric
+ * distributions, which suit grey rooms and white ones. Flux over probability, which is what VPLs carry, would all be
+ * the same if the surfaces' albedo were the ratio; for albedos up to 0.95 the largest is 5 times the mean. One ratio
+ * cannot do that, and the true albedos may not decide: paint must move no VPL. */
+static const double TAILS[2] = {0.6, 0.93};
+
+/* Probability of being further than n bounces beyond, were there no end. */
+static double tail_beyond(uint32_t n)
 {
-    uint32_t first = 0;
-    plan->n_levels = 0;
-    for (uint32_t b = 0; b < max_bounces && first < n; b++) {
-        uint32_t left = n - first, take = b + 1 == max_bounces ? left : (left + 1) / 2;
+    return 0.5 * pow(TAILS[0], n + 1.0) + 0.5 * pow(TAILS[1], n + 1.0);
+}
+
+/* Path `number` of a light: which bounce the last level's slot is, and with what probability. Numbers that are rotated
+ * by the golden ratio fill [0, 1) evenly however many there are. */
+static uint32_t tail_bounce(const struct lum_vpl_plan *plan, uint32_t salt, uint32_t number, double *ret_prob)
+{
+    uint32_t first = plan->n_levels - 1, most = plan->max_bounces - 1 - first, n = 0;
+    double all = 1.0 - tail_beyond(most), before = 0.0, upto = (1.0 - tail_beyond(0)) / all;
+    uint32_t turn = lum_hash_combine(salt, lum_hash_u32(plan->seed)) + number * 0x9e3779b9u;
+    for (double u = turn * 0x1p-32; n < most && u >= upto; n++) {
+        before = upto;
+        upto = (1.0 - tail_beyond(n + 1)) / all;
+    }
+    *ret_prob = upto - before;
+    return first + n;
+}
+
+static void make_levels(struct lum_vpl_plan *plan, uint32_t n)
+{
+    uint32_t first = 0, most = plan->max_bounces < LUM_VPL_LEVELS ? plan->max_bounces : LUM_VPL_LEVELS;
+    for (uint32_t b = 0; b < most && first < n; b++) {
+        uint32_t left = n - first, take = b + 1 == most ? left : (left + 1) / 2;
         plan->level_first[b] = first;
         plan->level_n[b] = take;
         plan->offset[b] = lum_hash_combine(lum_hash_u32(plan->seed), b) * 0x1p-32;
@@ -136,9 +163,13 @@ static uint32_t slots_of(const struct lum_vpl_plan *plan, uint32_t level, const 
 
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
 {
-    struct lum_vpl_plan plan = {
-        .shares = set->shares, .n_shares = set->n_shares, .seed = set->seed, .tries = set->tries, .n = set->n_bounced};
-    make_levels(&plan, set->n_bounced, set->max_bounces);
+    struct lum_vpl_plan plan = {.shares = set->shares,
+                                .n_shares = set->n_shares,
+                                .seed = set->seed,
+                                .max_bounces = set->max_bounces,
+                                .tries = set->tries,
+                                .n = set->n_bounced};
+    make_levels(&plan, set->n_bounced);
     for (uint32_t i = 0; i < set->n_shares; i++) {
         uint32_t most = 0;
         for (uint32_t b = 0; b < plan.n_levels; b++) {
@@ -173,19 +204,20 @@ void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t
     }
     const struct lum_vpl_share *share = &plan->shares[lo];
     uint32_t last = 0, number = index - share->first_path;
+    double prob;
     for (uint32_t b = 0; b < plan->n_levels; b++)
         if (number < slots_of(plan, b, share) * plan->tries)
             last = b;
     *ret_share = lo;
     *ret_number = number;
-    *ret_last = last;
     *ret_salt = hash_share(share);
+    *ret_last = last + 1 == plan->n_levels ? tail_bounce(plan, *ret_salt, number, &prob) : last;
 }
 
-uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t bounce, uint32_t *ret_first)
+uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t level, uint32_t *ret_first)
 {
-    *ret_first = plan->level_first[bounce] + slots_below(plan, bounce, plan->shares[share].below);
-    return slots_of(plan, bounce, &plan->shares[share]);
+    *ret_first = plan->level_first[level] + slots_below(plan, level, plan->shares[share].below);
+    return slots_of(plan, level, &plan->shares[share]);
 }
 
 /* A light that is sure to have slots is divided by how many it has, so that none of its flux is a matter of chance;
@@ -194,14 +226,15 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
                            float *ret_weight)
 {
     const struct lum_vpl_share *s = &plan->shares[share];
-    if (bounce >= plan->n_levels)
-        return LUM_NO_OBJECT;
-    uint32_t n = slots_of(plan, bounce, s);
+    uint32_t level = bounce + 1 < plan->n_levels ? bounce : plan->n_levels - 1;
+    uint32_t n = slots_of(plan, level, s);
     if (number >= n * plan->tries)
         return LUM_NO_OBJECT;
-    double expected = plan->level_n[bounce] * (s->upto - s->below);
-    *ret_weight = (float)(1.0 / (expected >= 1.0 ? (double)n : expected));
-    return number / n * plan->n + plan->level_first[bounce] + slots_below(plan, bounce, s->below) + number % n;
+    double expected = plan->level_n[level] * (s->upto - s->below), prob = 1.0;
+    if (level + 1 == plan->n_levels && bounce != tail_bounce(plan, hash_share(s), number, &prob))
+        return LUM_NO_OBJECT;
+    *ret_weight = (float)(1.0 / (prob * (expected >= 1.0 ? (double)n : expected)));
+    return number / n * plan->n + plan->level_first[level] + slots_below(plan, level, s->below) + number % n;
 }
 
 /* ---- spacing ---- */

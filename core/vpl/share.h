@@ -30,25 +30,27 @@ void lum_vpl_place_sky(struct lum_vpl_set *set, const struct lum_snapshot *s);
 /* True when the sky that shines, if one does, is the one that has the slots. */
 bool lum_vpl_sky_serves(const struct lum_vpl_set *set, const struct lum_snapshot *s);
 
-#define LUM_VPL_LEVELS 17u /* bounces that LUM_VPL_MAX slots can hold */
+/* Four bounces by halves; a sixteenth of the slots is left for all further ones. */
+#define LUM_VPL_LEVELS 5u
 
 struct lum_vpl_plan {
     const struct lum_vpl_share *shares;
     uint32_t n_shares, n_paths, seed, n_levels;
+    uint32_t max_bounces;
     uint32_t tries; /* paths for each slot */
     uint32_t n;     /* slots */
-    uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each bounce */
+    uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each level */
     double offset[LUM_VPL_LEVELS];                                 /* in [0, 1), by seed */
 };
 /* Numbers the paths: sets first_path of the set's shares, which the plan borrows. */
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set);
 
-/* Path `index` of plan->n_paths: its light, its number among the light's, its last bounce that has a slot, and a number that
+/* Path `index` of plan->n_paths: its light, its number among the light's, the last bounce that it has a slot for, and a number that
  * tells the light from others by its id. */
 void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t *ret_share, uint32_t *ret_number,
                        uint32_t *ret_last, uint32_t *ret_salt);
-/* Slots of a bounce that belong to a share: so many, from *ret_first. */
-uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t bounce, uint32_t *ret_first);
+/* Slots of a level that belong to a share: so many, from *ret_first. */
+uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t level, uint32_t *ret_first);
 /* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. Try t of slot k
  * is t * plan->n + k. */
 uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint32_t number, uint32_t bounce,

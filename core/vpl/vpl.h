@@ -3,8 +3,8 @@
  * indirect diffuse light of a point.
  *
  * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second bounces,
- * and so on (the last level takes what is left): instead of chance, the slots end half of the paths at each bounce, and
- * those that go on weigh twice. Within a level the slots belong to the lights in turn, as many to each as its share of the
+ * and so on for four levels: instead of chance, the slots end half of the paths at each bounce, and those that go on weigh
+ * twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a level the slots belong to the lights in turn, as many to each as its share of the
  * flux; slot j of a light's run is always the same bounce of the light's path number j, drawn with numbers that depend on
  * the light's id, j and the seed alone. So a VPL only moves when something on its own path does, and no edit of one light
  * moves another's as long as the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy

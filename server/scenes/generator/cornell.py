@@ -107,7 +107,6 @@ def furnace():
     s.mesh("ball-mesh", "sphere", [0.6, 0.6, 0.6], segments=[48, 24])
     s.object("ball", "ball-mesh", "glow", (0.2, -0.3, -0.3))
     s.add("camera", "main", position=[-0.5, 0.3, 0.9], target=[0.1, -0.2, -0.3], up=[0, 1, 0], vfov_deg=60)
-    s.op("set", id="render", path="/max_depth", value=64)
     s.op("set", id="render", path="/exposure_ev", value=1.5)
     s.op("set", id="render", path="/tone_map", value="none")
     return s
