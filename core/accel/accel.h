@@ -65,6 +65,21 @@ struct lum_accel_alpha {
     const void *user;
 };
 
+/* What a see-through surface leaves of light that goes straight on. */
+struct lum_accel_pane {
+    struct lum_rgb left;  /* 0..1 */
+    struct lum_rgb depth; /* of what lies behind the surface, per unit of length: optical depth that the light has had
+                           * before it got out here, or has from now on, where it goes in: negative. Thin: black */
+    float steep;          /* |d.n| with the geometric normal */
+};
+/* Asks what a candidate hit of light along d leaves of it; called from many threads, must be pure. False: the surface
+ * lets nothing pass straight on. */
+struct lum_accel_panes {
+    bool (*passes)(const void *user, uint32_t object, uint32_t prim, float u, float v, struct lum_vec3 d,
+                   struct lum_accel_pane *ret_pane);
+    const void *user;
+};
+
 LUM_MUST_USE enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
                                                   uint32_t n_instances, const struct lum_accel_shape *shapes,
                                                   uint32_t n_shapes, struct lum_accel_top **ret_top, struct lum_error *err);
@@ -103,6 +118,7 @@ struct lum_hits {
 struct lum_trace {
     const struct lum_accel_top *top;
     const struct lum_accel_alpha *alpha; /* NULL: no alpha-mapped material in the scene */
+    const struct lum_accel_panes *panes; /* of lum_trace_light; NULL: there are none, or nothing gets through them */
     bool camera;   /* a ray from the eye: passes hidden shapes */
     /* Closest hits of primary rays: neighbours together. Elsewhere the flag hurts (algorithms 0), and any-hit queries ignore
      * it: Embree 3.13.5 as Debian builds it never returns from rtcOccluded16 with it on well-formed packets, when there are
@@ -115,6 +131,16 @@ struct lum_trace {
 void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits);
 /* occluded[i] = 1 when something lies in (tnear, tfar). */
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH]);
+/* The same of light: panes do not occlude, and ret_left[i] is what those in (tnear, tfar) leave of it; 1, exactly, where
+ * there is none. Undefined where something else occludes, and wherever trace->panes is NULL: then this is lum_trace_any.
+ *
+ * A pane is counted once however many of its triangles a ray meets: of one instance hits count as one that are no
+ * further apart than LUM_RAY_OFFSET across the surface, as a path that goes on from the first would leave the others
+ * behind. So a ray through an edge that triangles share (which both may report) is dimmed as one beside it. This looks
+ * back on the last LUM_PANES_KEPT panes of a ray, in whatever order they are met. */
+#define LUM_PANES_KEPT 8u
+void lum_trace_light(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH],
+                     struct lum_rgb ret_left[LUM_RAY_BATCH]);
 
 /* Moves p off the surface along unit normal n (towards the side of the ray to be shot), so that tnear = 0 finds no self-hit.
  *

@@ -13,8 +13,21 @@ struct filter_context {
     struct RTCIntersectContext rtc;
 #endif
     const struct lum_accel_alpha *alpha;
+    const struct lum_accel_panes *panes; /* NULL: they occlude */
+    const struct lum_rays *rays;         /* with panes: the batch; ray `first` is lane 0 */
+    uint32_t first;           /* same */
+    struct passage *passages; /* same: by lane */
+    struct lum_rgb *ret_left; /* same: by ray */
     uint32_t n_instances;
     bool coherent;
+};
+
+/* What light has been through so far. */
+struct passage {
+    struct lum_rgb left, depth;
+    uint32_t n; /* panes */
+    uint32_t object[LUM_PANES_KEPT];
+    float t[LUM_PANES_KEPT];
 };
 
 /* Embree's packets are N-wide arrays one after the other; RTCHitN's fields are Ng_x Ng_y Ng_z u v primID geomID instID.
@@ -31,6 +44,80 @@ static void filter_alpha(const struct RTCFilterFunctionNArguments *args)
             continue; /* emitter shapes are opaque */
         if (!context->alpha->opaque(context->alpha->user, instance, hit_u[5 * n + i], hit_f[3 * n + i],
                                     hit_f[4 * n + i]))
+            args->valid[i] = 0;
+    }
+}
+
+/* Before and after n rays from `first` on. What is behind surfaces adds up whatever order they are met in; light that
+ * begins or ends in it would be brightened. */
+static void begin_passages(struct filter_context *context, uint32_t first, uint32_t n)
+{
+    context->first = first;
+    for (uint32_t k = 0; k < n && context->panes; k++) {
+        context->passages[k].left = lum_grey(1.0f);
+        context->passages[k].depth = lum_grey(0.0f);
+        context->passages[k].n = 0;
+    }
+}
+
+static void end_passages(struct filter_context *context, uint32_t n)
+{
+    for (uint32_t k = 0; k < n && context->panes; k++) {
+        const struct passage *p = &context->passages[k];
+        struct lum_rgb left = p->left;
+        if (!lum_rgb_black(p->depth))
+            left = lum_rgb_mul(left, lum_rgb(expf(-lum_max(p->depth.r, 0.0f)), expf(-lum_max(p->depth.g, 0.0f)),
+                                             expf(-lum_max(p->depth.b, 0.0f))));
+        context->ret_left[context->first + k] = left;
+    }
+}
+
+/* True when this is the pane that the ray has just been counted through. steep: |d| times the cosine. */
+static bool is_counted(const struct passage *p, uint32_t object, float t, float steep)
+{
+    uint32_t n = p->n < LUM_PANES_KEPT ? p->n : LUM_PANES_KEPT;
+    for (uint32_t k = 0; k < n; k++)
+        if (p->object[k] == object && fabsf(p->t[k] - t) * steep <= LUM_RAY_OFFSET)
+            return true;
+    return false;
+}
+
+/* False: the light ends here. */
+static bool pass_pane(const struct filter_context *context, uint32_t lane, uint32_t object, uint32_t prim, float u,
+                      float v, float t)
+{
+    const struct lum_rays *r = context->rays;
+    uint32_t i = context->first + lane, slot;
+    struct lum_vec3 d = {r->dx[i], r->dy[i], r->dz[i]};
+    struct passage *p = &context->passages[lane];
+    struct lum_accel_pane pane;
+    if (!context->panes->passes(context->panes->user, object, prim, u, v, d, &pane))
+        return false;
+    if (is_counted(p, object, t, pane.steep))
+        return true;
+    slot = p->n++ % LUM_PANES_KEPT;
+    p->object[slot] = object;
+    p->t[slot] = t;
+    p->left = lum_rgb_mul(p->left, pane.left);
+    p->depth = lum_rgb_mad(p->depth, pane.depth, t * lum_length(d));
+    return !lum_rgb_black(p->left);
+}
+
+/* The ray's fields are ox oy oz tnear dx dy dz time tfar mask id flags; tfar is that of the candidate. The ray itself
+ * is in the instance's space. */
+static void filter_light(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct filter_context *context = (const struct filter_context *)args->context;
+    const float *hit_f = (const float *)args->hit, *ray_f = (const float *)args->ray;
+    const uint32_t *hit_u = (const uint32_t *)args->hit, *ray_u = (const uint32_t *)args->ray;
+    uint32_t n = args->N;
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t object = hit_u[7 * n + i], prim = hit_u[5 * n + i];
+        float u = hit_f[3 * n + i], v = hit_f[4 * n + i];
+        if (args->valid[i] == 0 || object >= context->n_instances)
+            continue; /* emitter shapes are opaque */
+        if ((context->alpha && !context->alpha->opaque(context->alpha->user, object, prim, u, v)) ||
+            pass_pane(context, ray_u[10 * n + i], object, prim, u, v, ray_f[8 * n + i]))
             args->valid[i] = 0;
     }
 }
@@ -81,8 +168,10 @@ static void pack(const struct lum_rays *r, uint32_t first, uint32_t mask, struct
     memcpy(packet->dir_y, r->dy + first, size);
     memcpy(packet->dir_z, r->dz + first, size);
     memcpy(packet->tfar, r->tfar + first, size);
-    for (uint32_t k = 0; k < WIDTH; k++)
+    for (uint32_t k = 0; k < WIDTH; k++) {
         packet->mask[k] = mask;
+        packet->id[k] = k;
+    }
 }
 
 static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_hits *h)
@@ -98,27 +187,38 @@ static void unpack(const struct RTCRayHit16 *packet, uint32_t first, struct lum_
     memcpy(h->object + first, packet->hit.instID[0], size); /* everything is an instance (top.c) */
 }
 
-static void filter_context_init(struct filter_context *context, const struct lum_trace *trace, bool coherent)
+static RTCFilterFunctionN filter_of(const struct filter_context *context)
 {
+    return context->panes ? filter_light : context->alpha ? filter_alpha : NULL;
+}
+
+/* panes: NULL where they occlude. */
+static void filter_context_init(struct filter_context *context, const struct lum_trace *trace,
+                                const struct lum_accel_panes *panes, bool coherent)
+{
+    context->alpha = trace->alpha;
+    context->panes = panes;
+    context->rays = NULL;
+    context->passages = NULL;
+    context->ret_left = NULL;
+    context->first = 0;
+    context->n_instances = trace->top->n_instances;
+    context->coherent = coherent;
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context->rtc);
 #else
     rtcInitIntersectContext(&context->rtc);
     if (coherent)
         context->rtc.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    if (trace->alpha)
-        context->rtc.filter = filter_alpha;
+    context->rtc.filter = filter_of(context);
 #endif
-    context->alpha = trace->alpha;
-    context->n_instances = trace->top->n_instances;
-    context->coherent = coherent;
 }
 
 #if RTC_VERSION_MAJOR >= 4
 static enum RTCRayQueryFlags query_flags(const struct filter_context *context)
 {
     return (context->coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT) |
-           (context->alpha ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
+           (filter_of(context) ? RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER : 0);
 }
 #endif
 
@@ -130,7 +230,7 @@ static void intersect(const struct lum_trace *trace, struct filter_context *cont
     rtcInitIntersectArguments(&args);
     args.context = &context->rtc;
     args.flags = query_flags(context);
-    args.filter = trace->alpha ? filter_alpha : NULL;
+    args.filter = filter_of(context);
     rtcIntersect16(valid, trace->top->scene, packet, &args);
 #else
     rtcIntersect16(valid, trace->top->scene, &context->rtc, packet);
@@ -145,7 +245,7 @@ static void occluded(const struct lum_trace *trace, struct filter_context *conte
     rtcInitOccludedArguments(&args);
     args.context = &context->rtc;
     args.flags = query_flags(context);
-    args.filter = trace->alpha ? filter_alpha : NULL;
+    args.filter = filter_of(context);
     rtcOccluded16(valid, trace->top->scene, packet, &args);
 #else
     rtcOccluded16(valid, trace->top->scene, &context->rtc, packet);
@@ -219,7 +319,9 @@ static uint32_t any_packets(const struct lum_trace *trace, struct filter_context
         pack(rays, first, ray_mask(trace), &packet);
         if (n < WIDTH || unfit)
             switch_off(valid, &packet);
+        begin_passages(context, first, n < WIDTH ? n : WIDTH);
         occluded(trace, context, valid, &packet);
+        end_passages(context, n < WIDTH ? n : WIDTH);
         /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
         for (uint32_t k = 0; k < WIDTH; k++)
             ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
@@ -236,7 +338,7 @@ static void intersect_single(const struct lum_trace *trace, struct filter_contex
     rtcInitIntersectArguments(&args);
     args.context = &context->rtc;
     args.flags = query_flags(context);
-    args.filter = trace->alpha ? filter_alpha : NULL;
+    args.filter = filter_of(context);
     rtcIntersect1(trace->top->scene, ray, &args);
 #else
     rtcIntersect1(trace->top->scene, &context->rtc, ray);
@@ -287,7 +389,7 @@ static void occluded_single(const struct lum_trace *trace, struct filter_context
     rtcInitOccludedArguments(&args);
     args.context = &context->rtc;
     args.flags = query_flags(context);
-    args.filter = trace->alpha ? filter_alpha : NULL;
+    args.filter = filter_of(context);
     rtcOccluded1(trace->top->scene, ray, &args);
 #else
     rtcOccluded1(trace->top->scene, &context->rtc, ray);
@@ -303,8 +405,10 @@ static uint32_t any_singles(const struct lum_trace *trace, struct filter_context
         if (i % WIDTH == 0)
             bad += gate(rays, i, rays->n - i, valid);
         struct RTCRay ray = single_ray(trace, rays, i);
+        begin_passages(context, i, 1);
         if (valid[i % WIDTH])
             occluded_single(trace, context, &ray);
+        end_passages(context, 1);
         ret_occluded[i] = (uint8_t)((valid[i % WIDTH] != 0) & (ray.tfar < 0.0f));
     }
     return bad;
@@ -315,7 +419,7 @@ static uint32_t any_singles(const struct lum_trace *trace, struct filter_context
 void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *rays, struct lum_hits *ret_hits)
 {
     struct filter_context context;
-    filter_context_init(&context, trace, trace->coherent);
+    filter_context_init(&context, trace, NULL, trace->coherent);
     uint32_t bad = trace->top->device->singly ? closest_singles(trace, &context, rays, ret_hits)
                                               : closest_packets(trace, &context, rays, ret_hits);
     if (trace->top->n_shapes)
@@ -324,12 +428,30 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
         *trace->bad_rays += bad;
 }
 
+static void trace_any(const struct lum_trace *trace, struct filter_context *context, const struct lum_rays *rays,
+                      uint8_t ret_occluded[LUM_RAY_BATCH])
+{
+    uint32_t bad = trace->top->device->singly ? any_singles(trace, context, rays, ret_occluded)
+                                              : any_packets(trace, context, rays, ret_occluded);
+    if (bad)
+        *trace->bad_rays += bad;
+}
+
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
 {
     struct filter_context context;
-    filter_context_init(&context, trace, false); /* coherent occlusion: see accel.h */
-    uint32_t bad = trace->top->device->singly ? any_singles(trace, &context, rays, ret_occluded)
-                                              : any_packets(trace, &context, rays, ret_occluded);
-    if (bad)
-        *trace->bad_rays += bad;
+    filter_context_init(&context, trace, NULL, false); /* coherent occlusion: see accel.h */
+    trace_any(trace, &context, rays, ret_occluded);
+}
+
+void lum_trace_light(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH],
+                     struct lum_rgb ret_left[LUM_RAY_BATCH])
+{
+    struct filter_context context;
+    struct passage passages[WIDTH];
+    filter_context_init(&context, trace, trace->panes, false);
+    context.rays = rays;
+    context.passages = passages;
+    context.ret_left = ret_left;
+    trace_any(trace, &context, rays, ret_occluded);
 }

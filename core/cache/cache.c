@@ -52,6 +52,34 @@ static void take_snapshot(struct lum_cache *cache, const struct lum_snapshot *s)
     cache->snapshot = s;
 }
 
+/* ---- what records take ---- */
+
+static uint32_t n_slots(const struct lum_cache *cache)
+{
+    return lum_vpl_slots(cache->key.n_vpls, cache->key.n_sky);
+}
+
+static bool keeps_left(const struct lum_cache *cache)
+{
+    return cache->key.panes && cache->key.kind->left;
+}
+
+size_t lum_cache_record_bytes(const struct lum_cache *cache)
+{
+    size_t bytes = cache->key.kind->record_bytes(n_slots(cache));
+    if (keeps_left(cache))
+        bytes += ((n_slots(cache) + 15u) & ~15u) * sizeof(uint32_t);
+    return bytes;
+}
+
+uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record *record)
+{
+    if (!keeps_left(cache))
+        return NULL;
+    return (uint32_t *)(void *)((char *)record + cache->key.kind->record_bytes(n_slots(cache)));
+}
+
+
 static void destroy_entry(struct entry *e)
 {
     forget_state(&e->cache);
@@ -69,10 +97,12 @@ static enum lum_status make_store(struct lum_cache *cache, struct lum_error *err
         .hi = lum_v3(LUM_SCENE_REACH, LUM_SCENE_REACH, LUM_SCENE_REACH),
         .n_workers = entry_of(cache)->owner->n_workers,
         .budget = &entry_of(cache)->owner->budget,
-        .record_bytes = cache->key.kind->record_bytes(lum_vpl_slots(cache->key.n_vpls, cache->key.n_sky)),
+        .record_bytes = lum_cache_record_bytes(cache),
     };
     /* alike with and without a sky: what its records alone need is all that it costs */
-    size_t most = cache->key.kind->record_bytes(lum_vpl_slots(cache->key.n_vpls, LUM_VPL_SKY));
+    struct lum_cache with_sky = {.key = cache->key};
+    with_sky.key.n_sky = LUM_VPL_SKY;
+    size_t most = lum_cache_record_bytes(&with_sky);
     size_t fit = LUM_CACHE_BYTES / most;
     config.capacity = fit > LUM_STORE_MAX ? LUM_STORE_MAX : fit > 0 ? (uint32_t)fit : 1;
     return lum_store_create(&config, &cache->store, err);
@@ -86,6 +116,7 @@ static enum lum_status update_vpls(struct lum_cache *cache, const struct lum_cac
         .max_bounces = cache->key.max_bounces,
         .seed = cache->key.seed,
         .media = cache->key.media,
+        .glass_off = cache->key.glass_off,
         .pool = u->pool,
         .counters = u->counters,
         .n_sky = cache->key.n_sky,
@@ -196,7 +227,8 @@ void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size 
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls && a->n_sky == b->n_sky &&
-           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media;
+           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media &&
+           a->glass_off == b->glass_off && a->panes == b->panes;
 }
 
 enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,

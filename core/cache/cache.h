@@ -51,6 +51,7 @@ struct lum_cache_kind {
     uint32_t tries; /* of struct lum_vpl_request */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
+    bool left;     /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
     /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
     void (*build)(const struct lum_cache_job *job);
     /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
@@ -70,6 +71,8 @@ struct lum_cache_key {
     uint32_t n_vpls, max_bounces, seed; /* of the VPLs; n_vpls: rays of a hemisphere for kinds without */
     float accuracy;                     /* a of Ward: error that is let pass; less is finer */
     bool media;                         /* light is dimmed by media */
+    bool glass_off;                     /* no light goes through surfaces: the effect transmission is left out */
+    bool panes;                         /* there are panes, and light goes through them */
     uint32_t n_sky;                     /* slots for the sky: LUM_VPL_SKY, or 0: records hold indirect light alone */
 };
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b);
@@ -106,6 +109,11 @@ static inline float lum_cache_footprint(float pixel, struct lum_vec3 eye, struct
 {
     return pixel * lum_length(lum_v3_sub(p, eye));
 }
+
+/* A record, and what follows it. */
+size_t lum_cache_record_bytes(const struct lum_cache *cache);
+/* By VPL that the record sees: what panes on the way leave of its light (lum_share_pack). NULL: there are none. */
+uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record *record);
 
 /* Records of a cache take at most this. */
 #define LUM_CACHE_BYTES ((size_t)512 << 20)

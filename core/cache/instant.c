@@ -1,6 +1,7 @@
 /* Building the records of instant caching, and what they have in common (thesis 6.2.1). */
 #include "core/cache/instant.h"
 
+#include "core/math/color.h"
 #include "core/render/frame.h"
 
 /* Terms that are asked for at once, by slot and record; 64 KiB of a worker's stack. */
@@ -48,22 +49,29 @@ uint64_t lum_instant_trace(const struct lum_cache_job *job, const uint32_t *slot
     struct lum_gather_points points;
     struct lum_rgb irradiance[LUM_INSTANT_GROUP] = {{0}};
     float terms[CHUNK * LUM_INSTANT_GROUP];
+    uint32_t left[CHUNK * LUM_INSTANT_GROUP]; /* written with panes alone */
     uint64_t before = job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE];
     load_points(job, &points);
     struct lum_gather gather = {.snapshot = job->snapshot,
                                 .set = &job->cache->vpls,
                                 .bound = lum_instant_bound(job->cache),
+                                .panes = job->cache->key.panes,
                                 .points = &points,
                                 .irradiance = irradiance, /* of these slots; lum_instant_sum knows them all */
                                 .terms = terms,
+                                .left = job->cache->key.panes ? left : NULL,
                                 .counters = job->counters};
     for (uint32_t first = 0; first < n_slots; first += CHUNK) {
         gather.slots = slots + first;
         gather.n_slots = n_slots - first < CHUNK ? n_slots - first : CHUNK;
         lum_vpl_gather(&gather);
-        for (uint32_t i = 0; i < job->n; i++)
+        for (uint32_t i = 0; i < job->n; i++) {
+            uint32_t *kept = lum_cache_left(job->cache, job->records[i]);
             for (uint32_t k = 0; k < gather.n_slots; k++)
                 record_of(job, i)->term[gather.slots[k]] = terms[k * job->n + i];
+            for (uint32_t k = 0; kept && k < gather.n_slots; k++)
+                kept[gather.slots[k]] = left[k * job->n + i];
+        }
     }
     return job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE] - before;
 }
@@ -82,15 +90,21 @@ static void sum_channel(const float *flux, const float *term, uint32_t n_padded,
     *ret_sum = sum;
 }
 
-/* Media dim each VPL's light on its way. */
-static void sum_through_media(const struct lum_cache_job *job, const struct lum_instant_record *record, double sum[3])
+/* Media and panes dim each VPL's light on its way. left: NULL: there are no panes. */
+static void sum_dimmed(const struct lum_cache_job *job, const struct lum_instant_record *record, const uint32_t *left,
+                       double sum[3])
 {
     const struct lum_vpl_set *set = &job->cache->vpls;
+    bool media = job->cache->key.media && job->snapshot->n_media > 0;
     for (uint32_t k = 0; k < set->n; k++) {
         if (!(record->term[k] > 0.0f))
             continue;
         struct lum_vec3 d = lum_v3_sub(lum_v3(set->px[k], set->py[k], set->pz[k]), record->base.p);
-        struct lum_rgb t = lum_media_transmittance(job->snapshot, record->base.p, lum_normalize(d), lum_length(d));
+        struct lum_rgb t = lum_grey(1.0f);
+        if (media)
+            t = lum_media_transmittance(job->snapshot, record->base.p, lum_normalize(d), lum_length(d));
+        if (left)
+            t = lum_rgb_mul(t, lum_share_unpack(left[k]));
         float radiance = LUM_INV_PI * record->term[k];
         sum[0] += (double)(set->flux[0][k] * t.r * radiance);
         sum[1] += (double)(set->flux[1][k] * t.g * radiance);
@@ -101,9 +115,10 @@ static void sum_through_media(const struct lum_cache_job *job, const struct lum_
 void lum_instant_sum(const struct lum_cache_job *job, struct lum_instant_record *record)
 {
     const struct lum_vpl_set *set = &job->cache->vpls;
+    const uint32_t *left = lum_cache_left(job->cache, &record->base);
     double sum[3] = {0.0};
-    if (job->cache->key.media && job->snapshot->n_media > 0)
-        sum_through_media(job, record, sum);
+    if (left || (job->cache->key.media && job->snapshot->n_media > 0))
+        sum_dimmed(job, record, left, sum);
     else
         for (int c = 0; c < 3; c++)
             sum_channel(set->flux[c], record->term, padded(set->n), &sum[c]);
@@ -152,6 +167,7 @@ const struct lum_cache_kind lum_cache_instant = {
     .metric = LUM_METRIC_WARD,
     .vpls = true,
     .record_bytes = record_bytes,
+    .left = true,
     .build = build,
 };
 
@@ -161,6 +177,7 @@ const struct lum_cache_kind lum_cache_temporal = {
     .vpls = true,
     .lasting = true,
     .record_bytes = record_bytes,
+    .left = true,
     .build = build,
     .refresh = lum_instant_refresh,
     .change = lum_instant_change,

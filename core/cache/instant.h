@@ -21,7 +21,9 @@ struct lum_instant_record {
 /* Records that are worked on together, so that rays towards one VPL start near each other. */
 #define LUM_INSTANT_GROUP 64u
 
-/* The terms of these slots, for all records of the job: at most LUM_INSTANT_GROUP. Returns the rays. */
+/* In scenes with panes lum_cache_left says what they leave of each VPL that a record sees.
+ *
+ * The terms of these slots, for all records of the job: at most LUM_INSTANT_GROUP. Returns the rays. */
 uint64_t lum_instant_trace(const struct lum_cache_job *job, const uint32_t *slots, uint32_t n_slots);
 /* What bounds the geometry term. */
 struct lum_bound lum_instant_bound(const struct lum_cache *cache);

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "core/cache/since.h"
+#include "core/math/color.h"
 #include "core/render/frame.h"
 
 struct state {
@@ -137,11 +138,12 @@ static void push(struct batch *b, uint32_t record, float *term, struct lum_vec3 
     lum_vpl_push_ray(&b->rays, from, target);
 }
 
-static void trace(struct update *u, struct batch *b, const struct lum_accel_top *top, uint8_t *occluded)
+static void trace(struct update *u, struct batch *b, const struct lum_accel_top *top, uint8_t *occluded,
+                  struct lum_rgb *left)
 {
-    struct lum_trace trace = lum_trace_of(u->job->snapshot, u->job->counters);
+    struct lum_trace trace = lum_trace_of_light(u->job->snapshot, u->job->counters, u->job->cache->key.panes);
     trace.top = top;
-    lum_trace_any(&trace, &b->rays, occluded);
+    lum_trace_light(&trace, &b->rays, occluded, left);
     u->job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += b->rays.n;
 }
 
@@ -150,14 +152,21 @@ static void trace_far(struct update *u)
 {
     struct batch *b = &u->far;
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];
+    bool panes = u->job->cache->key.panes;
     if (b->rays.n == 0)
         return;
-    trace(u, b, u->job->snapshot->top, occluded);
-    for (uint32_t r = 0; r < b->rays.n; r++)
-        if (!occluded[r]) {
-            *b->term[r] = -*b->term[r];
-            u->changed[b->record[r]] = true;
-        }
+    trace(u, b, u->job->snapshot->top, occluded, left);
+    for (uint32_t r = 0; r < b->rays.n; r++) {
+        float *term = b->term[r];
+        if (!panes && occluded[r])
+            continue;
+        *term = occluded[r] ? -fabsf(*term) : fabsf(*term);
+        u->changed[b->record[r]] = true;
+        if (panes)
+            lum_cache_left(u->job->cache, u->job->records[b->record[r]])[term - record_of(u, b->record[r])->term] =
+                occluded[r] ? 0 : lum_share_pack(left[r]);
+    }
     u->n_far += b->rays.n;
     b->rays.n = 0;
 }
@@ -178,9 +187,10 @@ static void trace_near(struct update *u)
 {
     struct batch *b = &u->near;
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH]; /* nobody asks: with panes there are no such rays */
     if (b->rays.n == 0)
         return;
-    trace(u, b, u->movers, occluded);
+    trace(u, b, u->movers, occluded, left);
     for (uint32_t r = 0; r < b->rays.n; r++) {
         struct lum_vec3 from = {b->rays.ox[r], b->rays.oy[r], b->rays.oz[r]};
         if (!occluded[r] && *b->term[r] < 0.0f) {
@@ -192,6 +202,17 @@ static void trace_near(struct update *u)
     }
     u->n_near += b->rays.n;
     b->rays.n = 0;
+}
+
+/* With panes who sees a VPL is not all: what may cross something that moved, or crossed it, is traced anew. */
+static void test_both_boxes(struct update *u, uint32_t record, float *term, struct lum_vec3 from, struct lum_vec3 target)
+{
+    u->n_boxes++;
+    if (!lum_motion_meets(&u->since->motion, from, target))
+        return;
+    if (u->far.rays.n == LUM_RAY_BATCH)
+        trace_far(u);
+    push(&u->far, record, term, from, target);
 }
 
 /* The rays of all records to one VPL that did not move. */
@@ -206,6 +227,10 @@ static void test_vpl(struct update *u, uint32_t k)
         struct lum_vec3 d = lum_v3_sub(p, r->p), from = lum_ray_offset(r->p, r->ng);
         if (*term == 0.0f || lum_dot(d, d) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING)
             continue;
+        if (u->job->cache->key.panes) {
+            test_both_boxes(u, i, term, from, target);
+            continue;
+        }
         if (!u->movers) {
             if (*term < 0.0f)
                 test_boxes(u, i, term, from, target);

@@ -19,6 +19,7 @@
 #include "core/cache/proximity.h"
 #include "core/cache/since.h"
 #include "core/cache/vpl_sum.h"
+#include "core/math/color.h"
 #include "core/render/frame.h"
 
 /* `lift` of vpl_sum.h, in radii of the area that a VPL stands for. Less is noise, more is blur and loses light behind
@@ -46,7 +47,8 @@
 struct live_record {
     struct lum_cache_record base;
     float proximity; /* of lum_proximity */
-    uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces */
+    uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces. Of those that it
+                      * sees, what panes leave is in lum_cache_left */
 };
 
 static size_t record_bytes(uint32_t n_vpls)
@@ -88,12 +90,18 @@ static void trace_rays(struct seeing *s)
 {
     if (s->rays.n == 0)
         return;
+    const struct lum_cache *cache = s->job->cache;
     uint8_t occluded[LUM_RAY_BATCH];
-    struct lum_trace trace = lum_trace_of(s->job->snapshot, s->job->counters);
-    lum_trace_any(&trace, &s->rays, occluded);
-    for (uint32_t i = 0; i < s->rays.n; i++)
-        if (!occluded[i])
-            s->record[i]->bits[s->slot[i] / 64] |= UINT64_C(1) << s->slot[i] % 64;
+    struct lum_rgb left[LUM_RAY_BATCH];
+    struct lum_trace trace = lum_trace_of_light(s->job->snapshot, s->job->counters, cache->key.panes);
+    lum_trace_light(&trace, &s->rays, occluded, left);
+    for (uint32_t i = 0; i < s->rays.n; i++) {
+        if (occluded[i])
+            continue;
+        s->record[i]->bits[s->slot[i] / 64] |= UINT64_C(1) << s->slot[i] % 64;
+        if (trace.panes)
+            lum_cache_left(cache, &s->record[i]->base)[s->slot[i]] = lum_share_pack(left[i]);
+    }
     s->rays.n = 0;
 }
 
@@ -109,7 +117,10 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     struct lum_vec3 d = lum_v3_sub(end, lum_vpl_seen_from(set, slot, from));
     struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
     if (lum_dot(direct, direct) < TOUCHING * TOUCHING) {
+        uint32_t *left = lum_cache_left(s->job->cache, &r->base);
         r->bits[slot / 64] |= UINT64_C(1) << slot % 64;
+        if (left)
+            left[slot] = 0;
         return;
     }
     if (s->rays.n == LUM_RAY_BATCH)
@@ -179,7 +190,8 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     bool media = cache->key.media && job->snapshot->n_media > 0;
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lift_of(cache), media ? job->snapshot : NULL, &sum);
+    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), lift_of(cache),
+                        media ? job->snapshot : NULL, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);
@@ -349,6 +361,7 @@ const struct lum_cache_kind lum_cache_live = {
     .tries = TRIES,
     .lasting = true,
     .record_bytes = record_bytes,
+    .left = true,
     .build = build,
     .refresh = refresh,
     .change = change,

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/math/color.h"
 #include "core/medium/medium.h"
 
 #define LANES LUM_SUM_LANES
@@ -79,9 +80,20 @@ static void add_terms(struct lanes *sum, const struct terms *t, float *const flu
     }
 }
 
-/* What media leave of the flux of LANES VPLs. */
-static void dim(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
-                const struct lum_snapshot *media, float ret_flux[3][LANES])
+/* What panes leave of the flux of LANES VPLs. */
+static void dim_by_panes(const uint32_t *left, float inout_flux[3][LANES])
+{
+    for (uint32_t i = 0; i < LANES; i++) {
+        struct lum_rgb share = lum_share_unpack(left[i]);
+        inout_flux[0][i] *= share.r;
+        inout_flux[1][i] *= share.g;
+        inout_flux[2][i] *= share.b;
+    }
+}
+
+/* What media leave of it. */
+static void dim_by_media(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
+                         const struct lum_snapshot *media, float inout_flux[3][LANES])
 {
     for (uint32_t i = 0; i < LANES; i++) {
         struct lum_vec3 p = {set->px[k + i], set->py[k + i], set->pz[k + i]};
@@ -90,10 +102,18 @@ static void dim(const struct lum_vpl_set *set, uint32_t k, const struct lum_rece
         if (bits >> i & 1u)
             left = lum_media_transmittance(media, at->p, lum_normalize(d),
                                            k < lum_vpl_first_sky(set) ? lum_length(d) : INFINITY);
-        ret_flux[0][i] = set->flux[0][k + i] * left.r;
-        ret_flux[1][i] = set->flux[1][k + i] * left.g;
-        ret_flux[2][i] = set->flux[2][k + i] * left.b;
+        inout_flux[0][i] *= left.r;
+        inout_flux[1][i] *= left.g;
+        inout_flux[2][i] *= left.b;
     }
+}
+
+static bool any_pane(const uint32_t *left)
+{
+    uint32_t any = 0;
+    for (uint32_t i = 0; left && i < LANES; i++)
+        any |= left[i];
+    return any != 0;
 }
 
 static void add_lanes(double sum[4][3], const struct lanes *lanes)
@@ -108,7 +128,8 @@ static void add_lanes(double sum[4][3], const struct lanes *lanes)
 }
 
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
-                         float lift, const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum)
+                         const uint32_t *left, float lift, const struct lum_snapshot *media,
+                         struct lum_vpl_sum *ret_sum)
 {
     double sum[4][3] = {{0}};
     for (uint32_t block = 0; block < set->n; block += LUM_SUM_BLOCK) {
@@ -120,10 +141,18 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
             struct terms terms;
             float dimmed[3][LANES];
             lifted_terms(set, k, at, bits, lift * lift, &terms);
+            bool panes = left && any_pane(left + k);
+            if (!media && !panes) {
+                add_terms(&lanes, &terms, set->flux, k);
+                continue;
+            }
+            for (uint32_t c = 0; c < 3; c++)
+                memcpy(dimmed[c], set->flux[c] + k, sizeof dimmed[c]);
             if (media)
-                dim(set, k, at, bits, media, dimmed);
-            float *const here[3] = {dimmed[0], dimmed[1], dimmed[2]};
-            add_terms(&lanes, &terms, media ? here : set->flux, media ? 0 : k);
+                dim_by_media(set, k, at, bits, media, dimmed);
+            if (panes)
+                dim_by_panes(left + k, dimmed);
+            add_terms(&lanes, &terms, (float *const[3]){dimmed[0], dimmed[1], dimmed[2]}, 0);
         }
         add_lanes(sum, &lanes);
     }

@@ -30,10 +30,11 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 
 struct lum_vpl_sum {
     struct lum_rgb irradiance;
-    struct lum_rgb gradient[3]; /* by moving p along x, y, z, while the same VPLs are seen, undimmed by media */
+    struct lum_rgb gradient[3]; /* by moving p along x, y, z, while the same VPLs are seen, undimmed by media; what panes leave stays */
 };
-/* Over the VPLs in `visible`. lift: m above; > 0. media: of this snapshot dim the light; NULL: none. */
-void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible, float lift,
-                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
+/* Over the VPLs in `visible`. left: what panes leave of each (lum_share_pack), padded like the set; NULL: there are none. lift: m
+ * above; > 0. media: of this snapshot dim the light; NULL: none. */
+void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
+                         const uint32_t *left, float lift, const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
 
 #endif

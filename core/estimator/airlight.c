@@ -42,14 +42,15 @@ static void see(struct airlight *a, uint32_t pixel, struct lum_rgb value)
 static void flush(struct airlight *a)
 {
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];
     if (a->rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(a->pass->snapshot, a->counters);
-    lum_trace_any(&trace, &a->rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(a->pass->snapshot, a->counters, lum_pass_panes(a->pass));
+    lum_trace_light(&trace, &a->rays, occluded, left);
     a->counters->rays[LUM_RAY_MEDIA] += a->rays.n;
     for (uint32_t r = 0; r < a->rays.n; r++)
         if (!occluded[r])
-            see(a, a->pixel[r], a->value[r]);
+            see(a, a->pixel[r], trace.panes ? lum_rgb_mul(a->value[r], left[r]) : a->value[r]);
     a->rays.n = 0;
 }
 

@@ -57,6 +57,7 @@ static void gather(struct indirect *s, uint32_t n_slots)
         .n_slots = n_slots,
         .bound = lum_vpl_bound(s->pass->vpls->spacing),
         .media = s->pass->on[LUM_EFFECT_MEDIA],
+        .panes = lum_pass_panes(s->pass),
         .points = &s->points,
         .irradiance = s->irradiance,
         .sampled = s->batch_sampled,

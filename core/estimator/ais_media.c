@@ -39,15 +39,17 @@ struct march {
 static void trace_rays(struct march *m)
 {
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];
     if (m->rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(m->pass->snapshot, m->counters);
-    lum_trace_any(&trace, &m->rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(m->pass->snapshot, m->counters, lum_pass_panes(m->pass));
+    lum_trace_light(&trace, &m->rays, occluded, left);
     m->counters->rays[LUM_RAY_MEDIA] += m->rays.n;
     for (uint32_t r = 0; r < m->rays.n; r++) {
         uint32_t i = m->pixel[r];
         if (!occluded[r])
-            m->sum[i] = lum_rgb_add(m->sum[i], m->value[r]);
+            m->sum[i] =
+                lum_rgb_add(m->sum[i], trace.panes ? lum_rgb_mul(m->value[r], left[r]) : m->value[r]);
         else if (m->iteration == 0) /* listing 5.4, lines 6 and 7 */
             m->missed[i]++;
     }

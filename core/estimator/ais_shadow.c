@@ -248,12 +248,16 @@ static void add(struct shadow *s, uint32_t pixel, const struct reflected *value)
 static void trace_rays(struct shadow *s, uint32_t iteration)
 {
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];
     if (s->rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(s->pass->snapshot, s->counters);
-    lum_trace_any(&trace, &s->rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(s->pass->snapshot, s->counters, lum_pass_panes(s->pass));
+    lum_trace_light(&trace, &s->rays, occluded, left);
     s->counters->rays[lum_light_ray_kind(&s->pass->snapshot->lights.lights[s->light])] += s->rays.n;
     for (uint32_t r = 0; r < s->rays.n; r++) {
+        if (!occluded[r] && trace.panes)
+            s->value[r] = (struct reflected){lum_rgb_mul(s->value[r].white, left[r]),
+                                             lum_rgb_mul(s->value[r].gloss, left[r])};
         if (!occluded[r])
             add(s, s->pixel[r], &s->value[r]);
         else if (iteration == 0) /* listing 5.3, lines 3 and 4 */

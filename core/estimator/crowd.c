@@ -152,12 +152,16 @@ static void flush(struct tile_job *t)
     if (t->rays.n == 0)
         return;
     uint8_t occluded[LUM_RAY_BATCH];
-    struct lum_trace trace = lum_trace_of(t->pass->snapshot, t->counters);
-    lum_trace_any(&trace, &t->rays, occluded);
+    struct lum_rgb left[LUM_RAY_BATCH];
+    struct lum_trace trace = lum_trace_of_light(t->pass->snapshot, t->counters, lum_pass_panes(t->pass));
+    lum_trace_light(&trace, &t->rays, occluded, left);
     t->counters->rays[t->kind] += t->rays.n;
-    for (uint32_t i = 0; i < t->rays.n; i++)
-        if (!occluded[i])
-            keep(t, t->vertex[i], t->diffuse[i], t->gloss[i]);
+    for (uint32_t i = 0; i < t->rays.n; i++) {
+        if (occluded[i])
+            continue;
+        struct lum_rgb share = trace.panes ? left[i] : lum_grey(1.0f);
+        keep(t, t->vertex[i], lum_rgb_mul(t->diffuse[i], share), lum_rgb_mul(t->gloss[i], share));
+    }
     t->rays.n = 0;
 }
 

@@ -1,5 +1,9 @@
 #include "core/estimator/direct.h"
 
+#include <string.h>
+
+#include "core/math/color.h"
+
 /* Sampler pairs of lights are spread over the upper half; the path tracer's are small numbers. */
 #define PAIR_LIGHTS 0x80000000u
 
@@ -63,13 +67,54 @@ static void add(const struct lum_direct *job, uint32_t i, struct lum_rgb value)
     *sum = lum_rgb_add(*sum, value);
 }
 
+/* What a vertex gets by way of panes, which is kept as a mean over its samples: so all of them are summed up first. */
+struct behind {
+    struct lum_rgb value;   /* of those that are visible, were no pane in between */
+    struct lum_rgb left;    /* sum of the shares of those that were traced now, weighted by the luminance of their values */
+    float known, traced;    /* luminance of the others, and of these */
+};
+
+/* What is added depends on what is kept alone: traced or known, the sum is the same. */
+static void end_behind(const struct lum_direct *job, const struct behind *behind)
+{
+    const struct lum_vertices *v = job->vertices;
+    for (uint32_t i = 0; i < v->n; i++) {
+        const struct behind *b = &behind[i];
+        uint32_t *left = &job->left[v->slot[i]];
+        if (b->traced > 0.0f) {
+            struct lum_rgb all = lum_rgb_mad(b->left, lum_share_unpack(*left), b->known);
+            *left = lum_share_pack(lum_rgb_scale(all, 1.0f / (b->known + b->traced)));
+        }
+        add(job, i, lum_rgb_mul(b->value, lum_share_unpack(*left)));
+    }
+}
+
+/* A sample that is visible; left: what panes leave of it, NULL: it was known before. behind: NULL where nothing is kept
+ * of panes. */
+static void add_visible(const struct lum_direct *job, struct behind *behind, uint32_t i, struct lum_rgb value,
+                        const struct lum_rgb *left)
+{
+    if (!behind) {
+        add(job, i, left ? lum_rgb_mul(value, *left) : value);
+        return;
+    }
+    struct behind *b = &behind[i];
+    float weight = lum_luminance(value);
+    b->value = lum_rgb_add(b->value, value);
+    b->known += left ? 0.0f : weight;
+    b->traced += left ? weight : 0.0f;
+    if (left)
+        b->left = lum_rgb_mad(b->left, *left, weight);
+}
+
 /* Sample k of every vertex. Per slot the samples are added in the order of k, whether they are traced or known. */
-static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_samples)
+static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_samples, struct behind *behind)
 {
     const struct lum_vertices *v = job->vertices;
     const struct lum_light *light = &job->snapshot->lights.lights[job->light];
+    const struct lum_rgb all = lum_grey(1.0f);
     struct lum_rays rays;
-    struct lum_rgb value[LUM_RAY_BATCH];
+    struct lum_rgb value[LUM_RAY_BATCH], left[LUM_RAY_BATCH];
     uint8_t vertex[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     uint16_t bit = (uint16_t)(1u << k);
     rays.n = 0;
@@ -84,7 +129,7 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
         }
         if (seen && (seen->traced & bit)) {
             if (seen->visible & bit)
-                add(job, i, reflected);
+                add_visible(job, behind, i, reflected, NULL);
             continue;
         }
         uint32_t r = rays.n;
@@ -93,7 +138,7 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
             vertex[r] = (uint8_t)i;
             continue;
         }
-        add(job, i, reflected);
+        add_visible(job, behind, i, reflected, &all);
         if (seen) {
             seen->traced |= bit;
             seen->visible |= bit;
@@ -101,12 +146,12 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     }
     if (rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(job->snapshot, job->counters);
-    lum_trace_any(&trace, &rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(job->snapshot, job->counters, job->panes);
+    lum_trace_light(&trace, &rays, occluded, left);
     job->counters->rays[lum_light_ray_kind(light)] += rays.n;
     for (uint32_t r = 0; r < rays.n; r++) {
         if (!occluded[r])
-            add(job, vertex[r], value[r]);
+            add_visible(job, behind, vertex[r], value[r], trace.panes ? &left[r] : NULL);
         if (!job->seen)
             continue;
         struct lum_seen *seen = &job->seen[v->slot[vertex[r]]];
@@ -118,10 +163,15 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
 
 void lum_direct_light(const struct lum_direct *job)
 {
+    struct behind behind[LUM_RAY_BATCH], *kept = job->seen && job->left ? behind : NULL;
     if (job->vertices->n == 0)
         return;
     bool one = job->snapshot->lights.lights[job->light].delta || is_hard(job);
     uint32_t n_samples = one ? 1 : job->n_samples;
+    if (kept)
+        memset(kept, 0, job->vertices->n * sizeof *kept);
     for (uint32_t k = 0; k < n_samples; k++)
-        direct_sample(job, k, n_samples);
+        direct_sample(job, k, n_samples, kept);
+    if (kept)
+        end_behind(job, kept);
 }

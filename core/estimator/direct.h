@@ -24,11 +24,14 @@ struct lum_direct {
     const struct lum_snapshot *snapshot; /* with the light's power as it shall be */
     uint32_t light, salt;
     bool media;                          /* dims light on its way */
+    bool panes;                          /* light goes through them */
     uint32_t n_samples;                  /* of an area light or the environment; delta lights take one */
     bool hard;                           /* quads, discs and spheres shine from near their middle, and take one as well */
     const struct lum_vertices *vertices;
     struct lum_seen *seen;               /* by slot: visibility to use and to extend; NULL: trace everything. With it, at
                                             most one vertex per slot */
+    uint32_t *left;                      /* by slot, with seen: what panes leave of the samples that are visible, on average
+                                            (lum_share_pack); NULL: there are none */
     struct lum_rgb *response;            /* by slot: added to */
     struct lum_counters *counters;
 };

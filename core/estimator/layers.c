@@ -8,6 +8,7 @@ static void finish_layer(struct lum_layer *l)
 {
     lum_free(l->seen);
     lum_free(l->inner);
+    lum_free(l->left);
     lum_free(l->response);
     lum_free(l->state);
     lum_soft_finish(&l->soft);
@@ -45,6 +46,20 @@ static bool same_shape(const struct lum_light *a, const struct lum_light *b)
            a->camera_visible == b->camera_visible;
 }
 
+/* What is seen through panes is known only on average over samples: it is asked anew. */
+static void forget_behind_panes(struct lum_layer *l, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    for (size_t i = 0; l->left && i < n; i++) {
+        if (l->left[i] == 0)
+            continue;
+        l->seen[i] = (struct lum_seen){0};
+        l->left[i] = 0;
+        if (l->inner)
+            l->inner[i] = 0;
+    }
+}
+
 /* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_SEEN. */
 static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
@@ -55,6 +70,8 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
         lum_soft_forget(&l->soft, pass);
     else if (l->soft.seen)
         lum_soft_reconsider(&l->soft, pass);
+    else if (state == LUM_LAYER_SEEN)
+        forget_behind_panes(l, pass);
 }
 
 /* It has no bits to fall back on. */
@@ -160,6 +177,27 @@ static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uin
         return true;
     finish_layer(layer);
     return false;
+}
+
+/* Layers keep what panes leave as long as there are any. Where one is there no more, all that was seen through it is
+ * forgotten already, and where one is new, so is all that is seen through it. False: memory is short. */
+static bool fit_panes(struct lum_layers *l, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    bool panes = lum_pass_panes(pass), ok = true;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        if (layer->soft.seen) {
+            ok = ok && lum_soft_fit_panes(&layer->soft, pass, panes);
+        } else if (!panes) {
+            lum_free(layer->left);
+            layer->left = NULL;
+        } else if (!layer->left) {
+            layer->left = lum_calloc(n, sizeof *layer->left);
+            ok = ok && layer->left;
+        }
+    }
+    return ok;
 }
 
 /* A layer for each shining light that has none, within the budget. False: memory is short. */
@@ -420,7 +458,8 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     const struct lum_snapshot *s = pass->snapshot;
     if (!l->branches) /* without them all is shaded anew when anything moves */
         l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !update_shared(l, pass) || !make_unit(l, s) ||
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !fit_panes(l, pass) ||
+        !update_shared(l, pass) || !make_unit(l, s) ||
         !find_places(l) || !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
@@ -476,6 +515,8 @@ void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_lay
         memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
             memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->left)
+            memset(layer->left + first, 0, LUM_TILE_PIXELS * sizeof *layer->left);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->inner)
             memset(layer->inner + first, 0, LUM_TILE_PIXELS);
     }
@@ -519,10 +560,12 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .light = light,
             .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
             .media = pass->on[LUM_EFFECT_MEDIA],
+            .panes = lum_pass_panes(pass),
             .n_samples = pass->settings->shadow_samples,
             .hard = pass->settings->method->hard_shadows,
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
+            .left = state == LUM_LAYER_DIRECT && layer->left ? layer->left + first : NULL,
             .response = layer->response + first,
             .counters = counters,
         });

@@ -2,8 +2,8 @@
  *
  * Light is linear, so a picture is the sum over its lights of power times response, where a light's response is the
  * radiance that it would give at power 1. A layer keeps, for one light and every pixel, which of its shadow samples were
- * traced and which of them see the light (visibility: geometry only), and the response (visibility, geometry,
- * materials and what media leave of the light on its way). Then
+ * traced and which of them see the light, with what panes leave of it (visibility: geometry only, and glass), and the
+ * response (visibility, geometry, materials and what media leave of the light on its way). Then
  *   - another colour, intensity or switch of a light is another sum: no ray, no shading;
  *   - another material is another response from the same visibility bits: no shadow ray, except for samples that nobody
  *     needed before;
@@ -13,7 +13,8 @@
  *     mirrors and glass show.
  * The sum is made the same way when everything is fresh, so a relit picture equals a new one bit for bit.
  *
- * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh. Lights for
+ * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh; with panes in
+ * the scene 4 more, or 8, which are not counted: which lights have layers must not hang on an edit of glass. Lights for
  * which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed radiance at their present power and no
  * visibility: when one of them changes, all of them are traced again (and the ray counters say so). Those that come
  * first in the table keep layers of their own: the choice must not depend on power, or dimming a light would change
@@ -47,6 +48,8 @@ struct lum_layer {
     struct lum_seen *seen;    /* per pixel, tile by tile; NULL in the shared layer */
     uint8_t *inner;           /* same: bit k: it is known whether point k in the pixel is lit, bit LUM_LAYER_INNER_POINTS + k: it is
                                  (shadow_edges.c). NULL: nobody asks: the light has an extent, or anti-aliasing is off */
+    uint32_t *left;           /* same as seen: what panes leave of the samples that are visible (lum_share_pack), or, where the
+                                 middle of the pixel is dark, of the inner points. NULL: there are none, or soft.left is there */
     struct lum_rgb *response; /* same; in the shared layer: radiance */
     uint8_t *state;           /* enum lum_layer_state per tile */
     struct lum_soft soft;     /* lights that the method serves with lum_estimator_penumbra; then response is without their

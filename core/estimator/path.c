@@ -8,7 +8,12 @@
  *
  * Effects that are left out are left out exactly: what stays converges to the sum of the others. A lobe that no path
  * goes on by still reflects the lights, which are then sampled for it alone. So the picture without indirect_diffuse
- * and glossy is that of direct light on every surface, highlights included. */
+ * and glossy is that of direct light on every surface, highlights included.
+ *
+ * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through one
+ * is still on its way from the vertex before: light that it meets behind is weighted against the light sampled there,
+ * by the density with which its direction was drawn there, whichever lobe of the pane it took: the weights of both ways
+ * of finding the light add up to 1. Without the effect transmission panes stop both. */
 #include "core/estimator/path.h"
 
 #include <string.h>
@@ -203,14 +208,17 @@ static void trace_shadows(struct lum_wave *w)
 {
     if (w->shadow_rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(w->snapshot, w->counters);
-    lum_trace_any(&trace, &w->shadow_rays, w->occluded);
+    struct lum_trace trace = lum_trace_of_light(w->snapshot, w->counters, w->panes);
+    lum_trace_light(&trace, &w->shadow_rays, w->occluded, w->left);
     for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
         w->counters->rays[w->shadow_kind[i]]++;
         if (w->trail)
             leave_trail(w, &w->shadow_rays, i, w->shadow_rays.tfar[i], w->shadow_gain[i].slot);
-        if (!w->occluded[i])
-            bring_home(w, &w->shadow_gain[i]);
+        if (w->occluded[i])
+            continue;
+        if (trace.panes)
+            w->shadow_gain[i].value = lum_rgb_mul(w->shadow_gain[i].value, w->left[i]);
+        bring_home(w, &w->shadow_gain[i]);
     }
     w->shadow_rays.n = 0;
 }
@@ -289,11 +297,18 @@ static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t d
     return true;
 }
 
-/* The path goes on from path.p, on a surface with normal ng. */
-static void push_path(struct lum_wave *w, struct lum_path path, struct lum_vec3 ng, struct lum_vec3 wi)
+/* The path goes on from p, on a surface with normal ng. */
+static void push_path(struct lum_wave *w, struct lum_path path, struct lum_vec3 p, struct lum_vec3 ng,
+                      struct lum_vec3 wi)
 {
     w->path[w->rays.n] = path;
-    lum_rays_push(&w->rays, lum_ray_offset(path.p, lum_dot(wi, ng) >= 0.0f ? ng : lum_v3_neg(ng)), wi, INFINITY);
+    lum_rays_push(&w->rays, lum_ray_offset(p, lum_dot(wi, ng) >= 0.0f ? ng : lum_v3_neg(ng)), wi, INFINITY);
+}
+
+/* True when light that was sampled at the vertex before gets here, too, and on. */
+static bool passes_pane(const struct lum_wave *w, const struct lum_bsdf *b, const struct lum_bsdf_sample *bs)
+{
+    return w->panes && bs->lobe == LUM_LOBE_TRANSMIT && (b->thin || b->eta == 1.0f);
 }
 
 /* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
@@ -318,15 +333,19 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         path.eta2 *= b->eta * b->eta;
     if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
         return;
-    path.p = v->p;
-    path.pdf_sa = bs.pdf_sa;
-    path.every_light = w->every_light;
-    path.plain = true;
-    path.direct_apart = false;
-    path.was_indirect = path.indirect;
-    path.indirect = path.indirect || bounce_kind(bs.lobe) == LUM_RAY_INDIRECT_DIFFUSE;
+    if (passes_pane(w, b, &bs)) {
+        path.n_panes += path.pdf_sa > 0.0f;
+    } else {
+        path.p = v->p;
+        path.pdf_sa = bs.pdf_sa;
+        path.every_light = w->every_light;
+        path.plain = true;
+        path.direct_apart = false;
+        path.was_indirect = path.indirect;
+        path.indirect = path.indirect || bounce_kind(bs.lobe) == LUM_RAY_INDIRECT_DIFFUSE;
+    }
     w->counters->rays[bounce_kind(bs.lobe)]++;
-    push_path(w, path, b->ng, bs.wi);
+    push_path(w, path, v->p, b->ng, bs.wi);
 }
 
 /* Weight of emission that was met by a sampled ray, against the light sampling at the vertex before. */
@@ -391,7 +410,7 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
         else if (!(path.pdf_sa > 0.0f)) /* an unlit surface is shown to the eye and in mirrors, it lights nothing */
             add(w, &path, LUM_NO_OBJECT, b.emission, 1.0f);
     }
-    if (depth < w->max_depth)
+    if (depth - path.n_panes < w->max_depth)
         scatter(w, path, &(struct vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
 }
 
@@ -402,6 +421,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->counters = counters;
     w->max_depth = max_depth;
     w->media = snapshot->n_media > 0 && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_MEDIA));
+    w->panes = snapshot->has_panes && !(effects_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION));
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
     w->every_light = false;
@@ -451,7 +471,7 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin)
         path.eta2 = bsdf->eta * bsdf->eta;
     w->counters->rays[LUM_RAY_GLOSSY]++;
-    push_path(w, path, bsdf->ng, bs.wi);
+    push_path(w, path, p, bsdf->ng, bs.wi);
 }
 
 bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
@@ -472,7 +492,7 @@ bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler
                             .direct_apart = true,
                             .indirect = true};
     w->counters->rays[LUM_RAY_INDIRECT_DIFFUSE]++;
-    push_path(w, path, ng, wi);
+    push_path(w, path, p, ng, wi);
     return true;
 }
 

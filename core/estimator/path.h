@@ -7,7 +7,7 @@
 /* What a path carries from one vertex to the next. */
 struct lum_path {
     struct lum_rgb throughput;
-    struct lum_vec3 p;   /* last vertex, for the light pdf of what the ray hits */
+    struct lum_vec3 p;   /* last vertex but for panes, for the light pdf of what the ray hits */
     float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;    /* the last vertex sampled every light, and did not pick one */
     bool plain;          /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
@@ -15,6 +15,8 @@ struct lum_path {
     bool indirect;       /* a diffuse surface has scattered it: what it finds is indirect light */
     bool was_indirect;   /* the same at the last vertex, whose direct light the ray may meet */
     bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
+    uint32_t n_panes;    /* that it went straight through on its way from vertices that spread light: no shadow ray
+                          * counts those, and they are no part of its depth */
     float survival;      /* roulette: it lives on with this chance, times its throughput */
     float eta2;          /* product of the squared relative indices that throughput carries */
     uint32_t slot;       /* where its radiance is summed */
@@ -59,6 +61,7 @@ struct lum_wave {
     uint32_t roulette_depth; /* segments that a path has behind it when roulette starts */
     float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and otherwise */
     bool media; /* there are some, and they are wanted */
+    bool panes; /* likewise: light goes straight through them */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors still see
      * what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path goes on by. 0:
@@ -70,6 +73,7 @@ struct lum_wave {
     struct lum_rays shadow_rays;
     struct lum_gain shadow_gain[LUM_RAY_BATCH];
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];     /* by shadow ray: what panes leave, where there are any */
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
     struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_trail *trail;                /* NULL: not wanted. Else set after lum_wave_begin */

@@ -1,6 +1,7 @@
 #include "core/estimator/penumbra_ask.h"
 
 #include "core/light/irradiance.h"
+#include "core/math/color.h"
 
 void lum_penumbra_begin(struct lum_penumbra_batch *b, const struct lum_pass *pass, struct lum_layer *layer,
                         struct lum_counters *counters)
@@ -12,16 +13,28 @@ void lum_penumbra_begin(struct lum_penumbra_batch *b, const struct lum_pass *pas
     b->n_asked = 0;
 }
 
+/* Stratum `bit` of the pixel is visible, and about to be noted. Which one stands for all does not hang on the order. */
+static void keep_left(const struct lum_penumbra_batch *b, size_t pixel, uint16_t bit, struct lum_rgb left)
+{
+    const struct lum_soft *s = &b->layer->soft;
+    uint32_t w = b->pass->tiling.w, own = lum_pattern_set(LUM_SOFT_SIDE, (uint32_t)(pixel % w), (uint32_t)(pixel / w));
+    if (bit == 1u << own || !(s->seen[pixel].traced & s->seen[pixel].visible))
+        s->left[pixel] = lum_share_pack(left);
+}
+
 void lum_penumbra_flush(struct lum_penumbra_batch *b)
 {
     if (b->rays.n == 0)
         return;
     uint8_t occluded[LUM_RAY_BATCH];
-    struct lum_trace trace = lum_trace_of(b->pass->snapshot, b->counters);
-    lum_trace_any(&trace, &b->rays, occluded);
+    struct lum_rgb left[LUM_RAY_BATCH];
+    struct lum_trace trace = lum_trace_of_light(b->pass->snapshot, b->counters, lum_pass_panes(b->pass));
+    lum_trace_light(&trace, &b->rays, occluded, left);
     b->counters->rays[lum_light_ray_kind(&b->layer->light)] += b->rays.n;
     for (uint32_t i = 0; i < b->rays.n; i++) {
         struct lum_seen *seen = &b->layer->soft.seen[b->pixel[i]];
+        if (trace.panes && !occluded[i])
+            keep_left(b, b->pixel[i], b->bit[i], left[i]);
         seen->traced |= b->bit[i];
         if (!occluded[i])
             seen->visible |= b->bit[i];
@@ -105,14 +118,22 @@ void lum_penumbra_count(const struct lum_pass *pass, struct lum_soft *s, struct 
             struct lum_tile_rect t = lum_tile_at(&sets, y * sets.nx + x);
             struct lum_soft_tally sum = {0};
             uint64_t print = 0;
+            uint32_t dimmed = 0;
             for (uint32_t i = 0; i < t.w * t.h; i++) {
-                struct lum_seen seen = s->seen[(size_t)(t.y + i / t.w) * pass->tiling.w + t.x + i % t.w];
+                size_t pixel = (size_t)(t.y + i / t.w) * pass->tiling.w + t.x + i % t.w;
+                struct lum_seen seen = s->seen[pixel];
                 print = lum_soft_print(print, seen);
+                if (s->left && s->left[pixel]) {
+                    print ^= s->left[pixel];
+                    dimmed |= s->left[pixel];
+                }
                 sum.known += (uint16_t)__builtin_popcount(seen.traced | seen.visible);
                 sum.traced += (uint16_t)__builtin_popcount(seen.traced);
                 sum.visible += (uint16_t)__builtin_popcount(seen.traced & seen.visible);
             }
             s->tally[y * sets.nx + x] = sum;
             s->prints[y * sets.nx + x] = print;
+            if (s->left)
+                s->dimmed[y * sets.nx + x] = dimmed != 0;
         }
 }

@@ -31,6 +31,8 @@ static void drop_others(const struct lum_pass *pass, struct lum_soft *s, struct 
             uint16_t keep = (uint16_t)(s->first_points & 1u << k);
             seen->traced &= keep;
             seen->visible &= keep;
+            if (s->left && !(seen->traced & seen->visible))
+                s->left[(size_t)(t.y + y) * pass->tiling.w + t.x + x] = 0;
         }
 }
 

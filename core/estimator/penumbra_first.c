@@ -45,6 +45,8 @@ static void carry(const struct lum_pass *pass, struct lum_soft *soft, struct lum
         struct lum_seen *seen = &soft->seen[(size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w];
         uint16_t traced = was.traced & keep & (uint16_t) ~(seen->traced | seen->visible);
         seen->traced |= traced;
+        if (soft->left && !(seen->traced & seen->visible) && (was.visible & traced))
+            soft->left[(size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w] = soft->former_left[from[i]];
         seen->visible |= was.visible & traced;
     }
 }
@@ -58,6 +60,10 @@ static void reconsider(const struct lum_pass *pass, const struct lum_layer *laye
         struct lum_seen *seen = &layer->soft.seen[pixel];
         uint32_t true_still = 0;
         struct lum_penumbra_view view;
+        if (layer->soft.left && layer->soft.left[pixel]) { /* of which stratum it is was not kept */
+            layer->soft.left[pixel] = 0;
+            *seen = (struct lum_seen){0};
+        }
         lum_penumbra_look(pass, layer, pixel, &view);
         for (uint32_t left = seen->traced; left; left &= left - 1) {
             uint32_t k = (uint32_t)__builtin_ctz(left);

@@ -15,6 +15,7 @@
 
 #include "core/estimator/components.h"
 #include "core/light/irradiance.h"
+#include "core/math/color.h"
 #include "core/math/warp.h"
 
 #define GLOSS_POINTS 4u
@@ -115,6 +116,44 @@ static struct lum_rgb left_of_light(const struct resolve *v, size_t pixel)
         weight += f;
     }
     return weight > 0.0f ? lum_rgb_mad(lum_grey(1.0f), taken, -1.0f / weight) : lum_grey(1.0f);
+}
+
+/* Mean of what panes leave of the light that pixels up to so far away see. False: none of them sees it. */
+static bool mean_left(const struct resolve *v, size_t pixel, int32_t reach, bool same_surface, struct lum_rgb *ret_left)
+{
+    const struct lum_soft *s = &v->layer->soft;
+    const int32_t w = (int32_t)v->guide.w, h = (int32_t)v->guide.h, x0 = (int32_t)(pixel % v->guide.w),
+                  y0 = (int32_t)(pixel / v->guide.w);
+    struct lum_rgb sum = lum_grey(0.0f);
+    float n = 0.0f;
+    for (int32_t y = y0 > reach ? y0 - reach : 0; y <= y0 + reach && y < h; y++)
+        for (int32_t x = x0 > reach ? x0 - reach : 0; x <= x0 + reach && x < w; x++) {
+            size_t at = (size_t)(y * w + x);
+            if (!(s->seen[at].traced & s->seen[at].visible) || !lum_penumbra_wants(v->pass, v->layer, at) ||
+                (same_surface && at != pixel && !lum_guide_same_surface(&v->guide, pixel, at)))
+                continue;
+            sum = lum_rgb_add(sum, lum_share_unpack(s->left[at]));
+            n += 1.0f;
+        }
+    *ret_left = lum_rgb_scale(sum, n > 0.0f ? 1.0f / n : 0.0f);
+    return n > 0.0f;
+}
+
+/* What panes leave of the light that arrives: each pixel knows it of one stratum, a window of all. */
+static struct lum_rgb left_by_panes(const struct resolve *v, size_t pixel)
+{
+    const struct lum_soft *s = &v->layer->soft;
+    struct lum_tiling sets = lum_soft_tiling(v->pass);
+    uint32_t x0 = (uint32_t)(pixel % v->guide.w) / LUM_SOFT_SIDE, y0 = (uint32_t)(pixel / v->guide.w) / LUM_SOFT_SIDE;
+    bool dimmed = false;
+    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; s->left && y <= y0 + 1 && y < sets.ny; y++)
+        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < sets.nx; x++)
+            dimmed = dimmed || s->dimmed[y * sets.nx + x];
+    struct lum_rgb left = lum_grey(1.0f);
+    if (!dimmed || mean_left(v, pixel, LUM_WINDOW_BORDER, true, &left) ||
+        mean_left(v, pixel, (int32_t)LUM_SOFT_SIDE, false, &left))
+        return left;
+    return lum_grey(1.0f);
 }
 
 static bool is_matte(uint8_t kind)
@@ -275,8 +314,12 @@ static void resolve_layer(struct resolve *v, struct lum_layer *layer, uint32_t t
                 direct[i] = lum_grey(0.0f);
     for (uint32_t i = 0; i < v->n_vertices && pass->settings->max_depth > 0; i++) {
         const struct vertex *at = &v->vertex[i];
-        if (stale >> at->set & 1)
-            direct[at->y * v->r.w + at->x] = response(v, i);
+        if (!(stale >> at->set & 1))
+            continue;
+        struct lum_rgb *to = &direct[at->y * v->r.w + at->x];
+        *to = response(v, i);
+        if (layer->soft.left && !lum_rgb_black(*to))
+            *to = lum_rgb_mul(*to, left_by_panes(v, at->pixel));
     }
     lum_around_made(pass, v->r, stale, known, layer->soft.resolved);
 }

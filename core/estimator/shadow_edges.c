@@ -11,6 +11,8 @@
 
 #include <string.h>
 
+#include "core/math/color.h"
+
 #define POINTS LUM_LAYER_INNER_POINTS
 
 /* One tile, one layer at a time. */
@@ -20,6 +22,7 @@ struct edges {
     struct lum_guide guide;
     struct lum_tile_rect r;
     uint8_t *inner;                                       /* of the layer, by slot */
+    uint32_t *left;                                       /* same; NULL: there are no panes */
     uint8_t middle[LUM_TILE_SIDE + 2][LUM_TILE_SIDE + 2]; /* enum middle: of the tile and the pixels around it */
     uint32_t n;
     uint8_t slot[LUM_TILE_PIXELS]; /* of pixels at an edge */
@@ -161,6 +164,7 @@ static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_cou
     const struct lum_pass *pass = e->pass;
     const struct lum_snapshot *unit = &pass->layers->unit;
     struct lum_rays rays;
+    struct lum_rgb left[LUM_RAY_BATCH];
     uint8_t slot[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     rays.n = 0;
     for (uint32_t i = from; i < e->n; i++) {
@@ -181,12 +185,14 @@ static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_cou
     }
     if (rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(pass->snapshot, counters);
-    lum_trace_any(&trace, &rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(pass->snapshot, counters, lum_pass_panes(pass));
+    lum_trace_light(&trace, &rays, occluded, left);
     counters->rays[LUM_RAY_ANTIALIAS] += rays.n;
     for (uint32_t i = 0; i < rays.n; i++)
         if (occluded[i])
             e->inner[slot[i]] &= (uint8_t) ~(0x10u << k);
+        else if (e->left && e->middle[slot[i] / e->r.w + 1][slot[i] % e->r.w + 1] == DARK)
+            e->left[slot[i]] = lum_share_pack(left[i]); /* of the last point that is lit */
 }
 _Static_assert(LUM_TILE_PIXELS <= LUM_RAY_BATCH && POINTS == 4, "a tile's rays of a point are a batch; and nibbles");
 
@@ -220,8 +226,10 @@ static void smooth(const struct edges *e, const struct lum_seen *seen, struct lu
         uint32_t slot = e->slot[i],
                  lit = (uint32_t)__builtin_popcount(e->inner[slot] >> POINTS) + (seen[slot].visible & 1u);
         struct lum_rgb all = lum_grey(0.0f);
-        if (lum_direct_unoccluded(&job, i, &all))
-            inout_response[slot] = lum_rgb_scale(all, (float)lit / (POINTS + 1));
+        if (!lum_direct_unoccluded(&job, i, &all))
+            continue;
+        all = lum_rgb_scale(all, (float)lit / (POINTS + 1));
+        inout_response[slot] = e->left ? lum_rgb_mul(all, lum_share_unpack(e->left[slot])) : all;
     }
 }
 
@@ -238,6 +246,7 @@ static void smooth_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
             continue;
         e.layer = &l->layers[k];
         e.inner = e.layer->inner + first;
+        e.left = e.layer->left ? e.layer->left + first : NULL;
         find_edges(&e);
         for (uint32_t from = 0, to = e.n; from < to; from = to, to = e.n) {
             for (uint32_t point = 0; point < POINTS; point++)

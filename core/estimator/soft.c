@@ -144,6 +144,9 @@ void lum_soft_finish(struct lum_soft *s)
 {
     lum_free(s->seen);
     lum_free(s->former);
+    lum_free(s->left);
+    lum_free(s->former_left);
+    lum_free(s->dimmed);
     lum_free(s->place);
     lum_free(s->direct);
     lum_free(s->tally);
@@ -166,6 +169,33 @@ void lum_soft_finish(struct lum_soft *s)
     *s = (struct lum_soft){0};
 }
 
+bool lum_soft_fit_panes(struct lum_soft *s, const struct lum_pass *pass, bool panes)
+{
+    size_t n = (size_t)pass->tiling.w * pass->tiling.h;
+    if (panes == (s->left != NULL))
+        return true;
+    if (panes) {
+        s->left = lum_calloc(n, sizeof *s->left);
+        s->dimmed = lum_calloc(lum_soft_tiling(pass).n, 1);
+        s->former_left = s->former ? lum_calloc(n, sizeof *s->former_left) : NULL;
+        if (s->left && s->dimmed && (s->former_left || !s->former))
+            return true;
+    }
+    lum_free(s->left);
+    lum_free(s->former_left);
+    lum_free(s->dimmed);
+    s->left = s->former_left = NULL;
+    s->dimmed = NULL;
+    return !panes;
+}
+
+/* Nothing is known of what panes leave. */
+static void clear_left(uint32_t *left, const struct lum_pass *pass)
+{
+    if (left)
+        memset(left, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *left);
+}
+
 void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
 {
     draw_points(s, pass); /* the seed may be another */
@@ -174,14 +204,20 @@ void lum_soft_forget(struct lum_soft *s, const struct lum_pass *pass)
     memset(s->all_asked, 0, lum_soft_tiling(pass).n);
     if (s->former)
         memset(s->former, 0, bytes);
+    clear_left(s->left, pass);
+    clear_left(s->former_left, pass);
     redo(s, pass);
 }
 
 void lum_soft_step_back(struct lum_soft *s, const struct lum_pass *pass)
 {
     struct lum_seen *seen = s->seen;
+    uint32_t *left = s->left;
     s->seen = s->former;
     s->former = seen;
+    s->left = s->former_left;
+    s->former_left = left;
+    clear_left(s->left, pass);
     memset(s->seen, 0, (size_t)pass->tiling.w * pass->tiling.h * sizeof *s->seen);
     memset(s->all_asked, 0, lum_soft_tiling(pass).n);
     redo(s, pass);
@@ -196,8 +232,11 @@ static void forget_set(struct lum_soft *s, const struct lum_pass *pass, uint32_t
 {
     const struct lum_tiling *sets = &pass->swept->squares;
     struct lum_tile_rect r = lum_tile_at(sets, y * sets->nx + x);
-    for (uint32_t j = r.y; j < r.y + r.h; j++)
+    for (uint32_t j = r.y; j < r.y + r.h; j++) {
         memset(s->seen + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->seen);
+        if (s->left)
+            memset(s->left + (size_t)j * pass->tiling.w + r.x, 0, r.w * sizeof *s->left);
+    }
     s->open[y * sets->nx + x] = 1;
     uint8_t *begun = &s->begun[r.y / LUM_PACKET_SIDE * pass->packets.nx + r.x / LUM_PACKET_SIDE];
     if (*begun == LUM_SOFT_BEGUN)

@@ -50,12 +50,15 @@ struct lum_soft {
     uint16_t first_points;        /* bits of four that are a net of their own: pixels that begin with one of these, one in each
                                    * 2 x 2 block, are asked first, the others only where these do not agree */
     struct lum_seen *seen;        /* w * h, row by row of the picture; NULL: the layer is not soft */
+    uint32_t *left, *former_left; /* as seen and former: what panes leave (lum_share_pack) of the stratum that the pixel begins
+                                   * with, or where that is not visible of the first that is; else 0. NULL: there are none */
     struct lum_seen *former;      /* same, before the eye last moved; NULL: settings->carry_shadows is off */
     struct lum_rgb *direct;       /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
     struct lum_soft_tally *tally; /* per tile of the pattern */
     uint64_t *prints;             /* same: hash of what its pixels know */
     float *unshadowed;            /* same: luminance that the light brings at power 1, with nothing in the way, or
                                    * LUM_SOFT_UNKNOWN until its surfaces have been looked at */
+    uint8_t *dimmed;              /* same: 1: `left` of any of its pixels is not 0; NULL: likewise */
     uint8_t *first;               /* same: LUM_SOFT_ bits of the pixels that are asked first, by that stratum alone */
     uint8_t *all_asked;           /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
     uint8_t *goal;                /* same: strata that its pixels shall know after this pass; 0: no more than they do */
@@ -76,6 +79,8 @@ struct lum_soft {
 /* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
 bool lum_soft_init(struct lum_soft *ret_soft, const struct lum_pass *pass, uint32_t salt);
 void lum_soft_finish(struct lum_soft *s);
+/* Makes or drops what is kept of panes: those of which pixels know something came or went. False: memory is short. */
+bool lum_soft_fit_panes(struct lum_soft *s, const struct lum_pass *pass, bool panes);
 /* Finds the places of the light, number `index` of the snapshot, unless they are known. False: memory is short. */
 bool lum_soft_find_places(struct lum_soft *s, const struct lum_snapshot *snapshot, uint32_t index);
 /* Nothing is known any more. */

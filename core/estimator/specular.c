@@ -77,6 +77,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         .n_slots = n_slots,
         .bound = lum_vpl_bound(spacing_of(pass)),
         .media = pass->on[LUM_EFFECT_MEDIA],
+        .panes = lum_pass_panes(pass),
         .points = &points,
         .irradiance = irradiance,
         .counters = t->counters,
@@ -163,14 +164,15 @@ static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
 static void flush_fog(struct tree *t)
 {
     uint8_t occluded[LUM_RAY_BATCH];
+    struct lum_rgb left[LUM_RAY_BATCH];
     if (t->fog.rays.n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(t->pass->snapshot, t->counters);
-    lum_trace_any(&trace, &t->fog.rays, occluded);
+    struct lum_trace trace = lum_trace_of_light(t->pass->snapshot, t->counters, lum_pass_panes(t->pass));
+    lum_trace_light(&trace, &t->fog.rays, occluded, left);
     t->counters->rays[LUM_RAY_MEDIA] += t->fog.rays.n;
     for (uint32_t i = 0; i < t->fog.rays.n; i++)
         if (!occluded[i])
-            add_fog(t, t->fog.slot[i], t->fog.value[i]);
+            add_fog(t, t->fog.slot[i], trace.panes ? lum_rgb_mul(t->fog.value[i], left[i]) : t->fog.value[i]);
     t->fog.rays.n = 0;
 }
 

@@ -26,6 +26,23 @@ struct facet {
     float reflect_prob; /* of the two; -1: it does neither */
 };
 
+/* Adds what a sheet of two faces does, each of which reflects r: light leaves it after it crossed it 1, 3, 5 ... times
+ * (transmitted) or 2, 4 ... times (reflected), losing 1 - tint each time. Of a coloured r its largest channel is taken
+ * from what enters. */
+static void add_sheet(const struct lum_bsdf *b, struct lum_rgb r, struct facet *f)
+{
+    float most = lum_min(lum_rgb_max(r), 1.0f), enters = 1.0f - most;
+    const float reflected[3] = {r.r, r.g, r.b}, share[3] = {b->transmit.r, b->transmit.g, b->transmit.b};
+    float up[3], down[3];
+    for (int k = 0; k < 3; k++) {
+        float tint = share[k] / b->glass, again = most * tint, sum = enters / lum_max(1.0f - again * again, 0x1p-24f);
+        up[k] = reflected[k] * (1.0f + enters * sum * tint * tint);
+        down[k] = enters * sum * share[k];
+    }
+    f->reflect = lum_rgb_mad(f->reflect, lum_rgb(up[0], up[1], up[2]), b->glass);
+    f->transmit = lum_rgb(down[0], down[1], down[2]);
+}
+
 static struct facet facet_at(const struct lum_bsdf *b, float c)
 {
     float m = 1.0f - lum_min(c, 1.0f), schlick = m * m * m * m * m;
@@ -37,8 +54,12 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
         float w = exact < 1.0f ? lum_max((exact - normal) / (1.0f - normal), 0.0f) : 1.0f;
         float f90 = exact < 1.0f ? b->glass_f90 : 1.0f;
         struct lum_rgb glass = lum_rgb_add(lum_rgb_scale(b->glass_f0, 1.0f - w), lum_grey(f90 * w));
-        f.reflect = lum_rgb_mad(f.reflect, glass, b->glass);
-        f.transmit = lum_rgb_scale(b->transmit, lum_max(1.0f - lum_rgb_max(glass), 0.0f));
+        if (b->thin) {
+            add_sheet(b, glass, &f);
+        } else {
+            f.reflect = lum_rgb_mad(f.reflect, glass, b->glass);
+            f.transmit = lum_rgb_scale(b->transmit, lum_max(1.0f - lum_rgb_max(glass), 0.0f));
+        }
     }
     float reflect = lum_luminance(f.reflect), both = reflect + lum_luminance(f.transmit);
     f.reflect_prob = both > 0.0f ? reflect / both : -1.0f;
@@ -54,6 +75,19 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
     float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
     float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
+}
+
+/* Light goes straight through this surface, and without spread. */
+static bool goes_straight(const struct lum_bsdf *b)
+{
+    return b->eta == 1.0f || (b->thin && b->alpha == 0.0f);
+}
+
+struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    if (!goes_straight(b) || lum_dot(b->ng, b->ng) == 0.0f)
+        return lum_grey(0.0f);
+    return facet_at(b, lum_dot(wo, b->frame.n)).transmit;
 }
 
 /* Scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given that
@@ -244,7 +278,7 @@ static bool sample_transmission(const struct lum_bsdf *b, struct lum_vec3 wo, co
 {
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
     float cos_o = lum_dot(o, *h);
-    if (b->eta == 1.0f || (b->thin && b->alpha == 0.0f)) {
+    if (goes_straight(b)) {
         *ret_sample = (struct lum_bsdf_sample){lum_v3_neg(wo), weight, 0.0f, LUM_LOBE_TRANSMIT};
         return true;
     }

@@ -27,6 +27,14 @@ bool lum_material_is_specular(const struct lum_material *m)
     return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
 }
 
+bool lum_material_is_pane(const struct lum_material *m)
+{
+    if (m->unlit || !(m->transmission > 0.0f) || !(m->metallic < 1.0f))
+        return false;
+    bool clear = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
+    return (m->thin && clear) || lum_ior_is_matched(m->ior);
+}
+
 bool lum_ior_is_matched(float ior)
 {
     return ior - 1.0f < MATCHED_IOR;

@@ -3,7 +3,9 @@
  * The model is glTF 2.0's metallic-roughness with KHR_materials_specular, _ior, _transmission, _volume and _unlit: a mix of a
  * metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below LUM_ALPHA_MIN is a
  * perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal sampling, Fresnel by Schlick;
- * glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or passes straight on (thin).
+ * glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or passes straight on (thin). Thin
+ * glass has two faces, and what is reflected to and fro between them is in what it reflects and transmits: of clear glass
+ * 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
  *
  * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass). And
  * where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of the
@@ -67,6 +69,11 @@ enum {
     LUM_SCATTER_THROUGH = 8, /* lets light pass */
 };
 uint32_t lum_material_scatter(const struct lum_material *m);
+
+/* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, and what bends
+ * nothing. Rays that ask how much of a light arrives pass it (lum_trace_light); they are dimmed as a path would be that
+ * goes on by LUM_LOBE_TRANSMIT. */
+bool lum_material_is_pane(const struct lum_material *m);
 
 /* An index of refraction that is 1 but for rounding: no interface, nothing is reflected or bent there. */
 bool lum_ior_is_matched(float ior);
@@ -143,6 +150,9 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
 /* All delta lobes at once, for methods that follow every branch: weights are of the lobes themselves, not divided by the
  * probability of choosing one. Returns how many. */
 uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2]);
+
+/* What is left of light that goes straight on through the surface to wo: of a pane, the weight of that delta lobe; else black. */
+struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
 
 /* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);

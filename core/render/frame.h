@@ -156,6 +156,12 @@ static inline uint32_t lum_pass_effects_off(const struct lum_pass *pass)
     return off;
 }
 
+/* Light goes through panes. Without the effect transmission they are opaque, to it and to the eye. */
+static inline bool lum_pass_panes(const struct lum_pass *pass)
+{
+    return pass->snapshot->has_panes && pass->on[LUM_EFFECT_TRANSMISSION];
+}
+
 /* The arrays behind struct lum_aovs; made on demand. */
 struct lum_aov_buffers {
     struct lum_rgb *albedo;
@@ -216,6 +222,13 @@ bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng
 static inline struct lum_trace lum_trace_of(const struct lum_snapshot *s, struct lum_counters *counters)
 {
     return (struct lum_trace){.top = s->top, .alpha = s->has_alpha ? &s->alpha : NULL, .bad_rays = &counters->bad_rays};
+}
+/* Of rays that ask what of a light arrives, for lum_trace_light. panes: some of it may go through glass. */
+static inline struct lum_trace lum_trace_of_light(const struct lum_snapshot *s, struct lum_counters *counters, bool panes)
+{
+    struct lum_trace trace = lum_trace_of(s, counters);
+    trace.panes = panes && s->has_panes ? &s->panes : NULL;
+    return trace;
 }
 /* Of rays that start at the eye, neighbours together. */
 static inline struct lum_trace lum_trace_of_eye(const struct lum_snapshot *s, struct lum_counters *counters)

@@ -153,7 +153,34 @@ static bool any_alpha(const struct lum_snapshot_parts *p)
     return false;
 }
 
-bool lum_material_same_alpha(const struct lum_material *a, const struct lum_material *b)
+/* ---- panes ---- */
+
+static bool any_pane(const struct lum_snapshot_parts *p)
+{
+    for (uint32_t i = 0; i < p->instances->n; i++)
+        if (lum_material_is_pane(&p->materials->items[p->instances->items[i].material]))
+            return true;
+    return false;
+}
+
+/* True when both leave the same of light that goes straight through: everything counts but what they emit and what is
+ * told by their names. */
+static bool same_pane(const struct lum_material *a, const struct lum_material *b)
+{
+    if (!lum_material_is_pane(a) && !lum_material_is_pane(b))
+        return true;
+    struct lum_material x[2];
+    memcpy(&x[0], a, sizeof x[0]);
+    memcpy(&x[1], b, sizeof x[1]);
+    for (int k = 0; k < 2; k++) {
+        memset(&x[k].emission, 0, sizeof x[k].emission);
+        memset(&x[k].emission_tex, 0, sizeof x[k].emission_tex);
+        memset(x[k].id, 0, sizeof x[k].id);
+    }
+    return memcmp(&x[0], &x[1], sizeof x[0]) == 0;
+}
+
+static bool same_alpha(const struct lum_material *a, const struct lum_material *b)
 {
     if (!needs_alpha_test(a) && !needs_alpha_test(b))
         return true;
@@ -161,13 +188,18 @@ bool lum_material_same_alpha(const struct lum_material *a, const struct lum_mate
            memcmp(&a->base_color_tex, &b->base_color_tex, sizeof a->base_color_tex) == 0;
 }
 
-static bool same_alpha(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
+bool lum_material_passes_same(const struct lum_material *a, const struct lum_material *b)
+{
+    return same_alpha(a, b) && same_pane(a, b);
+}
+
+static bool pass_same(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b)
 {
     if (a->instances->n != b->instances->n)
         return false;
     for (uint32_t i = 0; i < a->instances->n; i++)
-        if (!lum_material_same_alpha(&a->materials->items[a->instances->items[i].material],
-                                     &b->materials->items[b->instances->items[i].material]))
+        if (!lum_material_passes_same(&a->materials->items[a->instances->items[i].material],
+                                      &b->materials->items[b->instances->items[i].material]))
             return false;
     return true;
 }
@@ -213,7 +245,7 @@ static struct lum_versions count_versions(const struct commit *c)
         return (struct lum_versions){v.geometry + 1, v.material + 1, v.light_shape + 1, v.light_power + 1,
                                      v.medium + 1};
     const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
-    bool same_geometry = c->shared_top && same_alpha(p, former);
+    bool same_geometry = c->shared_top && pass_same(p, former);
     bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
     v.geometry += !same_geometry;
     v.material += !(same_material && same_assignment(p, former));
@@ -242,6 +274,8 @@ static void publish(struct commit *c, uint64_t scene_rev)
     s->bounds_hi = p->lights->bounds.hi;
     s->alpha = (struct lum_accel_alpha){lum_snapshot_opaque, s};
     s->has_alpha = any_alpha(p);
+    s->panes = (struct lum_accel_panes){lum_snapshot_passes, s};
+    s->has_panes = any_pane(p);
     s->instances = p->instances->items;
     s->n_instances = p->instances->n;
     s->materials = p->materials->items;

@@ -48,7 +48,7 @@ static bool same_object(const struct lum_snapshot *a, uint32_t i, const struct l
         return same_shape(shape_of(a, i), shape_of(b, j));
     const struct lum_instance *x = &a->instances[i], *y = &b->instances[j];
     return x->mesh == y->mesh && memcmp(&x->local_to_scene, &y->local_to_scene, sizeof x->local_to_scene) == 0 &&
-           lum_material_same_alpha(&a->materials[x->material], &b->materials[y->material]);
+           lum_material_passes_same(&a->materials[x->material], &b->materials[y->material]);
 }
 
 /* NOWHERE grows nothing. */

@@ -250,3 +250,31 @@ bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float
     }
     return m->alpha_mode == LUM_ALPHA_MASK ? alpha >= m->alpha_cutoff : alpha > place_hash(instance->hash, prim, u, v);
 }
+
+/* ---- panes ---- */
+
+bool lum_snapshot_passes(const void *user, uint32_t object, uint32_t prim, float u, float v, struct lum_vec3 d,
+                         struct lum_accel_pane *ret_pane)
+{
+    const struct lum_snapshot *snapshot = user;
+    const struct lum_material *m = &snapshot->materials[snapshot->instances[object].material];
+    if (!lum_material_is_pane(m))
+        return false;
+    struct lum_hits hits; /* the first alone */
+    struct lum_surface s;
+    struct lum_bsdf b;
+    struct lum_vec3 wi = lum_normalize(d);
+    hits.object[0] = object;
+    hits.prim[0] = prim;
+    hits.u[0] = u;
+    hits.v[0] = v;
+    lum_snapshot_surface(snapshot, &hits, 0, wi, &s);
+    lum_bsdf_init(&b, m, &s, lum_v3_neg(wi));
+    float inside = m->thin ? 0.0f : s.backface ? 1.0f : -1.0f;
+    *ret_pane = (struct lum_accel_pane){
+        .left = lum_bsdf_straight(&b, lum_v3_neg(wi)),
+        .depth = lum_rgb_scale(m->sigma_a, inside),
+        .steep = fabsf(lum_dot(s.ng, d)),
+    };
+    return !lum_rgb_black(ret_pane->left);
+}

@@ -65,7 +65,7 @@ struct lum_instance {
 /* What changed last: a counter per class of edit. A stage that memoises its result stores the counters it depends on
  * and runs again when one differs. */
 struct lum_versions {
-    uint64_t geometry;    /* objects, meshes, emitter shapes, visibility, alpha */
+    uint64_t geometry;    /* objects, meshes, emitter shapes, visibility, alpha, what panes leave of light */
     uint64_t material;    /* anything in a material but the amount of emission */
     uint64_t light_shape; /* where light comes from: added, removed, moved, reshaped */
     uint64_t light_power; /* colour, intensity, on/off */
@@ -88,6 +88,8 @@ struct lum_snapshot {
     struct lum_accel_top *top;
     struct lum_accel_alpha alpha;
     bool has_alpha;
+    struct lum_accel_panes panes; /* of lum_material_is_pane */
+    bool has_panes;
     const struct lum_instance *instances;
     uint32_t n_instances;
     const struct lum_material *materials;

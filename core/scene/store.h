@@ -201,11 +201,14 @@ bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_
 
 struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *shape);
 
-/* commit.c: both let the same rays through. */
-bool lum_material_same_alpha(const struct lum_material *a, const struct lum_material *b);
+/* commit.c: both let the same rays through, and leave as much of them. */
+bool lum_material_passes_same(const struct lum_material *a, const struct lum_material *b);
 
 /* snapshot.c: alpha test of a candidate hit; user is the snapshot (struct lum_accel_alpha). */
 bool lum_snapshot_opaque(const void *user, uint32_t object, uint32_t prim, float u, float v);
+/* As lum_accel_panes.passes. */
+bool lum_snapshot_passes(const void *user, uint32_t object, uint32_t prim, float u, float v, struct lum_vec3 d,
+                         struct lum_accel_pane *ret_pane);
 
 /* placement.c */
 struct lum_normalisation lum_scene_place(const struct lum_scene *scene, const struct lum_normalisation *former);

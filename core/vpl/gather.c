@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "core/math/color.h"
 #include "core/render/frame.h"
 
 /* The points as the loop reads them, and the rays under way. About 35 KiB: lives on a worker's stack. */
@@ -22,7 +23,8 @@ struct gathering {
     struct lum_rays rays;
     uint8_t occluded[LUM_RAY_BATCH], point[LUM_RAY_BATCH]; /* by ray */
     struct lum_rgb value[LUM_RAY_BATCH];                   /* by ray */
-    float *kept[LUM_RAY_BATCH];                            /* by ray: its place in job->terms */
+    struct lum_rgb left[LUM_RAY_BATCH];                    /* by ray: what panes leave */
+    size_t kept[LUM_RAY_BATCH];                            /* by ray: its place in job->terms and job->left */
     float *row;                                            /* of job->terms, of the VPL at hand; NULL: not wanted */
     double sum[LUM_RAY_BATCH][3];
 };
@@ -129,25 +131,28 @@ static void trace_batch(struct gathering *g)
     uint32_t n = g->rays.n;
     if (n == 0)
         return;
-    struct lum_trace trace = lum_trace_of(g->job->snapshot, g->job->counters);
-    lum_trace_any(&trace, &g->rays, g->occluded);
+    struct lum_trace trace = lum_trace_of_light(g->job->snapshot, g->job->counters, g->job->panes);
+    lum_trace_light(&trace, &g->rays, g->occluded, g->left);
     g->job->counters->rays[LUM_RAY_INDIRECT_DIFFUSE] += n;
     for (uint32_t r = 0; r < n; r++)
         if (!g->occluded[r])
-            add(g, g->point[r], g->value[r]);
+            add(g, g->point[r], trace.panes ? lum_rgb_mul(g->value[r], g->left[r]) : g->value[r]);
     if (g->job->missed)
         for (uint32_t r = 0; r < n; r++)
             g->job->missed[g->point[r]] += g->occluded[r];
     if (g->job->terms)
         for (uint32_t r = 0; r < n; r++)
-            *g->kept[r] = g->occluded[r] ? -*g->kept[r] : *g->kept[r];
+            g->job->terms[g->kept[r]] *= g->occluded[r] ? -1.0f : 1.0f;
+    if (g->job->left && trace.panes)
+        for (uint32_t r = 0; r < n; r++)
+            g->job->left[g->kept[r]] = g->occluded[r] ? 0 : lum_share_pack(g->left[r]);
     g->rays.n = 0;
 }
 
 static void push_ray(struct gathering *g, uint32_t i, struct lum_vec3 target)
 {
     g->point[g->rays.n] = (uint8_t)i;
-    g->kept[g->rays.n] = g->row ? g->row + i : NULL;
+    g->kept[g->rays.n] = g->row ? (size_t)(g->row - g->job->terms) + i : 0;
     lum_vpl_push_ray(&g->rays, lum_v3(g->ox[i], g->oy[i], g->oz[i]), target);
 }
 
@@ -163,6 +168,8 @@ static void gather_source(struct gathering *g, const struct source *s)
     struct lum_vec3 target = lum_ray_offset(s->p, s->n);
     if (g->row)
         memcpy(g->row, g->term, g->job->points->n_points * sizeof *g->row);
+    if (g->row && g->job->left)
+        memset(g->job->left + (g->row - g->job->terms), 0, g->job->points->n_points * sizeof *g->job->left);
     for (uint32_t i = 0; i < g->job->points->n_points; i++) {
         if (!(g->term[i] > 0.0f))
             continue;

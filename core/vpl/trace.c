@@ -66,6 +66,8 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
     if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, PAIR_BSDF + pair), lobe.x, &bs))
         return;
     bool transmitted = bs.lobe == LUM_LOBE_TRANSMIT || bs.lobe == LUM_LOBE_GLOSSY_TRANSMIT;
+    if (transmitted && w->set->glass_off)
+        return;
     float eta2 = transmitted && !b->thin ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
     path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
     if (lum_rgb_black(path.flux) || path.n_segments > path.last + SPECULAR_MAX)
@@ -305,7 +307,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     lum_vpl_plan_init(&plan, set);
     if (set->tries == 1)
         return shoot_all(rq, &plan, set, err);
-    struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries, .versions = set->versions};
+    struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries, .glass_off = set->glass_off, .versions = set->versions};
     enum lum_status status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
         status = shoot_all(rq, &plan, &candidates, err);
@@ -325,6 +327,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .max_bounces = rq->max_bounces,
                               .seed = rq->seed,
                               .tries = tries_of(rq),
+                              .glass_off = rq->glass_off,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
     enum lum_status status = alloc_arrays(&set, err);
@@ -353,6 +356,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
                 set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
+                set->glass_off == rq->glass_off &&
                 !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {

@@ -56,6 +56,7 @@ struct lum_vpl_set {
                                                   * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
+    bool glass_off;
     uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
@@ -96,6 +97,7 @@ struct lum_vpl_request {
     uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
     uint32_t seed;
     bool media;           /* paths are dimmed by the snapshot's media */
+    bool glass_off;       /* paths end where they would go through a surface: the effect transmission is left out */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
@@ -142,12 +144,14 @@ struct lum_gather {
     uint32_t n_slots;
     struct lum_bound bound;
     bool media; /* light is dimmed by the snapshot's media between VPL and point */
+    bool panes; /* and by its panes; else they hide the VPL */
     const struct lum_gather_points *points;
     struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
     uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of
                                    * them that are occluded (algorithms A0.3, listing 5.2) */
     float *terms;                 /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
                                    * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
+    uint32_t *left;               /* likewise, with terms > 0: what panes leave on the way (lum_share_pack). NULL: not wanted */
     struct lum_counters *counters; /* rays as LUM_RAY_INDIRECT_DIFFUSE */
 };
 #define LUM_VPL_UNKNOWN (-INFINITY)

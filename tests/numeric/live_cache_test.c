@@ -143,7 +143,7 @@ static uint64_t bed_refresh(struct bed *b, uint32_t of)
 /* Every record that is up to date, against one that is built now at the same place. */
 static void bed_check(struct bed *b, const char *when)
 {
-    struct lum_cache_record *scratch = lum_calloc(1, b->cache->key.kind->record_bytes(N_VPLS));
+    struct lum_cache_record *scratch = lum_calloc(1, lum_cache_record_bytes(b->cache));
     assert_non_null(scratch);
     for (uint32_t i = 0; i < N_RECORDS; i++) {
         const struct lum_cache_record *got = b->records[i];

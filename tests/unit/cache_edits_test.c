@@ -176,7 +176,7 @@ static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_ca
 static uint32_t check_cache(struct fuzz *f, struct lum_cache *cache)
 {
     uint32_t n = 0, limit = lum_store_limit(cache->store);
-    struct lum_cache_record *fresh = calloc(1, cache->key.kind->record_bytes(cache->key.n_vpls));
+    struct lum_cache_record *fresh = calloc(1, lum_cache_record_bytes(cache));
     assert_non_null(fresh);
     for (uint32_t i = 0; i < limit; i++) {
         const struct lum_cache_record *r = lum_store_at(cache->store, i);
