@@ -198,10 +198,210 @@ static void panes_leave_what_they_do_of_every_lamp(void **state)
     assert_int_equal(n_wrong, 0);
 }
 
+/* ---- single rays ---- */
+
+/* A square of cells x cells, each two triangles, at heights 0, 0.01, ... in one mesh. */
+static void put_grid(struct rig *r, uint32_t cells, uint32_t n_sheets)
+{
+    uint32_t n = cells + 1, n_vertices = 0, n_triangles = 0;
+    double *p = lum_calloc((size_t)n * n * n_sheets * 3, sizeof *p);
+    uint32_t *index = lum_calloc((size_t)cells * cells * n_sheets * 6, sizeof *index);
+    assert_true(p && index);
+    for (uint32_t k = 0; k < n_sheets; k++) {
+        uint32_t first = n_vertices;
+        for (uint32_t i = 0; i < n * n; i++, n_vertices++) {
+            p[3 * n_vertices] = (double)(i % n) / cells - 0.5;
+            p[3 * n_vertices + 1] = 0.01 * k;
+            p[3 * n_vertices + 2] = (double)(i / n) / cells - 0.5;
+        }
+        for (uint32_t i = 0; i < cells * cells; i++, n_triangles += 2) {
+            uint32_t a = first + i / cells * n + i % cells, *t = &index[3 * n_triangles];
+            t[0] = a, t[1] = a + n, t[2] = a + 1;
+            t[3] = a + 1, t[4] = a + n, t[5] = a + n + 1;
+        }
+    }
+    rig_mesh(r, "grid", p, n_vertices, index, n_triangles);
+    lum_free(p);
+    lum_free(index);
+}
+
+/* From anywhere to anywhere, through random places and exactly through corners and edges of triangles: each sheet counts
+ * once. 1e-4: the cosine, at least 0.2, is off by a few roundings of coordinates of up to 2^7, 2^-15 at most, and a
+ * sheet of light at that angle by less than three times as much. */
+static void a_pane_counts_once(void **state)
+{
+    (void)state;
+    enum { CELLS = 32, SHEETS = 3, ROUNDS = 40 };
+    struct rig r;
+    uint64_t bad = 0, state64 = 1;
+    rig_begin(&r, 1);
+    struct lum_material_desc m = glass(1.5, 1, 1, 1);
+    rig_material(&r, "glass", &m);
+    put_grid(&r, CELLS, SHEETS);
+    rig_object(&r, "grid", "grid", "glass", rig_v(0.3, 0.7, -0.2));
+    rig_square(&r, "far", 40); /* so that the scene is not small */
+    rig_diffuse_object(&r, "far", "matte", 0.5f, rig_v(0, -30, 0));
+    rig_commit(&r);
+    const struct lum_snapshot *s = r.snapshot;
+    for (int singly = 0; singly < 2; singly++)
+        for (uint32_t round = 0; round < ROUNDS; round++) {
+            struct lum_trace t = {.top = s->top, .panes = &s->panes, .bad_rays = &bad};
+            struct lum_rays rays = {.n = 0};
+            uint8_t occluded[LUM_RAY_BATCH];
+            struct lum_rgb left[LUM_RAY_BATCH];
+            lum_device_trace_singly(r.device, singly);
+            for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+                double u[5];
+                for (int k = 0; k < 5; k++) {
+                    state64 = state64 * 6364136223846793005u + 1442695040888963407u;
+                    u[k] = (double)(state64 >> 40) * 0x1p-24;
+                }
+                if (i % 4 > 0) /* an edge */
+                    u[0] = 0.5 + (floor(u[0] * (CELLS - 4)) - (CELLS - 4) / 2) / (0.9 * CELLS);
+                if (i % 4 > 1) /* or a corner */
+                    u[1] = 0.5 + (floor(u[1] * (CELLS - 4)) - (CELLS - 4) / 2) / (0.9 * CELLS);
+                struct lum_vec3d at = {0.3 + 0.9 * (u[0] - 0.5), 0.7, -0.2 + 0.9 * (u[1] - 0.5)};
+                double dx = 2 * (u[2] - 0.5), dz = 2 * (u[3] - 0.5), reach = 0.004; /* within the sheets */
+                struct lum_vec3 o = rig_to_scene(&r, at.x - dx * reach, at.y - reach, at.z - dz * reach);
+                struct lum_vec3 e = rig_to_scene(&r, at.x + dx * reach, at.y + reach, at.z + dz * reach);
+                if (u[4] < 0.5) { /* through all of them */
+                    o = rig_to_scene(&r, at.x - dx * 0.02, at.y - 0.02, at.z - dz * 0.02);
+                    e = rig_to_scene(&r, at.x + dx * 0.06, at.y + 0.06, at.z + dz * 0.06);
+                }
+                lum_rays_push(&rays, o, lum_v3_sub(e, o), 1.0f);
+            }
+            lum_trace_light(&t, &rays, occluded, left);
+            for (uint32_t i = 0; i < LUM_RAY_BATCH; i++) {
+                struct lum_vec3 d = lum_normalize(lum_rays_direction(&rays, i));
+                double n = (double)(rays.dy[i] / (float)s->norm.scale) > 0.04 ? SHEETS : 1;
+                double right = pow(left_by_pane((double)fabsf(d.y), 1.5, 1.0), n);
+                if (occluded[i] || !is_near((double)left[i].g, right, 1e-4))
+                    fail_msg("ray %u of round %u (%s): %s, %.6f is left, expected %.6f", i, round,
+                             singly ? "one by one" : "packets", occluded[i] ? "occluded" : "free", (double)left[i].g,
+                             right);
+            }
+        }
+    assert_int_equal(bad, 0);
+    lum_device_trace_singly(r.device, false);
+    rig_end(&r);
+}
+
+/* ---- what is kept ---- */
+
+/* Without transmission panes stop light as they stop the eye: what lies behind is black, in every method. */
+static void without_transmission_panes_are_opaque(void **state)
+{
+    (void)state;
+    struct lum_material_desc m = glass(1.5, 1, 1, 1);
+    for (uint32_t kind = 0; kind < N_LAMPS; kind++) {
+        struct rig r;
+        begin(&r);
+        put_lamp(&r, (enum lamp)kind, 0.0, 1.0);
+        put_panes(&r, 1, &m);
+        rig_commit(&r);
+        r.settings.effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION);
+        for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
+            r.settings.effects_off |= i >= 2 ? LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
+            struct lum_rgb mean = render(&r, methods[i], kind == SKY ? 64 : 1);
+            /* of the sky's 500 cd/m2 some (1 / 60)^2 come in beside the pane, from below 1 degree */
+            if (!(mean.g <= (kind == SKY ? 0.2f : 0.0f)))
+                fail_msg("%s: %s sends %g through an opaque pane", methods[i], lamp_names[kind], (double)mean.g);
+        }
+        rig_end(&r);
+    }
+}
+
+/* A room under a roof of glass. */
+static void put_glazed_room(struct rig *r, const struct lum_material_desc *m)
+{
+    const double p[] = {-2, 0, -2, 2, 0, -2, 2, 0, 2, -2, 0, 2, -2, 2, -2, 2, 2, -2, 2, 2, 2, -2, 2, 2};
+    const uint32_t i[] = {0, 2, 1, 0, 3, 2, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 3, 7, 6, 3, 6, 2}; /* no ceiling */
+    rig_mesh(r, "walls", p, 8, i, 8);
+    rig_diffuse_object(r, "walls", "white", 0.7f, rig_v(0, 0, 0));
+    rig_box(r, "crate", 0.3, 0.3, 0.3);
+    rig_diffuse_object(r, "crate", "red", 0.4f, rig_v(0.4, 0.35, 0.3));
+    rig_square(r, "pane", 1.99);
+    rig_material(r, "glass", m);
+    rig_object(r, "pane", "pane", "glass", rig_v(0, 1.9, 0));
+    rig_camera(r, rig_v(-1.2, 1.5, 1.7), rig_v(0.3, 0.3, -0.3), 60);
+}
+
+static void put_sun(struct rig *r, double lx)
+{
+    struct lum_light_desc sun = {.kind = LUM_LIGHT_DIRECTIONAL,
+                                 .direction = rig_v(0.3, -1, 0.2),
+                                 .color = lum_grey(1),
+                                 .intensity = lx,
+                                 .on = true};
+    rig_light(r, "sun", &sun);
+}
+
+static void put_panel(struct rig *r, double cd_m2)
+{
+    struct lum_light_desc panel = rig_quad(rig_v(0, 3, 0), rig_v(1, 0, 0), rig_v(0, 0, 1), cd_m2);
+    rig_light(r, "panel", &panel);
+}
+
+static void assert_dimmed(struct rig *r, const char *method, const char *lamp)
+{
+    rig_commit(r);
+    struct lum_pass_stats stats = rig_pass(r);
+    if (rig_all_rays(&stats) != 0)
+        fail_msg("%s: the %s is dimmed by %llu rays", method, lamp, (unsigned long long)rig_all_rays(&stats));
+}
+
+/* What the view keeps besides records, which lie where earlier pictures wanted them, is what it would find anew. */
+static void assert_as_found_anew(struct rig *r, const char *method)
+{
+    struct lum_rgb *picture = rig_picture(r);
+    lum_view_forget(r->view);
+    rig_pass(r);
+    rig_assert_picture(r, picture, method);
+    lum_free(picture);
+}
+
+/* Another power of a lamp is another sum; another tint of the glass is another scene. Either way the picture is the one
+ * that is made when nothing is known, bit for bit. */
+static void lamps_behind_glass_are_dimmed_without_a_ray(void **state)
+{
+    (void)state;
+    static const char *const keep[] = {"live", "whitted", "tic"}; /* light by light, and records that last */
+    for (size_t i = 0; i < LUM_ARRAY_LEN(keep); i++) {
+        struct rig r;
+        struct lum_material_desc m = glass(1.5, 1, 0.9, 0.8);
+        rig_begin(&r, 2);
+        put_glazed_room(&r, &m);
+        put_sun(&r, 5000);
+        put_panel(&r, 2000);
+        rig_commit(&r);
+        use(&r, keep[i]);
+        r.settings.max_spp = 1;
+        r.settings.n_vpls = 64;
+        r.settings.shadow_budget = 0; /* what an older view knows beyond first samples a new one does not */
+        r.settings.carry_shadows = false;
+        rig_pass(&r);
+        put_sun(&r, 500);
+        assert_dimmed(&r, keep[i], "sun");
+        put_panel(&r, 7000);
+        assert_dimmed(&r, keep[i], "panel");
+        assert_as_found_anew(&r, keep[i]);
+        m = glass(1.5, 0.3, 0.9, 0.8);
+        rig_material(&r, "glass", &m);
+        rig_commit(&r);
+        struct lum_pass_stats stats = rig_pass(&r);
+        assert_true(stats.rays[LUM_RAY_DIRECT] > 0);
+        assert_as_found_anew(&r, keep[i]);
+        rig_end(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(panes_leave_what_they_do_of_every_lamp),
+        cmocka_unit_test(a_pane_counts_once),
+        cmocka_unit_test(without_transmission_panes_are_opaque),
+        cmocka_unit_test(lamps_behind_glass_are_dimmed_without_a_ray),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
