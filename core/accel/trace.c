@@ -15,9 +15,9 @@ struct filter_context {
     const struct lum_accel_alpha *alpha;
     const struct lum_accel_panes *panes; /* NULL: they occlude */
     const struct lum_rays *rays;         /* with panes: the batch; ray `first` is lane 0 */
-    uint32_t first;           /* same */
-    struct passage *passages; /* same: by lane */
-    struct lum_rgb *ret_left; /* same: by ray */
+    uint32_t first;                      /* same */
+    struct passage *passages;            /* same: by lane */
+    struct lum_rgb *ret_left;            /* same: by ray */
     uint32_t n_instances;
     bool coherent;
 };

@@ -79,7 +79,6 @@ uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record 
     return (uint32_t *)(void *)((char *)record + cache->key.kind->record_bytes(n_slots(cache)));
 }
 
-
 static void destroy_entry(struct entry *e)
 {
     forget_state(&e->cache);
@@ -227,8 +226,8 @@ void lum_caches_measure(const struct lum_caches *caches, struct lum_caches_size 
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b)
 {
     return a->kind == b->kind && a->storage == b->storage && a->n_vpls == b->n_vpls && a->n_sky == b->n_sky &&
-           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy && a->media == b->media &&
-           a->glass_off == b->glass_off && a->panes == b->panes;
+           a->max_bounces == b->max_bounces && a->seed == b->seed && a->accuracy == b->accuracy &&
+           a->media == b->media && a->glass_off == b->glass_off && a->panes == b->panes;
 }
 
 enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,

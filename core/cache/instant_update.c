@@ -205,7 +205,8 @@ static void trace_near(struct update *u)
 }
 
 /* With panes who sees a VPL is not all: what may cross something that moved, or crossed it, is traced anew. */
-static void test_both_boxes(struct update *u, uint32_t record, float *term, struct lum_vec3 from, struct lum_vec3 target)
+static void test_both_boxes(struct update *u, uint32_t record, float *term, struct lum_vec3 from,
+                            struct lum_vec3 target)
 {
     u->n_boxes++;
     if (!lum_motion_meets(&u->since->motion, from, target))

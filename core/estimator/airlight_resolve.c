@@ -132,7 +132,11 @@ static struct lum_rgb resolve_pixel(const struct lum_pass *pass, const struct lu
     float share = lum_luminance(mean.seen) / mean.open;
     if (!(share > 0.0f)) /* nobody looked, or sees anything */
         return lum_grey(0.0f);
-    return lum_rgb_scale(open_light(pass, pair, x, y), lum_min(share, 1.0f));
+    struct lum_rgb open = open_light(pass, pair, x, y);
+    share = lum_min(share, 1.0f);
+    if (!lum_pass_panes(pass))
+        return lum_rgb_scale(open, share);
+    return lum_rgb_scale(mean.seen, share * lum_luminance(open) / lum_luminance(mean.seen)); /* in the panes' colour */
 }
 
 /* Slots that the packet has, in turn, with their pairs that shine; those that were traced since they were resolved. */

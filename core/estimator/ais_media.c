@@ -48,8 +48,7 @@ static void trace_rays(struct march *m)
     for (uint32_t r = 0; r < m->rays.n; r++) {
         uint32_t i = m->pixel[r];
         if (!occluded[r])
-            m->sum[i] =
-                lum_rgb_add(m->sum[i], trace.panes ? lum_rgb_mul(m->value[r], left[r]) : m->value[r]);
+            m->sum[i] = lum_rgb_add(m->sum[i], trace.panes ? lum_rgb_mul(m->value[r], left[r]) : m->value[r]);
         else if (m->iteration == 0) /* listing 5.4, lines 6 and 7 */
             m->missed[i]++;
     }

@@ -256,8 +256,8 @@ static void trace_rays(struct shadow *s, uint32_t iteration)
     s->counters->rays[lum_light_ray_kind(&s->pass->snapshot->lights.lights[s->light])] += s->rays.n;
     for (uint32_t r = 0; r < s->rays.n; r++) {
         if (!occluded[r] && trace.panes)
-            s->value[r] = (struct reflected){lum_rgb_mul(s->value[r].white, left[r]),
-                                             lum_rgb_mul(s->value[r].gloss, left[r])};
+            s->value[r] =
+                (struct reflected){lum_rgb_mul(s->value[r].white, left[r]), lum_rgb_mul(s->value[r].gloss, left[r])};
         if (!occluded[r])
             add(s, s->pixel[r], &s->value[r]);
         else if (iteration == 0) /* listing 5.3, lines 3 and 4 */

@@ -69,9 +69,10 @@ static void add(const struct lum_direct *job, uint32_t i, struct lum_rgb value)
 
 /* What a vertex gets by way of panes, which is kept as a mean over its samples: so all of them are summed up first. */
 struct behind {
-    struct lum_rgb value;   /* of those that are visible, were no pane in between */
-    struct lum_rgb left;    /* sum of the shares of those that were traced now, weighted by the luminance of their values */
-    float known, traced;    /* luminance of the others, and of these */
+    struct lum_rgb value; /* of those that are visible, were no pane in between */
+    struct lum_rgb
+        left; /* sum of the shares of those that were traced now, weighted by the luminance of their values */
+    float known, traced; /* luminance of the others, and of these */
 };
 
 /* What is added depends on what is kept alone: traced or known, the sum is the same. */

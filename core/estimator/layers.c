@@ -458,9 +458,8 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     const struct lum_snapshot *s = pass->snapshot;
     if (!l->branches) /* without them all is shaded anew when anything moves */
         l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !fit_panes(l, pass) ||
-        !update_shared(l, pass) || !make_unit(l, s) ||
-        !find_places(l) || !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
+    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !fit_panes(l, pass) || !update_shared(l, pass) ||
+        !make_unit(l, s) || !find_places(l) || !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
         lum_layers_finish(l);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
     }

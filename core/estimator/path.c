@@ -10,10 +10,10 @@
  * goes on by still reflects the lights, which are then sampled for it alone. So the picture without indirect_diffuse
  * and glossy is that of direct light on every surface, highlights included.
  *
- * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through one
- * is still on its way from the vertex before: light that it meets behind is weighted against the light sampled there,
- * by the density with which its direction was drawn there, whichever lobe of the pane it took: the weights of both ways
- * of finding the light add up to 1. Without the effect transmission panes stop both. */
+ * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through
+ * one is still on its way from the vertex before: light that it meets behind is weighted against the light sampled
+ * there, by the density with which its direction was drawn there, whichever lobe of the pane it took: the weights of
+ * both ways of finding the light add up to 1. Without the effect transmission panes stop both. */
 #include "core/estimator/path.h"
 
 #include <string.h>

@@ -14,7 +14,8 @@ enum lum_effect {
     LUM_EFFECT_ENVIRONMENT,
     LUM_EFFECT_INDIRECT_DIFFUSE,
     LUM_EFFECT_REFLECTION,       /* perfect mirror */
-    LUM_EFFECT_TRANSMISSION,
+    LUM_EFFECT_TRANSMISSION,     /* what is seen through glass. A lamp's light that arrives through panes is that lamp's own
+                                  * effect; without this one panes are opaque, to it as to the eye */
     LUM_EFFECT_GLOSSY,
     LUM_EFFECT_MEDIA,
     LUM_EFFECT_ANTIALIAS,

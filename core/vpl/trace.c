@@ -307,7 +307,8 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     lum_vpl_plan_init(&plan, set);
     if (set->tries == 1)
         return shoot_all(rq, &plan, set, err);
-    struct lum_vpl_set candidates = {.n = set->n_bounced * set->tries, .glass_off = set->glass_off, .versions = set->versions};
+    struct lum_vpl_set candidates = {
+        .n = set->n_bounced * set->tries, .glass_off = set->glass_off, .versions = set->versions};
     enum lum_status status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
         status = shoot_all(rq, &plan, &candidates, err);
@@ -356,8 +357,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
                 set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
-                set->glass_off == rq->glass_off &&
-                !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
+                set->glass_off == rq->glass_off && !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {
         if (!same_power)

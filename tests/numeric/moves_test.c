@@ -75,7 +75,10 @@ static void put_things(struct rig *r, const struct telling *t)
         {"crate", red, {0.25, 0.25, 0.25}, {0.25, 0.25, -0.5}},
         {"twin", white, {0.25, 0.25, 0.25}, {0.375, 0.25, -0.5}}, /* its front lies in the crate's */
         {"mirror", mirror, {0.25, 0.375, 0.25}, {-0.75, 0.375, -0.5}},
-        {"pane", pane, {0.25, 0.25, 0.0625}, {0, 0.3125, 0.5}}, /* clear of the floor: what it lets through shows there */
+        {"pane",
+         pane,
+         {0.25, 0.25, 0.0625},
+         {0, 0.3125, 0.5}}, /* clear of the floor: what it lets through shows there */
         {"vase", vase, {0.125, 0.25, 0.125}, {0.8125, 0.25, 0.25}},
     };
     for (size_t k = 0; k < LUM_ARRAY_LEN(rows); k++) {

@@ -62,7 +62,7 @@ def room(s):
 
 
 def window(s):
-    """Frame, bars and sill; the sky behind it is one light that fills the opening."""
+    """Frame, bars, glass and sill; the sky behind it is one light that fills the opening."""
     x, w = ROOM["x"], WINDOW
     zm, ym = (w["z0"] + w["z1"]) / 2, (w["y0"] + w["y1"]) / 2
     lz, ly = w["z1"] - w["z0"], w["y1"] - w["y0"]
@@ -72,6 +72,8 @@ def window(s):
     for name, yy in (("low", w["y0"] + 0.03), ("high", w["y1"] - 0.03)):
         s.box(f"window-rail-{name}", [0.05, 0.06, lz], "trim", (at, yy, zm))
     s.box("window-bar", [0.03, 0.03, lz], "trim", (at, w["y0"] + 0.62 * ly, zm))
+    for name, z in (("back", (w["z0"] + 0.06, zm - 0.035)), ("front", (zm + 0.035, w["z1"] - 0.06))):
+        s.pane(f"window-pane-{name}", z, (w["y0"] + 0.06, w["y1"] - 0.06), at)
     s.box("window-sill", [0.34, 0.03, lz + 0.16], "trim", (-x - 0.04, w["y0"] - 0.015, zm))
     s.add("light", "window", kind="quad", position=[-x - 0.19, ym, zm], u=[0, ly, 0], v=[0, 0, lz], luminance_cd_m2=1800,
           cct_k=6500, group="daylight")

@@ -91,6 +91,8 @@ def office_room(s, slats=31, slat_width=0.05, tilt=28):
     for z, name in ((-2.15, "back"), (2.15, "front")):
         s.box(f"window-pier-{name}", [t, 1.6, 0.7], "wall-paint", (-w / 2 - t / 2, 1.7, z))
     s.box("window-mullion", [0.05, 1.6, 0.05], "steel", (-w / 2 - t / 2, 1.7, 0))
+    for name, z in (("back", (-1.8, -0.025)), ("front", (0.025, 1.8))):
+        s.pane(f"window-pane-{name}", z, (0.9, 2.5), -w / 2 - t / 2)
     for k in range(slats):
         s.box(f"blind-{k:02d}", [slat_width, 0.003, 3.7], "slat",
               (-w / 2 + 0.06, 0.915 + 0.0535 * 30 / (slats - 1) * k, 0), (0, 0, tilt))

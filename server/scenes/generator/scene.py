@@ -71,6 +71,14 @@ class Scene:
         """A box from corner to corner: for walls that have to meet."""
         return self.box(id, [b - a for a, b in zip(lo, hi)], material, [(a + b) / 2 for a, b in zip(lo, hi)])
 
+    def pane(self, id, z, y, x):
+        """Clear glass in a wall that faces along x, over ranges of z and y: one sheet."""
+        if "window-glass" not in self.ids:
+            self.material("window-glass", [1, 1, 1], roughness=0.0, specular=1.0, transmission=1.0, thin=True)
+        self.mesh("unit-quad", "quad", [1, 0, 1])
+        return self.object(id, "unit-quad", "window-glass", (x, (y[0] + y[1]) / 2, (z[0] + z[1]) / 2), (0, 0, 90),
+                           (y[1] - y[0], 1, z[1] - z[0]))
+
     def camera(self, id, position, target, vfov_deg):
         return self.add("camera", id, position=position, target=target, up=[0, 1, 0], vfov_deg=vfov_deg)
 
