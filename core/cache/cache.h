@@ -49,6 +49,7 @@ struct lum_cache_kind {
     bool vpls;     /* sums virtual point lights */
     bool sky;      /* and takes the diffuse light of an even sky with them */
     uint32_t tries; /* of struct lum_vpl_request */
+    uint32_t spare; /* the set has so many VPLs for each that settings ask for, of which each record looks at its own choice; 0: one */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     bool left;     /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */

@@ -44,9 +44,17 @@
  * sponza 0.213 and 0.140, cornell 0.032 and 0.027, sibenik 0.222 and 0.218. */
 #define TRIES 8u
 
+/* VPLs in the set for each that settings ask for, and rays of a record for each of these: as many as it would face on
+ * average, of which it draws those that matter to it (lum_vpl_draw). */
+#define SPARE 4u
+#define RAYS_PER_VPL 0.5f
+
+#define WORDS_MAX ((LUM_VPL_SLOTS_MAX + 63u) / 64u)
+
 struct live_record {
     struct lum_cache_record base;
     float proximity; /* of lum_proximity */
+    float step;      /* of lum_vpl_draw */
     uint64_t bits[]; /* n_vpls it sees; n_vpls of which it is known whether it does, and that it faces. Of those that it
                       * sees, what panes leave is in lum_cache_left */
 };
@@ -132,14 +140,20 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     lum_rays_push(&s->rays, from, d, 1.0f);
 }
 
-/* Of 64 VPLs those that the record faces and of which nothing is known: from now on it is. */
-static uint64_t take_unknown(const struct lum_vpl_set *set, struct live_record *r, uint32_t word)
+/* Which VPLs the record looks at. `drawn`: room for lum_vpl_words. */
+static void draw(const struct lum_cache *cache, struct live_record *r, uint64_t *ret_drawn)
 {
     struct lum_receiver at = receiver_of(&r->base);
-    uint64_t *sees = r->bits + word, *known = sees + lum_vpl_words(set->n);
-    uint64_t faces = lum_vpl_faces(set, &at, word), unknown = faces & ~*known;
-    *sees &= *known & faces;
-    *known = faces;
+    uint32_t n = (uint32_t)(RAYS_PER_VPL * (float)cache->key.n_vpls / SPARE);
+    r->step = lum_vpl_draw(&cache->vpls, &at, lift_of(cache), n > 0 ? n : 1, ret_drawn);
+}
+
+/* Of 64 VPLs those that were drawn and of which nothing is known: from now on it is. */
+static uint64_t take_unknown(const struct lum_vpl_set *set, struct live_record *r, uint32_t word, uint64_t drawn)
+{
+    uint64_t *sees = r->bits + word, *known = sees + lum_vpl_words(set->n), unknown = drawn & ~*known;
+    *sees &= *known & drawn;
+    *known = drawn;
     return unknown;
 }
 
@@ -149,12 +163,15 @@ static void look_at_unknown(struct seeing *s, struct live_record *const *records
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
     struct lum_vec3 from[LUM_PROXIMITY_POINTS];
-    for (uint32_t i = 0; i < n; i++)
+    uint64_t drawn[LUM_PROXIMITY_POINTS][WORDS_MAX];
+    for (uint32_t i = 0; i < n; i++) {
         from[i] = lum_ray_offset(records[i]->base.p, records[i]->base.ng);
+        draw(s->job->cache, records[i], drawn[i]);
+    }
     for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
         uint64_t unknown[LUM_PROXIMITY_POINTS], any = 0;
         for (uint32_t i = 0; i < n; i++)
-            any |= unknown[i] = take_unknown(set, records[i], w);
+            any |= unknown[i] = take_unknown(set, records[i], w, drawn[i][w]);
         for (; any; any &= any - 1) {
             uint32_t k = (uint32_t)__builtin_ctzll(any);
             for (uint32_t i = 0; i < n; i++)
@@ -191,7 +208,7 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
     lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), lift_of(cache),
-                        media ? job->snapshot : NULL, &sum);
+                        live_of(r)->step, media ? job->snapshot : NULL, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);
@@ -359,6 +376,7 @@ const struct lum_cache_kind lum_cache_live = {
     .vpls = true,
     .sky = true,
     .tries = TRIES,
+    .spare = SPARE,
     .lasting = true,
     .record_bytes = record_bytes,
     .left = true,

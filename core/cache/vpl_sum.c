@@ -4,9 +4,13 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/math/sampler.h"
 #include "core/medium/medium.h"
 
 #define LANES LUM_SUM_LANES
+
+/* Slots of sets that are drawn from, a multiple of 16: 16 KiB of a worker's stack. */
+#define DRAW_MAX 4096u
 
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
@@ -59,6 +63,90 @@ static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct
         ret->x[i] = along * vx - across * n.x + spread * dx;
         ret->y[i] = along * vy - across * n.y + spread * dy;
         ret->z[i] = along * vz - across * n.z + spread * dz;
+    }
+}
+
+/* ---- drawing ---- */
+
+/* What VPLs that the point faces would bring it, of bounced light. */
+static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift,
+                           const uint64_t *faces, float *ret_reach)
+{
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
+        uint32_t bits = (uint32_t)(faces[k / 64] >> k % 64) & ((1u << LANES) - 1u);
+        struct terms terms;
+        memset(ret_reach + k, 0, LANES * sizeof *ret_reach);
+        if (!bits)
+            continue;
+        lifted_terms(set, k, at, bits, lift * lift, &terms);
+        for (uint32_t i = 0; i < LANES; i++)
+            ret_reach[k + i] = terms.g[i] * set->importance[k + i];
+        n += (uint32_t)__builtin_popcount(bits);
+    }
+    return n;
+}
+
+/* The step with which at least n are drawn on average, less than 1.5 n: n = sum of min(1, reach / step). Each round takes those
+ * out that are above it; it only falls, so that a few rounds come near. A power of the root of 2, so that what moves
+ * elsewhere rarely changes it. */
+static float find_step(const float *reach, uint32_t n_slots, uint32_t n)
+{
+    float step = INFINITY;
+    for (uint32_t round = 0; round < 4; round++) {
+        double rest = 0.0;
+        uint32_t n_sure = 0;
+        for (uint32_t k = 0; k < n_slots; k++) {
+            n_sure += reach[k] >= step;
+            rest += reach[k] >= step ? 0.0 : (double)reach[k];
+        }
+        if (n_sure >= n || !(rest > 0.0))
+            break;
+        step = (float)(rest / (n - n_sure));
+    }
+    return isfinite(step) ? exp2f(0.5f * floorf(2.0f * log2f(step))) : 0.0f;
+}
+
+/* Side of the cells whose points draw by the same numbers: coordinates of a scene are at most 2^7. */
+#define DRAW_CELL 2.0f
+
+static uint32_t hash_cell(struct lum_vec3 p)
+{
+    uint32_t x = (uint32_t)(int32_t)floorf(p.x / DRAW_CELL), y = (uint32_t)(int32_t)floorf(p.y / DRAW_CELL);
+    uint32_t z = (uint32_t)(int32_t)floorf(p.z / DRAW_CELL);
+    return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
+}
+
+float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n,
+                   uint64_t *ret_bits)
+{
+    float reach[DRAW_MAX];
+    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++)
+        ret_bits[w] = lum_vpl_faces(set, at, w);
+    if (set->n_bounced > DRAW_MAX || find_reach(set, at, lift, ret_bits, reach) <= n)
+        return 0.0f;
+    float step = find_step(reach, set->n_bounced, n);
+    uint32_t cell = hash_cell(at->p);
+    for (uint32_t k = 0; k < set->n_bounced; k++) {
+        float u = (float)(lum_hash_combine(cell, k) >> 8) * 0x1p-24f;
+        if (!(reach[k] > u * step))
+            ret_bits[k / 64] &= ~(UINT64_C(1) << k % 64);
+    }
+    return step;
+}
+
+/* ---- sums ---- */
+
+/* Those that were drawn stand for those that were not. */
+static void weigh(const struct lum_vpl_set *set, uint32_t k, float step, struct terms *inout_terms)
+{
+    for (uint32_t i = 0; i < LANES; i++) {
+        float reach = inout_terms->g[i] * set->importance[k + i];
+        float weight = reach > 0.0f && reach < step ? step / reach : 1.0f;
+        inout_terms->g[i] *= weight;
+        inout_terms->x[i] *= weight;
+        inout_terms->y[i] *= weight;
+        inout_terms->z[i] *= weight;
     }
 }
 
@@ -128,7 +216,7 @@ static void add_lanes(double sum[4][3], const struct lanes *lanes)
 }
 
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
-                         const uint32_t *left, float lift, const struct lum_snapshot *media,
+                         const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
                          struct lum_vpl_sum *ret_sum)
 {
     double sum[4][3] = {{0}};
@@ -141,6 +229,8 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
             struct terms terms;
             float dimmed[3][LANES];
             lifted_terms(set, k, at, bits, lift * lift, &terms);
+            if (step > 0.0f && k < set->n_bounced)
+                weigh(set, k, step, &terms);
             bool panes = left && any_pane(left + k);
             if (!media && !panes) {
                 add_terms(&lanes, &terms, set->flux, k);

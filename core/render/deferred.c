@@ -260,13 +260,19 @@ static uint32_t cached_sky(const struct lum_pass *pass)
     return shines && caches_sky(pass) ? lights->environment : LUM_NO_OBJECT;
 }
 
+static uint32_t n_vpls_of(const struct lum_view_settings *set)
+{
+    uint32_t spare = set->method->cache->spare, n = spare > 0 ? set->n_vpls * spare : set->n_vpls;
+    return n < LUM_VPL_MAX ? n : LUM_VPL_MAX;
+}
+
 static struct lum_cache_key cache_key(const struct lum_pass *pass)
 {
     const struct lum_view_settings *set = pass->settings;
     return (struct lum_cache_key){
         .kind = set->method->cache,
         .storage = set->storage,
-        .n_vpls = set->n_vpls,
+        .n_vpls = n_vpls_of(set),
         .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
         .seed = set->seed,
         .accuracy = set->cache_accuracy,

@@ -76,6 +76,7 @@ static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set 
     set->nx[to] = c->nx[from], set->ny[to] = c->ny[from], set->nz[to] = c->nz[from];
     for (uint32_t k = 0; k < 3; k++)
         set->flux_unit[k][to] = c->flux_unit[k][from] * factor;
+    set->importance[to] = c->importance[from];
     set->light[to] = c->light[from], set->object[to] = c->object[from], set->prim[to] = c->prim[from];
 }
 

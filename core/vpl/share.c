@@ -265,12 +265,15 @@ static float reach2(const struct lum_vpl_set *set, uint32_t i, float limit2)
  * area that a VPL stands for is pi d^2 / k. Queries are spread over the set, which makes the cost linear in n. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 {
-    double sum = 0.0, n = 0.0;
-    uint32_t step = (set->n_bounced + QUERIES - 1) / QUERIES;
+    float areas[QUERIES];
+    uint32_t n = 0, step = (set->n_bounced + QUERIES - 1) / QUERIES;
     for (uint32_t i = 0; i < set->n_bounced; i += step)
         if (set->light[i] != LUM_NO_OBJECT) {
-            sum += (double)reach2(set, i, limit * limit) / NEIGHBOURS;
-            n += 1.0;
+            float area = reach2(set, i, limit * limit) / NEIGHBOURS;
+            uint32_t at = n++;
+            for (; at > 0 && areas[at - 1] > area; at--)
+                areas[at] = areas[at - 1];
+            areas[at] = area;
         }
-    return n > 0.0 ? (float)sqrt(sum / n) : 0.0f;
+    return n > 0 ? sqrtf(areas[n / 2]) : 0.0f;
 }

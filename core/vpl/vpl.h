@@ -48,12 +48,14 @@ struct lum_vpl_set {
                                                   * light leaves from */
     float *flux_unit[3];                         /* per unit of the light's power */
     float *flux[3];                              /* times the power: what gathering uses */
+    float *importance;                           /* about its flux, by what its own path and light were when first seen: no colour of a
+                                                  * surface and no dimmed light changes it. 0: empty slot */
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
     uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
     uint64_t *moved;                             /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
-    float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units, averaged
-                                                  * as sqrt(sum of the areas / (pi number of VPLs)); 0 without VPLs */
+    float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units: the median,
+                                                  * so that lone ones do not make it wider; 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
     bool glass_off;

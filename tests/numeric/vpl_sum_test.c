@@ -65,7 +65,7 @@ static struct lum_vpl_sum sum_at(const struct fake *f, struct lum_vec3 p, struct
     struct lum_vpl_sum sum;
     for (uint32_t w = 0; w < lum_vpl_words(f->set.n); w++)
         faces[w] = lum_vpl_faces(&f->set, &at, w);
-    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, NULL, &sum);
+    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, 0.0f, NULL, &sum);
     return sum;
 }
 
@@ -175,7 +175,7 @@ static void only_who_faces_counts(void **state)
     assert_int_equal(lum_vpl_faces(&f.set, &at, 0), 1u);
     uint64_t none = 0;
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, NULL, &sum);
+    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, 0.0f, NULL, &sum);
     assert_true(lum_rgb_black(sum.irradiance));
     fake_end(&f);
 }

@@ -8,6 +8,12 @@
 #define N_EDITS 60
 #define N_OBJECTS 4u
 
+/* Of the method's cache, as views have it. */
+static uint32_t n_vpls_of(const struct lum_view_settings *set)
+{
+    return set->method->cache->spare > 0 ? set->n_vpls * set->method->cache->spare : set->n_vpls;
+}
+
 struct fuzz {
     struct rig rig;
     struct lum_caches *caches;
@@ -236,7 +242,7 @@ static void after_any_edits(const char *method, uint64_t seed)
         bool media = stats.demand.on[LUM_EFFECT_MEDIA] && r->settings.method->serves[LUM_EFFECT_MEDIA];
         struct lum_cache_key key = {.kind = r->settings.method->cache,
                                     .storage = r->settings.storage,
-                                    .n_vpls = r->settings.n_vpls,
+                                    .n_vpls = n_vpls_of(&r->settings),
                                     .max_bounces = r->settings.max_depth - 1,
                                     .seed = r->settings.seed,
                                     .accuracy = r->settings.cache_accuracy,
@@ -276,7 +282,7 @@ static struct lum_cache *acquire_cache(const struct fuzz *f)
     const struct lum_view_settings *set = &f->rig.settings;
     struct lum_cache_key key = {.kind = set->method->cache,
                                 .storage = set->storage,
-                                .n_vpls = set->n_vpls,
+                                .n_vpls = n_vpls_of(set),
                                 .max_bounces = set->max_depth - 1,
                                 .seed = set->seed,
                                 .accuracy = set->cache_accuracy};
