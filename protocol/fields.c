@@ -158,6 +158,8 @@ static const struct lum_field render[] = {
          "smooth edges of surfaces and, in `live`, of hard shadows; false: rays through pixel centres"),
     OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
     CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),
+    CHOICE(render, glass, 0, "physical|architectural",
+           "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
 };
 
 static const struct lum_field import[] = {

@@ -132,6 +132,7 @@ struct lum_record_render {
     bool antialias;
     struct lum_opt exposure_ev; /* EV100: higher is darker; null: automatic */
     char tone_map[12];          /* agx aces reinhard none */
+    char glass[16];             /* physical architectural */
 };
 
 struct lum_record_import {

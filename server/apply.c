@@ -346,7 +346,10 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
         return lum_scene_put_camera(scene, r->id, &c, err);
     }
     case LUM_RECORD_RENDER:
-        return check_render(r, err);
+        st = check_render(r, err);
+        if (st == LUM_OK)
+            lum_scene_straighten_glass(scene, strcmp(r->render.glass, "architectural") == 0);
+        return st;
     case LUM_RECORD_MEDIUM: {
         struct lum_medium_desc d = lum_apply_medium(r);
         return lum_scene_put_medium(scene, r->id, &d, err);

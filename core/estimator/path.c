@@ -308,7 +308,7 @@ static void push_path(struct lum_wave *w, struct lum_path path, struct lum_vec3 
 /* True when light that was sampled at the vertex before gets here, too, and on. */
 static bool passes_pane(const struct lum_wave *w, const struct lum_bsdf *b, const struct lum_bsdf_sample *bs)
 {
-    return w->panes && bs->lobe == LUM_LOBE_TRANSMIT && (b->thin || b->eta == 1.0f);
+    return w->panes && bs->lobe == LUM_LOBE_TRANSMIT && b->straight;
 }
 
 /* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
@@ -329,7 +329,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
     if (w->snapshot->lights.n_active == 0 && bs.pdf_sa > 0.0f)
         return; /* only a mirror could show something that shines without being a light */
     path.throughput = lum_rgb_mul(path.throughput, bs.weight);
-    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin)
+    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
         path.eta2 *= b->eta * b->eta;
     if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
         return;
@@ -468,7 +468,7 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
                             .p = p,
                             .pdf_sa = bs.pdf_sa,
                             .every_light = true};
-    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin)
+    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
         path.eta2 = bsdf->eta * bsdf->eta;
     w->counters->rays[LUM_RAY_GLOSSY]++;
     push_path(w, path, p, bsdf->ng, bs.wi);

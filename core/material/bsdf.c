@@ -77,15 +77,9 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
-/* Light goes straight through this surface, and without spread. */
-static bool goes_straight(const struct lum_bsdf *b)
-{
-    return b->eta == 1.0f || (b->thin && b->alpha == 0.0f);
-}
-
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
 {
-    if (!goes_straight(b) || lum_dot(b->ng, b->ng) == 0.0f)
+    if (!b->straight || lum_dot(b->ng, b->ng) == 0.0f)
         return lum_grey(0.0f);
     return facet_at(b, lum_dot(wo, b->frame.n)).transmit;
 }
@@ -278,7 +272,7 @@ static bool sample_transmission(const struct lum_bsdf *b, struct lum_vec3 wo, co
 {
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
     float cos_o = lum_dot(o, *h);
-    if (goes_straight(b)) {
+    if (b->straight) {
         *ret_sample = (struct lum_bsdf_sample){lum_v3_neg(wo), weight, 0.0f, LUM_LOBE_TRANSMIT};
         return true;
     }

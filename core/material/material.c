@@ -32,7 +32,7 @@ bool lum_material_is_pane(const struct lum_material *m)
     if (m->unlit || !(m->transmission > 0.0f) || !(m->metallic < 1.0f))
         return false;
     bool clear = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
-    return (m->thin && clear) || lum_ior_is_matched(m->ior);
+    return ((m->thin || m->straight) && clear) || lum_ior_is_matched(m->ior);
 }
 
 bool lum_ior_is_matched(float ior)
@@ -141,7 +141,8 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
     bool matched = lum_ior_is_matched(ior);
     float specular = matched ? 0.0f : clamp01(m->specular); /* matched: there is no interface, at grazing neither */
     b->thin = m->thin;
-    b->eta = matched ? 1.0f : s->backface && !m->thin ? ior : 1.0f / ior;
+    b->straight = matched || ((m->thin || m->straight) && b->alpha == 0.0f);
+    b->eta = matched ? 1.0f : s->backface && !m->thin && !b->straight ? ior : 1.0f / ior;
     struct lum_rgb f0 = clamp01_rgb(lum_rgb_scale(m->specular_color, r * r));
     f0 = lum_rgb_scale(f0, specular);
 

@@ -54,6 +54,7 @@ struct lum_material {
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
     bool thin, unlit;
+    bool straight; /* a solid that bends no light where it is smooth */
     char id[LUM_ID_MAX + 1];
 };
 
@@ -70,8 +71,8 @@ enum {
 };
 uint32_t lum_material_scatter(const struct lum_material *m);
 
-/* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, and what bends
- * nothing. Rays that ask how much of a light arrives pass it (lum_trace_light); they are dimmed as a path would be that
+/* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, solid glass that
+ * is told not to bend it, and what has no interface. Rays that ask how much of a light arrives pass it (lum_trace_light); they are dimmed as a path would be that
  * goes on by LUM_LOBE_TRANSMIT. */
 bool lum_material_is_pane(const struct lum_material *m);
 
@@ -103,8 +104,9 @@ struct lum_bsdf {
     float diffuse_prob;      /* probability that a sample is of the base or of multi: cosine-shaped */
     float alpha;             /* GGX roughness; 0: delta */
     struct lum_ggx_row row;  /* of alpha */
-    float eta;               /* n on wo's side / n on the other. 1: nothing bends, transmission is delta */
+    float eta;               /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
     bool thin;
+    bool straight;           /* transmission is delta, and bends nothing */
     struct lum_rgb emission; /* towards wo */
 };
 

@@ -37,7 +37,7 @@ static float absorption(float color, double distance_scene)
 }
 
 static void resolve_material(struct lum_material *out, const struct lum_material_entry *entry,
-                             const struct lum_normalisation *norm)
+                             const struct lum_normalisation *norm, bool straight_glass)
 {
     const struct lum_material_desc *d = &entry->desc;
     resolve_texture(&out->base_color_tex, &d->base_color_texture, entry->images[LUM_SLOT_BASE_COLOR]);
@@ -64,6 +64,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->alpha_mode = d->alpha_mode;
     out->thin = d->thin;
     out->unlit = d->unlit;
+    out->straight = straight_glass && !d->thin && d->transmission > 0.0f;
     memcpy(out->id, entry->base.id, sizeof out->id);
 }
 
@@ -82,7 +83,7 @@ enum lum_status lum_resolve_materials(const struct lum_scene *scene, const struc
     part->items = items;
     part->n = table->n;
     for (uint32_t i = 0; i < table->n; i++)
-        resolve_material(&items[i], (const struct lum_material_entry *)table->rows[i], norm);
+        resolve_material(&items[i], (const struct lum_material_entry *)table->rows[i], norm, scene->straight_glass);
     *ret_part = part;
     return LUM_OK;
 }

@@ -132,6 +132,11 @@ LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct 
 void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *former);
 void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live on */
 
+/* Smooth solid glass bends light (false, as scenes are made), or lets it straight through at each face, dimmed by what the
+ * face reflects and by what is inside: rays of light pass it then, which no method can follow where it is bent. From the
+ * next commit on. */
+void lum_scene_straighten_glass(struct lum_scene *, bool straight);
+
 /* Add, or replace what has this id. An object may be put only after its mesh and material. Replacing a mesh, image or
  * material reaches everything that refers to it. */
 LUM_MUST_USE enum lum_status lum_scene_put_mesh(struct lum_scene *, const char *id, const struct lum_mesh_desc *, struct lum_error *);

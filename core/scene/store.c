@@ -155,6 +155,11 @@ enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **r
     return LUM_OK;
 }
 
+void lum_scene_straighten_glass(struct lum_scene *scene, bool straight)
+{
+    scene->straight_glass = straight;
+}
+
 void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *former)
 {
     scene->former = former->last ? former->last->versions : former->former;

@@ -75,6 +75,7 @@ struct lum_scene {
     const struct lum_snapshot *last; /* the newest snapshot, or NULL before the first commit */
     struct lum_versions former; /* of the scene that this one replaced; else 0 */
     uint64_t dropped_triangles, dropped_texels;
+    bool straight_glass;
 };
 
 /* store.c */

@@ -73,7 +73,7 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
     bool transmitted = bs.lobe == LUM_LOBE_TRANSMIT || bs.lobe == LUM_LOBE_GLOSSY_TRANSMIT;
     if (transmitted && w->set->glass_off)
         return;
-    float eta2 = transmitted && !b->thin ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
+    float eta2 = transmitted && !b->thin && !b->straight ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
     path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
     if (lum_rgb_black(path.flux) || path.n_segments > path.last + SPECULAR_MAX)
         return;

@@ -199,6 +199,42 @@ static void panes_leave_what_they_do_of_every_lamp(void **state)
     assert_int_equal(n_wrong, 0);
 }
 
+/* ---- a pane by itself ---- */
+
+/* What is not absorbed is reflected or passes, the same from either side and at any angle, and it is the closed form.
+ * 1e-5: the Fresnel terms are differences of floats near 1. */
+static void a_pane_loses_nothing(void **state)
+{
+    (void)state;
+    for (int k = 1; k <= 100; k++) {
+        double cosine = 0.01 * k, sine = sqrt(1.0 - cosine * cosine);
+        const struct lum_material m = {.base_color = {1.0f, 0.6f, 0.0f},
+                                       .specular_color = {1, 1, 1},
+                                       .ior = 1.5f,
+                                       .specular = 1.0f,
+                                       .transmission = 1.0f,
+                                       .thin = true};
+        assert_true(lum_material_is_pane(&m));
+        for (int side = -1; side < 2; side += 2) {
+            struct lum_vec3 n = {0, 0, (float)side}, wo = {(float)sine, 0, (float)(side * cosine)};
+            struct lum_surface s = {.ng = n, .ns = n, .backface = side < 0, .vertex_color = {1, 1, 1}};
+            struct lum_bsdf b;
+            struct lum_bsdf_sample lobes[2];
+            lum_bsdf_init(&b, &m, &s, wo);
+            struct lum_rgb left = lum_bsdf_straight(&b, wo), tint = m.base_color;
+            assert_int_equal(lum_bsdf_delta_lobes(&b, wo, lobes), 2);
+            assert_true(lobes[1].lobe == LUM_LOBE_TRANSMIT && memcmp(&lobes[1].weight, &left, sizeof left) == 0);
+            const float up[3] = {lobes[0].weight.r, lobes[0].weight.g, lobes[0].weight.b};
+            const float down[3] = {left.r, left.g, left.b}, color[3] = {tint.r, tint.g, tint.b};
+            assert_float_equal(up[0] + down[0], 1.0f, 1e-5f);
+            for (int c = 0; c < 3; c++) {
+                double right = left_by_pane(cosine, 1.5, (double)color[c]);
+                assert_true(fabs((double)down[c] - right) <= 1e-5 && up[c] + down[c] <= 1.00001f && up[c] >= 0.0f);
+            }
+        }
+    }
+}
+
 /* ---- single rays ---- */
 
 /* A square of cells x cells, each two triangles, at heights 0, 0.01, ... in one mesh. */
@@ -396,6 +432,50 @@ static void lamps_behind_glass_are_dimmed_without_a_ray(void **state)
     }
 }
 
+/* ---- solid glass ---- */
+
+/* A slab 0.2 m thick that is told not to bend light: two faces, and what is inside. Bent, a sun's light gets through in
+ * no method, and a slab that is told so again is dark again. */
+static void solid_glass_may_let_light_straight_through(void **state)
+{
+    (void)state;
+    const enum lamp kinds[] = {SUN, POINT, QUAD, SPHERE};
+    struct lum_material_desc m = glass(1.5, 0.9, 0.9, 0.9);
+    m.thin = false;
+    m.attenuation_color = lum_grey(0.5f);
+    m.attenuation_distance_m = 0.5;
+    const double cosine = HIGH / sqrt(HIGH * HIGH + 1.0), face = 0.9 * (1.0 - fresnel(cosine, 1.5));
+    const double right = face * face * pow(0.5, 0.2 / cosine / 0.5);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+        struct rig bare, glazed;
+        begin(&bare);
+        begin(&glazed);
+        put_lamp(&bare, kinds[k], 1.0, 1.0);
+        put_lamp(&glazed, kinds[k], 1.0, 1.0);
+        rig_material(&glazed, "glass", &m);
+        rig_box(&glazed, "slab", 60, 0.1, 60);
+        rig_object(&glazed, "slab", "slab", "glass", rig_v(0, 1.2, 0));
+        lum_scene_straighten_glass(glazed.scene, true);
+        rig_commit(&bare);
+        rig_commit(&glazed);
+        for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
+            uint32_t off = LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+            bare.settings.effects_off = glazed.settings.effects_off = off;
+            double a = (double)render(&bare, methods[i], 1).g, b = (double)render(&glazed, methods[i], 1).g;
+            if (!is_near(b / a, right, 0.01))
+                fail_msg("%s, %s: %.4f gets through the slab, expected %.4f", methods[i], lamp_names[kinds[k]], b / a,
+                         right);
+        }
+        lum_scene_straighten_glass(glazed.scene, false);
+        rig_commit(&glazed);
+        use(&glazed, "live");
+        rig_pass(&glazed);
+        assert_true(rig_mean(&glazed).g == 0.0f);
+        rig_end(&bare);
+        rig_end(&glazed);
+    }
+}
+
 /* ---- a room with a window ---- */
 
 /* Four walls of 4 x 3 m, floor and ceiling; the wall at z = 2 has a window of 2 x 1.5 m. */
@@ -559,12 +639,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(panes_leave_what_they_do_of_every_lamp),
+        cmocka_unit_test(a_pane_loses_nothing),
         cmocka_unit_test(a_pane_counts_once),
         cmocka_unit_test(without_transmission_panes_are_opaque),
         cmocka_unit_test(lamps_behind_glass_are_dimmed_without_a_ray),
         cmocka_unit_test(a_room_behind_glass_has_what_the_glass_leaves),
         cmocka_unit_test(fog_behind_glass_is_dimmed),
         cmocka_unit_test(a_lamp_in_a_globe_lights_the_room),
+        cmocka_unit_test(solid_glass_may_let_light_straight_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -176,13 +176,43 @@ static void settings_check_the_method(void **state)
     lum_record_unref(r);
 }
 
+/* From the next commit on, and back. */
+static void solid_glass_is_straightened(void **state)
+{
+    (void)state;
+    struct lum_record *render = lum_record_create(LUM_RECORD_RENDER, "render");
+    struct lum_record *glass = lum_record_create(LUM_RECORD_MATERIAL, "glass");
+    struct lum_device *device;
+    struct lum_scene *scene;
+    assert_true(render && glass);
+    assert_string_equal(render->render.glass, "physical");
+    glass->material.transmission = 1.0;
+    glass->material.roughness = 0.0;
+    assert_int_equal(lum_device_create(1, NULL, &device, NULL), LUM_OK);
+    assert_int_equal(lum_scene_create(device, &scene, NULL), LUM_OK);
+    assert_int_equal(lum_apply_put(scene, glass, NULL), LUM_OK);
+    for (int architectural = 1; architectural >= 0; architectural--) {
+        const struct lum_snapshot *s;
+        strcpy(render->render.glass, architectural ? "architectural" : "physical");
+        assert_int_equal(lum_apply_put(scene, render, NULL), LUM_OK);
+        assert_int_equal(lum_scene_commit(scene, 1, &s, NULL), LUM_OK);
+        assert_int_equal(lum_material_is_pane(&s->materials[0]), architectural);
+        lum_snapshot_unref(s);
+    }
+    lum_scene_destroy(scene);
+    lum_device_destroy(device);
+    lum_record_unref(render);
+    lum_record_unref(glass);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(flux_becomes_the_unit_of_the_kind), cmocka_unit_test(spot_flux_fills_its_cone),
-        cmocka_unit_test(natural_units_pass_through),        cmocka_unit_test(colours_have_luminance_one),
-        cmocka_unit_test(black_emission_needs_no_colour),    cmocka_unit_test(errors_name_their_op),
-        cmocka_unit_test(settings_check_the_method),         cmocka_unit_test(media_pass_through),
+        cmocka_unit_test(solid_glass_is_straightened), cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
+        cmocka_unit_test(spot_flux_fills_its_cone),    cmocka_unit_test(natural_units_pass_through),
+        cmocka_unit_test(colours_have_luminance_one),  cmocka_unit_test(black_emission_needs_no_colour),
+        cmocka_unit_test(errors_name_their_op),        cmocka_unit_test(settings_check_the_method),
+        cmocka_unit_test(media_pass_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
