@@ -14,10 +14,8 @@ struct filter_context {
 #endif
     const struct lum_accel_alpha *alpha;
     const struct lum_accel_panes *panes; /* NULL: they occlude */
-    const struct lum_rays *rays;         /* with panes: the batch; ray `first` is lane 0 */
-    uint32_t first;                      /* same */
-    struct passage *passages;            /* same: by lane */
-    struct lum_rgb *ret_left;            /* same: by ray */
+    const struct lum_rays *rays;         /* with panes: the batch */
+    struct passage *passages;            /* same: by ray */
     uint32_t n_instances;
     bool coherent;
 };
@@ -48,30 +46,6 @@ static void filter_alpha(const struct RTCFilterFunctionNArguments *args)
     }
 }
 
-/* Before and after n rays from `first` on. What is behind surfaces adds up whatever order they are met in; light that
- * begins or ends in it would be brightened. */
-static void begin_passages(struct filter_context *context, uint32_t first, uint32_t n)
-{
-    context->first = first;
-    for (uint32_t k = 0; k < n && context->panes; k++) {
-        context->passages[k].left = lum_grey(1.0f);
-        context->passages[k].depth = lum_grey(0.0f);
-        context->passages[k].n = 0;
-    }
-}
-
-static void end_passages(struct filter_context *context, uint32_t n)
-{
-    for (uint32_t k = 0; k < n && context->panes; k++) {
-        const struct passage *p = &context->passages[k];
-        struct lum_rgb left = p->left;
-        if (!lum_rgb_black(p->depth))
-            left = lum_rgb_mul(left, lum_rgb(expf(-lum_max(p->depth.r, 0.0f)), expf(-lum_max(p->depth.g, 0.0f)),
-                                             expf(-lum_max(p->depth.b, 0.0f))));
-        context->ret_left[context->first + k] = left;
-    }
-}
-
 /* True when this is the pane that the ray has just been counted through. steep: |d| times the cosine. */
 static bool is_counted(const struct passage *p, uint32_t object, float t, float steep)
 {
@@ -83,19 +57,18 @@ static bool is_counted(const struct passage *p, uint32_t object, float t, float 
 }
 
 /* False: the light ends here. */
-static bool pass_pane(const struct filter_context *context, uint32_t lane, uint32_t object, uint32_t prim, float u,
+static bool pass_pane(const struct filter_context *context, uint32_t i, uint32_t object, uint32_t prim, float u,
                       float v, float t)
 {
     const struct lum_rays *r = context->rays;
-    uint32_t i = context->first + lane, slot;
     struct lum_vec3 d = {r->dx[i], r->dy[i], r->dz[i]};
-    struct passage *p = &context->passages[lane];
+    struct passage *p = &context->passages[i];
     struct lum_accel_pane pane;
     if (!context->panes->passes(context->panes->user, object, prim, u, v, d, &pane))
         return false;
     if (is_counted(p, object, t, pane.steep))
         return true;
-    slot = p->n++ % LUM_PANES_KEPT;
+    uint32_t slot = p->n++ % LUM_PANES_KEPT;
     p->object[slot] = object;
     p->t[slot] = t;
     p->left = lum_rgb_mul(p->left, pane.left);
@@ -170,7 +143,7 @@ static void pack(const struct lum_rays *r, uint32_t first, uint32_t mask, struct
     memcpy(packet->tfar, r->tfar + first, size);
     for (uint32_t k = 0; k < WIDTH; k++) {
         packet->mask[k] = mask;
-        packet->id[k] = k;
+        packet->id[k] = first + k;
     }
 }
 
@@ -200,8 +173,6 @@ static void filter_context_init(struct filter_context *context, const struct lum
     context->panes = panes;
     context->rays = NULL;
     context->passages = NULL;
-    context->ret_left = NULL;
-    context->first = 0;
     context->n_instances = trace->top->n_instances;
     context->coherent = coherent;
 #if RTC_VERSION_MAJOR >= 4
@@ -319,9 +290,7 @@ static uint32_t any_packets(const struct lum_trace *trace, struct filter_context
         pack(rays, first, ray_mask(trace), &packet);
         if (n < WIDTH || unfit)
             switch_off(valid, &packet);
-        begin_passages(context, first, n < WIDTH ? n : WIDTH);
         occluded(trace, context, valid, &packet);
-        end_passages(context, n < WIDTH ? n : WIDTH);
         /* Embree writes tfar = -inf into occluded lanes; lanes that it did not trace keep tfar and count as free */
         for (uint32_t k = 0; k < WIDTH; k++)
             ret_occluded[first + k] = (uint8_t)((valid[k] != 0) & (packet.tfar[k] < 0.0f));
@@ -355,7 +324,8 @@ static struct RTCRay single_ray(const struct lum_trace *trace, const struct lum_
                            .dir_y = rays->dy[i],
                            .dir_z = rays->dz[i],
                            .tfar = rays->tfar[i],
-                           .mask = ray_mask(trace)};
+                           .mask = ray_mask(trace),
+                           .id = i};
 }
 
 static uint32_t closest_singles(const struct lum_trace *trace, struct filter_context *context,
@@ -405,10 +375,8 @@ static uint32_t any_singles(const struct lum_trace *trace, struct filter_context
         if (i % WIDTH == 0)
             bad += gate(rays, i, rays->n - i, valid);
         struct RTCRay ray = single_ray(trace, rays, i);
-        begin_passages(context, i, 1);
         if (valid[i % WIDTH])
             occluded_single(trace, context, &ray);
-        end_passages(context, 1);
         ret_occluded[i] = (uint8_t)((valid[i % WIDTH] != 0) & (ray.tfar < 0.0f));
     }
     return bad;
@@ -444,14 +412,30 @@ void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, u
     trace_any(trace, &context, rays, ret_occluded);
 }
 
+/* What is behind surfaces adds up whatever order they are met in; light that begins or ends in it would be brightened.
+ */
+static struct lum_rgb left_of(const struct passage *p)
+{
+    if (lum_rgb_black(p->depth))
+        return p->left;
+    return lum_rgb_mul(p->left, lum_rgb(expf(-lum_max(p->depth.r, 0.0f)), expf(-lum_max(p->depth.g, 0.0f)),
+                                        expf(-lum_max(p->depth.b, 0.0f))));
+}
+
 void lum_trace_light(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH],
                      struct lum_rgb ret_left[LUM_RAY_BATCH])
 {
     struct filter_context context;
-    struct passage passages[WIDTH];
+    struct passage passages[LUM_RAY_BATCH]; /* 24 KiB */
     filter_context_init(&context, trace, trace->panes, false);
     context.rays = rays;
     context.passages = passages;
-    context.ret_left = ret_left;
+    for (uint32_t i = 0; i < rays->n && trace->panes; i++) {
+        passages[i].left = lum_grey(1.0f);
+        passages[i].depth = lum_grey(0.0f);
+        passages[i].n = 0;
+    }
     trace_any(trace, &context, rays, ret_occluded);
+    for (uint32_t i = 0; i < rays->n && trace->panes; i++)
+        ret_left[i] = left_of(&passages[i]);
 }

@@ -90,22 +90,25 @@ static void end_behind(const struct lum_direct *job, const struct behind *behind
     }
 }
 
-/* A sample that is visible; left: what panes leave of it, NULL: it was known before. behind: NULL where nothing is kept
- * of panes. */
-static void add_visible(const struct lum_direct *job, struct behind *behind, uint32_t i, struct lum_rgb value,
-                        const struct lum_rgb *left)
+/* left: what panes leave of the sample; NULL: it was known before. */
+static void add_behind(struct behind *b, struct lum_rgb value, const struct lum_rgb *left)
 {
-    if (!behind) {
-        add(job, i, left ? lum_rgb_mul(value, *left) : value);
-        return;
-    }
-    struct behind *b = &behind[i];
     float weight = lum_luminance(value);
     b->value = lum_rgb_add(b->value, value);
     b->known += left ? 0.0f : weight;
     b->traced += left ? weight : 0.0f;
     if (left)
         b->left = lum_rgb_mad(b->left, *left, weight);
+}
+
+/* A sample that is visible. behind: NULL where nothing is kept of panes. */
+static inline void add_visible(const struct lum_direct *job, struct behind *behind, uint32_t i, struct lum_rgb value,
+                               const struct lum_rgb *left)
+{
+    if (behind)
+        add_behind(&behind[i], value, left);
+    else
+        add(job, i, left ? lum_rgb_mul(value, *left) : value);
 }
 
 /* Sample k of every vertex. Per slot the samples are added in the order of k, whether they are traced or known. */
