@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "protocol/nearest.h"
 #include "protocol/place.h"
 
 void lum_changes_finish(struct lum_changes *c)
@@ -58,6 +59,40 @@ const struct lum_record *lum_document_find(const struct lum_document *doc, const
 {
     const struct lum_table_slot *slot = lum_table_find(&doc->table, id);
     return slot ? slot->record : NULL;
+}
+
+/* "; there are a, b, ...", in the order of ids. */
+static void list_some(const struct lum_table *t, enum lum_record_type type, char *ret_text, size_t size)
+{
+    const char *last = "";
+    size_t at = 0;
+    for (size_t n = 0; n < t->n_of_type[type]; n++) {
+        const char *next = NULL;
+        for (size_t i = 0; i < t->capacity; i++) {
+            const struct lum_record *r = t->slots[i].record;
+            if (r && r->type == type && strcmp(r->id, last) > 0 && (!next || strcmp(r->id, next) < 0))
+                next = r->id;
+        }
+        bool fits = next && at + strlen(next) + sizeof "; there are , ..." <= size && n < 2 * LUM_NEAREST_MAX;
+        at += (size_t)snprintf(ret_text + at, size - at, "%s%s", n == 0 ? "; there are " : ", ", fits ? next : "...");
+        if (!fits)
+            return;
+        last = next;
+    }
+}
+
+void lum_document_nearest(const struct lum_document *doc, enum lum_record_type type, const char *id, char *ret_text,
+                          size_t size)
+{
+    struct lum_nearest near = {.given = id};
+    for (size_t i = 0; i < doc->table.capacity; i++) {
+        const struct lum_record *r = doc->table.slots[i].record;
+        if (r && (r->type == type || type == LUM_RECORD_TYPE_COUNT))
+            lum_nearest_offer(&near, r->id);
+    }
+    lum_nearest_text(&near, ret_text, size);
+    if (near.n == 0 && type != LUM_RECORD_TYPE_COUNT)
+        list_some(&doc->table, type, ret_text, size);
 }
 
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user)
@@ -126,11 +161,18 @@ static bool step_set(struct lum_txn *t, struct lum_record *before, struct lum_re
     return lum_txn_step(t, before, after) && move_children(t, before, after);
 }
 
+static bool fail_unknown(const struct lum_txn *t, const char *id)
+{
+    char near[sizeof t->err->text / 2];
+    lum_document_nearest(t->doc, LUM_RECORD_TYPE_COUNT, id, near, sizeof near);
+    return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"%s", id, near);
+}
+
 static bool apply_set(struct lum_txn *t, const struct lum_op *op)
 {
     const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
     if (!slot)
-        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"", op->id);
+        return fail_unknown(t, op->id);
     struct lum_record *before = lum_record_ref(slot->record), *after = lum_record_clone(before);
     bool ok = after ? lum_record_set(after, op->path, op->value, t->err) && step_set(t, before, after)
                     : lum_proto_fail_memory(t->err);
@@ -224,7 +266,7 @@ static bool apply_remove(struct lum_txn *t, const struct lum_op *op)
 {
     const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
     if (!slot)
-        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"", op->id);
+        return fail_unknown(t, op->id);
     struct lum_record *r = slot->record;
     if (r->type == LUM_RECORD_RENDER)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"render\" always exists");

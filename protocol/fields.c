@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "protocol/json.h"
+#include "protocol/nearest.h"
 
 #define COORD LUM_LIMIT_COORD_M
 #define COUNT(a) (sizeof(a) / sizeof((a)[0]))
@@ -147,7 +148,8 @@ static const struct lum_field camera[] = {
 static const struct lum_field render[] = {
     NAME(render, method, "live", "default of views; see `lumend methods`"),
     INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
-    INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, LUM_LIMIT_DEPTH, "path segments after the first hit; roulette ends nearly all before"),
+    INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, LUM_LIMIT_DEPTH,
+            "path segments after the first hit; roulette ends nearly all before"),
     INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
     INTEGER(render, seed, 0, 4294967295.0, 0, ""),
     INTEGER(render, vpls, 1, 65536, 256, "virtual point lights, of methods that use them"),
@@ -160,6 +162,8 @@ static const struct lum_field render[] = {
     CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),
     CHOICE(render, glass, 0, "physical|architectural",
            "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
+    {ROW(render, camera, ID), CHARS(render, camera), .unit = "",
+     .doc = "of views that name none; null, or gone: `main`, else the first by id"},
 };
 
 static const struct lum_field import[] = {
@@ -226,14 +230,12 @@ static bool join_names(const struct lum_fields *t, char *ret_text, size_t size)
 
 bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err)
 {
-    const char *names[LUM_LIMIT_JSON_MEMBERS];
+    struct lum_nearest near = {.given = name};
     for (size_t i = 0; i < t->n; i++)
-        names[i] = t->fields[i].name;
-    const char *near = lum_json_nearest(name, names, t->n);
-    if (near)
-        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name,
-                              "unknown field \"%.64s\": did you mean \"%s\"?", name, near);
-    char all[sizeof err->text / 2];
-    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s", name,
-                          join_names(t, all, sizeof all) ? all : "");
+        lum_nearest_offer(&near, t->fields[i].name);
+    char text[sizeof err->text / 2];
+    lum_nearest_text(&near, text, sizeof text);
+    if (near.n == 0 && !join_names(t, text, sizeof text))
+        text[0] = '\0';
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s", name, text);
 }

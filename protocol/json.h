@@ -30,9 +30,6 @@ bool lum_json_add_number(struct cJSON *object, const char *key, double v);
 bool lum_json_add_string(struct cJSON *object, const char *key, const char *s);
 bool lum_json_add_bool(struct cJSON *object, const char *key, bool v);
 
-/* The name of the list nearest to `name`, or NULL when none is near enough to be a slip of the fingers. */
-const char *lum_json_nearest(const char *name, const char *const *names, size_t n);
-
 /* [A-Za-z0-9_.:/-], 1 to LUM_LIMIT_ID_BYTES bytes. */
 bool lum_id_valid(const char *id);
 

@@ -7,52 +7,13 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/nearest.h"
+
 bool lum_id_valid(const char *id)
 {
     static const char charset[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:/-";
     size_t n = strlen(id);
     return n >= 1 && n <= LUM_LIMIT_ID_BYTES && strspn(id, charset) == n;
-}
-
-#define NAME_MAX_BYTES 40 /* longer names are not compared */
-
-/* Edits (insert, delete, replace) that turn a into b: the usual recurrence, one row at a time. */
-static unsigned edit_distance(const char *a, const char *b)
-{
-    size_t n = strlen(b);
-    unsigned row[NAME_MAX_BYTES + 1];
-    for (size_t j = 0; j <= n; j++)
-        row[j] = (unsigned)j;
-    for (size_t i = 0; a[i]; i++) {
-        unsigned diagonal = row[0];
-        row[0] = (unsigned)i + 1;
-        for (size_t j = 0; j < n; j++) {
-            unsigned replaced = diagonal + (a[i] != b[j]);
-            unsigned gap = (row[j] < row[j + 1] ? row[j] : row[j + 1]) + 1;
-            diagonal = row[j + 1];
-            row[j + 1] = replaced < gap ? replaced : gap;
-        }
-    }
-    return row[n];
-}
-
-const char *lum_json_nearest(const char *name, const char *const *names, size_t n)
-{
-    size_t length = strlen(name);
-    if (length > NAME_MAX_BYTES)
-        return NULL;
-    unsigned best = 1 + (unsigned)length / 3; /* one slip in three letters, and one for short names */
-    const char *nearest = NULL;
-    for (size_t i = 0; i < n; i++) {
-        if (strlen(names[i]) > NAME_MAX_BYTES)
-            continue;
-        unsigned d = edit_distance(name, names[i]);
-        if (d < best || (d == best && !nearest)) {
-            best = d;
-            nearest = names[i];
-        }
-    }
-    return nearest;
 }
 
 /* ---- reader ---- */
@@ -123,9 +84,13 @@ bool lum_json_end(struct lum_json_reader *r)
             known = strcmp(m->string, r->asked[i]) == 0;
         if (known)
             continue;
-        const char *near = lum_json_nearest(m->string, r->asked, r->n_asked);
-        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown field \"%.64s\"%s%s%s",
-                       m->string, near ? ": did you mean \"" : "", near ? near : "", near ? "\"?" : "");
+        struct lum_nearest near = {.given = m->string};
+        char meant[sizeof r->err->text / 2];
+        for (unsigned i = 0; i < r->n_asked; i++)
+            lum_nearest_offer(&near, r->asked[i]);
+        lum_nearest_text(&near, meant, sizeof meant);
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown field \"%.64s\"%s", m->string,
+                       meant);
         return fail(r);
     }
     return true;

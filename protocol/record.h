@@ -133,6 +133,7 @@ struct lum_record_render {
     struct lum_opt exposure_ev; /* EV100: higher is darker; null: automatic */
     char tone_map[12];          /* agx aces reinhard none */
     char glass[16];             /* physical architectural */
+    lum_id camera;              /* of views that name none; "": lum_world_camera's choice */
 };
 
 struct lum_record_import {

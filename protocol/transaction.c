@@ -17,9 +17,12 @@ static bool ref_exists(void *user, enum lum_record_type type, const char *id, co
 {
     const struct ref_check *c = user;
     const struct lum_table_slot *slot = lum_table_find(&c->txn->doc->table, id);
-    return (slot && slot->record->type == type) ||
-           lum_proto_fail(c->txn->err, LUM_PROTO_APPLICATION, "not_found", path, "\"%s\": there is no %s \"%s\"",
-                          c->record->id, lum_record_type_names[type], id);
+    if (slot && slot->record->type == type)
+        return true;
+    char near[sizeof c->txn->err->text / 3];
+    lum_document_nearest(c->txn->doc, type, id, near, sizeof near);
+    return lum_proto_fail(c->txn->err, LUM_PROTO_APPLICATION, "not_found", path, "\"%s\": there is no %s \"%s\"%s",
+                          c->record->id, lum_record_type_names[type], id, near);
 }
 
 static bool names(void *user, enum lum_record_type type, const char *id, const char *path)

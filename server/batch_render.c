@@ -139,11 +139,8 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.effects_on = o->effects_on;
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
-    if (lum_snapshot_camera(b->world.snapshot, o->camera, &s.camera, &e)) {
-        if (o->camera)
-            return core_failed(&e, err);
-        s.camera = lum_snapshot_framing_camera(b->world.snapshot);
-    }
+    if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
+        return false;
     tell_unused(o, s.method);
     b->settings = s;
     return true;

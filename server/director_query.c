@@ -59,7 +59,11 @@ void lum_director_bounds(struct lum_director *d, const struct lum_command *c)
     struct lum_box box;
     struct lum_proto_error err;
     if (!lum_snapshot_bounds(d->world.snapshot, c->id, &box)) {
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen", c->id);
+        char near[sizeof err.text / 2] = "";
+        if (!lum_document_find(d->world.doc, c->id))
+            lum_document_nearest(d->world.doc, LUM_RECORD_TYPE_COUNT, c->id, near, sizeof near);
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen%s", c->id,
+                       near);
         lum_director_refuse(d, c, &err);
         return;
     }

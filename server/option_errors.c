@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "core/method/method.h"
-
-#define NAME_BYTES 32 /* longer ones are not looked at */
+#include "protocol/limits.h"
+#include "protocol/nearest.h"
 
 bool lum_option_is_whole(char **argv, const char *name)
 {
@@ -15,45 +15,16 @@ bool lum_option_is_whole(char **argv, const char *name)
     return strncmp(arg, "--", 2) == 0 && strlen(name) == strcspn(arg + 2, "=");
 }
 
-/* How many letters to insert, leave out or replace to make b of a (Levenshtein), one row of the table at a time. */
-static size_t distance(const char *a, size_t n_a, const char *b, size_t n_b)
-{
-    size_t row[NAME_BYTES + 1];
-    for (size_t j = 0; j <= n_b; j++)
-        row[j] = j;
-    for (size_t i = 1; i <= n_a; i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= n_b; j++) {
-            size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-            size_t shorter = (row[j] < row[j - 1] ? row[j] : row[j - 1]) + 1;
-            diagonal = row[j];
-            row[j] = replaced < shorter ? replaced : shorter;
-        }
-    }
-    return row[n_b];
-}
-
-/* NULL: none is near. Two letters may be wrong, of short names one. */
-static const char *nearest(const char *given, size_t n_given, const struct option *options)
-{
-    const char *best = NULL;
-    size_t least = 3;
-    for (const struct option *o = options; n_given <= NAME_BYTES && o->name; o++) {
-        size_t n = strlen(o->name), d = n <= NAME_BYTES ? distance(given, n_given, o->name, n) : least;
-        if (d < least && 2 * d < n) {
-            least = d;
-            best = o->name;
-        }
-    }
-    return best;
-}
-
 enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err)
 {
-    const char *name = strncmp(arg, "--", 2) == 0 ? arg + 2 : arg, *meant = nearest(name, strcspn(name, "="), options);
-    return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s'%s%s%s", arg, meant ? ": did you mean --" : "",
-                    meant ? meant : "", meant ? "?" : "");
+    const char *rest = strncmp(arg, "--", 2) == 0 ? arg + 2 : arg;
+    char name[LUM_LIMIT_ID_BYTES + 2]; /* longer ones are near to nothing */
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(rest, "="), rest);
+    struct lum_nearest near = {.given = name};
+    for (const struct option *o = options; o->name; o++)
+        lum_nearest_offer(&near, o->name);
+    return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s'%s%s%s", arg, near.n ? ": did you mean --" : "",
+                    near.n ? near.names[0] : "", near.n ? "?" : "");
 }
 
 enum lum_status lum_option_method(const char *option, const char *name, struct lum_error *err)

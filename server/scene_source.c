@@ -163,23 +163,47 @@ static bool import_op(const char *path, struct lum_ops *ret_ops, struct lum_prot
     return one_op(LUM_OP_IMPORT, r, ret_ops, err);
 }
 
+static bool apply_ours(struct lum_world *w, const struct lum_ops *ops, struct lum_proto_error *err)
+{
+    struct lum_changes changes;
+    bool ok = lum_world_apply(w, &(struct lum_edit){.user = LOADER, .ops = ops}, &changes, err);
+    if (ok)
+        lum_changes_finish(&changes);
+    return ok;
+}
+
 static bool add_record(struct lum_world *w, struct lum_record *r, struct lum_proto_error *err)
 {
     struct lum_ops ops;
     if (!one_op(LUM_OP_ADD, r, &ops, err))
         return false;
-    struct lum_changes changes;
-    bool ok = lum_world_apply(w, &(struct lum_edit){.user = LOADER, .ops = &ops}, &changes, err);
-    if (ok)
-        lum_changes_finish(&changes);
+    bool ok = apply_ours(w, &ops, err);
     lum_ops_finish(&ops);
     return ok;
 }
 
-static void note_camera(void *user, const struct lum_record *r)
+/* Views start with this camera. */
+static bool choose_camera(struct lum_world *w, const char *id, struct lum_proto_error *err)
 {
-    bool *found = user;
-    *found = *found || r->type == LUM_RECORD_CAMERA;
+    char text[LUM_LIMIT_ID_BYTES + 128];
+    int n = snprintf(text, sizeof text,
+                     "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                     "{\"op\":\"set\",\"id\":\"render\",\"path\":\"/camera\",\"value\":\"%s\"}\n",
+                     id);
+    struct lum_ops ops = {0};
+    bool ok = lum_ops_from_jsonl(text, (size_t)n, &ops, err) && apply_ours(w, &ops, err);
+    lum_ops_finish(&ops);
+    return ok;
+}
+
+/* The first camera that the file has, in its own order; "": none. */
+static void find_first_camera(const struct lum_expansion *e, lum_id ret_id)
+{
+    ret_id[0] = '\0';
+    for (size_t i = 0; i < e->n && !ret_id[0]; i++)
+        for (size_t k = 0; k < e->children[i].n && !ret_id[0]; k++)
+            if (e->children[i].records[k]->type == LUM_RECORD_CAMERA)
+                memcpy(ret_id, e->children[i].records[k]->id, sizeof(lum_id));
 }
 
 static bool add_framing_camera(struct lum_world *w, struct lum_proto_error *err)
@@ -227,12 +251,10 @@ static bool is_lit(const struct lum_snapshot *s)
     return false;
 }
 
-static bool add_what_a_model_lacks(struct lum_world *w, struct lum_proto_error *err)
+static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, struct lum_proto_error *err)
 {
-    bool has_camera = false;
-    if (!lum_document_each(w->doc, note_camera, &has_camera))
-        return lum_proto_fail_memory(err);
-    return (has_camera || add_framing_camera(w, err)) && (is_lit(w->snapshot) || add_sky(w, err)) && commit(w, err);
+    return (camera[0] ? choose_camera(w, camera, err) : add_framing_camera(w, err)) &&
+           (is_lit(w->snapshot) || add_sky(w, err)) && commit(w, err);
 }
 
 /* ---- all kinds ---- */
@@ -240,6 +262,7 @@ static bool add_what_a_model_lacks(struct lum_world *w, struct lum_proto_error *
 struct source {
     struct lum_ops ops;
     bool is_model;
+    lum_id camera;  /* the first that an import brought; "": none */
     char dir[4096]; /* where assets are looked for when the configuration names no place; "": nowhere */
 };
 
@@ -274,6 +297,7 @@ static bool apply_source(struct lum_world *w, struct source *source, const struc
         return false;
     for (size_t i = 0; i < expansion.n_warnings; i++)
         lum_log(&w->log, 1, "import", "%s", expansion.warnings[i]);
+    find_first_camera(&expansion, source->camera);
     struct lum_changes changes;
     struct lum_edit edit = {LOADER, &source->ops, expansion.children, expansion.n};
     bool ok = lum_world_apply(w, &edit, &changes, err);
@@ -300,7 +324,8 @@ bool lum_scene_load(struct lum_world *w, const char *scene, const struct lum_imp
     struct source source = {0};
     if (!open_source(scene, &source, err))
         return false;
-    bool ok = apply_source(w, &source, import, err) && (!source.is_model || add_what_a_model_lacks(w, err));
+    bool ok =
+        apply_source(w, &source, import, err) && (!source.is_model || add_what_a_model_lacks(w, source.camera, err));
     if (!ok)
         lum_ops_name_line(&source.ops, err);
     if (!ok && source.is_model)

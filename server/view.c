@@ -32,12 +32,7 @@ static bool resolve_camera(const struct lum_view_request *want, const struct lum
         *ret_camera = (struct lum_camera){{p[0], p[1], p[2]}, {t[0], t[1], t[2]}, {u[0], u[1], u[2]}, want->vfov_deg};
         return true;
     }
-    struct lum_error e;
-    const char *id = want->has_camera_id && want->camera_id[0] ? want->camera_id : NULL;
-    if (!lum_snapshot_camera(world->snapshot, id, ret_camera, &e))
-        return true;
-    *ret_camera = lum_snapshot_framing_camera(world->snapshot);
-    return !id || lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "camera_id", "there is no camera %s", id);
+    return lum_world_camera(world, want->has_camera_id && want->camera_id[0] ? want->camera_id : NULL, ret_camera, err);
 }
 
 /* Always fills *r with something usable; false when the request names what does not exist. */

@@ -152,6 +152,24 @@ enum lum_status lum_world_commit(struct lum_world *w, struct lum_error *err)
     return LUM_OK;
 }
 
+bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_camera *ret_camera,
+                      struct lum_proto_error *err)
+{
+    const char *home = lum_world_render(w)->render.camera;
+    struct lum_error e;
+    if (id && !lum_snapshot_camera(w->snapshot, id, ret_camera, &e))
+        return true;
+    if (lum_snapshot_camera(w->snapshot, home, ret_camera, &e) &&
+        lum_snapshot_camera(w->snapshot, NULL, ret_camera, &e))
+        *ret_camera = lum_snapshot_framing_camera(w->snapshot);
+    if (!id)
+        return true;
+    char near[sizeof err->text / 2];
+    lum_document_nearest(w->doc, LUM_RECORD_CAMERA, id, near, sizeof near);
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "camera_id", "there is no camera \"%.64s\"%s", id,
+                          near);
+}
+
 const struct lum_record *lum_world_render(const struct lum_world *w)
 {
     return lum_document_find(w->doc, "render");

@@ -49,6 +49,12 @@ void lum_world_rollback(struct lum_world *world, const struct lum_changes *chang
 /* Publishes. On failure the former snapshot stays, and the edits since are still pending. */
 LUM_MUST_USE enum lum_status lum_world_commit(struct lum_world *world, struct lum_error *err);
 
+/* A camera of the published scene: `id`, or NULL for the one that a picture starts with: what the settings name, else `main`,
+ * else the first by id, else one that frames everything. Always fills *ret_camera; an error (the id is not there) says which
+ * are near. */
+LUM_MUST_USE bool lum_world_camera(const struct lum_world *world, const char *id, struct lum_camera *ret_camera,
+                                   struct lum_proto_error *err);
+
 /* The settings record; never NULL. */
 const struct lum_record *lum_world_render(const struct lum_world *world);
 

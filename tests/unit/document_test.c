@@ -33,6 +33,34 @@ static void all_or_nothing(void **state)
     lum_document_destroy(doc);
 }
 
+/* The nearest ids that there are; of the right type, where only one will do. */
+static void unknown_ids_are_answered_with_near_ones(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    must(doc, "ann",
+         "[" MESH("crate-mesh") "," MATERIAL("crate-paint") "," OBJECT("crate", "crate-mesh", "crate-paint") "," LIGHT(
+             "hall/lamp-1") "," LIGHT("hall/lamp-2") "]");
+    static const struct {
+        const char *ops, *text;
+    } cases[] = {
+        {"[" SET("hall/lmp-1", "/flux_lm", "5") "]",
+         "there is no \"hall/lmp-1\": did you mean \"hall/lamp-1\" or \"hall/lamp-2\"?"},
+        {"[" REMOVE("lamp-2") "]", "there is no \"lamp-2\": did you mean \"hall/lamp-2\" or \"hall/lamp-1\"?"},
+        {"[" REMOVE("zebra") "]", "there is no \"zebra\""},
+        {"[" OBJECT("p", "crate", "crate-paint") "]",
+         "\"p\": there is no mesh \"crate\": did you mean \"crate-mesh\"?"},
+        {"[" OBJECT("p", "zebra", "crate-paint") "]", "\"p\": there is no mesh \"zebra\"; there are crate-mesh"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct lum_proto_error err = {0};
+        assert_false(apply_text(doc, "ann", cases[i].ops, &err));
+        assert_string_equal(err.app, "not_found");
+        assert_string_equal(err.text, cases[i].text);
+    }
+    lum_document_destroy(doc);
+}
+
 static void in_use_names_the_user(void **state)
 {
     (void)state;
@@ -210,6 +238,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_or_nothing),
+        cmocka_unit_test(unknown_ids_are_answered_with_near_ones),
         cmocka_unit_test(in_use_names_the_user),
         cmocka_unit_test(changes_are_net_and_ordered),
         cmocka_unit_test(the_news_name_what_was_reset),

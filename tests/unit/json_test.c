@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "protocol/json.h"
+#include "protocol/nearest.h"
 #include "protocol/rpc.h"
 #include "tests/unit/protocol_util.h"
 
@@ -342,17 +343,47 @@ static void ids(void **state)
 
 static void nearest_names(void **state)
 {
-    static const char *const names[] = {"flux_lm", "intensity_cd", "position", "on"};
     (void)state;
-    assert_string_equal(lum_json_nearest("flux_lmm", names, 4), "flux_lm");
-    assert_string_equal(lum_json_nearest("flux", names, 4) ? lum_json_nearest("flux", names, 4) : "none", "none");
-    assert_string_equal(lum_json_nearest("Position", names, 4), "position");
-    assert_string_equal(lum_json_nearest("no", names, 1 + 3) ? "some" : "none", "none");
-    assert_null(lum_json_nearest("completely else", names, 4));
+    static const char *const names[] = {"flux_lm",       "intensity_cd",   "position",    "on",
+                                        "hall/lamp-12",  "hall/lamp-1",    "hall/lamp-2", "hall/lamp-3",
+                                        "hall/door1_vf", "hall/current_vf"};
     char longest[300];
     memset(longest, 'x', sizeof longest);
     longest[299] = '\0';
-    assert_null(lum_json_nearest(longest, names, 4));
+    const struct {
+        const char *given, *text;
+    } rows[] = {
+        {"flux_lmm", ": did you mean \"flux_lm\"?"},
+        {"flux", ": did you mean \"flux_lm\"?"},
+        {"Position", ": did you mean \"position\"?"},
+        {"no", ""},
+        {"completely else", ""},
+        {longest, ""},
+        {"", ""},
+        {"curent_vf", ": did you mean \"hall/current_vf\"?"},
+        {"hall/door1", ": did you mean \"hall/door1_vf\"?"},
+        {"hull/lamp-1", ": did you mean \"hall/lamp-1\", \"hall/lamp-12\" or \"hall/lamp-2\"?"},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++)
+        for (int backwards = 0; backwards < 2; backwards++) { /* the order of offers does not matter */
+            const size_t n = sizeof names / sizeof names[0];
+            struct lum_nearest near = {.given = rows[k].given};
+            char text[128];
+            for (size_t i = 0; i < n; i++)
+                lum_nearest_offer(&near, names[backwards ? n - 1 - i : i]);
+            lum_nearest_text(&near, text, sizeof text);
+            assert_string_equal(text, rows[k].text);
+        }
+    struct lum_nearest near = {.given = "lamp-1"};
+    for (size_t i = 4; i < 8; i++)
+        lum_nearest_offer(&near, names[i]);
+    for (size_t size = 1; size < 80; size++) { /* whole names or none */
+        char text[80];
+        memset(text, '!', sizeof text);
+        lum_nearest_text(&near, text, size);
+        assert_true(strlen(text) < size);
+        assert_true(text[0] == '\0' || text[strlen(text) - 1] == '?');
+    }
 }
 
 /* ---- JSON-RPC ---- */

@@ -112,7 +112,7 @@ static void unknown_fields_are_named(void **state)
             assert_null(with(type, name, cJSON_CreateNumber(1), &err));
             assert_string_equal(err.app, "unknown_field");
             assert_string_equal(err.path, name);
-            snprintf(want, sizeof want, "did you mean \"%s\"?", lum_fields_of(type)->fields[i].name);
+            snprintf(want, sizeof want, "did you mean \"%s\"", lum_fields_of(type)->fields[i].name);
             if (strlen(name) > 3)
                 assert_non_null(strstr(err.text, want));
         }

@@ -421,7 +421,7 @@ static void refusals_name_their_place(void **state)
     } cases[] = {
         {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_lm\",\"value\":-1", "flux_lm must be a number from 0"},
         {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_ln\",\"value\":1", "did you mean \"flux_lm\"?"},
-        {"\"op\":\"set\",\"id\":\"glob\",\"path\":\"/on\",\"value\":true", "there is no \"glob\""},
+        {"\"op\":\"set\",\"id\":\"glob\",\"path\":\"/on\",\"value\":true", "there is no \"glob\": did you mean \"globe\"?"},
         {"\"op\":\"add\",\"type\":\"object\",\"id\":\"q\",\"mesh\":\"none\",\"material\":\"white\"",
          "\"q\": there is no mesh \"none\""},
         {"\"op\":\"add\",\"type\":\"light\",\"id\":\"q\",\"kind\":\"sphere\",\"radius\":1e-4,\"flux_lm\":1e12",

@@ -28,6 +28,14 @@
 
 static const char triangle_gltf[] = TRIANGLE_GLTF("", "");
 
+/* Its cameras: z-first looks from (0, 0, 3), a-second from (0, 0, 5). */
+static const char cameras_gltf[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1,2]}],\"nodes\":["
+    "{\"name\":\"empty\"},{\"name\":\"z-first\",\"camera\":1,\"translation\":[0,0,3]},"
+    "{\"name\":\"a-second\",\"camera\":0,\"translation\":[0,0,5]}],"
+    "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.5,\"znear\":0.1}},"
+    "{\"type\":\"perspective\",\"perspective\":{\"yfov\":0.5,\"znear\":0.1}}]}";
+
 struct fixture {
     struct lum_world world;
     char dir[64], path[128];
@@ -114,6 +122,39 @@ static void a_bare_model_gets_camera_and_sky(void **state)
     assert_non_null(lum_document_find(f->world.doc, "a-bare-triangle")); /* an id made from the file's name */
 }
 
+static void a_model_is_seen_by_its_own_camera(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_proto_error err;
+    struct lum_camera c;
+    write_file(f, "hall.gltf", cameras_gltf);
+    if (!load(f, f->path, &err))
+        fail_msg("%s: %s", err.path, err.text);
+    assert_null(lum_document_find(f->world.doc, "main"));
+    assert_string_equal(lum_world_render(&f->world)->render.camera,
+                        "hall/z-first"); /* first in the file, not by name */
+    assert_true(lum_world_camera(&f->world, NULL, &c, &err));
+    assert_true(c.position.z == 3.0);
+    assert_true(lum_world_camera(&f->world, "hall/a-second", &c, &err));
+    assert_true(c.position.z == 5.0);
+    assert_false(lum_world_camera(&f->world, "second", &c, &err));
+    assert_string_equal(err.text, "there is no camera \"second\": did you mean \"hall/a-second\"?");
+    assert_true(c.position.z == 3.0);
+    assert_false(lum_world_camera(&f->world, "main", &c, &err));
+    assert_string_equal(err.text, "there is no camera \"main\"; there are hall/a-second, hall/z-first");
+    /* A camera that is gone: the first by id. */
+    static const char gone[] = "{\"lumend\":1,\"kind\":\"scene\"}\n{\"op\":\"remove\",\"id\":\"hall/z-first\"}\n";
+    struct lum_ops ops;
+    struct lum_changes changes;
+    assert_true(lum_ops_from_jsonl(gone, sizeof gone - 1, &ops, &err));
+    assert_true(lum_world_apply(&f->world, &(struct lum_edit){.user = "ann", .ops = &ops}, &changes, &err));
+    assert_int_equal(lum_world_commit(&f->world, NULL), LUM_OK);
+    assert_true(lum_world_camera(&f->world, NULL, &c, &err));
+    assert_true(c.position.z == 5.0);
+    lum_changes_finish(&changes);
+    lum_ops_finish(&ops);
+}
+
 static void a_faint_glow_is_no_light_but_a_panel_is(void **state)
 {
     struct fixture *f = *state;
@@ -166,6 +207,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_built_in_scene_has_a_name, setup, teardown),
         cmocka_unit_test_setup_teardown(a_file_of_ops_names_its_bad_line, setup, teardown),
         cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_and_sky, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_model_is_seen_by_its_own_camera, setup, teardown),
         cmocka_unit_test_setup_teardown(a_faint_glow_is_no_light_but_a_panel_is, setup, teardown),
         cmocka_unit_test_setup_teardown(a_model_may_have_any_name, setup, teardown),
         cmocka_unit_test_setup_teardown(a_missing_or_broken_model_fails, setup, teardown),

@@ -207,7 +207,8 @@ export class App {
 
     goHome(): void {
         const cameras = this.scene.list('camera').value;
-        this.goToCamera(cameras.includes('main') ? 'main' : (cameras[0] ?? ''));
+        const wanted = [stringOr(this.scene.peek('render')?.camera, ''), 'main'];
+        this.goToCamera(wanted.find((id) => cameras.includes(id)) ?? cameras[0] ?? '');
     }
 
     goToCamera(id: string): void {
