@@ -146,13 +146,10 @@ static void note_camera(void *user, const struct lum_record *r)
 
 static bool find_camera(struct truth_rig *rig, const char *camera)
 {
-    struct lum_error err = {0};
+    struct lum_proto_error err;
     struct wanted wanted = {.camera = camera};
-    if (!camera) {
-        if (lum_snapshot_camera(rig->world.snapshot, NULL, &rig->settings.camera, &err) != LUM_OK)
-            rig->settings.camera = lum_snapshot_framing_camera(rig->world.snapshot);
-        return true;
-    }
+    if (!camera)
+        return lum_world_camera(&rig->world, NULL, &rig->settings.camera, &err);
     if (!lum_document_each(rig->world.doc, note_camera, &wanted))
         return failed("out of memory");
     if (!wanted.found) {
