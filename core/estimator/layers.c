@@ -26,7 +26,6 @@ void lum_layers_finish(struct lum_layers *l)
     lum_free(l->brightness);
     lum_free(l->layer_of);
     lum_free(l->unit_lights);
-    lum_free(l->unit_materials);
     *l = (struct lum_layers){0};
 }
 
@@ -43,7 +42,7 @@ static bool same_shape(const struct lum_light *a, const struct lum_light *b)
     return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
            same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->omc_inner == b->omc_inner &&
            a->omc_outer == b->omc_outer && a->instance == b->instance && a->shape == b->shape &&
-           a->camera_visible == b->camera_visible;
+           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
 }
 
 /* What is seen through panes is known only on average over samples: it is asked anew. */
@@ -302,21 +301,8 @@ static bool find_places(struct lum_layers *l)
     return ok;
 }
 
-static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
+static void make_unit(struct lum_layers *l, const struct lum_snapshot *s)
 {
-    if (s->n_materials > l->material_capacity) {
-        struct lum_material *m = lum_calloc(s->n_materials, sizeof *m);
-        if (!m)
-            return false;
-        lum_free(l->unit_materials);
-        l->unit_materials = m;
-        l->material_capacity = s->n_materials;
-    }
-    for (uint32_t i = 0; i < s->n_materials; i++) {
-        l->unit_materials[i] = s->materials[i];
-        if (!lum_rgb_black(s->materials[i].emission))
-            l->unit_materials[i].emission = lum_grey(1.0f);
-    }
     for (uint32_t i = 0; i < s->lights.n_lights; i++) {
         l->unit_lights[i] = s->lights.lights[i];
         l->unit_lights[i].power = lum_grey(1.0f);
@@ -324,8 +310,6 @@ static bool make_unit(struct lum_layers *l, const struct lum_snapshot *s)
     }
     memcpy(&l->unit, s, sizeof l->unit);
     l->unit.lights.lights = l->unit_lights;
-    l->unit.materials = l->unit_materials;
-    return true;
 }
 
 static void drop_layers(struct lum_layers *l)
@@ -458,12 +442,14 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     const struct lum_snapshot *s = pass->snapshot;
     if (!l->branches) /* without them all is shaded anew when anything moves */
         l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
-    if (!reserve(l, s->lights.n_lights) || !add_layers(l, pass) || !fit_panes(l, pass) || !update_shared(l, pass) ||
-        !make_unit(l, s) || !find_places(l) || !reserve_brightness(l, pass) || !update_crowd(l, pass)) {
-        lum_layers_finish(l);
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
-    }
-    return LUM_OK;
+    bool ok = reserve(l, s->lights.n_lights);
+    if (ok)
+        make_unit(l, s);
+    if (ok && add_layers(l, pass) && fit_panes(l, pass) && update_shared(l, pass) && find_places(l) &&
+        reserve_brightness(l, pass) && update_crowd(l, pass))
+        return LUM_OK;
+    lum_layers_finish(l);
+    return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
 }
 
 /* ---- per tile ---- */

@@ -79,12 +79,9 @@ struct lum_layers {
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */
-    /* The present snapshot with every light on at power 1 and every emission 1: what responses are made with. Borrows
-     * everything but these two arrays. */
+    /* The present snapshot with every light on at power 1: what responses are made with. Borrows everything but this array. */
     struct lum_snapshot unit;
     struct lum_light *unit_lights;
-    struct lum_material *unit_materials;
-    uint32_t material_capacity;
 };
 
 void lum_layers_finish(struct lum_layers *layers);

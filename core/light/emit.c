@@ -52,6 +52,8 @@ static bool shoot_mesh(const struct lum_snapshot *s, const struct lum_light *l, 
     struct lum_light_place at;
     if (!lum_light_place(s, l, u_position, &at))
         return false;
+    if (!l->both_sides)
+        return shoot_surface(at.p, at.n, u_direction, lum_rgb_scale(at.per_power, LUM_PI * l->area), ret);
     bool front = u_direction.x < 0.5f;
     u_direction.x = lum_min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, ONE_MINUS);
     return shoot_surface(at.p, front ? at.n : lum_v3_neg(at.n), u_direction,
@@ -174,6 +176,11 @@ bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u
     return false;
 }
 
+double lum_mesh_light_flux(const struct lum_light *l, double area)
+{
+    return (l->both_sides ? 2.0 : 1.0) * LUM_PI_D * area * (double)l->mean_emission;
+}
+
 double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
     struct box b = box_around(bounds_lo, bounds_hi);
@@ -190,8 +197,8 @@ double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo,
     case LUM_EMIT_DISC:
     case LUM_EMIT_SPHERE:
         return LUM_PI_D * (double)l->area;
-    case LUM_EMIT_MESH: /* both sides */
-        return 2.0 * LUM_PI_D * (double)l->area;
+    case LUM_EMIT_MESH:
+        return lum_mesh_light_flux(l, (double)l->area);
     case LUM_EMIT_ENVIRONMENT:
         return 2.0 * LUM_PI_D * (double)(b.face[0] + b.face[1] + b.face[2]) *
                (l->env ? lum_env_map_mean_luminance(l->env) : 1.0);

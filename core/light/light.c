@@ -71,7 +71,7 @@ static float area_pdf_sa(float distance, float cos_light, float area)
     return isfinite(pdf) ? pdf : 0.0f;
 }
 
-/* Finishes a sample at point x of an emitter that is sampled by area; cos_light is taken on both sides for a mesh. */
+/* Finishes a sample at point x of an emitter that is sampled by area; cos_light is taken on all sides that shine. */
 static bool finish_area(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
                         struct lum_light_sample *ret)
 {
@@ -79,7 +79,7 @@ static bool finish_area(const struct lum_light *l, struct lum_vec3 p, struct lum
     float distance = lum_length(d);
     struct lum_vec3 wi = lum_v3_mul(d, 1.0f / distance);
     float cos_light = -lum_dot(wi, n);
-    if (l->kind == LUM_EMIT_MESH)
+    if (l->both_sides)
         cos_light = fabsf(cos_light);
     float pdf = area_pdf_sa(distance, cos_light, l->area);
     if (!(pdf > 0.0f))
@@ -177,6 +177,14 @@ static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri,
     return (struct lum_vec2){w * a[0] + b.x * c[0] + b.y * d[0], w * a[1] + b.x * c[1] + b.y * d[1]};
 }
 
+/* Towards the front: the side of which the winding is counter-clockwise before a transform that may mirror. */
+static struct lum_vec3 front_of(const struct lum_instance *instance, struct lum_vec3 winding)
+{
+    const float(*m)[4] = instance->local_to_scene.m;
+    struct lum_vec3 x = lum_v3(m[0][0], m[1][0], m[2][0]), y = lum_v3(m[0][1], m[1][1], m[2][1]);
+    return lum_dot(lum_cross(x, y), lum_v3(m[0][2], m[1][2], m[2][2])) < 0.0f ? lum_v3_neg(winding) : winding;
+}
+
 static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                        struct lum_light_place *ret)
 {
@@ -204,8 +212,9 @@ static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, 
     struct lum_rgb per_power = lum_grey(1.0f);
     if (m->emission_tex.image)
         per_power = lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb;
-    *ret = (struct lum_light_place){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y), lum_normalize(lum_cross(e1, e2)),
-                                    per_power};
+    struct lum_vec3 n = lum_normalize(lum_cross(e1, e2));
+    *ret = (struct lum_light_place){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y),
+                                    l->both_sides ? n : front_of(instance, n), per_power};
     return true;
 }
 
@@ -396,7 +405,7 @@ static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l
     if (!lum_light_place(s, l, u, &at))
         return;
     *inout = aim_at(l, at.p, at.n);
-    inout->both_sides = l->kind == LUM_EMIT_MESH;
+    inout->both_sides = l->both_sides;
     inout->radiance = lum_rgb_mul(l->power, at.per_power);
 }
 
@@ -484,6 +493,5 @@ float lum_light_plain_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_v
 
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)
 {
-    bool one_sided = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC || l->kind == LUM_EMIT_SPHERE;
-    return l->on && !(one_sided && backface) ? l->power : lum_grey(0.0f);
+    return l->on && !(backface && !l->both_sides) ? l->power : lum_grey(0.0f);
 }

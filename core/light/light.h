@@ -34,6 +34,8 @@ struct lum_light {
     const struct lum_env_map *env;  /* environment image, or NULL: constant */
     uint32_t instance;     /* mesh emitter: its instance */
     const float *tri_cdf;  /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
+    float mean_emission;   /* mesh emitter: mean luminance over its area of what its texture and its holes leave of power */
+    bool both_sides;       /* mesh emitter: shines from both; else from the side that its triangles wind around */
     uint32_t shape;        /* index among the accel shapes, or LUM_NO_OBJECT */
     bool on, camera_visible;
     bool delta;            /* point, spot, directional: cannot be hit */
@@ -73,7 +75,7 @@ struct lum_light_sample {
 };
 /* Samples light i as seen from p. False when it cannot reach p (behind, inside a sphere, zero area, outside the cone).
  * Quads are sampled over the spherical rectangle (Urena 2013; by area below 1e-3 sr and when u and v are not at right
- * angles), spheres over the cone, discs and meshes over area (meshes emit from both sides, and nothing where they are see-through), images over luminance, a
+ * angles), spheres over the cone, discs and meshes over area (meshes emit nothing where they are see-through), images over luminance, a
  * constant environment over the sphere. Thread: any. */
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
@@ -145,7 +147,7 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
 
 /* A place on a disc or a mesh, whose samples lie evenly over the area: the same from wherever it is seen. */
 struct lum_light_place {
-    struct lum_vec3 p, n;     /* n: unit, of a mesh by winding: both its sides shine; 0: nothing shines there */
+    struct lum_vec3 p, n;     /* n: unit, of a mesh by winding, of one that shines from one side towards it; 0: nothing shines there */
     struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
 };
 /* False: of other kinds of light, and in see-through places of a mesh. */
@@ -165,12 +167,14 @@ struct lum_light_shot {
  * that it sees, a constant environment is a box that shines inwards. False: nothing leaves there. Thread: any. */
 bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
                      struct lum_light_shot *ret_shot);
-/* Flux of a light per unit of power: the mean of flux_unit, textures taken as white and images by their mean luminance.
+/* Flux of a light per unit of power: the mean luminance of flux_unit.
  * bounds: of all geometry; lo > hi when there is none. */
 double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
+/* Likewise of a mesh emitter of this area, in whatever unit. */
+double lum_mesh_light_flux(const struct lum_light *l, double area);
 
-/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs and spheres). Mesh emitters
- * have a material, whose BSDF gives their emission with its texture. */
+/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs, spheres and meshes that shine from
+ * one side). Of a mesh that is lum_surface.emission: its BSDF has it with its texture. */
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);
 /* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
  * camera_visible. */

@@ -69,13 +69,14 @@ static struct lum_rgb base_color(const struct lum_material *m, struct lum_vec2 u
     return clamp01_rgb(lum_rgb_mul(lum_rgb_mul(m->base_color, tex), vertex_color));
 }
 
-struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color)
+struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_rgb white, struct lum_vec2 uv,
+                                     struct lum_rgb vertex_color)
 {
     if (m->unlit)
         return base_color(m, uv, vertex_color);
-    if (lum_rgb_black(m->emission))
+    if (lum_rgb_black(white))
         return lum_grey(0.0f);
-    return lum_rgb_mul(m->emission, lum_texture_sample(&m->emission_tex, uv).rgb);
+    return lum_rgb_mul(white, lum_texture_sample(&m->emission_tex, uv).rgb);
 }
 
 /* The normal map's normal around s->ns. Its red runs along +u and its green along -v, which is up in the picture
@@ -206,7 +207,8 @@ static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
                    struct lum_vec3 wo)
 {
-    *ret_bsdf = (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->uv, s->vertex_color)};
+    *ret_bsdf =
+        (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->emission, s->uv, s->vertex_color)};
     if (!init_frame(ret_bsdf, m, s, wo) || m->unlit)
         return;
     init_lobes(ret_bsdf, m, s);

@@ -53,8 +53,8 @@ struct lum_material {
     struct lum_rgb sigma_a; /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
-    bool thin, unlit;
     bool straight; /* a solid that bends no light where it is smooth */
+    bool thin, unlit, front_emission; /* front_emission: from the side that triangles wind around alone */
     char id[LUM_ID_MAX + 1];
 };
 
@@ -82,8 +82,10 @@ bool lum_ior_is_matched(float ior);
 /* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no inside. */
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);
 
-/* Radiance that the surface emits at uv, both sides; an unlit material: its colour times 1 cd/m2. */
-struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_vec2 uv, struct lum_rgb vertex_color);
+/* Radiance that the surface emits at uv, given that of white texels (lum_surface.emission); an unlit material: its colour times
+ * 1 cd/m2. */
+struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_rgb white, struct lum_vec2 uv,
+                                     struct lum_rgb vertex_color);
 
 enum lum_lobe { LUM_LOBE_DIFFUSE, LUM_LOBE_GLOSSY, LUM_LOBE_REFLECT, LUM_LOBE_TRANSMIT, LUM_LOBE_GLOSSY_TRANSMIT };
 

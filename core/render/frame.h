@@ -74,7 +74,7 @@ enum {
     LUM_PIXEL_DIFFUSE = 2,  /* its albedo is not black */
     LUM_PIXEL_GLOSS = 4,    /* it reflects with a gloss */
     LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
-    LUM_PIXEL_SHINES = 16,  /* by itself: emitters, unlit and emissive materials; the background, whether there is a sky or not */
+    LUM_PIXEL_SHINES = 16,  /* by itself: or may when switched on: emitters, unlit and emissive materials; the background, whether there is a sky or not */
 };
 struct lum_surfaces {
     struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */

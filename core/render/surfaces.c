@@ -112,7 +112,7 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     bool specular = lum_material_is_specular(m);
     s->kind[at] = (uint8_t)((diffuse || gloss || specular ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
                             (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) |
-                            (lum_rgb_black(b.emission) ? 0 : LUM_PIXEL_SHINES));
+                            (surface.light != LUM_NO_OBJECT || m->unlit ? LUM_PIXEL_SHINES : 0));
 }
 
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)

@@ -131,8 +131,7 @@ static void share_parts(struct commit *c)
 
 /* ---- alpha ---- */
 
-/* True when some candidate hit on this material could be let through. */
-static bool needs_alpha_test(const struct lum_material *m)
+bool lum_material_has_holes(const struct lum_material *m)
 {
     switch (m->alpha_mode) {
     case LUM_ALPHA_OPAQUE:
@@ -148,7 +147,7 @@ static bool needs_alpha_test(const struct lum_material *m)
 static bool any_alpha(const struct lum_snapshot_parts *p)
 {
     for (uint32_t i = 0; i < p->instances->n; i++)
-        if (needs_alpha_test(&p->materials->items[p->instances->items[i].material]))
+        if (lum_material_has_holes(&p->materials->items[p->instances->items[i].material]))
             return true;
     return false;
 }
@@ -182,7 +181,7 @@ static bool same_pane(const struct lum_material *a, const struct lum_material *b
 
 static bool same_alpha(const struct lum_material *a, const struct lum_material *b)
 {
-    if (!needs_alpha_test(a) && !needs_alpha_test(b))
+    if (!lum_material_has_holes(a) && !lum_material_has_holes(b))
         return true;
     return a->alpha_mode == b->alpha_mode && a->alpha == b->alpha && a->alpha_cutoff == b->alpha_cutoff &&
            memcmp(&a->base_color_tex, &b->base_color_tex, sizeof a->base_color_tex) == 0;

@@ -135,6 +135,18 @@ enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, 
 
 /* ---- objects ---- */
 
+void lum_group_name(char ret_group[LUM_ID_MAX + 1], const char *group, const char *id)
+{
+    snprintf(ret_group, LUM_ID_MAX + 1, "%s", group && group[0] ? group : id);
+}
+
+static enum lum_status check_group(const char *group, struct lum_error *err)
+{
+    if (lum_bounded_length(group, LUM_ID_MAX + 1) > LUM_ID_MAX)
+        return lum_fail(err, LUM_ERR_INVALID, "group", "a group name has at most %d bytes", LUM_ID_MAX);
+    return LUM_OK;
+}
+
 static enum lum_status check_transform(const struct lum_affined *m, struct lum_error *err)
 {
     for (int i = 0; i < 3; i++)
@@ -147,6 +159,17 @@ static enum lum_status check_transform(const struct lum_affined *m, struct lum_e
     return LUM_OK;
 }
 
+static enum lum_status check_shine(const struct lum_shine *s, struct lum_error *err)
+{
+    static const char *const fields[] = {"emission", "flux_lm", "luminance_cd_m2"};
+    if ((unsigned)s->unit > LUM_SHINE_LUMINANCE)
+        return lum_fail(err, LUM_ERR_INVALID, "emission", "is not a unit of light");
+    enum lum_status status = lum_check_range(fields[s->unit], s->amount, 0.0, POWER_MAX, err);
+    if (status == LUM_OK && s->has_color)
+        status = lum_check_rgb("color", s->color, 100.0f, err);
+    return status == LUM_OK ? check_group(s->group, err) : status;
+}
+
 enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, const struct lum_object_desc *desc,
                                      struct lum_error *err)
 {
@@ -156,6 +179,8 @@ enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, co
         status = lum_scene_lookup(scene, LUM_ENTITY_MATERIAL, desc->material, "material", &material, err);
     if (status == LUM_OK)
         status = check_transform(&desc->local_to_world, err);
+    if (status == LUM_OK)
+        status = check_shine(&desc->shine, err);
     struct lum_table *table = &scene->tables[LUM_ENTITY_OBJECT];
     if (status == LUM_OK)
         status = lum_table_open(table, id, sizeof(struct lum_object_entry), &base, err);
@@ -168,6 +193,9 @@ enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, co
     entry->material = (struct lum_material_entry *)material;
     entry->local_to_world = desc->local_to_world;
     entry->visible = desc->visible;
+    entry->shine = desc->shine;
+    entry->shine.group = NULL;
+    lum_group_name(entry->group, desc->shine.group, id);
     lum_table_keep(table, base);
     return LUM_OK;
 }
@@ -227,9 +255,9 @@ static enum lum_status check_light(const struct lum_light_desc *d, struct lum_er
 {
     if ((unsigned)d->kind > LUM_LIGHT_ENVIRONMENT)
         return lum_fail(err, LUM_ERR_INVALID, "kind", "is not a kind of light");
-    if (lum_bounded_length(d->group, LUM_ID_MAX + 1) > LUM_ID_MAX)
-        return lum_fail(err, LUM_ERR_INVALID, "group", "a group name has at most %d bytes", LUM_ID_MAX);
-    enum lum_status status = check_light_shape(d, err);
+    enum lum_status status = check_group(d->group, err);
+    if (status == LUM_OK)
+        status = check_light_shape(d, err);
     if (status == LUM_OK)
         status = lum_check_rgb("color", d->color, 100.0f, err);
     if (status == LUM_OK)
@@ -250,8 +278,7 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
     if (status != LUM_OK)
         return status;
     struct lum_light_entry *entry = (struct lum_light_entry *)base;
-    const char *group = desc->group && desc->group[0] ? desc->group : id;
-    snprintf(entry->group, sizeof entry->group, "%s", group);
+    lum_group_name(entry->group, desc->group, id);
     lum_entry_move_use(entry->image, image);
     entry->image = (struct lum_image_entry *)image;
     entry->desc = *desc;

@@ -65,6 +65,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->thin = d->thin;
     out->unlit = d->unlit;
     out->straight = straight_glass && !d->thin && d->transmission > 0.0f;
+    out->front_emission = d->front_emission;
     memcpy(out->id, entry->base.id, sizeof out->id);
 }
 
@@ -149,7 +150,8 @@ static bool is_air(const struct lum_object_entry *o)
     bool clear =
         m->thin || !isfinite(m->attenuation_distance_m) || (left->r == 1.0f && left->g == 1.0f && left->b == 1.0f);
     return m->transmission == 1.0f && m->metallic == 0.0f && lum_ior_is_matched(m->ior) && white && clear &&
-           !m->unlit && (m->emission_cd_m2 == 0.0 || lum_rgb_black(m->emission));
+           !m->unlit && (m->emission_cd_m2 == 0.0 || lum_rgb_black(m->emission)) &&
+           o->shine.unit == LUM_SHINE_AS_MATERIAL;
 }
 
 enum lum_status lum_resolve_instances(const struct lum_scene *scene, const struct lum_normalisation *norm,

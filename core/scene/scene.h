@@ -65,6 +65,7 @@ struct lum_material_desc {
     double attenuation_distance_m;    /* +inf: clear */
     struct lum_rgb emission;          /* chromaticity, luminance 1; times emission_cd_m2 */
     double emission_cd_m2;
+    bool front_emission;              /* the side that triangles wind around shines alone; else both do */
     enum lum_alpha_mode alpha_mode;
     float alpha, alpha_cutoff;
     bool unlit; /* shown as base_color * 1 cd/m2 ... reflects nothing */
@@ -72,10 +73,23 @@ struct lum_material_desc {
 /* Defaults: white diffuse, roughness 1, ior 1.5, specular 1, no texture. */
 struct lum_material_desc lum_material_default(void);
 
+/* What an object changes of the light that its surface gives: all zero is as its material says. An object with an amount
+ * shines whether or not its material does. */
+enum lum_shine_unit { LUM_SHINE_AS_MATERIAL, LUM_SHINE_FLUX, LUM_SHINE_LUMINANCE };
+struct lum_shine {
+    enum lum_shine_unit unit;
+    double amount;        /* 0 to 1e12; lm, all that leaves it, or cd/m2 where the emission texture is white */
+    bool has_color;
+    struct lum_rgb color; /* chromaticity, luminance 1; in place of the material's */
+    bool off;
+    const char *group;    /* as a light's; NULL is "" */
+};
+
 struct lum_object_desc {
     const char *mesh, *material;          /* ids that exist */
     struct lum_affined local_to_world;    /* finite and invertible */
     bool visible;
+    struct lum_shine shine;
 };
 
 enum lum_light_kind {

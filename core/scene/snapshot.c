@@ -99,6 +99,28 @@ bool lum_snapshot_bounds(const struct lum_snapshot *s, const char *id, struct lu
     return true;
 }
 
+/* ---- luminaires ---- */
+
+bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct lum_luminaire *ret)
+{
+    const struct lum_light *l = &s->lights.lights[light];
+    if (l->kind != LUM_EMIT_MESH)
+        return false;
+    const struct lum_affine *m = &s->instances[l->instance].local_to_scene;
+    struct lum_vec3 at = lum_v3_add(s->parts->lights->cdfs[light]->centre, lum_v3(m->m[0][3], m->m[1][3], m->m[2][3]));
+    double luminance = (double)lum_luminance(l->power), area = (double)l->area / (s->norm.scale * s->norm.scale);
+    *ret = (struct lum_luminaire){
+        .id = l->id,
+        .centre = to_world(&s->norm, at),
+        .area_m2 = area,
+        .luminance_cd_m2 = luminance * (double)l->mean_emission,
+        .flux_lm = lum_mesh_light_flux(l, area) * luminance,
+        .color = luminance > 0.0 ? lum_rgb_scale(l->power, (float)(1.0 / luminance)) : lum_grey(1.0f),
+        .both_sides = l->both_sides,
+    };
+    return true;
+}
+
 /* ---- surfaces ---- */
 
 struct triangle {
@@ -165,6 +187,8 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
     s->backface = lum_dot(s->ng, d) > 0.0f;
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);
+    if (s->light != LUM_NO_OBJECT)
+        s->emission = lum_light_emitted(&snapshot->lights.lights[s->light], s->backface);
     s->ns = s->ng;
     if (mesh->normals) {
         struct lum_vec3 n = normal_to_scene(instance, blend3(mesh->normals, &t));

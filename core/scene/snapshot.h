@@ -117,6 +117,19 @@ struct lum_box {
 };
 bool lum_snapshot_bounds(const struct lum_snapshot *, const char *id, struct lum_box *ret_world);
 
+/* A surface that shines, as lighting designers see it. */
+struct lum_luminaire {
+    const char *id;          /* of the object; the snapshot's */
+    struct lum_vec3d centre; /* of its area, metres */
+    double area_m2;          /* of one side */
+    double luminance_cd_m2;  /* mean over the area, holes included as dark */
+    double flux_lm;          /* all that leaves it: pi * luminance * area of each side that shines. Both as if switched on */
+    struct lum_rgb color;    /* chromaticity, luminance 1; of a white texel. White where it is dimmed to nothing */
+    bool both_sides;
+};
+/* False: light number `light` of the table is no surface of an object. */
+bool lum_snapshot_luminaire(const struct lum_snapshot *, uint32_t light, struct lum_luminaire *ret_luminaire);
+
 /* What a ray found, ready to shade. */
 struct lum_surface {
     struct lum_vec3 p;       /* barycentric hit point, scene space */
@@ -128,6 +141,7 @@ struct lum_surface {
     uint32_t prim;
     bool backface;           /* hit from behind the winding (entering or leaving a solid) */
     struct lum_rgb vertex_color; /* white when the mesh has none */
+    struct lum_rgb emission; /* of an object's surface that is a light: towards where the ray came from, but for its texture */
     /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
      * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
     struct lum_vec3 dpdu, dpdv;

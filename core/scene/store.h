@@ -49,6 +49,8 @@ struct lum_object_entry {
     struct lum_material_entry *material;
     struct lum_affined local_to_world;
     bool visible;
+    struct lum_shine shine; /* group is NULL: see below */
+    char group[LUM_ID_MAX + 1];
 };
 
 struct lum_light_entry {
@@ -133,7 +135,15 @@ struct lum_area_cdf {
     struct lum_mesh *mesh;
     float linear[3][3];
     double total;
+    struct lum_vec3 centre; /* of the area, relative to the map's translation */
     float *sums;
+};
+/* lum_light.mean_emission, and what it was found for: holds references to the images. */
+struct lum_emission_mean {
+    struct lum_texture emission, alpha;
+    enum lum_alpha_mode alpha_mode;
+    float alpha_factor, alpha_cutoff;
+    float mean;
 };
 struct lum_light_part {
     struct lum_refs refs;
@@ -143,6 +153,7 @@ struct lum_light_part {
     uint32_t *active;
     float *active_cdf, *pick_pdf;
     struct lum_area_cdf **cdfs; /* per light; NULL but for mesh emitters */
+    struct lum_emission_mean *means; /* per light; zero but for mesh emitters with a texture or holes */
     struct lum_env_part **envs; /* per light; NULL but for environments with an image */
     uint32_t n;
     struct lum_accel_shape *shapes;
@@ -166,6 +177,9 @@ struct lum_snapshot_parts {
     struct lum_medium media[LUM_MEDIA_MAX]; /* a few hundred bytes: not worth sharing */
     uint32_t n_media;
 };
+
+/* Room for LUM_ID_MAX bytes; the name of what shines in no group is its own id. */
+void lum_group_name(char ret_group[LUM_ID_MAX + 1], const char *group, const char *id);
 
 void lum_instance_part_unref(struct lum_instance_part *part); /* all accept NULL */
 void lum_material_part_unref(struct lum_material_part *part);
@@ -202,6 +216,8 @@ bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_
 
 struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *shape);
 
+/* commit.c: some candidate hit on this material could be let through. */
+bool lum_material_has_holes(const struct lum_material *m);
 /* commit.c: both let the same rays through, and leave as much of them. */
 bool lum_material_passes_same(const struct lum_material *a, const struct lum_material *b);
 

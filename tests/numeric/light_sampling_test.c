@@ -211,7 +211,7 @@ static void mesh_emission_is_textured(void **state)
         assert_true(lum_light_sample_at(&m.snapshot, 0, p, u, &ls));
         float x = lum_v3_mad(p, ls.wi, ls.distance).x; /* scene: 2 x + 1 */
         struct lum_vec2 uv = {0.25f + 0.125f * (x - 1.0f), 0.5f};
-        struct lum_rgb want = lum_material_emission(&m.material, uv, lum_grey(1.0f));
+        struct lum_rgb want = lum_material_emission(&m.material, m.light.power, uv, lum_grey(1.0f));
         assert_true(fabsf(ls.radiance.r - want.r) < 1e-3f && fabsf(ls.radiance.b - want.b) < 1e-3f);
     }
 }

@@ -64,6 +64,7 @@ void mesh_light_init(struct mesh_light *m)
     m->instance =
         (struct lum_instance){.mesh = &m->mesh, .local_to_scene = {{{2, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 3}}}};
     m->light = light(LUM_EMIT_MESH);
+    m->light.both_sides = true, m->light.mean_emission = 1.0f;
     for (uint32_t t = 0; t < 3; t++)
         m->tri_cdf[t] = m->light.area += t == 1 ? 0.0f : 0.5f * lum_length(mesh_normal(m, t));
     m->light.tri_cdf = m->tri_cdf;

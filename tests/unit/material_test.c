@@ -168,13 +168,13 @@ static void parameters_multiply(void **state)
     struct lum_texture tex = {.image = &image, .m = {{1, 0, 0}, {0, 1, 0}}};
     struct lum_material m = {.base_color = {0.8f, 0.4f, 0.2f},
                              .base_color_tex = tex,
-                             .emission = {100, 200, 300},
                              .emission_tex = tex,
                              .metallic_roughness_tex = tex,
                              .roughness = 1.0f,
                              .ior = 1.5f};
     struct lum_surface s = floor_surface();
     s.vertex_color = lum_rgb(0.5f, 1.0f, 4.0f);
+    s.emission = lum_rgb(100, 200, 300);
     struct lum_bsdf b;
     lum_bsdf_init(&b, &m, &s, s.ng);
     assert_true(near(b.diffuse.r, 0.2f, 1e-7f) && near(b.diffuse.g, 0.2f, 1e-7f) && near(b.diffuse.b, 0.4f, 1e-7f));

@@ -58,6 +58,31 @@ static void kill_lamp(struct lum_scene *scene)
 {
     put_emissive(scene, "glow", 0.0);
 }
+static void shine(struct lum_scene *scene, const struct lum_shine *shine)
+{
+    struct lum_object_desc o = {.mesh = "ball",
+                                .material = "glow",
+                                .local_to_world = scaled_at(0.5, 0, 3, 0),
+                                .visible = true,
+                                .shine = *shine};
+    CHECK_OK(lum_scene_put_object(scene, "lamp", &o, err));
+}
+static void set_flux_of_lamp(struct lum_scene *scene)
+{
+    shine(scene, &(struct lum_shine){.unit = LUM_SHINE_FLUX, .amount = 12});
+}
+static void colour_lamp(struct lum_scene *scene)
+{
+    shine(scene, &(struct lum_shine){.has_color = true, .color = {2, 0.5f, 3}});
+}
+static void switch_lamp_off(struct lum_scene *scene)
+{
+    shine(scene, &(struct lum_shine){.off = true});
+}
+static void regroup_lamp(struct lum_scene *scene)
+{
+    shine(scene, &(struct lum_shine){.group = "house"});
+}
 static void paint(struct lum_scene *scene)
 {
     struct lum_material_desc m = lum_material_default();
@@ -138,6 +163,10 @@ static void edits_raise_only_their_counters(void **state)
         {"grow_lamp", grow_lamp, 1, 0, 1, 0, 0},
         {"dim_lamp", dim_lamp, 0, 0, 0, 1, 0},
         {"kill_lamp", kill_lamp, 0, 0, 1, 1, 0},
+        {"set_flux_of_lamp", set_flux_of_lamp, 0, 0, 0, 1, 0},
+        {"colour_lamp", colour_lamp, 0, 0, 0, 1, 0},
+        {"switch_lamp_off", switch_lamp_off, 0, 0, 0, 1, 0},
+        {"regroup_lamp", regroup_lamp, 0, 0, 0, 1, 0},
         {"paint", paint, 0, 1, 0, 0, 0},
         {"move_camera", move_camera, 0, 0, 0, 0, 0},
         {"hide_b", hide_b, 1, 0, 0, 0, 0},
@@ -171,7 +200,7 @@ static void edits_raise_only_their_counters(void **state)
             assert_ptr_equal(before->top, after->top);
         if (!rows[i].material && !rows[i].light_power)
             assert_ptr_equal(before->materials, after->materials);
-        if (!rows[i].geometry && !rows[i].light_shape && !rows[i].light_power)
+        if (!rows[i].geometry && !rows[i].light_shape && !rows[i].light_power && rows[i].edit != project_slide)
             assert_ptr_equal(before->lights.lights, after->lights.lights);
         assert_ptr_equal(before->instances[0].mesh, after->instances[0].mesh);
         lum_snapshot_unref(before);

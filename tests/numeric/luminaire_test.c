@@ -1,0 +1,251 @@
+/* Surfaces that shine, as lamps: their flux is what leaves them, from one side or both, through textures and holes;
+ * each object is dimmed, coloured and switched for itself, without a ray in `live`, and then the picture is a new
+ * one's. */
+#include "core/light/light.h"
+#include "core/math/color.h"
+#include "tests/numeric/stats.h"
+#include "tests/support/rig.h"
+
+static void put_panel(struct rig *r, const char *id, struct lum_vec3d at, const struct lum_shine *shine)
+{
+    struct lum_object_desc d = {
+        .mesh = "panel", .material = "glow", .local_to_world = lum_affined_identity(), .visible = true};
+    d.local_to_world.m[0][3] = at.x;
+    d.local_to_world.m[1][3] = at.y;
+    d.local_to_world.m[2][3] = at.z;
+    d.local_to_world.m[1][1] = -1; /* its front faces down: mirrored, so that the winding turns */
+    if (shine)
+        d.shine = *shine;
+    RIG_OK(lum_scene_put_object(r->scene, id, &d, &err));
+}
+
+static void put_glow(struct rig *r, bool front, const char *image)
+{
+    struct lum_material_desc m = rig_diffuse(0.4f);
+    m.emission_cd_m2 = 200;
+    m.front_emission = front;
+    m.emission_texture.image = image;
+    rig_material(r, "glow", &m);
+}
+
+static const struct lum_vec3d left = {-0.8, 2.6, 0}, right = {0.9, 2.6, 0.2};
+
+/* A room with two panels of 0.6 x 0.6 m below its ceiling, of one mesh and one material. */
+static void room(struct rig *r, bool front)
+{
+    rig_begin(r, 0);
+    rig_room(r);
+    rig_square(r, "panel", 0.3);
+    put_glow(r, front, NULL);
+    put_panel(r, "left", left, NULL);
+    put_panel(r, "right", right, NULL);
+    r->settings.method = lum_method_find("live");
+    r->settings.antialias = false;
+    r->settings.max_spp = 1;
+    r->settings.shadow_budget = 0;
+    r->settings.w = 60;
+    r->settings.h = 50;
+}
+
+static struct lum_luminaire luminaire(const struct rig *r, const char *id)
+{
+    struct lum_luminaire found;
+    for (uint32_t i = 0; i < r->snapshot->lights.n_lights; i++)
+        if (lum_snapshot_luminaire(r->snapshot, i, &found) && strcmp(found.id, id) == 0)
+            return found;
+    fail_msg("there is no luminaire %s", id);
+    return found;
+}
+
+static void assert_near(const char *what, double got, double want, double tolerance)
+{
+    if (!(fabs(got - want) <= tolerance * fabs(want)))
+        fail_msg("%s is %.9g, expected %.9g", what, got, want);
+}
+
+/* ---- flux ---- */
+
+/* Shots and luminance say the same: pi L A for each side that shines, times what texture and holes leave. Floats of
+ * areas and scales, 1e-5; the texture is a chequerboard whose edges cross some of 4096 strata: 1e-3. */
+static void flux_is_what_leaves_it(void **state)
+{
+    (void)state;
+    static const uint8_t texels[16] = {255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255};
+    for (int k = 0; k < 8; k++) {
+        bool front = k & 1, textured = k & 2, holes = k & 4;
+        struct rig r;
+        room(&r, front);
+        const double p[] = {-0.3, 0, -0.3, -0.3, 0, 0.3, 0.3, 0, 0.3, 0.3, 0, -0.3};
+        const float uv[] = {0, 0, 0, 1, 1, 1, 1, 0};
+        const uint32_t index[] = {0, 1, 2, 0, 2, 3};
+        struct lum_mesh_desc mesh = {.positions = p, .uvs = uv, .indices = index, .n_vertices = 4, .n_triangles = 2};
+        RIG_OK(lum_scene_put_mesh(r.scene, "panel", &mesh, &err));
+        struct lum_image_desc image = {LUM_TEXEL_LINEAR8, 2, 2, texels};
+        RIG_OK(lum_scene_put_image(r.scene, "squares", &image, &err));
+        struct lum_material_desc m = rig_diffuse(0.4f);
+        m.emission_cd_m2 = 200;
+        m.front_emission = front;
+        m.emission_texture.image = textured ? "squares" : NULL;
+        m.alpha_mode = holes ? LUM_ALPHA_BLEND : LUM_ALPHA_OPAQUE;
+        m.alpha = holes ? 0.25f : 1.0f;
+        rig_material(&r, "glow", &m);
+        rig_commit(&r);
+        struct lum_luminaire l = luminaire(&r, "left");
+        /* texels are blended linearly and wrap: half of the light, however sharp; holes are coins: 5 sigma of 4096 */
+        double left_over = (textured ? 0.5 : 1.0) * (holes ? 0.25 : 1.0);
+        double tolerance = holes ? 5.0 * sqrt(0.75 / 0.25 / 4096) : textured ? 1e-3 : 1e-5;
+        assert_near("area", l.area_m2, 0.36, 1e-5);
+        assert_near("luminance", l.luminance_cd_m2, 200 * left_over, tolerance);
+        assert_near("flux", l.flux_lm, (front ? 1 : 2) * (double)LUM_PI * 0.36 * 200 * left_over, tolerance);
+        assert_true(l.both_sides != front);
+        assert_near("centre x", l.centre.x, left.x, 1e-5);
+        assert_near("centre y", l.centre.y, left.y, 1e-5);
+        struct mean shots = {0};
+        struct rng random = {(uint64_t)k};
+        double scale2 = r.snapshot->norm.scale * r.snapshot->norm.scale;
+        for (int i = 0; i < 20000; i++) {
+            float u[4];
+            for (int j = 0; j < 4; j++)
+                u[j] = (float)(rng_u64(&random) >> 40) * 0x1p-24f;
+            struct lum_light_shot shot;
+            bool shone =
+                lum_light_shoot(r.snapshot, 0, (struct lum_vec2){u[0], u[1]}, (struct lum_vec2){u[2], u[3]}, &shot);
+            if (shone && front)
+                assert_true(shot.d.y < 0.0f);
+            mean_add(&shots, shone ? 200 * (double)lum_luminance(shot.flux_unit) / scale2 : 0.0);
+        }
+        double slack = tolerance * l.flux_lm + 5.0 * mean_stderr(&shots);
+        if (!(fabs(shots.mean - l.flux_lm) <= slack))
+            fail_msg("case %d: shots carry %g lm, the luminaire has %g", k, shots.mean, l.flux_lm);
+        rig_end(&r);
+    }
+}
+
+/* A panel that shines from its front lights nothing above it and is dark from there, in every way of looking. */
+static void the_back_is_dark(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"path", "live", "whitted"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++)
+        for (int front = 0; front < 2; front++) {
+            struct rig r;
+            room(&r, front);
+            RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "room", &err)); /* nothing sends light up again */
+            RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "crate", &err));
+            rig_square(&r, "board", 1);
+            rig_object(&r, "ceiling", "board", "white", rig_v(-0.8, 3.2, 0));
+            rig_camera(&r, rig_v(-0.8, 2.9, 0.9), rig_v(-0.8, 2.9, 0), 90); /* between panel and board */
+            r.settings.method = lum_method_find(methods[i]);
+            r.settings.max_spp = 4;
+            rig_commit(&r);
+            for (int pass = 0; pass < 4; pass++)
+                rig_pass(&r);
+            float g = rig_mean(&r).g;
+            if ((g > 0.0f) == (front == 1))
+                fail_msg("%s, %s: mean %g", methods[i], front ? "front alone" : "both sides", (double)g);
+            rig_end(&r);
+        }
+}
+
+/* ---- one by one ---- */
+
+static void amounts_are_the_objects_own(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    put_panel(&r, "left", left, &(struct lum_shine){.unit = LUM_SHINE_FLUX, .amount = 1234});
+    rig_commit(&r);
+    assert_near("flux", luminaire(&r, "left").flux_lm, 1234, 1e-5);
+    assert_near("the other's", luminaire(&r, "right").luminance_cd_m2, 200, 1e-5);
+    struct lum_rgb amber = {1.5f, 0.9f, 0.1f};
+    amber = lum_rgb_scale(amber, 1.0f / lum_luminance(amber));
+    put_panel(&r, "left", left,
+              &(struct lum_shine){.unit = LUM_SHINE_LUMINANCE, .amount = 77, .has_color = true, .color = amber});
+    rig_commit(&r);
+    struct lum_luminaire l = luminaire(&r, "left");
+    assert_near("luminance", l.luminance_cd_m2, 77, 1e-5);
+    assert_near("colour", (double)l.color.r, (double)amber.r, 1e-5);
+    put_panel(&r, "left", left, &(struct lum_shine){.off = true});
+    rig_commit(&r);
+    assert_near("flux of what is off", luminaire(&r, "left").flux_lm, 2 * (double)LUM_PI * 0.36 * 200, 1e-5);
+    rig_object(&r, "crate", "crate", "red", rig_v(0.5, 0.5, -0.4));
+    struct lum_object_desc crate = {
+        .mesh = "crate", .material = "red", .local_to_world = lum_affined_identity(), .visible = true};
+    crate.shine = (struct lum_shine){.unit = LUM_SHINE_FLUX, .amount = 10};
+    RIG_OK(lum_scene_put_object(r.scene, "crate", &crate, &err));
+    rig_commit(&r);
+    assert_near("flux of what its material leaves dark", luminaire(&r, "crate").flux_lm, 10, 1e-5);
+    rig_end(&r);
+}
+
+static void pass_without_a_ray(struct rig *r, const char *what)
+{
+    rig_commit(r);
+    struct lum_pass_stats s = rig_pass(r);
+    if (rig_all_rays(&s) != 0)
+        fail_msg("%s: %llu rays", what, (unsigned long long)rig_all_rays(&s));
+}
+
+/* Dimmed to half everything decides as before and every float is halved: a new view makes the same bits. */
+static void edits_trace_no_ray(void **state)
+{
+    (void)state;
+    for (int front = 0; front < 2; front++) {
+        struct rig r;
+        room(&r, front);
+        rig_commit(&r);
+        assert_true(rig_pass(&r).rays[LUM_RAY_SOFT_SHADOW] > 0);
+        struct lum_rgb *first = rig_picture(&r);
+        double flux = luminaire(&r, "left").flux_lm;
+        put_panel(&r, "left", left, &(struct lum_shine){.unit = LUM_SHINE_FLUX, .amount = 0.1 * flux});
+        pass_without_a_ray(&r, "one dimmed");
+        put_panel(&r, "right", right, &(struct lum_shine){.off = true});
+        pass_without_a_ray(&r, "the other off");
+        put_panel(&r, "left", left, &(struct lum_shine){.unit = LUM_SHINE_FLUX});
+        pass_without_a_ray(&r, "dimmed to nothing");
+        assert_true(rig_mean(&r).g == 0.0f);
+        put_panel(&r, "left", left, &(struct lum_shine){.has_color = true, .color = {3, 0.5f, 0.1f}});
+        pass_without_a_ray(&r, "coloured");
+        put_panel(&r, "left", left, NULL);
+        put_panel(&r, "right", right, NULL);
+        pass_without_a_ray(&r, "as at first");
+        rig_assert_picture(&r, first, "there and back");
+        lum_free(first);
+        put_panel(&r, "left", left, &(struct lum_shine){.unit = LUM_SHINE_LUMINANCE, .amount = 100});
+        put_panel(&r, "right", right, &(struct lum_shine){.unit = LUM_SHINE_LUMINANCE, .amount = 100});
+        pass_without_a_ray(&r, "half");
+        rig_assert_as_fresh(&r, "half");
+        rig_end(&r);
+    }
+}
+
+static void what_is_wrong_is_refused(void **state)
+{
+    (void)state;
+    struct rig r;
+    room(&r, false);
+    const struct lum_shine wrong[] = {{.unit = LUM_SHINE_FLUX, .amount = -1},
+                                      {.unit = LUM_SHINE_LUMINANCE, .amount = (double)NAN},
+                                      {.unit = LUM_SHINE_LUMINANCE, .amount = 1e13},
+                                      {.unit = (enum lum_shine_unit)9},
+                                      {.has_color = true, .color = {-1, 0, 0}}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(wrong); i++) {
+        struct lum_object_desc d = {
+            .mesh = "panel", .material = "glow", .local_to_world = lum_affined_identity(), .visible = true};
+        d.shine = wrong[i];
+        struct lum_error err;
+        assert_int_equal(lum_scene_put_object(r.scene, "left", &d, &err), LUM_ERR_INVALID);
+    }
+    rig_end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(flux_is_what_leaves_it),      cmocka_unit_test(the_back_is_dark),
+        cmocka_unit_test(amounts_are_the_objects_own), cmocka_unit_test(edits_trace_no_ray),
+        cmocka_unit_test(what_is_wrong_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
