@@ -58,6 +58,11 @@ bool lum_field_is_null(const struct lum_field *f, const void *base)
 {
     const void *p = at_const(f, base);
     switch (f->kind) {
+    case LUM_FIELD_VECTOR:
+        for (unsigned k = 0; k < f->n; k++)
+            if (((const double *)p)[k] != 0.0)
+                return false;
+        return f->flags & LUM_FIELD_NULLABLE;
     case LUM_FIELD_OPT:
         return !((const struct lum_opt *)p)->set;
     case LUM_FIELD_ASSET:

@@ -29,6 +29,7 @@ enum lum_field_flag {
     LUM_FIELD_REQUIRED = 1, /* add must give it, and it can never be null */
     LUM_FIELD_WHOLE = 2,    /* vector of integers */
     LUM_FIELD_DOUBLE = 4,   /* floats: JSON numbers keep double precision */
+    LUM_FIELD_NULLABLE = 8, /* vector: null where all are 0, which is no value of it */
 };
 
 /* Fields of one group exclude each other: setting one sets the others to their default. */

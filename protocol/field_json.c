@@ -150,6 +150,8 @@ static bool nullable(const struct lum_field *f)
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
         return !(f->flags & LUM_FIELD_REQUIRED);
+    case LUM_FIELD_VECTOR:
+        return f->flags & LUM_FIELD_NULLABLE;
     default:
         return false;
     }
@@ -181,7 +183,9 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
         *(bool *)p = cJSON_IsTrue(json);
         return cJSON_IsBool(json) || wrong(f, err, "true or false");
     case LUM_FIELD_VECTOR:
-        return read_vector(f, p, json, err);
+        if (!read_vector(f, p, json, err))
+            return false;
+        return !(nullable(f) && lum_field_is_null(f, base)) || wrong(f, err, "null, or not all 0");
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
     case LUM_FIELD_ASSET:

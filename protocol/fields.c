@@ -95,6 +95,7 @@ static const struct lum_field material[] = {
     VECTOR(material, emission_color, 0, 0, 1e6, XYZ(1, 1, 1), "", "normalised to luminance 1"),
     TEXTURE(material, emission_texture, "sRGB, multiplies emission"),
     NUMBER(material, emission_cd_m2, 0, 1e12, 0, "cd/m2", "emitted luminance"),
+    CHOICE(material, emission_sides, 0, "both|front", "which shine; front: around which the triangles wind"),
     CHOICE(material, alpha_mode, 0, "opaque|mask|blend", ""),
     NUMBER(material, alpha, 0, 1, 1, "", ""),
     NUMBER(material, alpha_cutoff, 0, 1, 0.5, "", "mask: less is invisible"),
@@ -106,6 +107,14 @@ static const struct lum_field object[] = {
     REF(object, material, LUM_FIELD_REQUIRED, MATERIAL, ""),
     {ROW(object, transform, TRANSFORM), .unit = "", .doc = "mesh to world; must be invertible"},
     BOOL(object, visible, 1, ""),
+    BOOL(object, on, 1, "false: it gives no light"),
+    OPT(object, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all light that leaves it; null: as its material says"),
+    OPT(object, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2",
+        "emitted luminance; null: as its material says"),
+    {ROW(object, color, VECTOR), .n = 3, .flags = LUM_FIELD_NULLABLE, .group = LUM_GROUP_COLOR, .max = 1e6, .unit = "",
+     .doc = "of its light: linear, normalised to luminance 1; null: its material's; excludes cct_k"},
+    OPT(object, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature of its light; excludes color"),
+    {ROW(object, group, ID), CHARS(object, group), .unit = "", .doc = "mixing group of its light; null: its own id"},
 };
 
 static const struct lum_field light[] = {

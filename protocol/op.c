@@ -109,12 +109,12 @@ static bool set_below(const struct lum_field *f, void *base, const char *path, c
     if (path[0] == '\0')
         return lum_field_read(f, base, value, NULL, err);
     path++;
-    if (f->kind == LUM_FIELD_VECTOR)
+    if (f->kind == LUM_FIELD_VECTOR && !lum_field_is_null(f, base))
         return set_element(f, p, path, value, err);
+    if (lum_field_is_null(f, base) && (parts || f->kind == LUM_FIELD_VECTOR))
+        return bad_path(err, f->name, "is null: set it whole");
     if (!parts)
         return bad_path(err, f->name, "has no parts that can be set alone");
-    if (lum_field_is_null(f, base))
-        return bad_path(err, f->name, "is null: set it whole");
     if (f->kind == LUM_FIELD_TRANSFORM && ((struct lum_record_transform *)p)->is_matrix)
         return bad_path(err, f->name, "is a matrix: set it whole");
     char name[LUM_LIMIT_PATH_BYTES + 1];

@@ -78,6 +78,7 @@ struct lum_record_material {
     struct lum_opt attenuation_distance; /* metres; null: clear */
     double emission_color[3];
     double emission_cd_m2;
+    char emission_sides[8]; /* "both" "front" */
     char alpha_mode[8]; /* "opaque" "mask" "blend" */
     double alpha, alpha_cutoff;
     bool unlit;
@@ -96,6 +97,12 @@ struct lum_record_object {
     lum_id mesh, material;
     struct lum_record_transform transform;
     bool visible;
+    /* the light of its surface, where that differs from the material's */
+    bool on;
+    struct lum_opt flux_lm, luminance_cd_m2; /* one at most */
+    double color[3]; /* 0 0 0: none */
+    struct lum_opt cct_k;
+    lum_id group;
 };
 
 struct lum_record_light {

@@ -158,6 +158,15 @@ static bool validate_light(const struct lum_record_light *l, struct lum_proto_er
     return true;
 }
 
+static bool validate_object(const struct lum_record_object *o, struct lum_proto_error *err)
+{
+    if (o->flux_lm.set && o->luminance_cd_m2.set)
+        return invalid(err, "luminance_cd_m2", "an object takes flux_lm or luminance_cd_m2, not both");
+    if (o->cct_k.set && !black(o->color))
+        return invalid(err, "cct_k", "an object takes color or cct_k, not both");
+    return validate_transform(&o->transform, err);
+}
+
 static bool validate_camera(const struct lum_record_camera *c, struct lum_proto_error *err)
 {
     double d[3];
@@ -198,7 +207,7 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
         return !black(r->material.emission_color) || r->material.emission_cd_m2 == 0.0 ||
                invalid(err, "emission_color", "emission_color gives a hue: it must not be black");
     case LUM_RECORD_OBJECT:
-        return validate_transform(&r->object.transform, err);
+        return validate_object(&r->object, err);
     case LUM_RECORD_LIGHT:
         return validate_light(&r->light, err);
     case LUM_RECORD_MEDIUM:

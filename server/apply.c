@@ -162,6 +162,7 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .attenuation_distance_m = m->attenuation_distance.set ? m->attenuation_distance.value : (double)INFINITY,
         .emission = lum_grey(1.0f),
         .emission_cd_m2 = m->emission_cd_m2,
+        .front_emission = strcmp(m->emission_sides, "front") == 0,
         .alpha_mode = alpha_mode_of(m->alpha_mode),
         .alpha = (float)m->alpha,
         .alpha_cutoff = (float)m->alpha_cutoff,
@@ -313,10 +314,24 @@ static enum lum_status check_render(const struct lum_record *r, struct lum_error
     return st ? st : lum_apply_tone_map(r->render.tone_map, &tone, err);
 }
 
+static struct lum_shine shine_of(const struct lum_record_object *o)
+{
+    struct lum_shine s = {.off = !o->on, .group = o->group};
+    const struct lum_opt *amount = o->flux_lm.set ? &o->flux_lm : &o->luminance_cd_m2;
+    if (amount->set) {
+        s.unit = o->flux_lm.set ? LUM_SHINE_FLUX : LUM_SHINE_LUMINANCE;
+        s.amount = amount->value;
+    }
+    s.has_color = o->cct_k.set || normalise_color(o->color, &s.color);
+    if (o->cct_k.set)
+        s.color = lum_cct_to_rgb(o->cct_k.value);
+    return s;
+}
+
 static enum lum_status put_object(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
 {
     const struct lum_record_object *o = &r->object;
-    struct lum_object_desc d = {.mesh = o->mesh, .material = o->material, .visible = o->visible};
+    struct lum_object_desc d = {.mesh = o->mesh, .material = o->material, .visible = o->visible, .shine = shine_of(o)};
     lum_record_transform_affine(&o->transform, d.local_to_world.m);
     return lum_scene_put_object(scene, r->id, &d, err);
 }

@@ -11,6 +11,7 @@
 #include "protocol/json.h"
 #include "protocol/rpc.h"
 #include "server/apply.h"
+#include "server/luminaires.h"
 
 #define PROGRESS_EVERY_NS 100000000ll
 #define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
@@ -236,7 +237,8 @@ static bool publish_scene(struct lum_director *d)
     return d->pending != NULL;
 }
 
-static void announce(struct lum_director *d, const struct lum_pending *p)
+/* emits: what changed of objects that shine, or NULL; taken over. */
+static void announce(struct lum_director *d, const struct lum_pending *p, cJSON *emits)
 {
     cJSON *result = cJSON_CreateObject();
     lum_json_add_number(result, "scene_rev", (double)p->scene_rev);
@@ -252,6 +254,8 @@ static void announce(struct lum_director *d, const struct lum_pending *p)
     lum_json_add_string(changed, "op_id", p->command->op_id);
     lum_json_add_string(changed, "user", p->command->user);
     lum_json_add(changed, "ops", lum_changes_to_json(&p->changes));
+    if (emits)
+        lum_json_add(changed, "emits", emits);
     lum_director_send(d, LUM_OUT_BROADCAST, p->command->session, lum_rpc_notification("scene.changed", changed));
     count(d, &d->metrics.edits);
 }
@@ -266,7 +270,13 @@ static void count_scene(struct lum_director *d)
 
 void lum_director_commit(struct lum_director *d)
 {
-    if (!publish_scene(d))
+    if (!d->pending)
+        return;
+    const struct lum_snapshot *was = d->world.snapshot ? lum_snapshot_ref(d->world.snapshot) : NULL;
+    bool published = publish_scene(d);
+    cJSON *emits = published ? lum_luminaires_changes(was, d->world.snapshot) : NULL;
+    lum_snapshot_unref(was);
+    if (!published)
         return;
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
     count_scene(d); /* before the replies: who got one reads numbers of its own edit */
@@ -282,7 +292,7 @@ void lum_director_commit(struct lum_director *d)
     while (oldest_first) {
         struct lum_pending *p = oldest_first;
         oldest_first = p->next;
-        announce(d, p);
+        announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
         pending_free(p);
     }
     lum_director_refresh_views(d, received_ns);
@@ -291,7 +301,9 @@ void lum_director_commit(struct lum_director *d)
 void lum_director_scene_get(struct lum_director *d, const struct lum_command *c)
 {
     cJSON *result = lum_document_to_json(d->world.doc, c->expand);
-    if (result && !lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc))) {
+    bool whole =
+        result && (!c->expand || lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")));
+    if (result && !(whole && lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc)))) {
         cJSON_Delete(result);
         result = NULL;
     }

@@ -5,16 +5,24 @@
 #include "server/apply.h"
 
 /* The group that a record shines in, or NULL when it does not. */
-static const char *group_of(const struct lum_record *r)
+static const char *group_of(const struct lum_document *doc, const struct lum_record *r)
 {
     if (r->type == LUM_RECORD_LIGHT)
         return r->light.group[0] ? r->light.group : r->id;
-    if (r->type == LUM_RECORD_MATERIAL && (r->material.emission_cd_m2 > 0.0 || r->material.unlit))
+    if (r->type == LUM_RECORD_MATERIAL && r->material.unlit)
         return r->id;
-    return NULL;
+    if (r->type != LUM_RECORD_OBJECT)
+        return NULL;
+    const struct lum_record_object *o = &r->object;
+    const struct lum_record *m = lum_document_find(doc, o->material);
+    bool shines = o->flux_lm.set || o->luminance_cd_m2.set || (m && m->material.emission_cd_m2 > 0.0);
+    if (!shines || !m || m->material.unlit)
+        return NULL;
+    return o->group[0] ? o->group : r->id;
 }
 
 struct listing {
+    const struct lum_document *doc;
     struct lum_light_groups groups;
     size_t capacity;
     bool failed;
@@ -23,7 +31,7 @@ struct listing {
 static void list_one(void *user, const struct lum_record *r)
 {
     struct listing *l = user;
-    const char *group = group_of(r);
+    const char *group = group_of(l->doc, r);
     if (!group || l->failed)
         return;
     for (size_t i = 0; i < l->groups.n; i++)
@@ -47,7 +55,7 @@ static void list_one(void *user, const struct lum_record *r)
 enum lum_status lum_light_groups_list(const struct lum_world *w, struct lum_light_groups *ret_groups,
                                       struct lum_error *err)
 {
-    struct listing l = {0};
+    struct listing l = {.doc = w->doc};
     if (!lum_document_each(w->doc, list_one, &l) || l.failed) {
         lum_free(l.groups.names);
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the light groups");
@@ -68,8 +76,9 @@ static void darken(struct lum_record *r)
         r->light.on = false;
         return;
     }
-    r->material.emission_cd_m2 = 0.0;
-    if (r->material.unlit) /* it shows its colour without light */
+    if (r->type == LUM_RECORD_OBJECT)
+        r->object.on = false;
+    else /* it shows its colour without light */
         memset(r->material.base_color, 0, sizeof r->material.base_color);
 }
 
@@ -83,7 +92,7 @@ struct solo {
 static void solo_one(void *user, const struct lum_record *r)
 {
     struct solo *s = user;
-    const char *group = group_of(r);
+    const char *group = group_of(s->world->doc, r);
     if (!group || s->status)
         return;
     if (!s->group || strcmp(group, s->group) == 0) {

@@ -1,6 +1,6 @@
 /* Light groups: what each set of lights alone contributes. Light is linear, so the pictures of all groups sum to the whole.
  *
- * A group is what lights name in "group" (else their own id), and each emitting or unlit material is a group by its id. */
+ * A group is what lights and objects that shine name in "group" (else their own id), and each unlit material is a group by its id. */
 #ifndef LUM_SERVER_LIGHT_GROUPS_H
 #define LUM_SERVER_LIGHT_GROUPS_H
 

@@ -78,7 +78,7 @@ static void put_default(struct text *t, const struct lum_field *f)
         put(t, f->def[0] != 0.0 ? "true" : "false");
     else if (f->kind == LUM_FIELD_TRANSFORM)
         put(t, "identity");
-    else if (f->kind == LUM_FIELD_VECTOR)
+    else if (f->kind == LUM_FIELD_VECTOR && !(f->flags & LUM_FIELD_NULLABLE))
         for (unsigned i = 0; i < f->n; i++)
             put(t, "%s%g", i ? " " : "", f->def[i < 3 ? i : 2]);
     else if (f->kind == LUM_FIELD_NUMBER || f->kind == LUM_FIELD_INTEGER || f->kind == LUM_FIELD_U32)

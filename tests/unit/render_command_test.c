@@ -329,6 +329,41 @@ static void light_groups_sum_to_the_whole(void **state)
     lum_exr_finish(&sum);
 }
 
+/* Objects that shine are in the groups that they name, or their own; the dark one has a layer, too. */
+static void surfaces_that_shine_have_groups(void **state)
+{
+    (void)state;
+    write_text(in_dir("panels.jsonl"),
+               "{\"lumend\":1,\"kind\":\"scene\"}\n"
+               "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[1,0,1]}\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"white\"}\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"glow\",\"emission_cd_m2\":100}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"floor\",\"mesh\":\"sheet\",\"material\":\"white\"}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"a\",\"mesh\":\"sheet\",\"material\":\"glow\","
+               "\"transform\":{\"translate\":[-1,1,0]}}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"b\",\"mesh\":\"sheet\",\"material\":\"glow\","
+               "\"transform\":{\"translate\":[1,1,0]},\"group\":\"side\"}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"c\",\"mesh\":\"sheet\",\"material\":\"white\","
+               "\"transform\":{\"translate\":[0,1,-1]},\"flux_lm\":100,\"group\":\"side\"}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"d\",\"mesh\":\"sheet\",\"material\":\"glow\","
+               "\"transform\":{\"translate\":[0,1,1]},\"on\":false}\n"
+               "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,0.7,2],\"target\":[0,0,0]}\n");
+    assert_int_equal(
+        run(lum_cmd_render, "render --scene @panels.jsonl --method whitted --size 40x30 --light-groups --out @p.exr"),
+        LUM_EXIT_OK);
+    struct lum_exr_image sum = read_exr("p.exr");
+    const float *s = channel(&sum, "G"), *a = channel(&sum, "a.G"), *side = channel(&sum, "side.G"),
+                *d = channel(&sum, "d.G");
+    bool lit[2] = {false, false};
+    for (size_t i = 0; i < 40 * 30; i++) {
+        assert_true(d[i] == 0.0f && fabsf(a[i] + side[i] - s[i]) <= 1e-6f * s[i]);
+        lit[0] = lit[0] || a[i] > 0.0f;
+        lit[1] = lit[1] || side[i] > 0.0f;
+    }
+    assert_true(lit[0] && lit[1]);
+    lum_exr_finish(&sum);
+}
+
 /* The same where indirect light comes from virtual point lights and caches, which a group alone shares out otherwise:
  * the beauty is the sum of the layers all the same. Their mean is that of the whole up to the error of 256 point
  * lights, 1 / sqrt(256) of the light they bring, which is less than half. */
@@ -561,9 +596,9 @@ int main(void)
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
         cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
         cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
-        cmocka_unit_test(light_groups_of_caches_sum_up),    cmocka_unit_test(mistakes_are_told_apart),
-        cmocka_unit_test(refusals_name_their_place),        cmocka_unit_test(one_shadow_ray_passes_a_rod),
-        cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(surfaces_that_shine_have_groups),  cmocka_unit_test(light_groups_of_caches_sum_up),
+        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(refusals_name_their_place),
+        cmocka_unit_test(one_shadow_ray_passes_a_rod),      cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
