@@ -40,9 +40,9 @@ static enum lum_status explain(struct lum_error *err)
 
 static enum lum_status convert(struct lum_assimp *a, struct lum_error *err)
 {
-    a->mesh_ids = lum_calloc(a->scene->mNumMeshes, sizeof *a->mesh_ids);
-    a->material_ids = lum_calloc(a->scene->mNumMaterials, sizeof *a->material_ids);
-    if (!a->mesh_ids || !a->material_ids)
+    a->meshes = lum_calloc(a->scene->mNumMeshes, sizeof *a->meshes);
+    a->materials = lum_calloc(a->scene->mNumMaterials, sizeof *a->materials);
+    if (!a->meshes || !a->materials)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory");
     lum_emit_progress(&a->im->emit, "build", 0.0);
     enum lum_status status = lum_assimp_place_nodes(a, err);
@@ -65,8 +65,10 @@ enum lum_status lum_assimp_import(struct lum_importer *im, const struct lum_byte
     enum lum_status status = convert(&a, err);
     if (!status && im->emit.n_ops == 0)
         lum_emit_warning(&im->emit, "the file shows nothing");
-    lum_free(a.mesh_ids);
-    lum_free(a.material_ids);
+    for (unsigned i = 0; a.meshes && i < a.scene->mNumMeshes; i++)
+        lum_mesh_parts_finish(&a.meshes[i]);
+    lum_free(a.meshes);
+    lum_free(a.materials);
     lum_free(a.images);
     lum_free(a.places);
     aiReleaseImport(a.scene);

@@ -9,13 +9,18 @@
 #include <assimp/scene.h>
 
 #include "core/math/vec.h"
-#include "server/importer/importer.h"
+#include "server/importer/mesh.h"
 
 #define LUM_LUMENS_PER_WATT 179.0
 
 struct lum_assimp_image {
     char path[1024]; /* of the base colour, then '|', then of the opacity map */
     lum_id id;       /* "": could not be read */
+};
+
+struct lum_assimp_material {
+    lum_id id; /* "": not sent yet */
+    bool shines, evenly; /* it is a light; without a texture that says where */
 };
 
 struct lum_assimp_place {
@@ -27,7 +32,8 @@ struct lum_assimp {
     struct lum_importer *im;
     const struct lum_bytes *file; /* the asset itself */
     const struct aiScene *scene;
-    lum_id *mesh_ids, *material_ids; /* "": not sent yet */
+    struct lum_mesh_parts *meshes; /* none: not sent yet */
+    struct lum_assimp_material *materials;
     struct lum_assimp_image *images;
     uint32_t n_images, images_cap;
     struct lum_assimp_place *places; /* of all nodes, parents before children */

@@ -118,11 +118,14 @@ static enum lum_status send_maps(struct lum_assimp *a, const struct look *l, str
     return status;
 }
 
-static void put_emission(struct lum_assimp *a, struct lum_op_text *op, const struct look *l, const struct maps *maps)
+static void put_emission(struct lum_assimp *a, struct lum_op_text *op, const struct look *l, const struct maps *maps,
+                         struct lum_assimp_material *inout_material)
 {
     double y = 0.2126 * l->emission[0] + 0.7152 * l->emission[1] + 0.0722 * l->emission[2];
     if (!(y > 0.0))
         return;
+    inout_material->shines = true;
+    inout_material->evenly = !maps->emission[0];
     const double color[3] = {l->emission[0] / y, l->emission[1] / y, l->emission[2] / y};
     lum_op_numbers(op, "emission_color", color, 3);
     lum_op_number(op, "emission_cd_m2", y * LUM_LUMENS_PER_WATT);
@@ -133,7 +136,7 @@ static void put_emission(struct lum_assimp *a, struct lum_op_text *op, const str
 enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum_error *err)
 {
     const struct aiMaterial *m = a->scene->mMaterials[i];
-    if (a->material_ids[i][0])
+    if (a->materials[i].id[0])
         return LUM_OK;
     struct aiString label = {0};
     struct look l;
@@ -143,7 +146,7 @@ enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum
     struct lum_name_request name = {"material/", label.data, "material", i};
     enum lum_status status = send_maps(a, &l, &maps, err);
     if (!status)
-        status = lum_names_make(&a->im->names, &name, a->material_ids[i], err);
+        status = lum_names_make(&a->im->names, &name, a->materials[i].id, err);
     if (status)
         return status;
     /* a picture stands for the colour: exporters leave black or arbitrary factors beside it */
@@ -151,7 +154,7 @@ enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum
     bool black = l.base_color[0] + l.base_color[1] + l.base_color[2] <= 0.0;
     bool cut_out = maps.color[0] && l.opacity_map[0];
     struct lum_op_text op;
-    lum_op_begin(&op, "material", a->material_ids[i]);
+    lum_op_begin(&op, "material", a->materials[i].id);
     lum_op_numbers(&op, "base_color", maps.color[0] && black ? white : l.base_color, 3);
     lum_op_number(&op, "metallic", l.metallic);
     lum_op_number(&op, "roughness", l.roughness);
@@ -161,7 +164,7 @@ enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum
     lum_op_bool(&op, "thin", l.transmission > 0.0); /* nothing says that the mesh is closed */
     lum_op_string(&op, "alpha_mode", cut_out ? "mask" : l.alpha < 1.0 ? "blend" : "opaque");
     lum_op_number(&op, "alpha", cut_out ? 1.0 : l.alpha);
-    put_emission(a, &op, &l, &maps);
+    put_emission(a, &op, &l, &maps, &a->materials[i]);
     put_texture(&op, "base_color_texture", maps.color);
     put_texture(&op, "normal_texture", maps.normal);
     return lum_emit_op(&a->im->emit, &op, err);

@@ -33,14 +33,9 @@ static float *copy_floats(const float *from, uint32_t stride, uint32_t n_compone
     return to;
 }
 
-struct arrays {
-    uint32_t *indices, n_triangles;
-    float *positions, *normals, *uvs, *colors;
-};
-
-static bool copy_arrays(const struct aiMesh *m, struct arrays *a)
+static bool copy_arrays(const struct aiMesh *m, struct lum_mesh_arrays *a)
 {
-    uint32_t n = m->mNumVertices;
+    uint32_t n = a->n_vertices = m->mNumVertices;
     a->indices = copy_indices(m, &a->n_triangles);
     a->positions = copy_floats(&m->mVertices[0].x, 3, 3, n);
     bool ok = a->indices && a->positions;
@@ -55,7 +50,7 @@ static bool copy_arrays(const struct aiMesh *m, struct arrays *a)
     return ok;
 }
 
-static void free_arrays(struct arrays *a)
+static void free_arrays(struct lum_mesh_arrays *a)
 {
     lum_free(a->indices);
     lum_free(a->positions);
@@ -64,40 +59,22 @@ static void free_arrays(struct arrays *a)
     lum_free(a->colors);
 }
 
-static enum lum_status send_arrays(struct lum_assimp *a, const char *id, const struct arrays *m, uint32_t n_vertices,
-                                   struct lum_error *err)
-{
-    struct lum_op_text op;
-    size_t row = sizeof(float) * n_vertices;
-    lum_op_begin(&op, "mesh", id);
-    lum_emit_blob(&a->im->emit, &op, "positions", m->positions, 3 * row);
-    lum_emit_blob(&a->im->emit, &op, "indices", m->indices, 3 * sizeof(uint32_t) * m->n_triangles);
-    if (m->normals)
-        lum_emit_blob(&a->im->emit, &op, "normals", m->normals, 3 * row);
-    if (m->uvs)
-        lum_emit_blob(&a->im->emit, &op, "uvs", m->uvs, 2 * row);
-    if (m->colors)
-        lum_emit_blob(&a->im->emit, &op, "colors", m->colors, 3 * row);
-    return lum_emit_op(&a->im->emit, &op, err);
-}
-
-/* The id stays "" when the mesh shows no triangle. */
+/* After its material: which says whether it shines. */
 static enum lum_status send_mesh(struct lum_assimp *a, uint32_t i, struct lum_error *err)
 {
     const struct aiMesh *m = a->scene->mMeshes[i];
-    struct arrays arrays = {0};
+    struct lum_mesh_arrays arrays = {0};
+    const struct lum_assimp_material *material = &a->materials[m->mMaterialIndex];
     if (m->mNumVertices == 0 || !m->mVertices || m->mNumFaces == 0)
         return LUM_OK;
     if (m->mNumVertices > LUM_LIMIT_VERTICES || m->mNumFaces > LUM_LIMIT_TRIANGLES)
         return lum_fail(err, LUM_ERR_LIMIT, "", "a mesh has more than %u vertices or triangles", LUM_LIMIT_VERTICES);
     struct lum_name_request name = {"mesh/", m->mName.data, "mesh", i};
     enum lum_status status = LUM_OK;
-    if (!copy_arrays(m, &arrays))
+    if (copy_arrays(m, &arrays))
+        status = lum_mesh_send(a->im, &name, &arrays, material->shines && material->evenly, &a->meshes[i], err);
+    else
         status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u vertices", m->mNumVertices);
-    else if (arrays.n_triangles > 0)
-        status = lum_names_make(&a->im->names, &name, a->mesh_ids[i], err);
-    if (!status && arrays.n_triangles > 0)
-        status = send_arrays(a, a->mesh_ids[i], &arrays, m->mNumVertices, err);
     free_arrays(&arrays);
     return status;
 }
@@ -143,10 +120,11 @@ enum lum_status lum_assimp_place_nodes(struct lum_assimp *a, struct lum_error *e
     return ok ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for nodes");
 }
 
-static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp_place *v, uint32_t mesh,
+static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp_place *v, uint32_t mesh, uint32_t part,
                                    struct lum_error *err)
 {
     const struct aiMesh *m = a->scene->mMeshes[mesh];
+    const struct lum_assimp_material *material = &a->materials[m->mMaterialIndex];
     lum_id id;
     struct lum_op_text op;
     double matrix[16] = {[15] = 1.0};
@@ -158,9 +136,11 @@ static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp
     if (status)
         return status;
     lum_op_begin(&op, "object", id);
-    lum_op_string(&op, "mesh", a->mesh_ids[mesh]);
-    lum_op_string(&op, "material", a->material_ids[m->mMaterialIndex]);
+    lum_op_string(&op, "mesh", a->meshes[mesh].ids[part]);
+    lum_op_string(&op, "material", material->id);
     lum_op_numbers(&op, "transform", matrix, 16);
+    if (material->shines)
+        lum_op_string(&op, "group", material->id);
     return lum_emit_op(&a->im->emit, &op, err);
 }
 
@@ -174,13 +154,12 @@ static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_p
                          v->node->mName.data);
         return LUM_OK;
     }
-    enum lum_status status = LUM_OK;
-    if (!a->mesh_ids[mesh][0])
+    enum lum_status status = lum_assimp_material(a, a->scene->mMeshes[mesh]->mMaterialIndex, err);
+    if (!status && !a->meshes[mesh].n)
         status = send_mesh(a, mesh, err);
-    if (status || !a->mesh_ids[mesh][0])
-        return status;
-    status = lum_assimp_material(a, a->scene->mMeshes[mesh]->mMaterialIndex, err);
-    return status ? status : send_object(a, v, mesh, err);
+    for (uint32_t part = 0; part < a->meshes[mesh].n && !status; part++)
+        status = send_object(a, v, mesh, part, err);
+    return status;
 }
 
 enum lum_status lum_assimp_nodes(struct lum_assimp *a, struct lum_error *err)

@@ -171,7 +171,7 @@ static void finish(struct lum_gltf *g)
     for (uint32_t i = 0; g->decoded && i < g->arrays[LUM_GLTF_BUFFER_VIEWS].n; i++)
         lum_free(g->decoded[i].data);
     for (uint32_t i = 0; g->meshes && i < g->arrays[LUM_GLTF_MESHES].n; i++)
-        lum_free(g->meshes[i].ids);
+        lum_gltf_mesh_finish(&g->meshes[i]);
     lum_free(g->buffers);
     lum_free(g->decoded);
     lum_free(g->images);

@@ -10,7 +10,7 @@
 #include <cjson/cJSON.h>
 
 #include "core/math/vec.h"
-#include "server/importer/importer.h"
+#include "server/importer/mesh.h"
 
 #define LUM_GLTF_NONE UINT32_MAX
 
@@ -40,10 +40,11 @@ struct lum_gltf_material {
     bool done;
     lum_id id;
     uint32_t uv_set; /* the TEXCOORD_n its textures use */
+    bool shines, evenly; /* it is a light; without a texture that says where */
 };
 
 struct lum_gltf_mesh {
-    lum_id *ids; /* one a primitive, "": skipped; NULL: not sent yet */
+    struct lum_mesh_parts *parts; /* of each primitive; NULL: not sent yet */
     uint32_t n_primitives;
 };
 
@@ -129,7 +130,8 @@ struct lum_gltf_pose {
     uint32_t skin;        /* LUM_GLTF_NONE: none */
     const cJSON *weights; /* of morph targets; NULL: the mesh's own */
 };
-/* Sends the mesh's primitives, at first use; ret_mesh->ids are the caller's to free only for a posed mesh. */
+void lum_gltf_mesh_finish(struct lum_gltf_mesh *mesh);
+/* Sends the mesh's primitives, at first use; the caller finishes ret_mesh only if it owns it: a posed one. */
 bool lum_gltf_mesh(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pose *pose, struct lum_gltf_mesh *ret_mesh,
                    bool *ret_owned);
 uint32_t lum_gltf_mesh_material(struct lum_gltf *g, uint32_t mesh, uint32_t primitive);

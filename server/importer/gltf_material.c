@@ -17,7 +17,7 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
-    bool thin, has_attenuation, unlit;
+    bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
     double emission[3]; /* cd/m2 by channel */
     const char *alpha_mode;
@@ -190,6 +190,7 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
     m->normal_scale = lum_gltf_number(g, lum_gltf_object(g, o, "normalTexture"), "scale", 1.0);
     m->unlit = lum_gltf_extension(g, o, "KHR_materials_unlit") != NULL;
+    m->double_sided = lum_gltf_bool(g, o, "doubleSided", false);
     warn_left_out(g, o);
     return lum_gltf_ok(g);
 }
@@ -231,14 +232,21 @@ static void put_texture(struct lum_op_text *op, const char *key, const struct te
     lum_op_close(op);
 }
 
+static double luminance_of(const double c[3])
+{
+    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
+/* A back that glTF does not show ("doubleSided": false) gives no light. */
 static void put_emission(struct lum_op_text *op, const struct look *m)
 {
-    double y = 0.2126 * m->emission[0] + 0.7152 * m->emission[1] + 0.0722 * m->emission[2];
+    double y = luminance_of(m->emission);
     if (!(y > 0.0))
         return;
     double color[3] = {m->emission[0] / y, m->emission[1] / y, m->emission[2] / y};
     lum_op_numbers(op, "emission_color", color, 3);
     lum_op_number(op, "emission_cd_m2", y);
+    lum_op_string(op, "emission_sides", m->double_sided ? "both" : "front");
     put_texture(op, "emission_texture", &m->emission_texture);
 }
 
@@ -288,6 +296,8 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     if (!read_look(g, o, &look))
         return NULL;
     material->uv_set = choose_uv_set(g, &look);
+    material->shines = luminance_of(look.emission) > 0.0 && !look.unlit;
+    material->evenly = !look.emission_texture.image;
     struct lum_name_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
                                     index};
     struct lum_error err;

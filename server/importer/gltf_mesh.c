@@ -1,4 +1,5 @@
-/* Meshes: each primitive becomes one mesh record, shared by all nodes that show it undeformed. */
+/* Meshes: each primitive becomes one mesh record, or one for each fixture of what shines, shared by all nodes that show
+ * it undeformed. */
 #include <string.h>
 
 #include "protocol/limits.h"
@@ -125,23 +126,6 @@ static bool read_triangles(struct lum_gltf *g, const cJSON *primitive, enum mode
 
 /* ---- sending ---- */
 
-static enum lum_status send_mesh(struct lum_gltf *g, const char *id, const struct lum_gltf_vertices *v,
-                                 const struct triangles *t, struct lum_error *err)
-{
-    struct lum_op_text op;
-    size_t row = sizeof(float) * v->n;
-    lum_op_begin(&op, "mesh", id);
-    lum_emit_blob(&g->im->emit, &op, "positions", v->positions, 3 * row);
-    lum_emit_blob(&g->im->emit, &op, "indices", t->indices, 3 * sizeof(uint32_t) * t->n);
-    if (v->normals)
-        lum_emit_blob(&g->im->emit, &op, "normals", v->normals, 3 * row);
-    if (v->uvs)
-        lum_emit_blob(&g->im->emit, &op, "uvs", v->uvs, 2 * row);
-    if (v->colors)
-        lum_emit_blob(&g->im->emit, &op, "colors", v->colors, 3 * row);
-    return lum_emit_op(&g->im->emit, &op, err);
-}
-
 static bool deform(struct lum_gltf *g, const cJSON *mesh, const cJSON *primitive, const struct lum_gltf_pose *pose,
                    struct lum_gltf_vertices *v)
 {
@@ -156,9 +140,8 @@ static void clamp_colors(struct lum_gltf_vertices *v)
         v->colors[i] = v->colors[i] < 0.0f ? 0.0f : v->colors[i] > 1.0f ? 1.0f : v->colors[i];
 }
 
-/* ret_id stays "" when the primitive shows no triangle. */
 static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primitive, const struct lum_gltf_pose *pose,
-                           char *ret_id)
+                           struct lum_mesh_parts *ret_parts)
 {
     const cJSON *o = lum_gltf_item(g, LUM_GLTF_MESHES, mesh);
     uint64_t mode = lum_gltf_uint(g, primitive, "mode", TRIANGLES, FAN);
@@ -176,17 +159,23 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
     struct lum_name_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
     bool ok = read_vertices(g, primitive, material->uv_set, &v) &&
               read_triangles(g, primitive, (enum mode)mode, v.n, &t) && deform(g, o, primitive, pose, &v);
-    if (ok && t.n > 0) {
+    if (ok) {
         clamp_colors(&v);
-        enum lum_status status = lum_names_make(&g->im->names, &name, ret_id, &err);
-        if (!status)
-            status = send_mesh(g, ret_id, &v, &t, &err);
-        if (status)
-            ok = lum_gltf_fail(g, status, "%s", err.text);
+        struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.colors, t.indices, v.n, t.n};
+        enum lum_status status = lum_mesh_send(g->im, &name, &m, material->shines && material->evenly, ret_parts, &err);
+        ok = !status || lum_gltf_fail(g, status, "%s", err.text);
     }
     free_vertices(&v);
     lum_free(t.indices);
     return ok;
+}
+
+void lum_gltf_mesh_finish(struct lum_gltf_mesh *mesh)
+{
+    for (uint32_t i = 0; mesh->parts && i < mesh->n_primitives; i++)
+        lum_mesh_parts_finish(&mesh->parts[i]);
+    lum_free(mesh->parts);
+    *mesh = (struct lum_gltf_mesh){0};
 }
 
 static bool send_primitives(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pose *pose,
@@ -198,13 +187,13 @@ static bool send_primitives(struct lum_gltf *g, uint32_t index, const struct lum
     int n = cJSON_GetArraySize(list);
     if (n < 1)
         return lum_gltf_fail(g, LUM_ERR_INVALID, "has no primitives");
-    struct lum_gltf_mesh mesh = {lum_calloc((size_t)n, sizeof(lum_id)), (uint32_t)n};
-    if (!mesh.ids)
+    struct lum_gltf_mesh mesh = {lum_calloc((size_t)n, sizeof *mesh.parts), (uint32_t)n};
+    if (!mesh.parts)
         return lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory for %d primitives", n);
     const cJSON *primitive = list->child;
     for (int i = 0; i < n; i++, primitive = primitive->next)
-        if (!send_primitive(g, index, primitive, pose, mesh.ids[i])) {
-            lum_free(mesh.ids);
+        if (!send_primitive(g, index, primitive, pose, &mesh.parts[i])) {
+            lum_gltf_mesh_finish(&mesh);
             return false;
         }
     *ret_mesh = mesh;
@@ -217,7 +206,7 @@ bool lum_gltf_mesh(struct lum_gltf *g, uint32_t index, const struct lum_gltf_pos
     bool posed = pose->skin != LUM_GLTF_NONE || pose->weights;
     struct lum_gltf_mesh *shared = &g->meshes[index];
     *ret_owned = posed;
-    if (!posed && shared->ids) {
+    if (!posed && shared->parts) {
         *ret_mesh = *shared;
         return true;
     }

@@ -2,6 +2,7 @@
  *
  * glTF nodes are strict trees. A node with two parents, or in a cycle, is refused, so the work is linear in the file's
  * size; nothing here recurses, so depth does not matter. */
+#include <stdio.h>
 #include <string.h>
 
 #include "protocol/limits.h"
@@ -132,7 +133,8 @@ bool lum_gltf_place_nodes(struct lum_gltf *g)
 /* ---- records ---- */
 
 struct shown {
-    const char *mesh, *material;
+    const char *mesh;
+    const struct lum_gltf_material *material;
     bool hidden;
 };
 
@@ -148,12 +150,43 @@ static bool send_object(struct lum_gltf *g, const struct lum_name_request *name,
     if (!status) {
         lum_op_begin(&op, "object", id);
         lum_op_string(&op, "mesh", what->mesh);
-        lum_op_string(&op, "material", what->material);
+        lum_op_string(&op, "material", what->material->id);
         lum_op_numbers(&op, "transform", m, 16);
         lum_op_bool(&op, "visible", !what->hidden);
+        if (what->material->shines)
+            lum_op_string(&op, "group", what->material->id);
         status = lum_emit_op(&g->im->emit, &op, &err);
     }
     return !status || lum_gltf_fail(g, status, "%s", err.text);
+}
+
+struct primitive_place {
+    const struct lum_name_request *name; /* of its node */
+    uint32_t node, mesh, primitive;
+    const struct lum_affined *place;
+};
+
+/* What shines is named after its material, too, where its mesh has several ("lamp.bulb" says more than "lamp-2"), and
+ * where nothing else has a name. */
+static bool emit_primitive(struct lum_gltf *g, const struct primitive_place *p, const struct lum_mesh_parts *parts)
+{
+    uint32_t index = lum_gltf_mesh_material(g, p->mesh, p->primitive);
+    const struct lum_gltf_material *material = parts->n ? lum_gltf_material(g, index) : NULL;
+    struct lum_name_request name = *p->name;
+    char of_material[LUM_LIMIT_ID_BYTES + 1];
+    const char *its = lum_gltf_string(g, lum_gltf_item(g, LUM_GLTF_MATERIALS, index), "name");
+    bool named = name.name && name.name[0], shines = material && material->shines;
+    if (shines && named && its && g->meshes[p->mesh].n_primitives != 1) {
+        snprintf(of_material, sizeof of_material, "%.24s.%s", name.name, its);
+        name.name = of_material;
+    } else if (shines && !named) {
+        name.name = its;
+        name.fallback = "luminaire";
+    }
+    bool ok = material || !parts->n;
+    for (uint32_t k = 0; ok && k < parts->n; k++)
+        ok = send_object(g, &name, &(struct shown){parts->ids[k], material, g->nodes[p->node].hidden}, p->place);
+    return ok;
 }
 
 static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
@@ -175,15 +208,10 @@ static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
     if (!name.name || !name.name[0])
         name.name = lum_gltf_string(g, lum_gltf_item(g, LUM_GLTF_MESHES, mesh_index), "name");
     bool ok = true;
-    for (uint32_t i = 0; ok && i < mesh.n_primitives; i++) {
-        if (!mesh.ids[i][0])
-            continue;
-        const struct lum_gltf_material *material = lum_gltf_material(g, lum_gltf_mesh_material(g, mesh_index, i));
-        struct shown what = {mesh.ids[i], material ? material->id : "", g->nodes[node].hidden};
-        ok = material && send_object(g, &name, &what, &place);
-    }
+    for (uint32_t i = 0; ok && i < mesh.n_primitives; i++)
+        ok = emit_primitive(g, &(struct primitive_place){&name, node, mesh_index, i, &place}, &mesh.parts[i]);
     if (owned)
-        lum_free(mesh.ids);
+        lum_gltf_mesh_finish(&mesh);
     return ok;
 }
 

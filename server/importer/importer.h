@@ -12,6 +12,7 @@ struct lum_importer {
     struct lum_files files;
     struct lum_names names;
     const char *asset; /* file name: its ending says the format */
+    uint32_t n_fixtures; /* of meshes that were sent fixture by fixture */
 };
 
 /* glTF 2.0, .gltf or .glb by content. */

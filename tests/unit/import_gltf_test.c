@@ -287,6 +287,45 @@ static void emission_is_cd_m2(void **state)
                         1);
 }
 
+static void the_back_shines_where_it_is_shown(void **state)
+{
+    const struct lum_record_material *m = import_material(*state, "{\"emissiveFactor\":[1,1,1]}");
+    assert_string_equal(m->emission_sides, "front");
+    m = import_material(*state, "{\"emissiveFactor\":[1,1,1],\"doubleSided\":true}");
+    assert_string_equal(m->emission_sides, "both");
+}
+
+/* Two triangles far from each other in one primitive that shines: two objects, of one group; with a texture that says
+ * where it shines, or dark: one. Of a mesh of two materials each object that shines is named after both. */
+static void fixtures_are_objects(void **state)
+{
+    static const float pair[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 0, 0, 10, 0, 0, 9, 1, 0};
+#define PAIR(materials, primitives)                                                                                    \
+    ASSET SCENE0 "\"buffers\":[{\"uri\":\"b.bin\",\"byteLength\":72}],"                                                \
+                 "\"bufferViews\":[{\"buffer\":0,\"byteLength\":72}],"                                                 \
+                 "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"}],"            \
+                 "\"materials\":[" materials "],\"meshes\":[{\"primitives\":[" primitives "]}],"                       \
+                 "\"nodes\":[{\"name\":\"ceiling\",\"mesh\":0}]}"
+#define GLOW "{\"name\":\"neon\",\"emissiveFactor\":[1,1,1]}"
+#define PRIMITIVE(material) "{\"attributes\":{\"POSITION\":0},\"material\":" #material "}"
+    struct kit *k = *state;
+    assert_true(kit_import_gltf(k, PAIR(GLOW, PRIMITIVE(0)), pair, 72));
+    for (int i = 0; i < 2; i++) {
+        const struct lum_record *object = kit_find(k, i ? "m/ceiling-2" : "m/ceiling");
+        const struct lum_record *mesh = kit_find(k, object->object.mesh);
+        assert_floats(&mesh->mesh.positions, pair + 9 * i, 9);
+        assert_indices(&mesh->mesh.indices, (uint32_t[]){0, 1, 2}, 3);
+        assert_string_equal(object->object.group, "m/material/neon");
+    }
+    assert_true(kit_import_gltf(k, PAIR("{\"name\":\"paint\"}", PRIMITIVE(0)), pair, 72));
+    assert_int_equal(kit_find(k, "m/mesh/mesh-0")->mesh.positions.n, 18);
+    assert_string_equal(kit_find(k, "m/ceiling")->object.group, "");
+    assert_true(kit_import_gltf(k, PAIR("{\"name\":\"paint\"}," GLOW, PRIMITIVE(0) "," PRIMITIVE(1)), pair, 72));
+    kit_find(k, "m/ceiling");
+    kit_find(k, "m/ceiling.neon");
+    kit_find(k, "m/ceiling.neon-2");
+}
+
 static void dielectric_extensions(void **state)
 {
     const struct lum_record_material *m = import_material(
@@ -513,6 +552,8 @@ int main(void)
         TEST(punctual_lights),
         TEST(cameras),
         TEST(emission_is_cd_m2),
+        TEST(the_back_shines_where_it_is_shown),
+        TEST(fixtures_are_objects),
         TEST(dielectric_extensions),
         TEST(specular_glossiness),
         TEST(textures),

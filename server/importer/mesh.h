@@ -1,0 +1,25 @@
+/* Meshes as they are sent: one record, or one for each fixture of what shines. */
+#ifndef LUM_SERVER_IMPORTER_MESH_H
+#define LUM_SERVER_IMPORTER_MESH_H
+
+#include "server/importer/importer.h"
+
+struct lum_mesh_arrays {
+    float *positions, *normals, *uvs, *colors; /* 3, 3, 2, 3 per vertex; normals, uvs, colors: NULL when absent */
+    uint32_t *indices;                         /* 3 * n_triangles */
+    uint32_t n_vertices, n_triangles;
+};
+
+/* Ids of the records of one mesh, owned; none when it shows no triangle. */
+struct lum_mesh_parts {
+    lum_id *ids;
+    uint32_t n;
+};
+void lum_mesh_parts_finish(struct lum_mesh_parts *parts);
+
+/* shines: evenly, so that its fixtures are sent apart. On failure ret_parts is empty. */
+LUM_MUST_USE enum lum_status lum_mesh_send(struct lum_importer *im, const struct lum_name_request *name,
+                                           const struct lum_mesh_arrays *m, bool shines, struct lum_mesh_parts *ret_parts,
+                                           struct lum_error *err);
+
+#endif
