@@ -9,7 +9,7 @@ import { basis, frameBall, orbitFromPose, poseFromOrbit, retarget } from '../vie
 import { Picture } from '../view/picture';
 import { Edits } from './edits';
 import { Imports, newId } from './imports';
-import { extentOf, isPlaced, Solo, UNITS } from './lights';
+import { centreOf, extentOf, isLamp, isPlaced, Solo, UNITS } from './lights';
 import { Meter } from './meter';
 import { anchorOf, anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -139,7 +139,7 @@ export class App {
         if (!pick) return;
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
         const record = this.scene.peek(pick.id);
-        if (record?.type === 'light') this.selectedLight.value = pick.id;
+        if (isLamp(record)) this.selectedLight.value = pick.id;
         this.imports.selected.value = this.imports.importOf(record);
         await this.measure();
     }
@@ -193,7 +193,7 @@ export class App {
         const light = this.selectedLight.value ? this.scene.peek(this.selectedLight.value) : undefined;
         const reading = this.reading.value;
         if (light && isPlaced(light)) {
-            this.view.moveTo(frameBall(this.view.orbit.value, anchorOf(light), 3 * extentOf(light), aspect));
+            this.view.moveTo(frameBall(this.view.orbit.value, centreOf(light), 3 * extentOf(light), aspect));
         } else if (this.imports.selected.value) {
             void this.frameRecord(this.imports.selected.value);
         } else if (reading) {
@@ -235,10 +235,11 @@ export class App {
         if (await this.edits.transaction([{ op: 'add', type: 'light', id, ...lamp }])) this.selectedLight.value = id;
     }
 
-    toggleSolo(id: string): void {
-        const lights = this.scene.list('light').value.map((l) => this.scene.peek(l));
+    /** A lamp, or all of a group. */
+    toggleSolo(ids: readonly string[]): void {
+        const lights = this.scene.lamps.value.map((l) => this.scene.peek(l));
         const ops = this.solo.toggle(
-            id,
+            ids,
             lights.filter((l) => l !== undefined),
         );
         if (ops.length > 0) void this.edits.transaction(ops);
@@ -293,7 +294,7 @@ export class App {
 
     private notified(method: string, params: JsonObject): void {
         if (method === 'scene.changed') {
-            if (!this.scene.apply(params.ops, numberOr(params.scene_rev, 0))) {
+            if (!this.scene.apply(params.ops, numberOr(params.scene_rev, 0), params.emits)) {
                 void this.reload().catch((error: Error) => this.report(error));
             }
             if (params.user !== this.user) this.othersEdited(params.ops);

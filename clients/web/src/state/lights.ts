@@ -1,8 +1,10 @@
-/** What the light list needs to know about a light record. */
+/** What the light list needs to know about a lamp: a light record, or an object that shines. */
 import { signal } from '@preact/signals';
 import { cctToLinear } from '../lib/colour';
 import type { Vec3 } from '../lib/vec';
+import { isObject, type JsonObject } from '../protocol/rpc';
 import { INTENSITY_FIELDS, numberOr, stringOr, vec3Or, type IntensityField, type Op, type SceneRecord } from '../protocol/types';
+import { anchorOf } from './placement';
 
 export interface Unit {
     symbol: string;
@@ -28,14 +30,43 @@ export interface Intensity {
 export function intensityOf(light: SceneRecord): Intensity {
     const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? 'flux_lm';
     const unit = UNITS[field];
-    const value = numberOr(light[field], 0);
+    const value = numberOr(light[field] ?? emitsOf(light)?.[field], 0);
     return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
 }
 
 export function colourOf(light: SceneRecord): { kelvin: number | null; linear: Vec3 } {
     if (typeof light.cct_k === 'number') return { kelvin: light.cct_k, linear: cctToLinear(light.cct_k) };
-    return { kelvin: null, linear: vec3Or(light.color, [1, 1, 1]) };
+    return { kelvin: null, linear: vec3Or(light.color ?? emitsOf(light)?.color, [1, 1, 1]) };
 }
+
+/** The light of an object that shines, as the server tells it: without it the record is no lamp, or a light. */
+export function emitsOf(record: SceneRecord): JsonObject | null {
+    return record.type === 'object' && isObject(record.emits) ? record.emits : null;
+}
+
+export const isLamp = (record: SceneRecord | undefined): boolean =>
+    record !== undefined && (record.type === 'light' || emitsOf(record) !== null);
+
+/** The op that gives an object that shines the light of its material again. */
+export const asInModel = (id: string): Op => ({
+    op: 'set',
+    id,
+    path: '',
+    value: { flux_lm: null, luminance_cd_m2: null, color: null, cct_k: null },
+});
+
+/** True when its own fields say otherwise than its material. */
+export const isAdjusted = (light: SceneRecord): boolean =>
+    emitsOf(light) !== null && ['flux_lm', 'luminance_cd_m2', 'color', 'cct_k'].some((f) => (light[f] ?? null) !== null);
+
+/** What stands in the list: without the import's name, which all of a model have. */
+export const nameOf = (light: SceneRecord): string => {
+    const origin = stringOr(light.origin, '');
+    return origin && light.id.startsWith(`${origin}/`) ? light.id.slice(origin.length + 1) : light.id;
+};
+
+/** Where it is marked: an object is seldom where its anchor is. */
+export const centreOf = (light: SceneRecord): Vec3 => vec3Or(emitsOf(light)?.centre, anchorOf(light));
 
 export const isOn = (light: SceneRecord): boolean => light.on !== false;
 
@@ -44,10 +75,11 @@ export const isPlaced = (light: SceneRecord): boolean => light.kind !== 'directi
 /** Radius of a ball around the lamp itself, in metres, so that the view can frame it. */
 export function extentOf(light: SceneRecord): number {
     const edges = [...vec3Or(light.u, [0, 0, 0]), ...vec3Or(light.v, [0, 0, 0])];
-    return Math.max(numberOr(light.radius, 0), Math.hypot(...edges) / 2, 0.25);
+    const side = Math.sqrt(numberOr(emitsOf(light)?.area_m2, 0));
+    return Math.max(numberOr(light.radius, 0), Math.hypot(...edges) / 2, side, 0.25);
 }
 
-export const kindOf = (light: SceneRecord): string => stringOr(light.kind, 'light');
+export const kindOf = (light: SceneRecord): string => (emitsOf(light) ? 'surface' : stringOr(light.kind, 'light'));
 
 /**
  * Soloing: only the chosen lights stay on. What was on before is remembered here, in this page; on the server there are only
@@ -62,9 +94,9 @@ export class Solo {
     }
 
     /** The ops that bring it about; a second toggle of the last one restores everything. */
-    toggle(id: string, lights: readonly SceneRecord[]): Op[] {
+    toggle(ids: readonly string[], lights: readonly SceneRecord[]): Op[] {
         this.before ??= new Map(lights.map((l) => [l.id, isOn(l)]));
-        const only = new Set(this.only.value.has(id) ? [] : [id]);
+        const only = new Set(ids.every((id) => this.only.value.has(id)) ? [] : ids);
         this.only.value = only;
         const { before } = this;
         if (only.size === 0) this.before = null;

@@ -6,7 +6,7 @@
  */
 import { batch, signal, type ReadonlySignal, type Signal } from '@preact/signals';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
-import { INTENSITY_FIELDS, numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { INTENSITY_FIELDS, stringOr, type SceneRecord } from '../protocol/types';
 
 /**
  * A copy of the record with one field changed; null when the path does not fit it. Path: "/transform/translate/1". With the
@@ -51,6 +51,8 @@ type Listed = (typeof LISTED)[number];
 
 export class SceneMirror {
     readonly rev = signal(0);
+    /** Lights, then objects that shine. */
+    readonly lamps = signal<readonly string[]>([]);
     private readonly lists: Record<Listed, Signal<readonly string[]>> = {
         light: signal([]),
         camera: signal([]),
@@ -80,12 +82,6 @@ export class SceneMirror {
         return ids;
     }
 
-    /** True when a surface gives light. */
-    glows(): boolean {
-        const bright = (r: SceneRecord): boolean => r.type === 'material' && numberOr(r.emission_cd_m2, 0) > 0;
-        return [...this.confirmed.values()].some(bright);
-    }
-
     /** Replaces everything by the ops of scene.get{expand:true}. */
     load(ops: Json | undefined, rev: number): void {
         batch(() => {
@@ -98,8 +94,8 @@ export class SceneMirror {
         });
     }
 
-    /** Follows a scene.changed. False: this copy no longer matches, load it again. */
-    apply(ops: Json | undefined, rev: number): boolean {
+    /** Follows a scene.changed. emits: what became of objects that shine. False: this copy no longer matches, load it again. */
+    apply(ops: Json | undefined, rev: number, emits?: Json): boolean {
         if (!Array.isArray(ops) || rev > this.rev.peek() + 1) return false;
         if (rev <= this.rev.peek()) return true;
         return batch(() => {
@@ -109,6 +105,10 @@ export class SceneMirror {
                 if (!isObject(op) || !this.applyOne(op)) return false;
                 touched.add(stringOr(op.id, ''));
                 structural ||= op.op !== 'set';
+            }
+            for (const [id, change] of Object.entries(isObject(emits) ? emits : {})) {
+                structural = this.shineOtherwise(id, change ?? null) || structural;
+                touched.add(id);
             }
             for (const id of touched) this.refresh(id);
             if (structural) this.relist();
@@ -161,6 +161,17 @@ export class SceneMirror {
         return changed !== null;
     }
 
+    /** True when it begins or ends to be a lamp. */
+    private shineOtherwise(id: string, change: Json): boolean {
+        const record = this.confirmed.get(id);
+        if (!record) return false;
+        const { emits, ...rest } = record;
+        const shines = isObject(change);
+        const before = isObject(emits) ? emits : {};
+        this.confirmed.set(id, (shines ? { ...rest, emits: { ...before, ...change } } : rest) as SceneRecord);
+        return shines !== isObject(emits);
+    }
+
     private signalOf(id: string): Signal<SceneRecord | undefined> {
         let s = this.shown.get(id);
         if (!s) this.shown.set(id, (s = signal(this.confirmed.get(id))));
@@ -179,5 +190,7 @@ export class SceneMirror {
 
     private relist(): void {
         for (const type of LISTED) this.lists[type].value = this.idsOfType(type);
+        const luminaires = this.idsOfType('object').filter((id) => isObject(this.confirmed.get(id)?.emits));
+        this.lamps.value = [...this.lists.light.value, ...luminaires];
     }
 }

@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { explainImport, idForAsset } from './imports';
-import { intensityOf, Solo } from './lights';
+import { asInModel, centreOf, colourOf, intensityOf, isAdjusted, isLamp, nameOf, Solo } from './lights';
 import { Meter } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
@@ -91,14 +91,40 @@ test('the unit is the field that is set; its slider reaches the value', () => {
     assert.equal(intensityOf(light({ illuminance_lx: 0.01 })).unit.min, 0.01);
 });
 
+test('an object that shines is a lamp, with the light that the server tells', () => {
+    const scene = new SceneMirror();
+    const emits = { flux_lm: 3000, luminance_cd_m2: 2600, area_m2: 0.36, color: [1, 1, 1], centre: [1, 2.8, 0], sides: 'both' };
+    scene.load([...OPS, { op: 'add', type: 'object', id: 'room/panel', origin: 'room', mesh: 'm', material: 'glow', emits }], 5);
+    assert.deepEqual(scene.lamps.value, ['key', 'fill', 'room/panel']);
+    const panel = (): SceneRecord => scene.record('room/panel')!;
+    assert.deepEqual([intensityOf(panel()).field, intensityOf(panel()).value, nameOf(panel())], ['flux_lm', 3000, 'panel']);
+    assert.deepEqual([centreOf(panel()), isAdjusted(panel())], [[1, 2.8, 0], false]);
+    scene.expect('room/panel', '/flux_lm', 300);
+    assert.equal(intensityOf(panel()).value, 300);
+    const dimmed = { 'room/panel': { flux_lm: 300, luminance_cd_m2: 260 } };
+    assert.ok(scene.apply([{ op: 'set', id: 'room/panel', path: '/flux_lm', value: 300 }], 6, dimmed));
+    scene.settle('room/panel', '/flux_lm', 300, true);
+    assert.deepEqual(panel().emits, { ...emits, ...dimmed['room/panel'] });
+    assert.ok(isAdjusted(panel()));
+    const { value } = asInModel('room/panel') as { value: Json };
+    scene.apply([{ op: 'set', id: 'room/panel', path: '', value }], 7, { 'room/panel': { flux_lm: 3000, color: [2, 0.5, 1] } });
+    assert.deepEqual([intensityOf(panel()).value, colourOf(panel()).linear, isAdjusted(panel())], [3000, [2, 0.5, 1], false]);
+    scene.apply([{ op: 'set', id: 'glow', path: '/emission_cd_m2', value: 0 }], 8, { 'room/panel': null });
+    assert.equal(scene.rev.value, 7, 'a material that is not known: the scene is loaded again');
+    scene.apply([], 8, { 'room/panel': null });
+    assert.deepEqual([scene.lamps.value, isLamp(panel())], [['key', 'fill'], false]);
+    scene.apply([], 9, { 'room/panel': emits });
+    assert.ok(isLamp(panel()));
+});
+
 test('solo switches the others off, and a second time brings back what was', () => {
     const solo = new Solo();
     const light = (id: string, on: boolean): SceneRecord => ({ type: 'light', id, on });
-    const off = solo.toggle('b', [light('a', true), light('b', false), light('c', true)]);
+    const off = solo.toggle(['b'], [light('a', true), light('b', false), light('c', true)]);
     assert.deepEqual(off.map((o) => [o.id, (o as { value: Json }).value]), [['a', false], ['b', true], ['c', false]]);
-    const other = solo.toggle('c', [light('a', false), light('b', true), light('c', false)]);
+    const other = solo.toggle(['c'], [light('a', false), light('b', true), light('c', false)]);
     assert.deepEqual(other.map((o) => [o.id, (o as { value: Json }).value]), [['b', false], ['c', true]]);
-    const back = solo.toggle('c', [light('a', false), light('b', false), light('c', true)]);
+    const back = solo.toggle(['c'], [light('a', false), light('b', false), light('c', true)]);
     assert.deepEqual(back.map((o) => [o.id, (o as { value: Json }).value]), [['a', true]]);
     assert.equal(solo.isSoloed('c'), false);
 });

@@ -24,7 +24,7 @@ interface Emptiness {
 /** What is missing, the first thing first: something to see, some light, a camera that sees them. */
 function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
     const { scene, imports } = app;
-    const lights = scene.list('light').value;
+    const lights = scene.lamps.value;
     const way = <>press <kbd>H</kbd> for the scene’s camera</>;
     const home: [string, () => void] = ['Go there', () => app.goHome()];
     if (inView === 'nothing' && scene.idsOfType('object').length === 0) {
@@ -32,10 +32,10 @@ function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
         return { what: 'The scene has no objects', remedy };
     }
     if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };
-    if (lights.length === 0 && !scene.glows()) {
+    if (lights.length === 0) {
         return { what: 'The scene has no light', button: ['Add a lamp', () => void app.addLamp()] };
     }
-    if (!scene.glows() && !lights.some((id) => isOn(scene.peek(id)!))) {
+    if (!lights.some((id) => isOn(scene.peek(id)!))) {
         return { what: 'All lights are off', remedy: 'switch one on, in the list' };
     }
     return { what: 'No light comes from what is in view', remedy: <>switch a lamp on, or {way}</>, button: home };

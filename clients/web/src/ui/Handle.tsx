@@ -65,6 +65,7 @@ export function Handle({ name, at, reachable, onGrab, moveTo, children, ...props
         if (!step) return;
         e.preventDefault();
         e.stopPropagation();
+        onGrab?.();
         movePlace(place.x + step[0], place.y + step[1], e.shiftKey);
         app.edits.endGesture();
     };

@@ -3,8 +3,8 @@ import { number } from '../lib/format';
 import { kelvinScale } from '../lib/scale';
 import type { Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
-import { stringOr, type SceneRecord } from '../protocol/types';
-import { colourOf, intensityOf, isPlaced, kindOf } from '../state/lights';
+import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { asInModel, colourOf, emitsOf, intensityOf, isAdjusted, isPlaced, kindOf } from '../state/lights';
 import { anchorOf } from '../state/placement';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
@@ -38,7 +38,7 @@ export function LightDetails({ light }: { light: SceneRecord }) {
                 onCommit={(v) => app.edits.setOnce(light.id, `/${field}`, v)}
             />
             <Colour light={light} />
-            {isPlaced(light) && <Position light={light} />}
+            {emitsOf(light) ? <Surface light={light} /> : isPlaced(light) && <Position light={light} />}
         </div>
     );
 }
@@ -120,6 +120,23 @@ function Picker({ light, linear }: { light: SceneRecord; linear: Vec3 }) {
                 onChange={() => app.edits.endGesture()}
             />
         </label>
+    );
+}
+
+/** What follows from the shape of an object that shines, and the way back to its material's light. */
+function Surface({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const emits = emitsOf(light)!;
+    return (
+        <p class="kind surface">
+            {number(numberOr(emits.luminance_cd_m2, 0))} <small>cd/m²</small> over {number(numberOr(emits.area_m2, 0))} <small>m²</small>
+            {emits.sides === 'both' ? ', both sides' : ', one side'}
+            {isAdjusted(light) && (
+                <button type="button" class="button" onClick={() => void app.edits.transaction([asInModel(light.id)])}>
+                    As in the model
+                </button>
+            )}
+        </p>
     );
 }
 

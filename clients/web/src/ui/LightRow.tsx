@@ -3,7 +3,7 @@ import { swatch } from '../lib/colour';
 import { number } from '../lib/format';
 import { logScale } from '../lib/scale';
 import type { SceneRecord } from '../protocol/types';
-import { colourOf, intensityOf, isOn } from '../state/lights';
+import { colourOf, intensityOf, isOn, nameOf } from '../state/lights';
 import { useApp } from './context';
 import { LightDetails } from './LightDetails';
 import { Slider } from './Slider';
@@ -27,15 +27,16 @@ export function LightRow({ id }: { id: string }) {
                 <button
                     type="button"
                     class="light-name"
+                    title={id}
                     aria-expanded={selected}
                     onClick={() => (app.selectedLight.value = selected ? null : id)}
                 >
-                    {id}
+                    {nameOf(light)}
                 </button>
                 <span class="light-value">
                     {number(value)} <small>{unit.symbol}</small>
                 </span>
-                <SoloButton id={id} />
+                <SoloButton name={id} ids={[id]} />
             </div>
             <Slider
                 label={`${id} intensity`}
@@ -71,17 +72,17 @@ function OnOff({ light, on }: { light: SceneRecord; on: boolean }) {
     );
 }
 
-function SoloButton({ id }: { id: string }) {
+export function SoloButton({ name, ids }: { name: string; ids: readonly string[] }) {
     const app = useApp();
-    const soloed = app.solo.isSoloed(id);
+    const soloed = ids.every((id) => app.solo.isSoloed(id));
     return (
         <button
             type="button"
             class="solo"
             aria-pressed={soloed}
-            aria-label={`Solo ${id}`}
-            title={soloed ? 'Bring the other lights back' : 'Only this light'}
-            onClick={() => app.toggleSolo(id)}
+            aria-label={`Solo ${name}`}
+            title={soloed ? 'Bring the other lights back' : ids.length > 1 ? 'Only these lights' : 'Only this light'}
+            onClick={() => app.toggleSolo(ids)}
         >
             S
         </button>

@@ -1,7 +1,8 @@
+import { useRef } from 'preact/hooks';
 import { swatch } from '../lib/colour';
 import { add, scale, sub, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
-import { colourOf, isOn, isPlaced } from '../state/lights';
+import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
 import { anchorOf } from '../state/placement';
 import { project } from '../view/camera';
 import { useApp } from './context';
@@ -14,7 +15,7 @@ const MAX_MARKERS = 48;
 export function Overlay() {
     const app = useApp();
     const [width, height] = app.view.cssSize.value;
-    const ids = app.scene.list('light').value;
+    const ids = app.scene.lamps.value;
     const selected = app.selectedLight.value;
     const shown = app.markers.value && ids.length <= MAX_MARKERS ? ids : ids.filter((id) => id === selected);
     // The selected one last: on top.
@@ -31,25 +32,31 @@ export function Overlay() {
 
 function Lamp({ id }: { id: string }) {
     const app = useApp();
+    /** Where it was taken: the centre of an object comes from the server, and lags behind the hand. */
+    const taken = useRef<{ anchor: Vec3; centre: Vec3 }>({ anchor: [0, 0, 0], centre: [0, 0, 0] });
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
     const selected = app.selectedLight.value === id;
     const on = isOn(light);
+    const centre = centreOf(light);
     return (
         <>
             {selected && <Shape light={light} />}
             <Handle
                 name={`Lamp ${id}`}
                 class={`lamp ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}
-                at={anchorOf(light)}
+                at={centre}
                 reachable={selected}
-                onGrab={() => (app.selectedLight.value = id)}
-                moveTo={(point) => app.moveRecord(id, point)}
+                onGrab={() => {
+                    app.selectedLight.value = id;
+                    taken.current = { anchor: anchorOf(light), centre };
+                }}
+                moveTo={(point) => app.moveRecord(id, add(taken.current.anchor, sub(point, taken.current.centre)))}
             >
                 {selected && <circle class="handle-ring" r="12" />}
                 <circle class="lamp-core" r={selected ? 6 : 5} fill={on ? swatch(colourOf(light).linear) : 'none'} />
                 <text class="lamp-name" y="-18" text-anchor="middle">
-                    {id}
+                    {nameOf(light)}
                 </text>
             </Handle>
         </>

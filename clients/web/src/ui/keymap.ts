@@ -56,7 +56,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['z'], shift: false, shown: 'Z or Ctrl + Z', label: 'Undo', run: (app) => void app.edits.undo() },
     { keys: ['z'], shift: true, shown: 'Shift + Z or Ctrl + Y', label: 'Redo', run: (app) => void app.edits.redo() },
     { keys: ['o'], shown: 'O', label: 'Selected light on or off', run: toggleSelected },
-    { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo(app.selectedLight.value) },
+    { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo([app.selectedLight.value]) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
