@@ -60,6 +60,7 @@ void lum_components_finish(struct lum_components *c)
     lum_free(c->taps);
     lum_free(c->airlight);
     lum_free(c->airlight_traced);
+    lum_echo_destroy(c->echoes, c->n_tiles);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
         lum_free(c->done[i]);
     *c = (struct lum_components){0};
@@ -227,6 +228,8 @@ static void forget(struct lum_components *c, const struct lum_pass *pass, enum o
         if (all || i != LUM_COMPONENT_MEDIA || !c->airlight)
             memset(b->iterations, 0, (size_t)c->w * c->h);
     }
+    for (uint32_t t = 0; all && c->echoes && t < c->n_tiles; t++)
+        c->echoes[t].whole = false;
     forget_airlight(c, pass->packets.n, all);
     forget_gloss(c, &pass->snapshot->lights, outcome);
 }
@@ -272,6 +275,9 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the buffers of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);
     }
+    if (!c->echoes)
+        c->echoes = lum_calloc(c->n_tiles, sizeof *c->echoes);
+    c->vpl_print = 0;
     uint32_t edits = lum_basis_renew(&c->basis, pass);
     bool seen_anew = c->surfaces != pass->surfaces->version;
     if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))

@@ -14,36 +14,109 @@
 #define CULL_SHARE (1.0f / 512) /* of a tile's brightness: half a step of 8 bits */
 #define OCTAVES 64              /* that bounds are told apart by, from the brightest */
 
-bool lum_crowd_reserve(struct lum_crowd *c, const struct lum_pass *pass)
+#define CUT_OPEN UINT8_MAX            /* not decided */
+#define CUT_FORGOTTEN (UINT8_MAX - 1) /* nor do the tile's bits mean anything */
+_Static_assert(OCTAVES < CUT_FORGOTTEN, "a tile's cut is a number of octaves");
+
+static bool reserve_pixels(struct lum_crowd *c, const struct lum_pass *pass)
 {
     size_t n = (size_t)pass->tiling.w * pass->tiling.h;
     if (c->raw)
         return true;
     c->raw = lum_calloc(n, sizeof *c->raw);
     c->smooth = lum_calloc(n, sizeof *c->smooth);
+    c->gloss = lum_calloc(n, sizeof *c->gloss);
     c->done = lum_calloc(pass->tiling.n, 1);
     c->joined = lum_calloc(pass->tiling.n, 1);
-    if (c->raw && c->smooth && c->done && c->joined)
+    c->cut = lum_calloc(pass->tiling.n, 1);
+    if (!c->raw || !c->smooth || !c->gloss || !c->done || !c->joined || !c->cut)
+        return false;
+    memset(c->cut, CUT_FORGOTTEN, pass->tiling.n);
+    return true;
+}
+
+#define BYTES_PER_LIGHT (LUM_TILE_PIXELS / 4u) /* of bits, in a tile */
+
+static bool reserve_lights(struct lum_crowd *c, const struct lum_pass *pass)
+{
+    uint32_t n = pass->snapshot->lights.n_lights;
+    if (c->lights && n == c->n_lights)
         return true;
-    lum_crowd_finish(c);
-    return false;
+    size_t bytes = (size_t)pass->tiling.n * n * BYTES_PER_LIGHT;
+    lum_free(c->lights);
+    lum_free(c->seen);
+    c->lights = lum_calloc(n, sizeof *c->lights);
+    c->seen = bytes <= LUM_CROWD_BYTES ? lum_calloc(bytes, 1) : NULL;
+    c->n_lights = n;
+    lum_crowd_relight(c, pass);
+    memset(c->cut, CUT_FORGOTTEN, pass->tiling.n);
+    return c->lights && (c->seen || bytes > LUM_CROWD_BYTES);
+}
+
+/* A light that first shines, or far brighter than it was planned for, is planned by the power that it has. */
+static void plan_lights(struct lum_crowd *c, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    bool anew = false;
+    for (uint32_t i = 0; i < lights->n_lights; i++) {
+        const struct lum_light *l = &lights->lights[i];
+        struct lum_crowd_light *own = &c->lights[i];
+        struct lum_bounds b;
+        own->p = l->p;
+        own->radius = l->kind == LUM_EMIT_QUAD ? lum_length(l->u) + lum_length(l->v) : l->radius;
+        if (l->kind == LUM_EMIT_MESH && lum_light_bounds(pass->snapshot, l, &b)) {
+            own->p = lum_v3_mul(lum_v3_add(b.lo, b.hi), 0.5f);
+            own->radius = 0.5f * lum_length(lum_v3_sub(b.hi, b.lo));
+        }
+        float luminance = l->on ? lum_luminance(l->power) : 0.0f;
+        if (lum_layers_in_crowd(pass->layers, i) && luminance > LUM_CROWD_BRIGHTER * own->reference) {
+            own->reference = luminance;
+            anew = true;
+        }
+    }
+    for (uint32_t t = 0; anew && t < pass->tiling.n; t++)
+        if (c->cut[t] != CUT_FORGOTTEN)
+            c->cut[t] = CUT_OPEN;
+}
+
+bool lum_crowd_reserve(struct lum_crowd *c, const struct lum_pass *pass)
+{
+    if (!reserve_pixels(c, pass) || !reserve_lights(c, pass)) {
+        lum_crowd_finish(c);
+        return false;
+    }
+    plan_lights(c, pass);
+    return true;
 }
 
 void lum_crowd_finish(struct lum_crowd *c)
 {
     lum_free(c->raw);
     lum_free(c->smooth);
+    lum_free(c->gloss);
     lum_free(c->done);
     lum_free(c->joined);
+    lum_free(c->cut);
+    lum_free(c->lights);
+    lum_free(c->seen);
     *c = (struct lum_crowd){0};
 }
 
-void lum_crowd_forget(struct lum_crowd *c, const struct lum_pass *pass)
+void lum_crowd_relight(struct lum_crowd *c, const struct lum_pass *pass)
 {
     if (!c->raw)
         return;
     memset(c->done, 0, pass->tiling.n);
     memset(c->joined, 0, pass->tiling.n);
+}
+
+void lum_crowd_forget(struct lum_crowd *c, const struct lum_pass *pass)
+{
+    lum_crowd_relight(c, pass);
+    if (c->cut)
+        memset(c->cut, CUT_FORGOTTEN, pass->tiling.n);
+    if (c->lights)
+        memset(c->lights, 0, c->n_lights * sizeof *c->lights);
 }
 
 void lum_crowd_add(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *inout_radiance)
@@ -54,6 +127,7 @@ void lum_crowd_add(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
         inout_radiance[i] =
             lum_rgb_add(inout_radiance[i], lum_rgb_mul(pass->surfaces->albedo[pixel], c->smooth[pixel]));
+        inout_radiance[i] = lum_rgb_add(inout_radiance[i], c->gloss[pixel]);
     }
 }
 
@@ -91,28 +165,33 @@ static float outside(float x, float lo, float hi)
     return lum_max(lum_max(lo - x, x - hi), 0.0f);
 }
 
-/* At most so much luminance a matte white surface in the box sends on from the light. INFINITY: the light is too near
- * to say, or has no place. A sphere's is exact where it is faced; other shapes send at most area / distance^2. */
-static float bound_of(const struct lum_light *l, const struct extent *e)
+/* At most so much luminance a matte white surface in the box sends on from the light, were it as bright as it is
+ * planned for. INFINITY: the light is too near to say, or has no place. A sphere's is exact where it is faced; other
+ * shapes send at most area / distance^2, and of what is closed half of the area is seen. */
+static float bound_of(const struct lum_light *l, const struct lum_crowd_light *own, const struct extent *e)
 {
-    struct lum_vec3 d = {outside(l->p.x, e->lo.x, e->hi.x), outside(l->p.y, e->lo.y, e->hi.y),
-                         outside(l->p.z, e->lo.z, e->hi.z)};
+    struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
+                         outside(own->p.z, e->lo.z, e->hi.z)};
     bool flat = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC, sphere = l->kind == LUM_EMIT_SPHERE;
-    bool point = l->kind == LUM_EMIT_POINT || l->kind == LUM_EMIT_SPOT;
-    if (!flat && !sphere && !point)
+    bool point = l->kind == LUM_EMIT_POINT || l->kind == LUM_EMIT_SPOT, mesh = l->kind == LUM_EMIT_MESH;
+    if (!(own->reference > 0.0f))
+        return 0.0f;
+    if (!flat && !sphere && !point && !mesh)
         return INFINITY;
-    float radius = l->kind == LUM_EMIT_QUAD ? lum_length(l->u) + lum_length(l->v) : point ? 0.0f : l->radius;
+    float radius = point ? 0.0f : own->radius;
     bool one_normal = lum_dot(e->n, e->n) > 0.0f;
     if (flat && !(farthest(e, l->n, l->p) > 0.0f))
         return 0.0f; /* all is behind the light */
-    if (one_normal && !e->gloss && !(farthest(e, lum_v3_neg(e->n), l->p) + radius > 0.0f))
+    if (one_normal && !e->gloss && !(farthest(e, lum_v3_neg(e->n), own->p) + radius > 0.0f))
         return 0.0f; /* the light is behind all */
     float centre = lum_length(d), near = lum_max(centre - radius, point ? LUM_POINT_LIGHT_NEAR : 0.0f);
     if (!(near > 0.0f))
         return INFINITY;
-    float size = point ? 1.0f : l->kind == LUM_EMIT_QUAD ? l->area : LUM_PI * radius * radius;
+    float size = point ? 1.0f : l->kind == LUM_EMIT_QUAD || mesh ? l->area : LUM_PI * radius * radius;
+    float brightest =
+        mesh ? lum_max(l->mean_emission, 1.0f) : 1.0f; /* a texel of 1, or more in a picture of high range */
     float from = sphere ? centre : near;
-    return LUM_INV_PI * lum_luminance(l->power) * size / (from * from);
+    return LUM_INV_PI * own->reference * brightest * size / (from * from);
 }
 
 /* ---- the samples of a tile ---- */
@@ -129,6 +208,7 @@ struct tile_job {
     struct lum_rgb diffuse[LUM_RAY_BATCH],
         gloss[LUM_RAY_BATCH]; /* of a waiting ray: what it brings if nothing is there */
     uint8_t vertex[LUM_RAY_BATCH];
+    uint32_t light[LUM_RAY_BATCH];
     enum lum_ray_kind kind;
 };
 
@@ -143,8 +223,34 @@ static void keep(struct tile_job *t, uint32_t i, struct lum_rgb diffuse, struct 
     struct lum_layers *l = t->pass->layers;
     struct lum_rgb *raw = &l->crowd.raw[pixel_of(t, i)];
     *raw = lum_rgb_add(*raw, diffuse);
-    struct lum_rgb *radiance = &l->shared.response[(size_t)t->tile * LUM_TILE_PIXELS + t->vertices.slot[i]];
-    *radiance = lum_rgb_add(*radiance, gloss);
+    struct lum_rgb *other = &l->crowd.gloss[pixel_of(t, i)];
+    *other = lum_rgb_add(*other, gloss);
+}
+
+enum { ASKED = 1, VISIBLE = 2 };
+
+/* Where the bits of a sample are, and by how much they are shifted; NULL: they are not kept. */
+static uint8_t *bits_of(const struct tile_job *t, uint32_t light, uint32_t i, uint32_t *ret_shift)
+{
+    const struct lum_crowd *c = &t->pass->layers->crowd;
+    if (!c->seen)
+        return NULL;
+    uint32_t slot = t->vertices.slot[i];
+    *ret_shift = 2 * (slot % 4);
+    return &c->seen[((size_t)t->tile * c->n_lights + light) * BYTES_PER_LIGHT + slot / 4];
+}
+
+static void remember(struct tile_job *t, uint32_t light, uint32_t i, bool visible)
+{
+    uint32_t shift;
+    uint8_t *bits = bits_of(t, light, i, &shift);
+    if (bits)
+        *bits |= (uint8_t)((ASKED | (visible ? VISIBLE : 0)) << shift);
+}
+
+static bool is_white(struct lum_rgb c)
+{
+    return c.r == 1.0f && c.g == 1.0f && c.b == 1.0f;
 }
 
 static void flush(struct tile_job *t)
@@ -157,10 +263,11 @@ static void flush(struct tile_job *t)
     lum_trace_light(&trace, &t->rays, occluded, left);
     t->counters->rays[t->kind] += t->rays.n;
     for (uint32_t i = 0; i < t->rays.n; i++) {
-        if (occluded[i])
-            continue;
-        struct lum_rgb share = trace.panes ? left[i] : lum_grey(1.0f);
-        keep(t, t->vertex[i], lum_rgb_mul(t->diffuse[i], share), lum_rgb_mul(t->gloss[i], share));
+        struct lum_rgb share = trace.panes && !occluded[i] ? left[i] : lum_grey(1.0f);
+        if (occluded[i] || is_white(share)) /* what panes dim is asked again */
+            remember(t, t->light[i], t->vertex[i], !occluded[i]);
+        if (!occluded[i])
+            keep(t, t->vertex[i], lum_rgb_mul(t->diffuse[i], share), lum_rgb_mul(t->gloss[i], share));
     }
     t->rays.n = 0;
 }
@@ -201,7 +308,14 @@ static void ask(struct tile_job *t, uint32_t light, uint32_t i, struct lum_sampl
             return;
         diffuse = lum_grey(0.0f);
     }
-    uint32_t at = t->rays.n;
+    uint32_t at = t->rays.n, shift;
+    const uint8_t *bits = bits_of(t, light, i, &shift);
+    uint32_t known = bits ? (uint32_t)*bits >> shift : 0;
+    if (known & ASKED) {
+        if (known & VISIBLE)
+            keep(t, i, diffuse, gloss);
+        return;
+    }
     if (!lum_shadow_ray(&t->rays, v->p[i], v->bsdf[i].ng, ls.wi, ls.distance)) {
         keep(t, i, diffuse, gloss);
         return;
@@ -209,6 +323,7 @@ static void ask(struct tile_job *t, uint32_t light, uint32_t i, struct lum_sampl
     t->diffuse[at] = diffuse;
     t->gloss[at] = gloss;
     t->vertex[at] = (uint8_t)i;
+    t->light[at] = light;
     if (t->rays.n == LUM_RAY_BATCH)
         flush(t);
 }
@@ -233,13 +348,14 @@ static void sample_light(struct tile_job *t, uint32_t light, uint32_t of)
 
 /* ---- which lights, how densely ---- */
 
-/* The next light of the crowd, with *inout_a from 0; LUM_NO_OBJECT ends. */
-static uint32_t next_light(const struct lum_pass *pass, uint32_t *inout_a)
+/* The next light of the crowd, with *inout_i from 0; LUM_NO_OBJECT ends. Also those that do not shine now: what is
+ * planned for the others must not depend on it. */
+static uint32_t next_light(const struct lum_pass *pass, uint32_t *inout_i)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
-    while (*inout_a < lights->n_active) {
-        uint32_t light = lights->active[(*inout_a)++];
-        if (pass->layers->layer_of[light] == LUM_NO_OBJECT && pass->on[lum_light_effect(&lights->lights[light])])
+    while (*inout_i < lights->n_lights) {
+        uint32_t light = (*inout_i)++;
+        if (lum_layers_in_crowd(pass->layers, light) && pass->on[lum_light_effect(&lights->lights[light])])
             return light;
     }
     return LUM_NO_OBJECT;
@@ -264,11 +380,12 @@ struct bounds {
 static struct bounds sum_bounds(const struct tile_job *t)
 {
     const struct lum_light *lights = t->pass->snapshot->lights.lights;
+    const struct lum_crowd_light *own = t->pass->layers->crowd.lights;
     struct bounds b = {0};
     for (int round = 0; round < 2; round++) {
         uint32_t a = 0;
         for (uint32_t light; (light = next_light(t->pass, &a)) != LUM_NO_OBJECT;) {
-            float bound = bound_of(&lights[light], &t->extent);
+            float bound = bound_of(&lights[light], &own[light], &t->extent);
             if (round == 0) {
                 b.largest = bound < INFINITY ? lum_max(b.largest, bound) : b.largest;
                 continue;
@@ -309,25 +426,31 @@ static uint32_t one_in(float bound, double all)
 /* From the brightest octave down, until the rest cannot be seen. */
 static void sample_lights(struct tile_job *t)
 {
-    const struct lum_light *lights = t->pass->snapshot->lights.lights;
+    const struct lum_light_table *table = &t->pass->snapshot->lights;
+    const struct lum_light *lights = table->lights;
+    const struct lum_crowd_light *own = t->pass->layers->crowd.lights;
     struct bounds b = sum_bounds(t);
     double rest = b.all;
-    for (uint32_t o = 0; o < OCTAVES; o++) {
-        double bright = brightness(t);
-        if (!t->extent.gloss && rest <= (double)CULL_SHARE * bright) {
+    uint8_t *cut = &t->pass->layers->crowd.cut[t->tile];
+    for (uint32_t o = 0; o < (*cut == CUT_OPEN ? OCTAVES : *cut); o++) {
+        double bright = *cut == CUT_OPEN ? brightness(t) : 0.0;
+        if (o > 0 && *cut == CUT_OPEN && !t->extent.gloss && rest <= (double)CULL_SHARE * bright) {
             double share = bright > 0.0 ? rest / bright : 0.0;
             t->counters->culled_bound = fmax(t->counters->culled_bound, share);
+            *cut = (uint8_t)o;
             return;
         }
         uint32_t a = 0;
         for (uint32_t light; b.n[o] > 0 && (light = next_light(t->pass, &a)) != LUM_NO_OBJECT;) {
-            float bound = bound_of(&lights[light], &t->extent);
-            if (bound > 0.0f && octave_of(bound, b.largest) == o)
+            float bound = bound_of(&lights[light], &own[light], &t->extent);
+            if (bound > 0.0f && octave_of(bound, b.largest) == o && table->pick_pdf[light] > 0.0f)
                 sample_light(t, light, one_in(bound, b.all));
         }
         flush(t);
         rest -= b.sum[o];
     }
+    if (*cut == CUT_OPEN)
+        *cut = OCTAVES;
 }
 
 /* True when one of them reflects with a gloss. */
@@ -340,7 +463,7 @@ static bool fill_vertices(struct tile_job *t)
     t->vertices.n = 0;
     for (uint32_t i = 0; i < rays.n; i++) {
         size_t pixel = (size_t)(t->r.y + i / t->r.w) * pass->tiling.w + t->r.x + i % t->r.w;
-        pass->layers->crowd.raw[pixel] = lum_grey(0.0f);
+        pass->layers->crowd.raw[pixel] = pass->layers->crowd.gloss[pixel] = lum_grey(0.0f);
         uint8_t kind = pass->surfaces->kind[pixel];
         if (!(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
             continue;
@@ -359,6 +482,10 @@ static void trace_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     struct lum_crowd *c = &pass->layers->crowd;
     if (!c->on || c->done[tile])
         return;
+    if (c->cut[tile] == CUT_FORGOTTEN && c->seen)
+        memset(c->seen + (size_t)tile * c->n_lights * BYTES_PER_LIGHT, 0, (size_t)c->n_lights * BYTES_PER_LIGHT);
+    if (c->cut[tile] == CUT_FORGOTTEN)
+        c->cut[tile] = CUT_OPEN;
     struct tile_job t;
     t.pass = pass;
     t.counters = counters;

@@ -6,6 +6,9 @@
 
 static void finish_layer(struct lum_layer *l)
 {
+    for (uint32_t t = 0; l->tiles && t < l->n_tiles; t++)
+        lum_free(l->tiles[t]);
+    lum_free(l->tiles);
     lum_free(l->seen);
     lum_free(l->inner);
     lum_free(l->left);
@@ -73,18 +76,21 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
         forget_behind_panes(l, pass);
 }
 
-/* It has no bits to fall back on. */
-static void lower_shared(struct lum_layers *l, const struct lum_pass *pass)
+/* It has no bits to fall back on; the crowd has. */
+static void lower_shared(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state crowd)
 {
     lower(&l->shared, pass, LUM_LAYER_EMPTY);
-    lum_crowd_forget(&l->crowd, pass);
+    if (crowd == LUM_LAYER_EMPTY)
+        lum_crowd_forget(&l->crowd, pass);
+    else
+        lum_crowd_relight(&l->crowd, pass);
 }
 
 static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
         lower(&l->layers[i], pass, state);
-    lower_shared(l, pass);
+    lower_shared(l, pass, state);
 }
 
 static bool is_served_by(const struct lum_pass *pass, const struct lum_light *light, const struct lum_estimator *by)
@@ -117,8 +123,8 @@ static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass
            has_edges(pass, light) == (layer->inner != NULL);
 }
 
-/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and finds the others' new
- * index. */
+/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and all lean ones, for
+ * which there may be room by now; and finds the others' new index. */
 static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
@@ -129,7 +135,8 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
         for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
             if (strcmp(lights->lights[i].id, layer->light.id) == 0)
                 layer->index = i;
-        if (layer->index == LUM_NO_OBJECT || !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
+        if (layer->tiles || layer->index == LUM_NO_OBJECT ||
+            !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
             finish_layer(layer);
             continue;
         }
@@ -141,6 +148,7 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
     for (uint32_t k = kept; k < l->n_layers; k++)
         l->layers[k] = (struct lum_layer){0}; /* moved down */
     l->n_layers = kept;
+    l->n_lean = 0;
 }
 
 static size_t layer_bytes(const struct lum_pass *pass, bool soft)
@@ -186,6 +194,8 @@ static bool fit_panes(struct lum_layers *l, const struct lum_pass *pass)
     bool panes = lum_pass_panes(pass), ok = true;
     for (uint32_t k = 0; k < l->n_layers; k++) {
         struct lum_layer *layer = &l->layers[k];
+        if (layer->tiles)
+            continue;
         if (layer->soft.seen) {
             ok = ok && lum_soft_fit_panes(&layer->soft, pass, panes);
         } else if (!panes) {
@@ -199,7 +209,23 @@ static bool fit_panes(struct lum_layers *l, const struct lum_pass *pass)
     return ok;
 }
 
-/* A layer for each shining light that has none, within the budget. False: memory is short. */
+static bool init_lean(struct lum_layer *layer, const struct lum_pass *pass, uint32_t i)
+{
+    const struct lum_light *light = &pass->snapshot->lights.lights[i];
+    *layer = (struct lum_layer){.light = *light, .salt = lum_hash_text(light->id), .index = i};
+    layer->n_tiles = pass->tiling.n;
+    layer->tiles = lum_calloc(pass->tiling.n, sizeof *layer->tiles);
+    layer->state = lum_calloc(pass->tiling.n, 1);
+    return (layer->tiles && layer->state) || (finish_layer(layer), false);
+}
+
+bool lum_layers_in_crowd(const struct lum_layers *l, uint32_t light)
+{
+    return l->layer_of[light] == LUM_NO_OBJECT || l->layers[l->layer_of[light]].tiles;
+}
+
+/* A layer for each shining light that has none, within the budget; lean ones for soft lights beyond it. False: memory
+ * is short. */
 static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
@@ -208,19 +234,22 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
     for (uint32_t k = 0; k < l->n_layers; k++)
         l->layer_of[l->layers[k].index] = k;
     size_t used = 0;
+    bool full = false;
     for (uint32_t k = 0; k < l->n_layers; k++)
-        used += layer_bytes(pass, l->layers[k].soft.seen);
+        used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].soft.seen);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
         size_t bytes = layer_bytes(pass, is_soft(pass, &lights->lights[i]));
         if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
-        if (used + bytes > LUM_LAYERS_BYTES)
-            break;
-        if (!init_layer(&l->layers[l->n_layers], pass, i))
+        full = full || used + bytes > LUM_LAYERS_BYTES;
+        if (full && !(is_soft(pass, &lights->lights[i]) && l->n_lean < LUM_LEAN_LAYERS))
+            continue;
+        if (!(full ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
             return false;
         l->layer_of[i] = l->n_layers++;
-        used += bytes;
+        l->n_lean += full;
+        used += full ? 0 : bytes;
     }
     return true;
 }
@@ -287,8 +316,8 @@ static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
     const struct lum_light_table *lights = &pass->snapshot->lights;
     l->crowd.on = false;
     for (uint32_t a = 0; a < lights->n_active; a++)
-        l->crowd.on = l->crowd.on || (l->layer_of[lights->active[a]] == LUM_NO_OBJECT &&
-                                      is_soft(pass, &lights->lights[lights->active[a]]));
+        l->crowd.on = l->crowd.on ||
+                      (lum_layers_in_crowd(l, lights->active[a]) && is_soft(pass, &lights->lights[lights->active[a]]));
     return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
 }
 
@@ -318,7 +347,7 @@ static void drop_layers(struct lum_layers *l)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
     lum_crowd_finish(&l->crowd);
-    l->n_layers = 0;
+    l->n_layers = l->n_lean = 0;
 }
 
 /* The eye moved: who sees which light stays as true as it was, of other pixels. */
@@ -332,7 +361,7 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
         if (layer->soft.seen)
             lum_soft_step_back(&layer->soft, pass);
     }
-    lower_shared(l, pass);
+    lower_shared(l, pass, LUM_LAYER_EMPTY);
 }
 
 /* Of the edits that change who sees which light, objects moved, and no more. */
@@ -393,7 +422,7 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
             lum_soft_forget(&layer->soft, pass);
         }
     }
-    lower_shared(l, pass);
+    lower_shared(l, pass, LUM_LAYER_EMPTY);
     if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
         l->refined_share = (float)n_lost / (float)n_soft / (float)pass->swept->squares.n;
 }
@@ -423,7 +452,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     if (lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER))
         match_lights(l, pass);
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED))
-        lower_shared(l, pass);
+        lower_shared(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) ? LUM_LAYER_EMPTY : LUM_LAYER_SEEN);
     for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)
         l->layers[k].soft.placed = false;
     l->gbuffer_stamp = gbuffer_stamp;
@@ -438,6 +467,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
         l->n_tiles = pass->tiling.n;
     }
     l->n_passes++;
+    l->starved = false;
     mark_stale(l, pass, gbuffer_stamp);
     const struct lum_snapshot *s = pass->snapshot;
     if (!l->branches) /* without them all is shaded anew when anything moves */
@@ -458,6 +488,18 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
 static struct lum_layer *layer_for(struct lum_layers *l, uint32_t light)
 {
     return l->layer_of[light] == LUM_NO_OBJECT ? &l->shared : &l->layers[l->layer_of[light]];
+}
+
+/* Where the layer's response in a tile is; NULL: memory is short, and the pass fails. */
+static struct lum_rgb *response_in(struct lum_layers *l, struct lum_layer *layer, uint32_t tile)
+{
+    if (!layer->tiles)
+        return layer->response + (size_t)tile * LUM_TILE_PIXELS;
+    if (!layer->tiles[tile])
+        layer->tiles[tile] = lum_calloc(LUM_TILE_PIXELS, sizeof **layer->tiles);
+    if (!layer->tiles[tile])
+        l->starved = true;
+    return layer->tiles[tile];
 }
 
 /* Iterates over the layers that show, with *inout_a from 0; NULL ends. The shared one comes last. */
@@ -497,7 +539,10 @@ void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_lay
     for (struct lum_layer *layer; (layer = next_layer(pass, &a));) {
         if (layer->state[tile] >= state)
             continue;
-        memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
+        if (!layer->tiles)
+            memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
+        else if (layer->tiles[tile])
+            memset(layer->tiles[tile], 0, LUM_TILE_PIXELS * sizeof *layer->response);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
             memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->left)
@@ -521,8 +566,9 @@ void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum
             return;
         radiance = lum_rgb_mul(radiance, light->power);
     }
-    struct lum_rgb *sum = &layer->response[(size_t)tile * LUM_TILE_PIXELS + e->slot];
-    *sum = lum_rgb_add(*sum, radiance);
+    struct lum_rgb *response = response_in(l, layer, tile);
+    if (response)
+        response[e->slot] = lum_rgb_add(response[e->slot], radiance);
 }
 
 void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
@@ -538,7 +584,10 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             continue;
         bool shared = layer == &l->shared;
         if (state == LUM_LAYER_DIRECT &&
-            (layer->soft.seen || (shared && l->crowd.on) || !is_layered(pass, &lights->lights[light])))
+            (layer->soft.seen || layer->tiles || (shared && l->crowd.on) || !is_layered(pass, &lights->lights[light])))
+            continue;
+        struct lum_rgb *response = vertices->n > 0 ? response_in(l, layer, tile) : NULL;
+        if (!response)
             continue;
         lum_direct_light(&(struct lum_direct){
             .snapshot = shared ? pass->snapshot : &l->unit,
@@ -551,7 +600,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
             .left = state == LUM_LAYER_DIRECT && layer->left ? layer->left + first : NULL,
-            .response = layer->response + first,
+            .response = response,
             .counters = counters,
         });
     }
@@ -574,7 +623,10 @@ void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixel
         uint32_t light = lights->active[a], k = l->layer_of[light];
         if (k == LUM_NO_OBJECT)
             continue;
-        add_scaled(l->layers[k].response + first, n_pixels, lights->lights[light].power, ret_radiance);
+        const struct lum_rgb *lean = l->layers[k].tiles ? l->layers[k].tiles[tile] : NULL;
+        if (!l->layers[k].tiles || lean)
+            add_scaled(lean ? lean : l->layers[k].response + first, n_pixels, lights->lights[light].power,
+                       ret_radiance);
         if (l->layers[k].soft.seen)
             add_scaled(l->layers[k].soft.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
     }

@@ -18,7 +18,9 @@
  * which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed radiance at their present power and no
  * visibility: when one of them changes, all of them are traced again (and the ray counters say so). Those that come
  * first in the table keep layers of their own: the choice must not depend on power, or dimming a light would change
- * it. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are the lights that
+ * it. Of lights with soft shadows there is a third kind, lean layers: they keep what shows of the light itself, directly and
+ * by way of mirrors and glass, where anything does, and leave its light on what the eye sees to the crowd (crowd.h), which
+ * relights them all without a ray. Surfaces that shine without being a light (unlit) are in the shared layer too, and so are the lights that
  * another estimator of the method samples into a component: only their own shine and their light behind mirrors and
  * glass are kept here. */
 #ifndef LUM_CORE_ESTIMATOR_LAYERS_H
@@ -29,6 +31,7 @@
 #include "core/estimator/soft.h"
 
 #define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights */
+#define LUM_LEAN_LAYERS 1024u /* 9 bytes a tile each: 48 MiB at 1440 x 900 */
 
 /* What a tile of a layer holds; each step includes the ones before. */
 enum lum_layer_state {
@@ -54,6 +57,8 @@ struct lum_layer {
     uint8_t *state;           /* enum lum_layer_state per tile */
     struct lum_soft soft;     /* lights that the method serves with lum_estimator_penumbra; then response is without their
                                  direct light, and seen is NULL */
+    struct lum_rgb **tiles;   /* lean layers, which have neither of the above but state: response by tile; NULL: black */
+    uint32_t n_tiles;         /* of tiles */
 };
 
 struct lum_layers {
@@ -67,7 +72,9 @@ struct lum_layers {
     struct lum_layer shared;
     bool shared_on;
     struct lum_branches *branches; /* by tile: of mirrors and glass */
-    struct lum_crowd crowd; /* lights without a layer, of methods with soft shadows: their light on what the eye sees */
+    struct lum_crowd crowd; /* lights without a layer or with a lean one, of methods with soft shadows: their light on what the eye sees */
+    uint32_t n_lean;        /* layers */
+    _Atomic bool starved;   /* a tile of a lean layer found no memory: the pass has failed */
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
     struct lum_eye eye, former_eye; /* that the buffers show; and what lum_soft.former and lum_surfaces.former_p do */
@@ -90,6 +97,9 @@ void lum_layers_finish(struct lum_layers *layers);
  * G-buffer does, but for what pass->swept says. On failure the layers are empty, but usable. */
 LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const struct lum_pass *pass,
                                                uint64_t gbuffer_stamp, struct lum_error *err);
+
+/* True when the light has no layer, or a lean one. */
+bool lum_layers_in_crowd(const struct lum_layers *layers, uint32_t light);
 
 /* ---- per tile; thread: the worker that has the tile ---- */
 

@@ -47,6 +47,29 @@ static float spacing_of(const struct lum_pass *pass)
     return pass->records ? pass->records->cache->spacing : pass->vpls->spacing;
 }
 
+/* NULL: nothing is kept. What media leave of light is not in the terms, and light that they scatter not in a sum. */
+static struct lum_echo *echo_of(const struct lum_pass *pass, uint32_t tile)
+{
+    bool kept = pass->components && pass->components->echoes && !pass->on[LUM_EFFECT_MEDIA];
+    return kept ? &pass->components->echoes[tile] : NULL;
+}
+
+static uint64_t print_of(const struct lum_pass *pass)
+{
+    uint64_t print = pass->components->vpl_print;
+    if (print == 0)
+        pass->components->vpl_print = print = lum_echo_print(pass->vpls, spacing_of(pass));
+    return print;
+}
+
+static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job *job,
+                         const struct lum_echo_point *points, const struct lum_rgb *irradiance)
+{
+    for (uint32_t k = 0; k < job->n_points; k++)
+        lum_component_add(pass->components, LUM_COMPONENT_GLOSS, points[k].pixel,
+                          lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
+}
+
 /* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
  * the filter brings. */
 static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *slots)
@@ -70,6 +93,15 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     for (uint32_t k = set; k < pass->vpls->n_bounced; k += n_sets)
         slots[n_slots++] = k;
     struct lum_rgb irradiance[LUM_RAY_BATCH] = {{0}};
+    struct lum_echo_point seen[LUM_RAY_BATCH];
+    for (uint32_t k = 0; k < points.n_points; k++) {
+        uint32_t i = vertex[k], x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
+        seen[k].pixel = y * pass->tiling.w + x;
+        seen[k].weight = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
+    }
+    struct lum_echo_job job = {.first = set, .step = n_sets, .n_slots = n_slots, .n_points = points.n_points};
+    struct lum_echo *echo = echo_of(pass, t->tile);
+    float *terms = echo ? lum_echo_add(echo, &job, seen, LUM_ECHO_BYTES / pass->tiling.n) : NULL;
     lum_vpl_gather(&(struct lum_gather){
         .snapshot = pass->snapshot,
         .set = pass->vpls,
@@ -80,14 +112,29 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         .panes = lum_pass_panes(pass),
         .points = &points,
         .irradiance = irradiance,
+        .terms = terms,
         .counters = t->counters,
     });
-    for (uint32_t k = 0; k < points.n_points; k++) {
-        uint32_t i = vertex[k], x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
-        struct lum_rgb albedo = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
-        lum_component_add(pass->components, LUM_COMPONENT_GLOSS, (size_t)y * pass->tiling.w + x,
-                          lum_rgb_scale(lum_rgb_mul(albedo, irradiance[k]), (float)n_sets * LUM_INV_PI));
+    if (terms) /* the sum that a dimmed light will have made again */
+        lum_echo_sum(echo, echo->n_jobs - 1, pass->vpls, irradiance);
+    add_indirect(pass, &job, seen, irradiance);
+}
+
+/* Shows indirect light as it is now, where all is known of it. False: the tile has to be traced. */
+static bool replay_echo(const struct lum_pass *pass, uint32_t tile)
+{
+    const struct lum_echo *e = echo_of(pass, tile);
+    struct lum_rgb irradiance[LUM_RAY_BATCH];
+    if (!e || !e->whole || (e->n_jobs > 0 && !pass->vpls) || (pass->vpls && e->print != print_of(pass)))
+        return false;
+    for (uint32_t k = 0; k < e->n_jobs; k++)
+        if (!lum_echo_sum(e, k, pass->vpls, irradiance))
+            return false;
+    for (uint32_t k = 0; k < e->n_jobs; k++) {
+        lum_echo_sum(e, k, pass->vpls, irradiance);
+        add_indirect(pass, &e->jobs[k], e->points + e->jobs[k].first_point, irradiance);
     }
+    return true;
 }
 
 static void shade_vertices(struct tree *t)
@@ -95,6 +142,9 @@ static void shade_vertices(struct tree *t)
     if (t->vertices.n == 0)
         return;
     lum_layers_light(t->pass, t->tile, &t->vertices, LUM_LAYER_COMPLETE, t->counters);
+    struct lum_echo *echo = echo_of(t->pass, t->tile);
+    if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
+        echo->whole = false; /* what they will gather from is not asked for */
     if (t->pass->vpls && t->pass->vpls->n_lit > 0) {
         uint32_t slots[LUM_VPL_MAX / 4],
             n_sets = t->pass->settings->method->pattern * t->pass->settings->method->pattern;
@@ -297,8 +347,10 @@ static uint32_t pop_batch(struct tree *t)
 static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     bool gathered = !pass->components || lum_components_enter(pass, LUM_STAGE_SPECULAR, tile);
-    if (gathered && lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE))
+    if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
+    if (echo_of(pass, tile))
+        lum_echo_begin(echo_of(pass, tile), pass->vpls ? print_of(pass) : 0);
     struct tree t;
     t.pass = pass;
     t.counters = counters;

@@ -357,6 +357,10 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
                                      : lum_stage_run(runner, pass, plan.stages[i]);
     if (pass->records)
         runner->stats->cache = pass->records->counts;
+    if (d->layers.starved) {
+        lum_layers_finish(&d->layers);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for what mirrors and glass show of lights");
+    }
     if (status == LUM_OK)
         d->n_vpls = runner->stats->n_vpls;
     return status;

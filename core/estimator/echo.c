@@ -1,0 +1,100 @@
+#include "core/estimator/echo.h"
+
+#include <string.h>
+
+void lum_echo_destroy(struct lum_echo *tiles, uint32_t n)
+{
+    for (uint32_t t = 0; tiles && t < n; t++) {
+        lum_free(tiles[t].points);
+        lum_free(tiles[t].jobs);
+        lum_free(tiles[t].terms);
+    }
+    lum_free(tiles);
+}
+
+uint64_t lum_echo_print(const struct lum_vpl_set *set, float spacing)
+{
+    const float *arrays[] = {set->px, set->py, set->pz, set->nx, set->ny, set->nz};
+    uint32_t bits;
+    memcpy(&bits, &spacing, sizeof bits);
+    uint64_t h = (uint64_t)set->n_bounced << 32 | bits;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(arrays); k++)
+        for (uint32_t i = 0; i < set->n_bounced; i++) {
+            memcpy(&bits, &arrays[k][i], sizeof bits);
+            h = (h ^ bits) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 32;
+        }
+    return h | 1;
+}
+
+void lum_echo_begin(struct lum_echo *e, uint64_t print)
+{
+    e->n_points = e->n_jobs = 0;
+    e->n_terms = 0;
+    e->print = print;
+    e->whole = true;
+}
+
+/* Makes room for n more elements after `used`. */
+static bool grow(void **inout_array, size_t used, size_t n, size_t size, size_t *inout_cap)
+{
+    if (used + n <= *inout_cap)
+        return true;
+    size_t cap = 2 * *inout_cap > used + n ? 2 * *inout_cap : used + n;
+    void *array = lum_calloc(cap, size);
+    if (!array)
+        return false;
+    if (used)
+        memcpy(array, *inout_array, used * size);
+    lum_free(*inout_array);
+    *inout_array = array;
+    *inout_cap = cap;
+    return true;
+}
+
+float *lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points,
+                    size_t max_bytes)
+{
+    size_t n = (size_t)job->n_slots * job->n_points, points_cap = e->points_cap, jobs_cap = e->jobs_cap;
+    e->whole = e->whole && (e->n_terms + n) * sizeof *e->terms <= max_bytes &&
+               grow((void **)&e->points, e->n_points, job->n_points, sizeof *e->points, &points_cap) &&
+               grow((void **)&e->jobs, e->n_jobs, 1, sizeof *e->jobs, &jobs_cap) &&
+               grow((void **)&e->terms, e->n_terms, n, sizeof *e->terms, &e->terms_cap);
+    e->points_cap = (uint32_t)points_cap;
+    e->jobs_cap = (uint32_t)jobs_cap;
+    if (!e->whole)
+        return NULL;
+    struct lum_echo_job *own = &e->jobs[e->n_jobs++];
+    *own = *job;
+    own->first_point = e->n_points;
+    own->first_term = e->n_terms;
+    memcpy(e->points + e->n_points, points, job->n_points * sizeof *points);
+    e->n_points += job->n_points;
+    e->n_terms += n;
+    return e->terms + own->first_term;
+}
+
+bool lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set *set, struct lum_rgb *ret)
+{
+    const struct lum_echo_job *job = &e->jobs[k];
+    double sum[LUM_RAY_BATCH][3] = {{0}};
+    for (uint32_t j = 0; j < job->n_slots; j++) {
+        uint32_t slot = job->first + j * job->step;
+        const float *row = e->terms + job->first_term + (size_t)j * job->n_points;
+        struct lum_rgb radiance =
+            lum_rgb_scale(lum_rgb(set->flux[0][slot], set->flux[1][slot], set->flux[2][slot]), LUM_INV_PI);
+        if (lum_rgb_black(radiance))
+            continue;
+        for (uint32_t i = 0; i < job->n_points; i++) {
+            if (row[i] == LUM_VPL_UNKNOWN)
+                return false;
+            struct lum_rgb value = lum_rgb_scale(radiance, lum_max(row[i], 0.0f));
+            sum[i][0] += (double)value.r;
+            sum[i][1] += (double)value.g;
+            sum[i][2] += (double)value.b;
+        }
+    }
+    for (uint32_t i = 0; i < job->n_points; i++)
+        ret[i] = lum_rgb((float)sum[i][0], (float)sum[i][1], (float)sum[i][2]);
+    return true;
+}
