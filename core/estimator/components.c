@@ -262,6 +262,22 @@ static enum outcome outcome_of(const struct lum_components *c, const struct lum_
     return is_motion_alone(c, pass, edits, LUM_PRODUCT_UNIT_LIGHT) ? MOVED : STALE;
 }
 
+static bool shows_by(const struct lum_pass *pass, enum lum_effect e, const struct lum_estimator *by)
+{
+    return pass->on[e] && pass->settings->method->serves[e] == by;
+}
+
+/* Without memory for them what they would tell is traced again. They stay while all lights are off, and nothing is
+ * wanted. */
+static void reserve_echoes(struct lum_components *c, const struct lum_pass *pass)
+{
+    bool wanted = (shows_by(pass, LUM_EFFECT_REFLECTION, &lum_estimator_specular) ||
+                   shows_by(pass, LUM_EFFECT_TRANSMISSION, &lum_estimator_specular)) &&
+                  pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && !pass->on[LUM_EFFECT_MEDIA];
+    if (wanted && !c->echoes)
+        c->echoes = lum_calloc(c->n_tiles, sizeof *c->echoes);
+}
+
 enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass, struct lum_error *err)
 {
     if (c->w != pass->tiling.w || c->h != pass->tiling.h) {
@@ -275,8 +291,7 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the buffers of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);
     }
-    if (!c->echoes)
-        c->echoes = lum_calloc(c->n_tiles, sizeof *c->echoes);
+    reserve_echoes(c, pass);
     c->vpl_print = 0;
     uint32_t edits = lum_basis_renew(&c->basis, pass);
     bool seen_anew = c->surfaces != pass->surfaces->version;

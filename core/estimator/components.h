@@ -66,7 +66,8 @@ struct lum_components {
     struct lum_gloss_tile *gloss; /* by ray batch tile; NULL: estimator `glossy` is not called for */
     uint8_t *gloss_lit;           /* by light: it shone whenever they were traced, so that paths looked for it */
     uint32_t n_gloss_lit;
-    struct lum_echo *echoes;      /* by tile: indirect light behind mirrors and glass; NULL: there is no memory for it */
+    struct lum_echo *echoes;      /* by tile: indirect light behind mirrors and glass; NULL: there is none, or fog,
+                                   * which terms leave out; or no memory */
     _Atomic uint64_t vpl_print;   /* lum_echo_print of the pass's VPLs; 0: nobody asked yet */
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t *lenders;        /* w * h, with radiance: at edges, which neighbours lend theirs (edges.c) */

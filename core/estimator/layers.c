@@ -242,7 +242,7 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
         size_t bytes = layer_bytes(pass, is_soft(pass, &lights->lights[i]));
         if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
-        full = full || used + bytes > LUM_LAYERS_BYTES;
+        full = full || used + bytes > pass->settings->layers_bytes;
         if (full && !(is_soft(pass, &lights->lights[i]) && l->n_lean < LUM_LEAN_LAYERS))
             continue;
         if (!(full ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))

@@ -15,7 +15,7 @@
  *
  * A layer takes 17 bytes a pixel, one with soft shadows 39 and 36 KiB, if its light is a disc or a mesh; with panes in
  * the scene 4 more, or 8, which are not counted: which lights have layers must not hang on an edit of glass. Lights for
- * which LUM_LAYERS_BYTES leaves no room share one layer that holds their summed radiance at their present power and no
+ * which settings->layers_bytes leave no room share one layer that holds their summed radiance at their present power and no
  * visibility: when one of them changes, all of them are traced again (and the ray counters say so). Those that come
  * first in the table keep layers of their own: the choice must not depend on power, or dimming a light would change
  * it. Of lights with soft shadows there is a third kind, lean layers: they keep what shows of the light itself, directly and
@@ -30,7 +30,6 @@
 #include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
-#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights */
 #define LUM_LEAN_LAYERS 1024u /* 9 bytes a tile each: 48 MiB at 1440 x 900 */
 
 /* What a tile of a layer holds; each step includes the ones before. */

@@ -47,7 +47,7 @@ static float spacing_of(const struct lum_pass *pass)
     return pass->records ? pass->records->cache->spacing : pass->vpls->spacing;
 }
 
-/* NULL: nothing is kept. What media leave of light is not in the terms, and light that they scatter not in a sum. */
+/* NULL: nothing is kept. */
 static struct lum_echo *echo_of(const struct lum_pass *pass, uint32_t tile)
 {
     bool kept = pass->components && pass->components->echoes && !pass->on[LUM_EFFECT_MEDIA];
@@ -125,8 +125,10 @@ static bool replay_echo(const struct lum_pass *pass, uint32_t tile)
 {
     const struct lum_echo *e = echo_of(pass, tile);
     struct lum_rgb irradiance[LUM_RAY_BATCH];
-    if (!e || !e->whole || (e->n_jobs > 0 && !pass->vpls) || (pass->vpls && e->print != print_of(pass)))
+    if (!e || !e->whole || (pass->vpls && e->print != print_of(pass)))
         return false;
+    if (!pass->vpls) /* no indirect light at all */
+        return true;
     for (uint32_t k = 0; k < e->n_jobs; k++)
         if (!lum_echo_sum(e, k, pass->vpls, irradiance))
             return false;

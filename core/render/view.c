@@ -47,6 +47,7 @@ struct lum_view_settings lum_view_settings_default(void)
         .max_depth = LUM_DEPTH_DEFAULT,
         .shadow_samples = 16,
         .shadow_budget = 100000,
+        .layers_bytes = LUM_LAYERS_BYTES,
         .antialias = true,
         .n_vpls = LUM_VPL_DEFAULT,
         .storage = LUM_STORAGE_WAITFREE,

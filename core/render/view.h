@@ -12,6 +12,8 @@
 #include "core/method/method.h"
 #include "core/scene/snapshot.h"
 
+#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights with hard shadows, 28 with soft ones */
+
 struct lum_view_settings {
     struct lum_camera camera;
     uint32_t w, h;
@@ -22,6 +24,7 @@ struct lum_view_settings {
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0:
                               * none */
+    size_t layers_bytes;     /* of buffers light by light (estimator/layers.h) */
     bool carry_shadows;      /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does not
                                 depend on where the eye was before */
     bool antialias;          /* smooth edges, of hard shadows too; false: rays through pixel centres */
