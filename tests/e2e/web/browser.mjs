@@ -19,10 +19,10 @@ export function launch() {
     });
 }
 
-/** A page that remembers its errors and its last sent and received camera_seq. */
+/** A page that remembers its errors, its last sent and received camera_seq, and the statistics of its frames. */
 export async function open(context, url) {
     const page = await context.newPage();
-    const watch = { errors: [], sentSeq: 0, shownSeq: 0 };
+    const watch = { errors: [], sentSeq: 0, shownSeq: 0, stats: [] };
     page.on('pageerror', (e) => watch.errors.push(e.message));
     page.on('console', (m) => m.type() === 'error' && watch.errors.push(m.text()));
     page.on('websocket', (socket) => {
@@ -32,6 +32,7 @@ export async function open(context, url) {
         });
         socket.on('framereceived', ({ payload }) => {
             if (Buffer.isBuffer(payload) && payload.length >= 64) watch.shownSeq = payload.readUInt32LE(36);
+            if (String(payload).startsWith('{') && String(payload).includes('"frame.stats"')) watch.stats.push(JSON.parse(payload).params);
         });
     });
     await page.goto(url);

@@ -467,6 +467,44 @@ test('ais is chosen, and shows where it refined', async () => {
     await assertEventually(async () => (await rays('antialias')) === 'with the samples', () => 'antialias of path');
 });
 
+test('a surface that shines is a lamp: dimmed from the list without a ray, and put back as in the model', async () => {
+    const add = [
+        { op: 'add', type: 'mesh', id: 'sheet', shape: 'quad', size: [0.8, 0, 0.8] },
+        { op: 'add', type: 'material', id: 'glow', emission_cd_m2: 2000, emission_sides: 'front' },
+        { op: 'add', type: 'object', id: 'luminaire', mesh: 'sheet', material: 'glow', transform: { translate: [0.8, 3, 0], rotate_deg: [180, 0, 0] } },
+    ];
+    const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
+    await withScene([...ops, ...add.map((op) => JSON.stringify(op))], null, async (own) => {
+        const p = own.page;
+        await p.getByLabel('Resolution').selectOption('fast');
+        await settled(own);
+        await select(p, 'luminaire');
+        const change = async (action) => {
+            const rev = Math.max(...own.watch.stats.map((s) => s.scene_rev));
+            await action();
+            await settled(own, { rev: rev + 1 });
+            return own.watch.stats.find((s) => s.scene_rev > rev);
+        };
+        const lumens = Math.PI * 2000 * 0.64;
+        const shown = async () => Number(await field(p, 'luminaire', 'Intensity').inputValue());
+        assert.ok(Math.abs((await shown()) / lumens - 1) < 0.01, `${await shown()} lm, ${lumens} expected`);
+        const bright = (await measure(p)).mean;
+        const { rays } = await change(async () => {
+            await field(p, 'luminaire', 'Intensity').fill('400');
+            await p.keyboard.press('Enter');
+        });
+        assert.deepEqual(Object.entries(rays).filter(([, n]) => n > 0), [], 'rays of the first frame of the dimmed lamp');
+        const dim = (await measure(p)).mean;
+        assert.ok(dim < 0.95 * bright, `mean ${dim} after dimming, ${bright} before`);
+        await change(() => row(p, 'luminaire').getByRole('button', { name: 'As in the model' }).click());
+        assert.ok(Math.abs((await shown()) / lumens - 1) < 0.01, `${await shown()} lm again`);
+        const again = (await measure(p)).mean;
+        assert.ok(Math.abs(again / bright - 1) < TOLERANCE, `mean ${again}, ${bright} before`);
+        await change(() => field(p, 'luminaire', 'luminaire on').click());
+        assert.equal(await field(p, 'luminaire', 'luminaire on').getAttribute('aria-checked'), 'false');
+    });
+});
+
 test('every control has a name', async () => {
     await select(page, 'accent');
     const nameless = await page.evaluate(() =>
