@@ -34,7 +34,8 @@ after(async () => {
     if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
 });
 
-const row = (p, id) => p.locator('.light', { has: p.locator('.light-name', { hasText: id }) });
+/** Names are shown without their model's; whole they are in the title. */
+const row = (p, id) => p.locator('.light', { has: p.locator(`.light-name[title="${id}"]`) });
 const intensity = (p, id) => p.getByLabel(`${id} intensity`);
 const field = (p, id, label) => row(p, id).getByLabel(label, { exact: true });
 
@@ -476,7 +477,6 @@ test('a surface that shines is a lamp: dimmed from the list without a ray, and p
     const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
     await withScene([...ops, ...add.map((op) => JSON.stringify(op))], null, async (own) => {
         const p = own.page;
-        await p.getByLabel('Resolution').selectOption('fast');
         await settled(own);
         await select(p, 'luminaire');
         const change = async (action) => {
