@@ -2,12 +2,15 @@
 
 #include <string.h>
 
+#include "core/math/color.h"
+
 void lum_echo_destroy(struct lum_echo *tiles, uint32_t n)
 {
     for (uint32_t t = 0; tiles && t < n; t++) {
         lum_free(tiles[t].points);
         lum_free(tiles[t].jobs);
         lum_free(tiles[t].terms);
+        lum_free(tiles[t].left);
     }
     lum_free(tiles);
 }
@@ -27,11 +30,12 @@ uint64_t lum_echo_print(const struct lum_vpl_set *set, float spacing)
     return h | 1;
 }
 
-void lum_echo_begin(struct lum_echo *e, uint64_t print)
+void lum_echo_begin(struct lum_echo *e, uint64_t print, bool panes)
 {
     e->n_points = e->n_jobs = 0;
     e->n_terms = 0;
     e->print = print;
+    e->panes = panes;
     e->whole = true;
 }
 
@@ -52,18 +56,19 @@ static bool grow(void **inout_array, size_t used, size_t n, size_t size, size_t 
     return true;
 }
 
-float *lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points,
-                    size_t max_bytes)
+bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points,
+                  size_t max_bytes)
 {
     size_t n = (size_t)job->n_slots * job->n_points, points_cap = e->points_cap, jobs_cap = e->jobs_cap;
     e->whole = e->whole && (e->n_terms + n) * sizeof *e->terms <= max_bytes &&
                grow((void **)&e->points, e->n_points, job->n_points, sizeof *e->points, &points_cap) &&
                grow((void **)&e->jobs, e->n_jobs, 1, sizeof *e->jobs, &jobs_cap) &&
-               grow((void **)&e->terms, e->n_terms, n, sizeof *e->terms, &e->terms_cap);
+               grow((void **)&e->terms, e->n_terms, n, sizeof *e->terms, &e->terms_cap) &&
+               (!e->panes || grow((void **)&e->left, e->n_terms, n, sizeof *e->left, &e->left_cap));
     e->points_cap = (uint32_t)points_cap;
     e->jobs_cap = (uint32_t)jobs_cap;
     if (!e->whole)
-        return NULL;
+        return false;
     struct lum_echo_job *own = &e->jobs[e->n_jobs++];
     *own = *job;
     own->first_point = e->n_points;
@@ -71,7 +76,7 @@ float *lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const st
     memcpy(e->points + e->n_points, points, job->n_points * sizeof *points);
     e->n_points += job->n_points;
     e->n_terms += n;
-    return e->terms + own->first_term;
+    return true;
 }
 
 bool lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set *set, struct lum_rgb *ret)
@@ -89,6 +94,8 @@ bool lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set
             if (row[i] == LUM_VPL_UNKNOWN)
                 return false;
             struct lum_rgb value = lum_rgb_scale(radiance, lum_max(row[i], 0.0f));
+            if (e->panes)
+                value = lum_rgb_mul(value, lum_share_unpack(e->left[job->first_term + (size_t)j * job->n_points + i]));
             sum[i][0] += (double)value.r;
             sum[i][1] += (double)value.g;
             sum[i][2] += (double)value.b;

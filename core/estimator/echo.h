@@ -22,9 +22,11 @@ struct lum_echo {
     struct lum_echo_point *points;
     struct lum_echo_job *jobs;
     float *terms;
+    uint32_t *left; /* by term: what panes leave (lum_share_pack); NULL: there are none */
     uint32_t n_points, n_jobs, points_cap, jobs_cap;
-    size_t n_terms, terms_cap;
+    size_t n_terms, terms_cap, left_cap;
     uint64_t print; /* of the VPLs' places */
+    bool panes;
     bool whole;     /* nothing was left out, and it belongs to what the tile shows but for the powers of lights */
 };
 /* Of all tiles. */
@@ -33,11 +35,11 @@ void lum_echo_destroy(struct lum_echo *tiles, uint32_t n);
 /* Hash of where the VPLs are and how their terms are bounded; never 0. */
 uint64_t lum_echo_print(const struct lum_vpl_set *set, float spacing);
 
-/* The tile is traced anew. Thread, of these three: the worker that has it. */
-void lum_echo_begin(struct lum_echo *e, uint64_t print);
-/* Room for a job, whose terms are to be filled in; NULL: there is none, and the tile is not whole. max_bytes: of a tile. Valid
- * until the next call. */
-float *lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points, size_t max_bytes);
+/* The tile is traced anew, in a scene with panes or without. Thread, of these three: the worker that has it. */
+void lum_echo_begin(struct lum_echo *e, uint64_t print, bool panes);
+/* Room for a job, whose terms, and with panes left, are to be filled in: those of the last job in e->jobs. False: there is none,
+ * and the tile is not whole. max_bytes: of a tile. */
+bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points, size_t max_bytes);
 /* Irradiance of the points of a job, by the VPLs' present flux. False: a VPL shines of which nobody knows who sees it. */
 bool lum_echo_sum(const struct lum_echo *e, uint32_t job, const struct lum_vpl_set *set, struct lum_rgb *ret_irradiance);
 

@@ -101,7 +101,8 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     }
     struct lum_echo_job job = {.first = set, .step = n_sets, .n_slots = n_slots, .n_points = points.n_points};
     struct lum_echo *echo = echo_of(pass, t->tile);
-    float *terms = echo ? lum_echo_add(echo, &job, seen, LUM_ECHO_BYTES / pass->tiling.n) : NULL;
+    bool kept = echo && lum_echo_add(echo, &job, seen, LUM_ECHO_BYTES / pass->tiling.n);
+    size_t first_term = kept ? echo->jobs[echo->n_jobs - 1].first_term : 0;
     lum_vpl_gather(&(struct lum_gather){
         .snapshot = pass->snapshot,
         .set = pass->vpls,
@@ -112,10 +113,11 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         .panes = lum_pass_panes(pass),
         .points = &points,
         .irradiance = irradiance,
-        .terms = terms,
+        .terms = kept ? echo->terms + first_term : NULL,
+        .left = kept && echo->panes ? echo->left + first_term : NULL,
         .counters = t->counters,
     });
-    if (terms) /* the sum that a dimmed light will have made again */
+    if (kept) /* the sum that a dimmed light will have made again */
         lum_echo_sum(echo, echo->n_jobs - 1, pass->vpls, irradiance);
     add_indirect(pass, &job, seen, irradiance);
 }
@@ -352,7 +354,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
     if (echo_of(pass, tile))
-        lum_echo_begin(echo_of(pass, tile), pass->vpls ? print_of(pass) : 0);
+        lum_echo_begin(echo_of(pass, tile), pass->vpls ? print_of(pass) : 0, lum_pass_panes(pass));
     struct tree t;
     t.pass = pass;
     t.counters = counters;
