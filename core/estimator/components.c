@@ -273,7 +273,7 @@ static void reserve_echoes(struct lum_components *c, const struct lum_pass *pass
 {
     bool wanted = (shows_by(pass, LUM_EFFECT_REFLECTION, &lum_estimator_specular) ||
                    shows_by(pass, LUM_EFFECT_TRANSMISSION, &lum_estimator_specular)) &&
-                  pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && !pass->on[LUM_EFFECT_MEDIA];
+                  pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && !(pass->on[LUM_EFFECT_MEDIA] && pass->snapshot->n_media > 0);
     if (wanted && !c->echoes)
         c->echoes = lum_calloc(c->n_tiles, sizeof *c->echoes);
 }

@@ -50,7 +50,8 @@ static float spacing_of(const struct lum_pass *pass)
 /* NULL: nothing is kept. */
 static struct lum_echo *echo_of(const struct lum_pass *pass, uint32_t tile)
 {
-    bool kept = pass->components && pass->components->echoes && !pass->on[LUM_EFFECT_MEDIA];
+    bool kept =
+        pass->components && pass->components->echoes && !(pass->on[LUM_EFFECT_MEDIA] && pass->snapshot->n_media > 0);
     return kept ? &pass->components->echoes[tile] : NULL;
 }
 
