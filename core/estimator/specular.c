@@ -71,6 +71,13 @@ static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job 
                           lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
 }
 
+/* Of a cache's VPLs those that it has to spare are left to other tiles: a vertex asks as many as the settings say. */
+static uint32_t spare_of(const struct lum_pass *pass)
+{
+    uint32_t spare = pass->records ? pass->records->cache->key.kind->spare : 0;
+    return spare > 0 ? spare : 1;
+}
+
 /* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
  * the filter brings. */
 static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *slots)
@@ -91,7 +98,8 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     }
     if (points.n_points == 0)
         return;
-    for (uint32_t k = set; k < pass->vpls->n_bounced; k += n_sets)
+    uint32_t spare = spare_of(pass), step = n_sets * spare, first = set + n_sets * (lum_hash_u32(t->tile) % spare);
+    for (uint32_t k = first; k < pass->vpls->n_bounced; k += step)
         slots[n_slots++] = k;
     struct lum_rgb irradiance[LUM_RAY_BATCH] = {{0}};
     struct lum_echo_point seen[LUM_RAY_BATCH];
@@ -100,7 +108,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
         seen[k].pixel = y * pass->tiling.w + x;
         seen[k].weight = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
     }
-    struct lum_echo_job job = {.first = set, .step = n_sets, .n_slots = n_slots, .n_points = points.n_points};
+    struct lum_echo_job job = {.first = first, .step = step, .n_slots = n_slots, .n_points = points.n_points};
     struct lum_echo *echo = echo_of(pass, t->tile);
     bool kept = echo && lum_echo_add(echo, &job, seen, LUM_ECHO_BYTES / pass->tiling.n);
     size_t first_term = kept ? echo->jobs[echo->n_jobs - 1].first_term : 0;
