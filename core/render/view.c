@@ -30,6 +30,7 @@ struct lum_view {
     /* what the film shows */
     bool rendered;
     bool previewed;   /* the rough pass of the present picture has run */
+    bool relit;       /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes at once */
     double error_rel; /* when the halves were last even */
     struct lum_versions versions;
     struct lum_view_settings settings;
@@ -160,6 +161,15 @@ static enum lum_status resize(struct lum_view *v, uint32_t w, uint32_t h, struct
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a picture of %u x %u", w, h);
 }
 
+static uint32_t least_spp(const uint32_t *tile_spp, uint32_t n_tiles)
+{
+    uint32_t least = UINT32_MAX;
+    for (uint32_t i = 0; i < n_tiles; i++)
+        if (tile_spp[i] < least)
+            least = tile_spp[i];
+    return least;
+}
+
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until
  * their first new sample. */
 static void refresh_film(struct lum_view *v, struct lum_pass *pass)
@@ -170,6 +180,9 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     if (!same_scene)
         lum_demand_derive(pass->snapshot, &v->demand);
     if (!same) {
+        bool power_alone = v->rendered && lum_view_same_picture(&v->settings, pass->settings) &&
+                           lum_edits_of_versions(&v->versions, now) == LUM_EDIT_BIT(LUM_EDIT_LIGHT_POWER);
+        v->relit = power_alone && (v->relit || least_spp(v->tile_spp, v->tiling.n) > 0);
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
         v->error_rel = (double)NAN;
@@ -181,15 +194,6 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     lum_demand_choose(&v->chosen, pass->settings);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
-}
-
-static uint32_t least_spp(const uint32_t *tile_spp, uint32_t n_tiles)
-{
-    uint32_t least = UINT32_MAX;
-    for (uint32_t i = 0; i < n_tiles; i++)
-        if (tile_spp[i] < least)
-            least = tile_spp[i];
-    return least;
 }
 
 /* Samples that every pixel has. The fast frame of a method that refines counts as one. */
@@ -385,7 +389,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
-        else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed)
+        else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed && !view->relit)
             status = run_rough(view, &pass, &runner, err);
         else if (spp > 0)
             status = run_refinement(view, &pass, &runner);

@@ -133,6 +133,31 @@ static void rough_passes_come_first_and_leave_no_trace(void **state)
     rig_end(&r);
 }
 
+/* A frame that is only a new sum comes at once, without a rough pass, whose own buffers would cost rays. */
+static void a_dimmed_lamp_has_no_rough_pass(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, "live");
+    r.settings.preview = 4;
+    r.settings.max_spp = 3;
+    assert_int_equal(rig_pass(&r).preview, 4);
+    while (!rig_pass(&r).complete)
+        continue;
+    for (int i = 1; i <= 2; i++) { /* the second before the first is refined */
+        struct lum_light_desc sky = {
+            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 5.0f - (float)i, .on = true};
+        rig_light(&r, "sky", &sky);
+        rig_commit(&r);
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_int_equal(s.preview, 0);
+        assert_int_equal(s.spp, 1);
+        assert_int_equal(rig_all_rays(&s), 0);
+    }
+    rig_end(&r);
+}
+
 static void progress_stops_and_starts_over(void **state)
 {
     (void)state;
@@ -283,6 +308,7 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(cancelled_pass_leaves_a_consistent_film),
         cmocka_unit_test(rough_passes_come_first_and_leave_no_trace),
+        cmocka_unit_test(a_dimmed_lamp_has_no_rough_pass),
         cmocka_unit_test(progress_stops_and_starts_over),
         cmocka_unit_test(first_hits_and_picks),
         cmocka_unit_test(first_hits_between_passes_do_not_show),
