@@ -27,7 +27,7 @@
  * beside walls 3 % less light. Where it was measured alone (exact sums in `cornell` and `cornell-indirect`) the clamp
  * of lum_vpl_bound had a relative squared error of 0.101 and 0.089, 1 / (r^2 + m^2) 0.109 and 0.083, VPLs lifted by 1
  * 0.073 and 0.077. */
-#define LIFT_PER_SPACING 1.25f
+#define LIFT_PER_RADIUS 1.25f
 
 /* What is further away than this share of the scene's radius does not count for a record's radius: */
 #define REACH_MAX 0.25f
@@ -72,11 +72,6 @@ static struct live_record *live_of(struct lum_cache_record *record)
 static struct lum_receiver receiver_of(const struct lum_cache_record *r)
 {
     return (struct lum_receiver){r->p, r->n, r->ng};
-}
-
-static float lift_of(const struct lum_cache *cache)
-{
-    return lum_max(LIFT_PER_SPACING * cache->spacing, LUM_POINT_LIGHT_NEAR);
 }
 
 /* ---- which VPLs a record sees ---- */
@@ -145,7 +140,7 @@ static void draw(const struct lum_cache *cache, struct live_record *r, uint64_t 
 {
     struct lum_receiver at = receiver_of(&r->base);
     uint32_t n = (uint32_t)(RAYS_PER_VPL * (float)cache->key.n_vpls / SPARE);
-    r->step = lum_vpl_draw(&cache->vpls, &at, lift_of(cache), n > 0 ? n : 1, ret_drawn);
+    r->step = lum_vpl_draw(&cache->vpls, &at, LIFT_PER_RADIUS, n > 0 ? n : 1, ret_drawn);
 }
 
 /* Of 64 VPLs those that were drawn and of which nothing is known: from now on it is. */
@@ -207,7 +202,7 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     bool media = cache->key.media && job->snapshot->n_media > 0;
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), lift_of(cache),
+    lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LIFT_PER_RADIUS,
                         live_of(r)->step, media ? job->snapshot : NULL, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;

@@ -42,12 +42,13 @@ struct terms {
  * db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp = 0,
  * and m = 1, which is nothing to its distance. */
 static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
-                         float lift2, struct terms *ret)
+                         float lift, struct terms *ret)
 {
     const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p), n = at->n;
     const float moves = k < lum_vpl_first_sky(set) ? 1.0f : 0.0f;
-    lift2 = k < lum_vpl_first_sky(set) ? lift2 : 1.0f;
+    const bool sky = k >= lum_vpl_first_sky(set);
     for (uint32_t i = 0; i < LANES; i++) {
+        float m = sky ? 1.0f : lum_max(lift * set->radius[k + i], LUM_POINT_LIGHT_NEAR), lift2 = m * m;
         float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
         float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
         float h = -(dx * vx + dy * vy + dz * vz), u = lift2 / (h * h + lift2), rise = lift2 * u;
@@ -79,7 +80,7 @@ static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_recei
         memset(ret_reach + k, 0, LANES * sizeof *ret_reach);
         if (!bits)
             continue;
-        lifted_terms(set, k, at, bits, lift * lift, &terms);
+        lifted_terms(set, k, at, bits, lift, &terms);
         for (uint32_t i = 0; i < LANES; i++)
             ret_reach[k + i] = terms.g[i] * set->importance[k + i];
         n += (uint32_t)__builtin_popcount(bits);
@@ -228,7 +229,7 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
                 continue;
             struct terms terms;
             float dimmed[3][LANES];
-            lifted_terms(set, k, at, bits, lift * lift, &terms);
+            lifted_terms(set, k, at, bits, lift, &terms);
             if (step > 0.0f && k < set->n_bounced)
                 weigh(set, k, step, &terms);
             bool panes = left && any_pane(left + k);

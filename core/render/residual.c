@@ -390,6 +390,18 @@ static void add_to(double sum[3], struct lum_rgb c)
     sum[2] += (double)c.b;
 }
 
+/* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. */
+static bool is_at_edge(const struct step *step, uint32_t x, uint32_t y)
+{
+    const uint32_t *object = step->r->guide ? step->r->guide->object : NULL;
+    uint32_t w = step->m->w, h = step->m->h;
+    for (uint32_t ny = y > 0 ? y - 1 : 0; object && ny <= y + 1 && ny < h; ny++)
+        for (uint32_t nx = x > 0 ? x - 1 : 0; nx <= x + 1 && nx < w; nx++)
+            if (object[(size_t)ny * w + nx] != object[(size_t)y * w + x])
+                return true;
+    return false;
+}
+
 /* Limits the pixels of a square of the grid; sums what is shared out, and portions. */
 static struct square limit_square(const struct step *step, uint32_t x0, uint32_t y0)
 {
@@ -403,7 +415,8 @@ static struct square limit_square(const struct step *step, uint32_t x0, uint32_t
             float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
             limit_half(&m->first[i], A, middle, range);
             limit_half(&m->first[i], B, middle, range);
-            add_to(rests, beyond_at(step, i).rest);
+            if (!is_at_edge(step, x, y))
+                add_to(rests, beyond_at(step, i).rest);
             add_to(portions, portion(step, i));
         }
     return (struct square){lum_rgb((float)rests[0], (float)rests[1], (float)rests[2]),

@@ -277,3 +277,31 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
         }
     return n > 0 ? sqrtf(areas[n / 2]) : 0.0f;
 }
+
+/* Of lone VPLs, at most, over the scene's radius. */
+#define RADIUS_MAX 0.1f
+
+enum { RADII_OF_JOB = 64 };
+
+struct radii {
+    struct lum_vpl_set *set;
+    float limit;
+};
+
+static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    const struct radii *radii = ctx;
+    struct lum_vpl_set *set = radii->set;
+    float most = radii->limit * radii->limit * NEIGHBOURS;
+    (void)counters;
+    for (uint32_t i = job * RADII_OF_JOB; i < set->n_bounced && i < (job + 1) * RADII_OF_JOB; i++)
+        if (set->light[i] != LUM_NO_OBJECT)
+            set->radius[i] = sqrtf(reach2(set, i, most) / NEIGHBOURS);
+}
+
+enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,
+                                      struct lum_error *err)
+{
+    struct radii radii = {set, RADIUS_MAX * scene_radius};
+    return lum_vpl_run(rq, (set->n_bounced + RADII_OF_JOB - 1) / RADII_OF_JOB, measure_radii, &radii, err);
+}

@@ -59,6 +59,10 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 /* lum_vpl_set.spacing; at most limit. */
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
 
+/* Fills in lum_vpl_set.radius; at most a tenth of scene_radius. */
+LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,
+                                                   struct lum_error *err);
+
 /* Fills the slots of set for bounced light from the tries in candidates (choose.c). Rays are added as LUM_RAY_VPL. */
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                             const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq,

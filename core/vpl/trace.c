@@ -231,7 +231,7 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
     float **floats[] = {&set->px,           &set->py,      &set->pz,           &set->nx,
                         &set->ny,           &set->nz,      &set->flux_unit[0], &set->flux_unit[1],
                         &set->flux_unit[2], &set->flux[0], &set->flux[1],      &set->flux[2],
-                        &set->importance};
+                        &set->importance,   &set->radius};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
     char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +
@@ -351,6 +351,11 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
     lum_vpl_place_sky(&set, s);
     apply_power(&set, s);
     set.spacing = lum_vpl_measure_spacing(&set, s->lights.scene_radius);
+    status = lum_vpl_measure_radii(&set, s->lights.scene_radius, rq, err);
+    if (status != LUM_OK) {
+        lum_vpl_finish(&set);
+        return status;
+    }
     find_moved(&set, former);
     *ret_set = set;
     return LUM_OK;
