@@ -473,16 +473,18 @@ test('a surface that shines is a lamp: dimmed from the list without a ray, and p
         { op: 'add', type: 'mesh', id: 'sheet', shape: 'quad', size: [0.8, 0, 0.8] },
         { op: 'add', type: 'material', id: 'glow', emission_cd_m2: 2000, emission_sides: 'front' },
         { op: 'add', type: 'object', id: 'luminaire', mesh: 'sheet', material: 'glow', transform: { translate: [0.8, 3, 0], rotate_deg: [180, 0, 0] } },
+        // A picture that has come to rest: no sample is under way whose rays the next frame would count.
+        { op: 'set', id: 'render', path: '/spp', value: SAMPLES },
     ];
     const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
     await withScene([...ops, ...add.map((op) => JSON.stringify(op))], null, async (own) => {
         const p = own.page;
-        await settled(own);
+        await settled(own, { spp: SAMPLES });
         await select(p, 'luminaire');
         const change = async (action) => {
             const rev = Math.max(...own.watch.stats.map((s) => s.scene_rev));
             await action();
-            await settled(own, { rev: rev + 1 });
+            await settled(own, { rev: rev + 1, spp: SAMPLES });
             return own.watch.stats.find((s) => s.scene_rev > rev);
         };
         const lumens = Math.PI * 2000 * 0.64;
