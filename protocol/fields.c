@@ -161,7 +161,9 @@ static const struct lum_field render[] = {
             "path segments after the first hit; roulette ends nearly all before"),
     INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
     INTEGER(render, seed, 0, 4294967295.0, 0, ""),
-    INTEGER(render, vpls, 1, 65536, 256, "virtual point lights, of methods that use them"),
+    INTEGER(render, vpls, 1, 65536, 256,
+            "virtual point lights, of methods that use them; `live` places four times as many, and asks its choice of "
+            "them"),
     NUMBER(render, cache_accuracy, 0.01, 1, 0.2, "",
            "error that records of a cache may have: less is finer and slower"),
     CHOICE(render, storage, 0, "waitfree|lock|local|serial", "how threads share the records of a cache"),
@@ -169,8 +171,9 @@ static const struct lum_field render[] = {
          "smooth edges of surfaces and, in `live`, of hard shadows; false: rays through pixel centres"),
     OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
     CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),
-    CHOICE(render, glass, 0, "physical|architectural",
-           "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
+    CHOICE(
+        render, glass, 0, "physical|architectural",
+        "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
     {ROW(render, camera, ID), CHARS(render, camera), .unit = "",
      .doc = "of views that name none; null, or gone: `main`, else the first by id"},
 };

@@ -1,7 +1,9 @@
 /* The cache of `live`: sums of virtual point lights, kept as who sees whom.
  *
- * A record holds a bit for each VPL: it sees it. The irradiance is the sum over those that it sees, with the flux that
- * they have now, taken anew whenever anything changed: 0.9 us for 256 VPLs, the time of about five rays. So
+ * A record holds a bit for each VPL: it sees it. Of many VPLs it asks those that it draws by what they would bring
+ * (lum_vpl_draw): indirect light in `crytek_sponza`, with 256 of 1,024 asked, had 0.81 of its amount where 256 in all
+ * had 0.40, and as much as with all 1,024 asked. The irradiance is the sum over those that it sees, with the flux that
+ * they have now, taken anew whenever anything changed, in the time of some rays. So
  *   - light that is dimmed, coloured or switched, and surfaces that are coloured, cost no ray;
  *   - what moved costs a ray for each bit that may have changed: of VPLs that moved, and of those whose segment meets
  *     the box that an object had when the record was last true, or the one that it has now;

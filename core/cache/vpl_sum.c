@@ -88,9 +88,9 @@ static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_recei
     return n;
 }
 
-/* The step with which at least n are drawn on average, less than 1.5 n: n = sum of min(1, reach / step). Each round takes those
- * out that are above it; it only falls, so that a few rounds come near. A power of the root of 2, so that what moves
- * elsewhere rarely changes it. */
+/* The step with which at least n are drawn on average, less than 1.5 n: n = sum of min(1, reach / step). Each round
+ * takes those out that are above it; it only falls, so that a few rounds come near. A power of the root of 2, so that
+ * what moves elsewhere rarely changes it. */
 static float find_step(const float *reach, uint32_t n_slots, uint32_t n)
 {
     float step = INFINITY;

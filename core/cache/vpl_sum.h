@@ -39,9 +39,11 @@ struct lum_vpl_sum {
     struct lum_rgb irradiance;
     struct lum_rgb gradient[3]; /* by moving p along x, y, z, while the same VPLs are seen, undimmed by media; what panes leave stays */
 };
-/* Over the VPLs in `visible`, of those that lum_vpl_draw drew with this step; 0: of all. left: what panes leave of each (lum_share_pack), padded like the set; NULL: there are none. lift: m
- * above, in radii of each VPL; > 0. media: of this snapshot dim the light; NULL: none. */
+/* Over the VPLs in `visible`, of those that lum_vpl_draw drew with this step; 0: of all. left: what panes leave of each
+ * (lum_share_pack), padded like the set; NULL: there are none. lift: m above, in radii of each VPL; > 0. media: of this snapshot
+ * dim the light; NULL: none. */
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
-                         const uint32_t *left, float lift, float step, const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
+                         const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
+                         struct lum_vpl_sum *ret_sum);
 
 #endif

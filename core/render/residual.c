@@ -12,12 +12,14 @@
 /* Side of the squares over which outliers are shared out, pixels. */
 #define SPREAD_SIDE 32u
 
-/* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces). */
+/* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces).
+ */
 #define ALBEDO_FLOOR 0.05f
 
-/* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For Gaussian
- * noise that deviation, (mean sqrt |A - B|)^2, is 0.96 standard deviations of a half; noise of paths has long tails. What
- * is beyond, and in both halves alike, is a detail, and stays where it is; the rest is an outlier, and shared out. */
+/* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For
+ * Gaussian noise that deviation, (mean sqrt |A - B|)^2, is 0.96 standard deviations of a half; noise of paths has long
+ * tails. What is beyond, and in both halves alike, is a detail, and stays where it is; the rest is an outlier, and
+ * shared out. */
 #define OUTLIER 4.0f
 
 /* Two halves are alike where they differ by less than one part in so many of their sum. */
@@ -37,7 +39,12 @@
 
 /* How pixels lie in the scene, structure of arrays. */
 enum {
-    GUIDE_NX, GUIDE_NY, GUIDE_NZ, GUIDE_PX, GUIDE_PY, GUIDE_PZ,
+    GUIDE_NX,
+    GUIDE_NY,
+    GUIDE_NZ,
+    GUIDE_PX,
+    GUIDE_PY,
+    GUIDE_PZ,
     GUIDE_PER_TOLERANCE, /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
     GUIDE_KIND,          /* only the same kind is mixed; NAN: none is */
     GUIDES
@@ -64,12 +71,12 @@ struct square {
 struct lum_residual_memory {
     uint32_t w, h, grid_w, grid_h;
     float *guide[GUIDES];
-    struct lanes *first;      /* residuals as they are, but for outliers */
-    struct lanes *from, *to;  /* of a filter step */
-    struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
-    struct lanes *blend;      /* residuals: levels by their weights */
-    struct square *squares;   /* of a grid: outliers */
-    struct sums *sums;        /* by row */
+    struct lanes *first;     /* residuals as they are, but for outliers */
+    struct lanes *from, *to; /* of a filter step */
+    struct lanes *by_level;  /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
+    struct lanes *blend;     /* residuals: levels by their weights */
+    struct square *squares;  /* of a grid: outliers */
+    struct sums *sums;       /* by row */
 };
 
 void lum_residual_finish(struct lum_residual_memory *m)
@@ -111,8 +118,10 @@ static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, 
     lum_residual_finish(*memory);
     struct lum_residual_memory *m = *memory = lum_calloc(1, sizeof *m);
     if (m) {
-        *m = (struct lum_residual_memory){
-            .w = w, .h = h, .grid_w = (w + SPREAD_SIDE - 1) / SPREAD_SIDE, .grid_h = (h + SPREAD_SIDE - 1) / SPREAD_SIDE};
+        *m = (struct lum_residual_memory){.w = w,
+                                          .h = h,
+                                          .grid_w = (w + SPREAD_SIDE - 1) / SPREAD_SIDE,
+                                          .grid_h = (h + SPREAD_SIDE - 1) / SPREAD_SIDE};
         if (allocate(m))
             return LUM_OK;
     }
@@ -129,7 +138,7 @@ struct step {
     const struct lum_stage_runner *runner;
     void (*row)(const struct step *step, uint32_t y);
     uint32_t level; /* of a filter step: neighbours are 2^level pixels away */
-    float scale;    /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
+    float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
 };
 
 static void run_rows(void *ctx, uint32_t job, struct lum_counters *counters)
@@ -155,7 +164,8 @@ static void guide_row(const struct step *step, uint32_t y)
     for (uint32_t x = 0; x < step->m->w; x++)
         step->m->sums[y].mean += (double)lum_luminance(lum_film_mean(step->r->truth, x, y));
     for (size_t i = (size_t)y * step->m->w; i < (size_t)(y + 1) * step->m->w; i++) {
-        float g[GUIDES] = {[GUIDE_NZ] = 1.0f, [GUIDE_KIND] = s ? -1.0f : (float)NAN}; /* the background is one surface */
+        float g[GUIDES] = {
+            [GUIDE_NZ] = 1.0f, [GUIDE_KIND] = s ? -1.0f : (float)NAN}; /* the background is one surface */
         if (s && s->object[i] != LUM_NO_OBJECT && s->depth[i] > 0.0f && isfinite(s->depth[i])) {
             g[GUIDE_NX] = s->n[i].x, g[GUIDE_NY] = s->n[i].y, g[GUIDE_NZ] = s->n[i].z;
             g[GUIDE_PX] = s->p[i].x, g[GUIDE_PY] = s->p[i].y, g[GUIDE_PZ] = s->p[i].z;
@@ -340,7 +350,6 @@ static enum lum_status smooth(struct step *step)
 
 /* ---- outliers ---- */
 
-
 /* Within `range` of `middle`. */
 static void limit_half(struct lanes *l, uint32_t half, float middle, float range)
 {
@@ -450,7 +459,8 @@ static struct lum_rgb share_at(const struct step *step, uint32_t x, uint32_t y)
     struct lum_rgb part = portion(step, (size_t)y * m->w + x);
     if (!(lum_rgb_max(part) > 0.0f)) /* else all are, of it and of the sums that it is in */
         return lum_grey(0.0f);
-    return lum_rgb(s.rest.r * part.r / s.portions.r, s.rest.g * part.g / s.portions.g, s.rest.b * part.b / s.portions.b);
+    return lum_rgb(s.rest.r * part.r / s.portions.r, s.rest.g * part.g / s.portions.g,
+                   s.rest.b * part.b / s.portions.b);
 }
 
 /* ---- levels ---- */
@@ -544,7 +554,8 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     struct lum_rgb frame = step->r->frame[i], albedo = albedo_at(step, i);
     struct beyond beyond = beyond_at(step, i);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own), error, noise;
-    struct lum_rgb spread = lum_rgb_scale(share_at(step, x, y), 1.0f - own); /* unfiltered samples have their outliers */
+    struct lum_rgb spread =
+        lum_rgb_scale(share_at(step, x, y), 1.0f - own); /* unfiltered samples have their outliers */
     struct lum_rgb c = lum_rgb_add(frame, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
     c = lum_rgb_mad(lum_rgb_add(lum_rgb_add(c, beyond.detail), spread), beyond.rest, own);
     c = lum_rgb(lum_max(c.r, least * frame.r), lum_max(c.g, least * frame.g), lum_max(c.b, least * frame.b));

@@ -29,8 +29,9 @@ struct lum_view {
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
     bool rendered;
-    bool previewed;   /* the rough pass of the present picture has run */
-    bool relit;       /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes at once */
+    bool previewed; /* the rough pass of the present picture has run */
+    bool relit; /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes
+                   at once */
     double error_rel; /* when the halves were last even */
     struct lum_versions versions;
     struct lum_view_settings settings;
@@ -264,8 +265,8 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     return status;
 }
 
-/* One path traced sample of every pixel, with every effect that is called for. Now and then the film gets the frame as these
- * correct it. */
+/* One path traced sample of every pixel, with every effect that is called for. Now and then the film gets the frame as
+ * these correct it. */
 static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass *frame,
                                       const struct lum_stage_runner *runner)
 {

@@ -14,8 +14,8 @@
 #define N (W * H)
 #define TRUTH 10.0
 
-/* Two walls that meet in a vertical edge in the middle of the picture, seen from afar, so that pixels are squares of side 1
- * on each. */
+/* Two walls that meet in a vertical edge in the middle of the picture, seen from afar, so that pixels are squares of
+ * side 1 on each. */
 struct stage {
     struct lum_pool *pool;
     struct lum_counters counters[4];
@@ -110,11 +110,12 @@ static double even(uint32_t i)
 
 /* ---- bias ---- */
 
-/* A frame that is wrong by +3 on one wall and by -3 on the other, samples with a deviation of 4: two of them, so 2.8 each
- * pixel. The widest level averages at least 90 % of what a Gaussian of 26 pixels does that ends at the edges of a wall of
- * 80 x 96 pixels: more than 2000 pixels, so its noise is 2.8 / sqrt(2000) = 0.06. The levels' errors are estimated over some
- * 150 pixels, as squares with a deviation of 2.8^2 sqrt(2 / 150) = 0.9, so a narrower level may be taken for as good, whose
- * noise is at most that of the 150: 0.23. Nothing of the 3 stays, not even at the edge between the walls. */
+/* A frame that is wrong by +3 on one wall and by -3 on the other, samples with a deviation of 4: two of them, so 2.8
+ * each pixel. The widest level averages at least 90 % of what a Gaussian of 26 pixels does that ends at the edges of a
+ * wall of 80 x 96 pixels: more than 2000 pixels, so its noise is 2.8 / sqrt(2000) = 0.06. The levels' errors are
+ * estimated over some 150 pixels, as squares with a deviation of 2.8^2 sqrt(2 / 150) = 0.9, so a narrower level may be
+ * taken for as good, whose noise is at most that of the 150: 0.23. Nothing of the 3 stays, not even at the edge between
+ * the walls. */
 static void bias_goes_on_each_wall(void **state)
 {
     (void)state;
@@ -140,10 +141,11 @@ static double squares(uint32_t i)
     return TRUTH + (((i % W) / 2 + (i / W) / 2) % 2 ? 4.0 : -4.0);
 }
 
-/* What the frame does not show at all comes when the samples know it: four with a deviation of 0.4 each, 0.2 for all, against a
- * detail of 4. What of it is filtered stands out from what is around, so that the unfiltered level has most of the weight; what is
- * beyond the limits is alike in both halves but for 0.28 of 8: one part in 28 of their sum where one in 5 is let pass, so that
- * a sixth of it may be shared out instead, over squares in which it is as often above as below: 0.67 is lost at most. */
+/* What the frame does not show at all comes when the samples know it: four with a deviation of 0.4 each, 0.2 for all,
+ * against a detail of 4. What of it is filtered stands out from what is around, so that the unfiltered level has most
+ * of the weight; what is beyond the limits is alike in both halves but for 0.28 of 8: one part in 28 of their sum where
+ * one in 5 is let pass, so that a sixth of it may be shared out instead, over squares in which it is as often above as
+ * below: 0.67 is lost at most. */
 static void detail_comes_with_the_samples(void **state)
 {
     (void)state;
@@ -189,10 +191,10 @@ static void without_a_guide_the_samples_show(void **state)
 
 /* ---- errors ---- */
 
-/* What is said of the error against what it is: a sum over N pixels of an estimate with the deviation of about v sqrt(2) a
- * pixel, v the variance of four samples: v sqrt(2 / N), and what it is itself. Choosing the best level by estimates from the same
- * samples makes the sum a little too small: by no more than the deviation of an estimate over 150 pixels, v sqrt(2 / 150),
- * times the share of pixels where another level would be as good. */
+/* What is said of the error against what it is: a sum over N pixels of an estimate with the deviation of about v
+ * sqrt(2) a pixel, v the variance of four samples: v sqrt(2 / N), and what it is itself. Choosing the best level by
+ * estimates from the same samples makes the sum a little too small: by no more than the deviation of an estimate over
+ * 150 pixels, v sqrt(2 / 150), times the share of pixels where another level would be as good. */
 static void the_error_is_what_it_says(void **state)
 {
     (void)state;
@@ -242,7 +244,8 @@ static void an_outlier_is_shared_out(void **state)
     /* 5e4 over squares of 32 x 32: 49; the nearest four squares' middles share it bilinearly */
     for (uint32_t i = 0; i < N; i++)
         assert_true(shown(&s, i) < TRUTH + 5e4 / 1024.0 + 10.0);
-    assert_true(fabs(after / before - 1.0) < 0.02); /* bilinear weights of squares at the picture's rim, and the noise */
+    assert_true(fabs(after / before - 1.0) <
+                0.02); /* bilinear weights of squares at the picture's rim, and the noise */
     stage_end(&s);
 }
 
@@ -287,10 +290,10 @@ static void threads_do_not_matter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bias_goes_on_each_wall),      cmocka_unit_test(detail_comes_with_the_samples),
-        cmocka_unit_test(it_ends_at_the_samples),      cmocka_unit_test(without_a_guide_the_samples_show),
-        cmocka_unit_test(the_error_is_what_it_says),   cmocka_unit_test(an_outlier_is_shared_out),
-        cmocka_unit_test(black_stays_black),           cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(bias_goes_on_each_wall),    cmocka_unit_test(detail_comes_with_the_samples),
+        cmocka_unit_test(it_ends_at_the_samples),    cmocka_unit_test(without_a_guide_the_samples_show),
+        cmocka_unit_test(the_error_is_what_it_says), cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(black_stays_black),         cmocka_unit_test(threads_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

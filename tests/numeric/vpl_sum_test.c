@@ -27,8 +27,9 @@ static void fake_begin(struct fake *f, uint32_t n)
     f->memory = lum_calloc(padded * 11, sizeof *f->memory);
     f->all = lum_calloc(lum_vpl_words(n), sizeof *f->all);
     assert_true(f->memory && f->all);
-    float **arrays[] = {&f->set.px, &f->set.py,      &f->set.pz,      &f->set.nx,     &f->set.ny,
-                        &f->set.nz, &f->set.flux[0], &f->set.flux[1], &f->set.flux[2], &f->set.radius, &f->set.importance};
+    float **arrays[] = {&f->set.px,      &f->set.py,     &f->set.pz,        &f->set.nx,
+                        &f->set.ny,      &f->set.nz,     &f->set.flux[0],   &f->set.flux[1],
+                        &f->set.flux[2], &f->set.radius, &f->set.importance};
     for (size_t i = 0; i < LUM_ARRAY_LEN(arrays); i++)
         *arrays[i] = f->memory + i * padded;
 }
@@ -203,10 +204,10 @@ static void near_is_finite(void **state)
 
 /* ---- some for all ---- */
 
-/* A ceiling of 1,024 VPLs of uneven flux, and a floor below on which cells of space differ: with 64 of them drawn the mean over
- * places is that of the sums over all. Poisson draws of n with chances in proportion to what they bring have a relative variance
- * of at most 1 / n each, so the mean over 400 places is off by 1 / sqrt(64 * 400) = 0.6 %; four times that. And as many rays as
- * asked for: from n to 1.5 n on average. */
+/* A ceiling of 1,024 VPLs of uneven flux, and a floor below on which cells of space differ: with 64 of them drawn the
+ * mean over places is that of the sums over all. Poisson draws of n with chances in proportion to what they bring have
+ * a relative variance of at most 1 / n each, so the mean over 400 places is off by 1 / sqrt(64 * 400) = 0.6 %; four
+ * times that. And as many rays as asked for: from n to 1.5 n on average. */
 static void some_stand_for_all(void **state)
 {
     (void)state;
@@ -247,10 +248,8 @@ static void some_stand_for_all(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(wall_keeps_its_energy),
-        cmocka_unit_test(gradient_is_the_difference),
-        cmocka_unit_test(only_who_faces_counts),
-        cmocka_unit_test(near_is_finite),
+        cmocka_unit_test(wall_keeps_its_energy), cmocka_unit_test(gradient_is_the_difference),
+        cmocka_unit_test(only_who_faces_counts), cmocka_unit_test(near_is_finite),
         cmocka_unit_test(some_stand_for_all),
     };
     return cmocka_run_group_tests_name("numeric.vpl_sum", tests, NULL, NULL);
