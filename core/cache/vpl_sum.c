@@ -9,9 +9,6 @@
 
 #define LANES LUM_SUM_LANES
 
-/* Slots of sets that are drawn from, a multiple of 16: 16 KiB of a worker's stack. */
-#define DRAW_MAX 4096u
-
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
     const struct lum_vec3 n = at->n, g = at->ng;
@@ -121,10 +118,10 @@ static uint32_t hash_cell(struct lum_vec3 p)
 float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n,
                    uint64_t *ret_bits)
 {
-    float reach[DRAW_MAX];
+    float reach[LUM_VPL_MAX]; /* 256 KiB of a worker's stack, touched as far as the set goes */
     for (uint32_t w = 0; w < lum_vpl_words(set->n); w++)
         ret_bits[w] = lum_vpl_faces(set, at, w);
-    if (set->n_bounced > DRAW_MAX || find_reach(set, at, lift, ret_bits, reach) <= n)
+    if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
     uint32_t cell = hash_cell(at->p);

@@ -10,15 +10,18 @@
 /* Segments of a path between mirrors and glass, beyond those that end at a VPL; as deep as the eye's own branches. */
 #define SPECULAR_MAX 10u
 
-/* What a surface is taken to reflect where its colour must not matter. */
+/* What a surface is taken to reflect where its colour must not matter; and the least that a VPL counts of its path's
+ * first: what white rooms keep is not to hang on VPLs that are hardly ever drawn. */
 #define ALBEDO_GUESS 0.7f
+#define IMPORTANCE_FLOOR 0.02f
 
 /* Sampler pairs: the light's two, then two for each segment. */
 enum { PAIR_POSITION = 0, PAIR_DIRECTION = 1, PAIR_BSDF = 2, PAIR_LOBE = 3, PAIRS_PER_SEGMENT = 2 };
 
 struct path {
     struct lum_rgb flux;    /* as if the light had this one path only; per unit of power */
-    float importance;       /* the same, as if all surfaces were alike */
+    float importance;       /* the same, of its first VPL: it depends on no colour */
+    float left;             /* of that, as if all surfaces were alike */
     uint32_t share, number; /* whose, and which of its paths */
     uint32_t bounce, last;  /* VPLs left so far; bounce after which nobody needs the path */
     uint32_t n_segments;
@@ -54,7 +57,7 @@ static void leave_vpl(struct walk *w, const struct path *path, const struct lum_
     set->px[slot] = s->p.x, set->py[slot] = s->p.y, set->pz[slot] = s->p.z;
     set->nx[slot] = s->ng.x, set->ny[slot] = s->ng.y, set->nz[slot] = s->ng.z;
     set->flux_unit[0][slot] = flux.r, set->flux_unit[1][slot] = flux.g, set->flux_unit[2][slot] = flux.b;
-    set->importance[slot] = path->importance * weight;
+    set->importance[slot] = path->importance * fmaxf(path->left, IMPORTANCE_FLOOR) * weight;
     set->light[slot] = path->share; /* shares are in the order of the light table */
     set->object[slot] = s->instance;
     set->prim[slot] = s->prim;
@@ -113,7 +116,7 @@ static void visit(struct walk *w, uint32_t i)
         leave_vpl(w, &path, &s, lum_bsdf_diffuse_albedo(&b));
         if (path.bounce++ == path.last)
             return;
-        path.importance *= ALBEDO_GUESS;
+        path.left *= ALBEDO_GUESS;
     }
     scatter(w, path, &b, s.p, wo);
 }
@@ -130,6 +133,7 @@ static void start(struct walk *w, uint32_t index)
                          lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
         return;
     path.flux = shot.flux_unit;
+    path.left = 1.0f;
     path.importance = (float)(w->plan->shares[path.share].luminance * (double)lum_luminance(shot.flux_unit));
     w->path[w->rays.n] = path;
     lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);
@@ -228,10 +232,9 @@ static uint32_t padded(uint32_t n)
 
 static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *err)
 {
-    float **floats[] = {&set->px,           &set->py,      &set->pz,           &set->nx,
-                        &set->ny,           &set->nz,      &set->flux_unit[0], &set->flux_unit[1],
-                        &set->flux_unit[2], &set->flux[0], &set->flux[1],      &set->flux[2],
-                        &set->importance,   &set->radius};
+    float **floats[] = {&set->px,      &set->py,           &set->pz,           &set->nx,           &set->ny,
+                        &set->nz,      &set->flux_unit[0], &set->flux_unit[1], &set->flux_unit[2], &set->flux[0],
+                        &set->flux[1], &set->flux[2],      &set->importance,   &set->radius};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
     char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +
