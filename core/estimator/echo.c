@@ -39,34 +39,42 @@ void lum_echo_begin(struct lum_echo *e, uint64_t print, bool panes)
     e->whole = true;
 }
 
-/* Makes room for n more elements after `used`. */
-static bool grow(void **inout_array, size_t used, size_t n, size_t size, size_t *inout_cap)
+/* The array with room for n more elements after `used`, maybe elsewhere; NULL: memory is short, and it is as it was. */
+static void *grown(void *array, size_t used, size_t n, size_t size, size_t *inout_cap)
 {
     if (used + n <= *inout_cap)
-        return true;
+        return array;
     size_t cap = 2 * *inout_cap > used + n ? 2 * *inout_cap : used + n;
-    void *array = lum_calloc(cap, size);
-    if (!array)
-        return false;
+    void *wider = lum_calloc(cap, size);
+    if (!wider)
+        return NULL;
     if (used)
-        memcpy(array, *inout_array, used * size);
-    lum_free(*inout_array);
-    *inout_array = array;
+        memcpy(wider, array, used * size);
+    lum_free(array);
     *inout_cap = cap;
-    return true;
+    return wider;
+}
+
+static bool reserve(struct lum_echo *e, const struct lum_echo_job *job, size_t n_terms)
+{
+    void *points = grown(e->points, e->n_points, job->n_points, sizeof *e->points, &e->points_cap);
+    e->points = points ? points : e->points;
+    void *jobs = grown(e->jobs, e->n_jobs, 1, sizeof *e->jobs, &e->jobs_cap);
+    e->jobs = jobs ? jobs : e->jobs;
+    void *terms = grown(e->terms, e->n_terms, n_terms, sizeof *e->terms, &e->terms_cap);
+    e->terms = terms ? terms : e->terms;
+    if (!e->panes)
+        return points && jobs && terms;
+    void *left = grown(e->left, e->n_terms, n_terms, sizeof *e->left, &e->left_cap);
+    e->left = left ? left : e->left;
+    return points && jobs && terms && left;
 }
 
 bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points,
                   size_t max_bytes)
 {
-    size_t n = (size_t)job->n_slots * job->n_points, points_cap = e->points_cap, jobs_cap = e->jobs_cap;
-    e->whole = e->whole && (e->n_terms + n) * sizeof *e->terms <= max_bytes &&
-               grow((void **)&e->points, e->n_points, job->n_points, sizeof *e->points, &points_cap) &&
-               grow((void **)&e->jobs, e->n_jobs, 1, sizeof *e->jobs, &jobs_cap) &&
-               grow((void **)&e->terms, e->n_terms, n, sizeof *e->terms, &e->terms_cap) &&
-               (!e->panes || grow((void **)&e->left, e->n_terms, n, sizeof *e->left, &e->left_cap));
-    e->points_cap = (uint32_t)points_cap;
-    e->jobs_cap = (uint32_t)jobs_cap;
+    size_t n = (size_t)job->n_slots * job->n_points;
+    e->whole = e->whole && (e->n_terms + n) * sizeof *e->terms <= max_bytes && reserve(e, job, n);
     if (!e->whole)
         return false;
     struct lum_echo_job *own = &e->jobs[e->n_jobs++];

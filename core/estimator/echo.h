@@ -23,8 +23,8 @@ struct lum_echo {
     struct lum_echo_job *jobs;
     float *terms;
     uint32_t *left; /* by term: what panes leave (lum_share_pack); NULL: there are none */
-    uint32_t n_points, n_jobs, points_cap, jobs_cap;
-    size_t n_terms, terms_cap, left_cap;
+    uint32_t n_points, n_jobs;
+    size_t n_terms, points_cap, jobs_cap, terms_cap, left_cap;
     uint64_t print; /* of the VPLs' places */
     bool panes;
     bool whole;     /* nothing was left out, and it belongs to what the tile shows but for the powers of lights */
