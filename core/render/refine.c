@@ -42,9 +42,10 @@ void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const
     r->taken = true;
 }
 
-bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp)
+bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t max_spp)
 {
-    return spp >= r->next_spp && spp % 2 == 0;
+    bool last = max_spp > 0 && spp + 2 > max_spp;
+    return spp % 2 == 0 && (spp >= r->next_spp || last);
 }
 
 enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,

@@ -59,7 +59,7 @@ _Static_assert(LEVELS < LANES, "a lane for each level, and for none");
 
 /* Over pixels, of luminance. */
 struct sums {
-    double error, noise, mean;
+    double error, mean;
     uint64_t nonfinite;
 };
 
@@ -399,7 +399,8 @@ static void add_to(double sum[3], struct lum_rgb c)
     sum[2] += (double)c.b;
 }
 
-/* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. */
+/* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. What is
+ * beyond the limits there is left out of what is shared. */
 static bool is_at_edge(const struct step *step, uint32_t x, uint32_t y)
 {
     const uint32_t *object = step->r->guide ? step->r->guide->object : NULL;
@@ -563,7 +564,6 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     float scale = square_of(lum_luminance(albedo));
     double grain = (double)square_of(beyond.apart * (beyond.alike + own * (1.0f - beyond.alike)));
     inout_sums->error += (double)(error * scale) + grain + (double)square_of(lum_luminance(spread));
-    inout_sums->noise += (double)(noise * scale) + grain;
     inout_sums->mean += (double)lum_luminance(c);
     return c;
 }
@@ -581,12 +581,10 @@ static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
     struct sums all = {0};
     for (uint32_t y = 0; y < m->h; y++) {
         all.error += m->sums[y].error;
-        all.noise += m->sums[y].noise;
         all.mean += m->sums[y].mean;
         all.nonfinite += m->sums[y].nonfinite;
     }
     r->error = all.error;
-    r->noise = all.noise;
     r->mean = all.mean;
     r->nonfinite = all.nonfinite;
 }

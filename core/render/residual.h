@@ -27,7 +27,7 @@ struct lum_residual {
     float per_pixel;               /* size of a pixel at distance 1 */
     struct lum_film *picture;      /* out */
     /* out: sums over the pixels, of luminance */
-    double error, noise, mean; /* squared error, the part of it that is noise, and the picture */
+    double error, mean; /* squared error, and the picture */
     uint64_t nonfinite;        /* must be 0 */
 };
 

@@ -280,7 +280,8 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = v->chosen.on[e];
     enum lum_status status = lum_stage_run(runner, &pass, &lum_estimator_path);
-    if (status != LUM_OK || !lum_refine_is_due(r, pass.target_spp))
+    uint32_t max_spp = pass.settings->max_spp; /* the frame is one of them */
+    if (status != LUM_OK || !lum_refine_is_due(r, pass.target_spp, max_spp > 1 ? max_spp - 1 : 0))
         return status;
     const struct lum_surfaces *guide = v->deferred.surfaces.p ? &v->deferred.surfaces : NULL;
     status = lum_refine_apply(r, pass.target_spp, guide, pass.eye.per_pixel, &v->film, runner);

@@ -31,8 +31,8 @@ static struct lum_rgb *picture_after(struct rig *r, uint32_t passes)
 
 /* ---- passes that are cut short ---- */
 
-/* The second sample, cut short wherever it can be: the film shows the frame, the corrected picture, or some rows of each.
- * Afterwards all is as if it had not been, the next time samples are shown. */
+/* The second sample, cut short wherever it can be: the film shows the frame, the corrected picture, or some rows of
+ * each. Afterwards all is as if it had not been, the next time samples are shown. */
 static void cancelled_at_rest(void **state)
 {
     (void)state;
@@ -56,6 +56,26 @@ static void cancelled_at_rest(void **state)
     }
     assert_true(n_cancelled > 3);
     lum_free(later);
+    rig_end(&r);
+}
+
+/* ---- where it ends ---- */
+
+/* The picture is not made after each sample, but after the last ones: they change it. */
+static void last_samples_show(void **state)
+{
+    (void)state;
+    struct rig r;
+    shadowed_room(&r, 0);
+    for (uint32_t max_spp = 5; max_spp <= 41; max_spp += 12) { /* a frame, and an even number of samples */
+        r.settings.max_spp = max_spp;
+        struct lum_rgb *before = picture_after(&r, max_spp - 2), *last = picture_after(&r, max_spp);
+        size_t n = (size_t)lum_view_film(r.view)->w * lum_view_film(r.view)->h;
+        if (!memcmp(before, last, n * sizeof *last))
+            fail_msg("samples %u and %u of %u change nothing", max_spp - 1, max_spp, max_spp);
+        lum_free(before);
+        lum_free(last);
+    }
     rig_end(&r);
 }
 
@@ -112,6 +132,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cancelled_at_rest),
+        cmocka_unit_test(last_samples_show),
         cmocka_unit_test(deterministic_pictures_do_not_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
