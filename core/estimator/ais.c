@@ -11,6 +11,7 @@ struct lum_filter lum_ais_upsampling(const struct lum_pass *pass, const struct l
     return (struct lum_filter){.guide = guide,
                                .need = LUM_PIXEL_DIFFUSE,
                                .side = LUM_AIS_SIDE,
+                               .apart = 1,
                                .step = lum_ais_of(pass)->step,
                                .in = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw,
                                .lenient = true};

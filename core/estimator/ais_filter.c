@@ -12,7 +12,7 @@ static void filter(const struct lum_pass *pass, uint32_t packet, enum lum_compon
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
     struct lum_filter_rect rect = {r.x, r.y, r.w, r.h};
-    struct lum_filter f = {&guide, need, LUM_AIS_SIDE, 1, buffer->raw, false};
+    struct lum_filter f = {&guide, need, LUM_AIS_SIDE, 1, 1, buffer->raw, false};
     if (which == LUM_COMPONENT_INDIRECT)
         f = lum_ais_upsampling(pass, &guide);
     if (f.step > 1)

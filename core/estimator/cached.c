@@ -19,7 +19,7 @@ static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_sq
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool quarter = is_quarter(pass);
     struct lum_guide guide = lum_components_guide(pass);
-    struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .step = 2};
+    struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .apart = 1, .step = 2};
     struct lum_sites coarse = {0}, lone = {0};
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {

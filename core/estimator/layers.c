@@ -32,22 +32,6 @@ void lum_layers_finish(struct lum_layers *l)
     *l = (struct lum_layers){0};
 }
 
-static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
-/* True when light b sends its light along the same paths as a: power and switch aside. */
-static bool same_shape(const struct lum_light *a, const struct lum_light *b)
-{
-    if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
-        return false;
-    return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
-           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->omc_inner == b->omc_inner &&
-           a->omc_outer == b->omc_outer && a->instance == b->instance && a->shape == b->shape &&
-           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
-}
-
 /* What is seen through panes is known only on average over samples: it is asked anew. */
 static void forget_behind_panes(struct lum_layer *l, const struct lum_pass *pass)
 {
@@ -76,21 +60,16 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
         forget_behind_panes(l, pass);
 }
 
-/* It has no bits to fall back on; the crowd has. */
-static void lower_shared(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state crowd)
-{
-    lower(&l->shared, pass, LUM_LAYER_EMPTY);
-    if (crowd == LUM_LAYER_EMPTY)
-        lum_crowd_forget(&l->crowd, pass);
-    else
-        lum_crowd_relight(&l->crowd, pass);
-}
-
+/* The shared layer has no bits to fall back on; the crowd has. */
 static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
         lower(&l->layers[i], pass, state);
-    lower_shared(l, pass, state);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    if (state == LUM_LAYER_EMPTY)
+        lum_crowd_forget(&l->crowd, pass);
+    else
+        lum_crowd_reshade(&l->crowd, pass);
 }
 
 static bool is_served_by(const struct lum_pass *pass, const struct lum_light *light, const struct lum_estimator *by)
@@ -116,6 +95,29 @@ static bool has_edges(const struct lum_pass *pass, const struct lum_light *light
     return light->delta && is_served_by(pass, light, &lum_estimator_shadow) && pass->on[LUM_EFFECT_ANTIALIAS];
 }
 
+/* Lights with soft shadows, be any of them on or not. */
+static uint32_t count_soft(const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < lights->n_lights; i++)
+        n += pass->settings->method->serves[lum_light_effect(&lights->lights[i])] == &lum_estimator_penumbra;
+    return n;
+}
+
+/* There are so many that all of them are the crowd's. */
+static bool is_crowded(const struct lum_pass *pass)
+{
+    return count_soft(pass) > LUM_SOFT_LAYERS;
+}
+
+/* Samples of each light behind mirrors and glass: all lights together have as many as one would. */
+static uint32_t samples_behind(const struct lum_pass *pass)
+{
+    uint32_t all = pass->settings->shadow_samples, n = count_soft(pass);
+    return n <= 1 ? all : all > n ? all / n : 1;
+}
+
 /* True when the layer has the buffers that this light asks for. */
 static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass *pass, const struct lum_light *light)
 {
@@ -129,18 +131,19 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
     uint32_t kept = 0;
+    bool crowded = is_crowded(pass);
     for (uint32_t k = 0; k < l->n_layers; k++) {
         struct lum_layer *layer = &l->layers[k];
         layer->index = LUM_NO_OBJECT;
         for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
             if (strcmp(lights->lights[i].id, layer->light.id) == 0)
                 layer->index = i;
-        if (layer->tiles || layer->index == LUM_NO_OBJECT ||
+        if (layer->tiles || layer->index == LUM_NO_OBJECT || (crowded && layer->soft.seen) ||
             !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
             finish_layer(layer);
             continue;
         }
-        if (!same_shape(&layer->light, &lights->lights[layer->index]))
+        if (!lum_light_same_shape(&layer->light, &lights->lights[layer->index]))
             lower(layer, pass, LUM_LAYER_EMPTY);
         layer->light = lights->lights[layer->index];
         l->layers[kept++] = *layer;
@@ -234,22 +237,24 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
     for (uint32_t k = 0; k < l->n_layers; k++)
         l->layer_of[l->layers[k].index] = k;
     size_t used = 0;
-    bool full = false;
+    bool crowded = is_crowded(pass), exhausted = false;
     for (uint32_t k = 0; k < l->n_layers; k++)
         used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].soft.seen);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
-        size_t bytes = layer_bytes(pass, is_soft(pass, &lights->lights[i]));
+        bool soft = is_soft(pass, &lights->lights[i]);
+        size_t bytes = layer_bytes(pass, soft);
         if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
-        full = full || used + bytes > pass->settings->layers_bytes;
-        if (full && !(is_soft(pass, &lights->lights[i]) && l->n_lean < LUM_LEAN_LAYERS))
+        exhausted = exhausted || (!(crowded && soft) && used + bytes > pass->settings->layers_bytes);
+        bool lean = exhausted || (crowded && soft);
+        if (lean && !(soft && l->n_lean < LUM_LEAN_LAYERS))
             continue;
-        if (!(full ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
+        if (!(lean ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
             return false;
         l->layer_of[i] = l->n_layers++;
-        l->n_lean += full;
-        used += full ? 0 : bytes;
+        l->n_lean += lean;
+        used += lean ? 0 : bytes;
     }
     return true;
 }
@@ -361,7 +366,8 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
         if (layer->soft.seen)
             lum_soft_step_back(&layer->soft, pass);
     }
-    lower_shared(l, pass, LUM_LAYER_EMPTY);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lum_crowd_forget(&l->crowd, pass);
 }
 
 /* Of the edits that change who sees which light, objects moved, and no more. */
@@ -371,10 +377,7 @@ static bool is_geometry_alone(uint32_t edits)
            !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
 }
 
-/* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
- * when it moves, even where it is seen as before. */
-static bool find_still_light(const struct lum_swept *swept, const struct lum_light *light,
-                             struct lum_bounds *ret_bounds)
+bool lum_layers_still_light(const struct lum_swept *swept, const struct lum_light *light, struct lum_bounds *ret_bounds)
 {
     return lum_light_bounds(swept->snapshot, light, ret_bounds) &&
            !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&swept->motion, light->instance, ret_bounds));
@@ -408,7 +411,7 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         struct lum_bounds bounds;
-        bool still = find_still_light(pass->swept, &layer->light, &bounds);
+        bool still = lum_layers_still_light(pass->swept, &layer->light, &bounds);
         keep_branches(l, pass, layer, layer->soft.seen && still && !shade ? &bounds : NULL);
         if (!layer->soft.seen)
             continue;
@@ -422,7 +425,8 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
             lum_soft_forget(&layer->soft, pass);
         }
     }
-    lower_shared(l, pass, LUM_LAYER_EMPTY);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lum_crowd_follow_motion(&l->crowd, pass);
     if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
         l->refined_share = (float)n_lost / (float)n_soft / (float)pass->swept->squares.n;
 }
@@ -449,10 +453,16 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))
         lower_all(l, pass, LUM_LAYER_SEEN);
+    if (l->samples_behind != samples_behind(pass))
+        lower_all(l, pass, LUM_LAYER_SEEN);
+    l->samples_behind = samples_behind(pass);
     if (lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER))
         match_lights(l, pass);
-    if (lum_is_stale(edits, LUM_PRODUCT_SHARED))
-        lower_shared(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) ? LUM_LAYER_EMPTY : LUM_LAYER_SEEN);
+    if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
+        lower(&l->shared, pass, LUM_LAYER_EMPTY);
+        lum_crowd_relight(&l->crowd, pass);
+        l->crowd.moved = l->crowd.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
+    }
     for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)
         l->layers[k].soft.placed = false;
     l->gbuffer_stamp = gbuffer_stamp;
@@ -595,7 +605,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
             .media = pass->on[LUM_EFFECT_MEDIA],
             .panes = lum_pass_panes(pass),
-            .n_samples = pass->settings->shadow_samples,
+            .n_samples = state == LUM_LAYER_COMPLETE ? l->samples_behind : pass->settings->shadow_samples,
             .hard = pass->settings->method->hard_shadows,
             .vertices = vertices,
             .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,

@@ -30,6 +30,8 @@
 #include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
+/* Of more lights with soft shadows all are the crowd's: it costs less from about five on, and shows no more noise. */
+#define LUM_SOFT_LAYERS 8u
 #define LUM_LEAN_LAYERS 1024u /* 9 bytes a tile each: 48 MiB at 1440 x 900 */
 
 /* What a tile of a layer holds; each step includes the ones before. */
@@ -73,6 +75,7 @@ struct lum_layers {
     struct lum_branches *branches; /* by tile: of mirrors and glass */
     struct lum_crowd crowd; /* lights without a layer or with a lean one, of methods with soft shadows: their light on what the eye sees */
     uint32_t n_lean;        /* layers */
+    uint32_t samples_behind; /* of each area light, where mirrors and glass show what it shines on */
     _Atomic bool starved;   /* a tile of a lean layer found no memory: the pass has failed */
     /* soft shadows */
     float *brightness; /* scratch: per tile of their pattern; NULL: there are none */
@@ -96,6 +99,10 @@ void lum_layers_finish(struct lum_layers *layers);
  * G-buffer does, but for what pass->swept says. On failure the layers are empty, but usable. */
 LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const struct lum_pass *pass,
                                                uint64_t gbuffer_stamp, struct lum_error *err);
+
+/* The box of a light that stayed where it was. False: it moved, or has none. What a mesh shines on gets other light
+ * when it moves, even where it is seen as before. */
+bool lum_layers_still_light(const struct lum_swept *swept, const struct lum_light *light, struct lum_bounds *ret_bounds);
 
 /* True when the light has no layer, or a lean one. */
 bool lum_layers_in_crowd(const struct lum_layers *layers, uint32_t light);

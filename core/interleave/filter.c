@@ -15,7 +15,7 @@ static bool takes_part(const struct lum_filter *f, size_t at)
 
 /* ---- discontinuity buffer ---- */
 
-#define BORDER_MAX (LUM_PATTERN_MAX / 2u)
+#define BORDER_MAX LUM_FILTER_BORDER_MAX
 #define STRIP LUM_PACKET_SIDE /* pixels that are filtered at a time */
 #define ROW_MAX (STRIP + 2u * BORDER_MAX)
 
@@ -96,7 +96,7 @@ static struct row *row_at(struct strip *s, int64_t y)
 static void load_row(struct strip *s, int64_t y)
 {
     struct row *row = row_at(s, y);
-    uint32_t at_y = 0, at_x = 0, side = s->f->side;
+    uint32_t at_y = 0, at_x = 0, side = s->f->side * s->f->apart;
     bool there = inside(y, s->h, side, &at_y);
     for (uint32_t i = 0; i < s->n + 2 * s->border; i++) {
         if (there && inside((int64_t)s->x + i - s->border, s->w, side, &at_x))
@@ -149,11 +149,11 @@ static void filter_row(struct strip *s, uint32_t y, struct lum_rgb *out)
 {
     struct sums sums;
     const struct row *center = row_at(s, y);
-    int border = (int)s->border;
+    int border = (int)s->border, apart = (int)s->f->apart;
     bool even = s->f->side % 2 == 0;
     begin_sums(&sums, center, s->border, s->n);
-    for (int dy = -border; dy <= border; dy++)
-        for (int dx = -border; dx <= border; dx++) {
+    for (int dy = -border; dy <= border; dy += apart)
+        for (int dx = -border; dx <= border; dx += apart) {
             if (dx == 0 && dy == 0)
                 continue;
             float weight = (even && abs(dx) == border ? 0.5f : 1.0f) * (even && abs(dy) == border ? 0.5f : 1.0f);
@@ -166,7 +166,7 @@ static void filter_row(struct strip *s, uint32_t y, struct lum_rgb *out)
 
 void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *r, struct lum_rgb *out, size_t pitch)
 {
-    struct strip s = {.f = f, .border = f->side / 2};
+    struct strip s = {.f = f, .border = f->side / 2 * f->apart};
     s.w = lum_filter_size(f->guide->w, f->step);
     s.h = lum_filter_size(f->guide->h, f->step);
     for (s.x = r->x; s.x < r->x + r->w; s.x += STRIP) {

@@ -91,11 +91,13 @@ static inline bool lum_guide_same_surface(const struct lum_guide *g, size_t a, s
 struct lum_filter {
     const struct lum_guide *guide;
     uint8_t need;  /* pixels take part whose guide->kind has one of these bits; 0: all, and the background is a surface too */
-    uint32_t side; /* of the pattern */
+    uint32_t side;  /* of the pattern */
+    uint32_t apart; /* the pattern's places lie so many pixels apart, 1 or more: side / 2 * apart <= LUM_FILTER_BORDER_MAX */
     uint32_t step;
     const struct lum_rgb *in;
     bool lenient; /* upsampling: a pixel on whose surface no sample lies takes from those that are most like it */
 };
+#define LUM_FILTER_BORDER_MAX 8u
 #define LUM_LENIENT_SHARE 0x1p-10f /* of such a sample, against one on the pixel's own surface */
 struct lum_filter_rect {
     uint32_t x, y, w, h;

@@ -495,3 +495,18 @@ struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)
 {
     return l->on && !(backface && !l->both_sides) ? l->power : lum_grey(0.0f);
 }
+
+static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
+{
+    if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
+        return false;
+    return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
+           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->omc_inner == b->omc_inner &&
+           a->omc_outer == b->omc_outer && a->instance == b->instance && a->shape == b->shape &&
+           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
+}

@@ -173,6 +173,9 @@ double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo,
 /* Likewise of a mesh emitter of this area, in whatever unit. */
 double lum_mesh_light_flux(const struct lum_light *l, double area);
 
+/* True when light b sends its light along the same paths as a: power and switch aside. */
+bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b);
+
 /* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs, spheres and meshes that shine from
  * one side). Of a mesh that is lum_surface.emission: its BSDF has it with its texture. */
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);
