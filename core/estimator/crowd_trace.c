@@ -291,13 +291,21 @@ static uint32_t octave_of(float bound, float largest)
 /* Lights that can bring the tile something, from the brightest octave down, and in their order within one. */
 struct candidate {
     uint32_t light;
-    float bound;
+    float bound, now; /* at the power that it is planned for, and at the present one */
 };
 struct candidates {
     struct candidate *memory, *by_octave;
     uint32_t first[OCTAVES + 1]; /* of each octave */
     double sum[OCTAVES], all;    /* of finite bounds */
+    double now[OCTAVES], all_now;
 };
+
+/* The light's power over what it is planned for. */
+static float power_now(const struct tile_job *t, uint32_t light)
+{
+    const struct lum_light *l = &t->pass->snapshot->lights.lights[light];
+    return l->on ? lum_luminance(l->power) / t->pass->layers->crowd.lights[light].reference : 0.0f;
+}
 
 /* memory: to be freed with lum_free. False: memory is short. */
 static bool find_candidates(const struct tile_job *t, struct candidates *ret)
@@ -312,7 +320,7 @@ static bool find_candidates(const struct tile_job *t, struct candidates *ret)
     for (uint32_t light; (light = next_light(t->pass, &a)) != LUM_NO_OBJECT;) {
         float bound = bound_of(&table->lights[light], &t->pass->layers->crowd.lights[light], &t->extent);
         if (bound > 0.0f)
-            found[n++] = (struct candidate){light, bound};
+            found[n++] = (struct candidate){light, bound, bound * power_now(t, light)};
         largest = bound < INFINITY ? lum_max(largest, bound) : largest;
     }
     for (uint32_t k = 0; k < n; k++)
@@ -325,9 +333,12 @@ static bool find_candidates(const struct tile_job *t, struct candidates *ret)
         uint32_t o = octave_of(found[k].bound, largest);
         ret->by_octave[next[o]++] = found[k];
         ret->sum[o] += found[k].bound < INFINITY ? (double)found[k].bound : 0.0;
+        ret->now[o] += found[k].now < INFINITY ? (double)found[k].now : 0.0;
     }
-    for (uint32_t o = 0; o < OCTAVES; o++)
+    for (uint32_t o = 0; o < OCTAVES; o++) {
         ret->all += ret->sum[o];
+        ret->all_now += ret->now[o];
+    }
     return true;
 }
 
@@ -346,12 +357,38 @@ static double brightness(const struct tile_job *t)
 }
 
 /* A light of 1/16 of all is sampled by every pixel, lesser ones by fewer: those of 1/4096 by one in a tile. */
-static uint32_t one_in(float bound, double all)
+static uint32_t one_in_of(float bound, double all)
 {
     uint32_t of = 1;
     while (of < LUM_TILE_PIXELS && bound < INFINITY && (double)bound * of * LUM_SOFT_POINTS < all)
         of *= 2;
     return of;
+}
+
+/* By the powers that lights are planned for, or, where a light has become so many times more of all that there is, by
+ * the present ones: what was little beside a lamp that is dark by now shall not keep the detail of that. */
+#define MORE_OF_ALL 16u
+
+static uint32_t one_in(const struct candidates *c, const struct candidate *light)
+{
+    uint32_t planned = one_in_of(light->bound, c->all), now = one_in_of(light->now, c->all_now);
+    return now * MORE_OF_ALL <= planned ? now : planned;
+}
+
+/* Octaves that were left out beside what is dark by now are sampled after all: once they may bring so many times more
+ * of what there is than was left out. */
+#define CULL_AGAIN 4.0
+
+/* True when all from this octave on may be left out. */
+static bool is_enough(const struct tile_job *t, const struct candidates *c, uint32_t octave, bool open)
+{
+    double rest = 0.0, bright = brightness(t);
+    for (uint32_t o = octave; o < OCTAVES; o++)
+        rest += open ? c->sum[o] : c->now[o];
+    if (octave == 0 || t->extent.gloss || !(rest <= (double)CULL_SHARE * (open ? 1.0 : CULL_AGAIN) * bright))
+        return false;
+    t->counters->culled_bound = fmax(t->counters->culled_bound, bright > 0.0 ? rest / bright : 0.0);
+    return true;
 }
 
 /* From the brightest octave down, until the rest cannot be seen. False: memory is short. */
@@ -361,21 +398,16 @@ static bool sample_lights(struct tile_job *t)
     struct candidates c;
     if (!find_candidates(t, &c))
         return false;
-    double rest = c.all;
     uint8_t *cut = &t->pass->layers->crowd.cut[t->tile];
     bool open = *cut == LUM_CUT_OPEN;
     uint32_t o = 0;
-    for (; o < (open ? OCTAVES : *cut); o++) {
-        double bright = open ? brightness(t) : 0.0;
-        if (o > 0 && open && !t->extent.gloss && rest <= (double)CULL_SHARE * bright) {
-            t->counters->culled_bound = fmax(t->counters->culled_bound, bright > 0.0 ? rest / bright : 0.0);
+    for (; o < OCTAVES; o++) {
+        if ((open || o >= *cut) && is_enough(t, &c, o, open))
             break;
-        }
         for (uint32_t k = c.first[o]; k < c.first[o + 1]; k++)
             if (pick_pdf[c.by_octave[k].light] > 0.0f)
-                sample_light(t, c.by_octave[k].light, one_in(c.by_octave[k].bound, c.all));
+                sample_light(t, c.by_octave[k].light, one_in(&c, &c.by_octave[k]));
         flush(t);
-        rest -= c.sum[o];
     }
     *cut = (uint8_t)o;
     lum_free(c.memory);

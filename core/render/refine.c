@@ -30,7 +30,7 @@ void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
     r->error_rel = (double)NAN;
-    r->taken = false;
+    r->taken = r->owed = false;
     r->next_spp = FIRST_SPP;
 }
 
@@ -57,6 +57,7 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
     enum lum_status status = lum_residual_apply(&job, &r->memory, runner, &unused);
     if (status == LUM_ERR_CANCELLED)
         return status;
+    r->owed = false;
     r->next_spp = spp + (spp < 8 ? 2 : (spp / 4 + 1) / 2 * 2);
     if (status != LUM_OK)
         return LUM_OK;

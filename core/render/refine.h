@@ -11,6 +11,7 @@ struct lum_refinement {
     struct lum_rgb *frame;  /* the fast frame: w * h */
     bool taken;             /* there is one */
     uint32_t next_spp;      /* samples at which the picture is next made of both */
+    bool owed;              /* it is due, and not made: that was cut short */
     struct lum_residual_memory *memory;
     double error_rel;       /* of that picture: root mean square error over mean luminance; NAN: unknown */
 };

@@ -31,6 +31,9 @@
 /* Errors below this share of the largest level's are all alike: the estimate is no better. */
 #define ERROR_FLOOR 1e-3f
 
+/* Below this, in squares of the picture's mean, there is none: a floor of it would be no number any more. */
+#define ERROR_MIN 1e-30f
+
 /* How far off a surface's plane a neighbour may lie, in pixels of it. */
 #define PLANE_PIXELS 1.5f
 
@@ -499,6 +502,7 @@ static void weight_row(const struct step *step, uint32_t y)
         float *weight = m->by_level[i].v, most = 0.0f, least = INFINITY, sum = 0.0f;
         for (uint32_t k = 0; k <= LEVELS; k++)
             most = lum_max(most, error[k]);
+        most = most > ERROR_MIN ? most : 0.0f;
         for (uint32_t k = 0; k <= LEVELS; k++)
             least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
         for (uint32_t k = 0; k <= LEVELS; k++) {

@@ -260,6 +260,8 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
         status = lum_deferred_run(&v->deferred, pass, runner, err);
     if (status == LUM_OK && refines)
         lum_refine_begin(&v->refinement, &v->tiling);
+    if (status != LUM_OK && status != LUM_ERR_CANCELLED) /* it may have got as far as the film */
+        memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
     runner->stats->changed = true;
     v->error_rel = (double)NAN;
     return status;
@@ -272,19 +274,24 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
 {
     struct lum_refinement *r = &v->refinement;
     struct lum_pass pass = *frame;
+    uint32_t max_spp = pass.settings->max_spp, spp = least_spp(r->tile_spp, v->tiling.n);
+    enum lum_status status = LUM_OK;
     if (!r->taken)
         lum_refine_take(r, &v->tiling, &v->film);
     pass.film = &r->truth;
     pass.tile_spp = r->tile_spp;
-    pass.target_spp = least_spp(r->tile_spp, v->tiling.n) + 1;
+    pass.target_spp = spp + 1;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = v->chosen.on[e];
-    enum lum_status status = lum_stage_run(runner, &pass, &lum_estimator_path);
-    uint32_t max_spp = pass.settings->max_spp; /* the frame is one of them */
-    if (status != LUM_OK || !lum_refine_is_due(r, pass.target_spp, max_spp > 1 ? max_spp - 1 : 0))
+    if (!r->owed) {
+        status = lum_stage_run(runner, &pass, &lum_estimator_path);
+        spp = pass.target_spp;
+        r->owed = status == LUM_OK && lum_refine_is_due(r, spp, max_spp > 1 ? max_spp - 1 : 0); /* the frame is one */
+    }
+    if (!r->owed)
         return status;
     const struct lum_surfaces *guide = v->deferred.surfaces.p ? &v->deferred.surfaces : NULL;
-    status = lum_refine_apply(r, pass.target_spp, guide, pass.eye.per_pixel, &v->film, runner);
+    status = lum_refine_apply(r, spp, guide, pass.eye.per_pixel, &v->film, runner);
     v->error_rel = r->error_rel;
     runner->stats->changed = status == LUM_OK;
     return status;
@@ -386,7 +393,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     struct lum_stage_runner runner = {view->pool, view->counters, cancel, &stats};
     const struct lum_method *method = settings->method;
     uint32_t spp = view_spp(view, method), max_spp = method->progressive || method->refines ? settings->max_spp : 1;
-    if (max_spp == 0 || spp < max_spp) {
+    bool owed = method->refines && spp > 0 && view->refinement.owed;
+    if (max_spp == 0 || spp < max_spp || owed) {
         clear_counters(view);
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
@@ -401,7 +409,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         spp = view_spp(view, method);
     }
     stats.spp = spp;
-    stats.complete = max_spp > 0 && spp >= max_spp;
+    owed = method->refines && spp > 0 && view->refinement.owed;
+    stats.complete = max_spp > 0 && spp >= max_spp && !owed;
     stats.error_rel = view->error_rel;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;

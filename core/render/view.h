@@ -12,7 +12,7 @@
 #include "core/method/method.h"
 #include "core/scene/snapshot.h"
 
-#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights with hard shadows, 28 with soft ones */
+#define LUM_LAYERS_BYTES ((size_t)256 << 20) /* 600 x 400: 64 lights with hard shadows */
 
 struct lum_view_settings {
     struct lum_camera camera;

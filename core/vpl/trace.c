@@ -20,7 +20,7 @@ enum { PAIR_POSITION = 0, PAIR_DIRECTION = 1, PAIR_BSDF = 2, PAIR_LOBE = 3, PAIR
 
 struct path {
     struct lum_rgb flux;    /* as if the light had this one path only; per unit of power */
-    float importance;       /* the same, of its first VPL: it depends on no colour */
+    float importance;       /* of its first VPL: its part of the flux of all, about; it depends on no colour */
     float left;             /* of that, as if all surfaces were alike */
     uint32_t share, number; /* whose, and which of its paths */
     uint32_t bounce, last;  /* VPLs left so far; bounce after which nobody needs the path */
@@ -121,6 +121,17 @@ static void visit(struct walk *w, uint32_t i)
     scatter(w, path, &b, s.p, wo);
 }
 
+/* A light is as important as it has paths: half by its flux when it was first seen, half alike, so that those that were
+ * dim then are still asked for when they are all that is left. By powers of 2: what moves elsewhere, and changes the
+ * shares a little, leaves importance as it is. */
+static float importance_of(const struct walk *w, uint32_t light, const struct lum_light_shot *shot)
+{
+    const struct lum_snapshot *s = w->snapshot;
+    const struct lum_vpl_share *share = &w->plan->shares[light];
+    double flux_unit = lum_light_flux_unit(&s->lights.lights[light], s->bounds_lo, s->bounds_hi);
+    return (float)(exp2(round(log2(share->upto - share->below))) * (double)lum_luminance(shot->flux_unit) / flux_unit);
+}
+
 /* Path number `index` of all leaves its light. */
 static void start(struct walk *w, uint32_t index)
 {
@@ -134,7 +145,7 @@ static void start(struct walk *w, uint32_t index)
         return;
     path.flux = shot.flux_unit;
     path.left = 1.0f;
-    path.importance = (float)(w->plan->shares[path.share].luminance * (double)lum_luminance(shot.flux_unit));
+    path.importance = importance_of(w, path.share, &shot);
     w->path[w->rays.n] = path;
     lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);
 }

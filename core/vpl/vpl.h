@@ -48,8 +48,8 @@ struct lum_vpl_set {
                                                   * light leaves from */
     float *flux_unit[3];                         /* per unit of the light's power */
     float *flux[3];                              /* times the power: what gathering uses */
-    float *importance;                           /* about its flux, by what its own path and light were when first seen: no colour of a
-                                                  * surface and no dimmed light changes it. 0: empty slot */
+    float *importance;                           /* about its part of all flux, by what its own path and light were when first seen: no
+                                                  * colour of a surface and no dimmed light changes it. 0: empty slot */
     float *radius;                               /* of the area that it stands for, scene units; 0: of the sky */
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */

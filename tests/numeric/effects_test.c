@@ -171,8 +171,8 @@ static uint32_t check_effect(const struct lum_method *method, enum lum_effect e)
     assert_same(&absent_off, &absent, &at);
     at.what = "full";
     assert_present(&full, &absent, &at);
-    /* Records that keep what panes leave are larger: fewer fit, and less is set aside to find them by. Without fog mirrors
-     * keep what they show of indirect light (echo.h), which may be more than fog's buffers. */
+    /* Records that keep what panes leave are larger: fewer fit, and less is set aside to find them by. Without fog
+     * mirrors keep what they show of indirect light (echo.h), which may be more than fog's buffers. */
     bool fewer_fit = e == LUM_EFFECT_TRANSMISSION && method->cache && method->cache->left;
     if (!fewer_fit && e != LUM_EFFECT_MEDIA && full.bytes < full_off.bytes + own_buffer_bytes(method, e))
         FAIL_AT(&at, "%llu bytes, %llu when it is off", (unsigned long long)full.bytes,

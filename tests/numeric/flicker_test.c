@@ -125,10 +125,10 @@ static bool shows_right(const struct rig *r, uint32_t x, uint32_t y)
     return true;
 }
 
-/* A record of `live` draws the VPLs that it asks with chances that depend on what all could bring it, seen or not, in steps
- * of the root of 2 (cache/vpl_sum.h). What moves next door changes that by some percent at most, so that one record in ten takes
- * another step; of a hundred draws or more that half of the light comes of by chance, then a quarter or so become others: 1 / sqrt
- * (100 / 4) of that half, 0.1, and two and a half times that at worst. */
+/* A record of `live` draws the VPLs that it asks with chances that depend on what all could bring it, seen or not, in
+ * steps of the root of 2 (cache/vpl_sum.h). What moves next door changes that by some percent at most, so that one
+ * record in ten takes another step; of a hundred draws or more that half of the light comes of by chance, then a
+ * quarter or so become others: 1 / sqrt (100 / 4) of that half, 0.1, and two and a half times that at worst. */
 static bool may_draw_anew(const struct rig *r, uint32_t n_changed, uint32_t n, double worst)
 {
     return r->settings.method->cache == &lum_cache_live && n_changed < n / 10 && worst < 0.25;

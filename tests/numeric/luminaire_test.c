@@ -318,6 +318,30 @@ static void a_crowd_is_dimmed_without_a_ray(void **state)
     rig_end(&r);
 }
 
+/* Beside a bright lamp dim ones are left out where they cannot be seen; when it goes out they can. The picture is that
+ * of a new view but for what may be left out by then, CULL_AGAIN / 512 of the brightness of each tile. */
+static void dim_lamps_show_when_a_bright_one_goes_out(void **state)
+{
+    (void)state;
+    struct rig r;
+    crowded_room(&r);
+    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "crate", &err)); /* beside gloss nothing is left out */
+    RIG_OK(lum_scene_remove(r.scene, LUM_ENTITY_OBJECT, "mirror", &err));
+    for (uint32_t i = 0; i < N_MANY; i++)
+        put_many(&r, i, &(struct lum_shine){.unit = LUM_SHINE_LUMINANCE, .amount = i == 31 ? 2e6 : 20});
+    rig_commit(&r);
+    assert_true(rig_pass(&r).culled_bound > 0.0);
+    put_many(&r, 31, &(struct lum_shine){.off = true});
+    rig_commit(&r);
+    rig_pass(&r);
+    double kept = mean_of(&r);
+    rig_fresh_view(&r);
+    rig_pass(&r);
+    assert_near("without the bright one", kept, mean_of(&r), 4.0 / 512 + 1.0 / 512);
+    rig_end(&r);
+}
+
 /* What moved or is seen from elsewhere is made as by a new view, lean layers and what the crowd knows included. */
 static void a_crowd_follows_edits(void **state)
 {
@@ -371,9 +395,13 @@ static void what_is_wrong_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(flux_is_what_leaves_it),          cmocka_unit_test(the_back_is_dark),
-        cmocka_unit_test(amounts_are_the_objects_own),     cmocka_unit_test(edits_trace_no_ray),
-        cmocka_unit_test(a_crowd_is_dimmed_without_a_ray), cmocka_unit_test(a_crowd_follows_edits),
+        cmocka_unit_test(flux_is_what_leaves_it),
+        cmocka_unit_test(the_back_is_dark),
+        cmocka_unit_test(amounts_are_the_objects_own),
+        cmocka_unit_test(edits_trace_no_ray),
+        cmocka_unit_test(a_crowd_is_dimmed_without_a_ray),
+        cmocka_unit_test(a_crowd_follows_edits),
+        cmocka_unit_test(dim_lamps_show_when_a_bright_one_goes_out),
         cmocka_unit_test(what_is_wrong_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

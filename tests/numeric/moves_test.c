@@ -196,7 +196,8 @@ static void same_but_at_edges(const char *what, const struct lum_rgb *want, cons
 
 /* Records of `irrcache` sample the hemisphere with numbers that are drawn from where they lie, to the last bit: 64
  * rays, each of a deviation of twice its mean at most, are off by 1/4, and some 100 records by 2.5 %; three times that.
- * Those of `live` draw 128 VPLs and more by the cell of space that they are in, which another scale cuts elsewhere; less. */
+ * Those of `live` draw 128 VPLs and more by the cell of space that they are in, which another scale cuts elsewhere;
+ * less. */
 static void same_on_the_whole(const char *what, const struct lum_rgb *want, const struct lum_rgb *got, uint32_t n)
 {
     double sum = 0.0, change = 0.0;
@@ -225,8 +226,8 @@ static void by_every_method(const struct telling *first, const struct telling *s
         char what[80];
         snprintf(what, sizeof what, "%s, %s", methods[m].name, second->what);
         struct lum_rgb *want = render(&a, &methods[m]), *got = render(&b, &methods[m]);
-        bool drawn = methods[m].cache == &lum_cache_irradiance ||
-                     (methods[m].cache == &lum_cache_live && second->scale != 1.0);
+        bool drawn =
+            methods[m].cache == &lum_cache_irradiance || (methods[m].cache == &lum_cache_live && second->scale != 1.0);
         drawn = drawn && check == same_but_at_edges;
         (drawn ? same_on_the_whole : check)(what, want, got, a.settings.w * a.settings.h);
         lum_free(want);

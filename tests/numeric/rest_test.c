@@ -61,6 +61,34 @@ static void cancelled_at_rest(void **state)
 
 /* ---- where it ends ---- */
 
+/* The last samples are there, and the picture of them is cut short: it is made up for, and not complete before. */
+static void last_correction_cancelled(void **state)
+{
+    (void)state;
+    struct rig r;
+    shadowed_room(&r, 0);
+    r.settings.max_spp = 5;
+    struct lum_rgb *last = picture_after(&r, 5);
+    uint32_t n_owed = 0;
+    for (uint32_t loop = 1;; loop++) {
+        struct lum_pass_stats stats;
+        uint32_t left;
+        lum_free(picture_after(&r, 4));
+        bool cut = pass_is_cut_short(&r, loop, 1, &stats, &left);
+        if (left > 0)
+            break;
+        n_owed += cut && stats.spp == 5;
+        assert_true(!cut || !stats.complete);
+        for (int i = 0; i < 4; i++)
+            stats = rig_pass(&r);
+        assert_true(stats.complete);
+        rig_assert_picture(&r, last, "after the last correction was cut short");
+    }
+    assert_true(n_owed > 3);
+    lum_free(last);
+    rig_end(&r);
+}
+
 /* The picture is not made after each sample, but after the last ones: they change it. */
 static void last_samples_show(void **state)
 {
@@ -133,6 +161,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cancelled_at_rest),
         cmocka_unit_test(last_samples_show),
+        cmocka_unit_test(last_correction_cancelled),
         cmocka_unit_test(deterministic_pictures_do_not_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

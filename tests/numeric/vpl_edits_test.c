@@ -65,6 +65,34 @@ static void dimming_traces_nothing(void **state)
     rig_end(&r);
 }
 
+/* Records draw by importance. What hardly shone beside another is all that is left when that goes out, so it is not to
+ * hang on how bright it was: of two lights in the same places each has half of the slots that do not go by flux, a
+ * quarter of all, and as large a part of the importance, but for its rounding to powers of 2, by up to sqrt(2) for each
+ * of the two. */
+static void dim_lights_are_important(void **state)
+{
+    (void)state;
+    for (int ratio = 1; ratio <= 1000000; ratio *= 100) {
+        struct rig r;
+        rig_begin(&r, 1);
+        rig_room(&r);
+        struct lum_light_desc a = rig_point(rig_v(0, 2.5, 0), 100), b = rig_point(rig_v(0, 2.5, 0), 100.0 / ratio);
+        rig_light(&r, "a", &a);
+        rig_light(&r, "b", &b);
+        rig_commit(&r);
+        struct vpls v = {.n = 512, .max_bounces = 4};
+        vpls_update(&v, &r);
+        double of[2] = {0.0, 0.0};
+        for (uint32_t i = 0; i < v.n; i++)
+            if (v.set.light[i] < 2)
+                of[v.set.light[i]] += (double)v.set.importance[i];
+        if (!(of[1] / (of[0] + of[1]) > 0.25 / 2.0))
+            fail_msg("1 : %d: the dim one has %g of the importance", ratio, of[1] / (of[0] + of[1]));
+        lum_vpl_finish(&v.set);
+        rig_end(&r);
+    }
+}
+
 /* One light: bounce b of path j is slot first(b) + j. A slot moves only if its path met the crate before or after. */
 static void moving_an_object_moves_what_met_it(void **state)
 {
@@ -245,8 +273,11 @@ static void failed_updates_change_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(dimming_traces_nothing),          cmocka_unit_test(moving_an_object_moves_what_met_it),
-        cmocka_unit_test(threads_and_order_do_not_matter), cmocka_unit_test(nothing_comes_of_nothing),
+        cmocka_unit_test(dimming_traces_nothing),
+        cmocka_unit_test(dim_lights_are_important),
+        cmocka_unit_test(moving_an_object_moves_what_met_it),
+        cmocka_unit_test(threads_and_order_do_not_matter),
+        cmocka_unit_test(nothing_comes_of_nothing),
         cmocka_unit_test(failed_updates_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
