@@ -95,27 +95,27 @@ static bool has_edges(const struct lum_pass *pass, const struct lum_light *light
     return light->delta && is_served_by(pass, light, &lum_estimator_shadow) && pass->on[LUM_EFFECT_ANTIALIAS];
 }
 
-/* Lights with soft shadows, be any of them on or not. */
-static uint32_t count_soft(const struct lum_pass *pass)
+/* Lights with soft shadows that shine, or did: what is decided by their number must not hang on who is off. */
+static uint32_t count_soft(const struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
     uint32_t n = 0;
-    for (uint32_t i = 0; i < lights->n_lights; i++)
-        n += pass->settings->method->serves[lum_light_effect(&lights->lights[i])] == &lum_estimator_penumbra;
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        n += pass->settings->method->serves[lum_light_effect(&lights->lights[lights->active[a]])] ==
+             &lum_estimator_penumbra;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        const struct lum_layer *layer = &l->layers[k];
+        bool dark = layer->index != LUM_NO_OBJECT && !(lights->pick_pdf[layer->index] > 0.0f);
+        n += (layer->soft.seen || layer->tiles) && dark;
+    }
     return n;
 }
 
-/* There are so many that all of them are the crowd's. */
-static bool is_crowded(const struct lum_pass *pass)
-{
-    return count_soft(pass) > LUM_SOFT_LAYERS;
-}
-
 /* Samples of each light behind mirrors and glass: all lights together have as many as one would. */
-static uint32_t samples_behind(const struct lum_pass *pass)
+static uint32_t samples_behind(const struct lum_pass *pass, uint32_t n_soft)
 {
-    uint32_t all = pass->settings->shadow_samples, n = count_soft(pass);
-    return n <= 1 ? all : all > n ? all / n : 1;
+    uint32_t all = pass->settings->shadow_samples;
+    return n_soft <= 1 ? all : all > n_soft ? all / n_soft : 1;
 }
 
 /* True when the layer has the buffers that this light asks for. */
@@ -125,20 +125,27 @@ static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass
            has_edges(pass, light) == (layer->inner != NULL);
 }
 
-/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and all lean ones, for
- * which there may be room by now; and finds the others' new index. */
-static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
+static void find_lights(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
-    uint32_t kept = 0;
-    bool crowded = is_crowded(pass);
     for (uint32_t k = 0; k < l->n_layers; k++) {
         struct lum_layer *layer = &l->layers[k];
         layer->index = LUM_NO_OBJECT;
         for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
             if (strcmp(lights->lights[i].id, layer->light.id) == 0)
                 layer->index = i;
-        if (layer->tiles || layer->index == LUM_NO_OBJECT || (crowded && layer->soft.seen) ||
+    }
+}
+
+/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and all lean ones, for
+ * which there may be room by now. */
+static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        if (layer->tiles || layer->index == LUM_NO_OBJECT || (l->crowded && layer->soft.seen) ||
             !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
             finish_layer(layer);
             continue;
@@ -152,6 +159,22 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
         l->layers[k] = (struct lum_layer){0}; /* moved down */
     l->n_layers = kept;
     l->n_lean = 0;
+}
+
+/* What the number of lights decides; and which layer is whose. */
+static void count_lights(struct lum_layers *l, const struct lum_pass *pass, bool others)
+{
+    if (others)
+        find_lights(l, pass);
+    uint32_t n_soft = count_soft(l, pass), samples = samples_behind(pass, n_soft);
+    bool crowded = n_soft > LUM_SOFT_LAYERS;
+    if (samples != l->samples_behind)
+        lower_all(l, pass, LUM_LAYER_SEEN);
+    others = others || crowded != l->crowded;
+    l->samples_behind = samples;
+    l->crowded = crowded;
+    if (others)
+        match_lights(l, pass);
 }
 
 static size_t layer_bytes(const struct lum_pass *pass, bool soft)
@@ -237,7 +260,7 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
     for (uint32_t k = 0; k < l->n_layers; k++)
         l->layer_of[l->layers[k].index] = k;
     size_t used = 0;
-    bool crowded = is_crowded(pass), exhausted = false;
+    bool exhausted = false;
     for (uint32_t k = 0; k < l->n_layers; k++)
         used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].soft.seen);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
@@ -246,8 +269,8 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
         size_t bytes = layer_bytes(pass, soft);
         if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
-        exhausted = exhausted || (!(crowded && soft) && used + bytes > pass->settings->layers_bytes);
-        bool lean = exhausted || (crowded && soft);
+        exhausted = exhausted || (!(l->crowded && soft) && used + bytes > pass->settings->layers_bytes);
+        bool lean = exhausted || (l->crowded && soft);
         if (lean && !(soft && l->n_lean < LUM_LEAN_LAYERS))
             continue;
         if (!(lean ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
@@ -453,11 +476,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))
         lower_all(l, pass, LUM_LAYER_SEEN);
-    if (l->samples_behind != samples_behind(pass))
-        lower_all(l, pass, LUM_LAYER_SEEN);
-    l->samples_behind = samples_behind(pass);
-    if (lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER))
-        match_lights(l, pass);
+    count_lights(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER));
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
         lower(&l->shared, pass, LUM_LAYER_EMPTY);
         lum_crowd_relight(&l->crowd, pass);

@@ -75,6 +75,7 @@ struct lum_layers {
     struct lum_branches *branches; /* by tile: of mirrors and glass */
     struct lum_crowd crowd; /* lights without a layer or with a lean one, of methods with soft shadows: their light on what the eye sees */
     uint32_t n_lean;        /* layers */
+    bool crowded;           /* there are more than LUM_SOFT_LAYERS that are or were on */
     uint32_t samples_behind; /* of each area light, where mirrors and glass show what it shines on */
     _Atomic bool starved;   /* a tile of a lean layer found no memory: the pass has failed */
     /* soft shadows */

@@ -241,11 +241,11 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 
 enum { NEIGHBOURS = 4, QUERIES = 256 };
 
-/* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, or limit2. */
-static float reach2(const struct lum_vpl_set *set, uint32_t i, float limit2)
+/* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2. */
+static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2)
 {
     float nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
-    for (uint32_t k = 0; k < set->n_bounced; k++) {
+    for (uint32_t k = 0; k < set->n_bounced; k += step) {
         float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
         float d2 = x * x + y * y + z * z;
         if (!(d2 < nearest[NEIGHBOURS - 1]) || k == i)
@@ -269,7 +269,7 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
     uint32_t n = 0, step = (set->n_bounced + QUERIES - 1) / QUERIES;
     for (uint32_t i = 0; i < set->n_bounced; i += step)
         if (set->light[i] != LUM_NO_OBJECT) {
-            float area = reach2(set, i, limit * limit) / NEIGHBOURS;
+            float area = reach2(set, i, 1, limit * limit) / NEIGHBOURS;
             uint32_t at = n++;
             for (; at > 0 && areas[at - 1] > area; at--)
                 areas[at] = areas[at - 1];
@@ -281,7 +281,8 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 /* Of lone VPLs, at most, over the scene's radius. */
 #define RADIUS_MAX 0.1f
 
-enum { RADII_OF_JOB = 64 };
+/* Of more VPLs only some are looked for around each, and as many more are taken to be there: the cost is linear in n. */
+enum { RADII_OF_JOB = 64, LOOKED_AT = 4096 };
 
 struct radii {
     struct lum_vpl_set *set;
@@ -292,11 +293,12 @@ static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters
 {
     const struct radii *radii = ctx;
     struct lum_vpl_set *set = radii->set;
-    float most = radii->limit * radii->limit * NEIGHBOURS;
+    uint32_t step = (set->n_bounced + LOOKED_AT - 1) / LOOKED_AT;
+    float per = 1.0f / (float)(NEIGHBOURS * step), most = radii->limit * radii->limit / per;
     (void)counters;
     for (uint32_t i = job * RADII_OF_JOB; i < set->n_bounced && i < (job + 1) * RADII_OF_JOB; i++)
         if (set->light[i] != LUM_NO_OBJECT)
-            set->radius[i] = sqrtf(reach2(set, i, most) / NEIGHBOURS);
+            set->radius[i] = sqrtf(reach2(set, i, step, most) * per);
 }
 
 enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,

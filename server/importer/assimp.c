@@ -41,8 +41,9 @@ static enum lum_status explain(struct lum_error *err)
 static enum lum_status convert(struct lum_assimp *a, struct lum_error *err)
 {
     a->meshes = lum_calloc(a->scene->mNumMeshes, sizeof *a->meshes);
+    a->n_shown = lum_calloc(a->scene->mNumMeshes, sizeof *a->n_shown);
     a->materials = lum_calloc(a->scene->mNumMaterials, sizeof *a->materials);
-    if (!a->meshes || !a->materials)
+    if (!a->meshes || !a->n_shown || !a->materials)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory");
     lum_emit_progress(&a->im->emit, "build", 0.0);
     enum lum_status status = lum_assimp_place_nodes(a, err);
@@ -68,6 +69,7 @@ enum lum_status lum_assimp_import(struct lum_importer *im, const struct lum_byte
     for (unsigned i = 0; a.meshes && i < a.scene->mNumMeshes; i++)
         lum_mesh_parts_finish(&a.meshes[i]);
     lum_free(a.meshes);
+    lum_free(a.n_shown);
     lum_free(a.materials);
     lum_free(a.images);
     lum_free(a.places);

@@ -33,6 +33,7 @@ struct lum_assimp {
     const struct lum_bytes *file; /* the asset itself */
     const struct aiScene *scene;
     struct lum_mesh_parts *meshes; /* none: not sent yet */
+    uint32_t *n_shown;             /* by mesh: objects that show it */
     struct lum_assimp_material *materials;
     struct lum_assimp_image *images;
     uint32_t n_images, images_cap;

@@ -71,8 +71,9 @@ static enum lum_status send_mesh(struct lum_assimp *a, uint32_t i, struct lum_er
         return lum_fail(err, LUM_ERR_LIMIT, "", "a mesh has more than %u vertices or triangles", LUM_LIMIT_VERTICES);
     struct lum_name_request name = {"mesh/", m->mName.data, "mesh", i};
     enum lum_status status = LUM_OK;
+    uint32_t n_lamps = material->shines && material->evenly ? a->n_shown[i] : 0;
     if (copy_arrays(m, &arrays))
-        status = lum_mesh_send(a->im, &name, &arrays, material->shines && material->evenly, &a->meshes[i], err);
+        status = lum_mesh_send(a->im, &name, &arrays, n_lamps, &a->meshes[i], err);
     else
         status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u vertices", m->mNumVertices);
     free_arrays(&arrays);
@@ -162,9 +163,18 @@ static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_p
     return status;
 }
 
+static void count_shown(struct lum_assimp *a)
+{
+    for (size_t i = 0; i < a->n_places; i++)
+        for (unsigned k = 0; k < a->places[i].node->mNumMeshes; k++)
+            if (a->places[i].node->mMeshes[k] < a->scene->mNumMeshes)
+                a->n_shown[a->places[i].node->mMeshes[k]]++;
+}
+
 enum lum_status lum_assimp_nodes(struct lum_assimp *a, struct lum_error *err)
 {
     enum lum_status status = LUM_OK;
+    count_shown(a);
     for (size_t i = 0; i < a->n_places && !status; i++) {
         const struct lum_assimp_place *place = &a->places[i];
         for (unsigned k = 0; k < place->node->mNumMeshes && !status; k++)

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #define LUM_FIXTURES_PER_MESH 256u    /* a ceiling of luminaires; the points of a chain of lights are grouped */
-#define LUM_FIXTURES_PER_IMPORT 1024u /* each is a record, an object to trace and a light to sample; then meshes stay whole */
+#define LUM_FIXTURES_PER_IMPORT 1024u /* objects: each is a record, something to trace and a light to sample; then meshes stay whole */
 
 /* Corners are one where they are this near, as a share of the mesh's largest extent: what exporters' floats round by. */
 #define LUM_FIXTURE_WELD 0x1p-19

@@ -158,8 +158,9 @@ static bool make_tables(struct lum_gltf *g)
     g->images = lum_calloc(a[LUM_GLTF_IMAGES].n, sizeof *g->images);
     g->materials = lum_calloc((size_t)a[LUM_GLTF_MATERIALS].n + 1, sizeof *g->materials);
     g->meshes = lum_calloc(a[LUM_GLTF_MESHES].n, sizeof *g->meshes);
+    g->n_shown = lum_calloc(a[LUM_GLTF_MESHES].n, sizeof *g->n_shown);
     g->nodes = lum_calloc(a[LUM_GLTF_NODES].n, sizeof *g->nodes);
-    if (!g->buffers || !g->decoded || !g->images || !g->materials || !g->meshes || !g->nodes)
+    if (!g->buffers || !g->decoded || !g->images || !g->materials || !g->meshes || !g->n_shown || !g->nodes)
         return lum_gltf_fail(g, LUM_ERR_NOMEM, "out of memory");
     return true;
 }
@@ -177,6 +178,7 @@ static void finish(struct lum_gltf *g)
     lum_free(g->images);
     lum_free(g->materials);
     lum_free(g->meshes);
+    lum_free(g->n_shown);
     lum_free(g->nodes);
     for (int kind = 0; kind < LUM_GLTF_KIND_COUNT; kind++)
         lum_free(g->arrays[kind].items);

@@ -72,6 +72,7 @@ struct lum_gltf {
     struct lum_gltf_image (*images)[2]; /* by image: read as sRGB, as linear */
     struct lum_gltf_material *materials; /* n + 1: the last is the default material */
     struct lum_gltf_mesh *meshes;
+    uint32_t *n_shown; /* by mesh: nodes that show it */
     struct lum_gltf_node *nodes;
     bool warned_clamped;
 };

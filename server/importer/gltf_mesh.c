@@ -162,7 +162,8 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
     if (ok) {
         clamp_colors(&v);
         struct lum_mesh_arrays m = {v.positions, v.normals, v.uvs, v.colors, t.indices, v.n, t.n};
-        enum lum_status status = lum_mesh_send(g->im, &name, &m, material->shines && material->evenly, ret_parts, &err);
+        uint32_t n_lamps = material->shines && material->evenly ? g->n_shown[mesh] : 0;
+        enum lum_status status = lum_mesh_send(g->im, &name, &m, n_lamps, ret_parts, &err);
         ok = !status || lum_gltf_fail(g, status, "%s", err.text);
     }
     free_vertices(&v);

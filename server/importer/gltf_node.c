@@ -215,9 +215,20 @@ static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
     return ok;
 }
 
+static void count_shown(struct lum_gltf *g)
+{
+    for (uint32_t i = 0; i < g->arrays[LUM_GLTF_NODES].n; i++) {
+        lum_gltf_at(g, LUM_GLTF_NODES, i);
+        uint32_t mesh = lum_gltf_index(g, lum_gltf_item(g, LUM_GLTF_NODES, i), "mesh", LUM_GLTF_MESHES);
+        if (lum_gltf_ok(g) && mesh != LUM_GLTF_NONE)
+            g->n_shown[mesh] += g->nodes[i].in_scene;
+    }
+}
+
 bool lum_gltf_emit_nodes(struct lum_gltf *g)
 {
     uint32_t n = g->arrays[LUM_GLTF_NODES].n, last_percent = 0;
+    count_shown(g);
     for (uint32_t i = 0; i < n; i++) {
         const cJSON *o = lum_gltf_item(g, LUM_GLTF_NODES, i);
         lum_gltf_at(g, LUM_GLTF_NODES, i);

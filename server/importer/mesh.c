@@ -124,9 +124,9 @@ static enum lum_status send_fixtures(struct lum_importer *im, const struct lum_n
 }
 
 /* How many fixtures there are, each triangle's in s->fixture; 1 where they stay whole, 0: memory is short. */
-static uint32_t find_fixtures(const struct lum_importer *im, struct split *s)
+static uint32_t find_fixtures(const struct lum_importer *im, struct split *s, uint32_t n_lamps)
 {
-    uint32_t left = LUM_FIXTURES_PER_IMPORT - im->n_fixtures;
+    uint32_t left = (LUM_FIXTURES_PER_IMPORT - im->n_fixtures) / n_lamps;
     struct lum_fixture_query q = {
         .positions = s->mesh->positions,
         .indices = s->mesh->indices,
@@ -138,7 +138,7 @@ static uint32_t find_fixtures(const struct lum_importer *im, struct split *s)
 }
 
 static enum lum_status send_apart(struct lum_importer *im, const struct lum_name_request *name,
-                                  const struct lum_mesh_arrays *m, struct lum_mesh_parts *ret_parts,
+                                  const struct lum_mesh_arrays *m, uint32_t n_lamps, struct lum_mesh_parts *ret_parts,
                                   struct lum_error *err)
 {
     struct split s = {
@@ -150,14 +150,14 @@ static enum lum_status send_apart(struct lum_importer *im, const struct lum_name
     };
     enum lum_status status = LUM_OK;
     bool ok = alloc_like(m, &s.part) && s.fixture && s.order && s.number && s.stamp;
-    uint32_t n = ok ? find_fixtures(im, &s) : 0;
+    uint32_t n = ok ? find_fixtures(im, &s, n_lamps) : 0;
     ret_parts->ids = n ? lum_calloc(n, sizeof(lum_id)) : NULL;
     ret_parts->n = n;
     if (!ret_parts->ids || !sort_triangles(&s, n))
         status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u vertices", m->n_vertices);
     else
         status = send_fixtures(im, name, &s, ret_parts, err);
-    im->n_fixtures += n > 1 ? n : 0;
+    im->n_fixtures += n > 1 ? n * n_lamps : 0;
     free_arrays(&s.part);
     lum_free(s.fixture);
     lum_free(s.order);
@@ -181,14 +181,15 @@ static enum lum_status send_whole(struct lum_importer *im, const struct lum_name
 }
 
 enum lum_status lum_mesh_send(struct lum_importer *im, const struct lum_name_request *name,
-                              const struct lum_mesh_arrays *m, bool shines, struct lum_mesh_parts *ret_parts,
+                              const struct lum_mesh_arrays *m, uint32_t n_lamps, struct lum_mesh_parts *ret_parts,
                               struct lum_error *err)
 {
     *ret_parts = (struct lum_mesh_parts){0};
     if (m->n_triangles == 0)
         return LUM_OK;
-    bool apart = shines && m->n_triangles > 1 && im->n_fixtures < LUM_FIXTURES_PER_IMPORT;
-    enum lum_status status = (apart ? send_apart : send_whole)(im, name, m, ret_parts, err);
+    bool apart = n_lamps > 0 && m->n_triangles > 1 && LUM_FIXTURES_PER_IMPORT - im->n_fixtures > n_lamps;
+    enum lum_status status =
+        apart ? send_apart(im, name, m, n_lamps, ret_parts, err) : send_whole(im, name, m, ret_parts, err);
     if (status)
         lum_mesh_parts_finish(ret_parts);
     return status;

@@ -326,6 +326,26 @@ static void fixtures_are_objects(void **state)
     kit_find(k, "m/ceiling.neon-2");
 }
 
+/* Two fixtures that 600 nodes show would be more objects than there may be: they stay one. By 500 they are two each. */
+static void many_fixtures_stay_whole(void **state)
+{
+    static const float pair[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 0, 0, 10, 0, 0, 9, 1, 0};
+    static char json[65536];
+    struct kit *k = *state;
+    for (int n = 500; n <= 600; n += 100) {
+        int at = snprintf(json, sizeof json,
+                          ASSET "\"buffers\":[{\"uri\":\"b.bin\",\"byteLength\":72}],\"bufferViews\":[{\"buffer\":0,"
+                                "\"byteLength\":72}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,"
+                                "\"count\":6,\"type\":\"VEC3\"}],\"materials\":[" GLOW "],\"meshes\":[{\"primitives\":"
+                                "[" PRIMITIVE(0) "]}],\"nodes\":[{\"mesh\":0}");
+        for (int i = 1; i < n; i++)
+            at += snprintf(json + at, sizeof json - (size_t)at, ",{\"mesh\":0}");
+        snprintf(json + at, sizeof json - (size_t)at, "]}");
+        assert_true(kit_import_gltf(k, json, pair, 72));
+        assert_int_equal(kit_count(k, LUM_RECORD_OBJECT), n == 500 ? 1000 : 600);
+    }
+}
+
 static void dielectric_extensions(void **state)
 {
     const struct lum_record_material *m = import_material(
@@ -554,6 +574,7 @@ int main(void)
         TEST(emission_is_cd_m2),
         TEST(the_back_shines_where_it_is_shown),
         TEST(fixtures_are_objects),
+        TEST(many_fixtures_stay_whole),
         TEST(dielectric_extensions),
         TEST(specular_glossiness),
         TEST(textures),

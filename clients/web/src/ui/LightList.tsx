@@ -5,7 +5,7 @@ import { isOn, nameOf } from '../state/lights';
 import { useApp } from './context';
 import { LightRow, SoloButton } from './LightRow';
 
-/** Rows beyond this are found by name: a list of a thousand sliders helps nobody. */
+/** Rows beyond this, of a group or of those that stand alone, are found by name: a thousand sliders help nobody. */
 const MAX_ROWS = 120;
 const FILTER_FROM = 9;
 /** A group of more is closed at first. */
@@ -28,9 +28,12 @@ export function LightList() {
     const wanted = filter.value.trim().toLowerCase();
     const record = (id: string): SceneRecord | undefined => app.scene.record(id);
     const matches = (id: string): boolean => id.toLowerCase().includes(wanted) || stringOr(record(id)?.group, '').toLowerCase().includes(wanted);
-    const matching = wanted ? ids.filter(matches) : ids;
-    const shown = matching.slice(0, MAX_ROWS);
-    const { alone, groups } = grouped(shown, record);
+    const matching = new Set(wanted ? ids.filter(matches) : ids);
+    const rowsOf = (members: readonly string[]): string[] => members.filter((id) => matching.has(id)).slice(0, MAX_ROWS);
+    const { alone, groups } = grouped(ids, record);
+    const shown = groups.map(([name, members]) => ({ name, members, rows: rowsOf(members) })).filter(({ rows }) => rows.length > 0);
+    const lone = rowsOf(alone);
+    const left = matching.size - lone.length - shown.reduce((sum, { rows }) => sum + rows.length, 0);
     return (
         <section class="section lights" aria-labelledby="lights-title">
             <header class="section-head">
@@ -48,23 +51,21 @@ export function LightList() {
                 )}
             </header>
             <ul class="light-list">
-                {alone.map((id) => (
+                {lone.map((id) => (
                     <LightRow key={id} id={id} />
                 ))}
             </ul>
-            {groups.map(([name, members]) => (
-                <LightGroup key={name} name={name} ids={members} open={wanted !== '' || members.length <= OPEN_UP_TO} />
+            {shown.map(({ name, members, rows }) => (
+                <LightGroup key={name} name={name} ids={members} rows={rows} open={wanted !== '' || members.length <= OPEN_UP_TO} />
             ))}
             {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">This scene has no lights.</p>}
-            {matching.length > shown.length && (
-                <p class="hint">{matching.length - shown.length} more: type a part of a name above.</p>
-            )}
+            {left > 0 && <p class="hint">{left} more: type a part of a name above.</p>}
         </section>
     );
 }
 
-/** Lamps that are mixed together: switched and soloed as one. */
-function LightGroup({ name, ids, open }: { name: string; ids: readonly string[]; open: boolean }) {
+/** Lamps that are mixed together: switched and soloed as one, those without a row (`rows`: those that have one) too. */
+function LightGroup({ name, ids, rows, open }: { name: string; ids: readonly string[]; rows: readonly string[]; open: boolean }) {
     const app = useApp();
     const toggled = useSignal<boolean | null>(null);
     const records = ids.map((id) => app.scene.record(id)).filter((r) => r !== undefined);
@@ -88,7 +89,7 @@ function LightGroup({ name, ids, open }: { name: string; ids: readonly string[];
             </div>
             {isOpen && (
                 <ul class="light-list">
-                    {ids.map((id) => (
+                    {rows.map((id) => (
                         <LightRow key={id} id={id} />
                     ))}
                 </ul>
