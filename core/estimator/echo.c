@@ -73,8 +73,9 @@ static bool reserve(struct lum_echo *e, const struct lum_echo_job *job, size_t n
 bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points,
                   size_t max_bytes)
 {
-    size_t n = (size_t)job->n_slots * job->n_points;
-    e->whole = e->whole && (e->n_terms + n) * sizeof *e->terms <= max_bytes && reserve(e, job, n);
+    size_t n = (size_t)job->n_slots * job->n_points, of_term = sizeof *e->terms + (e->panes ? sizeof *e->left : 0);
+    size_t bytes = (e->n_terms + n) * of_term + (e->n_points + job->n_points) * sizeof *e->points;
+    e->whole = e->whole && bytes <= max_bytes && reserve(e, job, n);
     if (!e->whole)
         return false;
     struct lum_echo_job *own = &e->jobs[e->n_jobs++];

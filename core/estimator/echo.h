@@ -5,7 +5,8 @@
 
 #include "core/vpl/vpl.h"
 
-/* Of a view: 1440 x 900 with one mirror vertex behind every pixel. Tiles that show more are traced again. */
+/* Of a view, and as much again to grow: 1440 x 900 with two mirror vertices behind every pixel, or one with panes. Tiles
+ * that show more are traced again. */
 #define LUM_ECHO_BYTES ((size_t)256 << 20)
 
 struct lum_echo_point {
