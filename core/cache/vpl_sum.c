@@ -39,21 +39,27 @@ struct terms {
  * db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp = 0,
  * and m = 1, which is nothing to its distance. */
 static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
-                         float lift, struct terms *ret)
+                         float lift, struct terms *restrict ret)
 {
     const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p), n = at->n;
-    const float moves = k < lum_vpl_first_sky(set) ? 1.0f : 0.0f;
+    const float *restrict px = set->px + k, *restrict py = set->py + k, *restrict pz = set->pz + k;
+    const float *restrict nx = set->nx + k, *restrict ny = set->ny + k, *restrict nz = set->nz + k;
+    const float *restrict radius = set->radius + k;
     const bool sky = k >= lum_vpl_first_sky(set);
+    const float moves = sky ? 0.0f : 1.0f, per_radius = sky ? 0.0f : lift, least = sky ? 1.0f : LUM_POINT_LIGHT_NEAR;
+    float asked[LANES];
+    for (uint32_t i = 0; i < LANES; i++)
+        asked[i] = (float)(bits >> i & 1u);
     for (uint32_t i = 0; i < LANES; i++) {
-        float m = sky ? 1.0f : lum_max(lift * set->radius[k + i], LUM_POINT_LIGHT_NEAR), lift2 = m * m;
-        float vx = set->nx[k + i], vy = set->ny[k + i], vz = set->nz[k + i];
-        float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
+        float wide = per_radius * radius[i], m = wide > least ? wide : least, lift2 = m * m;
+        float vx = nx[i], vy = ny[i], vz = nz[i];
+        float dx = px[i] - p.x, dy = py[i] - p.y, dz = pz[i] - p.z;
         float h = -(dx * vx + dy * vy + dz * vz), u = lift2 / (h * h + lift2), rise = lift2 * u;
         float b = sqrtf(h * h + rise), slope = h * (1.0f - u * u) / b;
-        float opposed = lum_min(n.x * vx + n.y * vy + n.z * vz, 0.0f);
+        float faces = n.x * vx + n.y * vy + n.z * vz, opposed = faces < 0.0f ? faces : 0.0f;
         float a = dx * n.x + dy * n.y + dz * n.z - (b - h) * opposed;
         float per_r2 = 1.0f / (dx * dx + dy * dy + dz * dz + rise), per_r4 = per_r2 * per_r2;
-        per_r4 = (bits >> i & 1u) && a > 0.0f ? per_r4 : 0.0f;
+        per_r4 = a > 0.0f ? per_r4 * asked[i] : 0.0f;
         float term = a * b * per_r4, spread = 4.0f * term * per_r2 * moves;
         float along = (a * slope + b * (1.0f - slope) * opposed) * per_r4 * moves + spread * h * u * u;
         float across = b * per_r4 * moves;
