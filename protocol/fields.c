@@ -162,7 +162,7 @@ static const struct lum_field render[] = {
     INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
     INTEGER(render, seed, 0, 4294967295.0, 0, ""),
     INTEGER(render, vpls, 1, 65536, 256,
-            "virtual point lights, of methods that use them; `live` places four times as many, up to "
+            "virtual point lights, of methods that use them; `live` places eight times as many, up to "
             "65536 in all, and asks its choice of them"),
     NUMBER(render, cache_accuracy, 0.01, 1, 0.2, "",
            "error that records of a cache may have: less is finer and slower"),

@@ -29,6 +29,20 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
     return all;
 }
 
+/* Where LANES VPLs are. */
+struct places {
+    const float *p[3], *n[3], *radius;
+    bool sky; /* they are points of it */
+};
+
+static struct places places_of(const struct lum_vpl_set *set, uint32_t k)
+{
+    return (struct places){{set->px + k, set->py + k, set->pz + k},
+                           {set->nx + k, set->ny + k, set->nz + k},
+                           set->radius + k,
+                           k >= lum_vpl_first_sky(set)};
+}
+
 /* Geometry terms of LANES VPLs and their gradients; 0 where the bit is not set. */
 struct terms {
     _Alignas(64) float g[LANES], x[LANES], y[LANES], z[LANES];
@@ -38,14 +52,14 @@ struct terms {
  * is G = a b / (d^2 + m^2 u)^2, where a = d.n - (b - h) min(n.n_vpl, 0). dG/dp follows from dd/dp = -1, dh/dp = n_vpl,
  * db/dh = h (1 - u^2) / b and d(m^2 u)/dh = -2 h u^2. Of the sky dd/dp = 0,
  * and m = 1, which is nothing to its distance. */
-static void lifted_terms(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
-                         float lift, struct terms *restrict ret)
+static void lifted_terms(const struct places *of, const struct lum_receiver *at, uint32_t bits, float lift,
+                         struct terms *restrict ret)
 {
-    const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p), n = at->n;
-    const float *restrict px = set->px + k, *restrict py = set->py + k, *restrict pz = set->pz + k;
-    const float *restrict nx = set->nx + k, *restrict ny = set->ny + k, *restrict nz = set->nz + k;
-    const float *restrict radius = set->radius + k;
-    const bool sky = k >= lum_vpl_first_sky(set);
+    const bool sky = of->sky;
+    const struct lum_vec3 p = sky ? lum_v3(0.0f, 0.0f, 0.0f) : at->p, n = at->n;
+    const float *restrict px = of->p[0], *restrict py = of->p[1], *restrict pz = of->p[2];
+    const float *restrict nx = of->n[0], *restrict ny = of->n[1], *restrict nz = of->n[2];
+    const float *restrict radius = of->radius;
     const float moves = sky ? 0.0f : 1.0f, per_radius = sky ? 0.0f : lift, least = sky ? 1.0f : LUM_POINT_LIGHT_NEAR;
     float asked[LANES];
     for (uint32_t i = 0; i < LANES; i++)
@@ -83,7 +97,8 @@ static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_recei
         memset(ret_reach + k, 0, LANES * sizeof *ret_reach);
         if (!bits)
             continue;
-        lifted_terms(set, k, at, bits, lift, &terms);
+        struct places places = places_of(set, k);
+        lifted_terms(&places, at, bits, lift, &terms);
         for (uint32_t i = 0; i < LANES; i++)
             ret_reach[k + i] = terms.g[i] * set->importance[k + i];
         n += (uint32_t)__builtin_popcount(bits);
@@ -98,15 +113,20 @@ static float find_step(const float *reach, uint32_t n_slots, uint32_t n)
 {
     float step = INFINITY;
     for (uint32_t round = 0; round < 4; round++) {
-        double rest = 0.0;
-        uint32_t n_sure = 0;
-        for (uint32_t k = 0; k < n_slots; k++) {
-            n_sure += reach[k] >= step;
-            rest += reach[k] >= step ? 0.0 : (double)reach[k];
+        float rests[LANES] = {0}, sure[LANES] = {0}, rest = 0.0f, n_sure = 0.0f;
+        for (uint32_t k = 0; k < n_slots; k += LANES) /* beyond the slots reach is 0 */
+            for (uint32_t i = 0; i < LANES; i++) {
+                float more = reach[k + i] >= step ? 1.0f : 0.0f;
+                sure[i] += more;
+                rests[i] += (1.0f - more) * reach[k + i];
+            }
+        for (uint32_t i = 0; i < LANES; i++) {
+            rest += rests[i];
+            n_sure += sure[i];
         }
-        if (n_sure >= n || !(rest > 0.0))
+        if (n_sure >= (float)n || !(rest > 0.0f))
             break;
-        step = (float)(rest / (n - n_sure));
+        step = rest / ((float)n - n_sure);
     }
     return isfinite(step) ? exp2f(0.5f * floorf(2.0f * log2f(step))) : 0.0f;
 }
@@ -131,21 +151,48 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
     uint32_t cell = hash_cell(at->p);
-    for (uint32_t k = 0; k < set->n_bounced; k++) {
-        float u = (float)(lum_hash_combine(cell, k) >> 8) * 0x1p-24f;
-        if (!(reach[k] > u * step))
-            ret_bits[k / 64] &= ~(UINT64_C(1) << k % 64);
+    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
+        uint32_t out[LANES], bits = 0;
+        for (uint32_t i = 0; i < LANES; i++) {
+            float u = (float)(int32_t)(lum_hash_combine(cell, k + i) >> 8) * 0x1p-24f;
+            out[i] = reach[k + i] > u * step ? 0u : 1u;
+        }
+        for (uint32_t i = 0; i < LANES && k + i < set->n_bounced; i++)
+            bits |= out[i] << i;
+        ret_bits[k / 64] &= ~((uint64_t)bits << k % 64);
     }
     return step;
 }
 
 /* ---- sums ---- */
 
+/* VPLs that a point sees, packed: of all those that there are they may be few. */
+struct packed {
+    _Alignas(64) float p[3][LANES], n[3][LANES];
+    float radius[LANES], importance[LANES], flux[3][LANES];
+    uint32_t slot[LANES], n_lanes;
+    bool sky;
+};
+
+static void pack(struct packed *to, const struct lum_vpl_set *set, uint32_t k)
+{
+    const float *p[3] = {set->px, set->py, set->pz}, *n[3] = {set->nx, set->ny, set->nz};
+    uint32_t i = to->n_lanes++;
+    for (uint32_t c = 0; c < 3; c++) {
+        to->p[c][i] = p[c][k];
+        to->n[c][i] = n[c][k];
+        to->flux[c][i] = set->flux[c][k];
+    }
+    to->radius[i] = set->radius[k];
+    to->importance[i] = set->importance[k];
+    to->slot[i] = k;
+}
+
 /* Those that were drawn stand for those that were not. */
-static void weigh(const struct lum_vpl_set *set, uint32_t k, float step, struct terms *inout_terms)
+static void weigh(const struct packed *of, float step, struct terms *inout_terms)
 {
     for (uint32_t i = 0; i < LANES; i++) {
-        float reach = inout_terms->g[i] * set->importance[k + i];
+        float reach = inout_terms->g[i] * of->importance[i];
         float weight = reach > 0.0f && reach < step ? step / reach : 1.0f;
         inout_terms->g[i] *= weight;
         inout_terms->x[i] *= weight;
@@ -159,10 +206,10 @@ struct lanes {
     _Alignas(64) float e[3][LANES], x[3][LANES], y[3][LANES], z[3][LANES];
 };
 
-static void add_terms(struct lanes *sum, const struct terms *t, float *const flux[3], uint32_t k)
+static void add_terms(struct lanes *sum, const struct terms *t, const float flux[3][LANES])
 {
     for (uint32_t c = 0; c < 3; c++) {
-        const float *f = flux[c] + k;
+        const float *f = flux[c];
         for (uint32_t i = 0; i < LANES; i++) {
             sum->e[c][i] += f[i] * t->g[i];
             sum->x[c][i] += f[i] * t->x[i];
@@ -172,43 +219,24 @@ static void add_terms(struct lanes *sum, const struct terms *t, float *const flu
     }
 }
 
-/* What panes leave of the flux of LANES VPLs. */
-static void dim_by_panes(const uint32_t *left, float inout_flux[3][LANES])
+static void dim(struct packed *inout, uint32_t i, struct lum_rgb share)
 {
-    for (uint32_t i = 0; i < LANES; i++) {
-        struct lum_rgb share = lum_share_unpack(left[i]);
-        inout_flux[0][i] *= share.r;
-        inout_flux[1][i] *= share.g;
-        inout_flux[2][i] *= share.b;
+    inout->flux[0][i] *= share.r;
+    inout->flux[1][i] *= share.g;
+    inout->flux[2][i] *= share.b;
+}
+
+/* What media leave of their flux. */
+static void dim_by_media(struct packed *inout, const struct lum_receiver *at, const struct lum_snapshot *media)
+{
+    for (uint32_t i = 0; i < inout->n_lanes; i++) {
+        struct lum_vec3 d = {inout->p[0][i], inout->p[1][i], inout->p[2][i]};
+        d = inout->sky ? d : lum_v3_sub(d, at->p);
+        dim(inout, i, lum_media_transmittance(media, at->p, lum_normalize(d), inout->sky ? INFINITY : lum_length(d)));
     }
 }
 
-/* What media leave of it. */
-static void dim_by_media(const struct lum_vpl_set *set, uint32_t k, const struct lum_receiver *at, uint32_t bits,
-                         const struct lum_snapshot *media, float inout_flux[3][LANES])
-{
-    for (uint32_t i = 0; i < LANES; i++) {
-        struct lum_vec3 p = {set->px[k + i], set->py[k + i], set->pz[k + i]};
-        struct lum_vec3 d = lum_v3_sub(p, lum_vpl_seen_from(set, k, at->p));
-        struct lum_rgb left = lum_grey(0.0f);
-        if (bits >> i & 1u)
-            left = lum_media_transmittance(media, at->p, lum_normalize(d),
-                                           k < lum_vpl_first_sky(set) ? lum_length(d) : INFINITY);
-        inout_flux[0][i] *= left.r;
-        inout_flux[1][i] *= left.g;
-        inout_flux[2][i] *= left.b;
-    }
-}
-
-static bool any_pane(const uint32_t *left)
-{
-    uint32_t any = 0;
-    for (uint32_t i = 0; left && i < LANES; i++)
-        any |= left[i];
-    return any != 0;
-}
-
-static void add_lanes(double sum[4][3], const struct lanes *lanes)
+static void add_lanes(double sum[4][3], struct lanes *lanes)
 {
     for (uint32_t c = 0; c < 3; c++)
         for (uint32_t i = 0; i < LANES; i++) {
@@ -217,42 +245,67 @@ static void add_lanes(double sum[4][3], const struct lanes *lanes)
             sum[2][c] += (double)lanes->y[c][i];
             sum[3][c] += (double)lanes->z[c][i];
         }
+    *lanes = (struct lanes){0};
+}
+
+struct sum_job {
+    const struct lum_receiver *at;
+    const uint32_t *left; /* by slot: what panes leave; NULL: there are none */
+    float lift, step;
+    const struct lum_snapshot *media;
+    struct lanes lanes;
+    uint32_t n_in_lanes;
+    double sum[4][3]; /* irradiance and its gradient along x, y, z; by colour */
+};
+
+/* Adds up what is packed, and takes it out. */
+static void add_packed(struct sum_job *job, struct packed *packed)
+{
+    struct terms terms;
+    struct places places = {{packed->p[0], packed->p[1], packed->p[2]},
+                            {packed->n[0], packed->n[1], packed->n[2]},
+                            packed->radius,
+                            packed->sky};
+    lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, &terms);
+    if (job->step > 0.0f && !packed->sky)
+        weigh(packed, job->step, &terms);
+    for (uint32_t i = 0; job->left && i < packed->n_lanes; i++)
+        dim(packed, i, lum_share_unpack(job->left[packed->slot[i]]));
+    if (job->media)
+        dim_by_media(packed, job->at, job->media);
+    add_terms(&job->lanes, &terms, packed->flux);
+    job->n_in_lanes += packed->n_lanes;
+    if (job->n_in_lanes >= LUM_SUM_BLOCK) {
+        add_lanes(job->sum, &job->lanes);
+        job->n_in_lanes = 0;
+    }
+    packed->n_lanes = 0;
 }
 
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
                          const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
                          struct lum_vpl_sum *ret_sum)
 {
-    double sum[4][3] = {{0}};
-    for (uint32_t block = 0; block < set->n; block += LUM_SUM_BLOCK) {
-        struct lanes lanes = {0};
-        for (uint32_t k = block; k < set->n && k < block + LUM_SUM_BLOCK; k += LANES) {
-            uint32_t bits = (uint32_t)(visible[k / 64] >> k % 64) & ((1u << LANES) - 1u);
-            if (!bits)
-                continue;
-            struct terms terms;
-            float dimmed[3][LANES];
-            lifted_terms(set, k, at, bits, lift, &terms);
-            if (step > 0.0f && k < set->n_bounced)
-                weigh(set, k, step, &terms);
-            bool panes = left && any_pane(left + k);
-            if (!media && !panes) {
-                add_terms(&lanes, &terms, set->flux, k);
-                continue;
-            }
-            for (uint32_t c = 0; c < 3; c++)
-                memcpy(dimmed[c], set->flux[c] + k, sizeof dimmed[c]);
-            if (media)
-                dim_by_media(set, k, at, bits, media, dimmed);
-            if (panes)
-                dim_by_panes(left + k, dimmed);
-            add_terms(&lanes, &terms, (float *const[3]){dimmed[0], dimmed[1], dimmed[2]}, 0);
+    struct sum_job job = {.at = at, .left = left, .lift = lift, .step = step, .media = media};
+    struct packed packed = {.n_lanes = 0};
+    for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
+        bool sky = 64 * w >= lum_vpl_first_sky(set);
+        if (packed.n_lanes > 0 && sky != packed.sky)
+            add_packed(&job, &packed);
+        packed.sky = sky;
+        for (uint64_t bits = visible[w]; bits; bits &= bits - 1) {
+            pack(&packed, set, 64 * w + (uint32_t)__builtin_ctzll(bits));
+            if (packed.n_lanes == LANES)
+                add_packed(&job, &packed);
         }
-        add_lanes(sum, &lanes);
     }
+    if (packed.n_lanes > 0)
+        add_packed(&job, &packed);
+    add_lanes(job.sum, &job.lanes);
     struct lum_rgb values[4];
     for (uint32_t q = 0; q < 4; q++)
-        values[q] = lum_rgb_scale(lum_rgb((float)sum[q][0], (float)sum[q][1], (float)sum[q][2]), LUM_INV_PI);
+        values[q] =
+            lum_rgb_scale(lum_rgb((float)job.sum[q][0], (float)job.sum[q][1], (float)job.sum[q][2]), LUM_INV_PI);
     ret_sum->irradiance = values[0];
     memcpy(ret_sum->gradient, values + 1, sizeof ret_sum->gradient);
 }

@@ -1,21 +1,5 @@
 #include "core/math/sampler.h"
 
-/* 32-bit mixer "lowbias32" (C. Wellons, Hash function prospecting, 2018): bias 0.17 of the ideal avalanche. */
-uint32_t lum_hash_u32(uint32_t x)
-{
-    x ^= x >> 16;
-    x *= 0x7feb352du;
-    x ^= x >> 15;
-    x *= 0x846ca68bu;
-    x ^= x >> 16;
-    return x;
-}
-
-uint32_t lum_hash_combine(uint32_t seed, uint32_t value)
-{
-    return lum_hash_u32(seed ^ (lum_hash_u32(value) + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
-}
-
 /* FNV-1a. */
 uint32_t lum_hash_text(const char *text)
 {
