@@ -43,7 +43,7 @@
 #define PROXIMITY_CHANGE 1.5f
 
 /* Paths for each VPL, of which one is chosen. Twice as many VPLs of half as many paths each take the same rays: of the
- * indirect light of the first frame of conference_mcguire, interiors/office and crytek_sponza (three draws, mean over
+ * indirect light of the first frame of conference_mcguire, office and crytek_sponza (three draws, mean over
  * `path`) there was .95 .97 .67 with 1,024 of 8, .98 .99 .72 with 2,048 of 4, .98 .99 .69 with 4,096 of 2, for which all
  * records of a frame that moves take twice the time. */
 #define TRIES 4u
@@ -376,6 +376,7 @@ const struct lum_cache_kind lum_cache_live = {
     .sky = true,
     .tries = TRIES,
     .spare = SPARE,
+    .gloss = true,
     .lasting = true,
     .record_bytes = record_bytes,
     .left = true,

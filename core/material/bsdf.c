@@ -211,6 +211,14 @@ struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
+struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    if (!(b->alpha > 0.0f) || lum_rgb_black(b->f0))
+        return lum_grey(0.0f);
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, wo)));
+    return lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
+}
+
 static struct lum_rgb divide(struct lum_rgb c, float by)
 {
     return lum_rgb(c.r / by, c.g / by, c.b / by);

@@ -138,6 +138,9 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
 
+/* What glossy reflection sends on of light from wo; of delta lobes and of glass nothing. */
+struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
+
 /* The BSDF without its cosine-shaped lobes: for estimators that sample the rest alone. */
 struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b);
 

@@ -278,6 +278,7 @@ static struct lum_cache_key cache_key(const struct lum_pass *pass)
         .accuracy = set->cache_accuracy,
         .media = pass->on[LUM_EFFECT_MEDIA],
         .glass_off = glass_off(pass),
+        .gloss = set->method->cache->gloss && !(set->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)),
         .panes = lum_pass_panes(pass),
         .n_sky = caches_sky(pass) ? LUM_VPL_SKY : 0,
     };

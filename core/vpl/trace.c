@@ -112,8 +112,13 @@ static void visit(struct walk *w, uint32_t i)
         path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_bsdf b;
     lum_bsdf_init(&b, m, &s, wo);
-    if (!lum_rgb_black(b.diffuse)) { /* what metals scatter evenly is little, and not worth a slot */
-        leave_vpl(w, &path, &s, lum_bsdf_diffuse_albedo(&b));
+    struct lum_rgb albedo = {0};
+    if (!lum_rgb_black(b.diffuse)) /* what metals scatter evenly is little, and not worth a slot */
+        albedo = lum_bsdf_diffuse_albedo(&b);
+    if (w->set->gloss)
+        albedo = lum_rgb_add(albedo, lum_bsdf_gloss_albedo(&b, wo));
+    if (!lum_rgb_black(albedo)) {
+        leave_vpl(w, &path, &s, albedo);
         if (path.bounce++ == path.last)
             return;
         path.left *= ALBEDO_GUESS;
@@ -330,7 +335,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     if (set->tries == 1)
         return shoot_all(rq, &plan, set, err);
     struct lum_vpl_set candidates = {
-        .n = set->n_bounced * set->tries, .glass_off = set->glass_off, .versions = set->versions};
+        .n = set->n_bounced * set->tries, .glass_off = set->glass_off, .gloss = set->gloss, .versions = set->versions};
     enum lum_status status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
         status = shoot_all(rq, &plan, &candidates, err);
@@ -351,6 +356,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .seed = rq->seed,
                               .tries = tries_of(rq),
                               .glass_off = rq->glass_off,
+                              .gloss = rq->gloss,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
     enum lum_status status = alloc_arrays(&set, err);
@@ -384,7 +390,8 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
                 set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
-                set->glass_off == rq->glass_off && !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
+                set->glass_off == rq->glass_off && set->gloss == rq->gloss &&
+                !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {
         if (!same_power)

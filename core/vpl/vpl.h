@@ -59,7 +59,7 @@ struct lum_vpl_set {
                                                   * so that lone ones do not make it wider; 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
-    bool glass_off;
+    bool glass_off, gloss;
     uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
@@ -101,6 +101,8 @@ struct lum_vpl_request {
     uint32_t seed;
     bool media;           /* paths are dimmed by the snapshot's media */
     bool glass_off;       /* paths end where they would go through a surface: the effect transmission is left out */
+    bool gloss;           /* VPLs send on what glossy reflection does, too, as evenly as the rest: no other way of it is taken to what
+                           * the eye sees, and spread out it is better there than lost. The thesis leaves it out */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */

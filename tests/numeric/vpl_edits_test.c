@@ -93,6 +93,37 @@ static void dim_lights_are_important(void **state)
     }
 }
 
+/* Metal of little roughness sends on what Fresnel says: from the middle of a room, whose walls light meets at cosines c
+ * of 0.51 and more, f0 + (1 - f0) (1 - c)^5, that is between f0 and f0 + 0.2 * 0.49^5; the table of albedos is within
+ * 0.01. So much of the lamp's flux is in the VPLs of the first bounce, or none of it. */
+static void gloss_is_sent_on(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    struct lum_material_desc metal = rig_diffuse(0.8f);
+    metal.metallic = 1.0f;
+    metal.roughness = 0.1f;
+    rig_material(&r, "metal", &metal);
+    rig_box(&r, "room", 2, 2, 2);
+    rig_object(&r, "room", "room", "metal", rig_v(0, 2, 0));
+    struct lum_light_desc lamp = rig_point(rig_v(0, 2, 0), 1);
+    rig_light(&r, "lamp", &lamp);
+    rig_commit(&r);
+    const struct lum_light_table *lights = &r.snapshot->lights;
+    for (int gloss = 0; gloss < 2; gloss++) {
+        struct vpls v = {.n = 512, .max_bounces = 4, .gloss = gloss};
+        vpls_update(&v, &r);
+        double flux = 0.0, emitted = lum_light_flux_unit(lights->lights, r.snapshot->bounds_lo, r.snapshot->bounds_hi);
+        for (uint32_t i = 0; i < v.n / 2; i++) /* the first half are first bounces */
+            flux += (double)v.set.flux_unit[0][i];
+        if (gloss ? !(flux / emitted > 0.79 && flux / emitted < 0.8 + 0.2 * pow(0.43, 5.0) + 0.01) : flux != 0.0)
+            fail_msg("with%s gloss %g of the flux is sent on", gloss ? "" : "out", flux / emitted);
+        lum_vpl_finish(&v.set);
+    }
+    rig_end(&r);
+}
+
 /* One light: bounce b of path j is slot first(b) + j. A slot moves only if its path met the crate before or after. */
 static void moving_an_object_moves_what_met_it(void **state)
 {
@@ -275,6 +306,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dimming_traces_nothing),
         cmocka_unit_test(dim_lights_are_important),
+        cmocka_unit_test(gloss_is_sent_on),
         cmocka_unit_test(moving_an_object_moves_what_met_it),
         cmocka_unit_test(threads_and_order_do_not_matter),
         cmocka_unit_test(nothing_comes_of_nothing),

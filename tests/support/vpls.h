@@ -10,7 +10,7 @@ struct vpls {
     struct lum_vpl_set set;
     struct lum_counters counters;
     uint32_t n, max_bounces, seed;
-    bool media;
+    bool media, gloss;
     uint32_t tries;
 };
 

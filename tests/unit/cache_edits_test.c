@@ -246,7 +246,8 @@ static void after_any_edits(const char *method, uint64_t seed)
                                     .max_bounces = r->settings.max_depth - 1,
                                     .seed = r->settings.seed,
                                     .accuracy = r->settings.cache_accuracy,
-                                    .media = media};
+                                    .media = media,
+                                    .gloss = r->settings.method->cache->gloss};
         struct lum_cache *cache = NULL;
         RIG_OK(lum_cache_acquire(f.caches, &key, &cache, &err));
         if (cache->store && cache->snapshot == r->snapshot)
@@ -285,7 +286,8 @@ static struct lum_cache *acquire_cache(const struct fuzz *f)
                                 .n_vpls = n_vpls_of(set),
                                 .max_bounces = set->max_depth - 1,
                                 .seed = set->seed,
-                                .accuracy = set->cache_accuracy};
+                                .accuracy = set->cache_accuracy,
+                                .gloss = set->method->cache->gloss};
     struct lum_cache *cache = NULL;
     RIG_OK(lum_cache_acquire(f->caches, &key, &cache, &err));
     return cache;

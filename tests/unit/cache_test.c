@@ -286,8 +286,8 @@ static void equal_settings_share_a_cache(void **state)
     struct lum_cache *same, *other;
     RIG_OK(lum_cache_acquire(s.caches, &key, &same, &err));
     assert_ptr_equal(same, s.cache);
-    struct lum_cache_key keys[7];
-    for (int i = 0; i < 7; i++)
+    struct lum_cache_key keys[8];
+    for (int i = 0; i < 8; i++)
         keys[i] = key;
     keys[0].kind = &fleeting;
     keys[1].storage = LUM_STORAGE_LOCK;
@@ -296,7 +296,8 @@ static void equal_settings_share_a_cache(void **state)
     keys[4].seed++;
     keys[5].accuracy *= 2.0f;
     keys[6].media = !keys[6].media;
-    for (int i = 0; i < 7; i++) {
+    keys[7].gloss = !keys[7].gloss;
+    for (int i = 0; i < 8; i++) {
         RIG_OK(lum_cache_acquire(s.caches, &keys[i], &other, &err));
         assert_ptr_not_equal(other, s.cache);
         lum_cache_release(s.caches, other);
