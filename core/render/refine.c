@@ -26,6 +26,9 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
 
 #define FIRST_SPP 2u
 
+/* Deviations of the estimate that are added to it: the error is less in 95 % of all cases. */
+#define SURE 1.645
+
 void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
@@ -63,6 +66,7 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
         return LUM_OK;
     runner->counters[0].nonfinite += job.nonfinite;
     double n = (double)film->w * film->h;
-    r->error_rel = job.mean > 0.0 ? sqrt(fmax(job.error, 0.0) / n) / (job.mean / n) : 0.0;
+    double at_most = fmax(job.error, 0.0) + SURE * job.doubt;
+    r->error_rel = job.mean > 0.0 ? sqrt(at_most / n) / (job.mean / n) : 0.0;
     return LUM_OK;
 }

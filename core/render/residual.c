@@ -62,7 +62,7 @@ _Static_assert(LEVELS < LANES, "a lane for each level, and for none");
 
 /* Over pixels, of luminance. */
 struct sums {
-    double error, mean;
+    double error, square, mean; /* square: of what is added up as error */
     uint64_t nonfinite;
 };
 
@@ -567,7 +567,9 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     measure(&m->first[i], &m->blend[i], &error, &noise);
     float scale = square_of(lum_luminance(albedo));
     double grain = (double)square_of(beyond.apart * (beyond.alike + own * (1.0f - beyond.alike)));
-    inout_sums->error += (double)(error * scale) + grain + (double)square_of(lum_luminance(spread));
+    double off = (double)(error * scale) + grain + (double)square_of(lum_luminance(spread));
+    inout_sums->error += off;
+    inout_sums->square += off * off;
     inout_sums->mean += (double)lum_luminance(c);
     return c;
 }
@@ -585,10 +587,12 @@ static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
     struct sums all = {0};
     for (uint32_t y = 0; y < m->h; y++) {
         all.error += m->sums[y].error;
+        all.square += m->sums[y].square;
         all.mean += m->sums[y].mean;
         all.nonfinite += m->sums[y].nonfinite;
     }
     r->error = all.error;
+    r->doubt = sqrt(all.square);
     r->mean = all.mean;
     r->nonfinite = all.nonfinite;
 }

@@ -28,6 +28,7 @@ struct lum_residual {
     struct lum_film *picture;      /* out */
     /* out: sums over the pixels, of luminance */
     double error, mean; /* squared error, and the picture */
+    double doubt;       /* standard deviation of error, which is an estimate and may be below 0: from its terms, pixel by pixel */
     uint64_t nonfinite;        /* must be 0 */
 };
 

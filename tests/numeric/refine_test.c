@@ -65,11 +65,16 @@ static void stage_end(struct stage *s)
     lum_pool_destroy(s->pool);
 }
 
-/* Uniform with variance 1. */
+/* Uniform with variance 1; of one draw of many. */
+static double noise_of(uint32_t draw, uint32_t i, uint32_t sample)
+{
+    struct lum_sampler s = lum_sampler_halves(i % W, i / W, sample, draw);
+    return ((double)lum_sampler_1d(&s, 0) - 0.5) * sqrt(12.0);
+}
+
 static double noise(uint32_t i, uint32_t sample)
 {
-    struct lum_sampler s = lum_sampler_halves(i % W, i / W, sample, 7);
-    return ((double)lum_sampler_1d(&s, 0) - 0.5) * sqrt(12.0);
+    return noise_of(7, i, sample);
 }
 
 static void add(struct stage *s, uint32_t i, uint32_t sample, double value)
@@ -223,6 +228,30 @@ static void the_error_is_what_it_says(void **state)
     }
 }
 
+/* A frame that is right, and one that is wrong by a quarter of the noise, in 100 draws of two samples each: what is
+ * said with its doubt is no less than the error in 95 of them, or in 95 - 4 sqrt(100 * 0.05 * 0.95) at least. */
+static void the_error_is_covered(void **state)
+{
+    (void)state;
+    for (double bias = 0.0; bias <= 1.0; bias++) {
+        uint32_t n_covered = 0;
+        for (uint32_t draw = 0; draw < 100; draw++) {
+            struct stage s;
+            stage_begin(&s, 2);
+            for (uint32_t i = 0; i < N; i++) {
+                s.frame[i] = lum_grey((float)(TRUTH + bias));
+                for (uint32_t k = 0; k < 2; k++)
+                    add(&s, i, k, TRUTH + 4.0 * noise_of(draw, i, k));
+            }
+            apply(&s, &s.guide);
+            n_covered += s.result.error + 1.645 * s.result.doubt >= mean_square(&s, even) * N;
+            stage_end(&s);
+        }
+        if (n_covered < 87)
+            fail_msg("bias %g: the error is covered in %u of 100 draws", bias, n_covered);
+    }
+}
+
 /* ---- outliers ---- */
 
 /* One sample of 1e5 among those of 10: it is no spot, and no light is lost. */
@@ -311,15 +340,11 @@ static void threads_do_not_matter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bias_goes_on_each_wall),
-        cmocka_unit_test(detail_comes_with_the_samples),
-        cmocka_unit_test(it_ends_at_the_samples),
-        cmocka_unit_test(without_a_guide_the_samples_show),
-        cmocka_unit_test(the_error_is_what_it_says),
-        cmocka_unit_test(an_outlier_is_shared_out),
-        cmocka_unit_test(black_stays_black),
-        cmocka_unit_test(threads_do_not_matter),
-        cmocka_unit_test(the_least_errors_are_numbers),
+        cmocka_unit_test(bias_goes_on_each_wall),    cmocka_unit_test(detail_comes_with_the_samples),
+        cmocka_unit_test(it_ends_at_the_samples),    cmocka_unit_test(without_a_guide_the_samples_show),
+        cmocka_unit_test(the_error_is_what_it_says), cmocka_unit_test(the_error_is_covered),
+        cmocka_unit_test(an_outlier_is_shared_out),  cmocka_unit_test(black_stays_black),
+        cmocka_unit_test(threads_do_not_matter),     cmocka_unit_test(the_least_errors_are_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
