@@ -369,6 +369,7 @@ struct beyond {
     struct lum_rgb detail, rest;
     float alike; /* share of the detail */
     float apart; /* half the difference of the halves, luminance */
+    float both;  /* and their product: the square of their mean, but for noise */
 };
 
 static struct beyond beyond_at(const struct step *step, size_t i)
@@ -385,7 +386,8 @@ static struct beyond beyond_at(const struct step *step, size_t i)
     float alike = sum > 0.0f ? lum_max(1.0f - ALIKE * fabsf(ya - yb) / sum, 0.0f) : 0.0f;
     if (step->r->truth->n[0][i] < 2) /* two samples may be so by chance */
         alike = 0.0f;
-    return (struct beyond){lum_rgb_scale(mean, alike), lum_rgb_scale(mean, 1.0f - alike), alike, 0.5f * (ya - yb)};
+    return (struct beyond){lum_rgb_scale(mean, alike), lum_rgb_scale(mean, 1.0f - alike), alike, 0.5f * (ya - yb),
+                           ya * yb};
 }
 
 /* How much of what is shared out a pixel gets, over its neighbours: none where there is nothing that reflects. */
@@ -567,7 +569,9 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     measure(&m->first[i], &m->blend[i], &error, &noise);
     float scale = square_of(lum_luminance(albedo));
     double grain = (double)square_of(beyond.apart * (beyond.alike + own * (1.0f - beyond.alike)));
-    double off = (double)(error * scale) + grain + (double)square_of(lum_luminance(spread));
+    float left_out = (1.0f - beyond.alike) * (1.0f - own); /* of what is beyond the limits, but for what is shared */
+    double off = (double)(error * scale) + grain + (double)square_of(lum_luminance(spread)) +
+                 (double)(beyond.both * left_out * left_out);
     inout_sums->error += off;
     inout_sums->square += off * off;
     inout_sums->mean += (double)lum_luminance(c);

@@ -429,7 +429,11 @@ test('what the picture was said to be goes with the setting that it had', async 
     await settled(tab);
     await page.evaluate(() => {
         window.words = [];
-        const note = () => window.words.push(document.querySelector('.quality').textContent);
+        const text = () => document.querySelector('.quality').textContent;
+        const before = text();
+        let chosen = false; // other numbers of the line change before that, too
+        document.addEventListener('change', () => (chosen = true), { capture: true, once: true });
+        const note = () => chosen && (window.words.length > 0 || text() !== before) && window.words.push(text());
         window.observer = new MutationObserver(note);
         window.observer.observe(document.querySelector('.status'), { childList: true, subtree: true, characterData: true });
     });
