@@ -362,9 +362,10 @@ static double exposure_ev(struct lum_server_view *v, const struct lum_film *film
 {
     if (v->exposure_ev.set)
         return v->exposure_ev.value;
-    if (!v->auto_settled) {
+    if (!v->auto_settled) { /* fast frames are as bright as the picture that they become; a black one says nothing */
         v->auto_ev = lum_exposure_auto(film);
-        v->auto_settled = v->complete || v->last_pass.spp >= EVERY_PASS_BELOW_SPP;
+        bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
+        v->auto_settled = (v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP) && v->auto_ev != 0.0;
     }
     return v->auto_ev;
 }

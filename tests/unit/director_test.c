@@ -59,6 +59,32 @@ static void a_dimmed_lamp_is_darker_under_automatic_exposure(void **state)
     assert_true(sum_of_converged(c, rev) < bright);
 }
 
+static long sum_of_next(struct client *c, uint64_t scene_rev)
+{
+    static uint8_t pixels[W * H * 4];
+    long sum = 0;
+    struct lum_frame_header h;
+    do
+        h = client_next_frame(c, pixels);
+    while (h.scene_rev != scene_rev || h.downscale > 0);
+    for (size_t i = 0; i < sizeof pixels; i++)
+        sum += pixels[i];
+    return sum;
+}
+
+/* So it does in a picture that did not rest at all. */
+static void exposure_is_kept_from_the_first_frame_on(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"render\",\"path\":\"/exposure_ev\",\"value\":null},"
+                                   "{\"op\":\"set\",\"id\":\"render\",\"path\":\"/spp\",\"value\":0},"
+                                   "{\"op\":\"set\",\"id\":\"render\",\"path\":\"/method\",\"value\":\"live\"}]");
+    client_open_view(c, LUM_CODEC_RGBA8);
+    long bright = sum_of_next(c, rev);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]");
+    assert_true(sum_of_next(c, rev) < bright);
+}
+
 static void everybody_hears_of_an_edit(void **state)
 {
     struct client *c = *state;
@@ -216,6 +242,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(an_edit_shows_under_its_revision, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_dimmed_lamp_is_darker_under_automatic_exposure, client_setup,
                                         client_teardown),
+        cmocka_unit_test_setup_teardown(exposure_is_kept_from_the_first_frame_on, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(everybody_hears_of_an_edit, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(undo_and_redo_bring_the_picture_back, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(edits_are_all_or_nothing, client_setup, client_teardown),
