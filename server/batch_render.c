@@ -304,6 +304,10 @@ static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error
     double t_ms = b->options.n_frames ? frame * 1000.0 / b->options.fps : (double)INFINITY;
     bool ok = apply_edits_until(b, t_ms, err) && resolve_settings(b, err) && render_picture(b, frame, err) &&
               write_image(b, frame, err);
+    uint64_t nonfinite = b->frame_stats.sum.nonfinite;
+    if (ok && nonfinite > 0)
+        fprintf(stderr, "lumend render: %llu values were no finite numbers, and are black: please report the scene\n",
+                (unsigned long long)nonfinite);
     drop_frame(b);
     if (ok && b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
         return lum_proto_fail_memory(err);
@@ -347,11 +351,28 @@ static bool write_stats(struct batch *b, struct lum_proto_error *err)
                                 strerror(errno));
 }
 
+/* Told before anything is rendered: what cannot be written is not worth the wait. */
+static bool can_write(const char *path, struct lum_proto_error *err)
+{
+    char folder[4096];
+    const char *slash = strrchr(path, '/');
+    size_t n = slash ? (size_t)(slash - path) : 0;
+    if (n >= sizeof folder)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path %.100s... is too long", path);
+    memcpy(folder, path, n);
+    folder[n] = '\0';
+    const char *name = slash == path ? "/" : slash ? folder : ".";
+    return access(name, W_OK | X_OK) == 0 ||
+           lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write to %.150s: %s", name, strerror(errno));
+}
+
 static bool set_up(struct batch *b, struct lum_proto_error *err)
 {
     const struct lum_render_options *o = &b->options;
     struct lum_error e;
     struct lum_log log = {log_to_stderr, NULL};
+    if (!can_write(o->out, err) || (o->stats && !can_write(o->stats, err)))
+        return false;
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
     if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);

@@ -456,7 +456,8 @@ static void refusals_name_their_place(void **state)
     } cases[] = {
         {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_lm\",\"value\":-1", "flux_lm must be a number from 0"},
         {"\"op\":\"set\",\"id\":\"globe\",\"path\":\"/flux_ln\",\"value\":1", "did you mean \"flux_lm\"?"},
-        {"\"op\":\"set\",\"id\":\"glob\",\"path\":\"/on\",\"value\":true", "there is no \"glob\": did you mean \"globe\"?"},
+        {"\"op\":\"set\",\"id\":\"glob\",\"path\":\"/on\",\"value\":true",
+         "there is no \"glob\": did you mean \"globe\"?"},
         {"\"op\":\"add\",\"type\":\"object\",\"id\":\"q\",\"mesh\":\"none\",\"material\":\"white\"",
          "\"q\": there is no mesh \"none\""},
         {"\"op\":\"add\",\"type\":\"light\",\"id\":\"q\",\"kind\":\"sphere\",\"radius\":1e-4,\"flux_lm\":1e12",
@@ -478,6 +479,9 @@ static void refusals_name_their_place(void **state)
     expect_message("render --scene cornell --method whitted --size 8x8 --edits desk-moves --out @x.png",
                    "desk-moves: line ");
     expect_message("render --scene cornell --edits dask-moves --out @x.png", "dask-moves: no such file or built-in");
+    /* before anything is read, let alone rendered */
+    expect_message("render --scene nothing --out @nowhere/x.png", "cannot write to ");
+    expect_message("render --scene nothing --out @x.png --stats @nowhere/s.json", "cannot write to ");
     expect_message("render --scene cornell --cache-accuracy 0 --out @x.png",
                    "--cache-accuracy takes a number from 0.01 to 1");
     expect_message("render --scene cornell --effects-off direct,media --effects-on media --out @x.png",
