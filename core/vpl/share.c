@@ -241,10 +241,12 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 
 enum { NEIGHBOURS = 4, QUERIES = 256 };
 
-/* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2. */
-static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2)
+/* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2; and how
+ * important it is beside them, over their mean. */
+static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2, float *ret_beside)
 {
     float nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
+    float importance[NEIGHBOURS] = {0}, sum = 0.0f;
     for (uint32_t k = 0; k < set->n_bounced; k += step) {
         float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
         float d2 = x * x + y * y + z * z;
@@ -254,10 +256,16 @@ static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, fl
         if (!(facing > 0.5f)) /* 60 degrees: round a bend, not round a corner. Empty slots have no normal */
             continue;
         int at = NEIGHBOURS - 1;
-        for (; at > 0 && nearest[at - 1] > d2; at--)
+        for (; at > 0 && nearest[at - 1] > d2; at--) {
             nearest[at] = nearest[at - 1];
+            importance[at] = importance[at - 1];
+        }
         nearest[at] = d2;
+        importance[at] = set->importance[k];
     }
+    for (int k = 0; k < NEIGHBOURS; k++)
+        sum += importance[k];
+    *ret_beside = sum > 0.0f ? NEIGHBOURS * set->importance[i] / sum : 1.0f;
     return nearest[NEIGHBOURS - 1];
 }
 
@@ -269,7 +277,7 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
     uint32_t n = 0, step = (set->n_bounced + QUERIES - 1) / QUERIES;
     for (uint32_t i = 0; i < set->n_bounced; i += step)
         if (set->light[i] != LUM_NO_OBJECT) {
-            float area = reach2(set, i, 1, limit * limit) / NEIGHBOURS;
+            float beside, area = reach2(set, i, 1, limit * limit, &beside) / NEIGHBOURS;
             uint32_t at = n++;
             for (; at > 0 && areas[at - 1] > area; at--)
                 areas[at] = areas[at - 1];
@@ -281,7 +289,11 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 /* Of lone VPLs, at most, over the scene's radius. */
 #define RADIUS_MAX 0.1f
 
-/* Of more VPLs only some are looked for around each, and as many more are taken to be there: the cost is linear in n. */
+/* Of more VPLs only some are looked for around each, and as many more are taken to be there: the cost is linear in n.
+ */
+/* What is more important than those around it stands for as much more area, but for at most so much: */
+#define AREA_MAX 16.0f
+
 enum { RADII_OF_JOB = 64, LOOKED_AT = 4096 };
 
 struct radii {
@@ -297,8 +309,10 @@ static void measure_radii(void *ctx, uint32_t job, struct lum_counters *counters
     float per = 1.0f / (float)(NEIGHBOURS * step), most = radii->limit * radii->limit / per;
     (void)counters;
     for (uint32_t i = job * RADII_OF_JOB; i < set->n_bounced && i < (job + 1) * RADII_OF_JOB; i++)
-        if (set->light[i] != LUM_NO_OBJECT)
-            set->radius[i] = sqrtf(reach2(set, i, step, most) * per);
+        if (set->light[i] != LUM_NO_OBJECT) {
+            float beside, area = reach2(set, i, step, most, &beside) * per;
+            set->radius[i] = sqrtf(area * fminf(fmaxf(beside, 1.0f), AREA_MAX));
+        }
 }
 
 enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,

@@ -50,7 +50,8 @@ struct lum_vpl_set {
     float *flux[3];                              /* times the power: what gathering uses */
     float *importance;                           /* about its part of all flux, by what its own path and light were when first seen: no
                                                   * colour of a surface and no dimmed light changes it. 0: empty slot */
-    float *radius;                               /* of the area that it stands for, scene units; 0: of the sky */
+    float *radius;                               /* of the area that it stands for, which is more where it is more important than those
+                                                  * around it; scene units; 0: of the sky */
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
     uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
