@@ -7,9 +7,9 @@
  * are left out of it. The sum is kept at the lights' present power: any edit of one makes it anew.
  *
  * That takes no ray: which samples see their light is kept in two bits each, and which samples there are is decided by the
- * power that each light had when it was first seen to shine, unless it has become LUM_CROWD_BRIGHTER times as bright since, or
- * nearly all other light of the tile is off; or something moved or was painted. A view that is opened later may take others, as with virtual point lights. What moves
- * makes only those samples forgotten whose rays it can have met. */
+ * power that each light had when it was first seen to shine, unless it has become LUM_CROWD_BRIGHTER times as bright since,
+ * nearly all other light of the tile is off, or something moved or was painted. A view that is opened later may take
+ * others, as with virtual point lights. What moves makes only those samples forgotten whose rays it can have met. */
 #ifndef LUM_CORE_ESTIMATOR_CROWD_H
 #define LUM_CORE_ESTIMATOR_CROWD_H
 

@@ -382,10 +382,13 @@ static uint32_t one_in(const struct candidates *c, const struct candidate *light
 /* True when all from this octave on may be left out. */
 static bool is_enough(const struct tile_job *t, const struct candidates *c, uint32_t octave, bool open)
 {
-    double rest = 0.0, bright = brightness(t);
+    double rest = 0.0;
+    if (octave == 0 || t->extent.gloss)
+        return false;
     for (uint32_t o = octave; o < OCTAVES; o++)
         rest += open ? c->sum[o] : c->now[o];
-    if (octave == 0 || t->extent.gloss || !(rest <= (double)CULL_SHARE * (open ? 1.0 : CULL_AGAIN) * bright))
+    double bright = brightness(t);
+    if (!(rest <= (double)CULL_SHARE * (open ? 1.0 : CULL_AGAIN) * bright))
         return false;
     t->counters->culled_bound = fmax(t->counters->culled_bound, bright > 0.0 ? rest / bright : 0.0);
     return true;

@@ -30,7 +30,9 @@
 #include "core/estimator/crowd.h"
 #include "core/estimator/soft.h"
 
-/* Of more lights with soft shadows all are the crowd's: it costs less from about five on, and shows no more noise. */
+/* Of more lights with soft shadows all are the crowd's. First frames of conf_lbl_mgf, with 32: 310 ms instead of 1030 for
+ * direct light, at a SMAPE of .095 instead of .094. With few lights layers take as long (conference: SMAPE .070 instead of
+ * .074), and less when something moves, as samples need not be shaded again. */
 #define LUM_SOFT_LAYERS 8u
 #define LUM_LEAN_LAYERS 1024u /* 9 bytes a tile each: 48 MiB at 1440 x 900 */
 

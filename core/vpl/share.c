@@ -289,11 +289,10 @@ float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit)
 /* Of lone VPLs, at most, over the scene's radius. */
 #define RADIUS_MAX 0.1f
 
-/* Of more VPLs only some are looked for around each, and as many more are taken to be there: the cost is linear in n.
- */
 /* What is more important than those around it stands for as much more area, but for at most so much: */
 #define AREA_MAX 16.0f
 
+/* Of more VPLs only some are looked for around each, and as many more taken to be there: the cost is linear in n. */
 enum { RADII_OF_JOB = 64, LOOKED_AT = 4096 };
 
 struct radii {

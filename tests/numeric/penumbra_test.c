@@ -1,4 +1,5 @@
 /* Soft shadows of `live`: closed forms, agreement with whitted, the budget, edits, more lights than layers. */
+#include "core/estimator/layers.h"
 #include "core/light/irradiance.h"
 #include "tests/support/rig.h"
 
@@ -503,7 +504,6 @@ static void a_recolour_after_a_pan_traces_nothing(void **state)
 /* ---- more lights than layers ---- */
 
 #define CROWD 40
-#define HAVE_LAYERS 8 /* so many lights and no more */
 
 static void crowded_room(struct rig *r, uint32_t threads, int from, int to)
 {
@@ -528,8 +528,8 @@ static void crowd_is_the_sum(void **state)
     (void)state;
     struct rig r;
     double parts = 0.0;
-    for (int from = 0; from < CROWD; from += HAVE_LAYERS) {
-        crowded_room(&r, 0, from, from + HAVE_LAYERS);
+    for (int from = 0; from < CROWD; from += (int)LUM_SOFT_LAYERS) {
+        crowded_room(&r, 0, from, from + (int)LUM_SOFT_LAYERS);
         struct lum_pass_stats s = rig_pass(&r);
         assert_true(s.culled_bound == 0.0);
         parts += (double)rig_mean(&r).g;
