@@ -52,6 +52,7 @@ struct lum_gloss_tile {
     uint32_t n, capacity, n_segments, segment_capacity;
     enum lum_gloss_state state;
     bool followed; /* the segments are all of them */
+    float kept, cut; /* sums of luminance: what the pixels got, and what of too bright paths they did not */
 };
 /* Of the gains of all tiles, and as much again of segments; beyond, a tile is traced anew when a light is dimmed, or anything
  * moves. */
@@ -85,6 +86,10 @@ struct lum_components {
 };
 
 void lum_components_finish(struct lum_components *c);
+
+/* Of what paths of gloss brought home, and was too bright: the pixels of a rectangle of whole tiles get what the tiles around cut,
+ * in proportion to what they have. smooth: w * h. Once all tiles are traced. */
+void lum_gloss_give_back(const struct lum_pass *pass, const struct lum_tile_rect *r, struct lum_rgb *smooth);
 
 /* Makes the buffers that the pass calls for, frees the others, and marks everything as undone if anything that they depend on
  * has changed. On failure there are none. */

@@ -44,27 +44,94 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, const bool *st
     }
 }
 
+/* ---- bright paths ---- */
+
 /* A path that found a small bright thing by a rare way would stand out as a dot for as long as the frame shows, so that
- * no path is let be brighter than this many times the mean of its tile. What that takes away, refinement brings back.
- */
+ * no path is let be brighter than this many times the mean of its tile. What that takes away, the pixels around get:
+ * lum_gloss_give_back. */
 #define BRIGHTEST 6.0f
 
-static void tame(struct lum_rgb *radiance, uint32_t n)
+static float sum_of(const struct lum_rgb *radiance, uint32_t n)
 {
+    float sum = 0.0f;
+    for (uint32_t i = 0; i < n; i++)
+        sum += lum_luminance(radiance[i]);
+    return sum;
+}
+
+static void tame(struct lum_gloss_tile *tile, struct lum_rgb *radiance, uint32_t n)
+{
+    float whole = sum_of(radiance, n);
     for (int round = 0; round < 2; round++) { /* the first mean is still that of the outliers, too */
-        float sum = 0.0f, lit = 0.0f;
-        for (uint32_t i = 0; i < n; i++) {
-            float y = lum_luminance(radiance[i]);
-            sum += y;
-            lit += y > 0.0f ? 1.0f : 0.0f;
-        }
-        float most = lit > 0.0f ? BRIGHTEST * sum / lit : 0.0f;
+        float lit = 0.0f;
+        for (uint32_t i = 0; i < n; i++)
+            lit += lum_luminance(radiance[i]) > 0.0f ? 1.0f : 0.0f;
+        float most = lit > 0.0f ? BRIGHTEST * sum_of(radiance, n) / lit : 0.0f;
         for (uint32_t i = 0; i < n; i++) {
             float y = lum_luminance(radiance[i]);
             if (y > most)
                 radiance[i] = lum_rgb_scale(radiance[i], most / y);
         }
     }
+    tile->kept = sum_of(radiance, n);
+    tile->cut = lum_max(whole - tile->kept, 0.0f);
+}
+
+/* Tiles each way over which it is given back, and how much more a pixel gets at most, over what it has: as far as that,
+ * no light is lost. In conference_mcguire 3 % of the picture's light, without it. */
+#define GIVE_TILES 4
+#define GIVE_MOST 1.0f
+
+/* What the tiles around one cut, over what they kept: two numbers, so that they can be interpolated. */
+struct gift {
+    float kept, cut;
+};
+
+static struct gift gift_around(const struct lum_pass *pass, int32_t tx, int32_t ty)
+{
+    static const float weight[2 * GIVE_TILES + 1] = {1, 8, 28, 56, 70, 56, 28, 8, 1};
+    const struct lum_tiling *t = &pass->tiling;
+    struct gift sum = {0};
+    for (int32_t y = -GIVE_TILES; y <= GIVE_TILES; y++)
+        for (int32_t x = -GIVE_TILES; x <= GIVE_TILES; x++) {
+            if (tx + x < 0 || tx + x >= (int32_t)t->nx || ty + y < 0 || ty + y >= (int32_t)t->ny)
+                continue;
+            const struct lum_gloss_tile *tile =
+                &pass->components->gloss[(uint32_t)(ty + y) * t->nx + (uint32_t)(tx + x)];
+            float w = weight[x + GIVE_TILES] * weight[y + GIVE_TILES];
+            sum.kept += w * tile->kept;
+            sum.cut += w * tile->cut;
+        }
+    return sum;
+}
+
+static struct gift mix(struct gift a, struct gift b, float t)
+{
+    return (struct gift){a.kept + (b.kept - a.kept) * t, a.cut + (b.cut - a.cut) * t};
+}
+
+enum { GIFTS = LUM_PACKET_SIDE / LUM_TILE_SIDE + 2 };
+
+void lum_gloss_give_back(const struct lum_pass *pass, const struct lum_tile_rect *r, struct lum_rgb *smooth)
+{
+    struct gift gift[GIFTS][GIFTS]; /* of the packet's tiles, and those around */
+    for (int32_t y = 0; y < GIFTS; y++)
+        for (int32_t x = 0; x < GIFTS; x++)
+            gift[y][x] =
+                gift_around(pass, (int32_t)(r->x / LUM_TILE_SIDE) + x - 1, (int32_t)(r->y / LUM_TILE_SIDE) + y - 1);
+    for (uint32_t y = 0; y < r->h; y++)
+        for (uint32_t x = 0; x < r->w; x++) {
+            size_t pixel = (size_t)(r->y + y) * pass->tiling.w + r->x + x;
+            if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
+                continue;
+            float fx = ((float)x + 0.5f) / LUM_TILE_SIDE + 0.5f, fy = ((float)y + 0.5f) / LUM_TILE_SIDE + 0.5f;
+            uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy;
+            float u = fx - (float)ix, v = fy - (float)iy;
+            struct gift g =
+                mix(mix(gift[iy][ix], gift[iy][ix + 1], u), mix(gift[iy + 1][ix], gift[iy + 1][ix + 1], u), v);
+            if (g.cut > 0.0f && g.kept > 0.0f)
+                smooth[pixel] = lum_rgb_scale(smooth[pixel], 1.0f + lum_min(g.cut / g.kept, GIVE_MOST));
+        }
 }
 
 /* ---- at any power ---- */
@@ -202,6 +269,7 @@ static bool any_gloss(const struct lum_pass *pass, const struct lum_tile_rect *r
 static void keep_nothing(struct lum_gloss_tile *kept)
 {
     kept->n = kept->n_segments = 0;
+    kept->kept = kept->cut = 0.0f;
     kept->followed = true;
     kept->state = LUM_GLOSS_KEPT;
 }
@@ -219,7 +287,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
         sum_gains(pass, kept->gains, kept->n, radiance);
     else if (!trace_at_any_power(pass, tile, counters, radiance))
         trace_at_present_power(pass, tile, counters, radiance);
-    tame(radiance, r.w * r.h);
+    tame(kept, radiance, r.w * r.h);
     for (uint32_t i = 0; i < r.w * r.h; i++)
         lum_component_add(pass->components, LUM_COMPONENT_GLOSS,
                           (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, radiance[i]);

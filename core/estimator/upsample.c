@@ -11,10 +11,16 @@ static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
     const uint8_t kinds = LUM_PIXEL_SPECULAR | (pass->on[LUM_EFFECT_GLOSSY] ? LUM_PIXEL_GLOSS : 0);
-    struct lum_filter f = {
-        .guide = &guide, .need = kinds, .side = pass->settings->method->pattern, .apart = 1, .step = 1, .in = gloss->raw};
+    struct lum_filter f = {.guide = &guide,
+                           .need = kinds,
+                           .side = pass->settings->method->pattern,
+                           .apart = 1,
+                           .step = 1,
+                           .in = gloss->raw};
     lum_filter_box(&f, &(struct lum_filter_rect){r.x, r.y, r.w, r.h}, gloss->smooth + (size_t)r.y * guide.w + r.x,
                    guide.w);
+    if (pass->components->gloss)
+        lum_gloss_give_back(pass, &r, gloss->smooth);
 }
 
 static void upsample_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
