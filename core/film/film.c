@@ -35,11 +35,12 @@ void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample
         return;
     }
     size_t i = (size_t)y * film->w + x;
-    double *sum = &film->half[sample & 1u][3 * i];
+    uint32_t half = (sample ^ x) & 1u;
+    double *sum = &film->half[half][3 * i];
     sum[0] += (double)radiance.r;
     sum[1] += (double)radiance.g;
     sum[2] += (double)radiance.b;
-    film->n[sample & 1u][i]++;
+    film->n[half][i]++;
 }
 
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y)

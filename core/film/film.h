@@ -1,7 +1,7 @@
 /* Film: where radiance is summed, and how it becomes a picture.
  *
- * Two independent halves (even and odd samples) are kept apart in double precision: their difference is an unbiased
- * measure of the noise that is left. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
+ * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in double
+ * precision: their difference is an unbiased measure of the noise that is left. So after one sample each half has every second pixel. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
 #ifndef LUM_CORE_FILM_FILM_H
 #define LUM_CORE_FILM_FILM_H
 
@@ -10,7 +10,7 @@
 
 struct lum_film {
     uint32_t w, h;
-    double *half[2];   /* 3 per pixel: sums of even and of odd samples */
+    double *half[2];   /* 3 per pixel: sums of samples */
     uint32_t *n[2];    /* samples in each half, per pixel */
 };
 

@@ -24,7 +24,7 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory to refine a picture of %u x %u", t->w, t->h);
 }
 
-#define FIRST_SPP 2u
+#define FIRST_SPP 1u
 
 /* Deviations of the estimate that are added to it: the error is less in 95 % of all cases. */
 #define SURE 1.645
@@ -48,7 +48,8 @@ void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const
 bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t max_spp)
 {
     bool last = max_spp > 0 && spp + 2 > max_spp;
-    return spp % 2 == 0 && (spp >= r->next_spp || last);
+    bool halves = spp == 1 || spp % 2 == 0; /* there are two, alike */
+    return halves && (spp >= r->next_spp || last);
 }
 
 enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,
@@ -61,12 +62,15 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
     if (status == LUM_ERR_CANCELLED)
         return status;
     r->owed = false;
-    r->next_spp = spp + (spp < 8 ? 2 : (spp / 4 + 1) / 2 * 2);
+    r->next_spp = spp + (spp < 2 ? 1 : spp < 8 ? 2 : (spp / 4 + 1) / 2 * 2);
     if (status != LUM_OK)
         return LUM_OK;
     runner->counters[0].nonfinite += job.nonfinite;
     double n = (double)film->w * film->h;
     double at_most = fmax(job.error, 0.0) + SURE * job.doubt;
-    r->error_rel = job.mean > 0.0 ? sqrt(at_most / n) / (job.mean / n) : 0.0;
+    if (spp < 2) /* the halves are of pixels side by side: of edges nothing is known */
+        r->error_rel = (double)NAN;
+    else
+        r->error_rel = job.mean > 0.0 ? sqrt(at_most / n) / (job.mean / n) : 0.0;
     return LUM_OK;
 }

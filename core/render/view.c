@@ -267,6 +267,9 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     return status;
 }
 
+/* Samples draw other random numbers than the frame did: its noise is none of theirs, else they would not show it. */
+#define REST_SEED 0x72657374u
+
 /* One path traced sample of every pixel, with every effect that is called for. Now and then the film gets the frame as
  * these correct it. */
 static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass *frame,
@@ -274,6 +277,9 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
 {
     struct lum_refinement *r = &v->refinement;
     struct lum_pass pass = *frame;
+    struct lum_view_settings settings = *frame->settings;
+    settings.seed = lum_hash_u32(settings.seed ^ REST_SEED);
+    pass.settings = &settings;
     uint32_t max_spp = pass.settings->max_spp, spp = least_spp(r->tile_spp, v->tiling.n);
     enum lum_status status = LUM_OK;
     if (!r->taken)

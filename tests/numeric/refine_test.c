@@ -119,8 +119,10 @@ static double even(uint32_t i)
  * each pixel. The widest level averages at least 90 % of what a Gaussian of 26 pixels does that ends at the edges of a
  * wall of 80 x 96 pixels: more than 2000 pixels, so its noise is 2.8 / sqrt(2000) = 0.06. The levels' errors are
  * estimated over some 150 pixels, as squares with a deviation of 2.8^2 sqrt(2 / 150) = 0.9, so a narrower level may be
- * taken for as good, whose noise is at most that of the 150: 0.23. Nothing of the 3 stays, not even at the edge between
- * the walls. */
+ * taken for as good, whose noise is at most that of the 150: 0.23. Nothing of the 3 stays on average, not even at the
+ * edge between the walls, where half as many pixels are known. Of single ones there a part may: the frame's own error
+ * of 9 is estimated as roughly, with 1.3, and weights of levels go by ratios of errors that may be near 0; not half of
+ * it. */
 static void bias_goes_on_each_wall(void **state)
 {
     (void)state;
@@ -133,9 +135,15 @@ static void bias_goes_on_each_wall(void **state)
     }
     apply(&s, &s.guide);
     assert_true(mean_square(&s, even) < 0.23 * 0.23);
-    for (uint32_t y = 0; y < H; y++) /* four of those deviations */
-        for (uint32_t x = W / 2 - 1; x <= W / 2; x++)
-            assert_true(fabs(shown(&s, y * W + x) - TRUTH) < 4.0 * 0.23);
+    for (uint32_t x = W / 2 - 1; x <= W / 2; x++) {
+        double sum = 0.0;
+        for (uint32_t y = 0; y < H; y++) {
+            double off = shown(&s, y * W + x) - TRUTH;
+            assert_true(fabs(off) < 1.5);
+            sum += off / H;
+        }
+        assert_true(fabs(sum) < 0.23);
+    }
     stage_end(&s);
 }
 
@@ -252,6 +260,26 @@ static void the_error_is_covered(void **state)
     }
 }
 
+/* ---- one sample ---- */
+
+/* Each half has every second column. A frame that is wrong by 3, a sample with a deviation of 4 of each pixel: the bias
+ * goes as it does with two. */
+static void one_sample_corrects(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        s.frame[i] = lum_grey((float)(TRUTH + (is_left(i) ? 3.0 : -3.0)));
+        add(&s, i, 0, TRUTH + 4.0 * noise(i, 0));
+    }
+    apply(&s, &s.guide);
+    double off = sqrt(mean_square(&s, even));
+    print_message("root mean square error %g\n", off);
+    assert_true(off < 4.0 / sqrt(150.0)); /* as above, from one sample */
+    stage_end(&s);
+}
+
 /* ---- outliers ---- */
 
 /* One sample of 1e5 among those of 10: it is no spot, and no light is lost. */
@@ -270,9 +298,9 @@ static void an_outlier_is_shared_out(void **state)
         before += (double)lum_film_mean(&s.samples, i % W, i / W).g;
         after += shown(&s, i);
     }
-    /* 5e4 over squares of 32 x 32: 49; the nearest four squares' middles share it bilinearly */
+    /* 5e4 over squares of 48 x 48: 22; the nearest four squares' middles share it bilinearly */
     for (uint32_t i = 0; i < N; i++)
-        assert_true(shown(&s, i) < TRUTH + 5e4 / 1024.0 + 10.0);
+        assert_true(shown(&s, i) < TRUTH + 5e4 / 2304.0 + 10.0);
     /* What is shared out comes to rest whole: no square at the rim has a part in it. What is filtered keeps its sum but
      * for the weights where the filter meets an edge, which is less than the noise of the sum itself; four of its
      * deviations. */
@@ -340,11 +368,17 @@ static void threads_do_not_matter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bias_goes_on_each_wall),    cmocka_unit_test(detail_comes_with_the_samples),
-        cmocka_unit_test(it_ends_at_the_samples),    cmocka_unit_test(without_a_guide_the_samples_show),
-        cmocka_unit_test(the_error_is_what_it_says), cmocka_unit_test(the_error_is_covered),
-        cmocka_unit_test(an_outlier_is_shared_out),  cmocka_unit_test(black_stays_black),
-        cmocka_unit_test(threads_do_not_matter),     cmocka_unit_test(the_least_errors_are_numbers),
+        cmocka_unit_test(bias_goes_on_each_wall),
+        cmocka_unit_test(detail_comes_with_the_samples),
+        cmocka_unit_test(it_ends_at_the_samples),
+        cmocka_unit_test(without_a_guide_the_samples_show),
+        cmocka_unit_test(the_error_is_what_it_says),
+        cmocka_unit_test(the_error_is_covered),
+        cmocka_unit_test(one_sample_corrects),
+        cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(black_stays_black),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(the_least_errors_are_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,139 @@
+/* What the steps of a residual's correction share: values of pixels, the memory, and what they do with outliers. Internal to residual.c
+ * and outliers.c. */
+#ifndef LUM_CORE_RENDER_RESIDUAL_STEPS_H
+#define LUM_CORE_RENDER_RESIDUAL_STEPS_H
+
+#include "core/render/residual.h"
+
+#define LEVELS LUM_RESIDUAL_LEVELS
+#define LANES 8u
+
+/* Side of the squares over which outliers are shared out, pixels. */
+#define SPREAD_SIDE 48u
+
+/* They go to pixels that are lit about as much by the frame: of classes of light, two neighbours of which a pixel
+ * belongs to. In powers of 2 of what a white surface would show, over the picture's mean. */
+#define CLASSES 8u
+#define CLASS_POWERS 1.5f
+
+/* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces).
+ */
+#define ALBEDO_FLOOR 0.05f
+
+/* How pixels lie in the scene, structure of arrays. */
+enum {
+    GUIDE_NX,
+    GUIDE_NY,
+    GUIDE_NZ,
+    GUIDE_PX,
+    GUIDE_PY,
+    GUIDE_PZ,
+    GUIDE_PER_TOLERANCE, /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
+    GUIDE_KIND,          /* only the same kind is mixed; NAN: none is */
+    GUIDES
+};
+
+/* Eight values filtered together. Of residuals: A times its weight, its weight, B likewise. */
+struct lanes {
+    _Alignas(32) float v[LANES];
+};
+enum { A = 0, B = 4, WEIGHT = 3 };
+enum { NONE = LEVELS + 1 };
+_Static_assert(NONE < LANES, "a lane for each level, and for none");
+
+/* Over pixels, of luminance. */
+struct sums {
+    double error, mean;
+    uint32_t n_both; /* pixels of which the error is known */
+    uint64_t nonfinite;
+};
+
+/* Of outliers what is shared out among the pixels of a square, and the sum of the portions that they get. */
+struct square {
+    struct lum_rgb rest, portions;
+    float edge_square, edge_noise; /* at edges: squares of what is beyond the limits, mean of the halves, and of half
+                                      their difference */
+};
+
+struct lum_residual_memory {
+    uint32_t w, h, grid_w, grid_h;
+    float *guide[GUIDES];
+    struct lanes *first;      /* residuals as they are, but for outliers */
+    struct lanes *from, *to;  /* of a filter step */
+    struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
+    struct lanes *blend;      /* residuals: levels by their weights */
+    struct square *squares;   /* of a grid, class by class: outliers */
+    struct sums *sums;        /* of the grid */
+    float edge_part[CLASSES]; /* of what is beyond the limits at edges, what stays there */
+};
+
+struct step {
+    const struct lum_residual *r;
+    struct lum_residual_memory *m;
+    const struct lum_stage_runner *runner;
+    void (*row)(const struct step *step, uint32_t y);
+    uint32_t level; /* of a filter step: neighbours are 2^level pixels away */
+    float centre;   /* and this is the pixel's own weight */
+    float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
+};
+
+static inline float square_of(float x)
+{
+    return x * x;
+}
+
+/* What residuals are divided by. */
+static inline struct lum_rgb albedo_at(const struct step *step, size_t i)
+{
+    struct lum_rgb a = step->r->guide ? step->r->guide->albedo[i] : lum_grey(1.0f);
+    return lum_rgb_scale(lum_rgb_add(a, lum_grey(ALBEDO_FLOOR)), step->scale);
+}
+
+static inline void put(struct lanes *l, uint32_t half, struct lum_rgb c, float weight)
+{
+    l->v[half] = c.r * weight;
+    l->v[half + 1] = c.g * weight;
+    l->v[half + 2] = c.b * weight;
+    l->v[half + WEIGHT] = weight;
+}
+
+/* Black where no sample went in. */
+static inline struct lum_rgb take(const struct lanes *l, uint32_t half)
+{
+    float w = l->v[half + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
+    return lum_rgb(l->v[half] * per, l->v[half + 1] * per, l->v[half + 2] * per);
+}
+
+static inline struct lum_rgb mean_of(const struct lanes *l)
+{
+    float w = l->v[A + WEIGHT] + l->v[B + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
+    return lum_rgb((l->v[A] + l->v[B]) * per, (l->v[A + 1] + l->v[B + 1]) * per, (l->v[A + 2] + l->v[B + 2]) * per);
+}
+
+static inline bool in_both(const struct lanes *l)
+{
+    return l->v[A + WEIGHT] > 0.0f && l->v[B + WEIGHT] > 0.0f;
+}
+
+/* Residual of a pixel's half: its own, or, after one sample in all, that of the pixel beside it. */
+void lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane);
+
+/* ---- outliers.c ---- */
+
+/* What samples say at a pixel, as light: all of it, by half, and what of it is beyond the limits. */
+struct sampled {
+    float a, b;            /* luminance */
+    struct lum_rgb beyond; /* mean of the halves */
+    float beyond_apart;    /* half their difference, luminance */
+    float part;            /* of what is beyond, what stays where it is */
+    struct lum_rgb share;  /* of what is shared out what the pixel gets */
+};
+
+/* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx is a step. */
+void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
+/* Once all squares are limited. */
+void lum_outliers_settle(struct lum_residual_memory *m);
+/* Afterwards. */
+struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y);
+
+#endif
