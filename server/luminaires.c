@@ -30,6 +30,8 @@ static cJSON *difference(const struct lum_luminaire *was, const struct lum_lumin
     bool ok = o != NULL;
     if (!was || was->flux_lm != now->flux_lm)
         ok = ok && lum_json_add_number(o, "flux_lm", now->flux_lm);
+    if (!was || was->material_flux_lm != now->material_flux_lm)
+        ok = ok && lum_json_add_number(o, "material_flux_lm", now->material_flux_lm);
     if (!was || was->luminance_cd_m2 != now->luminance_cd_m2)
         ok = ok && lum_json_add_number(o, "luminance_cd_m2", now->luminance_cd_m2);
     if (!was || was->area_m2 != now->area_m2)

@@ -108,6 +108,7 @@ bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct
         return false;
     const struct lum_affine *m = &s->instances[l->instance].local_to_scene;
     struct lum_vec3 at = lum_v3_add(s->parts->lights->cdfs[light]->centre, lum_v3(m->m[0][3], m->m[1][3], m->m[2][3]));
+    double own = (double)lum_luminance(s->materials[s->instances[l->instance].material].emission);
     double luminance = (double)lum_luminance(l->power), area = (double)l->area / (s->norm.scale * s->norm.scale);
     *ret = (struct lum_luminaire){
         .id = l->id,
@@ -115,6 +116,7 @@ bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct
         .area_m2 = area,
         .luminance_cd_m2 = luminance * (double)l->mean_emission,
         .flux_lm = lum_mesh_light_flux(l, area) * luminance,
+        .material_flux_lm = lum_mesh_light_flux(l, area) * own,
         .color = luminance > 0.0 ? lum_rgb_scale(l->power, (float)(1.0 / luminance)) : lum_grey(1.0f),
         .both_sides = l->both_sides,
     };

@@ -124,6 +124,7 @@ struct lum_luminaire {
     double area_m2;          /* of one side */
     double luminance_cd_m2;  /* mean over the area, holes included as dark */
     double flux_lm;          /* all that leaves it: pi * luminance * area of each side that shines. Both as if switched on */
+    double material_flux_lm; /* that of its material, were it not dimmed for itself; 0 where that does not shine */
     struct lum_rgb color;    /* chromaticity, luminance 1; of a white texel. White where it is dimmed to nothing */
     bool both_sides;
 };

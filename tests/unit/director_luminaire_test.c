@@ -76,6 +76,7 @@ static void their_light_is_told(void **state)
     cJSON *told = emits_of_change(c, client_apply(c, panel));
     const cJSON *mine = cJSON_GetObjectItem(told, "panel");
     assert_near(number(mine, "flux_lm"), FULL_LM);
+    assert_near(number(mine, "material_flux_lm"), FULL_LM);
     assert_near(number(mine, "luminance_cd_m2"), 100);
     assert_near(number(mine, "area_m2"), 2);
     assert_near(cJSON_GetArrayItem(cJSON_GetObjectItem(mine, "centre"), 1)->valuedouble, 3);
@@ -111,8 +112,10 @@ static void edits_are_the_objects_own_and_undone(void **state)
     assert_flux(c, "panel", 50);
     rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"glow\",\"path\":\"/emission_cd_m2\",\"value\":30}]");
     told = emits_of_change(c, rev); /* of its own flux it keeps that */
-    assert_int_equal(cJSON_GetArraySize(told), 1);
+    assert_int_equal(cJSON_GetArraySize(told), 2);
     assert_near(number(cJSON_GetObjectItem(told, "twin"), "flux_lm"), FULL_LM * 0.3);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(told, "panel")), 1);
+    assert_near(number(cJSON_GetObjectItem(told, "panel"), "material_flux_lm"), FULL_LM * 0.3);
     cJSON_Delete(told);
     rev = client_apply(c, "[{\"op\":\"remove\",\"id\":\"panel\"}]");
     told = emits_of_change(c, rev);
