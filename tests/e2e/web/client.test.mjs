@@ -511,6 +511,61 @@ test('a surface that shines is a lamp: dimmed from the list without a ray, and p
     });
 });
 
+/** Ten panels, two of material `warm` of 2000 cd/m2 and the others of `cold` of 100: groups by material. */
+function manyPanels() {
+    const sheet = { op: 'add', type: 'mesh', id: 'sheet', shape: 'quad', size: [0.2, 0, 0.2] };
+    const glow = (id, emission_cd_m2) => ({ op: 'add', type: 'material', id, emission_cd_m2, emission_sides: 'front' });
+    const panel = (id, group, x, fields) => ({
+        ...{ op: 'add', type: 'object', id, mesh: 'sheet', material: group, group: `by-${group}`, ...fields },
+        transform: { translate: [x, 3, 0], rotate_deg: [180, 0, 0] },
+    });
+    const cold = [...Array(8).keys()].map((i) => panel(`cold-${i}`, 'cold', 0.3 * i, {}));
+    const warm = [panel('warm-a', 'warm', -0.3, {}), panel('warm-b', 'warm', -0.6, { flux_lm: 60 })];
+    return [sheet, glow('cold', 100), glow('warm', 2000), ...cold, ...warm].map((op) => JSON.stringify(op));
+}
+
+test('many lamps: found by name, and groups of them dimmed as one and put back as in the model', async () => {
+    const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
+    await withScene([...ops, ...manyPanels()], null, async (own) => {
+        const p = own.page;
+        const filter = p.getByLabel('Filter lights by name');
+        await filter.fill('nothing like it');
+        await p.getByRole('status').getByText('No lamp matches “nothing like it”.').waitFor();
+        assert.equal(await p.locator('.light').count(), 0);
+        await p.getByRole('button', { name: 'Clear the filter' }).press('Enter');
+        assert.equal(await filter.inputValue(), '');
+        assert.ok(await filter.evaluate((e) => e === document.activeElement), 'one can go on typing');
+        await row(p, 'warm-a').waitFor();
+
+        const names = await p.locator('.light-group-head .light-name').evaluateAll((all) => all.map((e) => e.title));
+        assert.deepEqual(names, ['by-warm', 'by-cold'], 'by the light that they give');
+        const lumens = async (id) => {
+            await select(p, id);
+            return Number(await field(p, id, 'Intensity').inputValue());
+        };
+        const model = Math.PI * 2000 * 0.04;
+        const near = (got, want, what) => assert.ok(Math.abs(got / want - 1) < 1e-4, `${what}: ${got} lm, ${want} expected`);
+        near(await lumens('warm-a'), model, 'warm-a at first');
+        const dimmer = p.getByLabel('Group by-warm intensity');
+        await dimmer.focus();
+        await dimmer.press('PageDown');
+        const rev = Math.max(...own.watch.stats.map((s) => s.scene_rev));
+        await dimmer.press('Home'); // as dark as it goes: the ratios have to survive it
+        await settled(own, { rev: rev + 1 });
+        assert.match(await dimmer.getAttribute('aria-valuetext'), /^1 lumens in all$/);
+        near(await lumens('warm-a'), model / (model + 60), 'warm-a, dimmed');
+        near(await lumens('warm-b'), 60 / (model + 60), 'warm-b, dimmed');
+        assert.equal(await p.getByRole('button', { name: /^group by-cold: back/ }).count(), 0, 'it is as in the model');
+        await p.getByRole('button', { name: /^group by-warm: back to the 502.7 lumens of the model$/ }).press('Enter');
+        await p.getByRole('button', { name: /^warm-b: back/ }).waitFor({ state: 'detached' });
+        near(await lumens('warm-b'), model, 'warm-b as in the model');
+        await p.locator('.stage').press('z');
+        await p.locator('.stage').press('z');
+        await p.getByRole('button', { name: /^warm-b: back/ }).waitFor();
+        await assertEventually(async () => Math.abs((await lumens('warm-b')) - 60) < 1e-3, () => 'two undos take it back');
+    });
+});
+
 test('every control has a name', async () => {
     await select(page, 'accent');
     const nameless = await page.evaluate(() =>

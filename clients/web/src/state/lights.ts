@@ -1,7 +1,7 @@
 /** What the light list needs to know about a lamp: a light record, or an object that shines. */
 import { signal } from '@preact/signals';
 import { cctToLinear } from '../lib/colour';
-import type { Vec3 } from '../lib/vec';
+import { cross, length, type Vec3 } from '../lib/vec';
 import { isObject, type JsonObject } from '../protocol/rpc';
 import { INTENSITY_FIELDS, numberOr, stringOr, vec3Or, type IntensityField, type Op, type SceneRecord } from '../protocol/types';
 import { anchorOf } from './placement';
@@ -34,6 +34,43 @@ export function intensityOf(light: SceneRecord): Intensity {
     return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
 }
 
+/** Lumens that leave it when it is on; null where there are none to tell: a sun, a sky. */
+export function fluxOf(light: SceneRecord): number | null {
+    const { field, value } = intensityOf(light);
+    if (field === 'flux_lm') return value;
+    const emits = emitsOf(light);
+    if (emits) return numberOr(emits.flux_lm, 0);
+    const r2 = numberOr(light.radius, 0.1) ** 2;
+    switch (light.kind) {
+        case 'point':
+            return 4 * Math.PI * value;
+        case 'spot':
+            return spotSolidAngle(light) * value;
+        case 'quad':
+            return Math.PI * length(cross(vec3Or(light.u, [1, 0, 0]), vec3Or(light.v, [0, 0, 1]))) * value;
+        case 'disc':
+            return Math.PI ** 2 * r2 * value;
+        case 'sphere':
+            return 4 * Math.PI ** 2 * r2 * value;
+        default:
+            return null;
+    }
+}
+
+/** Integral of glTF's falloff between the cones (KHR_lights_punctual), sr. */
+function spotSolidAngle(light: SceneRecord): number {
+    const sine = (degrees: number): number => Math.sin((degrees * Math.PI) / 360);
+    const inner = sine(numberOr(light.inner_cone_deg, 0));
+    const outer = sine(numberOr(light.outer_cone_deg, 45));
+    return (4 * Math.PI * (2 * inner ** 2 + outer ** 2)) / 3;
+}
+
+/** Lumens of an object by its material alone: what it has in the model. Null: a light, or it shines by its own fields alone. */
+export function modelFluxOf(light: SceneRecord): number | null {
+    const flux = numberOr(emitsOf(light)?.material_flux_lm, 0);
+    return flux > 0 ? flux : null;
+}
+
 export function colourOf(light: SceneRecord): { kelvin: number | null; linear: Vec3 } {
     if (typeof light.cct_k === 'number') return { kelvin: light.cct_k, linear: cctToLinear(light.cct_k) };
     return { kelvin: null, linear: vec3Or(light.color ?? emitsOf(light)?.color, [1, 1, 1]) };
@@ -54,6 +91,9 @@ export const asInModel = (id: string): Op => ({
     path: '',
     value: { flux_lm: null, luminance_cd_m2: null, color: null, cct_k: null },
 });
+
+/** The same for how bright it is alone. */
+export const dimmedAsInModel = (id: string): Op => ({ op: 'set', id, path: '', value: { flux_lm: null, luminance_cd_m2: null } });
 
 /** True when its own fields say otherwise than its material. */
 export const isAdjusted = (light: SceneRecord): boolean =>

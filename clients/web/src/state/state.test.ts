@@ -2,8 +2,9 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
+import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
-import { asInModel, centreOf, colourOf, intensityOf, isAdjusted, isLamp, nameOf, Solo } from './lights';
+import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf, Solo } from './lights';
 import { Meter } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
@@ -115,6 +116,46 @@ test('an object that shines is a lamp, with the light that the server tells', ()
     assert.deepEqual([scene.lamps.value, isLamp(panel())], [['key', 'fill'], false]);
     scene.apply([], 9, { 'room/panel': emits });
     assert.ok(isLamp(panel()));
+});
+
+test('the flux of a light follows from its size where that is what it is told by', () => {
+    const light = (kind: string, fields: JsonObject): number | null => fluxOf({ type: 'light', id: 'l', kind, ...fields });
+    const close = (got: number | null, want: number): void => assert.ok(Math.abs(got! / want - 1) < 1e-12, `${got}, ${want}`);
+    close(light('point', { intensity_cd: 100 }), 400 * Math.PI);
+    close(light('spot', { intensity_cd: 100, inner_cone_deg: 90, outer_cone_deg: 90 }), 200 * Math.PI);
+    close(light('quad', { luminance_cd_m2: 100, u: [2, 0, 0], v: [0, 0, 3] }), 600 * Math.PI);
+    close(light('disc', { luminance_cd_m2: 100, radius: 2 }), 400 * Math.PI ** 2);
+    close(light('sphere', { luminance_cd_m2: 100, radius: 2 }), 1600 * Math.PI ** 2);
+    close(light('spot', { flux_lm: 7 }), 7);
+    assert.deepEqual([light('environment', { luminance_cd_m2: 9 }), light('directional', { illuminance_lx: 9 })], [null, null]);
+});
+
+const panel = (id: string, group: string, flux: number, model = flux): SceneRecord => ({
+    ...{ type: 'object', id, group, flux_lm: flux === model ? null : flux },
+    emits: { flux_lm: flux, material_flux_lm: model, luminance_cd_m2: 1, area_m2: 1, sides: 'both' },
+});
+
+test('groups of several are ordered by the light that they give, then by name', () => {
+    const records = [panel('a1', 'a', 1), panel('a2', 'a', 2), panel('c1', 'c', 9), panel('c2', 'c', 9), panel('b1', 'b', 3), panel('b2', 'b', 0)];
+    records.push(panel('one', 'alone', 99), { type: 'light', id: 'key', kind: 'point', flux_lm: 5 });
+    const find = (id: string): SceneRecord => records.find((r) => r.id === id)!;
+    const { alone, groups } = grouped(records.map((r) => r.id), find);
+    assert.deepEqual(alone, ['one', 'key']);
+    assert.deepEqual(byLight(groups, (id) => fluxOf(find(id)) ?? 0).map(([name]) => name), ['c', 'a', 'b']);
+});
+
+test('a group is dimmed with the ratios of its lamps as they were', () => {
+    const lamps: SceneRecord[] = [panel('a', 'g', 300, 600), panel('b', 'g', 100), { type: 'light', id: 'l', kind: 'point', intensity_cd: 10 }];
+    const before = groupIntensity(lamps);
+    assert.ok(Math.abs(before.value - (400 + 40 * Math.PI)) < 1e-9 && before.total && before.model === null);
+    assert.equal(groupIntensity(lamps.slice(0, 2)).model, 700);
+    const half = scaledTo(groupStart(lamps), before.value / 2);
+    assert.deepEqual(half.map((f) => [f.id, f.path, f.value]), [['a', '/flux_lm', 150], ['b', '/flux_lm', 50], ['l', '/intensity_cd', 5]]);
+    assert.deepEqual(scaledTo(groupStart([panel('a', 'g', 0), panel('b', 'g', 0)]), 10).map((f) => f.value), [5, 5]);
+    const sun: SceneRecord = { type: 'light', id: 's', kind: 'directional', illuminance_lx: 800 };
+    const mixed = groupIntensity([sun, ...lamps]);
+    assert.deepEqual([mixed.value, mixed.unit.symbol, mixed.total], [800, 'lx', false]);
+    assert.deepEqual(scaledTo(groupStart([sun, ...lamps]), 400).map((f) => f.value), [400, 150, 50, 5]);
 });
 
 test('solo switches the others off, and a second time brings back what was', () => {

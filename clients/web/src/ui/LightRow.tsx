@@ -3,10 +3,16 @@ import { swatch } from '../lib/colour';
 import { number } from '../lib/format';
 import { logScale } from '../lib/scale';
 import type { SceneRecord } from '../protocol/types';
-import { colourOf, intensityOf, isOn, nameOf } from '../state/lights';
+import { colourOf, dimmedAsInModel, intensityOf, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
 import { LightDetails } from './LightDetails';
 import { Slider } from './Slider';
+
+/** Of a dimmer's keys: 5 %, and a factor of two. */
+export function dimmerSteps({ min, max }: Unit): { arrow: number; page: number } {
+    const decades = Math.log(max / min);
+    return { arrow: Math.log(1.05) / decades, page: Math.LN2 / decades };
+}
 
 export function LightRow({ id }: { id: string }) {
     const app = useApp();
@@ -19,7 +25,7 @@ export function LightRow({ id }: { id: string }) {
     if (!light) return null;
     const on = isOn(light);
     const { field, value, unit } = intensityOf(light);
-    const decades = Math.log(unit.max / unit.min);
+    const model = field === 'flux_lm' ? modelFluxOf(light) : null;
     return (
         <li ref={row} class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}>
             <div class="light-head">
@@ -36,13 +42,15 @@ export function LightRow({ id }: { id: string }) {
                 <span class="light-value">
                     {number(value)} <small>{unit.symbol}</small>
                 </span>
+                <ModelButton name={id} value={value} model={model} onClick={() => void app.edits.transaction([dimmedAsInModel(id)])} />
                 <SoloButton name={id} ids={[id]} />
             </div>
             <Slider
                 label={`${id} intensity`}
                 scale={logScale(unit.min, unit.max)}
                 value={value}
-                steps={{ arrow: Math.log(1.05) / decades, page: Math.LN2 / decades }}
+                steps={dimmerSteps(unit)}
+                mark={model}
                 spoken={`${number(value)} ${unit.spoken}`}
                 onInput={(v) => app.edits.set(id, `/${field}`, v)}
                 onEnd={() => app.edits.endGesture()}
@@ -68,6 +76,22 @@ function OnOff({ light, on }: { light: SceneRecord; on: boolean }) {
             onClick={() => app.edits.setOnce(light.id, '/on', !on)}
         >
             <span class="lamp-dot" />
+        </button>
+    );
+}
+
+/** The way back to the tick of a dimmer; there only where the value is another one. */
+export function ModelButton({ name, value, model, onClick }: { name: string; value: number; model: number | null; onClick(): void }) {
+    if (model === null || Math.abs(value - model) <= 1e-4 * model) return null;
+    return (
+        <button
+            type="button"
+            class="solo is-back"
+            aria-label={`${name}: back to the ${number(model)} lumens of the model`}
+            title={`Back to the model’s ${number(model)} lm`}
+            onClick={onClick}
+        >
+            ↺
         </button>
     );
 }

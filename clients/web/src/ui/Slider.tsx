@@ -26,6 +26,8 @@ interface Props {
     /** What assistive technology says, as "800 lumens". */
     spoken: string;
     class?: string;
+    /** A value to find again, which gets a tick; null: none. */
+    mark?: number | null;
     /** How far the keys go, in positions of the scale; absent: as the browser has it. */
     steps?: { arrow: number; page: number };
     onInput(value: number): void;
@@ -33,11 +35,15 @@ interface Props {
     onEnd(): void;
 }
 
-export function Slider({ label, scale, value, spoken, class: extra, steps, onInput, onEnd }: Props) {
+export function Slider({ label, scale: now, value, spoken, class: extra, mark, steps, onInput, onEnd }: Props) {
     const pause = useRef(0);
+    // A scale that follows the value would run away under the pointer.
+    const held = useRef<Scale | null>(null);
+    const scale = held.current ?? now;
     const position = scale.toPosition(value);
     const finish = (): void => {
         clearTimeout(pause.current);
+        held.current = null;
         onEnd();
     };
     const onKey = (e: KeyboardEvent): void => {
@@ -48,7 +54,11 @@ export function Slider({ label, scale, value, spoken, class: extra, steps, onInp
         pause.current = setTimeout(finish, KEY_PAUSE_MS) as unknown as number;
         onInput(scale.toValue(Math.min(1, Math.max(0, position + step))));
     };
-    return (
+    const onPointerDown = (): void => {
+        finish();
+        held.current = now;
+    };
+    const input = (
         <input
             type="range"
             class={`slider ${extra ?? ''}`}
@@ -60,10 +70,16 @@ export function Slider({ label, scale, value, spoken, class: extra, steps, onInp
             aria-valuetext={spoken}
             style={{ '--fill': `${(100 * position).toFixed(1)}%` }}
             onKeyDown={onKey}
-            onPointerDown={finish}
+            onPointerDown={onPointerDown}
             onBlur={finish}
             onInput={(e) => onInput(scale.toValue(e.currentTarget.valueAsNumber))}
-            onChange={onEnd}
+            onChange={finish}
         />
+    );
+    return (
+        <span class="slider-box">
+            {mark != null && <span class="slider-mark" style={{ '--at': scale.toPosition(mark).toFixed(4) }} />}
+            {input}
+        </span>
     );
 }
