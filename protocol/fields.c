@@ -231,23 +231,12 @@ const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *
     return NULL;
 }
 
-/* ": there are a, b, c"; false where that does not fit. */
-static bool join_names(const struct lum_fields *t, char *ret_text, size_t size)
-{
-    size_t n = 0;
-    for (size_t i = 0; i < t->n && n < size; i++)
-        n += (size_t)snprintf(ret_text + n, size - n, "%s%s", i ? ", " : ": there are ", t->fields[i].name);
-    return t->n > 0 && n < size;
-}
-
 bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err)
 {
-    struct lum_nearest near = {.given = name};
-    for (size_t i = 0; i < t->n; i++)
-        lum_nearest_offer(&near, t->fields[i].name);
+    const char *names[LUM_LIMIT_JSON_MEMBERS];
     char text[sizeof err->text / 2];
-    lum_nearest_text(&near, text, sizeof text);
-    if (near.n == 0 && !join_names(t, text, sizeof text))
-        text[0] = '\0';
+    for (size_t i = 0; i < t->n; i++)
+        names[i] = t->fields[i].name;
+    lum_nearest_among(name, names, t->n, text, sizeof text);
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s", name, text);
 }

@@ -106,3 +106,16 @@ void lum_nearest_text(const struct lum_nearest *nearest, char *ret_text, size_t 
                                             : ", ",
                                nearest->names[i], i + 1 == n ? "?" : "");
 }
+
+void lum_nearest_among(const char *given, const char *const *names, size_t n, char *ret_text, size_t size)
+{
+    struct lum_nearest near = {.given = given};
+    for (size_t i = 0; i < n; i++)
+        lum_nearest_offer(&near, names[i]);
+    lum_nearest_text(&near, ret_text, size);
+    size_t at = 0;
+    for (size_t i = 0; near.n == 0 && i < n && at < size; i++)
+        at += (size_t)snprintf(ret_text + at, size - at, "%s%s", i == 0 ? ": there are " : ", ", names[i]);
+    if (at >= size)
+        ret_text[0] = '\0';
+}

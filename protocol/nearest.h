@@ -22,4 +22,7 @@ void lum_nearest_offer(struct lum_nearest *nearest, const char *name);
  * when none is near. */
 void lum_nearest_text(const struct lum_nearest *nearest, char *ret_text, size_t size);
 
+/* The same among n names: or else, when none is near, ": there are a, b, c", all of them, if that fits. */
+void lum_nearest_among(const char *given, const char *const *names, size_t n, char *ret_text, size_t size);
+
 #endif

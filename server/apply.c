@@ -5,6 +5,7 @@
 
 #include "core/math/color.h"
 #include "core/scene/shapes.h"
+#include "server/names.h"
 
 static const double rad_per_deg = 0.017453292519943295;
 
@@ -291,8 +292,11 @@ enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_v
 {
     const struct lum_record_render *r = &render->render;
     const struct lum_method *method = lum_method_find(r->method);
-    if (!method)
-        return lum_fail(err, LUM_ERR_UNSUPPORTED, "method", "there is no method %s in this version", r->method);
+    if (!method) {
+        char near[LUM_NAMES_BYTES];
+        lum_names_of_method(r->method, near);
+        return lum_fail(err, LUM_ERR_UNSUPPORTED, "method", "there is no method \"%s\"%s", r->method, near);
+    }
     inout_settings->method = method;
     inout_settings->max_spp = (uint32_t)r->spp;
     inout_settings->max_depth = (uint32_t)r->max_depth;

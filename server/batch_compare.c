@@ -15,6 +15,7 @@
 #include "core/metric/blocks.h"
 #include "core/metric/metric.h"
 #include "protocol/json.h"
+#include "protocol/nearest.h"
 #include "server/option_errors.h"
 #include "server/png.h"
 
@@ -67,7 +68,10 @@ static enum lum_status want_metric(struct compare *c, const char *name, size_t n
     for (size_t i = 0; i < LUM_ARRAY_LEN(later_names); i++)
         if (strlen(later_names[i]) == n && memcmp(name, later_names[i], n) == 0)
             return lum_fail(err, LUM_ERR_UNSUPPORTED, "metric", "the metric %s is not in this version", later_names[i]);
-    return lum_fail(err, LUM_ERR_INVALID, "metric", "there is no metric \"%.*s\"", n < 40 ? (int)n : 40, name);
+    char given[41], near[128];
+    snprintf(given, sizeof given, "%.*s", (int)n, name);
+    lum_nearest_among(given, metric_names, METRIC_COUNT, near, sizeof near);
+    return lum_fail(err, LUM_ERR_INVALID, "metric", "there is no metric \"%s\"%s", given, near);
 }
 
 static enum lum_status want_metrics(struct compare *c, const char *list, struct lum_error *err)

@@ -15,14 +15,13 @@
 #include "server/expand.h"
 #include "server/image_output.h"
 #include "server/light_groups.h"
+#include "server/progress.h"
 #include "server/render_options.h"
 #include "server/scene_source.h"
 #include "server/stats_json.h"
 
 #define EDITOR "(edits)"
 #define DEFAULT_SPP 64u
-#define PROGRESS_EVERY_NS 250000000ll
-#define PROGRESS_AFTER_NS 1000000000ll
 
 struct batch {
     struct lum_render_options options;
@@ -39,10 +38,10 @@ struct batch {
     uint32_t n_layers;
     /* of the run */
     cJSON *frames; /* of the statistics; NULL: not asked for */
-    int64_t start_ns, progress_ns;
+    struct lum_progress progress;
     double setup_ms;
     const char *reading; /* the file that an error is about; NULL: none */
-    bool tty, progress_shown;
+    bool line_open;      /* on the terminal */
 };
 
 static void log_to_stderr(void *user, int level, const char *component, const char *text)
@@ -151,15 +150,17 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
 static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass_stats *pass)
 {
     int64_t now = lum_clock_ns();
-    if (!b->tty || now - b->start_ns < PROGRESS_AFTER_NS || now - b->progress_ns < PROGRESS_EVERY_NS)
+    if (!lum_progress_due(&b->progress, now))
         return;
-    b->progress_ns = now;
-    b->progress_shown = true;
+    b->line_open = b->progress.tty;
     uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
-    fprintf(stderr, "\rframe %u of %u: %u samples", frame + 1, n, pass->spp);
+    fprintf(stderr, "%sframe %u of %u: %u", b->progress.tty ? "\r" : "lumend render: ", frame + 1, n, pass->spp);
+    if (b->settings.max_spp < LUM_LIMIT_SPP)
+        fprintf(stderr, " of %u", b->settings.max_spp);
+    fprintf(stderr, " samples");
     if (isfinite(pass->error_rel))
         fprintf(stderr, ", relative error %.4f", pass->error_rel);
-    fprintf(stderr, "   ");
+    fprintf(stderr, ", %.0f s%s", (double)(now - b->progress.start_ns) * 1e-9, b->progress.tty ? "   " : "\n");
 }
 
 static bool enough(const struct batch *b, const struct lum_pass_stats *pass, int64_t frame_start_ns)
@@ -389,7 +390,7 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     lum_view_share(b->view, b->world.caches);
     if (o->stats && !(b->frames = cJSON_CreateArray()))
         return lum_proto_fail_memory(err);
-    b->setup_ms = (double)(lum_clock_ns() - b->start_ns) * 1e-6;
+    b->setup_ms = (double)(lum_clock_ns() - b->progress.start_ns) * 1e-6;
     return true;
 }
 
@@ -406,7 +407,7 @@ static bool run(struct batch *b, struct lum_proto_error *err)
 
 int lum_cmd_render(int argc, char **argv)
 {
-    struct batch b = {.start_ns = lum_clock_ns(), .tty = isatty(STDERR_FILENO)};
+    struct batch b = {.progress = {.start_ns = lum_clock_ns(), .tty = isatty(STDERR_FILENO)}};
     struct lum_error usage;
     if (lum_render_options_parse(argc, argv, &b.options, &usage)) {
         fprintf(stderr, "lumend render: %s\n", usage.text);
@@ -418,7 +419,7 @@ int lum_cmd_render(int argc, char **argv)
     }
     struct lum_proto_error err = {0};
     bool ok = run(&b, &err);
-    if (b.progress_shown)
+    if (b.line_open)
         fputc('\n', stderr);
     if (!ok)
         fprintf(stderr, "lumend render: %s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.text);

@@ -8,6 +8,7 @@
 
 #include "core/method/method.h"
 #include "protocol/json.h"
+#include "server/names.h"
 #include "server/scene_source.h"
 
 static const char scenes_help[] =
@@ -26,9 +27,9 @@ static const char methods_help[] =
     "Lists the rendering methods: a view, `lumend render --method` and the scene's setting\n"
     "render /method take their names.\n";
 
-static int usage_error(const char *command, const char *argument, const char *what)
+static int usage_error(const char *command, const char *argument)
 {
-    fprintf(stderr, "lumend %s: unexpected argument '%.60s'%s\n", command, argument, what);
+    fprintf(stderr, "lumend %s: unexpected argument '%.60s' (see: lumend %s --help)\n", command, argument, command);
     return LUM_EXIT_USAGE;
 }
 
@@ -53,8 +54,12 @@ static int print_file(const char *name)
     const struct lum_embedded *e = lum_scene_builtin(name);
     if (!e)
         e = lum_replay_builtin(name);
-    if (!e)
-        return usage_error("scenes", name, ": no scene or replay has this name; lumend scenes lists them");
+    if (!e) {
+        char near[LUM_NAMES_BYTES];
+        lum_names_of_source(name, near);
+        fprintf(stderr, "lumend scenes: there is no scene or replay '%.60s'%s\n", name, near);
+        return LUM_EXIT_USAGE;
+    }
     bool ok = fwrite(e->bytes, 1, e->n, stdout) == e->n && fflush(stdout) == 0;
     return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
 }
@@ -64,7 +69,7 @@ int lum_cmd_scenes(int argc, char **argv)
     if (asks_for_help(argc, argv))
         fputs(scenes_help, stdout);
     else if (argc > 2)
-        return usage_error("scenes", argv[2], "");
+        return usage_error("scenes", argv[2]);
     else if (argc == 2)
         return print_file(argv[1]);
     else {
@@ -81,7 +86,7 @@ int lum_cmd_methods(int argc, char **argv)
         return LUM_EXIT_OK;
     }
     if (argc > 1)
-        return usage_error("methods", argv[1], "");
+        return usage_error("methods", argv[1]);
     size_t n;
     const struct lum_method *m = lum_methods(&n);
     for (size_t i = 0; i < n; i++)

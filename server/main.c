@@ -22,6 +22,7 @@
 
 #include "core/accel/accel.h"
 #include "core/image/exr.h"
+#include "protocol/nearest.h"
 #include "server/auth.h"
 #include "server/commands.h"
 #include "server/director.h"
@@ -263,6 +264,11 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
         if (strcmp(first, commands[i].name) == 0)
             return commands[i].run(argc - 1, argv + 1);
-    fprintf(stderr, "lumend: no command '%s'; lumend --help lists them\n", first);
+    struct lum_nearest near = {.given = first};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        lum_nearest_offer(&near, commands[i].name);
+    char text[128];
+    lum_nearest_text(&near, text, sizeof text);
+    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", first, text);
     return LUM_EXIT_USAGE;
 }

@@ -6,7 +6,9 @@
 
 #include "core/math/vec.h"
 #include "protocol/json.h"
+#include "protocol/nearest.h"
 #include "protocol/rpc.h"
+#include "server/names.h"
 
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
 #define SAMPLES_DEFAULT 256u
@@ -119,10 +121,10 @@ static void read_effects(struct lum_json_reader *r, struct lum_view_request *v)
         enum lum_effect e;
         unsigned choice = 0;
         if (!lum_effect_find(m->string, strlen(m->string), &e)) {
-            char list[LUM_EFFECT_LIST_BYTES];
-            lum_effect_list(list);
-            lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string,
-                           "unknown effect \"%.64s\": one of %s", m->string, list);
+            char near[LUM_NAMES_BYTES];
+            lum_names_of_effect(m->string, near);
+            lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown effect \"%.64s\"%s",
+                           m->string, near);
             r->failed = !lum_proto_prefix(r->err, "effects"); /* which gives false */
             return;
         }
@@ -247,6 +249,16 @@ static const struct method_row {
     {"stats.get", LUM_CMD_STATS_GET, read_nothing},
 };
 
+static void fail_unknown(const char *method, struct lum_proto_error *err)
+{
+    const char *names[LUM_ARRAY_LEN(rows) + 2] = {"session.hello", "frame.ack"}; /* the session's own */
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++)
+        names[i + 2] = rows[i].name;
+    char near[LUM_NAMES_BYTES];
+    lum_nearest_among(method, names, LUM_ARRAY_LEN(names), near, sizeof near);
+    lum_proto_fail(err, LUM_PROTO_NO_METHOD, "unsupported", "method", "there is no method \"%.64s\"%s", method, near);
+}
+
 struct lum_command *lum_method_command(struct lum_rpc *rpc, struct lum_proto_error *err)
 {
     const struct method_row *row = NULL;
@@ -254,7 +266,7 @@ struct lum_command *lum_method_command(struct lum_rpc *rpc, struct lum_proto_err
         if (strcmp(rows[i].name, rpc->method) == 0)
             row = &rows[i];
     if (!row) {
-        lum_proto_fail(err, LUM_PROTO_NO_METHOD, "unsupported", "method", "no method \"%.64s\"", rpc->method);
+        fail_unknown(rpc->method, err);
         return NULL;
     }
     struct lum_command *c = lum_command_create(row->kind);

@@ -6,6 +6,7 @@
 #include "core/method/method.h"
 #include "protocol/limits.h"
 #include "protocol/nearest.h"
+#include "server/names.h"
 
 bool lum_option_is_whole(char **argv, const char *name)
 {
@@ -31,10 +32,7 @@ enum lum_status lum_option_method(const char *option, const char *name, struct l
 {
     if (lum_method_find(name))
         return LUM_OK;
-    size_t n;
-    const struct lum_method *methods = lum_methods(&n);
-    char list[128] = "";
-    for (size_t i = 0, used = 0; i < n && used < sizeof list; i++)
-        used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", methods[i].name);
-    return lum_fail(err, LUM_ERR_INVALID, "method", "%s must be one of %s, not '%.40s'", option, list, name);
+    char near[LUM_NAMES_BYTES];
+    lum_names_of_method(name, near);
+    return lum_fail(err, LUM_ERR_INVALID, "method", "%s must be a method, not '%.40s'%s", option, name, near);
 }

@@ -13,6 +13,7 @@
 #include "core/vpl/vpl.h"
 #include "protocol/limits.h"
 #include "server/apply.h"
+#include "server/names.h"
 #include "server/option_errors.h"
 
 #define MAX_FRAMES 1000000u
@@ -186,10 +187,10 @@ static enum lum_status read_effects(const char *option, const char *text, uint32
         size_t n = strcspn(name, ",");
         enum lum_effect e;
         if (!lum_effect_find(name, n, &e)) {
-            char list[LUM_EFFECT_LIST_BYTES];
-            lum_effect_list(list);
-            return lum_fail(err, LUM_ERR_INVALID, option, "--%s: there is no effect \"%.*s\": one of %s", option,
-                            n < 40 ? (int)n : 40, name, list);
+            char given[41], near[LUM_NAMES_BYTES];
+            snprintf(given, sizeof given, "%.*s", (int)n, name);
+            lum_names_of_effect(given, near);
+            return lum_fail(err, LUM_ERR_INVALID, option, "--%s: there is no effect \"%s\"%s", option, given, near);
         }
         bits |= LUM_EFFECT_BIT(e);
         name += n;

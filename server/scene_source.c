@@ -8,6 +8,7 @@
 
 #include "server/apply.h"
 #include "server/expand.h"
+#include "server/names.h"
 
 #define LOADER "(scene)" /* not a user name that a session can have, so nobody undoes the scene away */
 
@@ -101,9 +102,11 @@ bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_prot
     if (is_name(replay) && lum_scene_builtin(replay))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
                               "is a scene, not a replay (see: lumend scenes)");
-    if (is_name(replay) && access(replay, F_OK) != 0)
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
-                              "no such file or built-in replay (see: lumend scenes)");
+    if (is_name(replay) && access(replay, F_OK) != 0) {
+        char near[LUM_NAMES_BYTES];
+        lum_names_of_source(replay, near);
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no such file or built-in replay%s", near);
+    }
     return read_ops(replay, ret_ops, err);
 }
 
@@ -278,10 +281,14 @@ static bool open_source(const char *scene, struct source *ret_source, struct lum
     snprintf(ret_source->dir, sizeof ret_source->dir, "%.*s", slash ? n_dir : 1, slash ? scene : ".");
     if (ends_with(scene, ".jsonl"))
         return read_ops(scene, &ret_source->ops, err);
-    if (is_name(scene))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "%s (see: lumend scenes)",
-                              lum_replay_builtin(scene) ? "is a replay, not a scene"
-                                                        : "no built-in scene has this name");
+    if (lum_replay_builtin(scene))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
+                              "is a replay, not a scene (see: lumend scenes)");
+    if (is_name(scene)) {
+        char near[LUM_NAMES_BYTES];
+        lum_names_of_source(scene, near);
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no built-in scene has this name%s", near);
+    }
     ret_source->is_model = true;
     return import_op(scene, &ret_source->ops, err);
 }

@@ -5,6 +5,7 @@
 
 #include "core/math/color.h"
 #include "server/apply.h"
+#include "server/names.h"
 
 enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
 enum { GLANCES = 16 }; /* across, and down */
@@ -35,6 +36,14 @@ static bool resolve_camera(const struct lum_view_request *want, const struct lum
     return lum_world_camera(world, want->has_camera_id && want->camera_id[0] ? want->camera_id : NULL, ret_camera, err);
 }
 
+static bool fail_method(const char *name, struct lum_proto_error *err)
+{
+    char near[LUM_NAMES_BYTES];
+    lum_names_of_method(name, near);
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method \"%s\"%s", name,
+                          near);
+}
+
 /* Always fills *r with something usable; false when the request names what does not exist. */
 static bool resolve(const struct lum_view_request *want, const struct lum_world *world, struct resolved *r,
                     struct lum_proto_error *err)
@@ -55,8 +64,7 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
         if (m)
             r->settings.method = m;
         else
-            ok = lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method %s",
-                                want->method);
+            ok = fail_method(want->method, err);
     }
     r->settings.deterministic = world->deterministic;
     r->settings.effects_off = want->effects_off;

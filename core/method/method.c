@@ -24,14 +24,6 @@ bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effec
     return false;
 }
 
-void lum_effect_list(char ret_text[LUM_EFFECT_LIST_BYTES])
-{
-    size_t n = 0;
-    ret_text[0] = '\0';
-    for (int e = 0; e < LUM_EFFECT_COUNT && n < LUM_EFFECT_LIST_BYTES; e++)
-        n += (size_t)snprintf(ret_text + n, LUM_EFFECT_LIST_BYTES - n, "%s%s", e ? ", " : "", lum_effect_names[e]);
-}
-
 const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
     [LUM_RAY_PRIMARY] = "primary",
     [LUM_RAY_DIRECT] = "direct",

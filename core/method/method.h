@@ -25,9 +25,6 @@ extern const char *const lum_effect_names[LUM_EFFECT_COUNT]; /* "direct", "soft_
 #define LUM_EFFECT_BIT(e) (1u << (e))
 /* name: n_name bytes. False, with *ret_effect as before: there is none of this name. */
 bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effect);
-#define LUM_EFFECT_LIST_BYTES 128
-/* "direct, soft_shadow, ...": all names, for messages. */
-void lum_effect_list(char ret_text[LUM_EFFECT_LIST_BYTES]);
 
 /* Kinds of ray that are counted apart. After LUM_RAY_PRIMARY come those of the effects, in the order of enum lum_effect. */
 enum lum_ray_kind {

@@ -123,7 +123,7 @@ class CommandLine(unittest.TestCase):
         for arguments in (("scenes", "nonsense"), ("scenes", "cornell", "nonsense"), ("methods", "nonsense")):
             done = run(*arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
-            self.assertIn("unexpected argument 'nonsense'", done.stderr)
+            self.assertIn("'nonsense'", done.stderr)
 
     def test_a_file_is_named_once(self):
         for arguments in (("--scene", "/no/place.jsonl"), ("--scene", "/no/place.glb"), ("--edits", "/no/place")):
@@ -162,8 +162,8 @@ class CommandLine(unittest.TestCase):
                                  (["render", "--isa", "mmx"], "--isa must be one of sse2, "),
                                  (["--no-auth", "--token-file", "f"], "exclude each other"),
                                  (["--treads=3"], "unknown option '--treads=3': did you mean --threads?"),
-                                 (["--method", "foo"], "--method must be one of whitted, "),
-                                 (["render", "--method", "foo"], "path, not 'foo'"),
+                                 (["--method", "foo"], "--method must be a method, not 'foo': there are whitted, "),
+                                 (["render", "--method", "foo"], "not 'foo': there are whitted, "),
                                  (["render", "--thread", "3"], "abbreviated: write --threads"),
                                  (["render", "--sied", "3"], "did you mean --seed?"),
                                  (["compare", "--heatmop=f"], "did you mean --heatmap?"),

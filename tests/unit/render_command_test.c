@@ -18,6 +18,8 @@
 #include "core/method/method.h"
 #include "protocol/json.h"
 #include "server/commands.h"
+#include "server/names.h"
+#include "server/progress.h"
 #include "server/render_options.h"
 
 enum { MAX_ARGS = 24 };
@@ -593,16 +595,73 @@ static void compare_gives_closed_forms(void **state)
     assert_int_equal(status, LUM_EXIT_FAILED);
 }
 
+static void names_that_do_not_exist_are_answered_with_those_near(void **state)
+{
+    (void)state;
+    static const struct {
+        void (*names)(const char *name, char ret_text[LUM_NAMES_BYTES]);
+        const char *given, *want;
+    } rows[] = {
+        {lum_names_of_method, "pth", ": did you mean \"path\"?"},
+        {lum_names_of_method, "ais_max", ": did you mean \"ais-max\"?"},
+        {lum_names_of_effect, "soft_shadows", ": did you mean \"soft_shadow\"?"},
+        {lum_names_of_effect, "q",
+         ": there are direct, soft_shadow, environment, indirect_diffuse, reflection, transmission, glossy, media, "
+         "antialias"},
+        {lum_names_of_source, "officee", ": did you mean \"office\"?"},
+        {lum_names_of_source, "desk-movs", ": did you mean \"desk-moves\"?"},
+        {lum_names_of_source, "qqqqqqqq", " (see: lumend scenes)"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char text[LUM_NAMES_BYTES];
+        rows[i].names(rows[i].given, text);
+        if (strcmp(text, rows[i].want) != 0)
+            fail_msg("\"%s\"%s, expected %s", rows[i].given, text, rows[i].want);
+    }
+}
+
+/* A log gets as many lines as the run time has doublings, whatever time a pass takes; a terminal four a second. */
+static void progress_is_told_seldom_in_a_log(void **state)
+{
+    (void)state;
+    const int64_t ms = 1000000, start = 77 * ms;
+    struct lum_progress log = {.start_ns = start}, tty = {.tty = true, .start_ns = start};
+    unsigned n = 0, n_tty = 0;
+    for (int64_t t = 0; t < 100000; t += 10) {
+        if (lum_progress_due(&log, start + t * ms))
+            assert_int_equal(t, 2000 << n++);
+        n_tty += lum_progress_due(&tty, start + t * ms);
+    }
+    assert_int_equal(n, 6);                         /* 2, 4, 8, 16, 32 and 64 s */
+    assert_int_equal(n_tty, 396);                   /* from 1 s on */
+    struct lum_progress slow = {.start_ns = start}; /* passes of 7 s: at the first after each of those */
+    static const int due[] = {7, 14, 21, 35, 70};
+    n = 0;
+    for (int64_t t = 7; t < 100; t += 7)
+        if (lum_progress_due(&slow, start + t * 1000 * ms))
+            assert_int_equal(t, due[n++]);
+    assert_int_equal(n, 5);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
-        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
-        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
-        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(light_groups_sum_to_the_whole),
-        cmocka_unit_test(surfaces_that_shine_have_groups),  cmocka_unit_test(light_groups_of_caches_sum_up),
-        cmocka_unit_test(mistakes_are_told_apart),          cmocka_unit_test(refusals_name_their_place),
-        cmocka_unit_test(one_shadow_ray_passes_a_rod),      cmocka_unit_test(compare_gives_closed_forms),
+        cmocka_unit_test(names_that_do_not_exist_are_answered_with_those_near),
+        cmocka_unit_test(progress_is_told_seldom_in_a_log),
+        cmocka_unit_test(furnace_has_its_closed_form),
+        cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(stats_hold_what_the_design_names),
+        cmocka_unit_test(effects_are_forced),
+        cmocka_unit_test(a_png_is_exposed_as_asked),
+        cmocka_unit_test(a_built_in_replay_is_rendered),
+        cmocka_unit_test(edits_follow_the_timeline),
+        cmocka_unit_test(light_groups_sum_to_the_whole),
+        cmocka_unit_test(surfaces_that_shine_have_groups),
+        cmocka_unit_test(light_groups_of_caches_sum_up),
+        cmocka_unit_test(mistakes_are_told_apart),
+        cmocka_unit_test(refusals_name_their_place),
+        cmocka_unit_test(one_shadow_ray_passes_a_rod),
+        cmocka_unit_test(compare_gives_closed_forms),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
