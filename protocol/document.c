@@ -275,6 +275,25 @@ static bool apply_remove(struct lum_txn *t, const struct lum_op *op)
     return lum_txn_step(t, r, NULL);
 }
 
+static const char *home_camera(const struct lum_document *doc)
+{
+    return lum_table_find(&doc->table, "render")->record->render.camera;
+}
+
+/* The settings may name a camera that is gone, or one that comes later in the same transaction; what is set to one that
+ * is not there is a slip. */
+static bool check_home_camera(const struct lum_txn *t)
+{
+    const char *id = home_camera(t->doc);
+    const struct lum_table_slot *slot = lum_table_find(&t->doc->table, id);
+    if (!id[0] || (slot && slot->record->type == LUM_RECORD_CAMERA))
+        return true;
+    char near[sizeof t->err->text / 2];
+    lum_document_nearest(t->doc, LUM_RECORD_CAMERA, id, near, sizeof near);
+    return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "camera",
+                          "camera of \"render\": there is no camera \"%s\"%s", id, near);
+}
+
 bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,
                         const struct lum_import_children *children, size_t n_children, struct lum_changes *ret_changes,
                         struct lum_proto_error *err)
@@ -282,9 +301,11 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
     struct lum_txn t = {.doc = doc, .err = err};
     struct lum_changes changes;
     bool ok = true;
-    size_t i = 0;
+    size_t i = 0, named_at = ops->n;
+    lum_id home;
     lum_history_settle(doc);
     for (; i < ops->n && ok; i++) {
+        memcpy(home, home_camera(doc), sizeof home);
         const struct lum_op *op = &ops->ops[i];
         if (op->kind == LUM_OP_ADD)
             ok = check_free(&t, op->id) && lum_txn_step(&t, NULL, op->record);
@@ -294,6 +315,12 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
             ok = apply_remove(&t, op);
         else
             ok = apply_import(&t, op, children_of(children, n_children, op->id));
+        if (strcmp(home, home_camera(doc)) != 0)
+            named_at = i;
+    }
+    if (ok && named_at < ops->n && !check_home_camera(&t)) {
+        ok = false;
+        i = named_at + 1;
     }
     if (!ok) {
         char prefix[32];

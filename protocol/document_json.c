@@ -128,11 +128,23 @@ static bool add_removals(cJSON *ops, const struct lum_document *doc, const struc
     return true;
 }
 
+/* Last, for they name a camera; without one that is gone, which nobody could set again. */
+static bool add_settings(cJSON *ops, const struct lum_document *doc)
+{
+    struct lum_record *r = lum_record_clone(lum_document_find(doc, "render"));
+    const struct lum_record *camera = r ? lum_document_find(doc, r->render.camera) : NULL;
+    if (r && (!camera || camera->type != LUM_RECORD_CAMERA))
+        r->render.camera[0] = '\0';
+    bool ok = r && lum_json_add(ops, NULL, lum_record_to_json(r, false));
+    lum_record_unref(r);
+    return ok;
+}
+
 static bool add_replayable(cJSON *ops, const struct lum_document *doc, const struct lum_record **records, size_t n)
 {
     bool ok = true;
     for (size_t i = 0; i < n && ok; i++)
-        if (!records[i]->origin[0])
+        if (!records[i]->origin[0] && records[i]->type != LUM_RECORD_RENDER)
             ok = lum_json_add(ops, NULL, lum_record_to_json(records[i], false));
     for (size_t i = 0; i < n && ok; i++)
         if (records[i]->type == LUM_RECORD_IMPORT)
@@ -140,7 +152,7 @@ static bool add_replayable(cJSON *ops, const struct lum_document *doc, const str
     for (size_t i = 0; i < n && ok; i++)
         if (records[i]->type == LUM_RECORD_IMPORT)
             ok = add_removals(ops, doc, &records[i]->import);
-    return ok;
+    return ok && add_settings(ops, doc);
 }
 
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand)

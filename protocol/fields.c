@@ -175,7 +175,7 @@ static const struct lum_field render[] = {
         render, glass, 0, "physical|architectural",
         "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
     {ROW(render, camera, ID), CHARS(render, camera), .unit = "",
-     .doc = "of views that name none; null, or gone: `main`, else the first by id"},
+     .doc = "of views that name none, there when it is set; null, or gone: `main`, else the first by id"},
 };
 
 static const struct lum_field import[] = {

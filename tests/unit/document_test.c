@@ -61,6 +61,45 @@ static void unknown_ids_are_answered_with_near_ones(void **state)
     lum_document_destroy(doc);
 }
 
+/* It is set to one that is there, be it by the end of the transaction; what goes later is let go, and not told again.
+ */
+static void the_settings_name_a_camera_that_exists(void **state)
+{
+    (void)state;
+#define CAMERA(id) "{'op':'add','type':'camera','id':'" id "','position':[0,0,1],'target':[0,0,0]}"
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err = {0};
+    must(doc, "ann", "[" CAMERA("main") "," LIGHT("key") "]");
+    static const char *const wrong[][2] = {
+        {"[" LIGHT("l") "," SET("render", "/camera", "'mian'") "," LIGHT("m") "]",
+         "camera of \"render\": there is no camera \"mian\": did you mean \"main\"?"},
+        {"[" SET("key", "/on", "true") "," SET("render", "", "{'camera':'key'}") "]",
+         "camera of \"render\": there is no camera \"key\"; there are main"},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        assert_false(apply_text(doc, "ann", wrong[i][0], &err));
+        assert_string_equal(err.text, wrong[i][1]);
+        assert_string_equal(err.path, "ops/1/camera");
+        assert_string_equal(err.app, "not_found");
+    }
+    must(doc, "ann", "[" SET("render", "/camera", "'late'") "," CAMERA("late") "]");
+    must(doc, "ann", "[" REMOVE("late") "]");
+    must(doc, "ann", "[" SET("render", "/exposure_ev", "5") "]"); /* nothing to do with it */
+    cJSON *json = lum_document_to_json(doc, false);
+    char *text = lum_json_print(json, NULL);
+    assert_null(strstr(text, "late"));
+    assert_non_null(strstr(text, "exposure_ev"));
+    free(text);
+    cJSON_Delete(json);
+    must(doc, "ann", "[" SET("render", "/camera", "'main'") "]");
+    json = lum_document_to_json(doc, false);
+    const cJSON *ops = cJSON_GetObjectItem(json, "ops");
+    const cJSON *last = cJSON_GetArrayItem(ops, cJSON_GetArraySize(ops) - 1);
+    assert_string_equal(cJSON_GetObjectItem(last, "id")->valuestring, "render"); /* after what it names */
+    cJSON_Delete(json);
+    lum_document_destroy(doc);
+}
+
 static void in_use_names_the_user(void **state)
 {
     (void)state;
@@ -239,6 +278,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_or_nothing),
         cmocka_unit_test(unknown_ids_are_answered_with_near_ones),
+        cmocka_unit_test(the_settings_name_a_camera_that_exists),
         cmocka_unit_test(in_use_names_the_user),
         cmocka_unit_test(changes_are_net_and_ordered),
         cmocka_unit_test(the_news_name_what_was_reset),
