@@ -236,7 +236,8 @@ static bool apply_import(struct lum_txn *t, const struct lum_op *op, const struc
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
                               "ids below \"%s\" are taken: import under another id", op->id);
     if (!made)
-        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "id", "imports are not available here");
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "id",
+                              "imports are not available here: the file may hold no import op");
     struct lum_record *import = import_record(op, made);
     if (!import)
         return lum_proto_fail_memory(t->err);

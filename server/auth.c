@@ -48,7 +48,9 @@ enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, 
     char line[LUM_TOKEN_MAX_BYTES + 3];
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
-        return lum_fail(err, LUM_ERR_IO, "token-file", "token file %s: %s", path, strerror(errno));
+        return lum_fail(err, LUM_ERR_IO, "token-file",
+                        "cannot read the token file %s: %s (without --token-file a token is made)", path,
+                        strerror(errno));
     if (fstat(fd, &st) || (st.st_mode & S_IWOTH)) {
         status = lum_fail(err, LUM_ERR_INVALID, "token-file", "%s: everybody may write it; chmod 600 it", path);
         goto done;

@@ -114,7 +114,8 @@ static enum lum_status parse(int argc, char **argv, struct compare *c, struct lu
     if (c->help)
         return LUM_OK;
     if (argc - optind != 2)
-        return lum_fail(err, LUM_ERR_INVALID, "", "two EXR files are needed, %d given", argc - optind);
+        return lum_fail(err, LUM_ERR_INVALID, "", "two EXR files are needed, %d given (see: lumend compare --help)",
+                        argc - optind);
     c->pictures[PICTURE_A].path = argv[optind];
     c->pictures[PICTURE_B].path = argv[optind + 1];
     return want_metrics(c, metrics, err);

@@ -104,7 +104,7 @@ void lum_director_edit(struct lum_director *d, struct lum_command *c)
         }
         struct lum_proto_error err;
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
-                       "this server has no asset folder (--assets): it imports nothing");
+                       "this server has no folder of model files: start it with --assets DIR");
         refuse_edit(d, c, &err);
         return;
     }

@@ -352,8 +352,8 @@ static bool open_asset_dir(struct child *c)
 {
     int root_fd = open(c->run->assets_dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (root_fd < 0)
-        return lum_proto_fail(c->err, LUM_PROTO_APPLICATION, "io", "asset", "cannot open the asset directory: %s",
-                              strerror(errno));
+        return lum_proto_fail(c->err, LUM_PROTO_APPLICATION, "io", "asset",
+                              "cannot open the folder of model files (--assets): %s", strerror(errno));
     enum lum_status status = lum_asset_open_dir(root_fd, c->run->asset, &c->dir_fd);
     close(root_fd);
     if (status)
@@ -370,7 +370,7 @@ bool lum_import_run(const struct lum_import_run *run, struct lum_proto_error *er
     bool ok = false;
     if (!run->assets_dir)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "asset",
-                              "imports need an asset directory (--assets)");
+                              "imports need a folder of model files: give one with --assets DIR");
     if (!open_asset_dir(&c))
         return false;
     c.deadline_ns = lum_clock_ns() + LUM_LIMIT_IMPORT_WALL_S * 1000000000ll;

@@ -28,7 +28,8 @@ const char lum_render_help[] =
     "--frames\n"
     "                       frame n, from 0, shows those with a t_ms of up to 1000 n / fps\n"
     "  --method M           see: lumend methods\n"
-    "  --camera ID          a camera of the scene (default: that of its settings, which is the first in a model's file; else\n"
+    "  --camera ID          a camera of the scene (default: that of its settings, which is the first in a model's "
+    "file; else\n"
     "                       main, else the first by name)\n"
     "  --size WxH           default 600x400\n"
     "  --frames N           a sequence; --out then holds %04d\n"
@@ -355,7 +356,8 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
             return st;
     }
     if (optind < argc)
-        return lum_fail(err, LUM_ERR_INVALID, "", "unexpected argument %.60s", argv[optind]);
+        return lum_fail(err, LUM_ERR_INVALID, "", "unexpected argument %.60s (see: lumend render --help)",
+                        argv[optind]);
     enum lum_status st = o.help ? LUM_OK : check(&o, err);
     if (!st)
         *ret_options = o;

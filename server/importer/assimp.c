@@ -34,7 +34,8 @@ static enum lum_status explain(struct lum_error *err)
     if (strstr(why, "bad_alloc") || strstr(why, "length_error"))
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory");
     if (strstr(why, "No suitable reader"))
-        return lum_fail(err, LUM_ERR_UNSUPPORTED, "", "is no model format that is known");
+        return lum_fail(err, LUM_ERR_UNSUPPORTED, "",
+                        "is no model format that is known: give a .glb, .gltf or .obj, or a .jsonl scene");
     return lum_fail(err, LUM_ERR_INVALID, "", "%.200s", why[0] ? why : "cannot be read");
 }
 

@@ -464,7 +464,7 @@ static void refusals_name_their_place(void **state)
          "\"q\": there is no mesh \"none\""},
         {"\"op\":\"add\",\"type\":\"light\",\"id\":\"q\",\"kind\":\"sphere\",\"radius\":1e-4,\"flux_lm\":1e12",
          "flux_lm must be from 0 to 394784 "}, /* 4 pi^2 radius^2 times the limit of luminance, 1e12 cd/m2 */
-        {"\"op\":\"import\",\"id\":\"q\",\"asset\":\"none.glb\"", "imports need an asset directory"},
+        {"\"op\":\"import\",\"id\":\"q\",\"asset\":\"none.glb\"", "imports need a folder of model files"},
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++) {
         char text[512], message[128];
