@@ -112,10 +112,6 @@ static void trace_rays(struct seeing *s)
     s->rays.n = 0;
 }
 
-/* Nearer than this there is no room for an occluder between the two ends, each moved off its surface by LUM_RAY_OFFSET.
- */
-#define TOUCHING (4.0f * LUM_RAY_OFFSET)
-
 static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, uint32_t slot)
 {
     const struct lum_vpl_set *set = &s->job->cache->vpls;
@@ -123,7 +119,7 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     struct lum_vec3 end = lum_ray_offset(p, lum_v3(set->nx[slot], set->ny[slot], set->nz[slot]));
     struct lum_vec3 d = lum_v3_sub(end, lum_vpl_seen_from(set, slot, from));
     struct lum_vec3 direct = lum_v3_sub(p, r->base.p);
-    if (lum_dot(direct, direct) < TOUCHING * TOUCHING) {
+    if (lum_dot(direct, direct) < LUM_VPL_TOUCHING * LUM_VPL_TOUCHING) {
         uint32_t *left = lum_cache_left(s->job->cache, &r->base);
         r->bits[slot / 64] |= UINT64_C(1) << slot % 64;
         if (left)
