@@ -135,7 +135,8 @@ enum lum_status lum_scene_put_material(struct lum_scene *scene, const char *id, 
 
 /* ---- objects ---- */
 
-void lum_group_name(char ret_group[LUM_ID_MAX + 1], const char *group, const char *id)
+/* The name of what shines in no group is its own id. */
+static void name_group(char ret_group[LUM_ID_MAX + 1], const char *group, const char *id)
 {
     snprintf(ret_group, LUM_ID_MAX + 1, "%s", group && group[0] ? group : id);
 }
@@ -195,7 +196,7 @@ enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, co
     entry->visible = desc->visible;
     entry->shine = desc->shine;
     entry->shine.group = NULL;
-    lum_group_name(entry->group, desc->shine.group, id);
+    name_group(entry->group, desc->shine.group, id);
     lum_table_keep(table, base);
     return LUM_OK;
 }
@@ -278,7 +279,7 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
     if (status != LUM_OK)
         return status;
     struct lum_light_entry *entry = (struct lum_light_entry *)base;
-    lum_group_name(entry->group, desc->group, id);
+    name_group(entry->group, desc->group, id);
     lum_entry_move_use(entry->image, image);
     entry->image = (struct lum_image_entry *)image;
     entry->desc = *desc;

@@ -178,9 +178,6 @@ struct lum_snapshot_parts {
     uint32_t n_media;
 };
 
-/* Room for LUM_ID_MAX bytes; the name of what shines in no group is its own id. */
-void lum_group_name(char ret_group[LUM_ID_MAX + 1], const char *group, const char *id);
-
 void lum_instance_part_unref(struct lum_instance_part *part); /* all accept NULL */
 void lum_material_part_unref(struct lum_material_part *part);
 void lum_light_part_unref(struct lum_light_part *part);

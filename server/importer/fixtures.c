@@ -6,6 +6,12 @@
 
 #include "core/base/base.h"
 
+/* Corners are one where they are this near, as a share of the mesh's largest extent: what exporters' floats round by.
+ */
+#define WELD 0x1p-19
+/* Boxes that are nearer than this share of the smaller one's diagonal are of one fixture. */
+#define GAP 0.02
+
 #define PAIRS_MOST 2048u /* parts whose boxes are compared with one another; more are put together by place alone */
 
 struct box {
@@ -84,7 +90,7 @@ static bool weld(const struct lum_fixture_query *q, const struct box *all, uint3
     while (n < 2 * q->n_vertices)
         n *= 2;
     struct point *slots = lum_calloc(n, sizeof *slots);
-    double width = 2.0 * fmax(extent_of(all) * LUM_FIXTURE_WELD, 0x1p-120);
+    double width = 2.0 * fmax(extent_of(all) * WELD, 0x1p-120);
     for (uint32_t v = 0; slots && v < q->n_vertices; v++) {
         int64_t near[2][3]; /* its own cell, and the next one on the side that it lies on */
         for (int k = 0; k < 3; k++) {
@@ -146,7 +152,7 @@ static double diagonal(const struct box *b)
 
 static bool are_near(const struct box *a, const struct box *b)
 {
-    double gap2 = 0.0, tolerance = LUM_FIXTURE_GAP * fmin(diagonal(a), diagonal(b));
+    double gap2 = 0.0, tolerance = GAP * fmin(diagonal(a), diagonal(b));
     for (int k = 0; k < 3; k++) {
         double gap = fmax(fmax(a->lo[k] - b->hi[k], b->lo[k] - a->hi[k]), 0.0);
         gap2 += gap * gap;

@@ -10,11 +10,6 @@
 #define LUM_FIXTURES_PER_MESH 256u    /* a ceiling of luminaires; the points of a chain of lights are grouped */
 #define LUM_FIXTURES_PER_IMPORT 1024u /* objects: each is a record, something to trace and a light to sample; then meshes stay whole */
 
-/* Corners are one where they are this near, as a share of the mesh's largest extent: what exporters' floats round by. */
-#define LUM_FIXTURE_WELD 0x1p-19
-/* Boxes that are nearer than this share of the smaller one's diagonal are of one fixture. */
-#define LUM_FIXTURE_GAP 0.02
-
 struct lum_fixture_query {
     const float *positions; /* 3 * n_vertices, finite */
     const uint32_t *indices; /* 3 * n_triangles, below n_vertices */
