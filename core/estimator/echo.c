@@ -88,20 +88,39 @@ bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const stru
     return true;
 }
 
-bool lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set *set, struct lum_rgb *ret)
+static struct lum_rgb radiance_of(const struct lum_vpl_set *set, uint32_t slot)
+{
+    return lum_rgb_scale(lum_rgb(set->flux[0][slot], set->flux[1][slot], set->flux[2][slot]), LUM_INV_PI);
+}
+
+static const float *row_of(const struct lum_echo *e, const struct lum_echo_job *job, uint32_t j)
+{
+    return e->terms + job->first_term + (size_t)j * job->n_points;
+}
+
+/* A VPL that was black is unknown to all points of a job, since no ray was asked for it. */
+bool lum_echo_known(const struct lum_echo *e, const struct lum_vpl_set *set)
+{
+    for (uint32_t k = 0; k < e->n_jobs; k++) {
+        const struct lum_echo_job *job = &e->jobs[k];
+        for (uint32_t j = 0; j < job->n_slots; j++)
+            if (row_of(e, job, j)[0] == LUM_VPL_UNKNOWN && !lum_rgb_black(radiance_of(set, job->first + j * job->step)))
+                return false;
+    }
+    return true;
+}
+
+void lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set *set, struct lum_rgb *ret)
 {
     const struct lum_echo_job *job = &e->jobs[k];
     double sum[LUM_RAY_BATCH][3] = {{0}};
     for (uint32_t j = 0; j < job->n_slots; j++) {
         uint32_t slot = job->first + j * job->step;
-        const float *row = e->terms + job->first_term + (size_t)j * job->n_points;
-        struct lum_rgb radiance =
-            lum_rgb_scale(lum_rgb(set->flux[0][slot], set->flux[1][slot], set->flux[2][slot]), LUM_INV_PI);
+        const float *row = row_of(e, job, j);
+        struct lum_rgb radiance = radiance_of(set, slot);
         if (lum_rgb_black(radiance))
             continue;
         for (uint32_t i = 0; i < job->n_points; i++) {
-            if (row[i] == LUM_VPL_UNKNOWN)
-                return false;
             struct lum_rgb value = lum_rgb_scale(radiance, lum_max(row[i], 0.0f));
             if (e->panes)
                 value = lum_rgb_mul(value, lum_share_unpack(e->left[job->first_term + (size_t)j * job->n_points + i]));
@@ -112,5 +131,4 @@ bool lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set
     }
     for (uint32_t i = 0; i < job->n_points; i++)
         ret[i] = lum_rgb((float)sum[i][0], (float)sum[i][1], (float)sum[i][2]);
-    return true;
 }

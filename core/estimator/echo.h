@@ -41,7 +41,9 @@ void lum_echo_begin(struct lum_echo *e, uint64_t print, bool panes);
 /* Room for a job, whose terms, and with panes left, are to be filled in: those of the last job in e->jobs. False: there is none,
  * and the tile is not whole. max_bytes: of a tile. */
 bool lum_echo_add(struct lum_echo *e, const struct lum_echo_job *job, const struct lum_echo_point *points, size_t max_bytes);
-/* Irradiance of the points of a job, by the VPLs' present flux. False: a VPL shines of which nobody knows who sees it. */
-bool lum_echo_sum(const struct lum_echo *e, uint32_t job, const struct lum_vpl_set *set, struct lum_rgb *ret_irradiance);
+/* False: a VPL shines now of which nobody knows who sees it. */
+bool lum_echo_known(const struct lum_echo *e, const struct lum_vpl_set *set);
+/* Irradiance of the points of a job, by the VPLs' present flux; what is not known counts as hidden. */
+void lum_echo_sum(const struct lum_echo *e, uint32_t job, const struct lum_vpl_set *set, struct lum_rgb *ret_irradiance);
 
 #endif

@@ -140,9 +140,8 @@ static bool replay_echo(const struct lum_pass *pass, uint32_t tile)
         return false;
     if (!pass->vpls) /* no indirect light at all */
         return true;
-    for (uint32_t k = 0; k < e->n_jobs; k++)
-        if (!lum_echo_sum(e, k, pass->vpls, irradiance))
-            return false;
+    if (!lum_echo_known(e, pass->vpls))
+        return false;
     for (uint32_t k = 0; k < e->n_jobs; k++) {
         lum_echo_sum(e, k, pass->vpls, irradiance);
         add_indirect(pass, &e->jobs[k], e->points + e->jobs[k].first_point, irradiance);
