@@ -1,7 +1,5 @@
 #include "core/render/residual_steps.h"
 
-#include <string.h>
-
 #define ROWS 8u /* of a job */
 /* Filter steps over which the errors of levels, and the spread of samples, are averaged: 15 x 15 pixels and more. */
 #define SMOOTH_STEPS 4u
@@ -213,11 +211,11 @@ static void add_neighbours(const struct step *step, struct run *run, uint32_t x,
         float w = kernel * weight[i];
         run->weight[first + i] += w;
         for (uint32_t k = 0; k < LANES; k++)
-            run->sum[first + i].v[k] += w * m->from[o + i].v[k];
+            run->sum[first + i].v[k] += w * step->in[o + i].v[k];
     }
 }
 
-/* From `from` to `to`, with neighbours 2^level pixels away: 1 2 1 both ways. */
+/* From `in` to `to`, with neighbours 2^level pixels away: 1 2 1 both ways. */
 static void filter_row(const struct step *step, uint32_t y)
 {
     const struct lum_residual_memory *m = step->m;
@@ -228,7 +226,7 @@ static void filter_row(const struct step *step, uint32_t y)
         for (uint32_t i = 0; i < n; i++) {
             run.weight[i] = step->centre;
             for (uint32_t k = 0; k < LANES; k++)
-                run.sum[i].v[k] = step->centre * m->from[row + i].v[k];
+                run.sum[i].v[k] = step->centre * step->in[row + i].v[k];
         }
         for (int32_t dy = -1; dy <= 1; dy++)
             for (int32_t dx = -1; dx <= 1; dx++)
@@ -242,9 +240,11 @@ static void filter_row(const struct step *step, uint32_t y)
     }
 }
 
-static enum lum_status filter(struct step *step, uint32_t level)
+/* Of `in`; makes m->from. */
+static enum lum_status filter(struct step *step, const struct lanes *in, uint32_t level)
 {
     struct lum_residual_memory *m = step->m;
+    step->in = in;
     step->level = level;
     enum lum_status status = run_step(step, filter_row);
     struct lanes *from = m->from;
@@ -254,14 +254,13 @@ static enum lum_status filter(struct step *step, uint32_t level)
 }
 
 /* alone: what a pixel itself weighs in what is known around it. */
-static enum lum_status smooth(struct step *step, float alone)
+static enum lum_status smooth(struct step *step, const struct lanes *in, float alone)
 {
-    enum lum_status status = LUM_OK;
-    for (uint32_t k = 0; k < SMOOTH_STEPS && status == LUM_OK; k++) {
-        step->centre = k == 0 ? alone : CENTRE;
-        status = filter(step, k);
-    }
+    step->centre = alone;
+    enum lum_status status = filter(step, in, 0);
     step->centre = CENTRE;
+    for (uint32_t k = 1; k < SMOOTH_STEPS && status == LUM_OK; k++)
+        status = filter(step, step->m->from, k);
     return status;
 }
 
@@ -347,9 +346,8 @@ static enum lum_status run_levels(struct step *step, void (*row)(const struct st
     struct lum_residual_memory *m = step->m;
     step->level = 0;
     enum lum_status status = run_step(step, row);
-    memcpy(m->from, m->first, (size_t)m->w * m->h * sizeof *m->from);
     for (uint32_t k = 1; k <= LEVELS && status == LUM_OK; k++) {
-        status = filter(step, k - 1);
+        status = filter(step, k == 1 ? m->first : m->from, k - 1);
         step->level = k;
         if (status == LUM_OK)
             status = run_step(step, row);
@@ -441,7 +439,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
         status = run_step(&step, residual_row);
     }
     if (status == LUM_OK)
-        status = smooth(&step, CENTRE);
+        status = smooth(&step, m->from, CENTRE);
     if (status == LUM_OK)
         status = lum_stage_loop(runner, m->grid_w * m->grid_h, lum_outliers_limit, &step);
     if (status == LUM_OK)
@@ -450,8 +448,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
         status = run_levels(&step, error_row);
     if (status != LUM_OK)
         return status;
-    memcpy(m->from, m->by_level, (size_t)m->w * m->h * sizeof *m->from);
-    status = smooth(&step, ALONE);
+    status = smooth(&step, m->by_level, ALONE);
     if (status == LUM_OK)
         status = run_step(&step, weight_row);
     if (status == LUM_OK)

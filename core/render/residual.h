@@ -18,8 +18,6 @@
 
 #include "core/render/deferred.h"
 
-#define LUM_RESIDUAL_LEVELS 6u /* filtered ones: the widest has a standard deviation of 26 pixels */
-
 struct lum_residual_memory;
 
 struct lum_residual {

@@ -5,7 +5,7 @@
 
 #include "core/render/residual.h"
 
-#define LEVELS LUM_RESIDUAL_LEVELS
+#define LEVELS 6u /* filtered ones: the widest has a standard deviation of 26 pixels */
 #define LANES 8u
 
 /* Side of the squares over which outliers are shared out, pixels. */
@@ -59,7 +59,7 @@ struct lum_residual_memory {
     uint32_t w, h, grid_w, grid_h;
     float *guide[GUIDES];
     struct lanes *first;      /* residuals as they are, but for outliers */
-    struct lanes *from, *to;  /* of a filter step */
+    struct lanes *from, *to;  /* what the last filter step made, and room for the next */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
     struct square *squares;   /* of a grid, class by class: outliers */
@@ -74,6 +74,7 @@ struct step {
     void (*row)(const struct step *step, uint32_t y);
     uint32_t level; /* of a filter step: neighbours are 2^level pixels away */
     float centre;   /* and this is the pixel's own weight */
+    const struct lanes *in; /* of a filter step */
     float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
 };
 
