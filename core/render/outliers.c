@@ -183,7 +183,10 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
     struct square low = around(m, k, x, y), high = around(m, k + 1, x, y);
     struct lum_rgb rate = lum_rgb_mad(lum_rgb_scale(rate_of(&low), 1.0f - next), rate_of(&high), next);
     s.share = lum_rgb_mul(rate, portion(step, pixel)); /* of each class as much as it gave there: nothing is lost */
-    s.part = is_at_edge(step, x, y) ? m->edge_part[k] * (1.0f - next) + m->edge_part[k + 1] * next
-                                    : part_alike(step, pixel, &s);
+    if (!is_at_edge(step, x, y))
+        s.part = part_alike(step, pixel, &s);
+    else if (step->r->truth->n[0][pixel] > 0 &&
+             step->r->truth->n[1][pixel] > 0) /* one sample tells nothing of an edge */
+        s.part = m->edge_part[k] * (1.0f - next) + m->edge_part[k + 1] * next;
     return s;
 }

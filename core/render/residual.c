@@ -294,27 +294,30 @@ static void error_row(const struct step *step, uint32_t y)
     }
 }
 
-/* The less error, the more weight: its cube. */
+/* The less error, the more weight: its cube. Without a guide samples do not tell when to leave the frame as it is; with
+ * one, it stays where nothing is known. */
+static void weigh(const float error[LANES], bool guided, float ret_weight[LANES])
+{
+    float most = 0.0f, least = INFINITY, sum = 0.0f;
+    const uint32_t n = guided ? NONE + 1 : NONE;
+    for (uint32_t k = 0; k < n; k++)
+        most = lum_max(most, error[k]);
+    most = most > ERROR_MIN ? most : 0.0f;
+    for (uint32_t k = 0; k < n; k++)
+        least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
+    for (uint32_t k = 0; k < LANES; k++) {
+        float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : guided ? (float)(k == NONE) : 1.0f;
+        sum += ret_weight[k] = k < n ? ratio * ratio * ratio : 0.0f;
+    }
+    for (uint32_t k = 0; k < LANES; k++)
+        ret_weight[k] /= sum;
+}
+
 static void weight_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
-        const float *error = m->from[i].v;
-        float *weight = m->by_level[i].v, most = 0.0f, least = INFINITY, sum = 0.0f;
-        const uint32_t last =
-            step->r->guide ? NONE : LEVELS; /* samples alone do not tell when to leave the frame as it is */
-        for (uint32_t k = 0; k <= last; k++)
-            most = lum_max(most, error[k]);
-        most = most > ERROR_MIN ? most : 0.0f;
-        for (uint32_t k = 0; k <= last; k++)
-            least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
-        for (uint32_t k = 0; k <= last; k++) {
-            float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : 1.0f;
-            sum += weight[k] = ratio * ratio * ratio;
-        }
-        for (uint32_t k = 0; k <= last; k++)
-            weight[k] /= sum;
-        weight[NONE] = last == NONE ? weight[NONE] : 0.0f;
+        weigh(m->from[i].v, step->r->guide, m->by_level[i].v);
         m->blend[i] = (struct lanes){{0}};
     }
 }
@@ -335,8 +338,8 @@ static void blend_row(const struct step *step, uint32_t y)
         const struct lanes *now = of_level(step, i);
         add_half(&m->blend[i], now, A, m->by_level[i].v[step->level]);
         add_half(&m->blend[i], now, B, m->by_level[i].v[step->level]);
-        if (step->level == LEVELS)
-            m->blend[i].v[A + WEIGHT] += m->by_level[i].v[NONE], m->blend[i].v[B + WEIGHT] += m->by_level[i].v[NONE];
+        for (uint32_t half = A; step->level == LEVELS && half <= B; half += B - A)
+            m->blend[i].v[half + WEIGHT] += m->by_level[i].v[NONE]; /* of nothing */
     }
 }
 

@@ -277,6 +277,13 @@ static void one_sample_corrects(void **state)
     double off = sqrt(mean_square(&s, even));
     print_message("root mean square error %g\n", off);
     assert_true(off < 4.0 / sqrt(150.0)); /* as above, from one sample */
+
+    uint32_t alone = H / 2 * W + W / 4; /* a surface that no other pixel shows: one sample is no judge of it */
+    s.kind[alone] ^= LUM_PIXEL_SPECULAR;
+    lum_film_reset_pixel(&s.samples, alone % W, alone / W);
+    add(&s, alone, 0, TRUTH + 100.0);
+    apply(&s, &s.guide);
+    assert_true(fabs(shown(&s, alone) - (double)s.frame[alone].g) < 0.1); /* but for its part in what is shared out */
     stage_end(&s);
 }
 
