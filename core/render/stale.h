@@ -47,6 +47,7 @@ enum lum_product {
     LUM_PRODUCT_VPL_FLUX,   /* their paths times the powers of lights */
     LUM_PRODUCT_RECORDS,    /* irradiance of a cache's records */
     LUM_PRODUCT_AOVS,
+    LUM_PRODUCT_CAUSTICS,   /* what mirrors and glass focus of lamps at power 1 */
     LUM_PRODUCT_COUNT
 };
 
