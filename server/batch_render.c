@@ -12,6 +12,7 @@
 #include "core/accel/accel.h"
 #include "protocol/json.h"
 #include "server/apply.h"
+#include "server/caustic_notice.h"
 #include "server/expand.h"
 #include "server/image_output.h"
 #include "server/light_groups.h"
@@ -40,6 +41,7 @@ struct batch {
     cJSON *frames; /* of the statistics; NULL: not asked for */
     struct lum_progress progress;
     double setup_ms;
+    bool caustics_told;
     const char *reading; /* the file that an error is about; NULL: none */
     bool line_open;      /* on the terminal */
 };
@@ -235,6 +237,17 @@ static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum
     return st ? st : lum_light_groups_solo(&b->world, NULL, err);
 }
 
+/* Once: what is true of the first frame that it is told of is mostly true of all. */
+static void tell_caustics(struct batch *b)
+{
+    b->frame_stats.caustics = lum_world_caustics(&b->world, true);
+    struct lum_caustic_notice notice = lum_caustic_notice(&b->frame_stats.caustics);
+    if (!notice.why[0] || b->caustics_told)
+        return;
+    b->caustics_told = true;
+    fprintf(stderr, "lumend render: %s. %s\n", notice.why, notice.mend);
+}
+
 static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     struct lum_error e;
@@ -242,6 +255,8 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     b->frame_stats.w = b->settings.w;
     b->frame_stats.h = b->settings.h;
     enum lum_status st = b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &e);
+    if (!st)
+        tell_caustics(b);
     return !st || core_failed(&e, err);
 }
 

@@ -130,7 +130,7 @@ static cJSON *scene_json(const struct lum_director *d)
     return o;
 }
 
-static cJSON *view_json(const struct lum_server_view *v)
+static cJSON *view_json(struct lum_director *d, const struct lum_server_view *v)
 {
     const double size[2] = {v->settings.w, v->settings.h};
     cJSON *o = cJSON_CreateObject();
@@ -142,6 +142,7 @@ static cJSON *view_json(const struct lum_server_view *v)
     lum_json_add_bool(o, "complete", v->complete);
     struct lum_frame_stats last = {
         .frame = v->frame_seq, .w = v->settings.w, .h = v->settings.h, .n_passes = 1, .sum = v->last_pass};
+    last.caustics = lum_world_caustics(&d->world, v->last_pass.complete);
     lum_json_add(o, "last_pass", lum_frame_stats_json(&last));
     return o;
 }
@@ -186,7 +187,7 @@ void lum_director_stats(struct lum_director *d, const struct lum_command *c)
     lum_json_add(o, "scene", scene_json(d));
     lum_json_add(o, "methods", methods_json());
     for (const struct lum_server_view *v = d->views; v; v = v->next)
-        lum_json_add(views, NULL, view_json(v));
+        lum_json_add(views, NULL, view_json(d, v));
     lum_json_add(o, "views", views);
     lum_director_reply(d, c, o);
 }

@@ -144,6 +144,7 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
+    v->frame.caustics = lum_world_caustics(&d->world, final || v->last_pass.spp > 1);
     cJSON *o = lum_frame_stats_json(&v->frame);
     bool ok =
         lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&

@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json.h"
+#include "server/caustic_notice.h"
 
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)
 {
@@ -104,6 +105,36 @@ static struct cJSON *vpls_json(const struct lum_pass_stats *p)
     return o;
 }
 
+static void add_amount(cJSON *o, const struct lum_caustic_amount *a)
+{
+    lum_json_add_number(o, "share", lum_caustic_share(a));
+    lum_json_add_number(o, "stderr", lum_caustic_share_stderr(a));
+    lum_json_add_number(o, "focused_lm", a->focused_lm);
+    lum_json_add_number(o, "arriving_lm", a->arriving_lm);
+}
+
+static struct cJSON *caustics_json(const struct lum_caustic_report *r)
+{
+    if (!r->known)
+        return cJSON_CreateNull();
+    struct lum_caustic_notice notice = lum_caustic_notice(r);
+    cJSON *o = cJSON_CreateObject(), *lights = cJSON_CreateArray();
+    add_amount(o, &r->all);
+    lum_json_add_string(o, "why", notice.why);
+    lum_json_add_string(o, "mend", notice.mend);
+    lum_json_add_number(o, "scene_rev", (double)r->scene_rev);
+    lum_json_add_number(o, "rays", (double)r->n_rays);
+    for (uint32_t i = 0; i < r->n_lights; i++) {
+        cJSON *l = cJSON_CreateObject();
+        lum_json_add_string(l, "id", r->lights[i].id);
+        lum_json_add_string(l, "object", r->lights[i].object);
+        add_amount(l, &r->lights[i].amount);
+        lum_json_add(lights, NULL, l);
+    }
+    lum_json_add(o, "lights", lights);
+    return o;
+}
+
 static struct cJSON *error_json(const struct lum_frame_stats *s)
 {
     double rel = s->sum.error_rel, n = (double)s->w * s->h;
@@ -126,6 +157,7 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add_number(o, "spp", p->spp) && lum_json_add(o, "stage_ms", stages_json(p)) &&
               lum_json_add(o, "rays", rays_json(p)) && lum_json_add(o, "effects", effects_json(p)) &&
               lum_json_add(o, "cache", cache_json(&p->cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
+              lum_json_add(o, "caustics", caustics_json(&s->caustics)) &&
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
               lum_json_add_number(o, "bad_rays", (double)p->bad_rays) && lum_json_add(o, "error", error_json(s));
     if (ok)

@@ -3,6 +3,7 @@
 #define LUM_SERVER_STATS_JSON_H
 
 #include "core/render/view.h"
+#include "core/vpl/caustic.h"
 
 struct cJSON;
 
@@ -12,6 +13,7 @@ struct lum_frame_stats {
     uint32_t w, h;
     uint32_t n_passes;
     struct lum_pass_stats sum; /* counters and times added up; the rest is of the last pass */
+    struct lum_caustic_report caustics; /* set before it is told */
 };
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame);
 void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats *pass);

@@ -31,6 +31,7 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char
 
 void lum_world_finish(struct lum_world *w)
 {
+    lum_caustics_finish(&w->caustics);
     lum_caches_destroy(w->caches);
     lum_snapshot_unref(w->snapshot);
     lum_document_destroy(w->doc);
@@ -168,6 +169,20 @@ bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_came
     lum_document_nearest(w->doc, LUM_RECORD_CAMERA, id, near, sizeof near);
     return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "camera_id", "there is no camera \"%.64s\"%s", id,
                           near);
+}
+
+struct lum_caustic_report lum_world_caustics(struct lum_world *w, bool at_rest)
+{
+    struct lum_error err;
+    bool made = at_rest || lum_caustics_serve(&w->caustics, w->snapshot);
+    if (made && lum_caustics_update(&w->caustics, w->snapshot, w->pool, &err)) {
+        lum_log(&w->log, 1, "world", "what mirrors and glass focus is not known: %s", err.text);
+        made = false;
+    }
+    struct lum_caustic_report report = w->caustics.report;
+    if (!made)
+        report.n_rays = 0;
+    return report;
 }
 
 const struct lum_record *lum_world_render(const struct lum_world *w)

@@ -12,6 +12,7 @@
 #include "core/cache/caches.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
+#include "core/vpl/caustic.h"
 #include "protocol/document.h"
 
 struct lum_world {
@@ -22,6 +23,7 @@ struct lum_world {
     struct lum_document *doc;
     bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
+    struct lum_caustics caustics;        /* lum_world_caustics */
     struct lum_log log;
 };
 
@@ -54,6 +56,10 @@ LUM_MUST_USE enum lum_status lum_world_commit(struct lum_world *world, struct lu
  * are near. */
 LUM_MUST_USE bool lum_world_camera(const struct lum_world *world, const char *id, struct lum_camera *ret_camera,
                                    struct lum_proto_error *err);
+
+/* What mirrors and glass focus in the published scene. At rest it is made if it has to be, which takes rays; else it may be that of an
+ * earlier revision, or not known. n_rays: that this call took. */
+struct lum_caustic_report lum_world_caustics(struct lum_world *world, bool at_rest);
 
 /* The settings record; never NULL. */
 const struct lum_record *lum_world_render(const struct lum_world *world);
