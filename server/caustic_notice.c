@@ -40,9 +40,9 @@ struct lum_caustic_notice lum_caustic_notice(const struct lum_caustic_report *r)
     snprintf(n.why, sizeof n.why,
              "%s reaches other surfaces by way of mirrors or solid glass (above all %s): no method shows it there",
              whose, first->object);
-    snprintf(
-        n.mend, sizeof n.mend,
-        "Give the lamp an extent (a sphere, disc or quad in its place): then path, and live at rest, find that light%s",
-        first->glass ? "; or set glass of render to architectural: then light goes straight through" : "");
+    snprintf(n.mend, sizeof n.mend,
+             "Give the lamp an extent (%s in its place): then path, and live at rest, find that light%s",
+             first->from_afar ? "a disc far away, or a picture of the sky with its sun," : "a sphere, disc or quad",
+             first->glass ? "; or set glass of render to architectural: then light goes straight through" : "");
     return n;
 }

@@ -40,6 +40,7 @@ struct lum_caustic_report {
         char id[LUM_ID_MAX + 1];
         char object[LUM_ID_MAX + 1]; /* that is the first to mirror or bend most of it */
         bool glass;                  /* it lets light through */
+        bool from_afar;              /* the light is directional */
         struct lum_caustic_amount amount;
     } lights[LUM_CAUSTIC_LIGHTS];
 };
