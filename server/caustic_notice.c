@@ -32,14 +32,13 @@ struct lum_caustic_notice lum_caustic_notice(const struct lum_caustic_report *r)
     if (!most)
         snprintf(whose, sizeof whose, "%s of the light of lamps without extent", of_all);
     else if (all && r->all.arriving_lm > 1.001 * most->amount.arriving_lm)
-        snprintf(whose, sizeof whose, "%s of the light of %s, and %s of that of all lamps without extent,", of_light,
-                 most->id, of_all);
+        snprintf(whose, sizeof whose, "%s of the light of %s (%s of that of all such lamps)", of_light, most->id,
+                 of_all);
     else
         snprintf(whose, sizeof whose, "%s of the light of %s", of_light, most->id);
     const struct lum_caustic_of_light *first = most ? most : &r->lights[0];
-    snprintf(n.why, sizeof n.why,
-             "%s reaches other surfaces by way of mirrors or solid glass (above all %s): no method shows it there",
-             whose, first->object);
+    snprintf(n.why, sizeof n.why, "%s is in no picture: it goes by way of mirrors or solid glass (above all %s)", whose,
+             first->object);
     snprintf(n.mend, sizeof n.mend,
              "Give the lamp an extent (%s in its place): then path, and live at rest, find that light%s",
              first->from_afar ? "a disc far away, or a picture of the sky with its sun," : "a sphere, disc or quad",

@@ -7,7 +7,7 @@
 #define LUM_CAUSTIC_TOLD 0.005 /* share of a lamp's light, or of all of them, from which on it is told */
 
 struct lum_caustic_notice {
-    char why[320];  /* "3.1 % of the light of sun ..."; empty: too little to tell, or not sure */
+    char why[320];  /* "3.1 % of the light of sun is in no picture: ..."; empty: too little to tell, or not sure */
     char mend[320]; /* what can be done about it; empty with why */
 };
 struct lum_caustic_notice lum_caustic_notice(const struct lum_caustic_report *report);

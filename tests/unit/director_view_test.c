@@ -1,4 +1,5 @@
 /* What a view may be asked for: white balance, cameras, budgets, effects, overlays. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -199,24 +200,29 @@ static void an_overlay_is_display_only(void **state)
     }
 }
 
-/* in_view of the final frame.stats for camera number seq, once its frame has come. */
-static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
+/* The final frame.stats for camera number seq, once its frame has come. */
+static const char *final_stats(struct client *c, uint32_t seq)
 {
     uint8_t pixels[W * H * 4];
-    char numbered[32], told[32];
+    char numbered[32];
     snprintf(numbered, sizeof numbered, "\"camera_seq\":%u,", seq);
-    snprintf(told, sizeof told, "\"in_view\":\"%s\"", wanted);
     sum_of_numbered(c, seq, pixels);
     for (size_t i = 0;; i = c->n_texts) {
         client_listen(c);
         for (; i < c->n_texts; i++)
-            if (strstr(c->texts[i], numbered) && strstr(c->texts[i], "\"converged\":true")) {
-                if (!strstr(c->texts[i], told))
-                    fail_msg("camera %u: not %s in %s", seq, told, c->texts[i]);
-                return;
-            }
+            if (strstr(c->texts[i], numbered) && strstr(c->texts[i], "\"converged\":true"))
+                return c->texts[i];
         client_wait(c);
     }
+}
+
+static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
+{
+    char told[32];
+    snprintf(told, sizeof told, "\"in_view\":\"%s\"", wanted);
+    const char *stats = final_stats(c, seq);
+    if (!strstr(stats, told))
+        fail_msg("camera %u: not %s in %s", seq, told, stats);
 }
 
 static void an_empty_picture_is_explained(void **state)
@@ -233,6 +239,54 @@ static void an_empty_picture_is_explained(void **state)
     client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
     assert_taken(update_view(c, "{\"view_id\":1,\"camera_seq\":4}"));
     assert_in_view(c, 4, "dark");
+}
+
+/* caustics of the final frame.stats for camera number seq; delete it. */
+static cJSON *caustics(struct client *c, uint32_t seq)
+{
+    char params[48];
+    snprintf(params, sizeof params, "{\"view_id\":1,\"camera_seq\":%u}", seq);
+    assert_taken(update_view(c, params));
+    cJSON *json = cJSON_Parse(final_stats(c, seq));
+    cJSON *caustics = cJSON_DetachItemFromObject(cJSON_GetObjectItem(json, "params"), "caustics");
+    cJSON_Delete(json);
+    assert_true(cJSON_IsObject(caustics));
+    return caustics;
+}
+
+static double number(const cJSON *o, const char *key)
+{
+    return cJSON_GetObjectItem(o, key)->valuedouble;
+}
+
+/* It is there when the picture rests, for the scene that the picture shows; and is no part of the picture's rays. */
+static void light_that_mirrors_send_on_is_told_at_rest(void **state)
+{
+    struct client *c = *state;
+    client_open_view(c, LUM_CODEC_RGBA8);
+    cJSON *told = caustics(c, 1);
+    assert_true(number(told, "share") == 0.0 && number(told, "rays") == 0.0); /* no mirror */
+    assert_string_equal(cJSON_GetObjectItem(told, "why")->valuestring, "");
+    cJSON_Delete(told);
+    uint64_t rev = client_apply(
+        c, "[{\"op\":\"add\",\"type\":\"material\",\"id\":\"silver\",\"metallic\":1,\"roughness\":0},"
+           "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ceiling\",\"mesh\":\"plane\",\"material\":\"silver\","
+           "\"transform\":{\"translate\":[0,3,0]}}]");
+    told = caustics(c, 2);
+    double share = number(told, "share"), focused_lm = number(told, "focused_lm");
+    assert_true(share > 0.1 && share < 0.5);
+    assert_true(number(told, "scene_rev") == (double)rev);
+    assert_non_null(strstr(cJSON_GetObjectItem(told, "why")->valuestring, "of the light of lamp is in no picture"));
+    cJSON_Delete(told);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":50}]");
+    told = caustics(c, 3);
+    assert_true(number(told, "rays") == 0.0 && number(told, "scene_rev") == (double)rev);
+    assert_true(fabs(number(told, "focused_lm") / focused_lm - 0.5) < 1e-6);
+    cJSON_Delete(told);
+    client_apply(c, "[{\"op\":\"set\",\"id\":\"silver\",\"path\":\"/roughness\",\"value\":0.5}]");
+    told = caustics(c, 4);
+    assert_true(number(told, "share") == 0.0);
+    cJSON_Delete(told);
 }
 
 static void requests_that_name_nothing_are_refused(void **state)
@@ -265,6 +319,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(light_that_mirrors_send_on_is_told_at_rest, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, client_setup, client_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

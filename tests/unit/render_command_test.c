@@ -183,7 +183,8 @@ static void stats_hold_what_the_design_names(void **state)
     assert_string_equal(member(o, "isa")->valuestring, "sse4.2");
     member(o, "setup_ms");
     const cJSON *frame = cJSON_GetArrayItem(member(o, "frames"), 0);
-    static const char *const members[] = {"frame", "scene_rev", "ms", "cpu_ms", "stage_ms", "cache", "vpls", "error"};
+    static const char *const members[] = {"frame", "scene_rev", "ms",       "cpu_ms", "stage_ms",
+                                          "cache", "vpls",      "caustics", "error"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(members); i++)
         member(frame, members[i]);
     assert_int_equal(member(frame, "nonfinite")->valueint, 0);
@@ -433,18 +434,26 @@ static void one_shadow_ray_passes_a_rod(void **state)
 }
 
 /* Runs a command that fails, and looks for what it says on stderr. */
-static void expect_message(const char *line, const char *message)
+/* What the command wrote to stderr; free it. */
+static char *said(const char *line, int *ret_status)
 {
-    char *path = in_dir("stderr.txt");
+    char path[128];
+    snprintf(path, sizeof path, "%s/stderr.txt", dir);
     fflush(stderr);
     int saved = dup(STDERR_FILENO), file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     assert_true(saved >= 0 && file >= 0 && dup2(file, STDERR_FILENO) >= 0);
-    int status = run(lum_cmd_render, line);
+    *ret_status = run(lum_cmd_render, line);
     fflush(stderr);
     assert_true(dup2(saved, STDERR_FILENO) >= 0);
     close(saved);
     close(file);
-    char *text = read_text(path);
+    return read_text(path);
+}
+
+static void expect_message(const char *line, const char *message)
+{
+    int status;
+    char *text = said(line, &status);
     if (status == LUM_EXIT_OK || !strstr(text, message))
         fail_msg("\"%s\" ended with status %d and said \"%s\", not \"%s\"", line, status, text, message);
     free(text);
@@ -488,6 +497,50 @@ static void refusals_name_their_place(void **state)
                    "--cache-accuracy takes a number from 0.01 to 1");
     expect_message("render --scene cornell --effects-off direct,media --effects-on media --out @x.png",
                    "both name media");
+}
+
+/* A bulb of which a mirror sends a fifth elsewhere: told once, with what to do, and in the statistics of each frame. */
+static void light_that_is_in_no_picture_is_told(void **state)
+{
+    (void)state;
+    write_text(in_dir("mirror.jsonl"),
+               "{\"lumend\":1,\"kind\":\"scene\"}\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"silver\",\"metallic\":1,\"roughness\":0}\n"
+               "{\"op\":\"add\",\"type\":\"material\",\"id\":\"grey\",\"base_color\":[0.5,0.5,0.5]}\n"
+               "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"plane\",\"shape\":\"quad\",\"size\":[4,0,4]}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"mirror\",\"mesh\":\"plane\",\"material\":\"silver\"}\n"
+               "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ceiling\",\"mesh\":\"plane\",\"material\":\"grey\","
+               "\"transform\":{\"translate\":[0,3,0]}}\n"
+               "{\"op\":\"add\",\"type\":\"light\",\"id\":\"bulb\",\"kind\":\"point\",\"position\":[0,2,0],\"flux_lm\":"
+               "1000}\n");
+    write_text(in_dir("dim.jsonl"),
+               "{\"lumend\":1,\"kind\":\"replay\"}\n"
+               "{\"t_ms\":10,\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/flux_lm\",\"value\":50}\n");
+    int status;
+    char *text = said("render --scene @mirror.jsonl --edits @dim.jsonl --method whitted --size 8x8 --frames 2 --fps 50 "
+                      "--out @m%04d.png --stats @m.json",
+                      &status);
+    const char *told = strstr(text, " % of the light of bulb is in no picture: it goes by way of mirrors");
+    if (status != LUM_EXIT_OK || !told || strstr(strstr(told, "picture") + 1, "picture") ||
+        !strstr(told, "above all mirror") || !strstr(told, "Give the lamp an extent") || strstr(told, "architectural"))
+        fail_msg("said: %s", text);
+    free(text);
+    text = read_text(in_dir("m.json"));
+    struct lum_proto_error err;
+    cJSON *o = lum_json_parse(text, strlen(text), &err);
+    const cJSON *first = member(cJSON_GetArrayItem(member(o, "frames"), 0), "caustics");
+    const cJSON *second = member(cJSON_GetArrayItem(member(o, "frames"), 1), "caustics");
+    double share = member(first, "share")->valuedouble;
+    assert_true(share > 0.05 && share < 0.5);
+    assert_true(member(first, "rays")->valuedouble > 0.0);
+    assert_true(member(second, "rays")->valuedouble == 0.0); /* it was dimmed */
+    assert_true(fabs(member(second, "share")->valuedouble - share) < 1e-6 * share);
+    assert_true(member(second, "focused_lm")->valuedouble < 0.1 * member(first, "focused_lm")->valuedouble);
+    const cJSON *light = cJSON_GetArrayItem(member(first, "lights"), 0);
+    assert_string_equal(member(light, "id")->valuestring, "bulb");
+    assert_string_equal(member(light, "object")->valuestring, "mirror");
+    cJSON_Delete(o);
+    free(text);
 }
 
 static void mistakes_are_told_apart(void **state)
@@ -650,6 +703,7 @@ int main(void)
         cmocka_unit_test(progress_is_told_seldom_in_a_log),
         cmocka_unit_test(furnace_has_its_closed_form),
         cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(light_that_is_in_no_picture_is_told),
         cmocka_unit_test(stats_hold_what_the_design_names),
         cmocka_unit_test(effects_are_forced),
         cmocka_unit_test(a_png_is_exposed_as_asked),

@@ -403,6 +403,23 @@ test('a scene without light says so, and gets a lamp', async () => {
     });
 });
 
+test('light that a mirror sends where no method shows it is told with its amount, and what to do', async () => {
+    const room = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
+    const mirror = [
+        '{"op":"add","type":"material","id":"silver","metallic":1,"roughness":0}',
+        '{"op":"add","type":"mesh","id":"sheet","shape":"quad","size":[1,0,1]}',
+        '{"op":"add","type":"object","id":"hand-mirror","mesh":"sheet","material":"silver","transform":{"translate":[1,0.5,0.6]}}',
+    ];
+    await withScene([...room, ...mirror], null, async (other) => {
+        const notice = other.page.locator('.missing', { hasText: 'of the light of accent is in no picture' });
+        await notice.waitFor();
+        assert.match(await notice.textContent(), /^\d+(\.\d)? % .* \(above all hand-mirror\)$/);
+        assert.match(await notice.getAttribute('title'), /a sphere, disc or quad in its place/);
+        await field(other.page, 'accent', 'accent on').click();
+        await notice.waitFor({ state: 'detached' });
+    });
+});
+
 test('a scene without objects says how to get some', async () => {
     const empty = ['{"op": "add", "type": "camera", "id": "main", "position": [0, 1, 5], "target": [0, 1, 0]}'];
     await withScene(empty, null, (other) => other.page.getByText('start the server with --scene FILE').waitFor());

@@ -43,6 +43,14 @@ export interface CacheNumbers {
     removed: number;
 }
 
+/** Light that mirrors and solid glass send where no method shows it. */
+export interface Missing {
+    /** How much of which lamp's, in words. */
+    why: string;
+    /** What can be done about it. */
+    mend: string;
+}
+
 /** Why a picture may be empty. */
 export type InView = 'scene' | 'dark' | 'nothing';
 
@@ -56,6 +64,8 @@ export interface Work {
 }
 
 export interface ServerNumbers extends Work {
+    /** null: nothing, or too little to tell. */
+    missing: Missing | null;
     inView: InView;
     /** The picture shows the map that the view's overlay asks for. */
     overlayMap: boolean;
@@ -115,6 +125,7 @@ export class Meter {
             raysPerSecond: work.raysPerSecond,
             effects: work.effects,
             cache: work.cache,
+            missing: isObject(params.caustics) ? missingOf(params.caustics) : null,
             inView: params.in_view === 'dark' || params.in_view === 'nothing' ? params.in_view : 'scene',
             overlayMap: params.overlay_map === true,
             method: stringOr(params.method, ''),
@@ -152,6 +163,11 @@ function cacheOf(cache: JsonObject): CacheNumbers {
         reused: numberOr(cache.reused, 0),
         removed: numberOr(cache.removed, 0),
     };
+}
+
+function missingOf(caustics: JsonObject): Missing | null {
+    const why = stringOr(caustics.why, '');
+    return why ? { why, mend: stringOr(caustics.mend, '') } : null;
 }
 
 function sum(counters: JsonObject): number {

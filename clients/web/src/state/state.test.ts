@@ -210,6 +210,17 @@ test('a failed import says what to do, and nothing of the protocol', () => {
     assert.match(explainImport(new Error('connection lost'), 'room.glb'), /^Connection lost\. Try again/);
 });
 
+test('light that is in no picture is told once there is enough of it', () => {
+    const meter = new Meter();
+    const frame = { ms: 20, passes: 1, rays: {}, effects: {} };
+    meter.stats({ ...frame, caustics: null });
+    assert.equal(meter.server.value?.missing, null, 'not known yet');
+    meter.stats({ ...frame, caustics: { share: 0.031, why: '3.1 % of the light of sun is in no picture', mend: 'Give it' } });
+    assert.deepEqual(meter.server.value?.missing, { why: '3.1 % of the light of sun is in no picture', mend: 'Give it' });
+    meter.stats({ ...frame, caustics: { share: 0.001, why: '', mend: '' } });
+    assert.equal(meter.server.value?.missing, null);
+});
+
 test('a frame that took no work says what it shows, and not that it took nothing', () => {
     const meter = new Meter();
     const frame = { ms: 20, passes: 1, rays: { primary: 4000 }, effects: { direct: { on: true, rays: 7 } } };

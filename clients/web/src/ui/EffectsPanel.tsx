@@ -16,6 +16,7 @@ export function EffectsPanel() {
                 <h2 id="effects-title">Effects</h2>
                 <AllAutomatic />
             </header>
+            <Missing />
             <table>
                 <caption class="visually-hidden">What each effect cost in the last frame, and why it was needed</caption>
                 <thead>
@@ -45,6 +46,16 @@ export function EffectsPanel() {
             />
         </section>
     );
+}
+
+/** Light that is in no picture, whatever the method; what to do about it when pointed at. */
+function Missing() {
+    const missing = useApp().meter.server.value?.missing;
+    return missing ? (
+        <p class="missing" title={missing.mend}>
+            {missing.why}
+        </p>
+    ) : null;
 }
 
 /** What the frame had of the irradiance cache that all views share; nothing where the method keeps none. */
