@@ -168,7 +168,6 @@ static void start(struct walk *w, const struct lum_caustic_light *l, uint32_t in
 struct shooting {
     const struct lum_snapshot *snapshot;
     const struct lum_caustic_light *lights; /* in the order of their paths */
-    uint32_t n_lights;
     struct finding findings[LUM_CAUSTIC_PATHS];
     struct lum_counters counters[N_BATCHES];
 };
@@ -256,7 +255,6 @@ static enum lum_status shoot_all(struct lum_caustics *c, const struct lum_snapsh
     } else {
         shooting->snapshot = s;
         shooting->lights = c->lights;
-        shooting->n_lights = c->n_lights;
         status = lum_pool_run(pool, N_BATCHES, shoot_batch, shooting, NULL);
         for (uint32_t k = 0; k < c->n_lights; k++)
             sum_up(&c->lights[k], shooting->findings + c->lights[k].first_path, by_object);
