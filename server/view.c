@@ -12,10 +12,6 @@ enum { GLANCES = 16 }; /* across, and down */
 const char *const lum_in_view_names[] = {
     [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
 #define GROWING_INTERVAL_NS 250000000ll
-/* A first pass that would take longer than this is preceded by a rough one, of a quarter or a sixteenth of its paths:
- * an edit must show while the hand still moves. */
-#define PREVIEW_OVER_MS 30.0
-#define COARSE_PREVIEW_OVER_MS 500.0
 
 /* ---- from the request and the scene to settings ---- */
 
@@ -163,7 +159,6 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_reque
         v->want.codec = LUM_CODEC_JPEG;
     if (!want->has_stats)
         v->want.stats = true;
-    v->full_pass_ms = (double)INFINITY;
     lum_frame_stats_begin(&v->frame, 0);
     struct lum_error e;
     if (lum_view_create(world->pool, &v->core, &e)) {
@@ -263,18 +258,12 @@ bool lum_server_view_needs_pass(const struct lum_server_view *v)
     return !v->failed && (v->stale || !v->complete);
 }
 
-static uint32_t preview_for(double full_pass_ms)
-{
-    if (full_pass_ms > COARSE_PREVIEW_OVER_MS)
-        return 4;
-    return full_pass_ms > PREVIEW_OVER_MS ? 2 : 1;
-}
-
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
-    v->settings.preview = preview_for(v->full_pass_ms);
+    v->settings.preview =
+        lum_view_preview_for(&v->settings, v->full_pass_ms); /* an edit must show while the hand still moves */
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
     v->last_pass_ns = lum_clock_ns();
     if (st == LUM_ERR_CANCELLED)
@@ -345,8 +334,9 @@ static struct lum_frame_header frame_header(const struct lum_server_view *v, boo
                                  .downscale = v->want.downscale,
                                  .error = error_field(v),
                                  .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
-    while (1u << h.downscale < v->last_pass.preview)
-        h.downscale++; /* a rough pass has no more detail than that */
+    if (!v->settings.method->refines)
+        while (1u << h.downscale < v->last_pass.preview)
+            h.downscale++; /* a rough pass of paths has no more detail than that */
     if (final) {
         h.flags |= LUM_FRAME_CONVERGED;
         h.downscale = 0;

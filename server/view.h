@@ -42,7 +42,7 @@ struct lum_server_view {
     int64_t newest_ns;      /* receipt of the newest edit or camera that the settings contain */
     int64_t last_pass_ns;   /* when the last pass ended */
     double rendered_ms;     /* since the last change */
-    double full_pass_ms;    /* of the last pass that gave every pixel a sample; INFINITY: none yet, so that something shows soon */
+    double full_pass_ms;    /* of the last pass that gave every pixel a sample; 0: none yet */
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;

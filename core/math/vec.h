@@ -69,6 +69,7 @@ static inline struct lum_rgb lum_rgb(float r, float g, float b) { return (struct
 static inline struct lum_rgb lum_grey(float v) { return (struct lum_rgb){v, v, v}; }
 static inline struct lum_rgb lum_rgb_add(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r + b.r, a.g + b.g, a.b + b.b); }
 static inline struct lum_rgb lum_rgb_mul(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r * b.r, a.g * b.g, a.b * b.b); }
+static inline struct lum_rgb lum_rgb_div(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r / b.r, a.g / b.g, a.b / b.b); }
 static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s) { return lum_rgb(a.r * s, a.g * s, a.b * s); }
 static inline struct lum_rgb lum_rgb_mad(struct lum_rgb a, struct lum_rgb b, float s) { return lum_rgb(a.r + b.r * s, a.g + b.g * s, a.b + b.b * s); }
 static inline float lum_rgb_max(struct lum_rgb a) { return lum_max(a.r, lum_max(a.g, a.b)); }

@@ -326,29 +326,45 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
     return status;
 }
 
-enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
-                                 struct lum_error *err)
+/* What the buffers of a pass hold of what it asks for; all hear of what has changed. */
+static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const struct plan *plan,
+                           const struct lum_stage_runner *runner, struct lum_error *err)
 {
-    struct plan plan = make_plan(pass);
-    runner->stats->n_vpls = 0;
     pass->gbuffer = &d->gbuffer;
     pass->layers = &d->layers;
-    lum_swept_update(&d->swept, pass, plan.surfaces ? &d->surfaces : NULL);
+    lum_swept_update(&d->swept, pass, plan->surfaces ? &d->surfaces : NULL);
     pass->swept = &d->swept;
     pass->cached_sky = cached_sky(pass);
     enum lum_status status = look_first(d, pass, runner, err);
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
-    if (status == LUM_OK && plan.surfaces) {
+    if (status == LUM_OK && plan->surfaces) {
         pass->surfaces = &d->surfaces;
         status = lum_surfaces_update(&d->surfaces, pass, err);
     }
-    if (status == LUM_OK && plan.components) {
+    if (status == LUM_OK && plan->components) {
         pass->components = &d->components;
         status = lum_components_update(&d->components, pass, err);
     }
     if (status != LUM_OK)
         lum_swept_finish(&d->swept); /* some have not heard of what moved */
+    return status;
+}
+
+enum lum_status lum_deferred_see(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    struct plan plan = make_plan(pass);
+    enum lum_status status = see(d, pass, &plan, runner, err);
+    return status == LUM_OK && plan.surfaces ? lum_stage_run(runner, pass, &lum_stage_surfaces) : status;
+}
+
+enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
+                                 struct lum_error *err)
+{
+    struct plan plan = make_plan(pass);
+    runner->stats->n_vpls = 0;
+    enum lum_status status = see(d, pass, &plan, runner, err);
     if (status == LUM_OK && plan.cache)
         status = update_cache(d, pass, runner, err);
     else if (status == LUM_OK && plan.vpls)

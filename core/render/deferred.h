@@ -42,6 +42,9 @@ enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n
 
 /* Makes the G-buffer stale if the pass looks at something else. */
 LUM_MUST_USE enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err);
+/* A pass as far as what the eye sees: first hits and surfaces. As if the rest had been cancelled. Fills in those of *pass. */
+LUM_MUST_USE enum lum_status lum_deferred_see(struct lum_deferred *d, struct lum_pass *pass,
+                                              const struct lum_stage_runner *runner, struct lum_error *err);
 /* All stages of a pass. Fills in the buffers of *pass. */
 LUM_MUST_USE enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass,
                                               const struct lum_stage_runner *runner, struct lum_error *err);

@@ -28,7 +28,8 @@ struct lum_view_settings {
                                 depend on where the eye was before */
     bool antialias;          /* smooth edges, of hard shadows too; false: rays through pixel centres */
     uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
-                                block of this many pixels a side, so that an edit shows early; 0 and 1: none. At most 16 */
+                                block of this many pixels a side, so that an edit shows early; those that refine show it by the
+                                surfaces of the full picture. 0 and 1: none. At most 16 */
     uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* methods with a cache */
     enum lum_storage storage;
@@ -96,6 +97,11 @@ struct lum_pass_stats {
     bool changed;                 /* the film differs from before the pass */
     bool complete;                /* nothing left to do for this snapshot and these settings */
 };
+
+/* preview for these settings so that the rough pass takes LUM_PREVIEW_MS at most where a whole frame (a sample of progressive
+ * methods) takes frame_ms; 0: not known yet. Beside it, a new eye has first hits to find: 20 to 90 ms in a picture of 600 x 400. */
+uint32_t lum_view_preview_for(const struct lum_view_settings *settings, double frame_ms);
+#define LUM_PREVIEW_MS 60.0
 
 struct lum_view;
 

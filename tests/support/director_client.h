@@ -47,7 +47,7 @@ uint64_t scene_rev_of(cJSON *reply);
 void assert_refused(cJSON *reply, const char *app, const char *path);
 uint32_t client_open_view(struct client *c, uint8_t codec);
 /* The next whole frame of the first stream, acknowledged; its last header. pixels (may be NULL) gets RGBA8 tiles
- * of full size: a rough first pass comes downscaled. */
+ * of full size: a rough pass of paths comes downscaled; any has 0 samples. */
 struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels);
 struct lum_frame_header client_converged_frame(struct client *c, uint64_t scene_rev, uint8_t *pixels);
 uint64_t client_apply(struct client *c, const char *ops);

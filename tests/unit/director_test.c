@@ -66,7 +66,7 @@ static long sum_of_next(struct client *c, uint64_t scene_rev)
     struct lum_frame_header h;
     do
         h = client_next_frame(c, pixels);
-    while (h.scene_rev != scene_rev || h.downscale > 0);
+    while (h.scene_rev != scene_rev || h.spp == 0);
     for (size_t i = 0; i < sizeof pixels; i++)
         sum += pixels[i];
     return sum;

@@ -1,0 +1,117 @@
+#include "core/render/rough.h"
+
+#include <math.h>
+
+/* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
+#define SHEEN_FLOOR 0.05f
+#define MATTE_FLOOR 1e-3f
+/* Another object, or another kind of surface, has its light only where nothing alike is near. */
+#define UNLIKE 1e-3f
+/* Below this weight the four nearest pixels are no neighbours, and those around them are asked. */
+#define ENOUGH 0.05f
+
+struct job {
+    const struct lum_rough_picture *coarse;
+    struct lum_rgb *light; /* of the coarse picture, over albedo */
+    const struct lum_pass *pass;
+    float scale; /* pixels of the coarse picture per one of the full */
+};
+
+/* A pixel of the full picture, and where it is in the coarse one. */
+struct target {
+    size_t pixel;
+    float x, y; /* in coarse pixels, whose centres are whole numbers */
+};
+
+static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
+{
+    bool matte = s->kind[pixel] == (LUM_PIXEL_SURFACE | LUM_PIXEL_DIFFUSE);
+    return lum_rgb_add(s->albedo[pixel], lum_grey(matte ? MATTE_FLOOR : SHEEN_FLOOR));
+}
+
+/* What a coarse pixel's surface says of the target's, 0 .. 1: the same kind, facing the same way, in the same plane to
+ * within half of what a coarse pixel covers. */
+static float likeness(const struct job *j, size_t target, size_t from)
+{
+    const struct lum_surfaces *fine = j->pass->surfaces, *coarse = j->coarse->surfaces;
+    float alike = fine->kind[target] == coarse->kind[from] ? 1.0f : UNLIKE;
+    bool by_object = (fine->kind[target] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES)) != 0;
+    if (by_object && fine->object[target] != coarse->object[from])
+        alike *= UNLIKE;
+    if (fine->object[target] == LUM_NO_OBJECT || coarse->object[from] == LUM_NO_OBJECT)
+        return alike;
+    struct lum_vec3 n = fine->n[target];
+    float cosine = fmaxf(lum_dot(n, coarse->n[from]), 0.0f);
+    float off = lum_dot(n, lum_v3_sub(coarse->p[from], fine->p[target]));
+    float far = off / (0.5f * j->coarse->eye->per_pixel * fine->depth[target]);
+    return alike * cosine * cosine / (1.0f + far * far);
+}
+
+struct gathered {
+    struct lum_rgb light; /* over albedo */
+    float weight;
+};
+
+/* Pixels within `reach` of the target, by a tent of that width. */
+static struct gathered gather(const struct job *j, const struct target *t, float reach)
+{
+    const struct lum_film *film = j->coarse->film;
+    struct gathered sum = {.weight = 0.0f};
+    int y0 = (int)ceilf(t->y - reach), y1 = (int)floorf(t->y + reach);
+    int x0 = (int)ceilf(t->x - reach), x1 = (int)floorf(t->x + reach);
+    for (int y = y0 < 0 ? 0 : y0; y <= y1 && y < (int)film->h; y++)
+        for (int x = x0 < 0 ? 0 : x0; x <= x1 && x < (int)film->w; x++) {
+            size_t from = (size_t)y * film->w + (size_t)x;
+            float tent = (reach - fabsf((float)x - t->x)) * (reach - fabsf((float)y - t->y));
+            float weight = tent * (likeness(j, t->pixel, from) + UNLIKE * UNLIKE);
+            sum.light = lum_rgb_add(sum.light, lum_rgb_scale(j->light[from], weight));
+            sum.weight += weight;
+        }
+    return sum;
+}
+
+static struct lum_rgb radiance_of(const struct job *j, const struct target *t)
+{
+    struct gathered sum = gather(j, t, 1.0f);
+    if (sum.weight < ENOUGH)
+        sum = gather(j, t, 2.0f);
+    if (!(sum.weight > 0.0f))
+        return lum_grey(0.0f);
+    return lum_rgb_scale(lum_rgb_mul(sum.light, divisor(j->pass->surfaces, t->pixel)), 1.0f / sum.weight);
+}
+
+/* Both pictures are of the same eye, their middles are the same direction; the coarse one may show a little more. */
+static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
+{
+    const struct job *j = ctx;
+    const struct lum_tiling *tiling = &j->pass->tiling;
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    for (uint32_t y = r.y; y < r.y + r.h; y++)
+        for (uint32_t x = r.x; x < r.x + r.w; x++) {
+            struct target t = {
+                (size_t)y * tiling->w + x,
+                0.5f * (j->coarse->eye->w - 1.0f) + ((float)x + 0.5f - 0.5f * (float)tiling->w) * j->scale,
+                0.5f * (j->coarse->eye->h - 1.0f) + ((float)y + 0.5f - 0.5f * (float)tiling->h) * j->scale};
+            lum_film_set(j->pass->film, x, y, radiance_of(j, &t), &counters->nonfinite);
+        }
+}
+
+enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const struct lum_pass *pass,
+                                   const struct lum_stage_runner *runner, struct lum_error *err)
+{
+    int64_t begin_ns = lum_clock_ns();
+    const struct lum_film *film = coarse->film;
+    struct job job = {.coarse = coarse, .pass = pass, .scale = pass->eye.per_pixel / coarse->eye->per_pixel};
+    job.light = lum_calloc((size_t)film->w * film->h, sizeof *job.light);
+    if (!job.light)
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++) {
+            size_t i = (size_t)y * film->w + x;
+            job.light[i] = lum_rgb_div(lum_film_mean(film, x, y), divisor(coarse->surfaces, i));
+        }
+    enum lum_status status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
+    lum_free(job.light);
+    runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    return status;
+}

@@ -1,0 +1,112 @@
+/* Rough pictures of methods that refine: the edges of the full picture, and no trace in what follows. */
+#include "tests/support/lit_room.h"
+
+/* Sunlight on floors in one plane is albedo over pi times one illuminance, so interpolating light over albedo is exact:
+ * the rough picture is the full one to rounding, at the edges of floors of any albedo, too. */
+static void edges_are_those_of_the_full_picture(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_square(&r, "dark", 20);
+    rig_square(&r, "bright", 0.7); /* no multiple of a block wide */
+    rig_diffuse_object(&r, "dark", "grey", 0.1f, rig_v(0, 0, 0));
+    rig_diffuse_object(&r, "bright", "white", 0.9f, rig_v(0.3, 1e-4, 0.2));
+    struct lum_light_desc sun = {
+        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {1, -2, 1}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    rig_light(&r, "sun", &sun);
+    rig_camera(&r, rig_v(0, 3, 0), rig_v(0, 0, 0), 60);
+    rig_commit(&r);
+    use_method(&r, "live");
+    r.settings.w = 75, r.settings.h = 53; /* no multiple of a block or a tile */
+    r.settings.antialias = false;         /* of the full picture: rough ones have none */
+    r.settings.max_spp = 1;
+    rig_pass(&r);
+    struct lum_rgb *full = rig_picture(&r);
+    for (uint32_t side = 2; side <= 16; side *= 2) {
+        rig_fresh_view(&r);
+        r.settings.preview = side;
+        assert_int_equal(rig_pass(&r).preview, side);
+        const struct lum_film *film = lum_view_film(r.view);
+        for (uint32_t i = 0; i < film->w * film->h; i++) {
+            float got = lum_film_mean(film, i % film->w, i / film->w).g, want = full[i].g;
+            /* a neighbour of the other floor counts with its light over (albedo + 1e-3), at most 1 % off */
+            if (!(fabsf(got - want) <= 0.01f * want))
+                fail_msg("blocks of %u: pixel %u,%u is %g, in the full picture %g", side, i % film->w, i / film->w,
+                         (double)got, (double)want);
+        }
+    }
+    lum_free(full);
+    rig_end(&r);
+}
+
+/* Frames after rough pictures of every edit are those of a view that makes none. Without records, whose places are the
+ * rough pass's first. */
+static void frames_after_rough_pictures_are_as_without(void **state)
+{
+    (void)state;
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, "live");
+    r.settings.w = 75, r.settings.h = 53;
+    r.settings.max_spp = 1;
+    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    r.settings.preview = 4;
+    for (int edit = 0; edit < 6; edit++) {
+        if (edit % 3 == 0)
+            rig_bulb(&r, "bulb", rig_v(-1, 2, 0.5 - 0.1 * edit), 60);
+        else if (edit % 3 == 1)
+            rig_object(&r, "crate", "crate", "red", rig_v(0.5 - 0.1 * edit, 0.5, -0.4));
+        else
+            rig_camera(&r, rig_v(-0.3, 1.4, 1.8 - 0.1 * edit), rig_v(0.2, 0.9, -0.5), 60);
+        rig_commit(&r);
+        assert_int_equal(rig_pass(&r).preview, 4);
+        if (edit == 3) /* nobody waited for the frame: the next edit comes first */
+            continue;
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_int_equal(s.preview, 0);
+        assert_int_equal(s.spp, 1);
+        struct lum_view *kept = r.view;
+        struct lum_rgb *picture = rig_picture(&r);
+        r.view = NULL;
+        r.settings.preview = 0;
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        char what[32];
+        snprintf(what, sizeof what, "edit %d", edit);
+        rig_assert_picture(&r, picture, what);
+        lum_free(picture);
+        lum_view_destroy(r.view);
+        r.view = kept;
+        r.settings.preview = 4;
+    }
+    rig_end(&r);
+}
+
+/* As small as leaves one in LUM_PREVIEW_MS, and never more than a pass takes. */
+static void blocks_are_as_small_as_time_allows(void **state)
+{
+    (void)state;
+    struct lum_view_settings s = lum_view_settings_default();
+    assert_int_equal(lum_view_preview_for(&s, 0.0), 8);
+    assert_int_equal(lum_view_preview_for(&s, 0.9 * LUM_PREVIEW_MS), 1);
+    assert_int_equal(lum_view_preview_for(&s, 2.0 * LUM_PREVIEW_MS), 2);
+    assert_int_equal(lum_view_preview_for(&s, 5.0 * LUM_PREVIEW_MS), 4);
+    assert_int_equal(lum_view_preview_for(&s, 10.0 * LUM_PREVIEW_MS), 8);
+    assert_int_equal(lum_view_preview_for(&s, 1e9), 16);
+    s.method = lum_method_find("path");
+    assert_int_equal(lum_view_preview_for(&s, 3.9 * LUM_PREVIEW_MS), 2);
+    assert_int_equal(lum_view_preview_for(&s, 4.1 * LUM_PREVIEW_MS), 4);
+    s.w = s.h = 2000;
+    assert_int_equal(lum_view_preview_for(&s, 0.0), 16);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(edges_are_those_of_the_full_picture),
+        cmocka_unit_test(frames_after_rough_pictures_are_as_without),
+        cmocka_unit_test(blocks_are_as_small_as_time_allows),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
