@@ -470,6 +470,8 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
                             .every_light = true};
     if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
         path.eta2 = bsdf->eta * bsdf->eta;
+    if (!roulette(w, &path, 0))
+        return;
     w->counters->rays[LUM_RAY_GLOSSY]++;
     push_path(w, path, p, bsdf->ng, bs.wi);
 }
