@@ -28,7 +28,7 @@ struct lum_cache_record {
                                  * on the same side, for where rays start */
     float radius;               /* > 0; serves points nearer than this */
     uint32_t index;             /* of the record in its store, 0 .. capacity - 1; given by lum_store_new */
-    float footprint;            /* size of the pixel for which the radius is as large as it is; 0: any pixel could be smaller */
+    float footprint;            /* size of the pixel for which the record is as coarse as it is; 0: any pixel could be smaller */
     uint64_t object;            /* what it lies on: lum_hash64_text of the object's id */
     struct lum_rgb irradiance;  /* what it is for; scene units */
     struct lum_rgb gradient[3]; /* change of irradiance by moving along x, y, z, per scene unit; 0: the kind has none */

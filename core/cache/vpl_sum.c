@@ -150,7 +150,7 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    uint32_t cell = hash_cell(at->p);
+    uint32_t cell = lum_hash_combine(hash_cell(at->p), set->seed);
     for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
         uint32_t out[LANES], bits = 0;
         for (uint32_t i = 0; i < LANES; i++) {

@@ -31,7 +31,7 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 /* Of the VPLs that the point faces about n of bounced light are drawn into ret_bits, each with a chance in proportion to what it
  * would bring the point, were it as bright as its importance says, and visible; those that would bring the returned step or more
  * for sure, and all points of the sky. So n rays tell as much of many VPLs as of few, and a sum over those drawn has the expectation
- * of the sum over all. A VPL's number to be drawn by depends on it and on the cell of space that the point is in. 0: the point faces
+ * of the sum over all. A VPL's number to be drawn by depends on it, on the cell of space that the point is in, and on the set's seed. 0: the point faces
  * n or fewer, which are all drawn. */
 float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n, uint64_t *ret_bits);
 

@@ -158,25 +158,31 @@ static void edit(struct fuzz *f)
     }
 }
 
-/* The record as it would be. */
+static void build(struct fuzz *f, struct lum_cache *cache, float pixel, struct lum_vec3 eye,
+                  struct lum_cache_record *record)
+{
+    struct lum_counters counters = {0};
+    cache->key.kind->build(&(struct lum_cache_job){.cache = cache,
+                                                   .snapshot = f->rig.snapshot,
+                                                   .records = &record,
+                                                   .n = 1,
+                                                   .pixel = pixel,
+                                                   .eye = eye,
+                                                   .counters = &counters});
+}
+
+/* The record as it would be, seen from as far away: one of as many pixels looks at as many virtual point lights. */
 static void rebuild(struct fuzz *f, struct lum_cache *cache, const struct lum_cache_record *r,
                     struct lum_cache_record *ret)
 {
-    struct rig *g = &f->rig;
-    struct lum_counters counters = {0};
-    struct lum_eye eye;
-    RIG_OK(lum_eye_init(&eye, &g->settings.camera, &g->snapshot->norm, g->settings.w, g->settings.h, &err));
+    struct lum_vec3 eye = lum_v3_add(r->p, lum_v3(1.0f, 0.0f, 0.0f)); /* a pixel's size here is that at distance 1 */
     ret->p = r->p;
     ret->n = r->n;
     ret->ng = r->ng;
     ret->object = r->object;
-    cache->key.kind->build(&(struct lum_cache_job){.cache = cache,
-                                                   .snapshot = g->snapshot,
-                                                   .records = &ret,
-                                                   .n = 1,
-                                                   .pixel = eye.per_pixel,
-                                                   .eye = eye.o,
-                                                   .counters = &counters});
+    build(f, cache, 0.0f, eye, ret);
+    if (r->footprint > 0.0f)
+        build(f, cache, r->footprint * (ret->radius / r->radius), eye, ret);
 }
 
 static uint32_t check_cache(struct fuzz *f, struct lum_cache *cache)
