@@ -71,7 +71,7 @@ static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job 
                           lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
 }
 
-/* Of a cache's VPLs those that it has to spare are left to other tiles: a vertex asks as many as the settings say. */
+/* A vertex asks as many of a cache's VPLs as the settings say, and leaves those that it has to spare. */
 static uint32_t spare_of(const struct lum_pass *pass)
 {
     uint32_t spare = pass->records ? pass->records->cache->key.kind->spare : 0;
@@ -98,7 +98,8 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     }
     if (points.n_points == 0)
         return;
-    uint32_t spare = spare_of(pass), step = n_sets * spare, first = set + n_sets * (lum_hash_u32(t->tile) % spare);
+    uint32_t spare = spare_of(pass), step = n_sets * spare,
+             first = set + n_sets * (lum_hash_u32(set) % spare); /* the same in all tiles: else they would show */
     for (uint32_t k = first; k < pass->vpls->n_bounced; k += step)
         slots[n_slots++] = k;
     struct lum_rgb irradiance[LUM_RAY_BATCH] = {{0}};
