@@ -80,6 +80,24 @@ static struct lum_rgb radiance_of(const struct job *j, const struct target *t)
     return lum_rgb_scale(lum_rgb_mul(sum.light, divisor(j->pass->surfaces, t->pixel)), 1.0f / sum.weight);
 }
 
+/* What shines at a pixel: a lamp may lie between all the coarse ones. Black: nothing, or it is off. */
+static struct lum_rgb shine_at(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_vec3 d)
+{
+    const struct lum_snapshot *s = pass->snapshot;
+    const struct lum_hits *hits = &pass->gbuffer->tiles[tile];
+    if (hits->object[slot] == LUM_NO_OBJECT)
+        return lum_lights_background(&s->lights, d, true);
+    struct lum_surface surface;
+    lum_snapshot_surface(s, hits, slot, d, &surface);
+    if (surface.instance == LUM_NO_OBJECT) {
+        const struct lum_light *light = &s->lights.lights[surface.light];
+        return light->on ? lum_light_emitted(light, surface.backface) : lum_grey(0.0f);
+    }
+    struct lum_bsdf bsdf;
+    lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
+    return bsdf.emission;
+}
+
 /* Both pictures are of the same eye, their middles are the same direction; the coarse one may show a little more. */
 static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
@@ -92,7 +110,12 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
                 (size_t)y * tiling->w + x,
                 0.5f * (j->coarse->eye->w - 1.0f) + ((float)x + 0.5f - 0.5f * (float)tiling->w) * j->scale,
                 0.5f * (j->coarse->eye->h - 1.0f) + ((float)y + 0.5f - 0.5f * (float)tiling->h) * j->scale};
-            lum_film_set(j->pass->film, x, y, radiance_of(j, &t), &counters->nonfinite);
+            struct lum_rgb radiance = lum_grey(0.0f);
+            if (j->pass->surfaces->kind[t.pixel] & LUM_PIXEL_SHINES)
+                radiance = shine_at(j->pass, tile, (y - r.y) * r.w + x - r.x, lum_center_direction(j->pass, x, y));
+            if (lum_rgb_black(radiance))
+                radiance = radiance_of(j, &t);
+            lum_film_set(j->pass->film, x, y, radiance, &counters->nonfinite);
         }
 }
 

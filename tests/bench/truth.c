@@ -2,8 +2,9 @@
  * asked for, against `path` of another seed, anti-aliased like them, 600 x 400.
  *
  * By blocks (core/metric/blocks.h), so that light that is missing shows and noise does not; SMAPE and relMSE beside
- * them. At the first full frame, while something moves, and after 0.1 to 30 seconds at rest; what each effect alone has
- * of its light; the cost of the first frame in samples of `path`, in turns. A figure says how sure its reference is.
+ * them. Of the rough picture before it, at the first full frame, while something moves, and after 0.1 to 30 seconds at
+ * rest; what each effect alone has of its light; the cost of the first frame in samples of `path`, in turns. A figure
+ * says how sure its reference is.
  *
  * Others may use the machine: time is that of a machine of its own (truth_time), and rays are exact. */
 #include "tests/bench/truth.h"
@@ -195,7 +196,7 @@ static bool measure_scene(struct truth_rig *rig, const struct place *place)
 
 static bool make_room(struct truth_study *s, size_t n_scenes)
 {
-    s->max_rows = n_scenes * TRUTH_METHODS * (TRUTH_TIMES + 2);
+    s->max_rows = n_scenes * TRUTH_METHODS * (TRUTH_TIMES + 3);
     s->max_costs = n_scenes * TRUTH_METHODS;
     s->max_effects = n_scenes * TRUTH_METHODS * LUM_EFFECT_COUNT;
     s->rows = lum_calloc(s->max_rows, sizeof *s->rows);

@@ -18,7 +18,7 @@ struct truth_reference {
 struct truth_row {
     char scene[64];
     const char *method;
-    char when[16];              /* "first", "moving", "1 s" */
+    char when[16];              /* "rough", "first", "moving", "1 s" */
     double own_s, wall_s;       /* from nothing to this picture; of moving ones the median of a frame */
     uint32_t spp;
     struct lum_blocks_result blocks;

@@ -214,10 +214,37 @@ static bool rest_until(struct truth_rig *rig, struct rest *r)
     return ok;
 }
 
+/* What a viewer who opens the scene sees first: of methods that refine a rough picture, of the block that a server
+ * takes when it does not know yet how long a frame takes. */
+static bool measure_rough(struct truth_rig *rig, const struct lum_method *method)
+{
+    struct truth_view view = {0};
+    struct truth_time time = {0};
+    struct lum_pass_stats stats;
+    struct truth_row row = new_row(rig, method, "rough");
+    float *picture = lum_calloc(3 * pixel_count(rig), sizeof *picture);
+    bool ok = picture ? truth_view_open(rig, method, &view) : failed("out of memory");
+    view.settings.preview = ok ? lum_view_preview_for(&view.settings, 0.0) : 0;
+    if (ok && truth_pass(rig, &view, &stats, &time)) {
+        row.own_s = time.own_s;
+        row.wall_s = time.wall_s;
+        memcpy(row.rays, stats.rays, sizeof row.rays);
+        lum_bench_picture_of(view.view, picture);
+        ok = truth_tell_picture(rig, &rig->reference, &row, picture, true);
+    } else {
+        ok = false;
+    }
+    lum_free(picture);
+    truth_view_close(&view);
+    return ok;
+}
+
 bool truth_measure_rest(struct truth_rig *rig)
 {
     double max_s = rig->options->quick ? fmin(rig->options->seconds, 0.3) : rig->options->seconds;
     bool ok = true;
+    for (size_t m = 0; m < rig->n_methods && ok; m++)
+        ok = !rig->methods[m]->refines || measure_rough(rig, rig->methods[m]);
     for (size_t m = 0; m < rig->n_methods && ok; m++) {
         struct rest r = {.row = new_row(rig, rig->methods[m], "first")};
         while (r.max < TRUTH_TIMES && truth_times_s[r.max] <= max_s)

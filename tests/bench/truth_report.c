@@ -1,5 +1,6 @@
 /* The truth study as tables on stdout, as CSV and JSON. */
 #include <math.h>
+#include <string.h>
 
 #include "core/metric/metric.h"
 #include "tests/bench/table.h"
@@ -45,6 +46,21 @@ static const struct lum_bench_column row_columns[] = {
     LUM_BENCH_RAY_COLUMNS(0),
 };
 
+/* Of pictures at rest whose true error the reference can tell, how many methods said one that is no less. */
+static void report_said(const struct truth_study *study)
+{
+    size_t n_told = 0, n_covered = 0;
+    for (size_t i = 0; i < study->n_rows; i++) {
+        const struct truth_row *r = &study->rows[i];
+        if (isnan(r->error_said) || isnan(r->error_rms) || !strcmp(r->when, "moving"))
+            continue;
+        n_told++;
+        n_covered += r->error_said >= r->error_rms;
+    }
+    if (n_told)
+        printf("What methods say of their error is no less than it is in %zu of %zu pictures.\n", n_covered, n_told);
+}
+
 static bool report_rows(const struct truth_study *study, const struct lum_bench_options *options)
 {
     struct lum_bench_table t = LUM_BENCH_TABLE(row_columns);
@@ -62,6 +78,7 @@ static bool report_rows(const struct truth_study *study, const struct lum_bench_
            "error: root mean square of luminance over its mean; what a method says of it is meant to be the same.\n",
            study->machine);
     printf(LUM_BENCH_RELMSE ".\n", LUM_METRIC_EPSILON, LUM_METRIC_EPSILON);
+    report_said(study);
     return lum_bench_table_finish(&t, options, "truth");
 }
 
