@@ -6,6 +6,7 @@
 #include "core/math/color.h"
 #include "core/math/sampler.h"
 #include "core/medium/medium.h"
+#include "core/vpl/lobe.h"
 
 #define LANES LUM_SUM_LANES
 
@@ -170,6 +171,7 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
 struct packed {
     _Alignas(64) float p[3][LANES], n[3][LANES];
     float radius[LANES], importance[LANES], flux[3][LANES];
+    float w[3][LANES], gloss[LANES], alpha[LANES], f0[LANES], f90[LANES];
     uint32_t slot[LANES], n_lanes;
     bool sky;
 };
@@ -186,6 +188,11 @@ static void pack(struct packed *to, const struct lum_vpl_set *set, uint32_t k)
     to->radius[i] = set->radius[k];
     to->importance[i] = set->importance[k];
     to->slot[i] = k;
+    if (!set->gloss) /* as asked for */
+        return;
+    to->gloss[i] = set->lobe[k];
+    to->w[0][i] = set->wx[k], to->w[1][i] = set->wy[k], to->w[2][i] = set->wz[k];
+    to->alpha[i] = set->alpha[k], to->f0[i] = set->f0[k], to->f90[i] = set->f90[k];
 }
 
 /* Those that were drawn stand for those that were not. */
@@ -198,6 +205,22 @@ static void weigh(const struct packed *of, float step, struct terms *inout_terms
         inout_terms->x[i] *= weight;
         inout_terms->y[i] *= weight;
         inout_terms->z[i] *= weight;
+    }
+}
+
+/* Of those that send light by lobes, what goes the point's way. The gradient is that of an even one. */
+static void add_lobes(const struct packed *of, const struct lum_receiver *at, struct terms *restrict inout)
+{
+    for (uint32_t i = 0; i < LANES; i++) {
+        float x = at->p.x - of->p[0][i], y = at->p.y - of->p[1][i], z = at->p.z - of->p[2][i];
+        float per_r = 1.0f / sqrtf(x * x + y * y + z * z + 1e-12f);
+        float share =
+            lum_vpl_lobe(lum_v3(of->n[0][i], of->n[1][i], of->n[2][i]), lum_v3(of->w[0][i], of->w[1][i], of->w[2][i]),
+                         lum_v3(x * per_r, y * per_r, z * per_r), of->gloss[i], of->alpha[i], of->f0[i], of->f90[i]);
+        inout->g[i] *= share;
+        inout->x[i] *= share;
+        inout->y[i] *= share;
+        inout->z[i] *= share;
     }
 }
 
@@ -252,6 +275,7 @@ struct sum_job {
     const struct lum_receiver *at;
     const uint32_t *left; /* by slot: what panes leave; NULL: there are none */
     float lift, step;
+    bool lobes;
     const struct lum_snapshot *media;
     struct lanes lanes;
     uint32_t n_in_lanes;
@@ -269,6 +293,8 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, &terms);
     if (job->step > 0.0f && !packed->sky)
         weigh(packed, job->step, &terms);
+    if (job->lobes && !packed->sky)
+        add_lobes(packed, job->at, &terms);
     for (uint32_t i = 0; job->left && i < packed->n_lanes; i++)
         dim(packed, i, lum_share_unpack(job->left[packed->slot[i]]));
     if (job->media)
@@ -286,7 +312,7 @@ void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receive
                          const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
                          struct lum_vpl_sum *ret_sum)
 {
-    struct sum_job job = {.at = at, .left = left, .lift = lift, .step = step, .media = media};
+    struct sum_job job = {.at = at, .left = left, .lift = lift, .step = step, .lobes = set->gloss, .media = media};
     struct packed packed = {.n_lanes = 0};
     for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
         bool sky = 64 * w >= lum_vpl_first_sky(set);

@@ -77,6 +77,9 @@ static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set 
     for (uint32_t k = 0; k < 3; k++)
         set->flux_unit[k][to] = c->flux_unit[k][from] * factor;
     set->importance[to] = c->importance[from];
+    set->lobe[to] = c->lobe[from];
+    set->wx[to] = c->wx[from], set->wy[to] = c->wy[from], set->wz[to] = c->wz[from];
+    set->alpha[to] = c->alpha[from], set->f0[to] = c->f0[from], set->f90[to] = c->f90[from];
     set->light[to] = c->light[from], set->object[to] = c->object[from], set->prim[to] = c->prim[from];
 }
 

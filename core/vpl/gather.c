@@ -9,6 +9,7 @@
 
 #include "core/math/color.h"
 #include "core/render/frame.h"
+#include "core/vpl/lobe.h"
 
 /* The points as the loop reads them, and the rays under way. About 35 KiB: lives on a worker's stack. */
 struct gathering {
@@ -32,8 +33,24 @@ struct gathering {
 /* A VPL that has light to give. */
 struct source {
     struct lum_vec3 p, n;
-    struct lum_rgb radiance; /* flux / pi */
+    struct lum_rgb radiance; /* flux / pi, in the mean over directions */
+    struct lum_vec3 w;       /* its lobe, as in struct lum_vpl_set */
+    float lobe, alpha, f0, f90;
 };
+
+static struct source source_of(const struct lum_vpl_set *set, uint32_t i)
+{
+    struct source s = {
+        .p = {set->px[i], set->py[i], set->pz[i]},
+        .n = {set->nx[i], set->ny[i], set->nz[i]},
+        .radiance = lum_rgb_scale(lum_rgb(set->flux[0][i], set->flux[1][i], set->flux[2][i]), LUM_INV_PI),
+    };
+    if (!set->gloss)
+        return s;
+    s.w = lum_v3(set->wx[i], set->wy[i], set->wz[i]);
+    s.lobe = set->lobe[i], s.alpha = set->alpha[i], s.f0 = set->f0[i], s.f90 = set->f90[i];
+    return s;
+}
 
 static void load_points(struct gathering *g)
 {
@@ -117,6 +134,16 @@ static void geometry_terms(struct gathering *g, const struct source *s)
     }
 }
 
+static void add_lobes(struct gathering *g, const struct source *s)
+{
+    for (uint32_t i = 0; i < g->n_padded; i++) {
+        float x = g->px[i] - s->p.x, y = g->py[i] - s->p.y, z = g->pz[i] - s->p.z;
+        float per_r = 1.0f / sqrtf(g->r2[i]);
+        g->term[i] *=
+            lum_vpl_lobe(s->n, s->w, lum_v3(x * per_r, y * per_r, z * per_r), s->lobe, s->alpha, s->f0, s->f90);
+    }
+}
+
 /* ---- rays ---- */
 
 static void add(struct gathering *g, uint32_t point, struct lum_rgb value)
@@ -165,6 +192,8 @@ static struct lum_rgb transmittance(const struct gathering *g, const struct sour
 static void gather_source(struct gathering *g, const struct source *s)
 {
     geometry_terms(g, s);
+    if (s->lobe > 0.0f)
+        add_lobes(g, s);
     struct lum_vec3 target = lum_ray_offset(s->p, s->n);
     if (g->row)
         memcpy(g->row, g->term, g->job->points->n_points * sizeof *g->row);
@@ -205,9 +234,7 @@ void lum_vpl_gather(const struct lum_gather *job)
     load_points(&g);
     for (uint32_t k = 0; k < job->n_slots; k++) {
         uint32_t i = job->slots[k];
-        struct source s = {{set->px[i], set->py[i], set->pz[i]},
-                           {set->nx[i], set->ny[i], set->nz[i]},
-                           lum_rgb_scale(lum_rgb(set->flux[0][i], set->flux[1][i], set->flux[2][i]), LUM_INV_PI)};
+        struct source s = source_of(set, i);
         g.row = job->terms ? job->terms + (size_t)k * job->points->n_points : NULL;
         if (!lum_rgb_black(s.radiance))
             gather_source(&g, &s);

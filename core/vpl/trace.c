@@ -40,18 +40,36 @@ struct walk {
     struct path path[LUM_RAY_BATCH];
 };
 
-static void leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_rgb albedo)
+/* Lobes are at least this wide (alpha): a sharper one would show as a highlight of each of them. */
+#define LOBE_LEAST 0.3f
+
+/* What of its flux goes by a lobe. */
+static void set_lobe(struct lum_vpl_set *set, uint32_t slot, const struct lum_bsdf *b, struct lum_vec3 wo, float gloss)
+{
+    float alpha = lum_max(b->alpha, LOBE_LEAST), f0 = lum_rgb_max(b->f0);
+    struct lum_ggx_albedo e = lum_ggx_albedo(lum_ggx_row(alpha), lum_dot(b->ng, wo));
+    float albedo = f0 * e.scale + b->f90 * e.bias;
+    bool any = gloss > 0.0f && albedo > 0.0f;
+    set->lobe[slot] = any ? gloss : 0.0f;
+    set->wx[slot] = wo.x, set->wy[slot] = wo.y, set->wz[slot] = wo.z;
+    set->alpha[slot] = alpha;
+    set->f0[slot] = any ? f0 / albedo : 0.0f;
+    set->f90[slot] = any ? b->f90 / albedo : 0.0f;
+}
+
+static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_rgb albedo,
+                      uint32_t *ret_slot)
 {
     float weight;
     uint32_t slot = lum_vpl_plan_slot(w->plan, path->share, path->number, path->bounce, &weight);
     if (slot == LUM_NO_OBJECT)
-        return;
+        return false;
     struct lum_rgb flux = lum_rgb_scale(lum_rgb_mul(path->flux, albedo), weight);
     if (lum_rgb_black(flux))
-        return;
+        return false;
     if (!lum_rgb_finite(flux) || !lum_v3_finite(s->p)) {
         w->counters->nonfinite++;
-        return;
+        return false;
     }
     struct lum_vpl_set *set = w->set;
     set->px[slot] = s->p.x, set->py[slot] = s->p.y, set->pz[slot] = s->p.z;
@@ -61,6 +79,8 @@ static void leave_vpl(struct walk *w, const struct path *path, const struct lum_
     set->light[slot] = path->share; /* shares are in the order of the light table */
     set->object[slot] = s->instance;
     set->prim[slot] = s->prim;
+    *ret_slot = slot;
+    return true;
 }
 
 /* Sends the path on; it is appended to the batch. */
@@ -115,10 +135,12 @@ static void visit(struct walk *w, uint32_t i)
     struct lum_rgb albedo = {0};
     if (!lum_rgb_black(b.diffuse)) /* what metals scatter evenly is little, and not worth a slot */
         albedo = lum_bsdf_diffuse_albedo(&b);
-    if (w->set->gloss)
-        albedo = lum_rgb_add(albedo, lum_bsdf_gloss_albedo(&b, wo));
+    struct lum_rgb gloss = w->set->gloss ? lum_bsdf_gloss_albedo(&b, wo) : lum_grey(0.0f);
+    albedo = lum_rgb_add(albedo, gloss);
     if (!lum_rgb_black(albedo)) {
-        leave_vpl(w, &path, &s, albedo);
+        uint32_t slot;
+        if (leave_vpl(w, &path, &s, albedo, &slot))
+            set_lobe(w->set, slot, &b, wo, lum_luminance(gloss) / lum_luminance(albedo));
         if (path.bounce++ == path.last)
             return;
         path.left *= ALBEDO_GUESS;
@@ -250,7 +272,9 @@ static enum lum_status alloc_arrays(struct lum_vpl_set *set, struct lum_error *e
 {
     float **floats[] = {&set->px,      &set->py,           &set->pz,           &set->nx,           &set->ny,
                         &set->nz,      &set->flux_unit[0], &set->flux_unit[1], &set->flux_unit[2], &set->flux[0],
-                        &set->flux[1], &set->flux[2],      &set->importance,   &set->radius};
+                        &set->flux[1], &set->flux[2],      &set->importance,   &set->radius,       &set->lobe,
+                        &set->wx,      &set->wy,           &set->wz,           &set->alpha,        &set->f0,
+                        &set->f90};
     uint32_t **indices[] = {&set->light, &set->object, &set->prim};
     size_t n = padded(set->n), n_floats = LUM_ARRAY_LEN(floats), n_indices = LUM_ARRAY_LEN(indices);
     char *memory = lum_calloc(1, n * (n_floats * sizeof(float) + n_indices * sizeof(uint32_t)) +

@@ -52,6 +52,9 @@ struct lum_vpl_set {
                                                   * colour of a surface and no dimmed light changes it. 0: empty slot */
     float *radius;                               /* of the area that it stands for, which is more where it is more important than those
                                                   * around it; scene units; 0: of the sky */
+    float *lobe;                                 /* share of its flux that goes by a glossy lobe (lum_vpl_lobe); 0 unless that was asked for */
+    float *wx, *wy, *wz;                         /* unit, to where the light came from */
+    float *alpha, *f0, *f90;                     /* of the lobe; reflectances over its albedo for w */
     uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
     uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
     uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
@@ -102,8 +105,7 @@ struct lum_vpl_request {
     uint32_t seed;
     bool media;           /* paths are dimmed by the snapshot's media */
     bool glass_off;       /* paths end where they would go through a surface: the effect transmission is left out */
-    bool gloss;           /* VPLs send on what glossy reflection does, too, as evenly as the rest: no other way of it is taken to what
-                           * the eye sees, and spread out it is better there than lost. The thesis leaves it out */
+    bool gloss;           /* VPLs send on what glossy reflection does, too, by its lobe. The thesis leaves it out */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
