@@ -50,7 +50,7 @@ struct lum_cache_kind {
     bool sky;      /* and takes the diffuse light of an even sky with them */
     uint32_t tries; /* of struct lum_vpl_request */
     uint32_t spare; /* the set has so many VPLs for each that settings ask for, of which each record looks at its own choice; 0: one */
-    bool gloss;     /* of struct lum_cache_key, unless the effect glossy is left out */
+    bool gloss;     /* of struct lum_cache_key */
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     bool left;     /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
@@ -73,7 +73,7 @@ struct lum_cache_key {
     uint32_t n_vpls, max_bounces, seed; /* of the VPLs; n_vpls: rays of a hemisphere for kinds without */
     float accuracy;                     /* a of Ward: error that is let pass; less is finer */
     bool media;                         /* light is dimmed by media */
-    bool glass_off;                     /* no light goes through surfaces: the effect transmission is left out */
+    uint32_t lobes_off;                 /* of LUM_VPL_LOBES: what light does not go on by */
     bool gloss;                         /* VPLs send on what glossy surfaces reflect (struct lum_vpl_request) */
     bool panes;                         /* there are panes, and light goes through them */
     uint32_t n_sky;                     /* slots for the sky: LUM_VPL_SKY, or 0: records hold indirect light alone */

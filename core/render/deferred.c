@@ -205,12 +205,6 @@ static void count_vpls(const struct lum_vpl_set *set, struct lum_pass_stats *sta
             stats->n_vpls_moved += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
 }
 
-/* Where nothing calls for transmission there is no glass. */
-static bool glass_off(const struct lum_pass *pass)
-{
-    return (pass->settings->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)) != 0;
-}
-
 static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                    struct lum_error *err)
 {
@@ -222,7 +216,7 @@ static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass
         .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
         .seed = set->seed,
         .media = pass->on[LUM_EFFECT_MEDIA],
-        .glass_off = glass_off(pass),
+        .lobes_off = pass->settings->effects_off & LUM_VPL_LOBES,
         .pool = runner->pool,
         .counters = runner->counters,
     };
@@ -277,8 +271,8 @@ static struct lum_cache_key cache_key(const struct lum_pass *pass)
         .seed = set->seed,
         .accuracy = set->cache_accuracy,
         .media = pass->on[LUM_EFFECT_MEDIA],
-        .glass_off = glass_off(pass),
-        .gloss = set->method->cache->gloss && !(set->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)),
+        .lobes_off = pass->settings->effects_off & LUM_VPL_LOBES,
+        .gloss = set->method->cache->gloss,
         .panes = lum_pass_panes(pass),
         .n_sky = caches_sky(pass) ? LUM_VPL_SKY : 0,
     };

@@ -83,6 +83,35 @@ static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_
     return true;
 }
 
+/* What of the lobes is left out. Light that comes straight from a lamp goes on by gloss all the same: as in path, where
+ * that is direct light, and the effect glossy is what is seen by way of gloss. */
+static uint32_t off_for(const struct walk *w, const struct path *path)
+{
+    return path->n_segments > 0 ? w->set->lobes_off : w->set->lobes_off & ~LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
+}
+
+/* False: the lobe is left out. Where gloss is, what is sampled of the base that it covers is of the base alone. */
+static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample *inout)
+{
+    static const uint32_t effects[] = {
+        [LUM_LOBE_DIFFUSE] = 0,
+        [LUM_LOBE_GLOSSY] = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+        [LUM_LOBE_REFLECT] = LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION),
+        [LUM_LOBE_TRANSMIT] = LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION),
+        [LUM_LOBE_GLOSSY_TRANSMIT] = LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION),
+    };
+    if (lobes_off & effects[inout->lobe])
+        return false;
+    if (inout->lobe != LUM_LOBE_DIFFUSE || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+        return true;
+    struct lum_rgb f = lum_bsdf_eval_parts(b, wo, inout->wi).diffuse;
+    float pdf_sa = b->diffuse_prob * lum_dot(inout->wi, b->frame.n) * LUM_INV_PI;
+    if (!(pdf_sa > 0.0f))
+        return false;
+    inout->weight = lum_rgb_scale(f, 1.0f / pdf_sa);
+    return true;
+}
+
 /* Sends the path on; it is appended to the batch. */
 static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo)
 {
@@ -94,7 +123,7 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
     if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, PAIR_BSDF + pair), lobe.x, &bs))
         return;
     bool transmitted = bs.lobe == LUM_LOBE_TRANSMIT || bs.lobe == LUM_LOBE_GLOSSY_TRANSMIT;
-    if (transmitted && w->set->glass_off)
+    if (!goes_on(off_for(w, &path), b, wo, &bs))
         return;
     float eta2 = transmitted && !b->thin && !b->straight ? b->eta * b->eta : 1.0f; /* is in radiance, and not in flux */
     path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
@@ -135,7 +164,9 @@ static void visit(struct walk *w, uint32_t i)
     struct lum_rgb albedo = {0};
     if (!lum_rgb_black(b.diffuse)) /* what metals scatter evenly is little, and not worth a slot */
         albedo = lum_bsdf_diffuse_albedo(&b);
-    struct lum_rgb gloss = w->set->gloss ? lum_bsdf_gloss_albedo(&b, wo) : lum_grey(0.0f);
+    struct lum_rgb gloss = {0};
+    if (w->set->gloss && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+        gloss = lum_bsdf_gloss_albedo(&b, wo);
     albedo = lum_rgb_add(albedo, gloss);
     if (!lum_rgb_black(albedo)) {
         uint32_t slot;
@@ -359,7 +390,7 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     if (set->tries == 1)
         return shoot_all(rq, &plan, set, err);
     struct lum_vpl_set candidates = {
-        .n = set->n_bounced * set->tries, .glass_off = set->glass_off, .gloss = set->gloss, .versions = set->versions};
+        .n = set->n_bounced * set->tries, .lobes_off = set->lobes_off, .gloss = set->gloss, .versions = set->versions};
     enum lum_status status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
         status = shoot_all(rq, &plan, &candidates, err);
@@ -379,7 +410,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .max_bounces = rq->max_bounces,
                               .seed = rq->seed,
                               .tries = tries_of(rq),
-                              .glass_off = rq->glass_off,
+                              .lobes_off = rq->lobes_off,
                               .gloss = rq->gloss,
                               .versions = lum_versions_seen(s, rq->media),
                               .valid = true};
@@ -414,7 +445,7 @@ enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_req
     uint32_t edits = lum_edits_of_versions(&set->versions, &now);
     bool same = set->valid && set->n_bounced == rq->n && set->n_sky == rq->n_sky &&
                 set->max_bounces == rq->max_bounces && set->seed == rq->seed && set->tries == tries_of(rq) &&
-                set->glass_off == rq->glass_off && set->gloss == rq->gloss &&
+                set->lobes_off == rq->lobes_off && set->gloss == rq->gloss &&
                 !lum_is_stale(edits, LUM_PRODUCT_VPL_PATHS);
     bool same_power = !lum_is_stale(edits, LUM_PRODUCT_VPL_FLUX);
     if (same && (same_power || (lum_vpl_shares_serve(set, s) && lum_vpl_sky_serves(set, s)))) {

@@ -63,7 +63,8 @@ struct lum_vpl_set {
                                                   * so that lone ones do not make it wider; 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
-    bool glass_off, gloss;
+    uint32_t lobes_off;
+    bool gloss;
     uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
@@ -98,13 +99,16 @@ static inline uint32_t lum_vpl_words(uint32_t n)
 
 void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
 
+#define LUM_VPL_LOBES                                                                                                  \
+    (LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY))
+
 struct lum_vpl_request {
     const struct lum_snapshot *snapshot;
     uint32_t n;           /* slots, 1 .. LUM_VPL_MAX */
     uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
     uint32_t seed;
     bool media;           /* paths are dimmed by the snapshot's media */
-    bool glass_off;       /* paths end where they would go through a surface: the effect transmission is left out */
+    uint32_t lobes_off;   /* of LUM_VPL_LOBES, effects that are left out: paths end where they would go on by them */
     bool gloss;           /* VPLs send on what glossy reflection does, too, by its lobe. The thesis leaves it out */
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
