@@ -34,9 +34,9 @@ static void limit_half(struct lanes *l, uint32_t half, float middle, float range
  * beyond the limits there is left out of what is shared. */
 static bool is_at_edge(const struct step *step, uint32_t x, uint32_t y)
 {
-    const uint32_t *object = step->r->guide ? step->r->guide->object : NULL;
+    const uint32_t *object = step->r->guide->object;
     uint32_t w = step->m->w, h = step->m->h;
-    for (uint32_t ny = y > 0 ? y - 1 : 0; object && ny <= y + 1 && ny < h; ny++)
+    for (uint32_t ny = y > 0 ? y - 1 : 0; ny <= y + 1 && ny < h; ny++)
         for (uint32_t nx = x > 0 ? x - 1 : 0; nx <= x + 1 && nx < w; nx++)
             if (object[(size_t)ny * w + nx] != object[(size_t)y * w + x])
                 return true;
@@ -73,7 +73,7 @@ static float part_alike(const struct step *step, size_t i, const struct sampled 
 /* How much of what is shared out a pixel gets, over its neighbours: none where there is nothing that reflects. */
 static struct lum_rgb portion(const struct step *step, size_t i)
 {
-    bool reflects = step->r->guide && step->r->guide->kind[i] & LUM_PIXEL_SURFACE;
+    bool reflects = step->r->guide->kind[i] & LUM_PIXEL_SURFACE;
     return reflects ? lum_rgb_scale(albedo_at(step, i), 1.0f / step->scale) : lum_grey(0.0f);
 }
 

@@ -101,9 +101,8 @@ static void guide_row(const struct step *step, uint32_t y)
 {
     const struct lum_surfaces *s = step->r->guide;
     for (size_t i = (size_t)y * step->m->w; i < (size_t)(y + 1) * step->m->w; i++) {
-        float g[GUIDES] = {
-            [GUIDE_NZ] = 1.0f, [GUIDE_KIND] = s ? -1.0f : (float)NAN}; /* the background is one surface */
-        if (s && s->object[i] != LUM_NO_OBJECT && s->depth[i] > 0.0f && isfinite(s->depth[i])) {
+        float g[GUIDES] = {[GUIDE_NZ] = 1.0f, [GUIDE_KIND] = -1.0f}; /* the background is one surface */
+        if (s->object[i] != LUM_NO_OBJECT && s->depth[i] > 0.0f && isfinite(s->depth[i])) {
             g[GUIDE_NX] = s->n[i].x, g[GUIDE_NY] = s->n[i].y, g[GUIDE_NZ] = s->n[i].z;
             g[GUIDE_PX] = s->p[i].x, g[GUIDE_PY] = s->p[i].y, g[GUIDE_PZ] = s->p[i].z;
             g[GUIDE_PER_TOLERANCE] = 1.0f / (PLANE_PIXELS * s->depth[i] * step->r->per_pixel + LUM_RAY_OFFSET);
@@ -294,20 +293,18 @@ static void error_row(const struct step *step, uint32_t y)
     }
 }
 
-/* The less error, the more weight: its cube. Without a guide samples do not tell when to leave the frame as it is; with
- * one, it stays where nothing is known. */
-static void weigh(const float error[LANES], bool guided, float ret_weight[LANES])
+/* The less error, the more weight: its cube. The frame stays where nothing is known. */
+static void weigh(const float error[LANES], float ret_weight[LANES])
 {
     float most = 0.0f, least = INFINITY, sum = 0.0f;
-    const uint32_t n = guided ? NONE + 1 : NONE;
-    for (uint32_t k = 0; k < n; k++)
+    for (uint32_t k = 0; k < LANES; k++)
         most = lum_max(most, error[k]);
     most = most > ERROR_MIN ? most : 0.0f;
-    for (uint32_t k = 0; k < n; k++)
+    for (uint32_t k = 0; k < LANES; k++)
         least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
     for (uint32_t k = 0; k < LANES; k++) {
-        float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : guided ? (float)(k == NONE) : 1.0f;
-        sum += ret_weight[k] = k < n ? ratio * ratio * ratio : 0.0f;
+        float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : (float)(k == NONE);
+        sum += ret_weight[k] = ratio * ratio * ratio;
     }
     for (uint32_t k = 0; k < LANES; k++)
         ret_weight[k] /= sum;
@@ -317,7 +314,7 @@ static void weight_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
-        weigh(m->from[i].v, step->r->guide, m->by_level[i].v);
+        weigh(m->from[i].v, m->by_level[i].v);
         m->blend[i] = (struct lanes){{0}};
     }
 }

@@ -24,7 +24,7 @@ struct lum_residual {
     const struct lum_rgb *frame;   /* F: w * h */
     const struct lum_film *truth;  /* P: halves A and B. Where a half has no sample, that of the pixel beside it is taken, in the same pair of
                                    * columns and on the same surface; where there is none either, the half gives nothing */
-    const struct lum_surfaces *guide; /* what the eye sees; NULL: not known, nothing is filtered */
+    const struct lum_surfaces *guide; /* what the eye sees */
     float per_pixel;               /* size of a pixel at distance 1 */
     struct lum_film *picture;      /* out */
     /* out: sums over the pixels, of luminance */

@@ -29,7 +29,7 @@ enum {
     GUIDE_PY,
     GUIDE_PZ,
     GUIDE_PER_TOLERANCE, /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
-    GUIDE_KIND,          /* only the same kind is mixed; NAN: none is */
+    GUIDE_KIND,          /* only the same kind is mixed */
     GUIDES
 };
 
@@ -39,7 +39,7 @@ struct lanes {
 };
 enum { A = 0, B = 4, WEIGHT = 3 };
 enum { NONE = LEVELS + 1 };
-_Static_assert(NONE < LANES, "a lane for each level, and for none");
+_Static_assert(NONE + 1 == LANES, "a lane for each level, and for none");
 
 /* Over pixels, of luminance. */
 struct sums {
@@ -86,8 +86,7 @@ static inline float square_of(float x)
 /* What residuals are divided by. */
 static inline struct lum_rgb albedo_at(const struct step *step, size_t i)
 {
-    struct lum_rgb a = step->r->guide ? step->r->guide->albedo[i] : lum_grey(1.0f);
-    return lum_rgb_scale(lum_rgb_add(a, lum_grey(ALBEDO_FLOOR)), step->scale);
+    return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
 }
 
 static inline void put(struct lanes *l, uint32_t half, struct lum_rgb c, float weight)

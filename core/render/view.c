@@ -311,8 +311,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     }
     if (!r->owed)
         return status;
-    const struct lum_surfaces *guide = v->deferred.surfaces.p ? &v->deferred.surfaces : NULL;
-    status = lum_refine_apply(r, spp, guide, pass.eye.per_pixel, &v->film, runner);
+    status = lum_refine_apply(r, spp, &v->deferred.surfaces, pass.eye.per_pixel, &v->film, runner);
     v->error_rel = r->error_rel;
     runner->stats->changed = status == LUM_OK;
     return status;
