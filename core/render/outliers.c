@@ -70,106 +70,126 @@ static float part_alike(const struct step *step, size_t i, const struct sampled 
     return lum_max(1.0f - ALIKE * fabsf(s->beyond_apart) / mean, 0.0f);
 }
 
-/* How much of what is shared out a pixel gets, over its neighbours: none where there is nothing that reflects. */
+/* How much of what is shared out a pixel gets, over its neighbours. */
 static struct lum_rgb portion(const struct step *step, size_t i)
 {
-    bool reflects = step->r->guide->kind[i] & LUM_PIXEL_SURFACE;
-    return reflects ? lum_rgb_scale(albedo_at(step, i), 1.0f / step->scale) : lum_grey(0.0f);
+    return lum_rgb_scale(albedo_at(step, i), 1.0f / step->scale);
 }
+
+/* What is shared out goes to the corners of a pixel's square, in the two classes that it is lit by, with these weights;
+ * and what has come there from others is taken with the same: so all of it is. */
+struct place {
+    uint32_t lit; /* the first of the classes */
+    float by_class[2], by_corner[4];
+};
 
 /* How much the frame lights it: number of the class, and how far it is towards the next. */
 static float class_of(const struct step *step, size_t i)
 {
     float white = lum_luminance(step->r->frame[i]) / lum_luminance(albedo_at(step, i));
-    float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)CLASSES;
-    return lum_clamp(powers + 0.5f * (float)(CLASSES - 1), 0.0f, (float)(CLASSES - 1) - 1e-3f);
+    float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)LIT_CLASSES;
+    if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
+        return (float)LIT_CLASSES;
+    return lum_clamp(powers + 0.5f * (float)(LIT_CLASSES - 1), 0.0f, (float)(LIT_CLASSES - 1) - 1e-3f);
 }
 
-static void add_square(struct square *sum, const struct square *s, float weight)
+static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
 {
-    sum->rest = lum_rgb_mad(sum->rest, s->rest, weight);
-    sum->portions = lum_rgb_mad(sum->portions, s->portions, weight);
-    sum->edge_square += s->edge_square * weight;
-    sum->edge_noise += s->edge_noise * weight;
+    float lit = class_of(step, (size_t)y * step->m->w + x), next = lit - floorf(lit);
+    float u = ((float)(x % SPREAD_SIDE) + 0.5f) / (float)SPREAD_SIDE;
+    float v = ((float)(y % SPREAD_SIDE) + 0.5f) / (float)SPREAD_SIDE;
+    return (struct place){.lit = (uint32_t)lit,
+                          .by_class = {1.0f - next, next},
+                          .by_corner = {(1.0f - u) * (1.0f - v), u * (1.0f - v), (1.0f - u) * v, u * v}};
 }
 
-/* Limits the pixels of a square of the grid; sums what is shared out, and portions, by class. */
-static void limit_square(const struct step *step, uint32_t x0, uint32_t y0, struct square sum[CLASSES])
+static void share_out(struct square *square, const struct place *place, struct lum_rgb rest, struct lum_rgb own)
 {
-    struct lum_residual_memory *m = step->m;
-    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
-        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++) {
-            size_t i = (size_t)y * m->w + x;
-            const float *robust = m->from[i].v;
-            float per = robust[0] > 0.0f ? 1.0f / robust[0] : 0.0f;
-            float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
-            limit_half(&m->first[i], A, middle, range);
-            limit_half(&m->first[i], B, middle, range);
-            struct square own = {.portions = portion(step, i)};
-            struct sampled s = sampled_at(step, i);
-            if (!is_at_edge(step, x, y)) {
-                own.rest = lum_rgb_scale(s.beyond, 1.0f - part_alike(step, i, &s));
-            } else if (in_both(&m->first[i])) {
-                own.edge_square = square_of(lum_luminance(s.beyond));
-                own.edge_noise = square_of(s.beyond_apart);
-            }
-            float lit = class_of(step, i), next = lit - floorf(lit);
-            add_square(&sum[(uint32_t)lit], &own, 1.0f - next);
-            add_square(&sum[(uint32_t)lit + 1], &own, next);
+    for (uint32_t c = 0; c < 4; c++)
+        for (uint32_t k = 0; k < 2; k++) {
+            struct shared *s = &square->corner[c][place->lit + k];
+            float weight = place->by_corner[c] * place->by_class[k];
+            s->rest = lum_rgb_mad(s->rest, rest, weight);
+            s->portions = lum_rgb_mad(s->portions, own, weight);
         }
+}
+
+/* Limits the halves of a pixel; sums in its square what is beyond. */
+static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
+{
+    size_t i = (size_t)y * step->m->w + x;
+    struct lanes *first = &step->m->first[i];
+    const float *robust = step->m->from[i].v;
+    float per = robust[0] > 0.0f ? 1.0f / robust[0] : 0.0f;
+    float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
+    limit_half(first, A, middle, range);
+    limit_half(first, B, middle, range);
+    struct sampled s = sampled_at(step, i);
+    struct place place = place_of(step, x, y);
+    bool edge = is_at_edge(step, x, y);
+    float shared = edge ? 0.0f : 1.0f - part_alike(step, i, &s);
+    share_out(inout_square, &place, lum_rgb_scale(s.beyond, shared), portion(step, i));
+    for (uint32_t k = 0; edge && in_both(first) && k < 2; k++) {
+        inout_square->edge_square[place.lit + k] += place.by_class[k] * square_of(lum_luminance(s.beyond));
+        inout_square->edge_noise[place.lit + k] += place.by_class[k] * square_of(s.beyond_apart);
+    }
 }
 
 void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct step *step = ctx;
-    struct lum_residual_memory *m = step->m;
+    const struct lum_residual_memory *m = step->m;
+    const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
+    struct square *square = &m->squares[job];
     (void)counters;
-    struct square sum[CLASSES] = {0};
-    limit_square(step, job % m->grid_w * SPREAD_SIDE, job / m->grid_w * SPREAD_SIDE, sum);
-    for (uint32_t k = 0; k < CLASSES; k++)
-        m->squares[(size_t)k * m->grid_w * m->grid_h + job] = sum[k];
+    *square = (struct square){0};
+    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
+        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++)
+            limit_pixel(step, x, y, square);
 }
 
-static struct square mix(struct square a, struct square b, float t)
+/* Where in m->rates a corner of square (x, y) has what is of a class. */
+static size_t corner_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y, uint32_t corner)
 {
-    struct square sum = {0};
-    add_square(&sum, &a, 1.0f - t);
-    add_square(&sum, &b, t);
-    return sum;
+    return ((size_t)lit * (m->grid_h + 1) + y + (corner >> 1)) * (m->grid_w + 1) + x + (corner & 1);
 }
 
-/* Of a class: bilinear between the middles of squares. */
-static struct square around(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y)
+/* What a portion of 1 gets at the upper left corner of square (x, y), of all squares that meet there. */
+static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y)
 {
-    float fx = lum_clamp(((float)x + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_w - 1));
-    float fy = lum_clamp(((float)y + 0.5f) / (float)SPREAD_SIDE - 0.5f, 0.0f, (float)(m->grid_h - 1));
-    uint32_t x0 = (uint32_t)fx, x1 = x0 + 1 < m->grid_w ? x0 + 1 : x0, y0 = (uint32_t)fy;
-    const struct square *top = m->squares + ((size_t)lit * m->grid_h + y0) * m->grid_w;
-    const struct square *low = y0 + 1 < m->grid_h ? top + m->grid_w : top;
-    float u = fx - (float)x0, v = fy - (float)y0;
-    return mix(mix(top[x0], top[x1], u), mix(low[x0], low[x1], u), v);
-}
-
-/* What a portion of 1 gets. */
-static struct lum_rgb rate_of(const struct square *s)
-{
-    return lum_rgb(s->portions.r > 0.0f ? s->rest.r / s->portions.r : 0.0f,
-                   s->portions.g > 0.0f ? s->rest.g / s->portions.g : 0.0f,
-                   s->portions.b > 0.0f ? s->rest.b / s->portions.b : 0.0f);
+    struct lum_rgb rest = lum_grey(0.0f), p = lum_grey(0.0f);
+    for (uint32_t c = 0; c < 4; c++) {
+        uint32_t sx = x - (c & 1), sy = y - (c >> 1); /* it is this one's corner c; beyond the rim there is none */
+        if (sx >= m->grid_w || sy >= m->grid_h)
+            continue;
+        const struct shared *s = &m->squares[(size_t)sy * m->grid_w + sx].corner[c][lit];
+        rest = lum_rgb_add(rest, s->rest);
+        p = lum_rgb_add(p, s->portions);
+    }
+    return lum_rgb(p.r > 0.0f ? rest.r / p.r : 0.0f, p.g > 0.0f ? rest.g / p.g : 0.0f,
+                   p.b > 0.0f ? rest.b / p.b : 0.0f);
 }
 
 /* Which part of what is beyond the limits stays where it is, at edges, by class: that with the least squared error. A
  * part p of a mean m with noise v has the error (1 - p)^2 (m^2 - v) + p^2 v. Known from all edges of the picture that
  * are lit alike, not from the pixel alone, whose halves may be alike by chance. */
+static float part_at_edges(const struct lum_residual_memory *m, uint32_t lit)
+{
+    float square = 0.0f, noise = 0.0f;
+    for (size_t i = 0; i < (size_t)m->grid_w * m->grid_h; i++) {
+        square += m->squares[i].edge_square[lit];
+        noise += m->squares[i].edge_noise[lit];
+    }
+    return square > 0.0f ? lum_max(1.0f - noise / square, 0.0f) : 0.0f;
+}
+
 void lum_outliers_settle(struct lum_residual_memory *m)
 {
-    const size_t n = (size_t)m->grid_w * m->grid_h;
-    for (uint32_t k = 0; k < CLASSES; k++) {
-        struct square all = {0};
-        for (size_t i = 0; i < n; i++)
-            add_square(&all, &m->squares[k * n + i], 1.0f);
-        float noise = all.edge_square > 0.0f ? all.edge_noise / all.edge_square : 1.0f;
-        m->edge_part[k] = lum_max(1.0f - noise, 0.0f);
+    for (uint32_t lit = 0; lit < CLASSES; lit++) {
+        m->edge_part[lit] = part_at_edges(m, lit);
+        for (uint32_t y = 0; y <= m->grid_h; y++)
+            for (uint32_t x = 0; x <= m->grid_w; x++)
+                m->rates[corner_at(m, lit, x, y, 0)] = rate_at(m, lit, x, y);
     }
 }
 
@@ -178,15 +198,18 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
     const struct lum_residual_memory *m = step->m;
     size_t pixel = (size_t)y * m->w + x;
     struct sampled s = sampled_at(step, pixel);
-    float lit = class_of(step, pixel), next = lit - floorf(lit);
-    uint32_t k = (uint32_t)lit;
-    struct square low = around(m, k, x, y), high = around(m, k + 1, x, y);
-    struct lum_rgb rate = lum_rgb_mad(lum_rgb_scale(rate_of(&low), 1.0f - next), rate_of(&high), next);
-    s.share = lum_rgb_mul(rate, portion(step, pixel)); /* of each class as much as it gave there: nothing is lost */
+    struct place place = place_of(step, x, y);
+    struct lum_rgb rate = lum_grey(0.0f);
+    for (uint32_t c = 0; c < 4; c++)
+        for (uint32_t k = 0; k < 2; k++) {
+            size_t at = corner_at(m, place.lit + k, x / SPREAD_SIDE, y / SPREAD_SIDE, c);
+            rate = lum_rgb_mad(rate, m->rates[at], place.by_corner[c] * place.by_class[k]);
+        }
+    s.share = lum_rgb_mul(rate, portion(step, pixel));
     if (!is_at_edge(step, x, y))
         s.part = part_alike(step, pixel, &s);
     else if (step->r->truth->n[0][pixel] > 0 &&
              step->r->truth->n[1][pixel] > 0) /* one sample tells nothing of an edge */
-        s.part = m->edge_part[k] * (1.0f - next) + m->edge_part[k + 1] * next;
+        s.part = m->edge_part[place.lit] * place.by_class[0] + m->edge_part[place.lit + 1] * place.by_class[1];
     return s;
 }

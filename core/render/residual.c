@@ -40,6 +40,7 @@ void lum_residual_finish(struct lum_residual_memory *m)
     lum_free(m->by_level);
     lum_free(m->blend);
     lum_free(m->squares);
+    lum_free(m->rates);
     lum_free(m->sums);
     lum_free(m);
 }
@@ -55,9 +56,10 @@ static bool allocate(struct lum_residual_memory *m)
     m->to = lum_calloc(n, sizeof *m->to);
     m->by_level = lum_calloc(n, sizeof *m->by_level);
     m->blend = lum_calloc(n, sizeof *m->blend);
-    m->squares = lum_calloc((size_t)m->grid_w * m->grid_h * CLASSES, sizeof *m->squares);
+    m->squares = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->squares);
+    m->rates = lum_calloc((size_t)(m->grid_w + 1) * (m->grid_h + 1) * CLASSES, sizeof *m->rates);
     m->sums = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->sums);
-    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->sums;
+    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->rates && m->sums;
 }
 
 static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)

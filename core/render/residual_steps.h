@@ -12,8 +12,10 @@
 #define SPREAD_SIDE 48u
 
 /* They go to pixels that are lit about as much by the frame: of classes of light, two neighbours of which a pixel
- * belongs to. In powers of 2 of what a white surface would show, over the picture's mean. */
-#define CLASSES 8u
+ * belongs to. In powers of 2 of what a white surface would show, over the picture's mean. One more is of what does not
+ * reflect, such as fog before the sky; the one after it is empty. */
+#define LIT_CLASSES 8u
+#define CLASSES (LIT_CLASSES + 2u)
 #define CLASS_POWERS 1.5f
 
 /* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces).
@@ -48,11 +50,16 @@ struct sums {
     uint64_t nonfinite;
 };
 
-/* Of outliers what is shared out among the pixels of a square, and the sum of the portions that they get. */
-struct square {
+/* Of outliers what is shared out, and the sum of the portions of those who get it. */
+struct shared {
     struct lum_rgb rest, portions;
-    float edge_square, edge_noise; /* at edges: squares of what is beyond the limits, mean of the halves, and of half
-                                      their difference */
+};
+
+/* What its pixels bring, by class, to the four corners of a square. */
+struct square {
+    struct shared corner[4][CLASSES]; /* bit 0: on the right, bit 1: below */
+    float edge_square[CLASSES], edge_noise[CLASSES]; /* at edges: squares of what is beyond the limits, mean of the
+                                                        halves, and of half their difference */
 };
 
 struct lum_residual_memory {
@@ -62,7 +69,8 @@ struct lum_residual_memory {
     struct lanes *from, *to;  /* what the last filter step made, and room for the next */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
-    struct square *squares;   /* of a grid, class by class: outliers */
+    struct square *squares;   /* of a grid: outliers */
+    struct lum_rgb *rates;    /* of the grid's corners, class by class: what a portion of 1 gets of them */
     struct sums *sums;        /* of the grid */
     float edge_part[CLASSES]; /* of what is beyond the limits at edges, what stays there */
 };

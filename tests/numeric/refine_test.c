@@ -37,6 +37,17 @@ static bool is_left(uint32_t i)
     return i % W < W / 2;
 }
 
+static bool is_right(uint32_t i)
+{
+    return !is_left(i);
+}
+
+static bool anywhere(uint32_t i)
+{
+    (void)i;
+    return true;
+}
+
 static void stage_begin(struct stage *s, uint32_t n_threads)
 {
     struct lum_error err;
@@ -274,29 +285,88 @@ static void one_sample_corrects(void **state)
 
 /* ---- outliers ---- */
 
-/* One sample of 1e5 among those of 10: it is no spot, and no light is lost. */
+/* One sample of 1e5 among those of 10. */
+#define BRIGHT 1e5
+
+static void add_with_outlier(struct stage *s, uint32_t at, double (*truth)(uint32_t i))
+{
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(s, i, k, i == at && k == 0 ? BRIGHT : truth(i) + 0.1 * truth(i) * noise(i, k));
+}
+
+static double light_of(const struct stage *s, bool (*counts)(uint32_t i), bool of_samples)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < N; i++)
+        if (counts(i))
+            sum += of_samples ? (double)lum_film_mean(&s->samples, i % W, i / W).g : shown(s, i);
+    return sum;
+}
+
+/* It is no spot, and no light is lost. */
 static void an_outlier_is_shared_out(void **state)
 {
     (void)state;
     struct stage s;
     stage_begin(&s, 2);
-    uint32_t at = H / 2 * W + W / 4;
-    double before = 0.0, after = 0.0;
-    for (uint32_t i = 0; i < N; i++)
-        for (uint32_t k = 0; k < 2; k++)
-            add(&s, i, k, i == at && k == 0 ? 1e5 : TRUTH + noise(i, k));
+    add_with_outlier(&s, H / 2 * W + W / 4, even);
     apply(&s);
-    for (uint32_t i = 0; i < N; i++) {
-        before += (double)lum_film_mean(&s.samples, i % W, i / W).g;
-        after += shown(&s, i);
-    }
-    /* 5e4 over squares of 48 x 48: 22; the nearest four squares' middles share it bilinearly */
+    /* 5e4 over squares of 48 x 48: 22; the nearest four corners of squares share it bilinearly */
     for (uint32_t i = 0; i < N; i++)
-        assert_true(shown(&s, i) < TRUTH + 5e4 / 2304.0 + 10.0);
-    /* What is shared out comes to rest whole: no square at the rim has a part in it. What is filtered keeps its sum but
-     * for the weights where the filter meets an edge, which is less than the noise of the sum itself; four of its
-     * deviations. */
+        assert_true(shown(&s, i) < TRUTH + 0.5 * BRIGHT / 2304.0 + 10.0);
+    /* What is shared out comes to rest whole. What is filtered keeps its sum but for the weights where the filter meets
+     * an edge, which is less than the noise of the sum itself; four of its deviations. */
+    double before = light_of(&s, anywhere, true), after = light_of(&s, anywhere, false);
     assert_true(fabs(after / before - 1.0) < 4.0 / (TRUTH * sqrt(2.0 * N)));
+    stage_end(&s);
+}
+
+static double dark_on_the_right(uint32_t i)
+{
+    return is_left(i) ? TRUTH : TRUTH / 64.0;
+}
+
+/* Four classes of light apart: the dark wall gets nothing of what is too bright on the other, which gets it whole,
+ * although it has but a part of the squares where they meet. Tolerances as above: noise is a tenth. */
+static void an_outlier_stays_where_it_is_lit_alike(void **state)
+{
+    (void)state;
+    for (uint32_t from_edge = 4; from_edge <= 64; from_edge += 12) {
+        struct stage s;
+        stage_begin(&s, 2);
+        for (uint32_t i = 0; i < N; i++)
+            s.frame[i] = lum_grey((float)dark_on_the_right(i));
+        add_with_outlier(&s, H / 3 * W + W / 2 - from_edge, dark_on_the_right);
+        apply(&s);
+        double left = light_of(&s, is_left, false) / light_of(&s, is_left, true) - 1.0;
+        double right = light_of(&s, is_right, false) / light_of(&s, is_right, true) - 1.0;
+        if (!(fabs(left) < 4.0 * 0.1 / sqrt(1.0 * N) && fabs(right) < 4.0 * 0.1 / sqrt(1.0 * N)))
+            fail_msg("%u pixels from the edge: %.5f too much on the left, %.5f on the right", from_edge, left, right);
+        stage_end(&s);
+    }
+}
+
+/* What does not reflect, fog before the sky, has outliers as well. */
+static void an_outlier_of_fog_is_shared_out(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        if (is_left(i))
+            continue;
+        s.kind[i] = LUM_PIXEL_SHINES;
+        s.object[i] = LUM_NO_OBJECT;
+        s.albedo[i] = lum_grey(0.0f);
+        s.depth[i] = INFINITY;
+    }
+    add_with_outlier(&s, H / 2 * W + W * 3 / 4, even);
+    apply(&s);
+    double left = light_of(&s, is_left, false) / light_of(&s, is_left, true) - 1.0;
+    double right = light_of(&s, is_right, false) / light_of(&s, is_right, true) - 1.0;
+    if (!(fabs(left) < 4.0 * 0.1 / sqrt(1.0 * N) && fabs(right) < 4.0 * 0.1 / sqrt(1.0 * N)))
+        fail_msg("%.5f too much on the wall, %.5f in the fog", left, right);
     stage_end(&s);
 }
 
@@ -360,11 +430,18 @@ static void threads_do_not_matter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bias_goes_on_each_wall),   cmocka_unit_test(detail_comes_with_the_samples),
-        cmocka_unit_test(it_ends_at_the_samples),   cmocka_unit_test(the_error_is_what_it_says),
-        cmocka_unit_test(the_error_is_covered),     cmocka_unit_test(one_sample_corrects),
-        cmocka_unit_test(an_outlier_is_shared_out), cmocka_unit_test(black_stays_black),
-        cmocka_unit_test(threads_do_not_matter),    cmocka_unit_test(the_least_errors_are_numbers),
+        cmocka_unit_test(bias_goes_on_each_wall),
+        cmocka_unit_test(detail_comes_with_the_samples),
+        cmocka_unit_test(it_ends_at_the_samples),
+        cmocka_unit_test(the_error_is_what_it_says),
+        cmocka_unit_test(the_error_is_covered),
+        cmocka_unit_test(one_sample_corrects),
+        cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
+        cmocka_unit_test(an_outlier_of_fog_is_shared_out),
+        cmocka_unit_test(black_stays_black),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(the_least_errors_are_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
