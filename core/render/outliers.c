@@ -1,7 +1,8 @@
 /* Rare samples that are far brighter than those around them: no filter sees them, and no light is lost. Of a half's
  * residual what is within limits is filtered. What is beyond stays where both halves have it; the rest is shared out
- * among pixels around that the frame lights as much. At the edge of an object samples see it or what is behind: there a
- * part of it stays, and the rest is left out. */
+ * among pixels around that the frame lights as much. At the edge of an object samples see it or what is behind, often
+ * one by far brighter: there a part of it stays, and the rest is shared out as far as it is more than chance in the
+ * whole picture. */
 #include "core/render/residual_steps.h"
 
 /* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For
@@ -103,15 +104,26 @@ static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
                           .by_corner = {(1.0f - u) * (1.0f - v), u * (1.0f - v), (1.0f - u) * v, u * v}};
 }
 
-static void share_out(struct square *square, const struct place *place, struct lum_rgb rest, struct lum_rgb own)
+static void share_out(struct square *square, const struct place *place, struct lum_rgb rest, struct lum_rgb edge,
+                      struct lum_rgb own)
 {
     for (uint32_t c = 0; c < 4; c++)
         for (uint32_t k = 0; k < 2; k++) {
             struct shared *s = &square->corner[c][place->lit + k];
             float weight = place->by_corner[c] * place->by_class[k];
             s->rest = lum_rgb_mad(s->rest, rest, weight);
+            s->edge = lum_rgb_mad(s->edge, edge, weight);
             s->portions = lum_rgb_mad(s->portions, own, weight);
         }
+}
+
+static void add_edge(const struct step *step, struct edges *e, const struct sampled *s, double weight)
+{
+    double mean = (double)(lum_luminance(s->beyond) / step->scale), apart = (double)(s->beyond_apart / step->scale);
+    e->square += weight * mean * mean;
+    e->noise += weight * apart * apart;
+    e->sum += weight * mean;
+    e->sum_noise += weight * weight * apart * apart;
 }
 
 /* Limits the halves of a pixel; sums in its square what is beyond. */
@@ -127,12 +139,10 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
     bool edge = is_at_edge(step, x, y);
-    float shared = edge ? 0.0f : 1.0f - part_alike(step, i, &s);
-    share_out(inout_square, &place, lum_rgb_scale(s.beyond, shared), portion(step, i));
-    for (uint32_t k = 0; edge && in_both(first) && k < 2; k++) {
-        inout_square->edge_square[place.lit + k] += place.by_class[k] * square_of(lum_luminance(s.beyond));
-        inout_square->edge_noise[place.lit + k] += place.by_class[k] * square_of(s.beyond_apart);
-    }
+    struct lum_rgb rest = lum_rgb_scale(s.beyond, edge ? 0.0f : 1.0f - part_alike(step, i, &s));
+    share_out(inout_square, &place, rest, lum_rgb_scale(s.beyond, edge ? 1.0f : 0.0f), portion(step, i));
+    for (uint32_t k = 0; edge && in_both(first) && k < 2; k++)
+        add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
 }
 
 void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
@@ -154,8 +164,9 @@ static size_t corner_at(const struct lum_residual_memory *m, uint32_t lit, uint3
     return ((size_t)lit * (m->grid_h + 1) + y + (corner >> 1)) * (m->grid_w + 1) + x + (corner & 1);
 }
 
-/* What a portion of 1 gets at the upper left corner of square (x, y), of all squares that meet there. */
-static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y)
+/* What a portion of 1 gets at the upper left corner of square (x, y), of all squares that meet there. of_edges: of what
+ * is beyond the limits there, how much. */
+static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y, float of_edges)
 {
     struct lum_rgb rest = lum_grey(0.0f), p = lum_grey(0.0f);
     for (uint32_t c = 0; c < 4; c++) {
@@ -163,33 +174,43 @@ static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit,
         if (sx >= m->grid_w || sy >= m->grid_h)
             continue;
         const struct shared *s = &m->squares[(size_t)sy * m->grid_w + sx].corner[c][lit];
-        rest = lum_rgb_add(rest, s->rest);
+        rest = lum_rgb_mad(lum_rgb_add(rest, s->rest), s->edge, of_edges);
         p = lum_rgb_add(p, s->portions);
     }
     return lum_rgb(p.r > 0.0f ? rest.r / p.r : 0.0f, p.g > 0.0f ? rest.g / p.g : 0.0f,
                    p.b > 0.0f ? rest.b / p.b : 0.0f);
 }
 
+static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
+{
+    struct edges sum = {0};
+    for (size_t i = 0; i < (size_t)m->grid_w * m->grid_h; i++) {
+        const struct edges *e = &m->squares[i].edges[lit];
+        sum.square += e->square;
+        sum.noise += e->noise;
+        sum.sum += e->sum;
+        sum.sum_noise += e->sum_noise;
+    }
+    return sum;
+}
+
 /* Which part of what is beyond the limits stays where it is, at edges, by class: that with the least squared error. A
  * part p of a mean m with noise v has the error (1 - p)^2 (m^2 - v) + p^2 v. Known from all edges of the picture that
- * are lit alike, not from the pixel alone, whose halves may be alike by chance. */
-static float part_at_edges(const struct lum_residual_memory *m, uint32_t lit)
-{
-    float square = 0.0f, noise = 0.0f;
-    for (size_t i = 0; i < (size_t)m->grid_w * m->grid_h; i++) {
-        square += m->squares[i].edge_square[lit];
-        noise += m->squares[i].edge_noise[lit];
-    }
-    return square > 0.0f ? lum_max(1.0f - noise / square, 0.0f) : 0.0f;
-}
+ * are lit alike, not from the pixel alone, whose halves may be alike by chance. Of the rest that is shared out which
+ * the edges together have more of than by chance, by as many deviations: rare bright samples are too many for that, and
+ * a lamp before a wall is as often above what the frame shows as below. */
+#define BY_CHANCE 2.0
 
 void lum_outliers_settle(struct lum_residual_memory *m)
 {
     for (uint32_t lit = 0; lit < CLASSES; lit++) {
-        m->edge_part[lit] = part_at_edges(m, lit);
+        struct edges e = edges_of(m, lit);
+        double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
+        double sure = sum2 > 0.0 ? fmax(1.0 - BY_CHANCE * BY_CHANCE * e.sum_noise / sum2, 0.0) : 0.0;
+        m->edge_part[lit] = (float)stays;
         for (uint32_t y = 0; y <= m->grid_h; y++)
             for (uint32_t x = 0; x <= m->grid_w; x++)
-                m->rates[corner_at(m, lit, x, y, 0)] = rate_at(m, lit, x, y);
+                m->rates[corner_at(m, lit, x, y, 0)] = rate_at(m, lit, x, y, (float)((1.0 - stays) * sure));
     }
 }
 

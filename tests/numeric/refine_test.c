@@ -347,6 +347,69 @@ static void an_outlier_stays_where_it_is_lit_alike(void **state)
     }
 }
 
+/* Posts of 8 columns, so that a quarter of the pixels is at an edge. */
+static bool is_at_a_post(uint32_t i)
+{
+    return i % 8 == 0 || i % 8 == 7;
+}
+
+static void put_posts(struct stage *s)
+{
+    for (uint32_t i = 0; i < N; i++)
+        s->object[i] = i % W / 8;
+}
+
+/* One sample in 200 brings half of the light, at edges as elsewhere. Of the outliers there 2 N / 4 / 200 = 38 are
+ * expected, so that 4 / 38 of their light is taken for chance, give or take as much: an eighth of all light is theirs.
+ */
+static void outliers_at_edges_are_not_lost(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++) {
+            bool bright = fabs(noise_of(1, i, k)) > sqrt(3.0) * (1.0 - 1.0 / 200.0);
+            add(&s, i, k, TRUTH * (bright ? 100.5 : 0.5) + 0.1 * noise(i, k));
+        }
+    apply(&s);
+    double lost = 1.0 - light_of(&s, anywhere, false) / light_of(&s, anywhere, true);
+    print_message("%.4f of the light is lost\n", lost);
+    assert_true(fabs(lost) < 2.0 * 4.0 / 38.0 / 8.0);
+    stage_end(&s);
+}
+
+/* Samples at edges that are as often far above what the frame shows as below: were all of it shared out, the other
+ * pixels would be off by the deviation of its sum. By more than two deviations it is in a case of 20, and what is taken
+ * off then leaves less than half. */
+static void edges_do_not_light_what_is_around(void **state)
+{
+    (void)state;
+    const uint32_t draws = 40;
+    double square = 0.0, all = 0.0;
+    for (uint32_t draw = 0; draw < draws; draw++) {
+        struct stage s;
+        double sum = 0.0, n = 0.0;
+        stage_begin(&s, 2);
+        put_posts(&s);
+        for (uint32_t i = 0; i < N; i++) {
+            bool seen = i / W % 12 == 0 && is_at_a_post(i);
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, TRUTH + (seen ? copysign(50.0 * TRUTH, noise_of(draw, i, k)) : 0.1 * noise(i, k)));
+            n += seen;
+        }
+        apply(&s);
+        for (uint32_t i = 0; i < N; i++)
+            sum += is_at_a_post(i) ? 0.0 : (shown(&s, i) - TRUTH) / (0.75 * N);
+        square += sum * sum / draws;
+        all = 50.0 * TRUTH * sqrt(0.5 * n) / N;
+        stage_end(&s);
+    }
+    print_message("root mean square %.3f, %.3f were it all\n", sqrt(square), all);
+    assert_true(sqrt(square) < 0.5 * all);
+}
+
 /* What does not reflect, fog before the sky, has outliers as well. */
 static void an_outlier_of_fog_is_shared_out(void **state)
 {
@@ -439,6 +502,8 @@ int main(void)
         cmocka_unit_test(an_outlier_is_shared_out),
         cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
         cmocka_unit_test(an_outlier_of_fog_is_shared_out),
+        cmocka_unit_test(outliers_at_edges_are_not_lost),
+        cmocka_unit_test(edges_do_not_light_what_is_around),
         cmocka_unit_test(black_stays_black),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(the_least_errors_are_numbers),
