@@ -374,10 +374,10 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     inout_sums->mean += (double)lum_luminance(c);
     if (!in_both(&m->first[i]))
         return c;
-    float both = lum_luminance(share) + stays * lum_luminance(s.beyond), error, noise;
+    float both = lum_luminance(share) + stays * lum_luminance(s.beyond), per = 1.0f / step->scale, error, noise;
     float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
     float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
-    measure(s.a, s.b, a, b, &error, &noise);
+    measure(s.a * per, s.b * per, a * per, b * per, &error, &noise);
     inout_sums->error += (double)error;
     inout_sums->n_both++;
     return c;
@@ -398,7 +398,7 @@ static void picture_job(void *ctx, uint32_t job, struct lum_counters *counters)
 
 /* The errors of a square's pixels are of the same samples, those of squares are not: of their sum these tell the
  * deviation. */
-static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
+static void add_up(struct lum_residual *r, const struct lum_residual_memory *m, double scale)
 {
     struct sums all = {0};
     double squares = 0.0;
@@ -410,8 +410,8 @@ static void add_up(struct lum_residual *r, const struct lum_residual_memory *m)
         all.nonfinite += m->sums[i].nonfinite;
     }
     double per_known = all.n_both > 0 ? (double)m->w * m->h / all.n_both : (double)NAN;
-    r->error = all.error * per_known;
-    r->doubt = sqrt(squares) * per_known;
+    r->error = all.error * scale * scale * per_known;
+    r->doubt = sqrt(squares) * scale * scale * per_known;
     r->mean = all.mean;
     r->nonfinite = all.nonfinite;
 }
@@ -458,6 +458,6 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status == LUM_OK)
         status = lum_stage_loop(runner, m->grid_w * m->grid_h, picture_job, &step);
     if (status == LUM_OK)
-        add_up(r, m);
+        add_up(r, m, (double)step.scale);
     return status;
 }

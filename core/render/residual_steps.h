@@ -45,7 +45,8 @@ _Static_assert(NONE + 1 == LANES, "a lane for each level, and for none");
 
 /* Over pixels, of luminance. */
 struct sums {
-    double error, mean;
+    double error; /* in units of the picture's mean */
+    double mean;
     uint32_t n_both; /* pixels of which the error is known */
     uint64_t nonfinite;
 };

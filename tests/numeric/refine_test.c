@@ -256,6 +256,32 @@ static void the_error_is_covered(void **state)
     }
 }
 
+/* All that is lit so much more, with samples that stand out everywhere: lamps of 1e12 cd at a tenth of a millimetre.
+ * The estimate is the same in units of the picture, but for rounding to
+ * floats, of which the sums have tens. */
+static void the_error_is_a_number_in_any_light(void **state)
+{
+    (void)state;
+    double error[2] = {0.0}, doubt[2] = {0.0};
+    for (int bright = 0; bright < 2; bright++) {
+        struct stage s;
+        double scale = bright ? 0x1p80 : 1.0;
+        stage_begin(&s, 2);
+        for (uint32_t i = 0; i < N; i++) {
+            s.object[i] = i % 7 == 0;
+            s.frame[i] = lum_grey((float)(TRUTH * scale));
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, (TRUTH + 2.0 * noise(i, k) + (i % 97 == k ? 100.0 : 0.0)) * scale);
+        }
+        apply(&s);
+        error[bright] = s.result.error / (scale * scale);
+        doubt[bright] = s.result.doubt / (scale * scale);
+        stage_end(&s);
+    }
+    assert_true(error[0] != 0.0 && fabs(error[1] / error[0] - 1.0) < 1e-5);
+    assert_true(doubt[0] > 0.0 && fabs(doubt[1] / doubt[0] - 1.0) < 1e-5);
+}
+
 /* ---- one sample ---- */
 
 /* Each half has every second column. A frame that is wrong by 3, a sample with a deviation of 4 of each pixel: the bias
@@ -498,6 +524,7 @@ int main(void)
         cmocka_unit_test(it_ends_at_the_samples),
         cmocka_unit_test(the_error_is_what_it_says),
         cmocka_unit_test(the_error_is_covered),
+        cmocka_unit_test(the_error_is_a_number_in_any_light),
         cmocka_unit_test(one_sample_corrects),
         cmocka_unit_test(an_outlier_is_shared_out),
         cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
