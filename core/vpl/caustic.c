@@ -23,6 +23,7 @@ struct finding {
 struct lum_caustic_light {
     uint32_t light;
     uint32_t first_path, n_paths;
+    double n_expected; /* paths by its share of all: n_paths is this, rounded up or down */
     double flux_unit;
     double arriving[3], focused[3];                             /* by colour */
     double arriving_squared, focused_squared, arriving_focused; /* products of luminances */
@@ -306,11 +307,13 @@ static void share_paths(struct lum_caustics *c, const struct lum_snapshot *s)
     uint32_t first = 0;
     for (uint32_t k = 0; k < c->n_lights; k++) {
         struct lum_caustic_light *l = &c->lights[k];
-        below += 0.5 * (all > 0.0 ? flux_now(s, l) / all : 1.0 / n) + 0.5 / n;
+        double share = 0.5 * (all > 0.0 ? flux_now(s, l) / all : 1.0 / n) + 0.5 / n;
+        below += share;
         uint32_t upto = k + 1 == c->n_lights ? LUM_CAUSTIC_PATHS : (uint32_t)(below * LUM_CAUSTIC_PATHS + 0.5);
         upto = upto < LUM_CAUSTIC_PATHS ? upto : LUM_CAUSTIC_PATHS;
         l->first_path = first;
         l->n_paths = upto - first;
+        l->n_expected = share * LUM_CAUSTIC_PATHS;
         first = upto;
     }
 }
@@ -345,10 +348,11 @@ struct sums {
     double arriving, focused, arriving_squared, focused_squared, arriving_focused;
 };
 
-static struct sums sums_of(const struct lum_caustic_light *l, const struct lum_snapshot *s)
+/* n_paths: over which its flux is spread. */
+static struct sums sums_of(const struct lum_caustic_light *l, const struct lum_snapshot *s, double n_paths)
 {
     struct lum_rgb power = lum_light_present_power(&s->lights, l->light);
-    double unit = l->n_paths > 0 ? l->flux_unit / l->n_paths / (s->norm.scale * s->norm.scale) : 0.0;
+    double unit = l->n_paths > 0 ? l->flux_unit / n_paths / (s->norm.scale * s->norm.scale) : 0.0;
     double grey = unit * (double)lum_luminance(power);
     return (struct sums){unit * luminous(l->arriving, power), unit * luminous(l->focused, power),
                          grey * grey * l->arriving_squared, grey * grey * l->focused_squared,
@@ -391,15 +395,18 @@ static void report(struct lum_caustics *c, const struct lum_snapshot *s)
     r->scene_rev = s->scene_rev;
     r->n_lights = 0;
     for (uint32_t k = 0; k < c->n_lights; k++) {
-        struct sums m = sums_of(&c->lights[k], s);
+        const struct lum_caustic_light *l = &c->lights[k];
+        struct sums own = sums_of(l, s, l->n_paths), m = own;
+        if (l->n_expected < 1.0) /* those that have a path stand for those that have none */
+            m = sums_of(l, s, l->n_expected);
         all.arriving += m.arriving;
         all.focused += m.focused;
         all.arriving_squared += m.arriving_squared;
         all.focused_squared += m.focused_squared;
         all.arriving_focused += m.arriving_focused;
-        struct lum_caustic_amount amount = amount_of(&m);
-        if (amount.focused_lm > 0.0 && c->lights[k].object != LUM_NO_OBJECT)
-            tell_light(r, &c->lights[k], s, &amount);
+        struct lum_caustic_amount amount = amount_of(&own);
+        if (amount.focused_lm > 0.0 && l->object != LUM_NO_OBJECT)
+            tell_light(r, l, s, &amount);
     }
     r->all = amount_of(&all);
 }

@@ -351,23 +351,31 @@ static void lamps_are_told_apart(void **state)
     end(&b);
 }
 
-/* More lamps than paths, and more than are told. */
+/* More lamps than paths, and more than are told. All of a lamp's light is on the mirror: what it has is the closed
+ * form, whether it has a path or not; lamps with one stand for as many as they have chances, and of the sum of a
+ * stratified choice among lamps that are alike nothing but the last stratum is left to chance. */
 static void a_crowd_of_lamps(void **state)
 {
     (void)state;
     struct bench b;
+    const uint32_t n = 2 * LUM_CAUSTIC_PATHS + 100;
     begin(&b, 2);
     rig_object(&b.r, "floor", "wide", "matte", rig_v(0, 0, 0));
     rig_object(&b.r, "ceiling", "wide", "matte", rig_v(0, 3, 0));
     put_mirror(&b, "small", 0.01, 0.9f);
-    for (uint32_t i = 0; i < LUM_CAUSTIC_PATHS + 100; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         char id[16];
         snprintf(id, sizeof id, "lamp%u", i);
-        put_spot(&b, id, 1.0 + 1e-4 * i, 0.1, 10.0); /* all of its light on the mirror */
+        put_spot(&b, id, 1.0 + 1e-4 * i, 0.1, 10.0);
     }
     const struct lum_caustic_report *r = measure(&b);
+    const double lm = 10.0 * 2.0 * LUM_PI_D * (1.0 - cos(0.1));
     assert_int_equal(r->n_lights, LUM_CAUSTIC_LIGHTS);
     assert_share(r, 0.9, LUM_CAUSTIC_PATHS, "crowd");
+    if (!(fabs(r->all.arriving_lm / (n * lm) - 1.0) < 2.0 / LUM_CAUSTIC_PATHS))
+        fail_msg("%g lm of %g lm arrive", r->all.arriving_lm, n * lm);
+    for (uint32_t i = 0; i < r->n_lights; i++)
+        assert_true(fabs(r->lights[i].amount.arriving_lm / lm - 1.0) < 1e-5);
     end(&b);
 }
 
