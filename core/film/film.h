@@ -1,7 +1,8 @@
 /* Film: where radiance is summed, and how it becomes a picture.
  *
- * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in double
- * precision: their difference is an unbiased measure of the noise that is left. So after one sample each half has every second pixel. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
+ * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in double precision:
+ * their difference is an unbiased measure of the noise that is left. So after one sample each half has every second pixel. One gate,
+ * lum_film_add, refuses and counts non-finite values: the count must stay 0. */
 #ifndef LUM_CORE_FILM_FILM_H
 #define LUM_CORE_FILM_FILM_H
 
@@ -23,7 +24,7 @@ void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample
 
 /* Forgets a pixel's samples: a deferred method writes each pixel anew. */
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);
-/* Its only sample: what lum_film_reset_pixel and then lum_film_add with sample 0 leave. */
+/* Forgets a pixel's samples for this one, of the first half. */
 void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb radiance, uint64_t *nonfinite);
 
 /* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */

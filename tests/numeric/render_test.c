@@ -248,6 +248,66 @@ static void mirror_and_pane(void **state)
     rig_end(&r);
 }
 
+/* A ceiling in a mirror, lit by a lamp of which a box hides a part. */
+static void begin_reflection(struct rig *r, float reflectance)
+{
+    struct lum_material_desc mirror = lum_material_default();
+    mirror.metallic = 1.0f;
+    mirror.roughness = 0.0f;
+    mirror.base_color = lum_grey(reflectance);
+    rig_begin(r, 2);
+    rig_material(r, "mirror", &mirror);
+    rig_square(r, "floor", 4);
+    rig_box(r, "ceiling", 4, 0.1, 4);
+    rig_box(r, "shade", 0.5, 0.1, 0.5);
+    rig_object(r, "floor", "floor", "mirror", rig_v(0, 0, 0));
+    rig_diffuse_object(r, "ceiling", "white", 0.8f, rig_v(0, 3, 0));
+    rig_diffuse_object(r, "shade", "black", 0.0f, rig_v(0, 2.3, 0));
+    struct lum_light_desc lamp = rig_quad(rig_v(0, 1.5, 0), rig_v(0, 0, 1), rig_v(1, 0, 0), 100);
+    rig_light(r, "lamp", &lamp);
+    rig_camera(r, rig_v(0, 1, 1.5), rig_v(0, 0, 1), 30);
+    rig_commit(r);
+    r->settings.antialias = false;
+    r->settings.effects_off = 1u << LUM_EFFECT_INDIRECT_DIFFUSE;
+    r->settings.w = r->settings.h = 24;
+    r->settings.max_spp = 1;
+    set_method(r, "live");
+}
+
+/* A mirror that reflects a twentieth shows the same room a twentieth as bright, by 2 shadow rays of 16: on average over
+ * draws, within four standard errors of their means. Schlick adds (1 - cos 40 deg)^5 = 7e-4 of a reflectance of 1. */
+static void faint_reflections(void **state)
+{
+    (void)state;
+    const float reflectance[] = {1.0f, 0.05f};
+    const uint32_t draws = 16;
+    double mean[2], error[2];
+    uint64_t rays[2] = {0};
+    for (int k = 0; k < 2; k++) {
+        struct rig r;
+        double sum = 0.0, squares = 0.0;
+        begin_reflection(&r, reflectance[k]);
+        for (uint32_t draw = 0; draw < draws; draw++) {
+            r.settings.seed = draw;
+            rig_fresh_view(&r);
+            rays[k] += rig_pass(&r).rays[LUM_RAY_SOFT_SHADOW];
+            double y = (double)(rig_mean(&r).g / reflectance[k]);
+            sum += y / draws;
+            squares += y * y / draws;
+        }
+        mean[k] = sum;
+        error[k] = sqrt(fmax(squares - sum * sum, 0.0) / (draws - 1));
+        rig_end(&r);
+    }
+    print_message("%.5f +- %.5f by %llu rays, faintly %.5f +- %.5f by %llu\n", mean[0], error[0],
+                  (unsigned long long)rays[0], mean[1], error[1], (unsigned long long)rays[1]);
+    double tolerance = 4.0 * hypot(error[0], error[1]) + 7e-4 / 0.05 * mean[0];
+    assert_true(tolerance < 0.05 * mean[0]);
+    assert_true(fabs(mean[1] - mean[0]) < tolerance);
+    assert_true(rays[1] > 0 &&
+                8 * rays[1] <= rays[0] + rays[0] / 100); /* where a sample meets no ceiling there is no ray */
+}
+
 /* The whole scene scaled by s, intensities in cd by s^2: the same picture; for powers of two bit for bit (D2, D3). */
 static void scale_does_not_matter(void **state)
 {
@@ -338,6 +398,7 @@ int main(void)
         cmocka_unit_test(point_light_falls_with_square),
         cmocka_unit_test(methods_agree_on_direct_light),
         cmocka_unit_test(mirror_and_pane),
+        cmocka_unit_test(faint_reflections),
         cmocka_unit_test(scale_does_not_matter),
         cmocka_unit_test(probe_measures_illuminance),
     };

@@ -43,6 +43,25 @@ static void gate_drops_and_counts(void **state)
     lum_film_finish(&f);
 }
 
+/* After an even number of samples each half has as many of each pixel, after one every second column. */
+static void halves_take_turns(void **state)
+{
+    (void)state;
+    struct lum_film f;
+    uint64_t bad = 0;
+    assert_int_equal(lum_film_init(&f, 4, 2, NULL), LUM_OK);
+    for (uint32_t sample = 0; sample < 4; sample++) {
+        for (uint32_t i = 0; i < 8; i++)
+            lum_film_add(&f, i % 4, i / 4, sample, lum_grey(1.0f), &bad);
+        for (uint32_t i = 0; i < 8; i++) {
+            uint32_t first = sample % 2 == 0 && i % 2 == 0, second = sample % 2 == 0 && i % 2 == 1;
+            assert_int_equal(f.n[0][i], (sample + 1) / 2 + first);
+            assert_int_equal(f.n[1][i], (sample + 1) / 2 + second);
+        }
+    }
+    lum_film_finish(&f);
+}
+
 static void long_sums_do_not_stick(void **state)
 {
     (void)state;
@@ -199,11 +218,11 @@ static void film_survives_short_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gate_drops_and_counts),           cmocka_unit_test(long_sums_do_not_stick),
-        cmocka_unit_test(halves_measure_the_error),        cmocka_unit_test(tone_maps_survive_hard_input),
-        cmocka_unit_test(tone_maps_are_monotone_on_grey),  cmocka_unit_test(none_is_exactly_srgb),
-        cmocka_unit_test(balance_is_off_unless_asked_for), cmocka_unit_test(auto_exposure_guards),
-        cmocka_unit_test(film_survives_short_memory),
+        cmocka_unit_test(gate_drops_and_counts),        cmocka_unit_test(halves_take_turns),
+        cmocka_unit_test(long_sums_do_not_stick),       cmocka_unit_test(halves_measure_the_error),
+        cmocka_unit_test(tone_maps_survive_hard_input), cmocka_unit_test(tone_maps_are_monotone_on_grey),
+        cmocka_unit_test(none_is_exactly_srgb),         cmocka_unit_test(balance_is_off_unless_asked_for),
+        cmocka_unit_test(auto_exposure_guards),         cmocka_unit_test(film_survives_short_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
