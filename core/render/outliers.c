@@ -1,8 +1,8 @@
 /* Rare samples that are far brighter than those around them: no filter sees them, and no light is lost. Of a half's
  * residual what is within limits is filtered. What is beyond stays where both halves have it; the rest is shared out
  * among pixels around that the frame lights as much. At the edge of an object samples see it or what is behind, often
- * one by far brighter: there a part of it stays, and the rest is shared out as far as it is more than chance in the
- * whole picture. */
+ * one by far brighter: there a part of it stays, and of the rest what one half alone has is shared out, as far as it is
+ * more than chance in the whole picture. */
 #include "core/render/residual_steps.h"
 
 /* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For
@@ -117,12 +117,20 @@ static void share_out(struct square *square, const struct place *place, struct l
         }
 }
 
+/* Which part of what is beyond the limits one half alone has. What both have the frame lacks there, and nowhere else.
+ */
+static float part_alone(const struct sampled *s)
+{
+    float mean = fabsf(lum_luminance(s->beyond));
+    return mean > 0.0f ? lum_min(fabsf(s->beyond_apart) / mean, 1.0f) : 0.0f;
+}
+
 static void add_edge(const struct step *step, struct edges *e, const struct sampled *s, double weight)
 {
     double mean = (double)(lum_luminance(s->beyond) / step->scale), apart = (double)(s->beyond_apart / step->scale);
     e->square += weight * mean * mean;
     e->noise += weight * apart * apart;
-    e->sum += weight * mean;
+    e->sum += weight * mean * (double)part_alone(s);
     e->sum_noise += weight * weight * apart * apart;
 }
 
@@ -140,7 +148,7 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     struct place place = place_of(step, x, y);
     bool edge = is_at_edge(step, x, y);
     struct lum_rgb rest = lum_rgb_scale(s.beyond, edge ? 0.0f : 1.0f - part_alike(step, i, &s));
-    share_out(inout_square, &place, rest, lum_rgb_scale(s.beyond, edge ? 1.0f : 0.0f), portion(step, i));
+    share_out(inout_square, &place, rest, lum_rgb_scale(s.beyond, edge ? part_alone(&s) : 0.0f), portion(step, i));
     for (uint32_t k = 0; edge && in_both(first) && k < 2; k++)
         add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
 }

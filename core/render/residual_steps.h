@@ -54,13 +54,13 @@ struct sums {
 /* Of outliers what is shared out, and the sum of the portions of those who get it. */
 struct shared {
     struct lum_rgb rest, portions;
-    struct lum_rgb edge; /* what is beyond the limits at edges: a part of it is shared out, too */
+    struct lum_rgb edge; /* at edges what one half alone has beyond the limits: a part of it is shared out, too */
 };
 
 /* What is beyond the limits at edges, in units of the picture's mean. */
 struct edges {
     double square, noise;  /* sums of squares: of the mean of the halves, and of half their difference */
-    double sum, sum_noise; /* its sum, and the variance of that */
+    double sum, sum_noise; /* of what one half alone has, and the variance of that */
 };
 
 /* What its pixels bring, by class, to the four corners of a square. */

@@ -436,6 +436,32 @@ static void edges_do_not_light_what_is_around(void **state)
     assert_true(sqrt(square) < 0.5 * all);
 }
 
+/* Where both samples at some edges see what the frame lacks, and at as many others what they see is chance, half of
+ * what is beyond the limits stays where it is. The other half is no light of other pixels. */
+static void details_of_edges_do_not_light_what_is_around(void **state)
+{
+    (void)state;
+    struct stage s;
+    double sum = 0.0, n = 0.0;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        bool detail = i / W % 12 == 0 && is_at_a_post(i), chance = i / W % 12 == 6 && is_at_a_post(i);
+        for (uint32_t k = 0; k < 2; k++) {
+            double off = chance ? copysign(50.0 * TRUTH, noise(i, k)) : detail ? 50.0 * TRUTH : 0.1 * noise(i, k);
+            add(&s, i, k, TRUTH + off);
+        }
+        n += detail;
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++)
+        sum += is_at_a_post(i) ? 0.0 : (shown(&s, i) - TRUTH) / (0.75 * N);
+    double half = 0.5 * 50.0 * TRUTH * n / N;
+    print_message("other pixels get %.3f, %.3f were it half of the details\n", sum, half);
+    assert_true(fabs(sum) < 0.25 * half); /* what is within the limits is filtered, to others as well */
+    stage_end(&s);
+}
+
 /* What does not reflect, fog before the sky, has outliers as well. */
 static void an_outlier_of_fog_is_shared_out(void **state)
 {
@@ -531,6 +557,7 @@ int main(void)
         cmocka_unit_test(an_outlier_of_fog_is_shared_out),
         cmocka_unit_test(outliers_at_edges_are_not_lost),
         cmocka_unit_test(edges_do_not_light_what_is_around),
+        cmocka_unit_test(details_of_edges_do_not_light_what_is_around),
         cmocka_unit_test(black_stays_black),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(the_least_errors_are_numbers),
