@@ -214,7 +214,9 @@ void lum_outliers_settle(struct lum_residual_memory *m)
     for (uint32_t lit = 0; lit < CLASSES; lit++) {
         struct edges e = edges_of(m, lit);
         double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
-        double sure = sum2 > 0.0 ? fmax(1.0 - BY_CHANCE * BY_CHANCE * e.sum_noise / sum2, 0.0) : 0.0;
+        double sure = 0.0;
+        if (lit < LIT_CLASSES && sum2 > 0.0) /* the sky gets no light of what is before it */
+            sure = fmax(1.0 - BY_CHANCE * BY_CHANCE * e.sum_noise / sum2, 0.0);
         m->edge_part[lit] = (float)stays;
         for (uint32_t y = 0; y <= m->grid_h; y++)
             for (uint32_t x = 0; x <= m->grid_w; x++)

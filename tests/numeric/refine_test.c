@@ -462,6 +462,34 @@ static void details_of_edges_do_not_light_what_is_around(void **state)
     stage_end(&s);
 }
 
+/* Every second post is black sky, at the rim of which one sample in 20 sees the next post: the sky between stays black.
+ */
+static void the_sky_between_posts_stays_black(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        bool sky = i % W / 8 % 2;
+        if (sky) {
+            s.kind[i] = LUM_PIXEL_SHINES;
+            s.object[i] = LUM_NO_OBJECT;
+            s.albedo[i] = s.frame[i] = lum_grey(0.0f);
+            s.depth[i] = INFINITY;
+        }
+        for (uint32_t k = 0; k < 2; k++) {
+            bool seen = is_at_a_post(i) && fabs(noise(i, k)) > 0.95 * sqrt(3.0);
+            add(&s, i, k, !sky || seen ? TRUTH : 0.0);
+        }
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++)
+        if (s.object[i] == LUM_NO_OBJECT && i % 8 >= 3 && i % 8 < 5) /* what is within the limits is filtered */
+            assert_true(shown(&s, i) < 0.01 * TRUTH);
+    stage_end(&s);
+}
+
 /* What does not reflect, fog before the sky, has outliers as well. */
 static void an_outlier_of_fog_is_shared_out(void **state)
 {
@@ -557,6 +585,7 @@ int main(void)
         cmocka_unit_test(an_outlier_of_fog_is_shared_out),
         cmocka_unit_test(outliers_at_edges_are_not_lost),
         cmocka_unit_test(edges_do_not_light_what_is_around),
+        cmocka_unit_test(the_sky_between_posts_stays_black),
         cmocka_unit_test(details_of_edges_do_not_light_what_is_around),
         cmocka_unit_test(black_stays_black),
         cmocka_unit_test(threads_do_not_matter),
