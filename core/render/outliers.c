@@ -32,7 +32,7 @@ static void limit_half(struct lanes *l, uint32_t half, float middle, float range
 }
 
 /* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. What is
- * beyond the limits there is left out of what is shared. */
+ * beyond the limits there is summed apart. */
 static bool is_at_edge(const struct step *step, uint32_t x, uint32_t y)
 {
     const uint32_t *object = step->r->guide->object;
