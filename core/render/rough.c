@@ -29,6 +29,42 @@ static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
     return lum_rgb_add(s->albedo[pixel], lum_grey(matte ? MATTE_FLOOR : SHEEN_FLOOR));
 }
 
+/* What shines at pixel (x, y) of a picture. Black: nothing, or it is off. */
+static struct lum_rgb shine_at(const struct lum_snapshot *s, const struct lum_gbuffer *gbuffer,
+                               const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y)
+{
+    uint32_t tile = y / tiling->side * tiling->nx + x / tiling->side;
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    const struct lum_hits *hits = &gbuffer->tiles[tile];
+    uint32_t slot = (y - r.y) * r.w + x - r.x;
+    struct lum_vec3 d = lum_eye_direction(eye, (float)x + 0.5f, (float)y + 0.5f);
+    if (hits->object[slot] == LUM_NO_OBJECT)
+        return lum_lights_background(&s->lights, d, true);
+    struct lum_surface surface;
+    lum_snapshot_surface(s, hits, slot, d, &surface);
+    if (surface.instance == LUM_NO_OBJECT) {
+        const struct lum_light *light = &s->lights.lights[surface.light];
+        return light->on ? lum_light_emitted(light, surface.backface) : lum_grey(0.0f);
+    }
+    struct lum_bsdf bsdf;
+    lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
+    return bsdf.emission;
+}
+
+/* Of a coarse pixel: what its surface reflects, over its albedo. */
+static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
+{
+    const struct lum_rough_picture *c = j->coarse;
+    struct lum_rgb radiance = lum_film_mean(c->film, x, y);
+    size_t i = (size_t)y * c->film->w + x;
+    if (c->surfaces->kind[i] & LUM_PIXEL_SHINES) {
+        struct lum_rgb shine = shine_at(j->pass->snapshot, c->gbuffer, c->tiling, c->eye, x, y);
+        radiance = lum_rgb(lum_max(radiance.r - shine.r, 0.0f), lum_max(radiance.g - shine.g, 0.0f),
+                           lum_max(radiance.b - shine.b, 0.0f));
+    }
+    return lum_rgb_div(radiance, divisor(c->surfaces, i));
+}
+
 /* What a coarse pixel's surface says of the target's, 0 .. 1: the same kind, facing the same way, in the same plane to
  * within half of what a coarse pixel covers. */
 static float likeness(const struct job *j, size_t target, size_t from)
@@ -80,24 +116,6 @@ static struct lum_rgb radiance_of(const struct job *j, const struct target *t)
     return lum_rgb_scale(lum_rgb_mul(sum.light, divisor(j->pass->surfaces, t->pixel)), 1.0f / sum.weight);
 }
 
-/* What shines at a pixel: a lamp may lie between all the coarse ones. Black: nothing, or it is off. */
-static struct lum_rgb shine_at(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_vec3 d)
-{
-    const struct lum_snapshot *s = pass->snapshot;
-    const struct lum_hits *hits = &pass->gbuffer->tiles[tile];
-    if (hits->object[slot] == LUM_NO_OBJECT)
-        return lum_lights_background(&s->lights, d, true);
-    struct lum_surface surface;
-    lum_snapshot_surface(s, hits, slot, d, &surface);
-    if (surface.instance == LUM_NO_OBJECT) {
-        const struct lum_light *light = &s->lights.lights[surface.light];
-        return light->on ? lum_light_emitted(light, surface.backface) : lum_grey(0.0f);
-    }
-    struct lum_bsdf bsdf;
-    lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
-    return bsdf.emission;
-}
-
 /* Both pictures are of the same eye, their middles are the same direction; the coarse one may show a little more. */
 static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
@@ -110,11 +128,10 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
                 (size_t)y * tiling->w + x,
                 0.5f * (j->coarse->eye->w - 1.0f) + ((float)x + 0.5f - 0.5f * (float)tiling->w) * j->scale,
                 0.5f * (j->coarse->eye->h - 1.0f) + ((float)y + 0.5f - 0.5f * (float)tiling->h) * j->scale};
-            struct lum_rgb radiance = lum_grey(0.0f);
+            struct lum_rgb radiance = radiance_of(j, &t);
             if (j->pass->surfaces->kind[t.pixel] & LUM_PIXEL_SHINES)
-                radiance = shine_at(j->pass, tile, (y - r.y) * r.w + x - r.x, lum_center_direction(j->pass, x, y));
-            if (lum_rgb_black(radiance))
-                radiance = radiance_of(j, &t);
+                radiance =
+                    lum_rgb_add(radiance, shine_at(j->pass->snapshot, j->pass->gbuffer, tiling, &j->pass->eye, x, y));
             lum_film_set(j->pass->film, x, y, radiance, &counters->nonfinite);
         }
 }
@@ -129,10 +146,8 @@ enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const
     if (!job.light)
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
     for (uint32_t y = 0; y < film->h; y++)
-        for (uint32_t x = 0; x < film->w; x++) {
-            size_t i = (size_t)y * film->w + x;
-            job.light[i] = lum_rgb_div(lum_film_mean(film, x, y), divisor(coarse->surfaces, i));
-        }
+        for (uint32_t x = 0; x < film->w; x++)
+            job.light[(size_t)y * film->w + x] = light_at(&job, x, y);
     enum lum_status status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
     lum_free(job.light);
     runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;

@@ -1,6 +1,6 @@
 /* Rough pictures: the fast frame at a part of the resolution, seen at all of it. Light changes little along a surface, so what a
  * pixel gets is that of those of the coarse frame around it which lie on the same surface, times its own albedo over theirs: edges
- * and textures are those of the full picture. Internal to core/render. */
+ * and textures are those of the full picture. What shines by itself shines as it does, be it as thin as it may. Internal to core/render. */
 #ifndef LUM_CORE_RENDER_ROUGH_H
 #define LUM_CORE_RENDER_ROUGH_H
 
@@ -10,6 +10,8 @@
 /* A picture and what it shows. */
 struct lum_rough_picture {
     const struct lum_film *film;
+    const struct lum_tiling *tiling;
+    const struct lum_gbuffer *gbuffer;
     const struct lum_surfaces *surfaces;
     const struct lum_eye *eye;
 };

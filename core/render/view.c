@@ -253,7 +253,9 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *fram
     if (status == LUM_OK)
         status = lum_deferred_see(&v->deferred, &pass, runner, err);
     if (status == LUM_OK)
-        status = lum_rough_upsample(&(struct lum_rough_picture){&v->rough->film, &v->rough->deferred.surfaces, &eye},
+        status = lum_rough_upsample(&(struct lum_rough_picture){&v->rough->film, &v->rough->tiling,
+                                                                &v->rough->deferred.gbuffer,
+                                                                &v->rough->deferred.surfaces, &eye},
                                     &pass, runner, err);
     if (status != LUM_OK)
         return status;

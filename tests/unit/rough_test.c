@@ -40,6 +40,33 @@ static void edges_are_those_of_the_full_picture(void **state)
     rig_end(&r);
 }
 
+/* In a furnace all shines and reflects: the rough picture is as bright as the full one. */
+static void what_shines_reflects_too(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    struct lum_material_desc glow = rig_diffuse(0.5f);
+    glow.emission = lum_grey(1.0f);
+    glow.emission_cd_m2 = 100.0;
+    rig_material(&r, "glow", &glow);
+    rig_box(&r, "box", 1, 1, 1);
+    rig_object(&r, "box", "box", "glow", rig_v(0, 0, 0));
+    rig_camera(&r, rig_v(0, 0, 0), rig_v(0, 0, -1), 60);
+    rig_commit(&r);
+    use_method(&r, "live");
+    r.settings.max_spp = 1;
+    rig_pass(&r);
+    double full = (double)rig_mean(&r).g;
+    rig_fresh_view(&r);
+    r.settings.preview = 4;
+    assert_int_equal(rig_pass(&r).preview, 4);
+    double rough = (double)rig_mean(&r).g;
+    print_message("furnace: %g, roughly %g\n", full, rough);
+    assert_true(fabs(rough / full - 1.0) < 0.05); /* the noise of fewer pixels' soft light */
+    rig_end(&r);
+}
+
 /* Frames after rough pictures of every edit are those of a view that makes none. Without records, whose places are the
  * rough pass's first. */
 static void frames_after_rough_pictures_are_as_without(void **state)
@@ -105,6 +132,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(edges_are_those_of_the_full_picture),
+        cmocka_unit_test(what_shines_reflects_too),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
         cmocka_unit_test(blocks_are_as_small_as_time_allows),
     };
