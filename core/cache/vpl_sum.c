@@ -213,10 +213,11 @@ static void add_lobes(const struct packed *of, const struct lum_receiver *at, st
 {
     for (uint32_t i = 0; i < LANES; i++) {
         float x = at->p.x - of->p[0][i], y = at->p.y - of->p[1][i], z = at->p.z - of->p[2][i];
-        float per_r = 1.0f / sqrtf(x * x + y * y + z * z + 1e-12f);
+        float r2 = x * x + y * y + z * z + 1e-12f, per_r = 1.0f / sqrtf(r2), near = LUM_LOBE_NEAR * of->radius[i];
+        float gloss = of->gloss[i] * r2 / (r2 + near * near);
         float share =
             lum_vpl_lobe(lum_v3(of->n[0][i], of->n[1][i], of->n[2][i]), lum_v3(of->w[0][i], of->w[1][i], of->w[2][i]),
-                         lum_v3(x * per_r, y * per_r, z * per_r), of->gloss[i], of->alpha[i], of->f0[i], of->f90[i]);
+                         lum_v3(x * per_r, y * per_r, z * per_r), gloss, of->alpha[i], of->f0[i], of->f90[i]);
         inout->g[i] *= share;
         inout->x[i] *= share;
         inout->y[i] *= share;

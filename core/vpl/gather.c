@@ -35,7 +35,7 @@ struct source {
     struct lum_vec3 p, n;
     struct lum_rgb radiance; /* flux / pi, in the mean over directions */
     struct lum_vec3 w;       /* its lobe, as in struct lum_vpl_set */
-    float lobe, alpha, f0, f90;
+    float lobe, alpha, f0, f90, radius;
 };
 
 static struct source source_of(const struct lum_vpl_set *set, uint32_t i)
@@ -48,7 +48,7 @@ static struct source source_of(const struct lum_vpl_set *set, uint32_t i)
     if (!set->gloss)
         return s;
     s.w = lum_v3(set->wx[i], set->wy[i], set->wz[i]);
-    s.lobe = set->lobe[i], s.alpha = set->alpha[i], s.f0 = set->f0[i], s.f90 = set->f90[i];
+    s.lobe = set->lobe[i], s.alpha = set->alpha[i], s.f0 = set->f0[i], s.f90 = set->f90[i], s.radius = set->radius[i];
     return s;
 }
 
@@ -138,9 +138,9 @@ static void add_lobes(struct gathering *g, const struct source *s)
 {
     for (uint32_t i = 0; i < g->n_padded; i++) {
         float x = g->px[i] - s->p.x, y = g->py[i] - s->p.y, z = g->pz[i] - s->p.z;
-        float per_r = 1.0f / sqrtf(g->r2[i]);
-        g->term[i] *=
-            lum_vpl_lobe(s->n, s->w, lum_v3(x * per_r, y * per_r, z * per_r), s->lobe, s->alpha, s->f0, s->f90);
+        float r2 = g->r2[i], per_r = 1.0f / sqrtf(r2), near = LUM_LOBE_NEAR * s->radius;
+        g->term[i] *= lum_vpl_lobe(s->n, s->w, lum_v3(x * per_r, y * per_r, z * per_r),
+                                   s->lobe * r2 / (r2 + near * near), s->alpha, s->f0, s->f90);
     }
 }
 
