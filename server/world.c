@@ -13,6 +13,8 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char
     memset(w, 0, sizeof *w);
     if (log)
         w->log = *log;
+    lum_thread_init_fp(); /* of whoever works between the workers, as in theirs: pictures do not hang on how many there
+                             are */
     enum lum_status st = lum_pool_create(threads, &w->pool, err);
     if (!st)
         st = lum_device_create(lum_pool_size(w->pool), isa ? isa : getenv("LUMEND_ISA"), &w->device, err);
