@@ -53,7 +53,7 @@ static struct sampled sampled_at(const struct step *step, size_t i)
     struct lum_rgb albedo = albedo_at(step, i);
     struct lum_rgb a = lum_rgb_mul(lum_rgb_mad(take(&whole, A), take(kept, A), -1.0f), albedo);
     struct lum_rgb b = lum_rgb_mul(lum_rgb_mad(take(&whole, B), take(kept, B), -1.0f), albedo);
-    float n = whole.v[A + WEIGHT] + whole.v[B + WEIGHT]; /* halves; what one has not is black */
+    float n = (whole.v[A + WEIGHT] > 0.0f ? 1.0f : 0.0f) + (whole.v[B + WEIGHT] > 0.0f ? 1.0f : 0.0f); /* else black */
     return (struct sampled){
         .a = lum_luminance(lum_rgb_mul(take(&whole, A), albedo)),
         .b = lum_luminance(lum_rgb_mul(take(&whole, B), albedo)),

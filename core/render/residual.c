@@ -161,7 +161,9 @@ void lum_residual_put(const struct step *step, size_t pixel, int half, struct la
     if (n > 0.0)
         d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
                     (float)(s[2] / n - (double)f.b) / a.b);
-    put(l, lane, d, n > 0.0 ? 1.0f : 0.0f);
+    /* By albedo: means are then sums of light over sums of albedo, which no light is lost or found by where the albedo
+     * of a texture's pixel is not that of its samples. Means of ratios are too large. */
+    put(l, lane, d, n > 0.0 ? lum_luminance(a) / step->scale : 0.0f);
 }
 
 /* Keeps the sign. */

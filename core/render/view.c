@@ -448,7 +448,7 @@ uint32_t lum_view_preview_for(const struct lum_view_settings *s, double frame_ms
     const double *part = s->method->refines ? of_live : of_path;
     uint32_t block = 1;
     if (!(frame_ms > 0.0)) /* unknown */
-        return s->w * (uint64_t)s->h <= 400000 ? 8 : 16;
+        return LUM_TILE_SIDE;
     for (size_t i = 0; i < LUM_ARRAY_LEN(of_live) && part[i] * frame_ms > LUM_PREVIEW_MS; i++)
         block *= 2;
     return block;
