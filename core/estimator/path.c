@@ -13,11 +13,14 @@
  * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through
  * one is still on its way from the vertex before: light that it meets behind is weighted against the light sampled
  * there, by the density with which its direction was drawn there, whichever lobe of the pane it took: the weights of
- * both ways of finding the light add up to 1. Without the effect transmission panes stop both. */
+ * both ways of finding the light add up to 1. Without the effect transmission panes stop both.
+ *
+ * Of a view's samples, later ones are guided (guide.h): that density is then of the BSDF and of what was learned. */
 #include "core/estimator/path.h"
 
 #include <string.h>
 
+#include "core/estimator/guide.h"
 #include "core/math/warp.h"
 
 #define ROULETTE_DEPTH 3u /* bounces before roulette starts: the first ones carry most of the energy */
@@ -78,6 +81,7 @@ struct vertex {
     struct lum_vec3 p, wo;
     uint32_t depth;
     uint32_t lobes_off; /* of those that the surface has: what no path goes on by */
+    struct lum_guide_place guide;
 };
 
 /* ---- effects that are left out ---- */
@@ -144,6 +148,64 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
     return true;
 }
 
+/* ---- guiding ---- */
+
+/* Where no lobe is left out, the diffuse one shares its directions with what was learned here. */
+static void ask_guide(const struct lum_wave *w, struct vertex *v, uint32_t n_panes)
+{
+    if (!v->lobes_off && !lum_rgb_black(v->b->diffuse) && v->depth - n_panes < LUM_GUIDE_NOTES)
+        v->guide = lum_guide_find(w->guide, v->p, v->b);
+}
+
+/* Density with which the path goes on to wi, given the BSDF's own. */
+static inline float pdf_on(const struct vertex *v, struct lum_vec3 wi, float pdf_sa)
+{
+    return v->guide.share > 0.0f ? lum_guide_bsdf_pdf(&v->guide, v->b, wi, pdf_sa) : pdf_sa;
+}
+
+/* As lum_bsdf_sample. */
+static inline bool sample_on(const struct vertex *v, struct lum_vec2 u, float u_lobe, struct lum_guide_step *ret_step)
+{
+    if (v->guide.cell)
+        return lum_guide_bsdf_sample(&v->guide, v->b, v->wo, u, u_lobe, ret_step);
+    return lum_bsdf_sample(v->b, v->wo, u, u_lobe, &ret_step->s);
+}
+
+/* The path goes on; throughput: then, but for roulette. */
+static void note_step(struct lum_guide_notes *notes, const struct lum_path *path, const struct vertex *v,
+                      const struct lum_guide_step *step, struct lum_rgb throughput)
+{
+    uint8_t *n = &notes->n[path->slot];
+    if (!v->guide.cell || !(step->cosine > 0.0f) || *n == LUM_GUIDE_NOTES)
+        return;
+    notes->note[path->slot][(*n)++] =
+        (struct lum_guide_note){.cell = v->guide.index,
+                                .bin = step->bin,
+                                .scale = step->cosine / (step->s.pdf_sa * lum_luminance(throughput)),
+                                .before = -1.0f,
+                                .pdf_sa = step->s.pdf_sa,
+                                .pdf_ratio = step->ratio};
+}
+
+/* What the path has brought home so far came from before its ray. */
+static void note_segment(struct lum_wave *w, uint32_t slot)
+{
+    struct lum_guide_notes *notes = w->notes;
+    uint32_t n = notes->n[slot];
+    if (n > 0 && notes->note[slot][n - 1].before < 0.0f)
+        notes->note[slot][n - 1].before = lum_luminance(w->radiance[slot]);
+}
+
+/* What shines at the end of a path's ray. Through panes, and until the path is scattered anew, it has the density of the step. */
+static void note_emission(struct lum_guide_notes *notes, const struct lum_path *path, struct lum_rgb value)
+{
+    const struct lum_guide_note *first = notes->note[path->slot];
+    if (notes->n[path->slot] > 0 && !(first->pdf_sa < path->pdf_sa || first->pdf_sa > path->pdf_sa))
+        notes->emitted[path->slot] += lum_luminance(value);
+}
+
+/* ---- light ---- */
+
 struct choice {
     uint32_t light;
     float prob; /* with which it was chosen */
@@ -182,7 +244,7 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     } else {
         f = lum_bsdf_eval(v->b, v->wo, ls.wi, &bsdf_pdf_sa);
         if (!delta && !lum_rgb_black(f))
-            weight = lum_power_heuristic(pdf, bsdf_pdf_sa);
+            weight = lum_power_heuristic(pdf, pdf_on(v, ls.wi, bsdf_pdf_sa));
     }
     struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
     if (lum_rgb_black(value))
@@ -315,37 +377,45 @@ static bool passes_pane(const struct lum_wave *w, const struct lum_bsdf *b, cons
 static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
 {
     const struct lum_bsdf *b = v->b;
-    struct lum_vec2 pick = {0.5f, 0.5f};
-    if (w->snapshot->lights.n_active > 1 || b->diffuse_prob < 1.0f) /* there is something to choose */
-        pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
     if (w->lobes_off)
         v->lobes_off = w->lobes_off & lobe_effects(b);
+    if (w->guide)
+        ask_guide(w, v, path.n_panes);
+    struct lum_vec2 pick = {0.5f, 0.5f};
+    if (w->snapshot->lights.n_active > 1 || b->diffuse_prob < 1.0f || v->guide.share > 0.0f) /* something to choose */
+        pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
     queue_lights(w, &path, v, pick.x);
-    struct lum_bsdf_sample bs;
-    if (!lum_bsdf_sample(b, v->wo, lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_BSDF)), pick.y, &bs))
+    struct lum_guide_step step;
+    if (!sample_on(v, lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_BSDF)), pick.y, &step))
         return;
-    if (v->lobes_off && !keep_lobe(v, &bs))
+    struct lum_bsdf_sample *bs = &step.s;
+    if (v->lobes_off && !keep_lobe(v, bs))
         return;
-    if (w->snapshot->lights.n_active == 0 && bs.pdf_sa > 0.0f)
+    if (w->snapshot->lights.n_active == 0 && bs->pdf_sa > 0.0f)
         return; /* only a mirror could show something that shines without being a light */
-    path.throughput = lum_rgb_mul(path.throughput, bs.weight);
-    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
+    path.throughput = lum_rgb_mul(path.throughput, bs->weight);
+    if (bounce_kind(bs->lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
         path.eta2 *= b->eta * b->eta;
+    if (v->guide.cell)
+        path.eta2 /= step.ratio; /* or what is looked for more often would end more often */
+    struct lum_rgb throughput = path.throughput;
     if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
         return;
-    if (passes_pane(w, b, &bs)) {
+    if (w->notes)
+        note_step(w->notes, &path, v, &step, throughput);
+    if (passes_pane(w, b, bs)) {
         path.n_panes += path.pdf_sa > 0.0f;
     } else {
         path.p = v->p;
-        path.pdf_sa = bs.pdf_sa;
+        path.pdf_sa = bs->pdf_sa;
         path.every_light = w->every_light;
         path.plain = true;
         path.direct_apart = false;
         path.was_indirect = path.indirect;
-        path.indirect = path.indirect || bounce_kind(bs.lobe) == LUM_RAY_INDIRECT_DIFFUSE;
+        path.indirect = path.indirect || bounce_kind(bs->lobe) == LUM_RAY_INDIRECT_DIFFUSE;
     }
-    w->counters->rays[bounce_kind(bs.lobe)]++;
-    push_path(w, path, v->p, b->ng, bs.wi);
+    w->counters->rays[bounce_kind(bs->lobe)]++;
+    push_path(w, path, v->p, b->ng, bs->wi);
 }
 
 /* Weight of emission that was met by a sampled ray, against the light sampling at the vertex before. */
@@ -370,6 +440,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
+    if (w->notes)
+        note_emission(w->notes, path, value);
     bring_home(w, &(struct lum_gain){path->slot, light, value});
 }
 
@@ -386,6 +458,8 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
 {
     struct lum_path path = w->path[i];
     struct lum_vec3 d = lum_rays_direction(&w->rays, i);
+    if (w->notes)
+        note_segment(w, path.slot);
     if (w->hits.object[i] == LUM_NO_OBJECT) {
         add_background(w, &path, d, depth == 0);
         return;
@@ -430,6 +504,8 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->rays.n = w->shadow_rays.n = 0;
     w->gains = NULL;
     w->trail = NULL;
+    w->guide = NULL;
+    w->notes = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
 }
 
@@ -561,8 +637,18 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         return;
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
+    struct lum_guide_notes notes;
+    if (lum_guide_serves(pass, tile))
+        w.guide = pass->guide;
+    if (w.guide && lum_guide_learns(w.guide, tile)) {
+        memset(notes.n, 0, sizeof notes.n);
+        memset(notes.emitted, 0, sizeof notes.emitted);
+        w.notes = &notes;
+    }
     add_eye_paths(&w, pass, &r, sample);
     lum_wave_run(&w, 0);
+    if (w.notes)
+        lum_guide_learn(pass, tile, &notes, w.radiance);
     for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)
         for (uint32_t x = r.x; x < r.x + r.w; x += pass->block)
             add_to_block(pass, &(struct lum_tile_rect){x, y, r.x + r.w - x, r.y + r.h - y}, sample, w.radiance[slot++],

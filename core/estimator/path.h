@@ -18,7 +18,7 @@ struct lum_path {
     uint32_t n_panes;    /* that it went straight through on its way from vertices that spread light: no shadow ray
                           * counts those, and they are no part of its depth */
     float survival;      /* roulette: it lives on with this chance, times its throughput */
-    float eta2;          /* product of the squared relative indices that throughput carries */
+    float eta2;          /* roulette leaves it out of throughput: the squared relative indices that it carries, and what guiding takes from it */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
 };
@@ -53,6 +53,9 @@ struct lum_trail {
 
 #define LUM_WAVE_LIGHTS 8u
 
+struct lum_guide;
+struct lum_guide_notes;
+
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
 struct lum_wave {
     const struct lum_snapshot *snapshot;
@@ -77,6 +80,8 @@ struct lum_wave {
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
     struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_trail *trail;                /* NULL: not wanted. Else set after lum_wave_begin */
+    const struct lum_guide *guide;          /* NULL: paths go unguided. Else set after lum_wave_begin */
+    struct lum_guide_notes *notes;          /* NULL: not wanted. Else set likewise, with a guide and without gains */
 };
 
 /* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */

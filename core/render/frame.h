@@ -121,6 +121,7 @@ struct lum_layers;
 struct lum_components;
 struct lum_vpl_set;
 struct lum_records;
+struct lum_guide;
 struct lum_stage_runner;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
@@ -141,6 +142,7 @@ struct lum_pass {
     uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
     const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
     struct lum_records *records;       /* methods with a cache (estimator/records.h); NULL: likewise */
+    struct lum_guide *guide;           /* of path traced samples (estimator/guide.h); NULL: there is none */
     struct lum_film *film;
     uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp;         /* tiles that have as many are left alone */

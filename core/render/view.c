@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/estimator/guide.h"
 #include "core/render/deferred.h"
 #include "core/render/refine.h"
 #include "core/render/rough.h"
@@ -26,6 +27,7 @@ struct lum_view {
     struct lum_refinement refinement; /* methods that refine */
     uint32_t block;         /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
     struct lum_view *rough; /* methods that refine: the same at a part of the resolution, for rough passes */
+    struct lum_guide *guide;      /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_aov_buffers aov;
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
@@ -92,6 +94,7 @@ void lum_view_destroy(struct lum_view *view)
         return;
     lum_view_destroy(view->rough);
     drop_buffers(view);
+    lum_guide_destroy(view->guide);
     lum_caches_destroy(view->own_caches);
     lum_free(view->counters);
     lum_free(view);
@@ -211,13 +214,25 @@ static uint32_t view_spp(const struct lum_view *v, const struct lum_method *meth
 
 /* ---- a pass ---- */
 
+/* One more path traced sample of every pixel. */
+static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
+{
+    int64_t begin_ns = lum_clock_ns();
+    if (!v->guide && pass->target_spp > 1)
+        v->guide = lum_guide_create();
+    if (v->guide)
+        lum_guide_begin(v->guide, pass, v->pool);
+    runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
+    return lum_stage_run(runner, pass, &lum_estimator_path);
+}
+
 /* The next sample of every pixel; or first, once per picture, the rough pass. */
 static enum lum_status run_path(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
 {
     bool rough = pass->settings->preview > 1 && pass->target_spp == 1 && !v->previewed;
     if (rough)
         pass->block = runner->stats->preview = pass->settings->preview;
-    enum lum_status status = lum_stage_run(runner, pass, &lum_estimator_path);
+    enum lum_status status = run_samples(v, pass, runner);
     if (status == LUM_OK)
         v->previewed = true;
     return status;
@@ -307,7 +322,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = v->chosen.on[e];
     if (!r->owed) {
-        status = lum_stage_run(runner, &pass, &lum_estimator_path);
+        status = run_samples(v, &pass, runner);
         spp = pass.target_spp;
         r->owed = status == LUM_OK && lum_refine_is_due(r, spp, max_spp > 1 ? max_spp - 1 : 0); /* the frame is one */
     }

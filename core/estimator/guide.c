@@ -1,0 +1,328 @@
+#include "core/estimator/guide.h"
+
+#include <string.h>
+
+#define FACES 6u
+#define BLOCK 128u /* cells that are allocated together */
+
+/* An outlier must not own a cell: what is heard at once counts at most LOUDEST / PARTS means, in integers of 1 / PARTS.
+ */
+#define PARTS 256.0f
+#define LOUDEST (16.0f * PARTS)
+
+#define FEW 16.0f     /* heard less often than this, a cell does not guide; and up to a few times as often, less */
+#define ENOUGH 500.0f /* more often: it is halved */
+#define AT_FIRST 300u /* notes that the first sample to learn from brings each cell, on average */
+#define SHARE 0.5f    /* each direction is still sampled half as often as without: no weight more than doubles */
+
+/* The first samples are a trial, in one of TRIAL tiles: where nothing comes of it, little was spent. Samples after
+ * ALL_LEARN are learned from in one of as many tiles. */
+#define TRIAL_ENDS 3u
+#define TRIAL 4u
+#define ALL_LEARN 8u
+#define LATER 4u
+
+/* Variance without guiding over that with it, from which on it is kept. It takes 1.05 to 1.15 of the time. */
+#define PAYS 1.15
+#define PAYS_AFTER_TRIAL 1.1 /* with more to go by it will be more */
+
+/* What was heard in a cell. */
+struct memory {
+    float sum[LUM_GUIDE_BINS];                       /* up to the last lum_guide_begin, */
+    _Atomic uint32_t heard[LUM_GUIDE_BINS], n_heard; /* and since */
+    float n;                                         /* how often, up to then */
+    float unit;                                      /* mean: of this the integers are parts */
+    struct lum_bounds box;
+};
+struct block {
+    struct lum_guide_cell cell[BLOCK];
+    struct memory memory[BLOCK];
+};
+#define MAX_BLOCKS (LUM_GUIDE_BYTES / sizeof(struct block))
+
+struct node {
+    float split;
+    uint32_t axis : 2;   /* 3: a leaf */
+    uint32_t child : 30; /* of a leaf: its cell; else the lower of two nodes */
+};
+
+struct lum_guide {
+    struct block *block[MAX_BLOCKS];
+    struct node *nodes; /* the first FACES are roots */
+    uint32_t n_blocks, n_cells, n_nodes;
+    uint32_t sample; /* that the pass takes */
+    bool usable;
+    float typical;                 /* luminance of a pixel */
+    _Atomic int64_t spread, saved; /* since densities were made: variance of pixels, and what more it would have been */
+};
+
+struct lum_guide *lum_guide_create(void)
+{
+    return lum_calloc(1, sizeof(struct lum_guide));
+}
+
+void lum_guide_destroy(struct lum_guide *g)
+{
+    if (!g)
+        return;
+    for (uint32_t i = 0; i < g->n_blocks; i++)
+        lum_free(g->block[i]);
+    lum_free(g->nodes);
+    lum_free(g);
+}
+
+/* ---- cells ---- */
+
+static struct lum_guide_cell *cell_at(const struct lum_guide *g, uint32_t i)
+{
+    return &g->block[i / BLOCK]->cell[i % BLOCK];
+}
+
+static struct memory *memory_at(const struct lum_guide *g, uint32_t i)
+{
+    return &g->block[i / BLOCK]->memory[i % BLOCK];
+}
+
+static float component(struct lum_vec3 v, uint32_t axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+static uint32_t longest(struct lum_vec3 v)
+{
+    float x = fabsf(v.x), y = fabsf(v.y), z = fabsf(v.z);
+    return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+}
+
+struct lum_guide_place lum_guide_find(const struct lum_guide *g, struct lum_vec3 p, const struct lum_bsdf *b)
+{
+    uint32_t axis = longest(b->frame.n);
+    const struct node *node = &g->nodes[2 * axis + (component(b->frame.n, axis) < 0.0f)];
+    const float at[3] = {p.x, p.y, p.z};
+    while (node->axis < 3)
+        node = &g->nodes[node->child + !(at[node->axis] < node->split)];
+    const struct lum_guide_cell *cell = cell_at(g, node->child);
+    return (struct lum_guide_place){cell, node->child, cell->share * b->diffuse_prob};
+}
+
+/* Room for one more cell. */
+static bool reserve(struct lum_guide *g)
+{
+    if (g->n_cells < g->n_blocks * BLOCK)
+        return true;
+    if (g->n_blocks == MAX_BLOCKS)
+        return false;
+    g->block[g->n_blocks] = lum_calloc(1, sizeof(struct block));
+    if (!g->block[g->n_blocks])
+        return false;
+    g->n_blocks++;
+    return true;
+}
+
+/* Halves a leaf's cell across the longest side of its box; each half starts with half of what was heard. */
+static bool halve(struct lum_guide *g, uint32_t leaf)
+{
+    if (!reserve(g))
+        return false;
+    struct memory *lower = memory_at(g, g->nodes[leaf].child), *upper = memory_at(g, g->n_cells);
+    lower->n *= 0.5f;
+    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+        lower->sum[b] *= 0.5f;
+    *upper = *lower; /* nothing is heard meanwhile */
+    uint32_t axis = longest(lum_v3_sub(lower->box.hi, lower->box.lo));
+    float split = 0.5f * (component(lower->box.lo, axis) + component(lower->box.hi, axis));
+    float *hi[3] = {&lower->box.hi.x, &lower->box.hi.y, &lower->box.hi.z};
+    float *lo[3] = {&upper->box.lo.x, &upper->box.lo.y, &upper->box.lo.z};
+    *hi[axis] = *lo[axis] = split;
+    cell_at(g, g->n_cells)->share = 0.0f;
+    g->nodes[g->n_nodes] = (struct node){.axis = 3, .child = g->nodes[leaf].child};
+    g->nodes[g->n_nodes + 1] = (struct node){.axis = 3, .child = g->n_cells++};
+    g->nodes[leaf] = (struct node){split, axis, g->n_nodes};
+    g->n_nodes += 2;
+    return true;
+}
+
+/* Roots, cut evenly into as many cells as the picture's size allows. */
+static bool start(struct lum_guide *g, const struct lum_pass *pass)
+{
+    if (!g->nodes)
+        g->nodes = lum_calloc(2 * MAX_BLOCKS * BLOCK + FACES, sizeof *g->nodes);
+    if (!g->nodes)
+        return false;
+    for (g->n_nodes = g->n_cells = 0; g->n_nodes < FACES; g->n_nodes++) {
+        if (!reserve(g))
+            return false;
+        struct memory *m = memory_at(g, g->n_cells);
+        memset(m, 0, sizeof *m);
+        m->unit = g->typical * LUM_PI;
+        m->box = (struct lum_bounds){pass->snapshot->bounds_lo, pass->snapshot->bounds_hi};
+        cell_at(g, g->n_cells)->share = 0.0f;
+        g->nodes[g->n_nodes] = (struct node){.axis = 3, .child = g->n_cells++};
+    }
+    uint64_t notes = (uint64_t)pass->tiling.w * pass->tiling.h * LUM_GUIDE_NOTES / TRIAL;
+    for (uint32_t i = 0; (uint64_t)g->n_cells * AT_FIRST < notes; i++)
+        if (!halve(g, i))
+            break;
+    return true;
+}
+
+/* ---- from what was heard to densities ---- */
+
+/* Half of a bin, and half of the square of four that it is in: what few have told is uncertain. */
+static double smooth(const float *sum, uint32_t bin)
+{
+    const float *q = sum + (bin & ~(LUM_GUIDE_SIDE | 1u));
+    return 0.5 * (double)sum[bin] + 0.125 * (double)(q[0] + q[1] + q[LUM_GUIDE_SIDE] + q[LUM_GUIDE_SIDE + 1]);
+}
+
+static void hear(void *ctx, uint32_t i, uint32_t worker)
+{
+    (void)worker;
+    struct memory *m = memory_at(ctx, i);
+    uint32_t n = atomic_exchange_explicit(&m->n_heard, 0, memory_order_relaxed);
+    double all = 0.0;
+    for (uint32_t b = 0; n > 0 && b < LUM_GUIDE_BINS; b++) {
+        uint32_t parts = atomic_exchange_explicit(&m->heard[b], 0, memory_order_relaxed);
+        m->sum[b] += (float)parts * (m->unit / PARTS);
+        all += (double)m->sum[b];
+    }
+    m->n += (float)n;
+    if (all > 0.0)
+        m->unit = (float)(all / (double)m->n);
+}
+
+static void make_density(void *ctx, uint32_t i, uint32_t worker)
+{
+    (void)worker;
+    const struct memory *m = memory_at(ctx, i);
+    struct lum_guide_cell *c = cell_at(ctx, i);
+    double all = 0.0, below = 0.0;
+    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+        all += smooth(m->sum, b);
+    c->share = m->n >= FEW && all > 0.0 ? SHARE * m->n / (m->n + FEW) : 0.0f;
+    for (uint32_t b = 0; c->share > 0.0f && b < LUM_GUIDE_BINS; b++) {
+        below += smooth(m->sum, b);
+        c->bins[b] = (uint16_t)lum_min((float)(below / all) * LUM_GUIDE_WHOLE + 0.5f, LUM_GUIDE_WHOLE);
+        c->rows[b / LUM_GUIDE_SIDE] = c->bins[b];
+    }
+}
+
+static void make_densities(struct lum_guide *g, struct lum_pool *pool)
+{
+    lum_pool_run(pool, g->n_cells, hear, g, NULL);
+    for (uint32_t i = 0; i < g->n_nodes; i++) /* also those that are added on the way */
+        if (g->nodes[i].axis == 3 && memory_at(g, g->nodes[i].child)->n > ENOUGH && !halve(g, i))
+            break;
+    lum_pool_run(pool, g->n_cells, make_density, g, NULL);
+}
+
+/* Geometric mean of the luminance of pixels that are not black; 0: all are. */
+static float typical(const struct lum_film *film)
+{
+    double sum = 0.0;
+    uint64_t n = 0;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++) {
+            float luminance = lum_luminance(lum_film_mean(film, x, y));
+            if (luminance > 0.0f) {
+                sum += log((double)luminance);
+                n++;
+            }
+        }
+    return n > 0 ? (float)exp(sum / (double)n) : 0.0f;
+}
+
+/* Densities are made before samples 2, 3, 4, 6, 8, 12, 16, 24 ... */
+static bool is_due(uint32_t sample)
+{
+    while (sample > 3 && sample % 2 == 0)
+        sample /= 2;
+    return sample == 2 || sample == 3;
+}
+
+static bool pays(struct lum_guide *g, uint32_t sample)
+{
+    int64_t spread = atomic_exchange_explicit(&g->spread, 0, memory_order_relaxed);
+    int64_t saved = atomic_exchange_explicit(&g->saved, 0, memory_order_relaxed);
+    return sample < TRIAL_ENDS ||
+           (double)(spread + saved) >= (sample == TRIAL_ENDS ? PAYS_AFTER_TRIAL : PAYS) * (double)spread;
+}
+
+void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, struct lum_pool *pool)
+{
+    uint32_t sample = pass->target_spp - 1;
+    if (sample == 0) {
+        g->usable = false;
+    } else if (sample == 1 && g->sample != 1) {
+        g->typical = typical(pass->film);
+        g->usable = g->typical > 0.0f && isfinite(g->typical * LUM_PI) && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] &&
+                    start(g, pass);
+        atomic_store(&g->spread, 0);
+        atomic_store(&g->saved, 0);
+    } else if (sample != g->sample && g->usable && is_due(sample)) {
+        g->usable = pays(g, sample);
+        if (g->usable)
+            make_densities(g, pool);
+    }
+    g->sample = sample;
+    pass->guide = g->usable ? g : NULL;
+}
+
+/* ---- learning ---- */
+
+bool lum_guide_serves(const struct lum_pass *pass, uint32_t tile)
+{
+    uint32_t x = tile % pass->tiling.nx, y = tile / pass->tiling.nx;
+    return pass->guide && (pass->guide->sample >= TRIAL_ENDS || (x + 2 * y) % TRIAL == 0);
+}
+
+bool lum_guide_learns(const struct lum_guide *g, uint32_t tile)
+{
+    return g->sample < ALL_LEARN || (tile + g->sample) % LATER == 0;
+}
+
+static void tell(struct lum_guide *g, const struct lum_guide_note *note, float luminance)
+{
+    struct memory *m = memory_at(g, note->cell);
+    float value = (luminance - note->before) * note->scale * (PARTS / m->unit);
+    if (!(note->before >= 0.0f && value >= 0.5f))
+        return;
+    uint32_t parts = (uint32_t)(lum_min(value, LOUDEST) + 0.5f);
+    atomic_fetch_add_explicit(&m->heard[note->bin], parts, memory_order_relaxed);
+    atomic_fetch_add_explicit(&m->n_heard, 1, memory_order_relaxed);
+}
+
+/* Adds squares relative to that of the pixel's brightness so far, those of outliers in part: of how far a sample is
+ * from that, and of what it would have been more without guiding. With density p instead of q a contribution x, sampled
+ * with q, has the second moment x^2 q / p. What shines at the end of the segment is left out: its weight would be
+ * another. */
+static void judge(const struct lum_guide *g, const struct lum_guide_notes *notes, uint32_t slot, float mean,
+                  float luminance, int64_t *inout_spread, int64_t *inout_saved)
+{
+    const struct lum_guide_note *first = notes->note[slot];
+    if (notes->n[slot] == 0 || !(first->before >= 0.0f) || !(first->pdf_ratio < 1.0f || first->pdf_ratio > 1.0f))
+        return; /* it was not guided */
+    float m2 = mean * mean + 0.0625f * g->typical * g->typical, spread = (luminance - mean) * (luminance - mean) / m2;
+    float part = 4096.0f * (spread > 4.0f ? 4.0f / spread : 1.0f);
+    float x = lum_max(luminance - first->before - notes->emitted[slot], 0.0f);
+    float saved = x * x / m2 * (first->pdf_ratio - 1.0f);
+    *inout_spread += (int64_t)lum_clamp(spread * part, 0.0f, 0x1p20f); /* a NaN counts as 0 */
+    *inout_saved += (int64_t)lum_clamp(saved * part, -0x1p20f, 0x1p20f);
+}
+
+void lum_guide_learn(const struct lum_pass *pass, uint32_t tile, const struct lum_guide_notes *notes,
+                     const struct lum_rgb *radiance)
+{
+    struct lum_guide *g = pass->guide;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    int64_t spread = 0, saved = 0;
+    for (uint32_t slot = 0; slot < r.w * r.h; slot++) {
+        float mean = lum_luminance(lum_film_mean(pass->film, r.x + slot % r.w, r.y + slot / r.w));
+        float luminance = lum_luminance(radiance[slot]);
+        judge(g, notes, slot, mean, luminance, &spread, &saved);
+        for (uint32_t k = 0; k < notes->n[slot]; k++)
+            tell(g, &notes->note[slot][k], luminance);
+    }
+    atomic_fetch_add_explicit(&g->spread, spread, memory_order_relaxed);
+    atomic_fetch_add_explicit(&g->saved, saved, memory_order_relaxed);
+}
