@@ -28,7 +28,7 @@ static void limit_half(struct lanes *l, uint32_t half, float middle, float range
     if (goal == y)
         return;
     c = fabsf(goal) < fabsf(y) ? lum_rgb_scale(c, goal / y) : lum_rgb_add(c, lum_grey(goal - y));
-    put(l, half, c, l->v[half + WEIGHT]);
+    put(l, half, c, rgb_of(l->v + half + WEIGHTS));
 }
 
 /* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. What is
@@ -53,7 +53,7 @@ static struct sampled sampled_at(const struct step *step, size_t i)
     struct lum_rgb albedo = albedo_at(step, i);
     struct lum_rgb a = lum_rgb_mul(lum_rgb_mad(take(&whole, A), take(kept, A), -1.0f), albedo);
     struct lum_rgb b = lum_rgb_mul(lum_rgb_mad(take(&whole, B), take(kept, B), -1.0f), albedo);
-    float n = (whole.v[A + WEIGHT] > 0.0f ? 1.0f : 0.0f) + (whole.v[B + WEIGHT] > 0.0f ? 1.0f : 0.0f); /* else black */
+    float n = (in_half(&whole, A) ? 1.0f : 0.0f) + (in_half(&whole, B) ? 1.0f : 0.0f); /* else black */
     return (struct sampled){
         .a = lum_luminance(lum_rgb_mul(take(&whole, A), albedo)),
         .b = lum_luminance(lum_rgb_mul(take(&whole, B), albedo)),

@@ -163,7 +163,7 @@ void lum_residual_put(const struct step *step, size_t pixel, int half, struct la
                     (float)(s[2] / n - (double)f.b) / a.b);
     /* By albedo: means are then sums of light over sums of albedo, which no light is lost or found by where the albedo
      * of a texture's pixel is not that of its samples. Means of ratios are too large. */
-    put(l, lane, d, n > 0.0 ? lum_luminance(a) / step->scale : 0.0f);
+    put(l, lane, d, n > 0.0 ? lum_rgb_scale(a, 1.0f / step->scale) : lum_grey(0.0f));
 }
 
 /* Keeps the sign. */
@@ -298,19 +298,19 @@ static void error_row(const struct step *step, uint32_t y)
 }
 
 /* The less error, the more weight: its cube. The frame stays where nothing is known. */
-static void weigh(const float error[LANES], float ret_weight[LANES])
+static void weigh(const float error[CHOICES], float ret_weight[CHOICES])
 {
     float most = 0.0f, least = INFINITY, sum = 0.0f;
-    for (uint32_t k = 0; k < LANES; k++)
+    for (uint32_t k = 0; k < CHOICES; k++)
         most = lum_max(most, error[k]);
     most = most > ERROR_MIN ? most : 0.0f;
-    for (uint32_t k = 0; k < LANES; k++)
+    for (uint32_t k = 0; k < CHOICES; k++)
         least = lum_min(least, lum_max(error[k], ERROR_FLOOR * most));
-    for (uint32_t k = 0; k < LANES; k++) {
+    for (uint32_t k = 0; k < CHOICES; k++) {
         float ratio = most > 0.0f ? least / lum_max(error[k], ERROR_FLOOR * most) : (float)(k == NONE);
         sum += ret_weight[k] = ratio * ratio * ratio;
     }
-    for (uint32_t k = 0; k < LANES; k++)
+    for (uint32_t k = 0; k < CHOICES; k++)
         ret_weight[k] /= sum;
 }
 
@@ -323,13 +323,11 @@ static void weight_row(const struct step *step, uint32_t y)
     }
 }
 
-static void add_half(struct lanes *sum, const struct lanes *now, uint32_t half, float weight)
+static void add_half(struct lanes *sum, struct lum_rgb c, uint32_t half, float weight)
 {
-    struct lum_rgb c = take(now, half);
-    sum->v[half] += c.r * weight;
-    sum->v[half + 1] += c.g * weight;
-    sum->v[half + 2] += c.b * weight;
-    sum->v[half + WEIGHT] += weight;
+    float *v = sum->v + half;
+    set_rgb(v, lum_rgb_mad(rgb_of(v), c, weight));
+    set_rgb(v + WEIGHTS, lum_rgb_add(rgb_of(v + WEIGHTS), lum_grey(weight)));
 }
 
 static void blend_row(const struct step *step, uint32_t y)
@@ -337,10 +335,12 @@ static void blend_row(const struct step *step, uint32_t y)
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
         const struct lanes *now = of_level(step, i);
-        add_half(&m->blend[i], now, A, m->by_level[i].v[step->level]);
-        add_half(&m->blend[i], now, B, m->by_level[i].v[step->level]);
-        for (uint32_t half = A; step->level == LEVELS && half <= B; half += B - A)
-            m->blend[i].v[half + WEIGHT] += m->by_level[i].v[NONE]; /* of nothing */
+        const float *weights = m->by_level[i].v;
+        for (uint32_t half = A; half <= B; half += B - A) {
+            add_half(&m->blend[i], take(now, half), half, weights[step->level]);
+            if (step->level == LEVELS)
+                add_half(&m->blend[i], lum_grey(0.0f), half, weights[NONE]);
+        }
     }
 }
 

@@ -1,12 +1,12 @@
-/* What the steps of a residual's correction share: values of pixels, the memory, and what they do with outliers. Internal to residual.c
- * and outliers.c. */
+/* What the steps of a residual's correction share: values of pixels, the memory, and what they do with outliers.
+ * Internal to residual.c and outliers.c. */
 #ifndef LUM_CORE_RENDER_RESIDUAL_STEPS_H
 #define LUM_CORE_RENDER_RESIDUAL_STEPS_H
 
 #include "core/render/residual.h"
 
 #define LEVELS 6u /* filtered ones: the widest has a standard deviation of 26 pixels */
-#define LANES 8u
+#define LANES 12u
 
 /* Side of the squares over which outliers are shared out, pixels. */
 #define SPREAD_SIDE 48u
@@ -35,13 +35,13 @@ enum {
     GUIDES
 };
 
-/* Eight values filtered together. Of residuals: A times its weight, its weight, B likewise. */
+/* Values filtered together. Of residuals: A times its weights, its weights, B likewise; red, green, blue. */
 struct lanes {
-    _Alignas(32) float v[LANES];
+    _Alignas(16) float v[LANES];
 };
-enum { A = 0, B = 4, WEIGHT = 3 };
-enum { NONE = LEVELS + 1 };
-_Static_assert(NONE + 1 == LANES, "a lane for each level, and for none");
+enum { A = 0, B = 6, WEIGHTS = 3 };
+enum { NONE = LEVELS + 1, CHOICES }; /* among levels and none at all, by their errors */
+_Static_assert((int)CHOICES <= (int)LANES, "a lane for each");
 
 /* Over pixels, of luminance. */
 struct sums {
@@ -87,8 +87,8 @@ struct step {
     struct lum_residual_memory *m;
     const struct lum_stage_runner *runner;
     void (*row)(const struct step *step, uint32_t y);
-    uint32_t level; /* of a filter step: neighbours are 2^level pixels away */
-    float centre;   /* and this is the pixel's own weight */
+    uint32_t level;         /* of a filter step: neighbours are 2^level pixels away */
+    float centre;           /* and this is the pixel's own weight */
     const struct lanes *in; /* of a filter step */
     float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
 };
@@ -104,30 +104,51 @@ static inline struct lum_rgb albedo_at(const struct step *step, size_t i)
     return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
 }
 
-static inline void put(struct lanes *l, uint32_t half, struct lum_rgb c, float weight)
+static inline struct lum_rgb rgb_of(const float v[3])
 {
-    l->v[half] = c.r * weight;
-    l->v[half + 1] = c.g * weight;
-    l->v[half + 2] = c.b * weight;
-    l->v[half + WEIGHT] = weight;
+    return lum_rgb(v[0], v[1], v[2]);
+}
+
+static inline void set_rgb(float v[3], struct lum_rgb c)
+{
+    v[0] = c.r;
+    v[1] = c.g;
+    v[2] = c.b;
+}
+
+/* Weights: > 0, or all 0. */
+static inline void put(struct lanes *l, uint32_t half, struct lum_rgb c, struct lum_rgb weights)
+{
+    set_rgb(l->v + half, lum_rgb_mul(c, weights));
+    set_rgb(l->v + half + WEIGHTS, weights);
+}
+
+/* sum / weights; black where there is no weight. */
+static inline struct lum_rgb over(struct lum_rgb sum, struct lum_rgb weights)
+{
+    return weights.r > 0.0f ? lum_rgb_div(sum, weights) : lum_grey(0.0f);
 }
 
 /* Black where no sample went in. */
 static inline struct lum_rgb take(const struct lanes *l, uint32_t half)
 {
-    float w = l->v[half + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
-    return lum_rgb(l->v[half] * per, l->v[half + 1] * per, l->v[half + 2] * per);
+    return over(rgb_of(l->v + half), rgb_of(l->v + half + WEIGHTS));
 }
 
 static inline struct lum_rgb mean_of(const struct lanes *l)
 {
-    float w = l->v[A + WEIGHT] + l->v[B + WEIGHT], per = w > 0.0f ? 1.0f / w : 0.0f;
-    return lum_rgb((l->v[A] + l->v[B]) * per, (l->v[A + 1] + l->v[B + 1]) * per, (l->v[A + 2] + l->v[B + 2]) * per);
+    return over(lum_rgb_add(rgb_of(l->v + A), rgb_of(l->v + B)),
+                lum_rgb_add(rgb_of(l->v + A + WEIGHTS), rgb_of(l->v + B + WEIGHTS)));
+}
+
+static inline bool in_half(const struct lanes *l, uint32_t half)
+{
+    return l->v[half + WEIGHTS] > 0.0f;
 }
 
 static inline bool in_both(const struct lanes *l)
 {
-    return l->v[A + WEIGHT] > 0.0f && l->v[B + WEIGHT] > 0.0f;
+    return in_half(l, A) && in_half(l, B);
 }
 
 /* Residual of a pixel's half: its own, or, after one sample in all, that of the pixel beside it. */
@@ -144,7 +165,8 @@ struct sampled {
     struct lum_rgb share;  /* of what is shared out what the pixel gets */
 };
 
-/* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx is a step. */
+/* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
+ * is a step. */
 void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
 /* Once all squares are limited. */
 void lum_outliers_settle(struct lum_residual_memory *m);

@@ -462,8 +462,8 @@ uint32_t lum_view_preview_for(const struct lum_view_settings *s, double frame_ms
     static const double of_live[] = {1.0, 0.42, 0.18, 0.08}, of_path[] = {1.0, 0.25, 0.0625, 0.015625};
     const double *part = s->method->refines ? of_live : of_path;
     uint32_t block = 1;
-    if (!(frame_ms > 0.0)) /* unknown */
-        return LUM_TILE_SIDE;
+    if (!(frame_ms > 0.0)) /* unknown. Of 16 a lamp's halo fills blocks: twice the light of CornellBox-Sphere */
+        return 8;
     for (size_t i = 0; i < LUM_ARRAY_LEN(of_live) && part[i] * frame_ms > LUM_PREVIEW_MS; i++)
         block *= 2;
     return block;

@@ -115,7 +115,7 @@ static void blocks_are_as_small_as_time_allows(void **state)
 {
     (void)state;
     struct lum_view_settings s = lum_view_settings_default();
-    assert_int_equal(lum_view_preview_for(&s, 0.0), 16);
+    assert_int_equal(lum_view_preview_for(&s, 0.0), 8);
     assert_int_equal(lum_view_preview_for(&s, 0.9 * LUM_PREVIEW_MS), 1);
     assert_int_equal(lum_view_preview_for(&s, 2.0 * LUM_PREVIEW_MS), 2);
     assert_int_equal(lum_view_preview_for(&s, 5.0 * LUM_PREVIEW_MS), 4);
