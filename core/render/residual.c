@@ -1,5 +1,7 @@
 #include "core/render/residual_steps.h"
 
+#include <string.h>
+
 #define ROWS 8u /* of a job */
 /* Filter steps over which the errors of levels, and the spread of samples, are averaged: 15 x 15 pixels and more. */
 #define SMOOTH_STEPS 4u
@@ -188,57 +190,63 @@ static void residual_row(const struct step *step, uint32_t y)
 
 /* ---- the filter ---- */
 
-struct run {
-    struct lanes sum[RUN];
+/* Pixels 2^level away from those of a run, all in the same direction. */
+struct neighbours {
+    size_t row;    /* the first pixel of theirs */
+    int32_t shift; /* columns; beyond the picture's edge the weight is 0 */
     float weight[RUN];
 };
 
-/* Adds the pixels that are (dx, dy) away from n in row y, from x on. */
-static void add_neighbours(const struct step *step, struct run *run, uint32_t x, uint32_t y, uint32_t n, int32_t dx,
-                           int32_t dy)
+/* Of n pixels from (x, y) on, in up to 8 directions; returns how many. */
+static uint32_t find_neighbours(const struct step *step, uint32_t x, uint32_t y, uint32_t n, struct neighbours ret[8])
 {
     const struct lum_residual_memory *m = step->m;
-    const int32_t d = (int32_t)(1u << step->level), ny = (int32_t)y + dy * d, shift = dx * d;
-    int32_t from = (int32_t)x, to = (int32_t)(x + n); /* of those that have one in the picture */
-    if (ny < 0 || ny >= (int32_t)m->h)
-        return;
-    from = from + shift < 0 ? -shift : from;
-    to = to + shift > (int32_t)m->w ? (int32_t)m->w - shift : to;
-    if (from >= to)
-        return;
-    size_t c = (size_t)y * m->w + (size_t)from, o = (size_t)ny * m->w + (size_t)(from + shift);
-    uint32_t first = (uint32_t)from - x, count = (uint32_t)(to - from);
-    float weight[RUN], kernel = (float)((2 - dx * dx) * (2 - dy * dy));
-    compare(m, c, o, count, 1.0f / (float)d, weight);
-    for (uint32_t i = 0; i < count; i++) {
-        float w = kernel * weight[i];
-        run->weight[first + i] += w;
-        for (uint32_t k = 0; k < LANES; k++)
-            run->sum[first + i].v[k] += w * step->in[o + i].v[k];
+    const int32_t d = (int32_t)(1u << step->level), w = (int32_t)m->w;
+    uint32_t found = 0;
+    for (int32_t k = 0; k < 9; k++) {
+        int32_t dx = k % 3 - 1, dy = k / 3 - 1, ny = (int32_t)y + dy * d, shift = dx * d;
+        int32_t from = (int32_t)x, to = (int32_t)(x + n); /* of those that have one in the picture */
+        from = from + shift < 0 ? -shift : from;
+        to = to + shift > w ? w - shift : to;
+        if (k == 4 || ny < 0 || ny >= (int32_t)m->h || from >= to)
+            continue;
+        struct neighbours *near = &ret[found++];
+        float kernel = (float)((2 - dx * dx) * (2 - dy * dy));
+        near->row = (size_t)ny * m->w;
+        near->shift = shift;
+        memset(near->weight, 0, sizeof near->weight);
+        compare(m, (size_t)y * m->w + (size_t)from, near->row + (size_t)(from + shift), (uint32_t)(to - from),
+                1.0f / (float)d, near->weight + ((uint32_t)from - x));
+        for (uint32_t i = 0; i < RUN; i++)
+            near->weight[i] *= kernel;
     }
+    return found;
 }
 
 /* From `in` to `to`, with neighbours 2^level pixels away: 1 2 1 both ways. */
 static void filter_row(const struct step *step, uint32_t y)
 {
     const struct lum_residual_memory *m = step->m;
+    const int32_t last = (int32_t)m->w - 1;
+    struct neighbours near[8];
     for (uint32_t x = 0; x < m->w; x += RUN) {
-        struct run run;
-        uint32_t n = m->w - x < RUN ? m->w - x : RUN;
+        uint32_t n = m->w - x < RUN ? m->w - x : RUN, n_near = find_neighbours(step, x, y, n, near);
         size_t row = (size_t)y * m->w + x;
         for (uint32_t i = 0; i < n; i++) {
-            run.weight[i] = step->centre;
+            struct lanes sum = step->in[row + i];
+            float all = step->centre;
             for (uint32_t k = 0; k < LANES; k++)
-                run.sum[i].v[k] = step->centre * step->in[row + i].v[k];
-        }
-        for (int32_t dy = -1; dy <= 1; dy++)
-            for (int32_t dx = -1; dx <= 1; dx++)
-                if (dx != 0 || dy != 0)
-                    add_neighbours(step, &run, x, y, n, dx, dy);
-        for (uint32_t i = 0; i < n; i++) {
-            float per_all = 1.0f / run.weight[i];
+                sum.v[k] *= step->centre;
+            for (uint32_t j = 0; j < n_near; j++) {
+                int32_t at = (int32_t)(x + i) + near[j].shift;
+                const struct lanes *in = step->in + near[j].row + (size_t)(at < 0 ? 0 : at > last ? last : at);
+                float weight = near[j].weight[i];
+                all += weight;
+                for (uint32_t k = 0; k < LANES; k++)
+                    sum.v[k] += weight * in->v[k];
+            }
             for (uint32_t k = 0; k < LANES; k++)
-                m->to[row + i].v[k] = run.sum[i].v[k] * per_all;
+                m->to[row + i].v[k] = sum.v[k] / all;
         }
     }
 }
