@@ -5,9 +5,9 @@
 #define FACES 6u
 #define BLOCK 128u /* cells that are allocated together */
 
-/* An outlier must not own a cell: what is heard at once counts at most LOUDEST / PARTS means, in integers of 1 / PARTS.
- */
-#define PARTS 256.0f
+/* An outlier must not own a cell: what is heard at once counts at most LOUDEST / PARTS means, in integers of 1 / PARTS:
+ * four million of the loudest fit. */
+#define PARTS 64.0f
 #define LOUDEST (16.0f * PARTS)
 
 #define FEW 16.0f     /* heard less often than this, a cell does not guide; and up to a few times as often, less */
@@ -16,11 +16,13 @@
 #define SHARE 0.5f    /* each direction is still sampled half as often as without: no weight more than doubles */
 
 /* The first samples are a trial, in one of TRIAL tiles: where nothing comes of it, little was spent. Samples after
- * ALL_LEARN are learned from in one of as many tiles. */
+ * ALL_LEARN are learned from in one of LATER tiles, those after LEARN_ENDS in none: more would hardly change what is
+ * known. */
 #define TRIAL_ENDS 3u
 #define TRIAL 4u
 #define ALL_LEARN 8u
 #define LATER 4u
+#define LEARN_ENDS 96u
 
 /* Variance without guiding over that with it, from which on it is kept. It takes 1.05 to 1.15 of the time. */
 #define PAYS 1.15
@@ -61,13 +63,22 @@ struct lum_guide *lum_guide_create(void)
     return lum_calloc(1, sizeof(struct lum_guide));
 }
 
+/* Nothing guides any more, and nothing is kept. */
+static void drop(struct lum_guide *g)
+{
+    for (uint32_t i = 0; i < g->n_blocks; i++)
+        lum_free(g->block[i]);
+    lum_free(g->nodes);
+    g->nodes = NULL;
+    g->n_blocks = g->n_cells = g->n_nodes = 0;
+    g->usable = false;
+}
+
 void lum_guide_destroy(struct lum_guide *g)
 {
     if (!g)
         return;
-    for (uint32_t i = 0; i < g->n_blocks; i++)
-        lum_free(g->block[i]);
-    lum_free(g->nodes);
+    drop(g);
     lum_free(g);
 }
 
@@ -142,7 +153,8 @@ static bool halve(struct lum_guide *g, uint32_t leaf)
     return true;
 }
 
-/* Roots, cut evenly into as many cells as the picture's size allows. */
+/* Roots, cut evenly into as many cells as the picture's size allows, but for most of the memory, which is for places
+ * where more is heard. */
 static bool start(struct lum_guide *g, const struct lum_pass *pass)
 {
     if (!g->nodes)
@@ -160,7 +172,7 @@ static bool start(struct lum_guide *g, const struct lum_pass *pass)
         g->nodes[g->n_nodes] = (struct node){.axis = 3, .child = g->n_cells++};
     }
     uint64_t notes = (uint64_t)pass->tiling.w * pass->tiling.h * LUM_GUIDE_NOTES / TRIAL;
-    for (uint32_t i = 0; (uint64_t)g->n_cells * AT_FIRST < notes; i++)
+    for (uint32_t i = 0; (uint64_t)g->n_cells * AT_FIRST < notes && g->n_cells < MAX_BLOCKS * BLOCK / 4; i++)
         if (!halve(g, i))
             break;
     return true;
@@ -179,10 +191,12 @@ static void hear(void *ctx, uint32_t i, uint32_t worker)
 {
     (void)worker;
     struct memory *m = memory_at(ctx, i);
-    uint32_t n = atomic_exchange_explicit(&m->n_heard, 0, memory_order_relaxed);
+    uint32_t n = atomic_load_explicit(&m->n_heard, memory_order_relaxed); /* nobody else writes meanwhile */
+    atomic_store_explicit(&m->n_heard, 0, memory_order_relaxed);
     double all = 0.0;
     for (uint32_t b = 0; n > 0 && b < LUM_GUIDE_BINS; b++) {
-        uint32_t parts = atomic_exchange_explicit(&m->heard[b], 0, memory_order_relaxed);
+        uint32_t parts = atomic_load_explicit(&m->heard[b], memory_order_relaxed);
+        atomic_store_explicit(&m->heard[b], 0, memory_order_relaxed);
         m->sum[b] += (float)parts * (m->unit / PARTS);
         all += (double)m->sum[b];
     }
@@ -248,21 +262,23 @@ static bool pays(struct lum_guide *g, uint32_t sample)
            (double)(spread + saved) >= (sample == TRIAL_ENDS ? PAYS_AFTER_TRIAL : PAYS) * (double)spread;
 }
 
-void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, struct lum_pool *pool)
+void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, bool every_light, struct lum_pool *pool)
 {
     uint32_t sample = pass->target_spp - 1;
     if (sample == 0) {
-        g->usable = false;
+        drop(g);
     } else if (sample == 1 && g->sample != 1) {
+        drop(g);
         g->typical = typical(pass->film);
-        g->usable = g->typical > 0.0f && isfinite(g->typical * LUM_PI) && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] &&
-                    start(g, pass);
+        g->usable = every_light && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && g->typical > 0.0f &&
+                    isfinite(g->typical * LUM_PI) && start(g, pass);
         atomic_store(&g->spread, 0);
         atomic_store(&g->saved, 0);
     } else if (sample != g->sample && g->usable && is_due(sample)) {
-        g->usable = pays(g, sample);
-        if (g->usable)
+        if (pays(g, sample))
             make_densities(g, pool);
+        else
+            drop(g);
     }
     g->sample = sample;
     pass->guide = g->usable ? g : NULL;
@@ -278,7 +294,7 @@ bool lum_guide_serves(const struct lum_pass *pass, uint32_t tile)
 
 bool lum_guide_learns(const struct lum_guide *g, uint32_t tile)
 {
-    return g->sample < ALL_LEARN || (tile + g->sample) % LATER == 0;
+    return g->sample < ALL_LEARN || (g->sample < LEARN_ENDS && (tile + g->sample) % LATER == 0);
 }
 
 static void tell(struct lum_guide *g, const struct lum_guide_note *note, float luminance)
@@ -306,7 +322,9 @@ static void judge(const struct lum_guide *g, const struct lum_guide_notes *notes
     float part = 4096.0f * (spread > 4.0f ? 4.0f / spread : 1.0f);
     float x = lum_max(luminance - first->before - notes->emitted[slot], 0.0f);
     float saved = x * x / m2 * (first->pdf_ratio - 1.0f);
-    *inout_spread += (int64_t)lum_clamp(spread * part, 0.0f, 0x1p20f); /* a NaN counts as 0 */
+    if (!isfinite(saved * part))
+        return;
+    *inout_spread += (int64_t)lum_clamp(spread * part, 0.0f, 0x1p20f);
     *inout_saved += (int64_t)lum_clamp(saved * part, -0x1p20f, 0x1p20f);
 }
 

@@ -8,7 +8,8 @@
  * data flow: lum_guide_begin (between samples: densities of what was heard) -> paths go by the cells, and note where they went
  * -> lum_guide_learn (end of a tile). A sample goes by what was learned from samples before it, so the mean stays unbiased.
  * What is heard is summed in integers: neither densities nor pictures depend on the order of threads. Nothing is learned in a
- * view's first sample. Where memory is short, or what is saved is less than what it costs, paths go unguided. */
+ * picture's first sample, and the two after it are a trial in one of four tiles. Where memory is short, or what is saved is less
+ * than what it costs, paths go unguided. */
 #ifndef LUM_CORE_ESTIMATOR_GUIDE_H
 #define LUM_CORE_ESTIMATOR_GUIDE_H
 
@@ -76,8 +77,10 @@ struct lum_guide *lum_guide_create(void);
 void lum_guide_destroy(struct lum_guide *guide); /* accepts NULL */
 
 /* Before each pass of samples, and of the rest of one that was cut short. The first sample (pass->target_spp 1) makes it
- * forget everything. Sets pass->guide, to NULL where nothing guides or learns. Thread: the director. */
-void lum_guide_begin(struct lum_guide *guide, struct lum_pass *pass, struct lum_pool *pool);
+ * forget everything. every_light: no kind of light is left out, else nothing guides: which lobe a path goes on by decides which
+ * lights it may find, so that how often it is the diffuse one must not change with what was learned. Sets pass->guide, to NULL
+ * where nothing guides or learns. Thread: the director. */
+void lum_guide_begin(struct lum_guide *guide, struct lum_pass *pass, bool every_light, struct lum_pool *pool);
 
 /* What guides at surface point p with BSDF b; the place has a cell, and a share if its cell has. Thread: any. */
 struct lum_guide_place lum_guide_find(const struct lum_guide *guide, struct lum_vec3 p, const struct lum_bsdf *b);

@@ -196,7 +196,8 @@ static void note_segment(struct lum_wave *w, uint32_t slot)
         notes->note[slot][n - 1].before = lum_luminance(w->radiance[slot]);
 }
 
-/* What shines at the end of a path's ray. Through panes, and until the path is scattered anew, it has the density of the step. */
+/* What shines at the end of a path's ray. Through panes, and until the path is scattered anew, it has the density of
+ * the step. */
 static void note_emission(struct lum_guide_notes *notes, const struct lum_path *path, struct lum_rgb value)
 {
     const struct lum_guide_note *first = notes->note[path->slot];
@@ -352,7 +353,7 @@ static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t d
 {
     if (depth < w->roulette_depth)
         return true;
-    float survive = fminf(path->survival * lum_rgb_max(path->throughput) / path->eta2, 1.0f);
+    float survive = fminf(path->survival * lum_rgb_max(path->throughput) / path->roulette_scale, 1.0f);
     if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
         return false;
     path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
@@ -395,9 +396,9 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         return; /* only a mirror could show something that shines without being a light */
     path.throughput = lum_rgb_mul(path.throughput, bs->weight);
     if (bounce_kind(bs->lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
-        path.eta2 *= b->eta * b->eta;
+        path.roulette_scale *= b->eta * b->eta;
     if (v->guide.cell)
-        path.eta2 /= step.ratio; /* or what is looked for more often would end more often */
+        path.roulette_scale /= step.ratio; /* or what is looked for more often would end more often */
     struct lum_rgb throughput = path.throughput;
     if (lum_rgb_black(path.throughput) || !roulette(w, &path, v->depth))
         return;
@@ -512,8 +513,12 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
                       struct lum_vec3 d)
 {
-    w->path[w->rays.n] = (struct lum_path){
-        .throughput = lum_grey(1.0f), .seen = true, .survival = 1.0f, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
+    w->path[w->rays.n] = (struct lum_path){.throughput = lum_grey(1.0f),
+                                           .seen = true,
+                                           .survival = 1.0f,
+                                           .roulette_scale = 1.0f,
+                                           .slot = slot,
+                                           .sampler = sampler};
     lum_rays_push(&w->rays, o, d, INFINITY);
 }
 
@@ -521,7 +526,7 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo)
 {
     struct lum_path path = {
-        .throughput = lum_grey(1.0f), .survival = 1.0f, .eta2 = 1.0f, .slot = slot, .sampler = sampler};
+        .throughput = lum_grey(1.0f), .survival = 1.0f, .roulette_scale = 1.0f, .slot = slot, .sampler = sampler};
     scatter(w, path, &(struct vertex){.b = bsdf, .p = p, .wo = wo});
 }
 
@@ -538,14 +543,14 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
         return;
     struct lum_path path = {.throughput = bs.weight,
                             .survival = w->gloss_survival / reflected,
-                            .eta2 = 1.0f,
+                            .roulette_scale = 1.0f,
                             .slot = slot,
                             .sampler = sampler,
                             .p = p,
                             .pdf_sa = bs.pdf_sa,
                             .every_light = true};
     if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
-        path.eta2 = bsdf->eta * bsdf->eta;
+        path.roulette_scale = bsdf->eta * bsdf->eta;
     if (!roulette(w, &path, 0))
         return;
     w->counters->rays[LUM_RAY_GLOSSY]++;
@@ -562,7 +567,7 @@ bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler
         return false;
     struct lum_path path = {.throughput = lum_grey(1.0f),
                             .survival = 1.0f,
-                            .eta2 = 1.0f,
+                            .roulette_scale = 1.0f,
                             .slot = slot,
                             .sampler = sampler,
                             .p = p,

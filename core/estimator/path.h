@@ -18,7 +18,8 @@ struct lum_path {
     uint32_t n_panes;    /* that it went straight through on its way from vertices that spread light: no shadow ray
                           * counts those, and they are no part of its depth */
     float survival;      /* roulette: it lives on with this chance, times its throughput */
-    float eta2;          /* roulette leaves it out of throughput: the squared relative indices that it carries, and what guiding takes from it */
+    float roulette_scale; /* roulette takes throughput without it: the squared relative indices that it carries, and what
+                           * guiding takes from it */
     uint32_t slot;       /* where its radiance is summed */
     struct lum_sampler sampler;
 };

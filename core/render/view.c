@@ -25,9 +25,9 @@ struct lum_view {
     uint32_t *tile_spp;
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
-    uint32_t block;         /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
-    struct lum_view *rough; /* methods that refine: the same at a part of the resolution, for rough passes */
-    struct lum_guide *guide;      /* of its path traced samples; NULL: none was needed yet, or memory is short */
+    uint32_t block;          /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
+    struct lum_view *rough;  /* methods that refine: the same at a part of the resolution, for rough passes */
+    struct lum_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_aov_buffers aov;
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
@@ -214,6 +214,16 @@ static uint32_t view_spp(const struct lum_view *v, const struct lum_method *meth
 
 /* ---- a pass ---- */
 
+/* Every kind of light that the scene has. */
+static bool shows_every_light(const struct lum_view *v, const struct lum_pass *pass)
+{
+    static const enum lum_effect kinds[] = {LUM_EFFECT_DIRECT, LUM_EFFECT_SOFT_SHADOW, LUM_EFFECT_ENVIRONMENT};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(kinds); i++)
+        if (v->demand.on[kinds[i]] && !pass->on[kinds[i]])
+            return false;
+    return true;
+}
+
 /* One more path traced sample of every pixel. */
 static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, const struct lum_stage_runner *runner)
 {
@@ -221,7 +231,7 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
     if (!v->guide && pass->target_spp > 1)
         v->guide = lum_guide_create();
     if (v->guide)
-        lum_guide_begin(v->guide, pass, v->pool);
+        lum_guide_begin(v->guide, pass, shows_every_light(v, pass), v->pool);
     runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return lum_stage_run(runner, pass, &lum_estimator_path);
 }
