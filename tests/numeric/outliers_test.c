@@ -1,0 +1,229 @@
+/* Samples that are far brighter than those around them: no spots, and no light is lost. */
+#include "tests/numeric/residual_stage.h"
+
+static bool is_right(uint32_t i)
+{
+    return !is_left(i);
+}
+
+static bool anywhere(uint32_t i)
+{
+    (void)i;
+    return true;
+}
+
+/* One sample of 1e5 among those of 10. */
+#define BRIGHT 1e5
+
+static void add_with_outlier(struct stage *s, uint32_t at, double (*truth)(uint32_t i))
+{
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++)
+            add(s, i, k, i == at && k == 0 ? BRIGHT : truth(i) + 0.1 * truth(i) * noise(i, k));
+}
+
+static double light_of(const struct stage *s, bool (*counts)(uint32_t i), bool of_samples)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < N; i++)
+        if (counts(i))
+            sum += of_samples ? (double)lum_film_mean(&s->samples, i % W, i / W).g : shown(s, i);
+    return sum;
+}
+
+/* It is no spot, and no light is lost. */
+static void an_outlier_is_shared_out(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    add_with_outlier(&s, H / 2 * W + W / 4, even);
+    apply(&s);
+    /* 5e4 over squares of 48 x 48: 22; the nearest four corners of squares share it bilinearly */
+    for (uint32_t i = 0; i < N; i++)
+        assert_true(shown(&s, i) < TRUTH + 0.5 * BRIGHT / 2304.0 + 10.0);
+    /* What is shared out comes to rest whole. What is filtered keeps its sum but for the weights where the filter meets
+     * an edge, which is less than the noise of the sum itself; four of its deviations. */
+    double before = light_of(&s, anywhere, true), after = light_of(&s, anywhere, false);
+    assert_true(fabs(after / before - 1.0) < 4.0 / (TRUTH * sqrt(2.0 * N)));
+    stage_end(&s);
+}
+
+static double dark_on_the_right(uint32_t i)
+{
+    return is_left(i) ? TRUTH : TRUTH / 64.0;
+}
+
+/* Four classes of light apart: the dark wall gets nothing of what is too bright on the other, which gets it whole,
+ * although it has but a part of the squares where they meet. Tolerances as above: noise is a tenth. */
+static void an_outlier_stays_where_it_is_lit_alike(void **state)
+{
+    (void)state;
+    for (uint32_t from_edge = 4; from_edge <= 64; from_edge += 12) {
+        struct stage s;
+        stage_begin(&s, 2);
+        for (uint32_t i = 0; i < N; i++)
+            s.frame[i] = lum_grey((float)dark_on_the_right(i));
+        add_with_outlier(&s, H / 3 * W + W / 2 - from_edge, dark_on_the_right);
+        apply(&s);
+        double left = light_of(&s, is_left, false) / light_of(&s, is_left, true) - 1.0;
+        double right = light_of(&s, is_right, false) / light_of(&s, is_right, true) - 1.0;
+        if (!(fabs(left) < 4.0 * 0.1 / sqrt(1.0 * N) && fabs(right) < 4.0 * 0.1 / sqrt(1.0 * N)))
+            fail_msg("%u pixels from the edge: %.5f too much on the left, %.5f on the right", from_edge, left, right);
+        stage_end(&s);
+    }
+}
+
+/* Posts of 8 columns, so that a quarter of the pixels is at an edge. */
+static bool is_at_a_post(uint32_t i)
+{
+    return i % 8 == 0 || i % 8 == 7;
+}
+
+static void put_posts(struct stage *s)
+{
+    for (uint32_t i = 0; i < N; i++)
+        s->object[i] = i % W / 8;
+}
+
+/* One sample in 200 brings half of the light, at edges as elsewhere. Of the outliers there 2 N / 4 / 200 = 38 are
+ * expected, so that 4 / 38 of their light is taken for chance, give or take as much: an eighth of all light is theirs.
+ */
+static void outliers_at_edges_are_not_lost(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 2; k++) {
+            bool bright = fabs(noise_of(1, i, k)) > sqrt(3.0) * (1.0 - 1.0 / 200.0);
+            add(&s, i, k, TRUTH * (bright ? 100.5 : 0.5) + 0.1 * noise(i, k));
+        }
+    apply(&s);
+    double lost = 1.0 - light_of(&s, anywhere, false) / light_of(&s, anywhere, true);
+    print_message("%.4f of the light is lost\n", lost);
+    assert_true(fabs(lost) < 2.0 * 4.0 / 38.0 / 8.0);
+    stage_end(&s);
+}
+
+/* Samples at edges that are as often far above what the frame shows as below: were all of it shared out, the other
+ * pixels would be off by the deviation of its sum. By more than two deviations it is in a case of 20, and what is taken
+ * off then leaves less than half. */
+static void edges_do_not_light_what_is_around(void **state)
+{
+    (void)state;
+    const uint32_t draws = 40;
+    double square = 0.0, all = 0.0;
+    for (uint32_t draw = 0; draw < draws; draw++) {
+        struct stage s;
+        double sum = 0.0, n = 0.0;
+        stage_begin(&s, 2);
+        put_posts(&s);
+        for (uint32_t i = 0; i < N; i++) {
+            bool seen = i / W % 12 == 0 && is_at_a_post(i);
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, TRUTH + (seen ? copysign(50.0 * TRUTH, noise_of(draw, i, k)) : 0.1 * noise(i, k)));
+            n += seen;
+        }
+        apply(&s);
+        for (uint32_t i = 0; i < N; i++)
+            sum += is_at_a_post(i) ? 0.0 : (shown(&s, i) - TRUTH) / (0.75 * N);
+        square += sum * sum / draws;
+        all = 50.0 * TRUTH * sqrt(0.5 * n) / N;
+        stage_end(&s);
+    }
+    print_message("root mean square %.3f, %.3f were it all\n", sqrt(square), all);
+    assert_true(sqrt(square) < 0.5 * all);
+}
+
+/* Where both samples at some edges see what the frame lacks, and at as many others what they see is chance, half of
+ * what is beyond the limits stays where it is. The other half is no light of other pixels. */
+static void details_of_edges_do_not_light_what_is_around(void **state)
+{
+    (void)state;
+    struct stage s;
+    double sum = 0.0, n = 0.0;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        bool detail = i / W % 12 == 0 && is_at_a_post(i), chance = i / W % 12 == 6 && is_at_a_post(i);
+        for (uint32_t k = 0; k < 2; k++) {
+            double off = chance ? copysign(50.0 * TRUTH, noise(i, k)) : detail ? 50.0 * TRUTH : 0.1 * noise(i, k);
+            add(&s, i, k, TRUTH + off);
+        }
+        n += detail;
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++)
+        sum += is_at_a_post(i) ? 0.0 : (shown(&s, i) - TRUTH) / (0.75 * N);
+    double half = 0.5 * 50.0 * TRUTH * n / N;
+    print_message("other pixels get %.3f, %.3f were it half of the details\n", sum, half);
+    assert_true(fabs(sum) < 0.25 * half); /* what is within the limits is filtered, to others as well */
+    stage_end(&s);
+}
+
+/* Every second post is black sky, at the rim of which one sample in 20 sees the next post: the sky between stays black.
+ */
+static void the_sky_between_posts_stays_black(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    put_posts(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        bool sky = i % W / 8 % 2;
+        if (sky) {
+            s.kind[i] = LUM_PIXEL_SHINES;
+            s.object[i] = LUM_NO_OBJECT;
+            s.albedo[i] = s.frame[i] = lum_grey(0.0f);
+            s.depth[i] = INFINITY;
+        }
+        for (uint32_t k = 0; k < 2; k++) {
+            bool seen = is_at_a_post(i) && fabs(noise(i, k)) > 0.95 * sqrt(3.0);
+            add(&s, i, k, !sky || seen ? TRUTH : 0.0);
+        }
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++)
+        if (s.object[i] == LUM_NO_OBJECT && i % 8 >= 3 && i % 8 < 5) /* what is within the limits is filtered */
+            assert_true(shown(&s, i) < 0.01 * TRUTH);
+    stage_end(&s);
+}
+
+/* What does not reflect, fog before the sky, has outliers as well. */
+static void an_outlier_of_fog_is_shared_out(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        if (is_left(i))
+            continue;
+        s.kind[i] = LUM_PIXEL_SHINES;
+        s.object[i] = LUM_NO_OBJECT;
+        s.albedo[i] = lum_grey(0.0f);
+        s.depth[i] = INFINITY;
+    }
+    add_with_outlier(&s, H / 2 * W + W * 3 / 4, even);
+    apply(&s);
+    double left = light_of(&s, is_left, false) / light_of(&s, is_left, true) - 1.0;
+    double right = light_of(&s, is_right, false) / light_of(&s, is_right, true) - 1.0;
+    if (!(fabs(left) < 4.0 * 0.1 / sqrt(1.0 * N) && fabs(right) < 4.0 * 0.1 / sqrt(1.0 * N)))
+        fail_msg("%.5f too much on the wall, %.5f in the fog", left, right);
+    stage_end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
+        cmocka_unit_test(an_outlier_of_fog_is_shared_out),
+        cmocka_unit_test(outliers_at_edges_are_not_lost),
+        cmocka_unit_test(edges_do_not_light_what_is_around),
+        cmocka_unit_test(the_sky_between_posts_stays_black),
+        cmocka_unit_test(details_of_edges_do_not_light_what_is_around),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
