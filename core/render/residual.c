@@ -27,7 +27,8 @@
 /* How far off a surface's plane a neighbour may lie, in pixels of it. */
 #define PLANE_PIXELS 1.5f
 
-/* Of what the frame shows at least this is left wherever a filtered residual is taken off. */
+/* Of what the frame shows, or the samples if that is less, at least this is left wherever a filtered residual is taken
+ * off. */
 #define LEAST_SHARE 0.25f
 
 void lum_residual_finish(struct lum_residual_memory *m)
@@ -373,14 +374,15 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
 {
     const struct lum_residual_memory *m = step->m;
     size_t i = (size_t)y * m->w + x;
-    struct lum_rgb frame = step->r->frame[i];
+    struct lum_rgb frame = step->r->frame[i], samples = lum_film_mean(step->r->truth, x, y);
     struct sampled s = lum_outliers_at(step, x, y);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
     float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
     struct lum_rgb albedo = albedo_at(step, i), share = lum_rgb_scale(s.share, 1.0f - own);
     struct lum_rgb c = lum_rgb_mad(lum_rgb_add(frame, share), s.beyond, stays);
     c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
-    c = lum_rgb(lum_max(c.r, least * frame.r), lum_max(c.g, least * frame.g), lum_max(c.b, least * frame.b));
+    c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
+                lum_max(c.b, least * lum_min(frame.b, samples.b)));
     inout_sums->mean += (double)lum_luminance(c);
     if (!in_both(&m->first[i]))
         return c;

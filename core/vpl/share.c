@@ -239,14 +239,15 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 
 /* ---- spacing ---- */
 
-enum { NEIGHBOURS = 4, QUERIES = 256 };
+enum { NEIGHBOURS = 8, QUERIES = 256 };
 
 /* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2; and how
  * important it is beside them, over their mean. */
 static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2, float *ret_beside)
 {
-    float nearest[NEIGHBOURS] = {limit2, limit2, limit2, limit2}; /* in increasing order */
-    float importance[NEIGHBOURS] = {0}, sum = 0.0f;
+    float nearest[NEIGHBOURS], importance[NEIGHBOURS] = {0}, sum = 0.0f;
+    for (int k = 0; k < NEIGHBOURS; k++)
+        nearest[k] = limit2; /* in increasing order */
     for (uint32_t k = 0; k < set->n_bounced; k += step) {
         float x = set->px[i] - set->px[k], y = set->py[i] - set->py[k], z = set->pz[i] - set->pz[k];
         float d2 = x * x + y * y + z * z;
