@@ -11,8 +11,10 @@
  * shared out. */
 #define OUTLIER 4.0f
 
-/* Two halves are alike where they differ by less than one part in so many of their sum. */
-#define ALIKE 5.0f
+/* Two halves are alike as far as the square of half their difference, so many times, is less than that of their mean.
+ * Where an object smaller than a pixel is bright, such as a lamp far away, each half has a binomial share of it; of
+ * what one half alone has nothing is alike. */
+#define ALIKE 8.0f
 
 /* Keeps the sign. */
 static float signed_square_of(float x)
@@ -65,16 +67,26 @@ static struct sampled sampled_at(const struct step *step, size_t i)
 /* Which part of what is beyond the limits stays where it is, away from edges: none unless the halves are alike. */
 static float part_alike(const struct step *step, size_t i, const struct sampled *s)
 {
-    float mean = fabsf(lum_luminance(s->beyond));
-    if (step->r->truth->n[0][i] < 2 || !(mean > 0.0f)) /* two samples may be so by chance */
+    float mean = lum_luminance(s->beyond);
+    if (step->r->truth->n[0][i] < 2 || !(fabsf(mean) > 0.0f)) /* two samples may be so by chance */
         return 0.0f;
-    return lum_max(1.0f - ALIKE * fabsf(s->beyond_apart) / mean, 0.0f);
+    return lum_max(1.0f - ALIKE * square_of(s->beyond_apart / mean), 0.0f);
 }
 
-/* How much of what is shared out a pixel gets, over its neighbours. */
+/* What a white surface in the pixel's place would show of the frame, over the picture's mean. */
+static float white_at(const struct step *step, size_t i)
+{
+    return lum_luminance(step->r->frame[i]) / lum_luminance(albedo_at(step, i));
+}
+
+/* How much of what is shared out a pixel gets, over its neighbours: by albedo. What is black among dark pixels, such as
+ * the night in a mirror, all but nothing, unless all are. */
+#define DARK 0.03f /* white_at of the lowest class */
+#define ALL_DARK 1e-4f
 static struct lum_rgb portion(const struct step *step, size_t i)
 {
-    return lum_rgb_scale(albedo_at(step, i), 1.0f / step->scale);
+    float lit = lum_clamp(white_at(step, i) / DARK, ALL_DARK, 1.0f);
+    return lum_rgb_scale(albedo_at(step, i), lit / step->scale);
 }
 
 /* What is shared out goes to the corners of a pixel's square, in the two classes that it is lit by, with these weights;
@@ -87,7 +99,7 @@ struct place {
 /* How much the frame lights it: number of the class, and how far it is towards the next. */
 static float class_of(const struct step *step, size_t i)
 {
-    float white = lum_luminance(step->r->frame[i]) / lum_luminance(albedo_at(step, i));
+    float white = white_at(step, i);
     float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)LIT_CLASSES;
     if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
         return (float)LIT_CLASSES;

@@ -375,6 +375,8 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     const struct lum_residual_memory *m = step->m;
     size_t i = (size_t)y * m->w + x;
     struct lum_rgb frame = step->r->frame[i], samples = lum_film_mean(step->r->truth, x, y);
+    if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE) && lum_rgb_black(frame) && lum_rgb_black(samples))
+        return frame; /* night: edges of what is before it bring it none from far */
     struct sampled s = lum_outliers_at(step, x, y);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
     float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */

@@ -49,6 +49,51 @@ static void an_outlier_is_shared_out(void **state)
     stage_end(&s);
 }
 
+/* It is in some samples of both halves: in 64 of them each half's share of it is known to 27 %. */
+static void a_lamp_smaller_than_a_pixel_stays(void **state)
+{
+    (void)state;
+    struct stage s;
+    uint32_t at = H / 2 * W + W / 4;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 64; k++) {
+            bool lamp = i == at && noise_of(5, i, k) > 0.4 * sqrt(3.0); /* 3 of 10 */
+            add(&s, i, k, lamp ? 1000.0 : TRUTH * (1.0 + 0.1 * noise(i, k)));
+        }
+    apply(&s);
+    double mean = (double)lum_film_mean(&s.samples, at % W, at / W).g;
+    if (!(shown(&s, at) > 0.5 * mean && shown(&s, at) < 1.1 * mean))
+        fail_msg("%g is shown of %g", shown(&s, at), mean);
+    stage_end(&s);
+}
+
+/* Among dark pixels it is those that the frame lights that get what is shared out. */
+static void black_among_the_dark_stays_black(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++)
+        if (is_right(i)) {
+            bool black = i % 2 == 1;
+            s.frame[i] = lum_grey(black ? 0.0f : 1e-3f * (float)TRUTH);
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, i == H / 2 * W + W * 3 / 4 && k == 0 ? BRIGHT : black ? 0.0 : 1e-3 * TRUTH);
+        } else {
+            for (uint32_t k = 0; k < 2; k++)
+                add(&s, i, k, TRUTH);
+        }
+    apply(&s);
+    double lit = 0.0, black = 0.0;
+    for (uint32_t i = 0; i < N; i++)
+        if (is_right(i))
+            *(i % 2 == 1 ? &black : &lit) += shown(&s, i);
+    if (!(black < 0.1 * lit && lit > 1e-3 * TRUTH * N / 4.0))
+        fail_msg("black pixels show %g, dark ones %g", black, lit);
+    stage_end(&s);
+}
+
 static double dark_on_the_right(uint32_t i)
 {
     return is_left(i) ? TRUTH : TRUTH / 64.0;
@@ -218,6 +263,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_outlier_is_shared_out),
+        cmocka_unit_test(a_lamp_smaller_than_a_pixel_stays),
+        cmocka_unit_test(black_among_the_dark_stays_black),
         cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
         cmocka_unit_test(an_outlier_of_fog_is_shared_out),
         cmocka_unit_test(outliers_at_edges_are_not_lost),

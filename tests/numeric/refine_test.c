@@ -228,6 +228,49 @@ static void a_fine_texture_is_as_bright_as_its_samples(void **state)
     }
 }
 
+/* The samples know nothing of it. */
+static void a_spot_of_the_frame_goes(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    uint32_t at = H / 2 * W + W / 4;
+    for (uint32_t k = 0; k < 9; k++)
+        s.frame[at + k % 3 + k / 3 * W] = lum_grey(20.0f * (float)TRUTH);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < 8; k++)
+            add(&s, i, k, TRUTH + noise(i, k));
+    apply(&s);
+    for (uint32_t k = 0; k < 9; k++)
+        if (!(shown(&s, at + k % 3 + k / 3 * W) < 2.0 * TRUTH))
+            fail_msg("%g is left of it", shown(&s, at + k % 3 + k / 3 * W));
+    stage_end(&s);
+}
+
+/* The night beside a wall, whose edge some of its pixels see. */
+static void night_stays_black(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        bool night = !is_left(i);
+        if (night) {
+            s.kind[i] = 0;
+            s.object[i] = LUM_NO_OBJECT;
+            s.albedo[i] = s.frame[i] = lum_grey(0.0f);
+            s.depth[i] = INFINITY;
+        }
+        for (uint32_t k = 0; k < 4; k++)
+            add(&s, i, k, !night || (i % W == W / 2 && noise(i, k) > 0.0) ? TRUTH : 0.0);
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++)
+        if (i % W > W / 2 && shown(&s, i) > 0.0)
+            fail_msg("%g at (%u, %u)", shown(&s, i), i % W, i / W);
+    stage_end(&s);
+}
+
 static void black_stays_black(void **state)
 {
     (void)state;
@@ -294,6 +337,8 @@ int main(void)
         cmocka_unit_test(the_error_is_a_number_in_any_light),
         cmocka_unit_test(one_sample_corrects),
         cmocka_unit_test(a_fine_texture_is_as_bright_as_its_samples),
+        cmocka_unit_test(a_spot_of_the_frame_goes),
+        cmocka_unit_test(night_stays_black),
         cmocka_unit_test(black_stays_black),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(the_least_errors_are_numbers),
