@@ -4,7 +4,7 @@
 #include "tests/numeric/stats.h"
 #include "tests/support/cut_short.h"
 
-enum { SEEDS = 8, SPP = 24, WIDTH = 128, HEIGHT = 96 };
+enum { SEEDS = 6, SPP = 16, WIDTH = 96, HEIGHT = 72 };
 
 /* ---- a cell ---- */
 
@@ -266,7 +266,7 @@ static struct noise noise_of(struct rig *r, bool guided)
 }
 
 /* Independent pictures of both kinds: their means differ by less than 4 standard errors, which these pictures
- * themselves tell: of SEEDS each, by Student's t with 14 degrees of freedom, once in 760 draws, and these are fixed.
+ * themselves tell: of SEEDS each, by Student's t with 10 degrees of freedom, once in 400 draws, and these are fixed.
  * most: what guiding leaves of the deviation. */
 static void compare(const char *name, void (*room)(struct rig *, uint32_t), double most)
 {
@@ -291,7 +291,20 @@ static void same_mean_less_noise(void **state)
     compare("sunlit patch", patch_room, 0.95);
     compare("behind a pane", pane_room, 1.0);
     compare("gloss", gloss_room, 1.05);
-    compare("gloss without direct light", coated_room, 1.05);
+}
+
+/* Guided, it was 4.5 % too bright. */
+static void unguided_where_lights_are_left_out(void **state)
+{
+    (void)state;
+    struct rig r;
+    coated_room(&r, 2);
+    take(&r, 5, false);
+    struct lum_rgb *unguided = rig_picture(&r);
+    take(&r, 5, true);
+    rig_assert_picture(&r, unguided, "without direct light");
+    lum_free(unguided);
+    rig_end(&r);
 }
 
 /* Also: guiding is not something that never happens. */
@@ -396,6 +409,7 @@ int main(void)
         cmocka_unit_test(samples_follow),
         cmocka_unit_test(surfaces_reflect_the_same),
         cmocka_unit_test(same_mean_less_noise),
+        cmocka_unit_test(unguided_where_lights_are_left_out),
         cmocka_unit_test(any_number_of_threads),
         cmocka_unit_test(cuts),
         cmocka_unit_test(short_memory),
