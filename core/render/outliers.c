@@ -14,7 +14,7 @@
 /* Two halves are alike as far as the square of half their difference, so many times, is less than that of their mean.
  * Where an object smaller than a pixel is bright, such as a lamp far away, each half has a binomial share of it; of
  * what one half alone has nothing is alike. */
-#define ALIKE 8.0f
+#define ALIKE 25.0f
 
 /* Keeps the sign. */
 static float signed_square_of(float x)
