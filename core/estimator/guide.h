@@ -15,7 +15,7 @@
 
 #include "core/render/frame.h"
 
-#define LUM_GUIDE_BYTES ((size_t)40 << 20) /* of cells, each of 4 KiB */
+#define LUM_GUIDE_BYTES ((size_t)6 << 20)  /* of cells, each of 4 KiB: more than caches hold cost more than they save */
 #define LUM_GUIDE_SIDE 8u                  /* bins along the edge of a face of the cube */
 #define LUM_GUIDE_ROWS (6u * LUM_GUIDE_SIDE)
 #define LUM_GUIDE_BINS (LUM_GUIDE_ROWS * LUM_GUIDE_SIDE)
