@@ -26,12 +26,12 @@
 
 /* `lift` of vpl_sum.h, in radii of the area that a VPL stands for: with 1 it gives no point more than the disc of that
  * area would. Less is noise, hot spots on slats and in corners; more is blur, and loses light behind what is near. Of
- * the indirect light of first frames over that of `path` there is, of eight draws, and with SMAPE: with 1.25 .93
- * (.136), .965 (.179), .95 (.185) in sponza, conf_lbl_mgf and conference_mcguire, with 1 .945 (.135), .97 (.179), .955
- * (.186), with 0.6 .965 (.136), .985 (.182), .97 (.188), with 0.3 .98 (.141), 1.00 (.187), .99 (.191). Where it was
- * measured alone (exact sums in `cornell` and `cornell-indirect`, 256 VPLs) the clamp of lum_vpl_bound had a relative
- * squared error of 0.101 and 0.089, 1 / (r^2 + m^2) 0.109 and 0.083, VPLs lifted by 1 0.073 and 0.077. */
-#define LIFT_PER_RADIUS 1.0f
+ * the indirect light of first frames over that of `path` there is, of six draws at 300 x 200, and with SMAPE: with 1
+ * .93 (.128), .84 (.168), .96 (.178), .974 (.119) in sponza, conf_lbl_mgf, conference_mcguire and sibenik (nave), with
+ * 0.75 .94 (.128), .87 (.169), .97 (.180), .983 (.120), with 0.5 .96 (.131), .91 (.173), .99 (.182), .992 (.122). Where
+ * it was measured alone (exact sums in `cornell` and `cornell-indirect`, 256 VPLs) the clamp of lum_vpl_bound had a
+ * relative squared error of 0.101 and 0.089, 1 / (r^2 + m^2) 0.109 and 0.083, VPLs lifted by 1 0.073 and 0.077. */
+#define LIFT_PER_RADIUS 0.75f
 
 /* What is further away than this share of the scene's radius does not count for a record's radius: */
 #define REACH_MAX 0.25f
@@ -44,11 +44,12 @@
 /* A record whose surroundings moved is let go when they are nearer, or further, than it was made for by this factor. */
 #define PROXIMITY_CHANGE 1.5f
 
-/* Paths for each VPL, of which one is chosen. Twice as many VPLs of half as many paths each take the same rays: of the
- * indirect light of the first frame of conference_mcguire, office and crytek_sponza (three draws, mean over
- * `path`) there was .95 .97 .67 with 1,024 of 8, .98 .99 .72 with 2,048 of 4, .98 .99 .69 with 4,096 of 2, for which
- * all records of a frame that moves take twice the time. */
-#define TRIES 4u
+/* Paths for each VPL. With 4, of which each slot took the first that was accepted, the indirect light of a first frame
+ * differed from draw to draw by 8 % (standard deviation) in crytek_sponza and sponza and 3.5 % in sibenik (nave), with
+ * SMAPE of .222, .141 and .125; with 8 that choose.c chooses from by 4, 5 and 2 %, with .203, .128 and .119 (6 draws at
+ * 300 x 200). 16 are no better there, and cost as many rays again: 31 thousand with 8, of half a million of a first
+ * frame of sponza. */
+#define TRIES 8u
 
 /* VPLs in the set for each that settings ask for, and rays of a record for each of these: as many as it would face on
  * average, of which it draws those that matter to it (lum_vpl_draw). */

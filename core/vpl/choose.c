@@ -1,47 +1,67 @@
 /* Which light paths become VPLs. In many scenes most of them are of no use to anybody: a sun's paths miss the windows
- * and end on the roof, or on nothing at all. So each slot has several tries, and is filled by the first that is
- * accepted: a path that finds no surface never is, another with a probability w, the share of its rays that meet
- * anything at all.
+ * and end on the roof, or on nothing at all. So there are several tries for each slot, and of all tries that a light
+ * has for a level those are chosen that are likely to light something: a try's weight w is the share of rays from it,
+ * and from others of this light around it, that meet anything.
  *
- * This is rejection sampling: divided by w, and multiplied by the mean of w over all tries of the light's slots for
- * this level, the flux of those accepted has the expectation of all, but for the rare case that none of the slots is
- * filled. Where w = 1 everywhere they are filled by the first tries, which are as well distributed as without any
- * others.
+ * This is priority sampling (Duffield, Lund and Thorup 2007): each try has a number u of its own in (0, 1), and the n
+ * with the largest w / u fill the slots. Given the step, which is the largest w / u of those that are left out, a try
+ * is chosen with probability min(1, w / step), and what it would bring is divided by that. Then all are scaled so that
+ * the weights of those chosen, divided likewise, add up to those of all tries. The expectation is that of all; only of
+ * a light that has few slots, what tries of little weight among others of much would bring is up to a sixth less.
  *
- * The random number that a try is accepted by never changes: it fills its slot until it, or one before it, changes. So
- * what moves elsewhere moves no VPL, and only scales the flux of all by a little. The choice depends on geometry alone:
- * light and colours that change move nothing, and it serves all views and all records. */
+ * Numbers go by tries: all first tries have theirs in one part of (0, 1), all second ones in another. So where all
+ * weights are alike one try of each slot is chosen, the same of all of them, which is as well distributed as paths
+ * without a choice.
+ *
+ * A try's number never changes, and it stays in its slot as long as it is the first one chosen there; others go to free
+ * ones. So what moves elsewhere moves few VPLs, scales the flux of others by a little, and does neither to those of
+ * lights that do not reach it. The choice depends on geometry alone: light and colours that change move nothing, and it
+ * serves all views and all records. */
 #include "core/vpl/share.h"
+
+#include <stdlib.h>
 
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/render/frame.h"
 
 /* Rays that ask whether there is anything to shine on. What none of them meets may be there all the same. */
-enum { PROBES = 4 };
-#define LEAST (0.5f / PROBES)
+enum { PROBES = 2 };
+#define LEAST 0.03f
 _Static_assert(LUM_VPL_TRIES_MAX *PROBES <= LUM_RAY_BATCH, "the tries of a slot are one batch");
+
+/* Tries around: of the same light, in the same cell of the scene, of which there are so many along its longest side,
+ * and facing the same way, as the largest component of the normal goes. Theirs count as so many rays of a try's own. */
+#define CELLS 16u
+#define RAYS_AROUND 4.0f
+
+struct cell {
+    uint32_t light, at; /* LUM_NO_OBJECT: free */
+    float n, n_met;     /* rays */
+};
 
 struct choice {
     const struct lum_vpl_set *candidates;
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
-    float *w; /* of try t of slot k, at k * plan->tries + t; 0: there is no VPL */
+    float *w;        /* by candidate; 0: there is no VPL */
+    float *priority; /* room for those of a run */
+    struct cell *cells;
+    uint32_t n_cells; /* a power of 2, at least twice as many as candidates */
 };
 
-static void weigh(void *ctx, uint32_t slot, struct lum_counters *counters)
+/* Of the rays of a slot's tries: how many meet something. */
+static void probe(void *ctx, uint32_t slot, struct lum_counters *counters)
 {
     const struct choice *choice = ctx;
     const struct lum_vpl_set *c = choice->candidates;
     const struct lum_vpl_plan *plan = choice->plan;
-    float *w = choice->w + (size_t)slot * plan->tries;
     struct lum_trace trace = lum_trace_of(choice->snapshot, counters);
     struct lum_rays rays;
-    uint8_t meets[LUM_RAY_BATCH], of[LUM_RAY_BATCH];
+    uint8_t meets[LUM_RAY_BATCH];
+    uint32_t of[LUM_RAY_BATCH];
     rays.n = 0;
-    for (uint32_t t = 0; t < plan->tries; t++) {
-        uint32_t i = t * plan->n + slot;
-        w[t] = c->light[i] != LUM_NO_OBJECT ? LEAST : 0.0f;
+    for (uint32_t i = slot; i < c->n; i += plan->n) {
         if (c->light[i] == LUM_NO_OBJECT)
             continue;
         struct lum_vec3 n = {c->nx[i], c->ny[i], c->nz[i]};
@@ -49,25 +69,81 @@ static void weigh(void *ctx, uint32_t slot, struct lum_counters *counters)
         struct lum_frame frame = lum_frame_from_normal(n);
         for (uint32_t k = 0; k < PROBES; k++) {
             struct lum_sampler sampler = lum_sampler_at(i, 0, k, plan->seed);
-            of[rays.n] = (uint8_t)t;
+            of[rays.n] = i;
             lum_rays_push(&rays, o, lum_frame_to_scene(&frame, lum_warp_cosine(lum_sampler_2d(&sampler, 0))), INFINITY);
         }
     }
     lum_trace_any(&trace, &rays, meets);
     counters->rays[LUM_RAY_VPL] += rays.n;
     for (uint32_t r = 0; r < rays.n; r++)
-        w[of[r]] += meets[r] ? (1.0f - LEAST) / PROBES : 0.0f;
+        choice->w[of[r]] += meets[r];
 }
 
-/* The try that fills the slot; LUM_NO_OBJECT: none is accepted. */
-static uint32_t draw(const struct lum_vpl_plan *plan, uint32_t slot, const float *w)
+static uint32_t index_in(float x, float lo, float side)
 {
-    for (uint32_t t = 0; t < plan->tries; t++) {
-        float u = (float)(lum_hash_combine(lum_hash_u32(t * plan->n + slot), plan->seed) >> 8) * 0x1p-24f;
-        if (u < w[t])
-            return t;
-    }
-    return LUM_NO_OBJECT;
+    return (uint32_t)lum_clamp((x - lo) / side, 0.0f, CELLS - 1);
+}
+
+static struct cell *cell_of(const struct choice *choice, uint32_t i)
+{
+    const struct lum_vpl_set *c = choice->candidates;
+    const struct lum_vec3 lo = choice->snapshot->bounds_lo, size = lum_v3_sub(choice->snapshot->bounds_hi, lo);
+    float side = lum_max(lum_max(size.x, lum_max(size.y, size.z)) / CELLS, LUM_RAY_OFFSET);
+    float x = fabsf(c->nx[i]), y = fabsf(c->ny[i]), z = fabsf(c->nz[i]);
+    uint32_t face = x >= y && x >= z ? c->nx[i] < 0.0f : y >= z ? 2u + (c->ny[i] < 0.0f) : 4u + (c->nz[i] < 0.0f);
+    uint32_t at = face * CELLS + index_in(c->pz[i], lo.z, side);
+    at = (at * CELLS + index_in(c->py[i], lo.y, side)) * CELLS + index_in(c->px[i], lo.x, side);
+    uint32_t k = lum_hash_combine(lum_hash_u32(at), c->light[i]) & (choice->n_cells - 1);
+    while (choice->cells[k].light != LUM_NO_OBJECT &&
+           (choice->cells[k].light != c->light[i] || choice->cells[k].at != at))
+        k = (k + 1) & (choice->n_cells - 1);
+    choice->cells[k].light = c->light[i];
+    choice->cells[k].at = at;
+    return &choice->cells[k];
+}
+
+/* From rays that meet something to weights. */
+static void weigh(const struct choice *choice)
+{
+    const struct lum_vpl_set *c = choice->candidates;
+    for (uint32_t i = 0; i < c->n; i++)
+        if (c->light[i] != LUM_NO_OBJECT) {
+            struct cell *cell = cell_of(choice, i);
+            cell->n += PROBES;
+            cell->n_met += choice->w[i];
+        }
+    for (uint32_t i = 0; i < c->n; i++)
+        if (c->light[i] != LUM_NO_OBJECT) {
+            const struct cell *cell = cell_of(choice, i);
+            float met = (RAYS_AROUND * cell->n_met / cell->n + choice->w[i]) / (RAYS_AROUND + PROBES);
+            choice->w[i] = LEAST + (1.0f - LEAST) * met;
+        }
+}
+
+/* w / u, where u is the candidate's number. 0: there is no VPL. */
+static float priority_of(const struct choice *choice, uint32_t i)
+{
+    const struct lum_vpl_plan *plan = choice->plan;
+    uint32_t turn = (i / plan->n + lum_hash_u32(plan->seed)) % plan->tries;
+    float u = ((float)(lum_hash_combine(lum_hash_u32(i), plan->seed) >> 8) + 0.5f) * 0x1p-24f;
+    return choice->w[i] * (float)plan->tries / ((float)turn + u);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x < y) - (x > y);
+}
+
+/* What the priorities of those chosen for a run of slots are above: there are no more than slots. */
+static float find_step(const struct choice *choice, uint32_t first, uint32_t n)
+{
+    uint32_t m = 0;
+    for (uint32_t t = 0; t < choice->plan->tries; t++)
+        for (uint32_t i = t * choice->plan->n + first; i < t * choice->plan->n + first + n; i++)
+            choice->priority[m++] = priority_of(choice, i);
+    qsort(choice->priority, m, sizeof *choice->priority, by_size);
+    return m > n ? choice->priority[n] : 0.0f;
 }
 
 static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set *c, uint32_t from, float factor)
@@ -76,45 +152,81 @@ static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set 
     set->nx[to] = c->nx[from], set->ny[to] = c->ny[from], set->nz[to] = c->nz[from];
     for (uint32_t k = 0; k < 3; k++)
         set->flux_unit[k][to] = c->flux_unit[k][from] * factor;
-    set->importance[to] = c->importance[from];
+    /* by powers of a root: what moves elsewhere, and changes the step a little, rarely changes it */
+    set->importance[to] = c->importance[from] * exp2f(0.5f * rintf(2.0f * log2f(factor)));
     set->lobe[to] = c->lobe[from];
     set->wx[to] = c->wx[from], set->wy[to] = c->wy[from], set->wz[to] = c->wz[from];
     set->alpha[to] = c->alpha[from], set->f0[to] = c->f0[from], set->f90[to] = c->f90[from];
     set->light[to] = c->light[from], set->object[to] = c->object[from], set->prim[to] = c->prim[from];
 }
 
+/* A free slot of a run that has one: by chance, so that what comes or goes elsewhere seldom moves what finds its own.
+ */
+static uint32_t find_free(const struct lum_vpl_set *set, const struct choice *choice, uint32_t first, uint32_t n,
+                          uint32_t i)
+{
+    uint32_t slot = lum_hash_combine(lum_hash_u32(i), choice->plan->seed) % n;
+    for (uint32_t k = 0; set->light[first + slot] != LUM_NO_OBJECT; k++)
+        slot = k < n ? lum_hash_combine(lum_hash_u32(i), k) % n : (slot + 1) % n;
+    return first + slot;
+}
+
 static void fill_run(struct lum_vpl_set *set, const struct choice *choice, uint32_t first, uint32_t n)
 {
-    const struct lum_vpl_plan *plan = choice->plan;
-    double sum = 0.0, n_filled = 0.0;
-    for (uint32_t slot = first; slot < first + n; slot++) {
-        const float *w = choice->w + (size_t)slot * plan->tries;
-        for (uint32_t t = 0; t < plan->tries; t++)
-            sum += (double)w[t] / plan->tries;
-        uint32_t best = draw(plan, slot, w);
-        if (best == LUM_NO_OBJECT)
-            continue;
-        copy(set, slot, choice->candidates, best * plan->n + slot, 1.0f / w[best]);
-        n_filled += 1.0;
+    const struct lum_vpl_set *c = choice->candidates;
+    const uint32_t stride = choice->plan->n;
+    float step = find_step(choice, first, n);
+    double all = 0.0, chosen = 0.0;
+    for (uint32_t slot = first; slot < first + n; slot++)
+        for (uint32_t i = slot; i < c->n; i += stride) {
+            all += (double)choice->w[i];
+            if (priority_of(choice, i) > step)
+                chosen += (double)lum_max(choice->w[i], step);
+        }
+    double scale = chosen > 0.0 ? all / (chosen * choice->plan->tries) : 0.0;
+    for (int round = 0; round < 2; round++) { /* the first one chosen stays in its slot; then the others */
+        for (uint32_t slot = first; slot < first + n; slot++) {
+            uint32_t n_chosen = 0;
+            for (uint32_t i = slot; i < c->n; i += stride) {
+                if (!(priority_of(choice, i) > step) || (n_chosen++ > 0) != round)
+                    continue;
+                uint32_t to = round == 0 ? slot : find_free(set, choice, first, n, i);
+                copy(set, to, c, i, (float)(scale * (double)lum_max(1.0f, step / choice->w[i])));
+            }
+        }
     }
-    for (uint32_t slot = first; slot < first + n && n_filled > 0.0; slot++)
-        for (uint32_t k = 0; k < 3; k++)
-            set->flux_unit[k][slot] *= (float)(sum / n_filled);
+}
+
+static enum lum_status begin(struct choice *choice, struct lum_error *err)
+{
+    uint32_t n = choice->candidates->n;
+    for (choice->n_cells = 1; choice->n_cells < 2 * n;)
+        choice->n_cells *= 2;
+    choice->w = lum_calloc(2 * (size_t)n, sizeof *choice->w);
+    choice->cells = lum_calloc(choice->n_cells, sizeof *choice->cells);
+    if (!choice->w || !choice->cells)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to choose from %u virtual point lights", n);
+    choice->priority = choice->w + n;
+    for (uint32_t i = 0; i < choice->n_cells; i++)
+        choice->cells[i].light = LUM_NO_OBJECT;
+    return LUM_OK;
 }
 
 enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,
                                const struct lum_vpl_plan *plan, const struct lum_vpl_request *rq, struct lum_error *err)
 {
-    struct choice choice = {candidates, plan, rq->snapshot,
-                            lum_calloc((size_t)plan->n * plan->tries, sizeof *choice.w)};
-    if (!choice.w)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the choice of %u virtual point lights", plan->n);
-    enum lum_status status = lum_vpl_run(rq, plan->n, weigh, &choice, err);
+    struct choice choice = {.candidates = candidates, .plan = plan, .snapshot = rq->snapshot};
+    enum lum_status status = begin(&choice, err);
+    if (status == LUM_OK)
+        status = lum_vpl_run(rq, plan->n, probe, &choice, err);
+    if (status == LUM_OK)
+        weigh(&choice);
     for (uint32_t share = 0; share < plan->n_shares && status == LUM_OK; share++)
         for (uint32_t level = 0; level < plan->n_levels; level++) {
             uint32_t first, n = lum_vpl_plan_run(plan, share, level, &first);
             fill_run(set, &choice, first, n);
         }
+    lum_free(choice.cells);
     lum_free(choice.w);
     return status;
 }

@@ -18,7 +18,7 @@
  *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
  * its geometry term bounded as struct lum_bound says.
  *
- * On request a slot has several paths to choose from, so that none is spent on what nobody sees (choose.c); and
+ * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees (choose.c); and
  * the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
@@ -113,8 +113,8 @@ struct lum_vpl_request {
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
-    uint32_t tries; /* paths for each slot, of which one is chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n
-                     * times as many would be more than LUM_VPL_MAX */
+    uint32_t tries; /* paths for each slot, of which as many as there are slots are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is
+                     * 1. Less where n times as many would be more than LUM_VPL_MAX */
 };
 
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;

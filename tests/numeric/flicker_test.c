@@ -69,7 +69,7 @@ static void begin(struct rig *r, const char *method)
     assert_non_null(r->settings.method);
     r->settings.w = 240;
     r->settings.h = 144;
-    r->settings.n_vpls = 64;
+    r->settings.n_vpls = LUM_VPL_DEFAULT;
     r->settings.max_spp = 1;
     r->settings.shadow_budget = 12000; /* less than what penumbras ask for */
     move(r, 0);
@@ -127,8 +127,8 @@ static bool shows_right(const struct rig *r, uint32_t x, uint32_t y)
 
 /* A record of `live` draws the VPLs that it asks with chances that depend on what all could bring it, seen or not, in
  * steps of the root of 2 (cache/vpl_sum.h). What moves next door changes that by some percent at most, so that one
- * record in ten takes another step; of a hundred draws or more that half of the light comes of by chance, then a
- * quarter or so become others: 1 / sqrt (100 / 4) of that half, 0.1, and two and a half times that at worst. */
+ * record in ten takes another step; of the 128 draws of most, by which half of their light comes, then a quarter or so
+ * become others: 1 / sqrt (128 / 4) of that half, 0.09, and two and a half times that at worst. */
 static bool may_draw_anew(const struct rig *r, uint32_t n_changed, uint32_t n, double worst)
 {
     return r->settings.method->cache == &lum_cache_live && n_changed < n / 10 && worst < 0.25;

@@ -394,7 +394,7 @@ static void all_lights_as_the_path_tracer(void **state)
         court_with_light(&r, k, true);
         struct estimate all = path_traced(&r, at, down);
         double want = all.value - direct.value;
-        for (uint32_t tries = 1; tries <= 4; tries += 3) { /* choosing among paths changes no expectation */
+        for (uint32_t tries = 1; tries <= 8; tries += 7) { /* choosing among paths changes no expectation */
             struct estimate vpls = gathered(&r, at, down, tries);
             double tolerance = 4.0 * sqrt(direct.err * direct.err + all.err * all.err + vpls.err * vpls.err);
             print_message("%-16s indirect %8.4f +- %.4f, path traced %8.4f +- %.4f; direct %8.4f\n", kinds[k],
@@ -407,13 +407,77 @@ static void all_lights_as_the_path_tracer(void **state)
     }
 }
 
+/* A hall whose roof has a hole, 0.5 m wide: a sun that stands upright lights 1 part in 64 of its floor, and the roof.
+ */
+static void sunny_hall(struct rig *r)
+{
+    rig_begin(r, 1);
+    struct lum_material_desc white = rig_diffuse(0.6f);
+    rig_material(r, "white", &white);
+    rig_box(r, "floor", 2.1, 0.1, 2.1);
+    rig_box(r, "long", 0.1, 1.5, 2.1);
+    rig_box(r, "wide", 2.1, 1.5, 0.1);
+    rig_box(r, "side", 0.875, 0.1, 2.0);
+    rig_box(r, "rest", 0.25, 0.1, 0.875);
+    rig_object(r, "floor", "floor", "white", rig_v(0, -0.1, 0));
+    for (int k = -1; k <= 1; k += 2) {
+        rig_object(r, k < 0 ? "left" : "right", "long", "white", rig_v(2.0 * k, 1.5, 0));
+        rig_object(r, k < 0 ? "back" : "front", "wide", "white", rig_v(0, 1.5, 2.0 * k));
+        rig_object(r, k < 0 ? "roof left" : "roof right", "side", "white", rig_v(1.125 * k, 3.0, 0));
+        rig_object(r, k < 0 ? "roof back" : "roof front", "rest", "white", rig_v(0, 3.0, 1.125 * k));
+    }
+    struct lum_light_desc sun = light_of_kind(LUM_LIGHT_DIRECTIONAL);
+    sun.direction = rig_v(0, -1, 0);
+    rig_light(r, "sun", &sun);
+    rig_commit(r);
+}
+
+/* VPLs below the roof and their flux, mean of some seeds. */
+static void count_inside(const struct rig *r, uint32_t tries, struct mean *ret_n, struct mean *ret_flux)
+{
+    *ret_n = *ret_flux = (struct mean){0};
+    for (uint32_t seed = 0; seed < 64; seed++) {
+        struct vpls v = {.n = 256, .max_bounces = 4, .seed = seed, .tries = tries};
+        double n = 0.0, flux = 0.0;
+        vpls_update(&v, r);
+        float roof = rig_to_scene(r, 0, 2.8, 0).y;
+        for (uint32_t i = 0; i < v.set.n; i++)
+            if (v.set.light[i] != LUM_NO_OBJECT && v.set.py[i] < roof) {
+                n += 1.0;
+                flux += (double)v.set.flux[1][i];
+            }
+        mean_add(ret_n, n);
+        mean_add(ret_flux, flux);
+        lum_vpl_finish(&v.set);
+    }
+}
+
+/* Of eight tries for each slot those that lie on the roof, and light nothing, give way to those that come in: of these
+ * there are eight times as many, and nearly all are chosen. Their flux is what it was. */
+static void tries_go_where_there_is_something_to_light(void **state)
+{
+    (void)state;
+    struct rig r;
+    sunny_hall(&r);
+    struct mean n_one, n_eight, one, eight;
+    count_inside(&r, 1, &n_one, &one);
+    count_inside(&r, 8, &n_eight, &eight);
+    double tolerance = 4.0 * hypot(mean_stderr(&one), mean_stderr(&eight));
+    print_message("inside: %.2f of one try, %.2f of eight; flux %.4g +- %.2g, %.4g +- %.2g\n", n_one.mean, n_eight.mean,
+                  one.mean, mean_stderr(&one), eight.mean, mean_stderr(&eight));
+    assert_true(n_one.mean > 1.0 && n_eight.mean > 6.0 * n_one.mean);
+    assert_true(fabs(one.mean - eight.mean) < tolerance);
+    assert_true(mean_stderr(&eight) < 0.5 * mean_stderr(&one)); /* 8 times as many: 0.35 of the error */
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_bounce_is_left_out),           cmocka_unit_test(flux_falls_by_albedo),
         cmocka_unit_test(mirrors_and_glass_keep_the_flux), cmocka_unit_test(lights_share_the_paths),
         cmocka_unit_test(form_factors_of_a_cube),          cmocka_unit_test(sphere_is_lit_evenly),
-        cmocka_unit_test(all_lights_as_the_path_tracer),
+        cmocka_unit_test(all_lights_as_the_path_tracer),   cmocka_unit_test(tries_go_where_there_is_something_to_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
