@@ -1,0 +1,117 @@
+/* The light of each group in a layer of its own: lumend render --light-groups. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "server/commands.h"
+#include "tests/unit/cli_kit.h"
+
+/* Whitted takes the same shadow samples whatever the other lights do, so that the sum of the groups is the whole up to
+ * the rounding of a sum of floats: some ulps. */
+static void light_groups_sum_to_the_whole(void **state)
+{
+    (void)state;
+    assert_int_equal(cli_run(lum_cmd_render, "render --scene cornell --method whitted --size 40x30 --out @whole.exr"),
+                     LUM_EXIT_OK);
+    assert_int_equal(
+        cli_run(lum_cmd_render, "render --scene cornell --method whitted --size 40x30 --light-groups --out @sum.exr"),
+        LUM_EXIT_OK);
+    struct lum_exr_image whole = cli_read_exr("whole.exr"), sum = cli_read_exr("sum.exr");
+    const float *w = cli_channel(&whole, "G"), *s = cli_channel(&sum, "G"), *ceiling = cli_channel(&sum, "ceiling.G"),
+                *globe = cli_channel(&sum, "globe.G");
+    bool lit[2] = {false, false};
+    for (size_t i = 0; i < 40 * 30; i++) {
+        if (!(fabsf(w[i] - s[i]) <= 1e-5f * w[i]))
+            fail_msg("pixel %zu: %.9g whole, %.9g summed", i, (double)w[i], (double)s[i]);
+        assert_true(fabsf(ceiling[i] + globe[i] - s[i]) <= 1e-6f * s[i]);
+        lit[0] = lit[0] || ceiling[i] > 0.0f;
+        lit[1] = lit[1] || globe[i] > 0.0f;
+    }
+    assert_true(lit[0] && lit[1]);
+    lum_exr_finish(&whole);
+    lum_exr_finish(&sum);
+}
+
+/* Objects that shine are in the groups that they name, or their own; the dark one has a layer, too. */
+static void surfaces_that_shine_have_groups(void **state)
+{
+    (void)state;
+    cli_write_text(cli_in_dir("panels.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[1,0,1]}\n"
+                   "{\"op\":\"add\",\"type\":\"material\",\"id\":\"white\"}\n"
+                   "{\"op\":\"add\",\"type\":\"material\",\"id\":\"glow\",\"emission_cd_m2\":100}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"floor\",\"mesh\":\"sheet\",\"material\":\"white\"}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"a\",\"mesh\":\"sheet\",\"material\":\"glow\","
+                   "\"transform\":{\"translate\":[-1,1,0]}}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"b\",\"mesh\":\"sheet\",\"material\":\"glow\","
+                   "\"transform\":{\"translate\":[1,1,0]},\"group\":\"side\"}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"c\",\"mesh\":\"sheet\",\"material\":\"white\","
+                   "\"transform\":{\"translate\":[0,1,-1]},\"flux_lm\":100,\"group\":\"side\"}\n"
+                   "{\"op\":\"add\",\"type\":\"object\",\"id\":\"d\",\"mesh\":\"sheet\",\"material\":\"glow\","
+                   "\"transform\":{\"translate\":[0,1,1]},\"on\":false}\n"
+                   "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,0.7,2],\"target\":[0,0,0]}\n");
+    assert_int_equal(cli_run(lum_cmd_render,
+                             "render --scene @panels.jsonl --method whitted --size 40x30 --light-groups --out @p.exr"),
+                     LUM_EXIT_OK);
+    struct lum_exr_image sum = cli_read_exr("p.exr");
+    const float *s = cli_channel(&sum, "G"), *a = cli_channel(&sum, "a.G"), *side = cli_channel(&sum, "side.G"),
+                *d = cli_channel(&sum, "d.G");
+    bool lit[2] = {false, false};
+    for (size_t i = 0; i < 40 * 30; i++) {
+        assert_true(d[i] == 0.0f && fabsf(a[i] + side[i] - s[i]) <= 1e-6f * s[i]);
+        lit[0] = lit[0] || a[i] > 0.0f;
+        lit[1] = lit[1] || side[i] > 0.0f;
+    }
+    assert_true(lit[0] && lit[1]);
+    lum_exr_finish(&sum);
+}
+
+/* The same where indirect light comes from virtual point lights and caches, which a group alone shares out otherwise:
+ * the beauty is the sum of the layers all the same. Their mean is that of the whole up to the error of 256 point
+ * lights, 1 / sqrt(256) of the light they bring, which is less than half. */
+static void light_groups_of_caches_sum_up(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"live", "ic", "tic", "irrcache"};
+    for (size_t m = 0; m < LUM_ARRAY_LEN(methods); m++) {
+        char line[160];
+        snprintf(line, sizeof line, "render --scene cornell --method %s --spp 1 --size 40x30 --out @whole.exr",
+                 methods[m]);
+        assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+        snprintf(line, sizeof line,
+                 "render --scene cornell --method %s --spp 1 --size 40x30 --light-groups --out @sum.exr", methods[m]);
+        assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+        struct lum_exr_image whole = cli_read_exr("whole.exr"), sum = cli_read_exr("sum.exr");
+        const float *w = cli_channel(&whole, "G"), *s = cli_channel(&sum, "G"),
+                    *ceiling = cli_channel(&sum, "ceiling.G"), *globe = cli_channel(&sum, "globe.G");
+        double of_whole = 0.0, of_sum = 0.0;
+        for (size_t i = 0; i < 40 * 30; i++) {
+            if (!(fabsf(ceiling[i] + globe[i] - s[i]) <= 1e-6f * s[i]))
+                fail_msg("%s, pixel %zu: %.9g and %.9g, summed %.9g", methods[m], i, (double)ceiling[i],
+                         (double)globe[i], (double)s[i]);
+            of_whole += (double)w[i];
+            of_sum += (double)s[i];
+        }
+        if (!(fabs(of_sum - of_whole) <= 0.03 * of_whole))
+            fail_msg("%s: mean %g whole, %g summed", methods[m], of_whole / 1200, of_sum / 1200);
+        lum_exr_finish(&whole);
+        lum_exr_finish(&sum);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(light_groups_sum_to_the_whole),
+        cmocka_unit_test(surfaces_that_shine_have_groups),
+        cmocka_unit_test(light_groups_of_caches_sum_up),
+    };
+    return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
+}
