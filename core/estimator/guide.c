@@ -158,18 +158,15 @@ static bool halve(struct lum_guide *g, uint32_t leaf)
  * where more is heard. */
 static bool start(struct lum_guide *g, const struct lum_pass *pass)
 {
-    if (!g->nodes)
-        g->nodes = lum_calloc(2 * MAX_BLOCKS * BLOCK + FACES, sizeof *g->nodes);
+    g->nodes = lum_calloc(2 * MAX_BLOCKS * BLOCK + FACES, sizeof *g->nodes);
     if (!g->nodes)
         return false;
-    for (g->n_nodes = g->n_cells = 0; g->n_nodes < FACES; g->n_nodes++) {
+    for (; g->n_nodes < FACES; g->n_nodes++) {
         if (!reserve(g))
             return false;
         struct memory *m = memory_at(g, g->n_cells);
-        memset(m, 0, sizeof *m);
         m->unit = g->typical * LUM_PI;
         m->box = (struct lum_bounds){pass->snapshot->bounds_lo, pass->snapshot->bounds_hi};
-        cell_at(g, g->n_cells)->share = 0.0f;
         g->nodes[g->n_nodes] = (struct node){.axis = 3, .child = g->n_cells++};
     }
     uint64_t notes = (uint64_t)pass->tiling.w * pass->tiling.h * LUM_GUIDE_NOTES / TRIAL;
@@ -247,9 +244,11 @@ static float typical(const struct lum_film *film)
     return n > 0 ? (float)exp(sum / (double)n) : 0.0f;
 }
 
-/* Densities are made before samples 2, 3, 4, 6, 8, 12, 16, 24 ... */
+/* Densities are made before samples 2, 3, 4, 6, 8, 12, 16, 24 ... as long as anything is learned. */
 static bool is_due(uint32_t sample)
 {
+    if (sample > LEARN_ENDS)
+        return false;
     while (sample > 3 && sample % 2 == 0)
         sample /= 2;
     return sample == 2 || sample == 3;
@@ -266,13 +265,14 @@ static bool pays(struct lum_guide *g, uint32_t sample)
 void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, bool every_light, struct lum_pool *pool)
 {
     uint32_t sample = pass->target_spp - 1;
-    if (sample == 0) {
-        drop(g);
-    } else if (sample == 1 && g->sample != 1) {
-        drop(g);
+    if (sample <= 1 && sample != g->sample)
+        drop(g); /* it is a new picture */
+    if (sample == 1 && sample != g->sample) {
         g->typical = typical(pass->film);
         g->usable = every_light && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && g->typical > 0.0f &&
                     isfinite(g->typical * LUM_PI) && start(g, pass);
+        if (!g->usable)
+            drop(g);
         atomic_store(&g->spread, 0);
         atomic_store(&g->saved, 0);
     } else if (sample != g->sample && g->usable && is_due(sample)) {
