@@ -9,6 +9,8 @@
  * the weights of those chosen, divided likewise, add up to those of all tries. The expectation is that of all; only of
  * a light that has few slots, what tries of little weight among others of much would bring is up to a sixth less.
  *
+ * Bounces further on have no smaller step than those before them: where few paths go on, their VPLs are few.
+ *
  * Numbers go by tries: all first tries have theirs in one part of (0, 1), all second ones in another. So where all
  * weights are alike one try of each slot is chosen, the same of all of them, which is as well distributed as paths
  * without a choice.
@@ -45,7 +47,8 @@ struct choice {
     const struct lum_vpl_plan *plan;
     const struct lum_snapshot *snapshot;
     float *w;        /* by candidate; 0: there is no VPL */
-    float *priority; /* room for those of a run */
+    float *priority; /* by candidate */
+    float *sorted;   /* room for those of a run */
     struct cell *cells;
     uint32_t n_cells; /* a power of 2, at least twice as many as candidates */
 };
@@ -120,13 +123,18 @@ static void weigh(const struct choice *choice)
         }
 }
 
-/* w / u, where u is the candidate's number. 0: there is no VPL. */
-static float priority_of(const struct choice *choice, uint32_t i)
+/* Slots of a light, and the tries for them. */
+struct run {
+    uint32_t first, n, tries;
+};
+
+/* w / u, where u is the candidate's number. */
+static float priority_of(const struct choice *choice, const struct run *run, uint32_t i)
 {
     const struct lum_vpl_plan *plan = choice->plan;
-    uint32_t turn = (i / plan->n + lum_hash_u32(plan->seed)) % plan->tries;
+    uint32_t turn = (i / plan->n + lum_hash_u32(plan->seed)) % run->tries;
     float u = ((float)(lum_hash_combine(lum_hash_u32(i), plan->seed) >> 8) + 0.5f) * 0x1p-24f;
-    return choice->w[i] * (float)plan->tries / ((float)turn + u);
+    return choice->w[i] * (float)run->tries / ((float)turn + u);
 }
 
 static int by_size(const void *a, const void *b)
@@ -135,15 +143,18 @@ static int by_size(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
-/* What the priorities of those chosen for a run of slots are above: there are no more than slots. */
-static float find_step(const struct choice *choice, uint32_t first, uint32_t n)
+/* Fills in the run's priorities, and returns what those of the chosen are above, so that there are no more than slots.
+ */
+static float find_step(const struct choice *choice, const struct run *run)
 {
     uint32_t m = 0;
-    for (uint32_t t = 0; t < choice->plan->tries; t++)
-        for (uint32_t i = t * choice->plan->n + first; i < t * choice->plan->n + first + n; i++)
-            choice->priority[m++] = priority_of(choice, i);
-    qsort(choice->priority, m, sizeof *choice->priority, by_size);
-    return m > n ? choice->priority[n] : 0.0f;
+    for (uint32_t t = 0; t < run->tries; t++)
+        for (uint32_t slot = run->first; slot < run->first + run->n; slot++) {
+            uint32_t i = t * choice->plan->n + slot;
+            choice->priority[i] = choice->sorted[m++] = priority_of(choice, run, i);
+        }
+    qsort(choice->sorted, m, sizeof *choice->sorted, by_size);
+    return m > run->n ? choice->sorted[run->n] : 0.0f;
 }
 
 static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set *c, uint32_t from, float factor)
@@ -152,49 +163,48 @@ static void copy(struct lum_vpl_set *set, uint32_t to, const struct lum_vpl_set 
     set->nx[to] = c->nx[from], set->ny[to] = c->ny[from], set->nz[to] = c->nz[from];
     for (uint32_t k = 0; k < 3; k++)
         set->flux_unit[k][to] = c->flux_unit[k][from] * factor;
-    /* by powers of a root: what moves elsewhere, and changes the step a little, rarely changes it */
-    set->importance[to] = c->importance[from] * exp2f(0.5f * rintf(2.0f * log2f(factor)));
+    set->importance[to] = c->importance[from]; /* the less it counts, the fewer see it */
     set->lobe[to] = c->lobe[from];
     set->wx[to] = c->wx[from], set->wy[to] = c->wy[from], set->wz[to] = c->wz[from];
     set->alpha[to] = c->alpha[from], set->f0[to] = c->f0[from], set->f90[to] = c->f90[from];
     set->light[to] = c->light[from], set->object[to] = c->object[from], set->prim[to] = c->prim[from];
 }
 
-/* A free slot of a run that has one: by chance, so that what comes or goes elsewhere seldom moves what finds its own.
- */
-static uint32_t find_free(const struct lum_vpl_set *set, const struct choice *choice, uint32_t first, uint32_t n,
-                          uint32_t i)
+/* A free slot of a run that has one: by chance, so that what comes or goes elsewhere seldom moves it. */
+static uint32_t find_free(const struct lum_vpl_set *set, const struct run *run, uint32_t i)
 {
-    uint32_t slot = lum_hash_combine(lum_hash_u32(i), choice->plan->seed) % n;
-    for (uint32_t k = 0; set->light[first + slot] != LUM_NO_OBJECT; k++)
-        slot = k < n ? lum_hash_combine(lum_hash_u32(i), k) % n : (slot + 1) % n;
-    return first + slot;
+    uint32_t at = lum_hash_u32(i) % run->n;
+    for (uint32_t k = 0; set->light[run->first + at] != LUM_NO_OBJECT; k++)
+        at = k < run->n ? lum_hash_combine(lum_hash_u32(i), k) % run->n : (at + 1) % run->n;
+    return run->first + at;
 }
 
-static void fill_run(struct lum_vpl_set *set, const struct choice *choice, uint32_t first, uint32_t n)
+/* inout_step: of the light's runs before, and then of this one. A VPL counts no less than those of runs before: else
+ * many would be made of the few paths that go on, and asked as often as others, for little. */
+static void fill(struct lum_vpl_set *set, const struct choice *choice, const struct run *run, float *inout_step)
 {
-    const struct lum_vpl_set *c = choice->candidates;
-    const uint32_t stride = choice->plan->n;
-    float step = find_step(choice, first, n);
+    const uint32_t end = run->first + run->n, n = choice->plan->n, n_tries = run->tries * n;
+    float own = find_step(choice, run), step = *inout_step = lum_max(*inout_step, own);
+    if (!(choice->sorted[0] > step)) /* one at least: nothing would stand for what there is */
+        step = own;
     double all = 0.0, chosen = 0.0;
-    for (uint32_t slot = first; slot < first + n; slot++)
-        for (uint32_t i = slot; i < c->n; i += stride) {
+    for (uint32_t slot = run->first; slot < end; slot++)
+        for (uint32_t i = slot; i < n_tries; i += n) {
             all += (double)choice->w[i];
-            if (priority_of(choice, i) > step)
+            if (choice->priority[i] > step)
                 chosen += (double)lum_max(choice->w[i], step);
         }
-    double scale = chosen > 0.0 ? all / (chosen * choice->plan->tries) : 0.0;
-    for (int round = 0; round < 2; round++) { /* the first one chosen stays in its slot; then the others */
-        for (uint32_t slot = first; slot < first + n; slot++) {
-            uint32_t n_chosen = 0;
-            for (uint32_t i = slot; i < c->n; i += stride) {
-                if (!(priority_of(choice, i) > step) || (n_chosen++ > 0) != round)
+    double scale = chosen > 0.0 ? all / (chosen * run->tries) : 0.0;
+    for (int round = 0; round < 2; round++) /* the first one chosen stays in its slot; then the others */
+        for (uint32_t slot = run->first; slot < end; slot++) {
+            int earlier = 0;
+            for (uint32_t i = slot; i < n_tries; i += n) {
+                if (!(choice->priority[i] > step) || (earlier++ > 0) != round)
                     continue;
-                uint32_t to = round == 0 ? slot : find_free(set, choice, first, n, i);
-                copy(set, to, c, i, (float)(scale * (double)lum_max(1.0f, step / choice->w[i])));
+                float factor = (float)(scale * (double)lum_max(1.0f, step / choice->w[i]));
+                copy(set, round == 0 ? slot : find_free(set, run, i), choice->candidates, i, factor);
             }
         }
-    }
 }
 
 static enum lum_status begin(struct choice *choice, struct lum_error *err)
@@ -202,11 +212,12 @@ static enum lum_status begin(struct choice *choice, struct lum_error *err)
     uint32_t n = choice->candidates->n;
     for (choice->n_cells = 1; choice->n_cells < 2 * n;)
         choice->n_cells *= 2;
-    choice->w = lum_calloc(2 * (size_t)n, sizeof *choice->w);
+    choice->w = lum_calloc(3 * (size_t)n, sizeof *choice->w);
     choice->cells = lum_calloc(choice->n_cells, sizeof *choice->cells);
     if (!choice->w || !choice->cells)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to choose from %u virtual point lights", n);
     choice->priority = choice->w + n;
+    choice->sorted = choice->priority + n;
     for (uint32_t i = 0; i < choice->n_cells; i++)
         choice->cells[i].light = LUM_NO_OBJECT;
     return LUM_OK;
@@ -221,11 +232,15 @@ enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set
         status = lum_vpl_run(rq, plan->n, probe, &choice, err);
     if (status == LUM_OK)
         weigh(&choice);
-    for (uint32_t share = 0; share < plan->n_shares && status == LUM_OK; share++)
+    for (uint32_t share = 0; share < plan->n_shares && status == LUM_OK; share++) {
+        float step = 0.0f;
         for (uint32_t level = 0; level < plan->n_levels; level++) {
-            uint32_t first, n = lum_vpl_plan_run(plan, share, level, &first);
-            fill_run(set, &choice, first, n);
+            struct run run = {.tries = plan->shares[share].tries};
+            run.n = lum_vpl_plan_run(plan, share, level, &run.first);
+            if (run.n > 0)
+                fill(set, &choice, &run, &step);
         }
+    }
     lum_free(choice.cells);
     lum_free(choice.w);
     return status;

@@ -176,8 +176,11 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
             uint32_t n = slots_of(&plan, b, &set->shares[i]);
             most = n > most ? n : most;
         }
+        enum lum_emitter kind = set->shares[i].kind;
+        bool from_afar = kind == LUM_EMIT_DIRECTIONAL || kind == LUM_EMIT_ENVIRONMENT;
+        set->shares[i].tries = from_afar ? plan.tries : (plan.tries + 1) / 2;
         set->shares[i].first_path = plan.n_paths;
-        plan.n_paths += most * plan.tries;
+        plan.n_paths += most * set->shares[i].tries;
     }
     *ret_plan = plan;
 }
@@ -206,7 +209,7 @@ void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t
     uint32_t last = 0, number = index - share->first_path;
     double prob;
     for (uint32_t b = 0; b < plan->n_levels; b++)
-        if (number < slots_of(plan, b, share) * plan->tries)
+        if (number < slots_of(plan, b, share) * share->tries)
             last = b;
     *ret_share = lo;
     *ret_number = number;
@@ -228,7 +231,7 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
     const struct lum_vpl_share *s = &plan->shares[share];
     uint32_t level = bounce + 1 < plan->n_levels ? bounce : plan->n_levels - 1;
     uint32_t n = slots_of(plan, level, s);
-    if (number >= n * plan->tries)
+    if (number >= n * s->tries)
         return LUM_NO_OBJECT;
     double expected = plan->level_n[level] * (s->upto - s->below), prob = 1.0;
     if (level + 1 == plan->n_levels && bounce != tail_bounce(plan, hash_share(s), number, &prob))

@@ -13,6 +13,8 @@ struct lum_vpl_share {
     double luminance;    /* of its power when it was first seen to shine as this kind; 0: it never did, and has no path */
     double below, upto;  /* its part of [0, 1] */
     uint32_t first_path; /* number of its first path among all */
+    uint32_t tries;      /* paths for each of its slots: of light from afar, which may miss all windows, as many as are asked for,
+                          * else half of them */
 };
 
 /* Power that a light has now: black when it is off. */
@@ -37,12 +39,12 @@ struct lum_vpl_plan {
     const struct lum_vpl_share *shares;
     uint32_t n_shares, n_paths, seed, n_levels;
     uint32_t max_bounces;
-    uint32_t tries; /* paths for each slot */
+    uint32_t tries; /* at most, of a share */
     uint32_t n;     /* slots */
     uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each level */
     double offset[LUM_VPL_LEVELS];                                 /* in [0, 1), by seed */
 };
-/* Numbers the paths: sets first_path of the set's shares, which the plan borrows. */
+/* Numbers the paths: sets first_path and tries of the set's shares, which the plan borrows. */
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set);
 
 /* Path `index` of plan->n_paths: its light, its number among the light's, the last bounce that it has a slot for, and a number that

@@ -113,8 +113,9 @@ struct lum_vpl_request {
     struct lum_pool *pool;         /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
     uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
-    uint32_t tries; /* paths for each slot, of which as many as there are slots are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is
-                     * 1. Less where n times as many would be more than LUM_VPL_MAX */
+    uint32_t tries; /* paths for each slot of light from afar, and half as many for others, of which as many as there are slots
+                     * are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n times as many would be more than
+                     * LUM_VPL_MAX */
 };
 
 /* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;
