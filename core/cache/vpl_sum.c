@@ -10,22 +10,34 @@
 
 #define LANES LUM_SUM_LANES
 
+/* Lane i as bit i. */
+static const uint32_t bit_of[LANES] = {1u << 0, 1u << 1, 1u << 2,  1u << 3,  1u << 4,  1u << 5,  1u << 6,  1u << 7,
+                                       1u << 8, 1u << 9, 1u << 10, 1u << 11, 1u << 12, 1u << 13, 1u << 14, 1u << 15};
+
+static uint32_t all_bits(const uint32_t bits[LANES])
+{
+    uint32_t all = 0;
+    for (uint32_t i = 0; i < LANES; i++)
+        all |= bits[i];
+    return all;
+}
+
 uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver *at, uint32_t word)
 {
     const struct lum_vec3 n = at->n, g = at->ng;
     uint64_t all = 0;
     for (uint32_t k = 64 * word; k < set->n && k < 64 * (word + 1); k += LANES) { /* padding faces nothing */
         const struct lum_vec3 p = lum_vpl_seen_from(set, k, at->p);
-        uint32_t faces[LANES], bits = 0;
+        uint32_t faces[LANES];
         for (uint32_t i = 0; i < LANES; i++) {
             float dx = set->px[k + i] - p.x, dy = set->py[k + i] - p.y, dz = set->pz[k + i] - p.z;
             float to = dx * n.x + dy * n.y + dz * n.z, side = dx * g.x + dy * g.y + dz * g.z;
             float from = -(dx * set->nx[k + i] + dy * set->ny[k + i] + dz * set->nz[k + i]);
-            faces[i] = (uint32_t)(to > 0.0f) & (uint32_t)(side > 0.0f) & (uint32_t)(from > 0.0f);
+            float least = to < side ? to : side;
+            least = least < from ? least : from;
+            faces[i] = least > 0.0f ? bit_of[i] : 0u;
         }
-        for (uint32_t i = 0; i < LANES; i++)
-            bits |= faces[i] << i;
-        all |= (uint64_t)bits << k % 64;
+        all |= (uint64_t)all_bits(faces) << k % 64;
     }
     return all;
 }
@@ -107,6 +119,22 @@ static uint32_t find_reach(const struct lum_vpl_set *set, const struct lum_recei
     return n;
 }
 
+/* Sums over every LANES-th value: how many are drawn for sure, and what the rest would bring. */
+struct tally {
+    _Alignas(64) float sure[LANES], rest[LANES];
+};
+
+/* A function of its own: with the loop around it in sight a compiler made vectors of that one, and a whole first frame
+ * took 2 to 9 % longer. */
+__attribute__((noinline)) static void count(const float *restrict reach, float step, struct tally *restrict inout)
+{
+    for (uint32_t i = 0; i < LANES; i++) {
+        float more = reach[i] >= step ? 1.0f : 0.0f;
+        inout->sure[i] += more;
+        inout->rest[i] += (1.0f - more) * reach[i];
+    }
+}
+
 /* The step with which at least n are drawn on average, less than 1.5 n: n = sum of min(1, reach / step). Each round
  * takes those out that are above it; it only falls, so that a few rounds come near. A power of the root of 2, so that
  * what moves elsewhere rarely changes it. */
@@ -114,16 +142,13 @@ static float find_step(const float *reach, uint32_t n_slots, uint32_t n)
 {
     float step = INFINITY;
     for (uint32_t round = 0; round < 4; round++) {
-        float rests[LANES] = {0}, sure[LANES] = {0}, rest = 0.0f, n_sure = 0.0f;
+        struct tally tally = {{0}, {0}};
+        float rest = 0.0f, n_sure = 0.0f;
         for (uint32_t k = 0; k < n_slots; k += LANES) /* beyond the slots reach is 0 */
-            for (uint32_t i = 0; i < LANES; i++) {
-                float more = reach[k + i] >= step ? 1.0f : 0.0f;
-                sure[i] += more;
-                rests[i] += (1.0f - more) * reach[k + i];
-            }
+            count(reach + k, step, &tally);
         for (uint32_t i = 0; i < LANES; i++) {
-            rest += rests[i];
-            n_sure += sure[i];
+            rest += tally.rest[i];
+            n_sure += tally.sure[i];
         }
         if (n_sure >= (float)n || !(rest > 0.0f))
             break;
@@ -153,14 +178,12 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     float step = find_step(reach, set->n_bounced, n);
     uint32_t cell = lum_hash_combine(hash_cell(at->p), set->seed);
     for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
-        uint32_t out[LANES], bits = 0;
+        uint32_t out[LANES];
         for (uint32_t i = 0; i < LANES; i++) {
             float u = (float)(int32_t)(lum_hash_combine(cell, k + i) >> 8) * 0x1p-24f;
-            out[i] = reach[k + i] > u * step ? 0u : 1u;
+            out[i] = reach[k + i] > u * step || k + i >= set->n_bounced ? 0u : bit_of[i];
         }
-        for (uint32_t i = 0; i < LANES && k + i < set->n_bounced; i++)
-            bits |= out[i] << i;
-        ret_bits[k / 64] &= ~((uint64_t)bits << k % 64);
+        ret_bits[k / 64] &= ~((uint64_t)all_bits(out) << k % 64);
     }
     return step;
 }
