@@ -55,10 +55,12 @@
  * average, of which it draws those that matter to it (lum_vpl_draw). */
 #define SPARE 8u
 #define RAYS_PER_VPL 0.5f
-/* A record whose radius is less than so many pixels looks at half of them, one of less than half as many pixels at a
- * quarter: it serves few, and the noise of many small records evens out within a block of the picture. It takes a
- * quarter of the time of all records of a first frame (conf_lbl_mgf, crytek_sponza, conference_mcguire, sponza; 600 x
- * 400); SMAPE is 1.035, 1.001, 1.008 and 1.006 of what it was. */
+/* A record whose radius is less than so many pixels looks at half of them, and of the points of the sky at one in 2,
+ * one of less than half as many pixels at a quarter, and one in 4: it serves few, and the noise of many small records
+ * evens out within a block of the picture. Of VPLs that takes a quarter of the time of all records of a first frame
+ * (conf_lbl_mgf, crytek_sponza, conference_mcguire, sponza; 600 x 400); SMAPE is 1.035, 1.001, 1.008 and 1.006 of what
+ * it was. Of the sky it takes 60 % of the rays, and 7 and 9 % of the time of a first frame (office, sponza); SMAPE is
+ * 1.007 and 1.028 of what it was. */
 #define PIXELS_FULL 16.0f
 
 #define WORDS_MAX ((LUM_VPL_SLOTS_MAX + 63u) / 64u)
@@ -143,19 +145,19 @@ static void look(struct seeing *s, struct live_record *r, struct lum_vec3 from, 
     lum_rays_push(&s->rays, from, d, 1.0f);
 }
 
-/* What part of the VPLs that a record may look at it does look at. */
-static float share_of(const struct lum_cache_record *r)
+/* Of the VPLs that a record may look at, and of the sky's, it looks at one in so many. */
+static uint32_t one_in(const struct lum_cache_record *r)
 {
     float pixels = r->footprint > 0.0f ? r->radius / r->footprint : PIXELS_FULL;
-    return pixels >= PIXELS_FULL ? 1.0f : pixels >= 0.5f * PIXELS_FULL ? 0.5f : 0.25f;
+    return pixels >= PIXELS_FULL ? 1 : pixels >= 0.5f * PIXELS_FULL ? 2 : 4;
 }
 
 /* Which VPLs the record looks at. `drawn`: room for lum_vpl_words. */
 static void draw(const struct lum_cache *cache, struct live_record *r, uint64_t *ret_drawn)
 {
     struct lum_receiver at = receiver_of(&r->base);
-    uint32_t n = (uint32_t)(share_of(&r->base) * RAYS_PER_VPL * (float)cache->key.n_vpls / SPARE);
-    r->step = lum_vpl_draw(&cache->vpls, &at, LIFT_PER_RADIUS, n > 0 ? n : 1, ret_drawn);
+    uint32_t of = one_in(&r->base), n = (uint32_t)(RAYS_PER_VPL * (float)cache->key.n_vpls / (float)(SPARE * of));
+    r->step = lum_vpl_draw(&cache->vpls, &at, LIFT_PER_RADIUS, n > 0 ? n : 1, of, ret_drawn);
 }
 
 /* Of 64 VPLs those that were drawn and of which nothing is known: from now on it is. */
@@ -218,7 +220,7 @@ static void add_up(const struct lum_cache_job *job, struct lum_cache_record *r)
     struct lum_receiver at = receiver_of(r);
     struct lum_vpl_sum sum;
     lum_vpl_sum_visible(&cache->vpls, &at, live_of(r)->bits, lum_cache_left(cache, r), LIFT_PER_RADIUS,
-                        live_of(r)->step, media ? job->snapshot : NULL, &sum);
+                        live_of(r)->step, one_in(r), media ? job->snapshot : NULL, &sum);
     if (!lum_rgb_finite(sum.irradiance)) {
         job->counters->nonfinite++;
         memset(&sum, 0, sizeof sum);

@@ -167,16 +167,29 @@ static uint32_t hash_cell(struct lum_vec3 p)
     return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
 }
 
+/* Leaves one in so many points of the sky, which begin and end with a word. Of the spiral one in 2 or 4 is one again:
+ * an open sky is off by 0.27 % (standard deviation over normals) with all, by 0.55 with one in 2, 1.45 with one in 4.
+ */
+static void thin_sky(const struct lum_vpl_set *set, uint32_t cell, uint32_t every, uint64_t *inout_bits)
+{
+    uint64_t kept = 0;
+    for (uint32_t i = cell % every; i < 64; i += every)
+        kept |= UINT64_C(1) << i;
+    for (uint32_t w = lum_vpl_first_sky(set) / 64; w < lum_vpl_words(set->n) && set->n_sky > 0; w++)
+        inout_bits[w] &= kept;
+}
+
 float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n,
-                   uint64_t *ret_bits)
+                   uint32_t sky_every, uint64_t *ret_bits)
 {
     float reach[LUM_VPL_MAX]; /* 256 KiB of a worker's stack, touched as far as the set goes */
     for (uint32_t w = 0; w < lum_vpl_words(set->n); w++)
         ret_bits[w] = lum_vpl_faces(set, at, w);
+    uint32_t cell = lum_hash_combine(hash_cell(at->p), set->seed);
+    thin_sky(set, cell, sky_every, ret_bits);
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    uint32_t cell = lum_hash_combine(hash_cell(at->p), set->seed);
     for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
         uint32_t out[LANES];
         for (uint32_t i = 0; i < LANES; i++) {
@@ -218,16 +231,21 @@ static void pack(struct packed *to, const struct lum_vpl_set *set, uint32_t k)
     to->alpha[i] = set->alpha[k], to->f0[i] = set->f0[k], to->f90[i] = set->f90[k];
 }
 
+static void scale_lane(struct terms *inout, uint32_t i, float by)
+{
+    inout->g[i] *= by;
+    inout->x[i] *= by;
+    inout->y[i] *= by;
+    inout->z[i] *= by;
+}
+
 /* Those that were drawn stand for those that were not. */
-static void weigh(const struct packed *of, float step, struct terms *inout_terms)
+static void weigh(const struct packed *of, float step, float per_sky_point, struct terms *inout_terms)
 {
     for (uint32_t i = 0; i < LANES; i++) {
         float reach = inout_terms->g[i] * of->importance[i];
         float weight = reach > 0.0f && reach < step ? step / reach : 1.0f;
-        inout_terms->g[i] *= weight;
-        inout_terms->x[i] *= weight;
-        inout_terms->y[i] *= weight;
-        inout_terms->z[i] *= weight;
+        scale_lane(inout_terms, i, of->sky ? per_sky_point : weight);
     }
 }
 
@@ -241,10 +259,7 @@ static void add_lobes(const struct packed *of, const struct lum_receiver *at, st
         float share =
             lum_vpl_lobe(lum_v3(of->n[0][i], of->n[1][i], of->n[2][i]), lum_v3(of->w[0][i], of->w[1][i], of->w[2][i]),
                          lum_v3(x * per_r, y * per_r, z * per_r), gloss, of->alpha[i], of->f0[i], of->f90[i]);
-        inout->g[i] *= share;
-        inout->x[i] *= share;
-        inout->y[i] *= share;
-        inout->z[i] *= share;
+        scale_lane(inout, i, share);
     }
 }
 
@@ -298,7 +313,7 @@ static void add_lanes(double sum[4][3], struct lanes *lanes)
 struct sum_job {
     const struct lum_receiver *at;
     const uint32_t *left; /* by slot: what panes leave; NULL: there are none */
-    float lift, step;
+    float lift, step, per_sky_point;
     bool lobes;
     const struct lum_snapshot *media;
     struct lanes lanes;
@@ -315,8 +330,7 @@ static void add_packed(struct sum_job *job, struct packed *packed)
                             packed->radius,
                             packed->sky};
     lifted_terms(&places, job->at, (UINT32_C(1) << packed->n_lanes) - 1u, job->lift, &terms);
-    if (job->step > 0.0f && !packed->sky)
-        weigh(packed, job->step, &terms);
+    weigh(packed, job->step, job->per_sky_point, &terms);
     if (job->lobes && !packed->sky)
         add_lobes(packed, job->at, &terms);
     for (uint32_t i = 0; job->left && i < packed->n_lanes; i++)
@@ -333,10 +347,16 @@ static void add_packed(struct sum_job *job, struct packed *packed)
 }
 
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
-                         const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
-                         struct lum_vpl_sum *ret_sum)
+                         const uint32_t *left, float lift, float step, uint32_t sky_every,
+                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum)
 {
-    struct sum_job job = {.at = at, .left = left, .lift = lift, .step = step, .lobes = set->gloss, .media = media};
+    struct sum_job job = {.at = at,
+                          .left = left,
+                          .lift = lift,
+                          .step = step,
+                          .per_sky_point = (float)sky_every,
+                          .lobes = set->gloss,
+                          .media = media};
     struct packed packed = {.n_lanes = 0};
     for (uint32_t w = 0; w < lum_vpl_words(set->n); w++) {
         bool sky = 64 * w >= lum_vpl_first_sky(set);

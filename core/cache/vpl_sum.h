@@ -30,20 +30,21 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 
 /* Of the VPLs that the point faces about n of bounced light are drawn into ret_bits, each with a chance in proportion to what it
  * would bring the point, were it as bright as its importance says, and visible; those that would bring the returned step or more
- * for sure, and all points of the sky. So n rays tell as much of many VPLs as of few, and a sum over those drawn has the expectation
+ * for sure; and of the points of the sky one in sky_every (a power of 2, at most 64), by the cell. So n rays tell as much of many VPLs as of few, and a sum over those drawn has the expectation
  * of the sum over all. A VPL's number to be drawn by depends on it, on the cell of space that the point is in, and on the set's seed. 0: the point faces
  * n or fewer, which are all drawn. */
-float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n, uint64_t *ret_bits);
+float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n, uint32_t sky_every,
+                   uint64_t *ret_bits);
 
 struct lum_vpl_sum {
     struct lum_rgb irradiance;
     struct lum_rgb gradient[3]; /* by moving p along x, y, z, while the same VPLs are seen, undimmed by media; what panes leave stays */
 };
-/* Over the VPLs in `visible`, of those that lum_vpl_draw drew with this step; 0: of all. left: what panes leave of each
+/* Over the VPLs in `visible`, of those that lum_vpl_draw drew with this step, 0: of all, and sky_every. left: what panes leave of each
  * (lum_share_pack), padded like the set; NULL: there are none. lift: m above, in radii of each VPL; > 0. media: of this snapshot
  * dim the light; NULL: none. */
 void lum_vpl_sum_visible(const struct lum_vpl_set *set, const struct lum_receiver *at, const uint64_t *visible,
-                         const uint32_t *left, float lift, float step, const struct lum_snapshot *media,
-                         struct lum_vpl_sum *ret_sum);
+                         const uint32_t *left, float lift, float step, uint32_t sky_every,
+                         const struct lum_snapshot *media, struct lum_vpl_sum *ret_sum);
 
 #endif

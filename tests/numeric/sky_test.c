@@ -12,6 +12,7 @@ struct bed {
     struct lum_caches *caches;
     struct lum_cache *cache;
     struct lum_counters counters;
+    float pixel; /* size at distance 1 */
 };
 
 static struct lum_light_desc sky_of(double cd_m2)
@@ -22,7 +23,7 @@ static struct lum_light_desc sky_of(double cd_m2)
 
 static void bed_begin(struct bed *b)
 {
-    *b = (struct bed){0};
+    *b = (struct bed){.pixel = 0.002f};
     rig_begin(&b->r, 2);
     /* no bounce: records hold the sky alone */
     struct lum_cache_key key = {
@@ -62,7 +63,7 @@ static struct lum_cache_record *build_at(struct bed *b, struct lum_vec3 p, struc
                                 .snapshot = b->r.snapshot,
                                 .records = &record,
                                 .n = 1,
-                                .pixel = 0.002f,
+                                .pixel = b->pixel,
                                 .counters = &b->counters};
     b->cache->key.kind->build(&job);
     assert_true(lum_store_insert(b->cache->store, 0, record));
@@ -75,7 +76,7 @@ static void refresh(struct bed *b, struct lum_cache_record *record)
                                 .snapshot = b->r.snapshot,
                                 .records = &record,
                                 .n = 1,
-                                .pixel = 0.002f,
+                                .pixel = b->pixel,
                                 .counters = &b->counters};
     assert_true(lum_cache_is_stale(b->cache, record));
     b->cache->key.kind->refresh(&job);
@@ -108,6 +109,31 @@ static void open_sky_is_pi_times_luminance(void **state)
         for (int i = 0; i < 3; i++)
             assert_true(lum_rgb_black(record->gradient[i])); /* it looks the same from everywhere */
     }
+    bed_end(&b);
+}
+
+/* A record of few pixels asks one point in 4, which are a spiral as well: over 4,000 normals and rotations it was
+ * measured to be off by 4.7 % at most, 1.45 % as a deviation. Of 64 points 32 lie above a horizon, give or take one in
+ * each of the two turns that it crosses at either side. */
+static void part_of_the_sky_stands_for_all(void **state)
+{
+    (void)state;
+    struct bed b;
+    bed_begin(&b);
+    b.pixel = 0.2f;
+    bed_commit(&b);
+    double sum = 0.0;
+    for (int k = 0; k < 64; k++) {
+        float z = 1.0f - 2.0f * ((float)k + 0.5f) / 64.0f, phi = 2.39996323f * (float)k, rim = sqrtf(1.0f - z * z);
+        uint64_t before = b.counters.rays[LUM_RAY_ENVIRONMENT];
+        struct lum_cache_record *record =
+            build_at(&b, rig_to_scene(&b.r, 6, 0, k), lum_v3(rim * cosf(phi), rim * sinf(phi), z));
+        assert_share(record, 1.0, 0.05, "one point in four of an open sky");
+        assert_in_range(b.counters.rays[LUM_RAY_ENVIRONMENT] - before, 32 - 4, 32 + 4);
+        sum += (double)record->irradiance.g / (LUM_PI_D * SKY_CD_M2);
+    }
+    if (!(fabs(sum / 64.0 - 1.0) < 4.0 * 0.0145 / 8.0)) /* the mean of 64 such deviations, four times */
+        fail_msg("on average %g of the sky", sum / 64.0);
     bed_end(&b);
 }
 
@@ -165,6 +191,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(open_sky_is_pi_times_luminance),
+        cmocka_unit_test(part_of_the_sky_stands_for_all),
         cmocka_unit_test(wall_covers_its_share),
         cmocka_unit_test(other_light_no_ray_another_wall_few),
     };

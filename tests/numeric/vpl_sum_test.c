@@ -68,7 +68,7 @@ static struct lum_vpl_sum sum_at(const struct fake *f, struct lum_vec3 p, struct
     struct lum_vpl_sum sum;
     for (uint32_t w = 0; w < lum_vpl_words(f->set.n); w++)
         faces[w] = lum_vpl_faces(&f->set, &at, w);
-    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, 0.0f, NULL, &sum);
+    lum_vpl_sum_visible(&f->set, &at, faces, NULL, lift, 0.0f, 1, NULL, &sum);
     return sum;
 }
 
@@ -178,7 +178,7 @@ static void only_who_faces_counts(void **state)
     assert_int_equal(lum_vpl_faces(&f.set, &at, 0), 1u);
     uint64_t none = 0;
     struct lum_vpl_sum sum;
-    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, 0.0f, NULL, &sum);
+    lum_vpl_sum_visible(&f.set, &at, &none, NULL, 1.0f, 0.0f, 1, NULL, &sum);
     assert_true(lum_rgb_black(sum.irradiance));
     fake_end(&f);
 }
@@ -224,11 +224,11 @@ static void some_stand_for_all(void **state)
                                   lum_v3(0, 1, 0), lum_v3(0, 1, 0)};
         uint64_t bits[SIDE_N * SIDE_N / 64];
         struct lum_vpl_sum sum;
-        lum_vpl_sum_visible(&f.set, &at, f.all, NULL, 1.0f, 0.0f, NULL, &sum);
+        lum_vpl_sum_visible(&f.set, &at, f.all, NULL, 1.0f, 0.0f, 1, NULL, &sum);
         whole += (double)sum.irradiance.g;
-        float step = lum_vpl_draw(&f.set, &at, 1.0f, ASKED, bits);
+        float step = lum_vpl_draw(&f.set, &at, 1.0f, ASKED, 1, bits);
         assert_true(step > 0.0f);
-        lum_vpl_sum_visible(&f.set, &at, bits, NULL, 1.0f, step, NULL, &sum);
+        lum_vpl_sum_visible(&f.set, &at, bits, NULL, 1.0f, step, 1, NULL, &sum);
         drawn += (double)sum.irradiance.g;
         for (uint32_t w = 0; w < SIDE_N * SIDE_N / 64; w++)
             n_drawn += __builtin_popcountll(bits[w]);
@@ -240,7 +240,7 @@ static void some_stand_for_all(void **state)
         fail_msg("%g are drawn, %d asked for", n_drawn, ASKED);
     uint64_t all[SIDE_N * SIDE_N / 64];
     struct lum_receiver at = {lum_v3(0, 0, 0), lum_v3(0, 1, 0), lum_v3(0, 1, 0)};
-    assert_true(lum_vpl_draw(&f.set, &at, 1.0f, SIDE_N * SIDE_N, all) == 0.0f);
+    assert_true(lum_vpl_draw(&f.set, &at, 1.0f, SIDE_N * SIDE_N, 1, all) == 0.0f);
     assert_memory_equal(all, f.all, sizeof all);
     fake_end(&f);
 }
