@@ -68,7 +68,8 @@ static void follow_lights(struct lum_crowd *c, const struct lum_pass *pass)
             continue;
         moved = true;
         for (uint32_t t = 0; c->seen && t < pass->tiling.n; t++)
-            memset(lum_crowd_bits(c, t, i), 0, LUM_CROWD_TILE_BYTES);
+            if (c->cut[t] != LUM_CUT_FORGOTTEN)
+                memset(lum_crowd_bits(c, t, i), 0, LUM_CROWD_TILE_BYTES);
         c->lights[i].light = *l;
     }
     if (moved)
