@@ -54,7 +54,7 @@ struct lum_cache_kind {
     bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
     bool left;     /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
-    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and what is its own. Thread: any worker. */
+    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and all that is its own. Thread: any worker. */
     void (*build)(const struct lum_cache_job *job);
     /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
     void (*refresh)(const struct lum_cache_job *job);

@@ -1,6 +1,8 @@
 /* Building the records of instant caching, and what they have in common (thesis 6.2.1). */
 #include "core/cache/instant.h"
 
+#include <string.h>
+
 #include "core/math/color.h"
 #include "core/render/frame.h"
 
@@ -130,6 +132,8 @@ void lum_instant_sum(const struct lum_cache_job *job, struct lum_instant_record 
 static void trace_all(const struct lum_cache_job *job)
 {
     uint32_t slots[CHUNK], n = job->cache->vpls.n;
+    for (uint32_t i = 0; i < job->n; i++) /* what lies behind the last VPL is summed, too */
+        memset(record_of(job, i)->term, 0, padded(n) * sizeof(float));
     for (uint32_t first = 0; first < n; first += CHUNK) {
         uint32_t n_slots = n - first < CHUNK ? n - first : CHUNK;
         for (uint32_t k = 0; k < n_slots; k++)

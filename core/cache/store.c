@@ -174,7 +174,7 @@ struct lum_cache_record *lum_store_new(struct lum_store *store, uint32_t worker)
     /* all but the state, which lum_store_at may look at meanwhile */
     enum { STATE = offsetof(struct lum_cache_record, state), AFTER = STATE + sizeof r->state };
     memset(r, 0, STATE);
-    memset((unsigned char *)r + AFTER, 0, store->slab.record_bytes - AFTER);
+    memset((unsigned char *)r + AFTER, 0, sizeof *r - AFTER);
     r->index = index;
     atomic_store_explicit(&r->state, STATE_PRIVATE, memory_order_relaxed);
     return r;

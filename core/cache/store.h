@@ -63,7 +63,7 @@ void lum_store_destroy(struct lum_store *store); /* accepts NULL */
 
 /* ---- by workers, at the same time (serial: who inserts is alone) ---- */
 
-/* A zeroed record, but for its index. NULL: the store is full, or memory is short. */
+/* A record that is zero, but for its index; what its owner's struct adds has any value, for whoever builds it to write. NULL: the store is full, or memory is short. */
 struct lum_cache_record *lum_store_new(struct lum_store *store, uint32_t worker);
 /* Gives back one that was not inserted. */
 void lum_store_drop(struct lum_store *store, uint32_t worker, struct lum_cache_record *record);

@@ -86,7 +86,7 @@ static struct lum_cache_record *add(struct model *m, uint32_t worker, struct lum
 {
     struct lum_cache_record *r = lum_store_new(m->store, worker);
     assert_non_null(r);
-    assert_true(((struct note *)r)->value == 0 && r->radius == 0.0f);
+    assert_true(r->radius == 0.0f && r->epoch == 0 && r->born == 0);
     r->p = p;
     r->n = lum_v3(0.0f, 1.0f, 0.0f);
     r->radius = radius;
