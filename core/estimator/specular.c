@@ -46,6 +46,14 @@ struct tree {
     struct fog fog;
 };
 
+static uint32_t faintness(struct lum_rgb weight)
+{
+    uint32_t faint = 0;
+    for (float w = lum_rgb_max(weight); faint + 1 < FAINTNESS && w < 0.5f; w *= 2.0f)
+        faint++;
+    return faint;
+}
+
 /* That of a cache stays the same while VPLs move, so that light in which none of them takes part does, too. */
 static float spacing_of(const struct lum_pass *pass)
 {
@@ -201,14 +209,6 @@ static void add_emission(struct tree *t, const struct branch *from, uint32_t lig
     lum_layers_add(t->pass, t->tile, &e, LUM_LAYER_COMPLETE);
 }
 
-static uint32_t faintness(struct lum_rgb weight)
-{
-    uint32_t faint = 0;
-    for (float w = lum_rgb_max(weight); faint + 1 < FAINTNESS && w < 0.5f; w *= 2.0f)
-        faint++;
-    return faint;
-}
-
 /* The vertex is shaded with direct light, if light from there still fits the depth. */
 static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
                          const struct branch *from)
@@ -231,7 +231,8 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
 
 /* ---- media ---- */
 
-#define FOG_POINTS 4u /* per branch, medium and light; neighbours have others, and the filter joins them */
+#define FOG_POINTS                                                                                                     \
+    4u /* per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them */
 #define PAIR_FOG 0x20000000u
 
 static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
@@ -258,13 +259,13 @@ static void flush_fog(struct tree *t)
 
 /* One point of one medium and one light on a branch. */
 static void sample_fog(struct tree *t, const struct branch *b, const struct lum_scatter_query *q,
-                       const struct lum_sampler *sampler)
+                       const struct lum_sampler *sampler, uint32_t n_points)
 {
     uint32_t pair = PAIR_FOG + 2 * (q->medium + LUM_MEDIA_MAX * q->light);
     struct lum_scatter s;
     if (!lum_medium_scatter(q, lum_sampler_2d(sampler, pair), lum_sampler_2d(sampler, pair + 1), &s))
         return;
-    struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(b->weight, s.radiance), 1.0f / FOG_POINTS);
+    struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(b->weight, s.radiance), 1.0f / (float)n_points);
     if (t->fog.rays.n == LUM_RAY_BATCH)
         flush_fog(t);
     uint32_t i = t->fog.rays.n;
@@ -284,11 +285,12 @@ static void cross_media(struct tree *t, struct branch *b, float tmax)
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     struct lum_sampler sampler = lum_sampler_at(r.x + b->slot % r.w, r.y + b->slot / r.w, 0, t->pass->settings->seed);
     sampler.pixel_seed = lum_hash_combine(sampler.pixel_seed, b->path);
+    uint32_t fewer = FOG_POINTS >> faintness(b->weight), n_points = fewer > 0 ? fewer : 1;
     for (q.medium = 0; q.medium < s->n_media && b->depth < t->max_depth; q.medium++)
         for (uint32_t a = 0; a < s->lights.n_active; a++) {
             q.light = s->lights.active[a];
-            for (sampler.sample = 0; sampler.sample < FOG_POINTS; sampler.sample++)
-                sample_fog(t, b, &q, &sampler);
+            for (sampler.sample = 0; sampler.sample < n_points; sampler.sample++)
+                sample_fog(t, b, &q, &sampler, n_points);
         }
     b->weight = lum_rgb_mul(b->weight, lum_media_transmittance(s, b->o, b->d, tmax));
 }
