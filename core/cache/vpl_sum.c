@@ -167,6 +167,22 @@ static uint32_t hash_cell(struct lum_vec3 p)
     return lum_hash_combine(lum_hash_combine(lum_hash_u32(x), y), z);
 }
 
+/* Of a block those that are not drawn: bit by slot. The chances are added up from a number in [0, 1) on; who takes the
+ * sum to the next whole number is drawn. */
+static uint64_t left_out_of(const float *reach, uint32_t n_slots, float step, uint32_t number)
+{
+    float sum = (float)(number >> 8) * 0x1p-24f, per_step = 1.0f / step;
+    uint64_t left_out = 0;
+    int32_t before = 0;
+    for (uint32_t i = 0; i < n_slots; i++) {
+        sum += lum_min(reach[i] * per_step, 1.0f);
+        int32_t now = (int32_t)sum;
+        left_out |= (uint64_t)(now == before) << i;
+        before = now;
+    }
+    return left_out;
+}
+
 /* Leaves one in so many points of the sky, which begin and end with a word. Of the spiral one in 2 or 4 is one again:
  * an open sky is off by 0.27 % (standard deviation over normals) with all, by 0.55 with one in 2, 1.45 with one in 4.
  */
@@ -190,13 +206,10 @@ float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at,
     if (find_reach(set, at, lift, ret_bits, reach) <= n)
         return 0.0f;
     float step = find_step(reach, set->n_bounced, n);
-    for (uint32_t k = 0; k < set->n_bounced; k += LANES) {
-        uint32_t out[LANES];
-        for (uint32_t i = 0; i < LANES; i++) {
-            float u = (float)(int32_t)(lum_hash_combine(cell, k + i) >> 8) * 0x1p-24f;
-            out[i] = reach[k + i] > u * step || k + i >= set->n_bounced ? 0u : bit_of[i];
-        }
-        ret_bits[k / 64] &= ~((uint64_t)all_bits(out) << k % 64);
+    for (uint32_t k = 0; k < set->n_bounced; k += LUM_DRAW_BLOCK) {
+        uint32_t n_slots = set->n_bounced - k < LUM_DRAW_BLOCK ? set->n_bounced - k : LUM_DRAW_BLOCK;
+        uint64_t left_out = left_out_of(reach + k, n_slots, step, lum_hash_combine(cell, k));
+        ret_bits[k / 64] &= ~(left_out << k % 64);
     }
     return step;
 }

@@ -30,9 +30,14 @@ uint64_t lum_vpl_faces(const struct lum_vpl_set *set, const struct lum_receiver 
 
 /* Of the VPLs that the point faces about n of bounced light are drawn into ret_bits, each with a chance in proportion to what it
  * would bring the point, were it as bright as its importance says, and visible; those that would bring the returned step or more
- * for sure; and of the points of the sky one in sky_every (a power of 2, at most 64), by the cell. So n rays tell as much of many VPLs as of few, and a sum over those drawn has the expectation
- * of the sum over all. A VPL's number to be drawn by depends on it, on the cell of space that the point is in, and on the set's seed. 0: the point faces
- * n or fewer, which are all drawn. */
+ * for sure; and of the points of the sky one in sky_every (a power of 2, at most 64). So n rays tell as much of many VPLs as of few,
+ * and a sum over those drawn has the expectation of the sum over all. 0: the point faces n or fewer, which are all drawn.
+ *
+ * Of each LUM_DRAW_BLOCK slots as many are drawn as their chances add up to, rounded down or up: systematic sampling. Who it is hangs
+ * on the cell of space that the point is in, on the set's seed, and on the others of the block alone. Drawn each by itself, the
+ * pictures of first frames had 10 % more SMAPE in cornell, 6 in conference, 2.5 in sponza and office (three draws, 300 x 200);
+ * with blocks of 64 they are no better, and what moves exchanges more. */
+#define LUM_DRAW_BLOCK 32u
 float lum_vpl_draw(const struct lum_vpl_set *set, const struct lum_receiver *at, float lift, uint32_t n, uint32_t sky_every,
                    uint64_t *ret_bits);
 

@@ -205,9 +205,9 @@ static void near_is_finite(void **state)
 /* ---- some for all ---- */
 
 /* A ceiling of 1,024 VPLs of uneven flux, and a floor below on which cells of space differ: with 64 of them drawn the
- * mean over places is that of the sums over all. Poisson draws of n with chances in proportion to what they bring have
- * a relative variance of at most 1 / n each, so the mean over 400 places is off by 1 / sqrt(64 * 400) = 0.6 %; four
- * times that. And as many rays as asked for: from n to 1.5 n on average. */
+ * mean over places is that of the sums over all. Draws of n with chances in proportion to what they bring have a
+ * relative variance of at most 1 / n each, so the mean over 400 places is off by 1 / sqrt(64 * 400) = 0.6 %; four times
+ * that. And as many rays as asked for: from n to 1.5 n on average. */
 static void some_stand_for_all(void **state)
 {
     (void)state;
@@ -245,12 +245,48 @@ static void some_stand_for_all(void **state)
     fake_end(&f);
 }
 
+/* What is drawn of a block brings what its chances add up to, but for less than one draw: here flux is importance, so
+ * that one draw is worth step / pi. Sums of 32 floats are off by less than 2^-18 of that. */
+static void a_block_brings_what_it_should(void **state)
+{
+    (void)state;
+    enum { N = 1000, WORDS = (N + 63) / 64 };
+    struct fake f;
+    fake_begin(&f, N); /* the last block is not full */
+    for (uint32_t i = 0; i < N; i++) {
+        float flux = random_unit(i, 5);
+        fake_put(&f, i, lum_v3(30.0f * random_unit(i, 6) - 15.0f, 8.0f, 30.0f * random_unit(i, 7) - 15.0f),
+                 lum_v3(0, -1, 0), lum_grey(flux * flux));
+    }
+    uint32_t looked_at = 0;
+    for (uint32_t place = 0; place < 50; place++) {
+        struct lum_receiver at = {lum_v3(20.0f * random_unit(place, 8) - 10.0f, 0.0f, 1.0f), lum_v3(0, 1, 0),
+                                  lum_v3(0, 1, 0)};
+        uint64_t bits[WORDS];
+        float step = lum_vpl_draw(&f.set, &at, 1.0f, 64, 1, bits);
+        for (uint32_t k = 0; k < N; k += LUM_DRAW_BLOCK) {
+            uint64_t block[WORDS] = {0}, drawn[WORDS] = {0};
+            struct lum_vpl_sum whole, some;
+            block[k / 64] = f.all[k / 64] & UINT64_C(0xffffffff) << k % 64;
+            drawn[k / 64] = block[k / 64] & bits[k / 64];
+            lum_vpl_sum_visible(&f.set, &at, block, NULL, 1.0f, 0.0f, 1, NULL, &whole);
+            lum_vpl_sum_visible(&f.set, &at, drawn, NULL, 1.0f, step, 1, NULL, &some);
+            float off = fabsf(some.irradiance.g - whole.irradiance.g), draw = step * LUM_INV_PI;
+            if (!(off <= draw * (1.0f + 0x1p-18f)))
+                fail_msg("place %u, block %u: off by %g draws", place, k, (double)(off / draw));
+            looked_at += drawn[k / 64] != 0;
+        }
+    }
+    assert_true(looked_at > 1000);
+    fake_end(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(wall_keeps_its_energy), cmocka_unit_test(gradient_is_the_difference),
         cmocka_unit_test(only_who_faces_counts), cmocka_unit_test(near_is_finite),
-        cmocka_unit_test(some_stand_for_all),
+        cmocka_unit_test(some_stand_for_all),    cmocka_unit_test(a_block_brings_what_it_should),
     };
     return cmocka_run_group_tests_name("numeric.vpl_sum", tests, NULL, NULL);
 }
