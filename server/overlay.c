@@ -1,5 +1,6 @@
 #include "server/overlay.h"
 
+#include "core/interleave/interleave.h"
 #include "core/render/view.h"
 
 enum lum_effect lum_overlay_effect(enum lum_overlay overlay)

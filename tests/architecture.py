@@ -18,6 +18,21 @@ MAY_INCLUDE = {
     "clients": {"protocol", "clients"},
     "tests": {"core", "protocol", "server", "clients", "tests"},
 }
+# folders of core, from the ground up: those of one line may use each other and all before them
+LAYERS = [
+    "base math",
+    "accel film image metric interleave",
+    "scene material light medium",
+    "trace",
+    "path",
+    "vpl",
+    "cache",
+    "pass",
+    "estimator",
+    "method",
+    "render",
+]
+LAYER_OF = {room: i for i, rooms in enumerate(LAYERS) for room in rooms.split()}
 # third-party header prefix -> the only files that may include it
 ONLY_IN = {
     r"embree\d?/": r"core/accel/",
@@ -45,6 +60,15 @@ def tracked_sources():
     return [n for n in names if n.endswith((".c", ".h")) and os.path.exists(os.path.join(source, n))]
 
 
+def check_layers(where, room, other):
+    for r in (room, other):
+        if r not in LAYER_OF:
+            failures.append(f"{where}: core/{r} has no place among the layers")
+            return
+    if LAYER_OF[other] > LAYER_OF[room]:
+        failures.append(f"{where}: core/{room} must not include core/{other}, which stands above it")
+
+
 def check_includes(name):
     folder = name.split("/")[0]
     with open(os.path.join(source, name), encoding="utf-8") as f:
@@ -57,9 +81,33 @@ def check_includes(name):
                 target = header.split("/")[0]
                 if target not in MAY_INCLUDE.get(folder, set()):
                     failures.append(f"{where}: {folder}/ must not include {header}")
+                if folder == "core" and target == "core":
+                    check_layers(where, name.split("/")[1], header.split("/")[1])
             for pattern, allowed in ONLY_IN.items():
                 if re.match(pattern, header) and not re.match(allowed, name):
                     failures.append(f"{where}: {header} may be included only in {allowed}")
+
+
+def check_cycles(names):
+    """No file of ours may include itself by way of others."""
+    includes = {}
+    for name in names:
+        with open(os.path.join(source, name), encoding="utf-8") as f:
+            includes[name] = re.findall(r'^\s*#\s*include\s*"([^"]+)"', f.read(), re.M)
+    done, trail = set(), []
+
+    def visit(name):
+        if name in trail:
+            failures.append("includes itself: " + " -> ".join(trail[trail.index(name):] + [name]))
+        elif name not in done:
+            trail.append(name)
+            for header in includes.get(name, []):
+                visit(header)
+            trail.pop()
+            done.add(name)
+
+    for name in names:
+        visit(name)
 
 
 def check_symbols(library, pattern):
@@ -100,6 +148,7 @@ if not names:
     failures.append("no source files found")
 for n in names:
     check_includes(n)
+check_cycles(names)
 for lib, symbols in MUST_NOT_NEED.items():
     check_symbols(lib, symbols)
 check_top_level()

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
-#include "core/render/frame.h"
+#include "core/trace/rays.h"
 
 /* Terms that are asked for at once, by slot and record; 64 KiB of a worker's stack. */
 #define CHUNK 256u

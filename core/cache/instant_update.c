@@ -15,7 +15,7 @@
 
 #include "core/cache/since.h"
 #include "core/math/color.h"
-#include "core/render/frame.h"
+#include "core/trace/rays.h"
 
 struct state {
     struct lum_since_ring *ring;

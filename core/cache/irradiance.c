@@ -4,13 +4,14 @@
  * to their cosine. They are points of an Owen-scrambled Sobol sequence: if N is a power of 4, one in each cell of a
  * square grid over (azimuth, elevation), as Ward stratifies, and one in each cell of the finer splits of either. Where
  * a ray ends a path goes on at random, and each of its vertices samples every light if there are few
- * (estimator/path.c): picking one by its flux, an office by day would look at its lamps once in a hundred paths.
+ * (path/wave.c): picking one by its flux, an office by day would look at its lamps once in a hundred paths.
  *
  * All records use the same numbers, as all points use the same virtual point lights elsewhere: what is left of the
  * noise varies as slowly over a surface as what its points see, and does not show as blotches. So a record is also the
  * same whoever builds it, in whatever company. */
 #include "core/cache/cache.h"
-#include "core/estimator/path.h"
+#include "core/math/sampler.h"
+#include "core/path/wave.h"
 
 /* Balls are accuracy * REACH * R in radius, with Ward's R. Up to here the error of pictures at the default accuracy is
  * the noise of 256 rays: with 2/3 of the reach there are 1.6 to 2 times as many records, and no less error. */

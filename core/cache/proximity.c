@@ -1,6 +1,6 @@
 #include "core/cache/proximity.h"
 
-#include "core/render/frame.h"
+#include "core/trace/rays.h"
 
 #define RAYS LUM_PROXIMITY_RAYS
 /* The mean is no more than this many times the nearest hit: in a gap seen edge-on all but a few rays leave it, and

@@ -1,5 +1,7 @@
 /* Airlight: trace and refine. */
 #include "core/estimator/airlight.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
 
 #include <string.h>
 

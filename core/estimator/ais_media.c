@@ -5,6 +5,7 @@
  * spaced. The middle part comes first: then the first iteration alone is a midpoint rule, and in the order of the
  * others no few of them lie to one side. */
 #include "core/estimator/ais.h"
+#include "core/math/sampler.h"
 
 #include <string.h>
 

@@ -10,6 +10,7 @@
  * What the diffuse base reflects is kept as if the surface were white; everything else goes to the gloss component,
  * where it is wanted: the lobes of coats and metals, and what a coat lets through differently from its mean. */
 #include "core/estimator/ais.h"
+#include "core/math/sampler.h"
 
 #include <string.h>
 

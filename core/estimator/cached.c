@@ -1,5 +1,6 @@
 /* Indirect diffuse light from the records of a cache, into component INDIRECT: the radiance of a white surface. */
 #include "core/estimator/components.h"
+#include "core/estimator/estimators.h"
 #include "core/estimator/records.h"
 #include "core/estimator/sites.h"
 

@@ -4,7 +4,7 @@
 #include "core/estimator/components.h"
 #include "core/estimator/records.h"
 #include "core/estimator/square.h"
-#include "core/render/deferred.h"
+#include "core/pass/pass.h"
 
 struct free_run {
     const struct lum_pass *pass;

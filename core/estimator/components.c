@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-#include "core/estimator/path.h"
+#include "core/estimator/estimators.h"
+#include "core/path/wave.h"
 #include "core/estimator/sites.h"
 
 static void finish_buffer(struct lum_component_buffer *b)
@@ -322,14 +323,6 @@ struct lum_guide lum_components_guide(const struct lum_pass *pass)
         .kind = pass->surfaces->kind,
         .pixel = pass->eye.per_pixel,
     };
-}
-
-struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max)
-{
-    if (iterations == 0)
-        return lum_rgb(0.02f, 0.05f, 0.6f);
-    float share = lum_min((float)iterations / (float)(max > 1 ? max - 1 : 1), 1.0f);
-    return lum_rgb(0.15f + 0.85f * share, 0.02f, 0.02f);
 }
 
 static struct lum_rgb smooth_at(const struct lum_components *c, enum lum_component which, size_t pixel)

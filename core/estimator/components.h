@@ -10,7 +10,7 @@
 
 #include "core/estimator/echo.h"
 #include "core/interleave/interleave.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 
 enum lum_component {
     LUM_COMPONENT_SHADOW,   /* direct light of emitters that are sampled: radiance of a white surface (irradiance / pi) */

@@ -13,7 +13,7 @@
 #ifndef LUM_CORE_ESTIMATOR_CROWD_H
 #define LUM_CORE_ESTIMATOR_CROWD_H
 
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 
 #define LUM_CROWD_BYTES ((size_t)256 << 20) /* of bits; 1440 x 900: 800 lights. With more of them nothing is kept */
 #define LUM_CROWD_BRIGHTER 4.0f

@@ -7,6 +7,7 @@
 #include "core/estimator/layers.h"
 #include "core/estimator/soft.h"
 #include "core/interleave/interleave.h"
+#include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
 

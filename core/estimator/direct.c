@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/math/sampler.h"
 
 /* Sampler pairs of lights are spread over the upper half; the path tracer's are small numbers. */
 #define PAIR_LIGHTS 0x80000000u

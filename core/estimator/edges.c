@@ -3,6 +3,8 @@
  * takes the radiance of the neighbouring pixel that shows its surface. Visibility is sampled finely, shading is not
  * done again. Which pixel lends to which ray is kept: another light on the same surfaces costs no ray. */
 #include "core/estimator/components.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
 
 #include <string.h>
 

@@ -6,8 +6,10 @@
  * traces them anew. Where something moved, the paths are traced anew that its boxes, before or now, met.
  */
 #include "core/estimator/components.h"
+#include "core/estimator/estimators.h"
 #include "core/estimator/layers.h"
-#include "core/estimator/path.h"
+#include "core/math/sampler.h"
+#include "core/path/wave.h"
 
 #include <string.h>
 

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "core/estimator/direct.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
 
 static void finish_layer(struct lum_layer *l)
 {

@@ -1,4 +1,5 @@
 #include "core/estimator/penumbra.h"
+#include "core/math/sampler.h"
 
 struct lum_layer *lum_penumbra_next(const struct lum_pass *pass, uint32_t *inout_a)
 {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/estimator/components.h"
+#include "core/estimator/estimators.h"
 #include "core/light/irradiance.h"
 
 #define GLOSS_ALBEDO 0.1f /* guidance only: what a surface reflects otherwise than diffusely */

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "core/estimator/sites.h"
-#include "core/render/deferred.h"
+#include "core/math/sampler.h"
+#include "core/pass/pass.h"
 
 /* Records that are built together, of one neighbourhood; fewer where they would make less than CHUNKS_MIN chunks:
  * rounds are small, and all workers wait for the last. Not by their number, on which no picture depends. */

@@ -15,7 +15,7 @@
 #define LUM_CORE_ESTIMATOR_RECORDS_H
 
 #include "core/cache/cache.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 
 #define LUM_RECORDS_BLOCK 64u
 

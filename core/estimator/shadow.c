@@ -1,6 +1,8 @@
 /* Direct light at the surfaces that the eye sees: light by light, hard shadows from points and directions, soft ones
  * from everything that has an area, at a fixed number of samples. Also what shines itself, and the background. */
 #include "core/estimator/direct.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
 
 /* First hit of pixel `slot`: emission goes to the layers, the surface, if it scatters with spread, to the vertices. */
 static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_vec3 d,

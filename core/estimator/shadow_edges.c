@@ -11,6 +11,7 @@
 
 #include <string.h>
 
+#include "core/estimator/estimators.h"
 #include "core/math/color.h"
 
 #define POINTS LUM_LAYER_INNER_POINTS

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/interleave/interleave.h"
+#include "core/math/sampler.h"
 
 #define PAIR_SOFT 0x40000000u
 

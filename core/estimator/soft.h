@@ -7,7 +7,7 @@
 #define LUM_CORE_ESTIMATOR_SOFT_H
 
 #include "core/light/light.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 
 #define LUM_SOFT_POINTS 16u
 #define LUM_SOFT_SIDE 4u /* of the pattern: points = side * side */

@@ -7,7 +7,9 @@
  * behind at each depth above are all that ever wait. */
 #include "core/estimator/components.h"
 #include "core/estimator/direct.h"
-#include "core/estimator/path.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
+#include "core/path/wave.h"
 #include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 

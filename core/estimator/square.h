@@ -4,7 +4,7 @@
 #define LUM_CORE_ESTIMATOR_SQUARE_H
 
 #include "core/cache/weight.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 
 #define LUM_SQUARE_SITES (LUM_TILE_SIDE * LUM_TILE_SIDE)
 #define LUM_SQUARE_WORDS (LUM_SQUARE_SITES / 64)

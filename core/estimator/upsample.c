@@ -1,6 +1,7 @@
 /* How components become smooth pictures: what glossy surfaces, mirrors and glass show by the filter of its interleaved
  * samples, indirect diffuse light by going up from a quarter of the resolution. */
 #include "core/estimator/components.h"
+#include "core/estimator/estimators.h"
 
 static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
 {

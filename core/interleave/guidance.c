@@ -59,3 +59,11 @@ uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_st
         different += fabsf(value[i] - value[i - 1]) > same;
     return further(ceil_div((uint64_t)different * max, n_pixels), max);
 }
+
+struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max)
+{
+    if (iterations == 0)
+        return lum_rgb(0.02f, 0.05f, 0.6f);
+    float share = lum_min((float)iterations / (float)(max > 1 ? max - 1 : 1), 1.0f);
+    return lum_rgb(0.15f + 0.85f * share, 0.02f, 0.02f);
+}

@@ -127,4 +127,8 @@ uint8_t lum_upsample_taps(const struct lum_filter *f, uint32_t x, uint32_t y);
  * one bilinear weight. Any rect. */
 void lum_filter_by_taps(const struct lum_filter *f, const uint8_t *taps, const struct lum_filter_rect *rect, struct lum_rgb *out);
 
+#define LUM_GUIDANCE_MAX 9u /* iterations of the thesis' pattern, the first one included: all its sample sets */
+/* Colours of such a map, linear: blue where a tile of the pattern was not refined, red the more often it was (5.3). */
+struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max);
+
 #endif

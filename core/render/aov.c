@@ -1,5 +1,7 @@
 /* First-hit buffers for files and for the denoisers and metrics that read them. */
-#include "core/render/frame.h"
+#include "core/render/aov.h"
+
+#include "core/base/pool.h"
 
 void lum_aov_finish(struct lum_aov_buffers *aov)
 {

@@ -1,4 +1,5 @@
 #include "core/render/deferred.h"
+#include "core/estimator/estimators.h"
 
 #include <assert.h>
 #include <string.h>
@@ -27,91 +28,6 @@ void lum_deferred_forget(struct lum_deferred *d)
     d->gbuffer.basis.versions.geometry = d->layers.basis.versions.geometry = UINT64_MAX; /* no snapshot's */
     lum_swept_finish(&d->swept);
     d->vpls.valid = false;
-}
-
-/* ---- one stage ---- */
-
-struct loop {
-    void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters);
-    void *ctx;
-    struct lum_counters *counters;
-};
-
-static void count_tile(struct lum_counters *c, const uint64_t before[LUM_RAY_KIND_COUNT])
-{
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
-        enum lum_ray_kind kind = lum_effect_ray_kind((enum lum_effect)e);
-        c->tiles[e] += c->rays[kind] > before[kind];
-    }
-}
-
-static void run_job(void *ctx, uint32_t job, uint32_t worker)
-{
-    const struct loop *loop = ctx;
-    struct lum_counters *c = &loop->counters[worker];
-    uint64_t before[LUM_RAY_KIND_COUNT];
-    memcpy(before, c->rays, sizeof before);
-    loop->fn(loop->ctx, job, c);
-    count_tile(c, before);
-}
-
-static void sum_rays(const struct lum_stage_runner *runner, uint64_t ret_rays[LUM_RAY_KIND_COUNT])
-{
-    memset(ret_rays, 0, LUM_RAY_KIND_COUNT * sizeof *ret_rays);
-    for (uint32_t w = 0; w < lum_pool_size(runner->pool); w++)
-        for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
-            ret_rays[k] += runner->counters[w].rays[k];
-}
-
-/* Shares the time of a loop among the effects whose rays were traced in it, by their rays: the only measure that costs
- * nothing, since the rays of different effects travel in one batch, and a look at the clock for each tile took 8 % of
- * a frame. */
-static void share_time(const struct lum_stage_runner *runner, const uint64_t before[LUM_RAY_KIND_COUNT], int64_t ns)
-{
-    uint64_t after[LUM_RAY_KIND_COUNT], all = 0;
-    sum_rays(runner, after);
-    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
-        all += after[k] - before[k];
-    for (int e = 0; e < LUM_EFFECT_COUNT && all > 0; e++) {
-        enum lum_ray_kind kind = lum_effect_ray_kind((enum lum_effect)e);
-        runner->counters[0].ns[e] += (int64_t)((double)ns * ((double)(after[kind] - before[kind]) / (double)all));
-    }
-}
-
-enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
-                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx)
-{
-    struct loop loop = {fn, ctx, runner->counters};
-    uint64_t before[LUM_RAY_KIND_COUNT];
-    sum_rays(runner, before);
-    int64_t begin_ns = lum_pool_cpu_ns(runner->pool);
-    enum lum_status status = lum_pool_run(runner->pool, n, run_job, &loop, runner->cancel);
-    share_time(runner, before, lum_pool_cpu_ns(runner->pool) - begin_ns);
-    return status;
-}
-
-struct stage_job {
-    const struct lum_pass *pass;
-    const struct lum_estimator *stage;
-};
-
-static void run_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
-{
-    const struct stage_job *job = ctx;
-    job->stage->tile(job->pass, tile, counters);
-}
-
-enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
-                              const struct lum_estimator *stage)
-{
-    struct stage_job job = {pass, stage};
-    int64_t begin_ns = lum_clock_ns();
-    if (stage->begin)
-        stage->begin(pass);
-    uint32_t n = stage->packets ? pass->packets.n : pass->tiling.n;
-    enum lum_status status = lum_stage_loop(runner, n, run_tile, &job);
-    runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
-    return status;
 }
 
 /* ---- what is stale ---- */

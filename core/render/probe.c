@@ -1,7 +1,9 @@
 /* Illuminance at a point. A probe is a white diffuse surface without extent: E = pi times the radiance that it would
  * reflect. The path tracer does both levels at once, direct light by sampling lights and indirect by paths, with the
  * weights that it uses everywhere. */
-#include "core/estimator/path.h"
+#include "core/math/sampler.h"
+#include "core/path/wave.h"
+#include "core/render/view.h"
 
 /* Sums of one job of up to LUM_RAY_BATCH samples; summed in order of jobs, so that the result does not depend on
  * threads. */

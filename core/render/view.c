@@ -3,19 +3,13 @@
 
 #include <string.h>
 
-#include "core/estimator/guide.h"
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
+#include "core/path/guide.h"
+#include "core/render/aov.h"
 #include "core/render/deferred.h"
 #include "core/render/refine.h"
 #include "core/render/rough.h"
-
-const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
-    [LUM_STAGE_CACHE] = "cache",         [LUM_STAGE_RECORDS] = "records",     [LUM_STAGE_DIRECT] = "direct",
-    [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_REFINE] = "refine",       [LUM_STAGE_INDIRECT] = "indirect",
-    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",       [LUM_STAGE_MEDIA] = "media",
-    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",   [LUM_STAGE_PATH] = "path",
-    [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
-};
 
 struct lum_view {
     struct lum_pool *pool;         /* borrowed */
@@ -25,9 +19,9 @@ struct lum_view {
     uint32_t *tile_spp;
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
-    uint32_t block;          /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
-    struct lum_view *rough;  /* methods that refine: the same at a part of the resolution, for rough passes */
-    struct lum_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
+    uint32_t block;               /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
+    struct lum_view *rough;       /* methods that refine: the same at a part of the resolution, for rough passes */
+    struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_aov_buffers aov;
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
@@ -94,7 +88,7 @@ void lum_view_destroy(struct lum_view *view)
         return;
     lum_view_destroy(view->rough);
     drop_buffers(view);
-    lum_guide_destroy(view->guide);
+    lum_path_guide_destroy(view->guide);
     lum_caches_destroy(view->own_caches);
     lum_free(view->counters);
     lum_free(view);
@@ -198,7 +192,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     v->settings = *pass->settings;
     v->rendered = true;
     v->chosen = v->demand;
-    lum_demand_choose(&v->chosen, pass->settings);
+    lum_demand_choose(&v->chosen, pass->settings->antialias, pass->settings->effects_off, pass->settings->effects_on);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
 }
@@ -229,9 +223,10 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
 {
     int64_t begin_ns = lum_clock_ns();
     if (!v->guide && pass->target_spp > 1)
-        v->guide = lum_guide_create();
-    if (v->guide)
-        lum_guide_begin(v->guide, pass, shows_every_light(v, pass), v->pool);
+        v->guide = lum_path_guide_create();
+    struct lum_guided_pass guided = {pass->snapshot, pass->film, pass->target_spp - 1,
+                                     pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass)};
+    pass->guide = v->guide && lum_path_guide_begin(v->guide, &guided, v->pool) ? v->guide : NULL;
     runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return lum_stage_run(runner, pass, &lum_estimator_path);
 }

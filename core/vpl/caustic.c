@@ -4,7 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/render/frame.h"
+#include "core/math/sampler.h"
+#include "core/trace/rays.h"
+#include "core/trace/stale.h"
 #include "core/vpl/share.h"
 
 /* Sampler pairs: the light's two, then one for each segment. */

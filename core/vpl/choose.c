@@ -25,7 +25,7 @@
 
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
-#include "core/render/frame.h"
+#include "core/trace/rays.h"
 
 /* Rays that ask whether there is anything to shine on. What none of them meets may be there all the same. */
 enum { PROBES = 2 };

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
-#include "core/render/frame.h"
+#include "core/trace/rays.h"
 #include "core/vpl/lobe.h"
 
 /* The points as the loop reads them, and the rays under way. About 35 KiB: lives on a worker's stack. */

@@ -1,10 +1,11 @@
 /* Light paths, and the VPLs they leave. */
+#include "core/math/sampler.h"
 #include "core/vpl/vpl.h"
 
 #include <string.h>
 
-#include "core/render/frame.h"
-#include "core/render/stale.h"
+#include "core/trace/rays.h"
+#include "core/trace/stale.h"
 #include "core/vpl/share.h"
 
 /* Segments of a path between mirrors and glass, beyond those that end at a VPL; as deep as the eye's own branches. */

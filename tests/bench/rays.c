@@ -15,7 +15,8 @@
 #include "core/accel/embree.h"
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
+#include "core/render/view.h"
 #include "tests/bench/table.h"
 
 #define SIDE 512u

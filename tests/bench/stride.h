@@ -2,7 +2,7 @@
 #ifndef LUM_TESTS_BENCH_STRIDE_H
 #define LUM_TESTS_BENCH_STRIDE_H
 
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/bench/bench.h"
 
 enum { STRIDE_SCENES = 4, STRIDE_STRIDES = 13, STRIDE_ROUNDS = 15 };

@@ -4,7 +4,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/numeric/stats.h"
 
 enum { SIDE = 8, N_POINTS = SIDE * SIDE, BOUNCES = 3 };

@@ -3,7 +3,7 @@
 
 #include "core/light/light.h"
 #include "core/math/warp.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/numeric/stats.h"
 
 static const char *const kinds[] = {"point",  "spot",     "directional", "quad", "disc",

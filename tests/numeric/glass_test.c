@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/support/rig.h"
 
 enum { SIDE = 16, SPP = 64 };

@@ -1,6 +1,6 @@
 /* Guided paths: the histogram is a density and samples follow it, what is guided has the mean of what is not and less
  * noise, and pictures do not depend on the number of threads, on cut passes, or on memory that is short. */
-#include "core/estimator/guide.h"
+#include "core/path/guide.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/cut_short.h"
 
@@ -9,20 +9,20 @@ enum { SEEDS = 6, SPP = 16, WIDTH = 96, HEIGHT = 72 };
 /* ---- a cell ---- */
 
 /* A few bright bins, many dim ones, and none at all on one face. */
-static struct lum_guide_cell some_cell(void)
+static struct lum_path_guide_cell some_cell(void)
 {
-    struct lum_guide_cell c = {.share = 0.5f};
-    double mass[LUM_GUIDE_BINS], all = 0.0, below = 0.0;
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+    struct lum_path_guide_cell c = {.share = 0.5f};
+    double mass[LUM_PATH_GUIDE_BINS], all = 0.0, below = 0.0;
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
         all += mass[b] = b / 64 == 3 ? 0.0 : b % 37 == 5 ? 60.0 : 1.0 + b % 7;
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++) {
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++) {
         below += mass[b];
-        c.bins[b] = c.rows[b / LUM_GUIDE_SIDE] = (uint16_t)(below / all * 65535.0 + 0.5);
+        c.bins[b] = c.rows[b / LUM_PATH_GUIDE_SIDE] = (uint16_t)(below / all * 65535.0 + 0.5);
     }
     return c;
 }
 
-static double mass_of(const struct lum_guide_cell *c, uint32_t bin)
+static double mass_of(const struct lum_path_guide_cell *c, uint32_t bin)
 {
     return (c->bins[bin] - (bin > 0 ? c->bins[bin - 1] : 0)) / 65535.0;
 }
@@ -42,21 +42,21 @@ static struct lum_vec3 even_direction(struct rng *rng)
 static void density_is_one(void **state)
 {
     (void)state;
-    struct lum_guide_cell c = some_cell();
+    struct lum_path_guide_cell c = some_cell();
     struct rng rng = {1};
     struct mean one = {0};
-    static double part[LUM_GUIDE_BINS], square[LUM_GUIDE_BINS];
+    static double part[LUM_PATH_GUIDE_BINS], square[LUM_PATH_GUIDE_BINS];
     const int n = 2000000;
     for (int i = 0; i < n; i++) {
         uint32_t bin;
-        double pdf = 4.0 * LUM_PI_D * (double)lum_guide_pdf(&c, even_direction(&rng), &bin);
+        double pdf = 4.0 * LUM_PI_D * (double)lum_path_guide_pdf(&c, even_direction(&rng), &bin);
         mean_add(&one, pdf);
         part[bin] += pdf / n;
         square[bin] += pdf * pdf / n;
     }
     if (!(fabs(one.mean - 1.0) < 5.0 * mean_stderr(&one)))
         fail_msg("the density integrates to %.5f +- %.5f", one.mean, mean_stderr(&one));
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++) {
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++) {
         double error = sqrt(square[b] / n);
         if (!(fabs(part[b] - mass_of(&c, b)) <= 5.0 * error))
             fail_msg("bin %u: %g instead of %g +- %g", b, part[b], mass_of(&c, b), error);
@@ -66,18 +66,18 @@ static void density_is_one(void **state)
 static void samples_follow(void **state)
 {
     (void)state;
-    struct lum_guide_cell c = some_cell();
+    struct lum_path_guide_cell c = some_cell();
     struct rng rng = {2};
-    struct chi2_cell cells[LUM_GUIDE_BINS];
+    struct chi2_cell cells[LUM_PATH_GUIDE_BINS];
     const int n = 500000;
     int elsewhere = 0;
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
         cells[b] = (struct chi2_cell){.expected = n * mass_of(&c, b)};
     for (int i = 0; i < n; i++) {
         uint32_t bin, again;
         float pdf;
-        struct lum_vec3 d = lum_guide_sample(&c, even(&rng), &bin, &pdf);
-        float same = lum_guide_pdf(&c, d, &again);
+        struct lum_vec3 d = lum_path_guide_sample(&c, even(&rng), &bin, &pdf);
+        float same = lum_path_guide_pdf(&c, d, &again);
         cells[bin].observed += 1.0;
         assert_true(fabsf(lum_length(d) - 1.0f) < 1e-6f);
         if (again != bin) /* rounded over an edge */
@@ -89,15 +89,15 @@ static void samples_follow(void **state)
     assert_true(elsewhere < n / 10000);
     for (uint32_t b = 3 * 64; b < 4 * 64; b++)
         assert_true(cells[b].observed == 0.0);
-    double p = chi2_p_value(cells, LUM_GUIDE_BINS);
+    double p = chi2_p_value(cells, LUM_PATH_GUIDE_BINS);
     if (!(p > 1e-6))
         fail_msg("samples do not follow the density: p = %g", p);
     const struct lum_vec2 ends[] = {{0, 0}, {0x1.fffffep-1f, 0x1.fffffep-1f}, {0, 0x1.fffffep-1f}, {0x1.fffffep-1f, 0}};
     for (int i = 0; i < 4; i++) {
         uint32_t bin;
         float pdf;
-        struct lum_vec3 d = lum_guide_sample(&c, ends[i], &bin, &pdf);
-        assert_true(bin < LUM_GUIDE_BINS && pdf > 0.0f && isfinite(pdf) && lum_v3_finite(d));
+        struct lum_vec3 d = lum_path_guide_sample(&c, ends[i], &bin, &pdf);
+        assert_true(bin < LUM_PATH_GUIDE_BINS && pdf > 0.0f && isfinite(pdf) && lum_v3_finite(d));
     }
 }
 
@@ -115,24 +115,24 @@ static void surface_reflects_the_same(const struct lum_material_desc *desc)
     struct lum_surface s = {.ng = n, .ns = n, .light = LUM_NO_OBJECT, .vertex_color = lum_grey(1)};
     struct lum_bsdf b;
     lum_bsdf_init(&b, &r.snapshot->materials[0], &s, wo);
-    struct lum_guide_cell c = some_cell();
-    const struct lum_guide_place none = {0}, place = {&c, 0, c.share * b.diffuse_prob};
+    struct lum_path_guide_cell c = some_cell();
+    const struct lum_path_guide_place none = {0}, place = {&c, 0, c.share * b.diffuse_prob};
     struct mean guided = {0}, unguided = {0};
     struct rng rng = {3};
     for (int i = 0; i < 400000; i++) {
-        struct lum_guide_step step;
+        struct lum_path_guide_step step;
         struct lum_vec2 u = even(&rng);
         float u_lobe = even(&rng).x, pdf;
-        bool goes_on = lum_guide_bsdf_sample(&none, &b, wo, u, u_lobe, &step);
+        bool goes_on = lum_path_guide_bsdf_sample(&none, &b, wo, u, u_lobe, &step);
         mean_add(&unguided, goes_on ? (double)step.s.weight.g : 0.0);
-        goes_on = lum_guide_bsdf_sample(&place, &b, wo, u, u_lobe, &step);
+        goes_on = lum_path_guide_bsdf_sample(&place, &b, wo, u, u_lobe, &step);
         mean_add(&guided, goes_on ? (double)step.s.weight.g : 0.0);
         if (!goes_on || !(step.s.pdf_sa > 0.0f))
             continue;
         struct lum_rgb f = lum_bsdf_eval(&b, wo, step.s.wi, &pdf);
-        float mixed = lum_guide_bsdf_pdf(&place, &b, step.s.wi, pdf);
+        float mixed = lum_path_guide_bsdf_pdf(&place, &b, step.s.wi, pdf);
         uint32_t bin;
-        lum_guide_pdf(&c, step.s.wi, &bin);
+        lum_path_guide_pdf(&c, step.s.wi, &bin);
         if (step.cosine > 0.0f && bin == step.bin && !(fabsf(mixed - step.s.pdf_sa) <= 1e-4f * mixed))
             fail_msg("density %g when sampled, %g when asked for", (double)step.s.pdf_sa, (double)mixed);
         if (!(fabsf(step.s.weight.g * step.s.pdf_sa - f.g) <= 1e-4f * f.g))

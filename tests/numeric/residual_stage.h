@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "core/math/sampler.h"
 #include "core/render/residual.h"
 
 #define W 160u

@@ -2,7 +2,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "core/scene/snapshot.h"
 
 #define SKY_CD_M2 100.0

@@ -3,7 +3,7 @@
 #define LUM_TESTS_SUPPORT_INSTANT_BED_H
 
 #include "core/cache/instant.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/support/rig.h"
 
 #define BED_RECORDS 256u

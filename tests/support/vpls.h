@@ -2,7 +2,7 @@
 #ifndef LUM_TESTS_SUPPORT_VPLS_H
 #define LUM_TESTS_SUPPORT_VPLS_H
 
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "core/vpl/vpl.h"
 #include "tests/support/rig.h"
 

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 
 #include "core/cache/cache.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/support/rig.h"
 
 #define N_EDITS 60

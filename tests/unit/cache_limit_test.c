@@ -1,7 +1,7 @@
 /* A limit for the records of all caches together: who gives way, and that every picture is what it would be without. */
 #include "core/cache/cache.h"
 #include "core/cache/slab.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/support/rig.h"
 
 /* ---- one store ---- */

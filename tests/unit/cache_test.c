@@ -4,7 +4,7 @@
 #include "core/cache/cache.h"
 
 #include "core/math/sampler.h"
-#include "core/render/frame.h"
+#include "core/pass/pass.h"
 #include "tests/support/rig.h"
 
 /* ---- a kind that writes down what it is told ---- */

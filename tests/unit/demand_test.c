@@ -1,6 +1,6 @@
 /* What a scene calls for, and why. The rule that indirect light takes two surfaces that see each other is conservative:
  * every doubtful case here must say that they do. */
-#include "core/method/facing.h"
+#include "core/trace/facing.h"
 #include "core/scene/shapes.h"
 #include "tests/support/rig.h"
 
@@ -9,7 +9,7 @@ static struct lum_demand demand_of(struct rig *r)
     struct lum_demand d;
     rig_commit(r);
     lum_demand_derive(r->snapshot, &d);
-    lum_demand_choose(&d, &r->settings);
+    lum_demand_choose(&d, r->settings.antialias, r->settings.effects_off, r->settings.effects_on);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         assert_true(d.why[e][0] != '\0');
     return d;

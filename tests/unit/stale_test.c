@@ -1,7 +1,7 @@
 /* The invalidation table: every edit of DESIGN 2 is made on a real scene, through the ops of clients, and the ray
  * counters tell what ran again. Rays that the table does not allow are exactly 0; and those that the edit calls for are
  * there, so that 0 means something. */
-#include "core/render/stale.h"
+#include "core/pass/basis.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

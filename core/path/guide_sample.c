@@ -2,9 +2,9 @@
  *
  * A bin is a square of a face of the cube [-1, 1]^3, on which directions are even: with u, v on the face, the solid
  * angle of a small area is that area over (1 + u^2 + v^2)^1.5. No angles, so that any machine has the same. */
-#include "core/estimator/guide.h"
+#include "core/path/guide.h"
 
-#define SIDE LUM_GUIDE_SIDE
+#define SIDE LUM_PATH_GUIDE_SIDE
 
 struct on_cube {
     uint32_t bin;
@@ -29,13 +29,13 @@ static struct on_cube project(struct lum_vec3 d)
 }
 
 /* Per solid angle at (u, v) of bin's face. */
-static float density(const struct lum_guide_cell *cell, uint32_t bin, float u, float v)
+static float density(const struct lum_path_guide_cell *cell, uint32_t bin, float u, float v)
 {
     float mass = (float)(cell->bins[bin] - (bin > 0 ? cell->bins[bin - 1] : 0)), r2 = 1.0f + u * u + v * v;
-    return mass * (0.25f * SIDE * SIDE / LUM_GUIDE_WHOLE) * r2 * sqrtf(r2);
+    return mass * (0.25f * SIDE * SIDE / LUM_PATH_GUIDE_WHOLE) * r2 * sqrtf(r2);
 }
 
-float lum_guide_pdf(const struct lum_guide_cell *cell, struct lum_vec3 d, uint32_t *ret_bin)
+float lum_path_guide_pdf(const struct lum_path_guide_cell *cell, struct lum_vec3 d, uint32_t *ret_bin)
 {
     struct on_cube at = project(d);
     *ret_bin = at.bin;
@@ -51,11 +51,11 @@ static inline uint32_t count_ended(const uint16_t *sums, uint32_t n, uint16_t x)
     return ended;
 }
 
-struct lum_vec3 lum_guide_sample(const struct lum_guide_cell *cell, struct lum_vec2 u, uint32_t *ret_bin,
-                                 float *ret_pdf_sa)
+struct lum_vec3 lum_path_guide_sample(const struct lum_path_guide_cell *cell, struct lum_vec2 u, uint32_t *ret_bin,
+                                      float *ret_pdf_sa)
 {
-    float x = lum_min(u.x * LUM_GUIDE_WHOLE, LUM_GUIDE_WHOLE - 0x1p-8f); /* the product may round up */
-    uint32_t row = count_ended(cell->rows, LUM_GUIDE_ROWS, (uint16_t)x), face = row / SIDE;
+    float x = lum_min(u.x * LUM_PATH_GUIDE_WHOLE, LUM_PATH_GUIDE_WHOLE - 0x1p-8f); /* the product may round up */
+    uint32_t row = count_ended(cell->rows, LUM_PATH_GUIDE_ROWS, (uint16_t)x), face = row / SIDE;
     uint32_t bin = row * SIDE + count_ended(cell->bins + row * SIDE, SIDE, (uint16_t)x);
     float below = bin > 0 ? (float)cell->bins[bin - 1] : 0.0f, inside = (x - below) / ((float)cell->bins[bin] - below);
     float a = ((float)(bin % SIDE) + inside) * (2.0f / SIDE) - 1.0f,
@@ -68,18 +68,19 @@ struct lum_vec3 lum_guide_sample(const struct lum_guide_cell *cell, struct lum_v
 
 /* ---- with a BSDF: of its cosine-shaped directions, a share goes by the cell ---- */
 
-static float mixed(const struct lum_guide_place *at, float pdf_sa, float pdf_cell, float cosine)
+static float mixed(const struct lum_path_guide_place *at, float pdf_sa, float pdf_cell, float cosine)
 {
     return pdf_sa + at->share * (pdf_cell - cosine * LUM_INV_PI);
 }
 
-float lum_guide_bsdf_pdf(const struct lum_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wi, float pdf_sa)
+float lum_path_guide_bsdf_pdf(const struct lum_path_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wi,
+                              float pdf_sa)
 {
     float cosine = lum_dot(wi, b->frame.n);
     uint32_t bin;
     if (!(at->share > 0.0f && cosine > 0.0f))
         return pdf_sa;
-    return mixed(at, pdf_sa, lum_guide_pdf(at->cell, wi, &bin), cosine);
+    return mixed(at, pdf_sa, lum_path_guide_pdf(at->cell, wi, &bin), cosine);
 }
 
 /* The BSDF for a direction that the cell chose; below the surface there is none. */
@@ -96,17 +97,17 @@ static bool weigh(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 
     return true;
 }
 
-bool lum_guide_bsdf_sample(const struct lum_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wo,
-                           struct lum_vec2 u, float u_lobe, struct lum_guide_step *ret_step)
+bool lum_path_guide_bsdf_sample(const struct lum_path_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wo,
+                                struct lum_vec2 u, float u_lobe, struct lum_path_guide_step *ret_step)
 {
-    struct lum_guide_step *step = ret_step;
+    struct lum_path_guide_step *step = ret_step;
     struct lum_bsdf_sample *s = &step->s;
     bool by_cell = u_lobe < at->share;
     float pdf_cell = 0.0f;
     step->ratio = 1.0f;
     step->cosine = 0.0f;
     if (by_cell) {
-        struct lum_vec3 wi = lum_guide_sample(at->cell, u, &step->bin, &pdf_cell);
+        struct lum_vec3 wi = lum_path_guide_sample(at->cell, u, &step->bin, &pdf_cell);
         if (!weigh(b, wo, wi, s))
             return false;
     } else if (!lum_bsdf_sample(b, wo, u, u_lobe, s)) {
@@ -118,7 +119,7 @@ bool lum_guide_bsdf_sample(const struct lum_guide_place *at, const struct lum_bs
     if (!(step->cosine > 0.0f))
         return true;
     if (!by_cell)
-        pdf_cell = lum_guide_pdf(at->cell, s->wi, &step->bin);
+        pdf_cell = lum_path_guide_pdf(at->cell, s->wi, &step->bin);
     float pdf_sa = mixed(at, s->pdf_sa, pdf_cell, step->cosine);
     step->ratio = pdf_sa / s->pdf_sa;
     s->weight = lum_rgb_scale(s->weight, 1.0f / step->ratio);

@@ -1,5 +1,4 @@
-/* Where in the picture it may show that something moved. */
-#include "core/render/deferred.h"
+#include "core/pass/pass.h"
 
 #define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
 

@@ -1,5 +1,4 @@
-/* The deferred buffers behind first hits: what is seen, ready to shade and to guide filters. No ray. */
-#include "core/render/deferred.h"
+#include "core/pass/pass.h"
 
 void lum_surfaces_finish(struct lum_surfaces *s)
 {

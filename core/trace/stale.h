@@ -7,10 +7,9 @@
  *
  * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of VPLs
  * the mask of those that did (vpl.h); of records what their kind finds that motion met (cache.h). */
-#ifndef LUM_CORE_RENDER_STALE_H
-#define LUM_CORE_RENDER_STALE_H
+#ifndef LUM_CORE_TRACE_STALE_H
+#define LUM_CORE_TRACE_STALE_H
 
-#include "core/render/view.h"
 #include "core/scene/snapshot.h"
 
 enum lum_edit_kind {
@@ -54,22 +53,9 @@ enum lum_product {
 /* True when one of the edits (bits) makes the product stale. */
 bool lum_is_stale(uint32_t edits, enum lum_product product);
 
-/* Bits of the edits between two versions of a scene, */
+/* Bits of the edits between two versions of a scene. */
 uint32_t lum_edits_of_versions(const struct lum_versions *was, const struct lum_versions *now);
-/* and between two settings. Effects are left out: lum_pass.on says which are on. */
-uint32_t lum_edits_of_settings(const struct lum_view_settings *was, const struct lum_view_settings *now);
 /* The versions as something sees them for which media count, or not: without any that do, none of their edits does. */
 struct lum_versions lum_versions_seen(const struct lum_snapshot *s, bool media);
-
-/* What a product of a view was made of. Zeroed: it is not made. */
-struct lum_basis {
-    bool valid;
-    struct lum_versions versions;
-    struct lum_view_settings settings;
-    bool on[LUM_EFFECT_COUNT];
-};
-struct lum_pass;
-/* Edits since; it now stands for the pass. All of them where there was nothing. */
-uint32_t lum_basis_renew(struct lum_basis *basis, const struct lum_pass *pass);
 
 #endif

@@ -1,8 +1,9 @@
-/* Wavefront path tracing of up to one ray batch of paths; used by the `path` estimator and by light probes. */
-#ifndef LUM_CORE_ESTIMATOR_PATH_H
-#define LUM_CORE_ESTIMATOR_PATH_H
+/* Wavefront path tracing of up to one ray batch of paths. */
+#ifndef LUM_CORE_PATH_WAVE_H
+#define LUM_CORE_PATH_WAVE_H
 
-#include "core/render/frame.h"
+#include "core/math/sampler.h"
+#include "core/trace/rays.h"
 
 /* What a path carries from one vertex to the next. */
 struct lum_path {
@@ -53,9 +54,10 @@ struct lum_trail {
 };
 
 #define LUM_WAVE_LIGHTS 8u
+#define LUM_WAVE_PAIR_PIXEL 0u /* sampler pair that paths leave to whoever starts them at the eye */
 
-struct lum_guide;
-struct lum_guide_notes;
+struct lum_path_guide;
+struct lum_path_guide_notes;
 
 /* The paths that are alive, densely packed: path i has ray i. About 60 KiB: lives on a worker's stack. */
 struct lum_wave {
@@ -81,8 +83,8 @@ struct lum_wave {
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
     struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_trail *trail;                /* NULL: not wanted. Else set after lum_wave_begin */
-    const struct lum_guide *guide;          /* NULL: paths go unguided. Else set after lum_wave_begin */
-    struct lum_guide_notes *notes;          /* NULL: not wanted. Else set likewise, with a guide and without gains */
+    const struct lum_path_guide *guide;          /* NULL: paths go unguided. Else set after lum_wave_begin */
+    struct lum_path_guide_notes *notes;          /* NULL: not wanted. Else set likewise, with a guide and without gains */
 };
 
 /* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */

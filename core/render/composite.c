@@ -1,26 +1,5 @@
-/* The deferred pipeline's first and last stage: first hits through pixel centres, and the sum of the layers. */
-#include "core/estimator/components.h"
-#include "core/estimator/layers.h"
+/* The last stage of deferred methods: the sum of layers and components. */
 #include "core/render/deferred.h"
-
-static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
-{
-    struct lum_gbuffer *g = pass->gbuffer;
-    if (g->done[tile])
-        return;
-    struct lum_rays rays;
-    lum_tile_center_rays(pass, tile, &rays);
-    counters->rays[LUM_RAY_PRIMARY] += rays.n;
-    struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
-    struct lum_hits before;
-    bool compare = lum_swept_is_known(pass->swept) && pass->swept->stamp == g->stamp;
-    if (compare)
-        before = g->tiles[tile];
-    lum_trace_closest(&trace, &rays, &g->tiles[tile]);
-    if (compare)
-        lum_swept_compare(pass->swept, &pass->tiling, tile, &before, &g->tiles[tile]);
-    g->done[tile] = 1;
-}
 
 static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
@@ -44,6 +23,5 @@ static void composite_tile(const struct lum_pass *pass, uint32_t tile, struct lu
         pass->tile_spp[tile] = pass->target_spp;
 }
 
-const struct lum_estimator lum_stage_gbuffer = {.name = "gbuffer", .stage = LUM_STAGE_GBUFFER, .tile = gbuffer_tile};
 const struct lum_estimator lum_stage_composite = {
     .name = "composite", .stage = LUM_STAGE_COMPOSITE, .tile = composite_tile};

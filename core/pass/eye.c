@@ -1,6 +1,6 @@
 #include <float.h>
 
-#include "core/render/frame.h"
+#include "core/pass/eye.h"
 
 static struct lum_vec3d sub(struct lum_vec3d a, struct lum_vec3d b)
 {
@@ -63,56 +63,6 @@ enum lum_status lum_eye_init(struct lum_eye *ret_eye, const struct lum_camera *c
         .h = (float)h,
     };
     return LUM_OK;
-}
-
-struct lum_tiling lum_tiling_make(uint32_t w, uint32_t h, uint32_t side)
-{
-    uint32_t nx = (w + side - 1) / side, ny = (h + side - 1) / side;
-    return (struct lum_tiling){w, h, side, nx, ny, nx * ny};
-}
-
-static uint32_t least(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
-struct lum_tile_rect lum_tile_at(const struct lum_tiling *t, uint32_t tile)
-{
-    uint32_t x = tile % t->nx * t->side, y = tile / t->nx * t->side;
-    return (struct lum_tile_rect){x, y, least(t->side, t->w - x), least(t->side, t->h - y)};
-}
-
-void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays)
-{
-    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    ret_rays->n = 0;
-    for (uint32_t y = 0; y < r.h; y++)
-        for (uint32_t x = 0; x < r.w; x++) {
-            struct lum_vec3 d = lum_center_direction(pass, r.x + x, r.y + y);
-            lum_rays_push(ret_rays, pass->eye.o, d, INFINITY);
-        }
-}
-
-/* From here on only the direction counts: the offset of an origin turns it by less than float can tell. And a ray as
- * long as its light is far would leave the range of LUM_RAY_LIMIT. */
-#define FAR_LIGHT 0x1p20f
-
-bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng, struct lum_vec3 wi, float distance)
-{
-    struct lum_vec3 o = lum_ray_offset(p, lum_dot(wi, ng) >= 0.0f ? ng : lum_v3_neg(ng));
-    if (!(distance < FAR_LIGHT)) {
-        lum_rays_push(rays, o, wi, distance * (1.0f - 0x1p-12f));
-        return true;
-    }
-    /* From the offset origin to the very point on the light, which must not be met itself: scene coordinates are below
-     * 2^7, so each end is off by at most an ulp of 2^-17; and by the relative rounding of distance * wi and of t. */
-    struct lum_vec3 d = lum_v3_sub(lum_v3_mad(p, wi, distance), o);
-    float length = lum_length(d);
-    float tfar = 1.0f - 0x1p-12f - 0x1p-16f / length;
-    if (!(tfar > 0.0f))
-        return false;
-    lum_rays_push(rays, o, d, tfar);
-    return true;
 }
 
 bool lum_eye_pixel(const struct lum_eye *eye, struct lum_vec3 p, uint32_t *ret_x, uint32_t *ret_y)

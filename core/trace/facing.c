@@ -1,6 +1,6 @@
 /* Surfaces that see no other: those in one plane, and those of a convex solid that is lit from outside. Surfaces
  * reflect on both sides, so an open shell or a room sees itself. */
-#include "core/method/facing.h"
+#include "core/trace/facing.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "core/estimator/guide.h"
+#include "core/path/guide.h"
 
 #include <string.h>
 
@@ -31,17 +31,17 @@
 
 /* What was heard in a cell. */
 struct memory {
-    float sum[LUM_GUIDE_BINS];                       /* up to the last lum_guide_begin, */
-    _Atomic uint32_t heard[LUM_GUIDE_BINS], n_heard; /* and since */
-    float n;                                         /* how often, up to then */
-    float unit;                                      /* mean: of this the integers are parts */
+    float sum[LUM_PATH_GUIDE_BINS];                       /* up to the last lum_path_guide_begin, */
+    _Atomic uint32_t heard[LUM_PATH_GUIDE_BINS], n_heard; /* and since */
+    float n;                                              /* how often, up to then */
+    float unit;                                           /* mean: of this the integers are parts */
     struct lum_bounds box;
 };
 struct block {
-    struct lum_guide_cell cell[BLOCK];
+    struct lum_path_guide_cell cell[BLOCK];
     struct memory memory[BLOCK];
 };
-#define MAX_BLOCKS (LUM_GUIDE_BYTES / sizeof(struct block))
+#define MAX_BLOCKS (LUM_PATH_GUIDE_BYTES / sizeof(struct block))
 
 struct node {
     float split;
@@ -49,7 +49,7 @@ struct node {
     uint32_t child : 30; /* of a leaf: its cell; else the lower of two nodes */
 };
 
-struct lum_guide {
+struct lum_path_guide {
     struct block *block[MAX_BLOCKS];
     struct node *nodes; /* the first FACES are roots */
     uint32_t n_blocks, n_cells, n_nodes;
@@ -59,13 +59,13 @@ struct lum_guide {
     _Atomic int64_t spread, saved; /* since densities were made: variance of pixels, and what more it would have been */
 };
 
-struct lum_guide *lum_guide_create(void)
+struct lum_path_guide *lum_path_guide_create(void)
 {
-    return lum_calloc(1, sizeof(struct lum_guide));
+    return lum_calloc(1, sizeof(struct lum_path_guide));
 }
 
 /* Nothing guides any more, and nothing is kept. */
-static void drop(struct lum_guide *g)
+static void drop(struct lum_path_guide *g)
 {
     for (uint32_t i = 0; i < g->n_blocks; i++)
         lum_free(g->block[i]);
@@ -75,7 +75,7 @@ static void drop(struct lum_guide *g)
     g->usable = false;
 }
 
-void lum_guide_destroy(struct lum_guide *g)
+void lum_path_guide_destroy(struct lum_path_guide *g)
 {
     if (!g)
         return;
@@ -85,12 +85,12 @@ void lum_guide_destroy(struct lum_guide *g)
 
 /* ---- cells ---- */
 
-static struct lum_guide_cell *cell_at(const struct lum_guide *g, uint32_t i)
+static struct lum_path_guide_cell *cell_at(const struct lum_path_guide *g, uint32_t i)
 {
     return &g->block[i / BLOCK]->cell[i % BLOCK];
 }
 
-static struct memory *memory_at(const struct lum_guide *g, uint32_t i)
+static struct memory *memory_at(const struct lum_path_guide *g, uint32_t i)
 {
     return &g->block[i / BLOCK]->memory[i % BLOCK];
 }
@@ -106,19 +106,20 @@ static uint32_t longest(struct lum_vec3 v)
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
-struct lum_guide_place lum_guide_find(const struct lum_guide *g, struct lum_vec3 p, const struct lum_bsdf *b)
+struct lum_path_guide_place lum_path_guide_find(const struct lum_path_guide *g, struct lum_vec3 p,
+                                                const struct lum_bsdf *b)
 {
     uint32_t axis = longest(b->frame.n);
     const struct node *node = &g->nodes[2 * axis + (component(b->frame.n, axis) < 0.0f)];
     const float at[3] = {p.x, p.y, p.z};
     while (node->axis < 3)
         node = &g->nodes[node->child + !(at[node->axis] < node->split)];
-    const struct lum_guide_cell *cell = cell_at(g, node->child);
-    return (struct lum_guide_place){cell, node->child, cell->share * b->diffuse_prob};
+    const struct lum_path_guide_cell *cell = cell_at(g, node->child);
+    return (struct lum_path_guide_place){cell, node->child, cell->share * b->diffuse_prob};
 }
 
 /* Room for one more cell. */
-static bool reserve(struct lum_guide *g)
+static bool reserve(struct lum_path_guide *g)
 {
     if (g->n_cells < g->n_blocks * BLOCK)
         return true;
@@ -132,13 +133,13 @@ static bool reserve(struct lum_guide *g)
 }
 
 /* Halves a leaf's cell across the longest side of its box; each half starts with half of what was heard. */
-static bool halve(struct lum_guide *g, uint32_t leaf)
+static bool halve(struct lum_path_guide *g, uint32_t leaf)
 {
     if (!reserve(g))
         return false;
     struct memory *lower = memory_at(g, g->nodes[leaf].child), *upper = memory_at(g, g->n_cells);
     lower->n *= 0.5f;
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
         lower->sum[b] *= 0.5f;
     *upper = *lower; /* nothing is heard meanwhile */
     uint32_t axis = longest(lum_v3_sub(lower->box.hi, lower->box.lo));
@@ -156,7 +157,7 @@ static bool halve(struct lum_guide *g, uint32_t leaf)
 
 /* Roots, cut evenly into as many cells as the picture's size allows, but for most of the memory, which is for places
  * where more is heard. */
-static bool start(struct lum_guide *g, const struct lum_pass *pass)
+static bool start(struct lum_path_guide *g, const struct lum_guided_pass *pass)
 {
     g->nodes = lum_calloc(2 * MAX_BLOCKS * BLOCK + FACES, sizeof *g->nodes);
     if (!g->nodes)
@@ -169,7 +170,7 @@ static bool start(struct lum_guide *g, const struct lum_pass *pass)
         m->box = (struct lum_bounds){pass->snapshot->bounds_lo, pass->snapshot->bounds_hi};
         g->nodes[g->n_nodes] = (struct node){.axis = 3, .child = g->n_cells++};
     }
-    uint64_t notes = (uint64_t)pass->tiling.w * pass->tiling.h * LUM_GUIDE_NOTES / TRIAL;
+    uint64_t notes = (uint64_t)pass->film->w * pass->film->h * LUM_PATH_GUIDE_NOTES / TRIAL;
     for (uint32_t i = 0; (uint64_t)g->n_cells * AT_FIRST < notes && g->n_cells < MAX_BLOCKS * BLOCK / 4; i++)
         if (!halve(g, i))
             break;
@@ -181,8 +182,8 @@ static bool start(struct lum_guide *g, const struct lum_pass *pass)
 /* Half of a bin, and half of the square of four that it is in: what few have told is uncertain. */
 static double smooth(const float *sum, uint32_t bin)
 {
-    const float *q = sum + (bin & ~(LUM_GUIDE_SIDE | 1u));
-    return 0.5 * (double)sum[bin] + 0.125 * (double)(q[0] + q[1] + q[LUM_GUIDE_SIDE] + q[LUM_GUIDE_SIDE + 1]);
+    const float *q = sum + (bin & ~(LUM_PATH_GUIDE_SIDE | 1u));
+    return 0.5 * (double)sum[bin] + 0.125 * (double)(q[0] + q[1] + q[LUM_PATH_GUIDE_SIDE] + q[LUM_PATH_GUIDE_SIDE + 1]);
 }
 
 static void hear(void *ctx, uint32_t i, uint32_t worker)
@@ -192,7 +193,7 @@ static void hear(void *ctx, uint32_t i, uint32_t worker)
     uint32_t n = atomic_load_explicit(&m->n_heard, memory_order_relaxed); /* nobody else writes meanwhile */
     atomic_store_explicit(&m->n_heard, 0, memory_order_relaxed);
     double all = 0.0;
-    for (uint32_t b = 0; n > 0 && b < LUM_GUIDE_BINS; b++) {
+    for (uint32_t b = 0; n > 0 && b < LUM_PATH_GUIDE_BINS; b++) {
         uint32_t parts = atomic_load_explicit(&m->heard[b], memory_order_relaxed);
         atomic_store_explicit(&m->heard[b], 0, memory_order_relaxed);
         m->sum[b] += (float)parts * (m->unit / PARTS);
@@ -207,19 +208,19 @@ static void make_density(void *ctx, uint32_t i, uint32_t worker)
 {
     (void)worker;
     const struct memory *m = memory_at(ctx, i);
-    struct lum_guide_cell *c = cell_at(ctx, i);
+    struct lum_path_guide_cell *c = cell_at(ctx, i);
     double all = 0.0, below = 0.0;
-    for (uint32_t b = 0; b < LUM_GUIDE_BINS; b++)
+    for (uint32_t b = 0; b < LUM_PATH_GUIDE_BINS; b++)
         all += smooth(m->sum, b);
     c->share = m->n >= FEW && all > 0.0 ? SHARE * m->n / (m->n + FEW) : 0.0f;
-    for (uint32_t b = 0; c->share > 0.0f && b < LUM_GUIDE_BINS; b++) {
+    for (uint32_t b = 0; c->share > 0.0f && b < LUM_PATH_GUIDE_BINS; b++) {
         below += smooth(m->sum, b);
-        c->bins[b] = (uint16_t)lum_min((float)(below / all) * LUM_GUIDE_WHOLE + 0.5f, LUM_GUIDE_WHOLE);
-        c->rows[b / LUM_GUIDE_SIDE] = c->bins[b];
+        c->bins[b] = (uint16_t)lum_min((float)(below / all) * LUM_PATH_GUIDE_WHOLE + 0.5f, LUM_PATH_GUIDE_WHOLE);
+        c->rows[b / LUM_PATH_GUIDE_SIDE] = c->bins[b];
     }
 }
 
-static void make_densities(struct lum_guide *g, struct lum_pool *pool)
+static void make_densities(struct lum_path_guide *g, struct lum_pool *pool)
 {
     lum_pool_run(pool, g->n_cells, hear, g, NULL);
     for (uint32_t i = 0; i < g->n_nodes; i++) /* also those that are added on the way */
@@ -254,7 +255,7 @@ static bool is_due(uint32_t sample)
     return sample == 2 || sample == 3;
 }
 
-static bool pays(struct lum_guide *g, uint32_t sample)
+static bool pays(struct lum_path_guide *g, uint32_t sample)
 {
     int64_t spread = atomic_exchange_explicit(&g->spread, 0, memory_order_relaxed);
     int64_t saved = atomic_exchange_explicit(&g->saved, 0, memory_order_relaxed);
@@ -262,15 +263,14 @@ static bool pays(struct lum_guide *g, uint32_t sample)
            (double)(spread + saved) >= (sample == TRIAL_ENDS ? PAYS_AFTER_TRIAL : PAYS) * (double)spread;
 }
 
-void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, bool every_light, struct lum_pool *pool)
+bool lum_path_guide_begin(struct lum_path_guide *g, const struct lum_guided_pass *pass, struct lum_pool *pool)
 {
-    uint32_t sample = pass->target_spp - 1;
+    uint32_t sample = pass->sample;
     if (sample <= 1 && sample != g->sample)
         drop(g); /* it is a new picture */
     if (sample == 1 && sample != g->sample) {
         g->typical = typical(pass->film);
-        g->usable = every_light && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && g->typical > 0.0f &&
-                    isfinite(g->typical * LUM_PI) && start(g, pass);
+        g->usable = pass->allowed && g->typical > 0.0f && isfinite(g->typical * LUM_PI) && start(g, pass);
         if (!g->usable)
             drop(g);
         atomic_store(&g->spread, 0);
@@ -282,23 +282,22 @@ void lum_guide_begin(struct lum_guide *g, struct lum_pass *pass, bool every_ligh
             drop(g);
     }
     g->sample = sample;
-    pass->guide = g->usable ? g : NULL;
+    return g->usable;
 }
 
 /* ---- learning ---- */
 
-bool lum_guide_serves(const struct lum_pass *pass, uint32_t tile)
+bool lum_path_guide_serves(const struct lum_path_guide *g, uint32_t column, uint32_t row)
 {
-    uint32_t x = tile % pass->tiling.nx, y = tile / pass->tiling.nx;
-    return pass->guide && (pass->guide->sample >= TRIAL_ENDS || (x + 2 * y) % TRIAL == 0);
+    return g->sample >= TRIAL_ENDS || (column + 2 * row) % TRIAL == 0;
 }
 
-bool lum_guide_learns(const struct lum_guide *g, uint32_t tile)
+bool lum_path_guide_learns(const struct lum_path_guide *g, uint32_t tile)
 {
     return g->sample < ALL_LEARN || (g->sample < LEARN_ENDS && (tile + g->sample) % LATER == 0);
 }
 
-static void tell(struct lum_guide *g, const struct lum_guide_note *note, float luminance)
+static void tell(struct lum_path_guide *g, const struct lum_path_guide_note *note, float luminance)
 {
     struct memory *m = memory_at(g, note->cell);
     float value = (luminance - note->before) * note->scale * (PARTS / m->unit);
@@ -313,10 +312,10 @@ static void tell(struct lum_guide *g, const struct lum_guide_note *note, float l
  * from that, and of what it would have been more without guiding. With density p instead of q a contribution x, sampled
  * with q, has the second moment x^2 q / p. What shines at the end of the segment is left out: its weight would be
  * another. */
-static void judge(const struct lum_guide *g, const struct lum_guide_notes *notes, uint32_t slot, float mean,
+static void judge(const struct lum_path_guide *g, const struct lum_path_guide_notes *notes, uint32_t slot, float mean,
                   float luminance, int64_t *inout_spread, int64_t *inout_saved)
 {
-    const struct lum_guide_note *first = notes->note[slot];
+    const struct lum_path_guide_note *first = notes->note[slot];
     if (notes->n[slot] == 0 || !(first->before >= 0.0f) || !(first->pdf_ratio < 1.0f || first->pdf_ratio > 1.0f))
         return; /* it was not guided */
     float m2 = mean * mean + 0.0625f * g->typical * g->typical, spread = (luminance - mean) * (luminance - mean) / m2;
@@ -329,16 +328,13 @@ static void judge(const struct lum_guide *g, const struct lum_guide_notes *notes
     *inout_saved += (int64_t)lum_clamp(saved * part, -0x1p20f, 0x1p20f);
 }
 
-void lum_guide_learn(const struct lum_pass *pass, uint32_t tile, const struct lum_guide_notes *notes,
-                     const struct lum_rgb *radiance)
+void lum_path_guide_learn(struct lum_path_guide *g, uint32_t n_slots, const struct lum_path_guide_notes *notes,
+                          const float *means, const struct lum_rgb *radiance)
 {
-    struct lum_guide *g = pass->guide;
-    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     int64_t spread = 0, saved = 0;
-    for (uint32_t slot = 0; slot < r.w * r.h; slot++) {
-        float mean = lum_luminance(lum_film_mean(pass->film, r.x + slot % r.w, r.y + slot / r.w));
+    for (uint32_t slot = 0; slot < n_slots; slot++) {
         float luminance = lum_luminance(radiance[slot]);
-        judge(g, notes, slot, mean, luminance, &spread, &saved);
+        judge(g, notes, slot, means[slot], luminance, &spread, &saved);
         for (uint32_t k = 0; k < notes->n[slot]; k++)
             tell(g, &notes->note[slot][k], luminance);
     }

@@ -1,6 +1,6 @@
 /* Can light go from one surface of the scene to another? */
-#ifndef LUM_CORE_METHOD_FACING_H
-#define LUM_CORE_METHOD_FACING_H
+#ifndef LUM_CORE_TRACE_FACING_H
+#define LUM_CORE_TRACE_FACING_H
 
 struct lum_snapshot;
 

@@ -1,10 +1,10 @@
 /* Which effects a snapshot calls for, and the first thing that does. */
-#include "core/method/method.h"
+#include "core/trace/demand.h"
 
 #include <stdio.h>
 
-#include "core/method/facing.h"
-#include "core/render/view.h"
+#include "core/scene/snapshot.h"
+#include "core/trace/facing.h"
 
 static void demand(struct lum_demand *d, enum lum_effect effect, const char *id, const char *why)
 {
@@ -126,13 +126,13 @@ static void demand_of_media(const struct lum_snapshot *s, struct lum_demand *d)
     refuse(d, LUM_EFFECT_MEDIA, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
 }
 
-void lum_demand_choose(struct lum_demand *d, const struct lum_view_settings *settings)
+void lum_demand_choose(struct lum_demand *d, bool antialias, uint32_t effects_off, uint32_t effects_on)
 {
-    d->on[LUM_EFFECT_ANTIALIAS] = settings->antialias;
+    d->on[LUM_EFFECT_ANTIALIAS] = antialias;
     snprintf(d->why[LUM_EFFECT_ANTIALIAS], sizeof d->why[0], "%s",
-             settings->antialias ? "the view asks for it" : "the view looks through pixel centres");
+             antialias ? "the view asks for it" : "the view looks through pixel centres");
     for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++) {
-        bool off = settings->effects_off & 1u << e, on = settings->effects_on & 1u << e;
+        bool off = effects_off & 1u << e, on = effects_on & 1u << e;
         if (!off && !on)
             continue;
         d->on[e] = !off;

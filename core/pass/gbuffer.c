@@ -1,0 +1,22 @@
+#include "core/pass/pass.h"
+
+static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    struct lum_gbuffer *g = pass->gbuffer;
+    if (g->done[tile])
+        return;
+    struct lum_rays rays;
+    lum_tile_center_rays(pass, tile, &rays);
+    counters->rays[LUM_RAY_PRIMARY] += rays.n;
+    struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
+    struct lum_hits before;
+    bool compare = lum_swept_is_known(pass->swept) && pass->swept->stamp == g->stamp;
+    if (compare)
+        before = g->tiles[tile];
+    lum_trace_closest(&trace, &rays, &g->tiles[tile]);
+    if (compare)
+        lum_swept_compare(pass->swept, &pass->tiling, tile, &before, &g->tiles[tile]);
+    g->done[tile] = 1;
+}
+
+const struct lum_estimator lum_stage_gbuffer = {.name = "gbuffer", .stage = LUM_STAGE_GBUFFER, .tile = gbuffer_tile};

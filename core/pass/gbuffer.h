@@ -1,0 +1,18 @@
+/* First hits through pixel centres. */
+#ifndef LUM_CORE_PASS_GBUFFER_H
+#define LUM_CORE_PASS_GBUFFER_H
+
+#include "core/pass/basis.h"
+#include "core/pass/surfaces.h"
+
+/* First hits through pixel centres, one batch per tile. */
+struct lum_gbuffer {
+    struct lum_hits *tiles;
+    uint8_t *done;  /* per tile */
+    uint64_t stamp; /* changes with what the buffer shows, but for what lum_swept.changed says */
+    struct lum_basis basis;
+};
+
+extern const struct lum_estimator lum_stage_gbuffer;
+
+#endif

@@ -1,0 +1,100 @@
+/* What an estimator gets to work on: one pass of one view, cut into tiles. Internal to core. */
+#ifndef LUM_CORE_PASS_PASS_H
+#define LUM_CORE_PASS_PASS_H
+
+#include "core/film/film.h"
+#include "core/pass/eye.h"
+#include "core/pass/gbuffer.h"
+#include "core/pass/method.h"
+#include "core/pass/settings.h"
+#include "core/pass/stats.h"
+#include "core/pass/swept.h"
+#include "core/trace/rays.h"
+
+struct lum_layers;
+struct lum_components;
+struct lum_vpl_set;
+struct lum_records;
+struct lum_path_guide;
+
+/* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
+struct lum_pass {
+    const struct lum_snapshot *snapshot;
+    const struct lum_view_settings *settings;
+    struct lum_eye eye;
+    float footprint;                   /* size at distance 1 of a pixel of the picture that this is for: of a rough pass, of the
+                                        * frame that follows. What outlives the pass is made for that one */
+    struct lum_tiling tiling, packets; /* of ray batches; of LUM_PACKET_SIDE squares */
+    bool on[LUM_EFFECT_COUNT];         /* called for, and served by the method: anything else costs nothing */
+    /* deferred methods */
+    struct lum_gbuffer *gbuffer;
+    struct lum_surfaces *surfaces;     /* methods with components */
+    struct lum_swept *swept;           /* NULL: as if not known */
+    struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
+    struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
+    uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
+    const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
+    struct lum_records *records;       /* methods with a cache (estimator/records.h); NULL: likewise */
+    struct lum_path_guide *guide;      /* of path traced samples (path/guide.h); NULL: there is none */
+    struct lum_film *film;
+    uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
+    uint32_t target_spp;         /* tiles that have as many are left alone */
+    uint32_t block;              /* pixels a side that share one sample: 1, or more in a rough pass, which leaves tile_spp 0 */
+};
+
+/* Bits LUM_EFFECT_BIT of what the pass leaves out. */
+static inline uint32_t lum_pass_effects_off(const struct lum_pass *pass)
+{
+    uint32_t off = 0;
+    for (uint32_t e = 0; e < LUM_EFFECT_COUNT; e++)
+        off |= pass->on[e] ? 0 : LUM_EFFECT_BIT(e);
+    return off;
+}
+
+/* Light goes through panes. Without the effect transmission they are opaque, to it and to the eye. */
+static inline bool lum_pass_panes(const struct lum_pass *pass)
+{
+    return pass->snapshot->has_panes && pass->on[LUM_EFFECT_TRANSMISSION];
+}
+
+/* How stages run: over whose threads, with whose counters, into which statistics. */
+struct lum_stage_runner {
+    struct lum_pool *pool;
+    struct lum_counters *counters; /* by worker */
+    const _Atomic bool *cancel;
+    struct lum_pass_stats *stats;
+};
+
+/* A stage of a pass: what is stale in a tile is made anew. Thread: one worker per tile; the counters are its own. */
+struct lum_estimator {
+    const char *name;
+    enum lum_stage stage;
+    void (*begin)(const struct lum_pass *pass); /* once before its tiles, on the calling thread; NULL: nothing to do */
+    void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
+    /* In place of begin and tile: all of it. */
+    enum lum_status (*run)(const struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
+    bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
+    uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
+    bool vpls;           /* gathers from virtual point lights */
+    bool cache;          /* uses the records of the method's cache */
+    bool surfaces;       /* reads pass->surfaces */
+    const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */
+};
+
+enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struct lum_pass *pass,
+                              const struct lum_estimator *stage);
+
+/* A parallel loop within a stage that has a `run` of its own. Rays and time are counted by effect. */
+enum lum_status lum_stage_loop(const struct lum_stage_runner *runner, uint32_t n,
+                               void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters), void *ctx);
+
+/* Of the ray through the centre of pixel (x, y). */
+static inline struct lum_vec3 lum_center_direction(const struct lum_pass *pass, uint32_t x, uint32_t y)
+{
+    return lum_eye_direction(&pass->eye, (float)x + 0.5f, (float)y + 0.5f);
+}
+
+/* Fills the rays of a tile through pixel centres: ray i goes through pixel (i % rect.w, i / rect.w) of the tile. */
+void lum_tile_center_rays(const struct lum_pass *pass, uint32_t tile, struct lum_rays *ret_rays);
+
+#endif

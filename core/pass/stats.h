@@ -1,0 +1,56 @@
+/* The stages of a pass, and what it says of itself. */
+#ifndef LUM_CORE_PASS_STATS_H
+#define LUM_CORE_PASS_STATS_H
+
+#include "core/cache/caches.h"
+#include "core/trace/demand.h"
+
+/* In the order in which they run. */
+enum lum_stage {
+    LUM_STAGE_GBUFFER,
+    LUM_STAGE_SURFACES,
+    LUM_STAGE_VPLS,
+    LUM_STAGE_CACHE,
+    LUM_STAGE_RECORDS,
+    LUM_STAGE_DIRECT,
+    LUM_STAGE_SHADOW,
+    LUM_STAGE_REFINE,
+    LUM_STAGE_INDIRECT,
+    LUM_STAGE_SPECULAR,
+    LUM_STAGE_GLOSSY,
+    LUM_STAGE_MEDIA,
+    LUM_STAGE_FILTER,
+    LUM_STAGE_UPSAMPLE,
+    LUM_STAGE_PATH,
+    LUM_STAGE_COMPOSITE,
+    LUM_STAGE_ANTIALIAS,
+    LUM_STAGE_COUNT
+};
+extern const char *const lum_stage_names[LUM_STAGE_COUNT];
+
+struct lum_effect_stats {
+    uint64_t rays, tiles;
+    int64_t ns; /* CPU */
+};
+
+/* What one pass did. Counters are of this pass only; exactly 0 where nothing ran. */
+struct lum_pass_stats {
+    uint64_t scene_rev;
+    double ms, cpu_ms;
+    double stage_ms[LUM_STAGE_COUNT];
+    uint64_t rays[LUM_RAY_KIND_COUNT];
+    struct lum_demand demand;
+    struct lum_effect_stats effects[LUM_EFFECT_COUNT];
+    bool served[LUM_EFFECT_COUNT]; /* by the method: one that is called for and not served is missing in the picture */
+    uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and those of them that lie elsewhere than in the pass before */
+    struct lum_cache_counts cache;
+    uint64_t nonfinite, bad_rays;  /* must be 0 */
+    double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
+    uint32_t spp;                 /* least samples of any pixel so far */
+    double error_rel;             /* NAN: unknown */
+    uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
+    bool changed;                 /* the film differs from before the pass */
+    bool complete;                /* nothing left to do for this snapshot and these settings */
+};
+
+#endif

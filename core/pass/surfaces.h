@@ -1,0 +1,36 @@
+/* What the eye sees, ready to shade and to guide filters. */
+#ifndef LUM_CORE_PASS_SURFACES_H
+#define LUM_CORE_PASS_SURFACES_H
+
+#include "core/pass/basis.h"
+
+/* What the eye sees, ready to shade and to guide filters: one entry per pixel, row by row of the picture. Made from the
+ * G-buffer without a ray, for methods that ask for it. */
+enum {
+    LUM_PIXEL_SURFACE = 1,  /* an object's surface that scatters; else background, emitter shape, unlit */
+    LUM_PIXEL_DIFFUSE = 2,  /* its albedo is not black */
+    LUM_PIXEL_GLOSS = 4,    /* it reflects with a gloss */
+    LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
+    LUM_PIXEL_SHINES = 16,  /* by itself: or may when switched on: emitters, unlit and emissive materials; the background, whether there is a sky or not */
+};
+struct lum_surfaces {
+    struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */
+    struct lum_rgb *albedo;      /* lum_bsdf_diffuse_albedo: what the components are multiplied by */
+    float *depth;                /* distance from the eye, scene units; INFINITY: background */
+    uint8_t *kind;               /* LUM_PIXEL_ bits */
+    uint32_t *object;            /* as in struct lum_hits */
+    struct lum_vec3 *former_p, *former_n; /* p and n before the eye last moved; NULL: settings->carry_shadows is off */
+    uint8_t *done;               /* per tile */
+    uint64_t stamp; /* of the G-buffer that they show */
+    struct lum_basis basis;
+    uint64_t version;            /* changes with what they show */
+};
+
+struct lum_pass;
+void lum_surfaces_finish(struct lum_surfaces *s);
+LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err);
+
+struct lum_estimator;
+extern const struct lum_estimator lum_stage_surfaces;
+
+#endif
