@@ -133,7 +133,7 @@ static void trace_all(const struct lum_cache_job *job)
 {
     uint32_t slots[CHUNK], n = job->cache->vpls.n;
     for (uint32_t i = 0; i < job->n; i++) /* what lies behind the last VPL is summed, too */
-        memset(record_of(job, i)->term, 0, padded(n) * sizeof(float));
+        memset(record_of(job, i)->term + n, 0, (padded(n) - n) * sizeof(float));
     for (uint32_t first = 0; first < n; first += CHUNK) {
         uint32_t n_slots = n - first < CHUNK ? n - first : CHUNK;
         for (uint32_t k = 0; k < n_slots; k++)

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "core/estimator/estimators.h"
-#include "core/path/wave.h"
 #include "core/estimator/sites.h"
+#include "core/path/wave.h"
 
 static void finish_buffer(struct lum_component_buffer *b)
 {

@@ -1,11 +1,11 @@
 /* Everything, path traced: one sample of every pixel of a tile, or of every block of pixels. */
-#include "core/math/sampler.h"
-#include "core/path/guide.h"
-#include "core/estimator/estimators.h"
-#include "core/path/wave.h"
-#include "core/pass/pass.h"
-
 #include <string.h>
+
+#include "core/estimator/estimators.h"
+#include "core/math/sampler.h"
+#include "core/pass/pass.h"
+#include "core/path/guide.h"
+#include "core/path/wave.h"
 
 static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const struct lum_tile_rect *r,
                           uint32_t sample)

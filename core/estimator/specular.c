@@ -8,9 +8,9 @@
 #include "core/estimator/components.h"
 #include "core/estimator/direct.h"
 #include "core/estimator/estimators.h"
+#include "core/estimator/records.h"
 #include "core/math/sampler.h"
 #include "core/path/wave.h"
-#include "core/estimator/records.h"
 #include "core/vpl/vpl.h"
 
 #define BRANCH_DEPTH 30u        /* segments, as many as fit branch.path; a glass ball in a mirror room takes 8 */
@@ -233,8 +233,8 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
 
 /* ---- media ---- */
 
-#define FOG_POINTS                                                                                                     \
-    4u /* per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them */
+/* Per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them. */
+#define FOG_POINTS 4u
 #define PAIR_FOG 0x20000000u
 
 static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)

@@ -2,8 +2,8 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
-#include "core/path/wave.h"
 #include "core/pass/pass.h"
+#include "core/path/wave.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/stats.h"
 

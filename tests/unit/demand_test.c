@@ -1,7 +1,7 @@
 /* What a scene calls for, and why. The rule that indirect light takes two surfaces that see each other is conservative:
  * every doubtful case here must say that they do. */
-#include "core/trace/facing.h"
 #include "core/scene/shapes.h"
+#include "core/trace/facing.h"
 #include "tests/support/rig.h"
 
 static struct lum_demand demand_of(struct rig *r)
