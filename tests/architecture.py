@@ -28,10 +28,23 @@ LAYERS = [
     "vpl",
     "cache",
     "pass",
-    "estimator",
+    "effect",
     "method",
     "render",
 ]
+# rooms of core/effect -> others of them that they may use
+EFFECT_MAY_USE = {
+    "direct": set(),
+    "many_lights": {"direct"},
+    "area_shadow": {"direct", "many_lights"},
+    "indirect": set(),
+    "specular": {"direct", "indirect"},
+    "gloss": {"direct"},
+    "fog": {"direct"},
+    "antialias": {"direct"},
+    "ais": set(),
+    "path": set(),
+}
 LAYER_OF = {room: i for i, rooms in enumerate(LAYERS) for room in rooms.split()}
 # third-party header prefix -> the only files that may include it
 ONLY_IN = {
@@ -69,6 +82,11 @@ def check_layers(where, room, other):
         failures.append(f"{where}: core/{room} must not include core/{other}, which stands above it")
 
 
+def check_effects(where, room, other):
+    if room != other and other not in EFFECT_MAY_USE.get(room, set()):
+        failures.append(f"{where}: core/effect/{room} must not include core/effect/{other}")
+
+
 def check_includes(name):
     folder = name.split("/")[0]
     with open(os.path.join(source, name), encoding="utf-8") as f:
@@ -83,6 +101,8 @@ def check_includes(name):
                     failures.append(f"{where}: {folder}/ must not include {header}")
                 if folder == "core" and target == "core":
                     check_layers(where, name.split("/")[1], header.split("/")[1])
+                if name.startswith("core/effect/") and header.startswith("core/effect/"):
+                    check_effects(where, name.split("/")[2], header.split("/")[2])
             for pattern, allowed in ONLY_IN.items():
                 if re.match(pattern, header) and not re.match(allowed, name):
                     failures.append(f"{where}: {header} may be included only in {allowed}")

@@ -3,9 +3,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/estimator/ais.h"
-#include "core/estimator/estimators.h"
-#include "core/estimator/records.h"
+#include "core/effect/ais/ais.h"
+#include "core/effect/antialias/antialias.h"
+#include "core/effect/area_shadow/penumbra.h"
+#include "core/effect/direct/direct.h"
+#include "core/effect/fog/airlight.h"
+#include "core/effect/gloss/gloss.h"
+#include "core/effect/indirect/records.h"
+#include "core/effect/path/path.h"
+#include "core/effect/specular/specular.h"
 
 #define AIS_EFFECTS                                                                                                    \
     {                                                                                                                  \

@@ -5,7 +5,7 @@
 #include "core/trace/effect.h"
 
 struct lum_estimator;  /* pass/pass.h */
-struct lum_ais;        /* estimator/ais.h */
+struct lum_ais;        /* effect/ais/ais.h */
 struct lum_cache_kind; /* cache/cache.h */
 
 struct lum_method {

@@ -7,6 +7,7 @@
 #include "core/pass/gbuffer.h"
 #include "core/pass/method.h"
 #include "core/pass/settings.h"
+#include "core/pass/state.h"
 #include "core/pass/stats.h"
 #include "core/pass/swept.h"
 #include "core/trace/rays.h"
@@ -30,11 +31,12 @@ struct lum_pass {
     struct lum_gbuffer *gbuffer;
     struct lum_surfaces *surfaces;     /* methods with components */
     struct lum_swept *swept;           /* NULL: as if not known */
-    struct lum_layers *layers;         /* light by light buffers (estimator/layers.h) */
-    struct lum_components *components; /* effect by effect buffers (estimator/components.h); NULL: the method has none */
+    struct lum_layers *layers;         /* light by light buffers (effect/direct/layers.h) */
+    struct lum_components *components; /* effect by effect buffers (pass/components.h); NULL: the method has none */
+    const struct lum_states *states;   /* what estimators keep for themselves (lum_pass_state) */
     uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
     const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
-    struct lum_records *records;       /* methods with a cache (estimator/records.h); NULL: likewise */
+    struct lum_records *records;       /* methods with a cache (effect/indirect/records.h); NULL: likewise */
     struct lum_path_guide *guide;      /* of path traced samples (path/guide.h); NULL: there is none */
     struct lum_film *film;
     uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
@@ -65,6 +67,13 @@ struct lum_stage_runner {
     struct lum_pass_stats *stats;
 };
 
+/* How direct light on what the eye sees is kept, light by light (effect/direct/layers.h). */
+enum lum_layering {
+    LUM_LAYERING_NONE, /* it is not: the estimator fills a component instead */
+    LUM_LAYERING_HARD, /* who sees which sample of the light, and its response */
+    LUM_LAYERING_SOFT, /* what the pixels around know of the light, too */
+};
+
 /* A stage of a pass: what is stale in a tile is made anew. Thread: one worker per tile; the counters are its own. */
 struct lum_estimator {
     const char *name;
@@ -74,7 +83,11 @@ struct lum_estimator {
     /* In place of begin and tile: all of it. */
     enum lum_status (*run)(const struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
     bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
+    enum lum_layering layering; /* of lights whose direct light it is to find */
+    const struct lum_state_kind *state; /* what it keeps from pass to pass; NULL: nothing */
     uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
+    uint32_t sparse;     /* of these, those that hold so few samples a pixel that the composite joins neighbours */
+    uint32_t lasting;    /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
     bool vpls;           /* gathers from virtual point lights */
     bool cache;          /* uses the records of the method's cache */
     bool surfaces;       /* reads pass->surfaces */

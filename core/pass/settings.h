@@ -19,7 +19,7 @@ struct lum_view_settings {
     uint32_t max_depth;      /* path segments after the first hit, of every method; roulette ends nearly all paths before */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0: none */
-    size_t layers_bytes;     /* of buffers light by light (estimator/layers.h) */
+    size_t layers_bytes;     /* of buffers light by light (effect/direct/layers.h) */
     bool carry_shadows;      /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does not
                                 depend on where the eye was before */
     bool antialias;          /* smooth edges, of hard shadows too; false: rays through pixel centres */

@@ -1,5 +1,5 @@
 #include "core/render/deferred.h"
-#include "core/estimator/estimators.h"
+#include "core/effect/direct/direct.h"
 
 #include <assert.h>
 #include <string.h>
@@ -18,6 +18,7 @@ void lum_deferred_finish(struct lum_deferred *d)
     lum_swept_finish(&d->swept);
     lum_layers_finish(&d->layers);
     lum_components_finish(&d->components);
+    lum_states_finish(&d->states);
     lum_vpl_finish(&d->vpls);
     lum_records_finish(&d->records, d->caches);
 }
@@ -236,6 +237,25 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
     return status;
 }
 
+/* Of methods without components all is stale that was kept by one that has them. */
+static enum lum_status update_states(struct lum_deferred *d, struct lum_pass *pass, const struct plan *plan,
+                                     struct lum_error *err)
+{
+    const struct lum_state_kind *kinds[STAGES_MAX];
+    struct lum_outcome outcome = {LUM_FATE_STALE, LUM_FATE_STALE};
+    enum lum_status status = LUM_OK;
+    for (uint32_t i = 0; i < plan->n; i++)
+        kinds[i] = plan->stages[i]->state;
+    if (plan->components) {
+        pass->components = &d->components;
+        status = lum_components_update(&d->components, pass, &outcome, err);
+    }
+    if (status == LUM_OK)
+        status = lum_states_update(&d->states, pass, kinds, plan->n, &outcome, err);
+    pass->states = &d->states;
+    return status;
+}
+
 /* What the buffers of a pass hold of what it asks for; all hear of what has changed. */
 static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const struct plan *plan,
                            const struct lum_stage_runner *runner, struct lum_error *err)
@@ -252,10 +272,8 @@ static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const 
         pass->surfaces = &d->surfaces;
         status = lum_surfaces_update(&d->surfaces, pass, err);
     }
-    if (status == LUM_OK && plan->components) {
-        pass->components = &d->components;
-        status = lum_components_update(&d->components, pass, err);
-    }
+    if (status == LUM_OK)
+        status = update_states(d, pass, plan, err);
     if (status != LUM_OK)
         lum_swept_finish(&d->swept); /* some have not heard of what moved */
     return status;

@@ -6,9 +6,9 @@
 #ifndef LUM_CORE_RENDER_DEFERRED_H
 #define LUM_CORE_RENDER_DEFERRED_H
 
-#include "core/estimator/components.h"
-#include "core/estimator/layers.h"
-#include "core/estimator/records.h"
+#include "core/pass/components.h"
+#include "core/effect/direct/layers.h"
+#include "core/effect/indirect/records.h"
 #include "core/pass/gbuffer.h"
 #include "core/vpl/vpl.h"
 
@@ -18,6 +18,7 @@ struct lum_deferred {
     struct lum_swept swept;
     struct lum_layers layers;
     struct lum_components components;
+    struct lum_states states; /* of estimators */
     struct lum_vpl_set vpls; /* of methods without a cache */
     uint32_t n_vpls;         /* that shone in the last frame */
     struct lum_records records;

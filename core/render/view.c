@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "core/estimator/estimators.h"
+#include "core/effect/path/path.h"
 #include "core/math/sampler.h"
 #include "core/path/guide.h"
 #include "core/render/aov.h"

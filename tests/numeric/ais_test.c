@@ -2,7 +2,7 @@
  * lights and against each other. */
 #include "tests/support/rig.h"
 
-#include "core/estimator/ais.h"
+#include "core/effect/ais/ais.h"
 #include "core/vpl/vpl.h"
 
 static const char *const names[] = {"igi", "ais", "ais-max"};

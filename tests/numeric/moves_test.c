@@ -3,7 +3,7 @@
  * the same picture by every method; bit for bit, unless said. rig_pass asserts that no sample was dropped and no ray
  * refused. */
 #include "core/cache/cache.h"
-#include "core/estimator/ais.h"
+#include "core/effect/ais/ais.h"
 #include "tests/support/rig.h"
 
 /* A way to tell the scene. */

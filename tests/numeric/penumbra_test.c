@@ -1,5 +1,5 @@
 /* Soft shadows of `live`: closed forms, agreement with whitted, the budget, edits, more lights than layers. */
-#include "core/estimator/layers.h"
+#include "core/effect/direct/layers.h"
 #include "core/light/irradiance.h"
 #include "tests/support/rig.h"
 

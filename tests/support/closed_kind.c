@@ -1,6 +1,6 @@
 #include "tests/support/closed_kind.h"
 
-#include "core/estimator/records.h"
+#include "core/effect/indirect/records.h"
 
 static _Atomic uint64_t n_refreshes;
 

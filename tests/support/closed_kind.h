@@ -4,7 +4,6 @@
 #define LUM_TESTS_SUPPORT_CLOSED_KIND_H
 
 #include "core/cache/cache.h"
-#include "core/estimator/estimators.h"
 #include "core/method/method.h"
 
 /* WAVY: irradiance and radius vary over the scene, no gradient. LINEAR: irradiance is linear in p, with its gradient.

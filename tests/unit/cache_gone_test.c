@@ -1,7 +1,7 @@
 /* Records that are gone are made again: a view that was told that all of its records are there is told when they are
  * not. */
 #include "core/cache/cache.h"
-#include "core/estimator/records.h"
+#include "core/effect/indirect/records.h"
 #include "tests/support/house.h"
 
 /* ---- a kind that cancels the pass when it has made so many records ---- */

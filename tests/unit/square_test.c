@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#include "core/estimator/square.h"
+#include "core/effect/indirect/square.h"
 #include "core/math/sampler.h"
 
 enum { N_RECORDS = 300 };

@@ -1,0 +1,40 @@
+/* The second half of the thesis' frame (5.2.4): after a barrier, packets are filtered.
+ *
+ * AIS filters component by component and IGI the sum of direct and indirect light. The thesis holds the first to be
+ * smoother; the filter being linear, and the same for both, it makes no difference to the picture. */
+#include "core/effect/ais/ais.h"
+
+static void filter(const struct lum_pass *pass, uint32_t packet, enum lum_component which, uint8_t need)
+{
+    const struct lum_component_buffer *buffer = &pass->components->buffer[which];
+    if (!buffer->raw)
+        return;
+    struct lum_guide guide = lum_components_guide(pass);
+    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_filter_rect rect = {r.x, r.y, r.w, r.h};
+    struct lum_filter f = {&guide, need, LUM_AIS_SIDE, 1, 1, buffer->raw, false};
+    if (which == LUM_COMPONENT_INDIRECT)
+        f = lum_ais_upsampling(pass, &guide);
+    if (f.step > 1)
+        lum_filter_upsampled(&f, &rect, buffer->smooth);
+    else
+        lum_filter_box(&f, &rect, buffer->smooth + (size_t)r.y * guide.w + r.x, guide.w);
+}
+
+static void filter_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+{
+    (void)counters;
+    if (lum_components_enter(pass, LUM_STAGE_FILTER, packet))
+        return;
+    filter(pass, packet, LUM_COMPONENT_SHADOW, LUM_PIXEL_DIFFUSE);
+    filter(pass, packet, LUM_COMPONENT_INDIRECT, LUM_PIXEL_DIFFUSE);
+    filter(pass, packet, LUM_COMPONENT_GLOSS, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
+    filter(pass, packet, LUM_COMPONENT_MEDIA, 0);
+}
+
+const struct lum_estimator lum_filter_ais = {
+    .name = "ais_filter",
+    .stage = LUM_STAGE_FILTER,
+    .tile = filter_packet,
+    .packets = true,
+};

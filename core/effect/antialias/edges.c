@@ -1,0 +1,229 @@
+/* Anti-aliasing of edges, after Chajdas, McGuire & Luebke 2011 (Subpixel reconstruction antialiasing): where a pixel's
+ * neighbour shows another surface, a few more eye rays find out how much of the pixel each surface covers, and each
+ * takes the radiance of the neighbouring pixel that shows its surface. Visibility is sampled finely, shading is not
+ * done again. Which pixel lends to which ray is kept: another light on the same surfaces costs no ray. */
+#include "core/effect/antialias/antialias.h"
+#include "core/math/sampler.h"
+#include "core/pass/components.h"
+
+#include <string.h>
+
+#define EDGE_RAYS                                                                                                      \
+    8u /* per pixel at an edge; the fewest with which a slanted edge shows no steps at 8 bits of contrast 1:20 */
+#define EDGE_BATCH (LUM_RAY_BATCH / EDGE_RAYS)
+
+/* Which neighbours lend theirs. */
+struct lenders {
+    uint32_t *of;   /* by pixel; beyond edges LENT_BY_SELF */
+    uint8_t *known; /* by tile */
+    uint32_t n_tiles;
+};
+
+/* Pixels at an edge whose rays are traced together. */
+struct edge_batch {
+    struct lenders *lenders;
+    uint32_t n;
+    uint32_t x[EDGE_BATCH], y[EDGE_BATCH];
+    struct lum_rays rays;
+    struct lum_vec2 film[LUM_RAY_BATCH]; /* by ray: where it goes through the picture */
+    struct lum_hits hits;
+};
+
+static bool same_surface(const struct lum_pass *pass, const struct lum_guide *guide, size_t a, size_t b)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    return s->object[a] == s->object[b] && (s->object[a] == LUM_NO_OBJECT || lum_guide_same_surface(guide, a, b));
+}
+
+/* Pixels of a tile that have a neighbour which shows another surface: each pair of neighbours is tested once. */
+static void find_edges(const struct lum_pass *pass, const struct lum_guide *guide, const struct lum_tile_rect *r,
+                       uint8_t ret_edge[LUM_TILE_PIXELS])
+{
+    memset(ret_edge, 0, LUM_TILE_PIXELS);
+    uint32_t x0 = r->x > 0 ? r->x - 1 : 0, y0 = r->y > 0 ? r->y - 1 : 0;
+    for (uint32_t y = y0; y < r->y + r->h; y++)
+        for (uint32_t x = x0; x < r->x + r->w; x++) {
+            size_t at = (size_t)y * guide->w + x;
+            bool right = y >= r->y && x + 1 < guide->w && !same_surface(pass, guide, at, at + 1);
+            bool below = x >= r->x && y + 1 < guide->h && !same_surface(pass, guide, at, at + guide->w);
+            uint32_t i = (y - r->y) * r->w + x - r->x;
+            if ((right || below) && x >= r->x && y >= r->y)
+                ret_edge[i] = 1;
+            if (right && x + 1 < r->x + r->w)
+                ret_edge[i + 1] = 1;
+            if (below && y + 1 < r->y + r->h)
+                ret_edge[i + r->w] = 1;
+        }
+}
+
+/* A hit belongs to the surface that a pixel shows when it lies near the plane there: at most two pixels off, since a
+ * neighbour on a curved surface lies up to a pixel and a half away. Of several the likeliest is taken: distance from
+ * the plane counts four times as much as distance in the picture, or beside a box's edge the wrong face would win. */
+#define PLANE_PIXELS_MAX 2.0f
+#define PLANE_WEIGHT 4.0f
+
+/* How badly pixel `at` stands for hit i, at p; INFINITY: not at all. */
+static float mismatch(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, struct lum_vec3 p,
+                      size_t at)
+{
+    const struct lum_surfaces *s = pass->surfaces;
+    if (s->object[at] != batch->hits.object[i])
+        return INFINITY;
+    if (s->object[at] == LUM_NO_OBJECT)
+        return 0.0f;
+    float pixel = pass->eye.per_pixel * s->depth[at];
+    float off = PLANE_WEIGHT * lum_dot(lum_v3_sub(p, s->p[at]), s->n[at]) / pixel;
+    return fabsf(off) <= PLANE_WEIGHT * PLANE_PIXELS_MAX ? off * off : INFINITY;
+}
+
+/* Who lends its radiance to ray i, of pixel (x, y): of the nine pixels around, row by row, the one which shows its
+ * surface best; its own pixel where none does. */
+#define LENDERS 9u
+#define LENDER_SELF 4u
+#define LENDER_BITS 4u
+#define LENDER_MASK 15u
+_Static_assert(EDGE_RAYS *LENDER_BITS <= 32, "the lenders of a pixel's rays fit into lenders.of");
+
+static uint32_t find_lender(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
+                            uint32_t y)
+{
+    struct lum_vec2 film = batch->film[i];
+    uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LENDER_SELF;
+    struct lum_vec3 p = lum_v3_mad(pass->eye.o, lum_rays_direction(&batch->rays, i), batch->hits.t[i]);
+    float least = INFINITY;
+    for (uint32_t k = 0; k < LENDERS; k++) {
+        uint32_t nx = x + k % 3 - 1, ny = y + k / 3 - 1;
+        if (nx >= w || ny >= h) /* below 0, too: it wraps round */
+            continue;
+        float dx = (float)nx + 0.5f - film.x, dy = (float)ny + 0.5f - film.y;
+        float worse = mismatch(pass, batch, i, p, (size_t)ny * w + nx) + dx * dx + dy * dy;
+        if (worse < least) {
+            least = worse;
+            best = k;
+        }
+    }
+    return best;
+}
+
+static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t y, uint32_t k)
+{
+    struct lum_sampler sampler = lum_sampler_at(x, y, k, pass->settings->seed);
+    struct lum_vec2 u = lum_sampler_2d(&sampler, 0);
+    return (struct lum_vec2){(float)x + u.x, (float)y + u.y};
+}
+
+/* All rays of a pixel that no edge runs through. */
+#define LENT_BY_SELF (UINT32_MAX / LENDER_MASK * LENDER_SELF)
+
+/* Finds the lenders of all rays of the batch's pixels. */
+static void look(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
+{
+    if (batch->n == 0)
+        return;
+    batch->rays.n = 0;
+    for (uint32_t i = 0; i < batch->n; i++)
+        for (uint32_t k = 0; k < EDGE_RAYS; k++) {
+            struct lum_vec2 film = film_at(pass, batch->x[i], batch->y[i], k);
+            batch->film[batch->rays.n] = film;
+            lum_rays_push(&batch->rays, pass->eye.o, lum_eye_direction(&pass->eye, film.x, film.y), INFINITY);
+        }
+    struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
+    lum_trace_closest(&trace, &batch->rays, &batch->hits);
+    counters->rays[LUM_RAY_ANTIALIAS] += batch->rays.n;
+    for (uint32_t i = 0; i < batch->n; i++) {
+        uint32_t x = batch->x[i], y = batch->y[i], lenders = 0;
+        for (uint32_t k = 0; k < EDGE_RAYS; k++)
+            lenders |= find_lender(pass, batch, i * EDGE_RAYS + k, x, y) << LENDER_BITS * k;
+        batch->lenders->of[(size_t)y * pass->tiling.w + x] = lenders;
+    }
+    batch->n = 0;
+}
+
+static struct lum_rgb lent(const struct lum_pass *pass, const struct lenders *lenders, size_t at)
+{
+    struct lum_rgb sum = lum_grey(0.0f);
+    for (uint32_t k = 0; k < EDGE_RAYS; k++) {
+        uint32_t lender = lenders->of[at] >> LENDER_BITS * k & LENDER_MASK;
+        size_t from = at + (size_t)(lender / 3) * pass->tiling.w + lender % 3 - pass->tiling.w - 1;
+        sum = lum_rgb_add(sum, pass->components->radiance[from]);
+    }
+    return lum_rgb_scale(sum, 1.0f / EDGE_RAYS);
+}
+
+static void find_lenders(struct lenders *lenders, const struct lum_pass *pass, const struct lum_tile_rect *r,
+                         struct lum_counters *counters)
+{
+    struct lum_guide guide = lum_components_guide(pass);
+    struct edge_batch batch;
+    uint8_t edge[LUM_TILE_PIXELS];
+    find_edges(pass, &guide, r, edge);
+    batch.lenders = lenders;
+    batch.n = 0;
+    for (uint32_t i = 0; i < r->w * r->h; i++) {
+        lenders->of[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LENT_BY_SELF;
+        if (!edge[i])
+            continue;
+        batch.x[batch.n] = r->x + i % r->w;
+        batch.y[batch.n++] = r->y + i / r->w;
+        if (batch.n == EDGE_BATCH)
+            look(pass, &batch, counters);
+    }
+    look(pass, &batch, counters);
+}
+
+static void finish(void *state)
+{
+    struct lenders *l = state;
+    lum_free(l->of);
+    lum_free(l->known);
+    *l = (struct lenders){0};
+}
+
+static bool reserve(void *state, const struct lum_pass *pass)
+{
+    struct lenders *l = state;
+    if (!l->of)
+        l->of = lum_calloc((size_t)pass->tiling.w * pass->tiling.h, sizeof *l->of);
+    if (!l->known)
+        l->known = lum_calloc(pass->tiling.n, 1);
+    l->n_tiles = pass->tiling.n;
+    return l->of && l->known;
+}
+
+/* Where something moved and nothing else happened, they stay wherever that does not show. */
+static void invalidate(void *state, const struct lum_pass *pass, const struct lum_outcome *outcome)
+{
+    struct lenders *l = state;
+    if (outcome->neighbours == LUM_FATE_STALE)
+        memset(l->known, 0, l->n_tiles);
+    for (uint32_t t = 0; outcome->neighbours == LUM_FATE_MOVED && t < l->n_tiles; t++)
+        if (pass->swept->in_sight[t])
+            l->known[t] = 0;
+}
+
+static const struct lum_state_kind lenders_kind = {sizeof(struct lenders), reserve, invalidate, finish};
+
+static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
+{
+    if (pass->tile_spp[tile] >= pass->target_spp)
+        return;
+    const struct lum_rgb *radiance = pass->components->radiance;
+    struct lenders *lenders = lum_pass_state(pass, &lenders_kind);
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    if (!lenders->known[tile])
+        find_lenders(lenders, pass, &r, counters);
+    lenders->known[tile] = 1;
+    for (uint32_t i = 0; i < r.w * r.h; i++) {
+        uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
+        size_t at = (size_t)y * pass->tiling.w + x;
+        lum_film_set(pass->film, x, y, lenders->of[at] == LENT_BY_SELF ? radiance[at] : lent(pass, lenders, at),
+                     &counters->nonfinite);
+    }
+    pass->tile_spp[tile] = pass->target_spp;
+}
+
+const struct lum_estimator lum_estimator_edges = {.name = "edges",
+                                                  .stage = LUM_STAGE_ANTIALIAS,
+                                                  .tile = edges_tile,
+                                                  .state = &lenders_kind,
+                                                  .then = &lum_shadow_edges};

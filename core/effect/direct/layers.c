@@ -1,0 +1,670 @@
+#include "core/effect/direct/layers.h"
+
+#include <string.h>
+
+#include "core/effect/direct/direct.h"
+#include "core/math/sampler.h"
+
+static void finish_layer(struct lum_layer *l)
+{
+    for (uint32_t t = 0; l->tiles && t < l->n_tiles; t++)
+        lum_free(l->tiles[t]);
+    lum_free(l->tiles);
+    lum_free(l->seen);
+    lum_free(l->inner);
+    lum_free(l->left);
+    lum_free(l->response);
+    lum_free(l->state);
+    lum_soft_finish(&l->soft);
+    *l = (struct lum_layer){0};
+}
+
+void lum_layers_finish(struct lum_layers *l)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        finish_layer(&l->layers[i]);
+    finish_layer(&l->shared);
+    lum_free(l->layers);
+    lum_crowd_finish(&l->crowd);
+    lum_branches_destroy(l->branches, l->n_tiles);
+    lum_free(l->brightness);
+    lum_free(l->layer_of);
+    lum_free(l->unit_lights);
+    *l = (struct lum_layers){0};
+}
+
+/* What is seen through panes is known only on average over samples: it is asked anew. */
+static void forget_behind_panes(struct lum_layer *l, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    for (size_t i = 0; l->left && i < n; i++) {
+        if (l->left[i] == 0)
+            continue;
+        l->seen[i] = (struct lum_seen){0};
+        l->left[i] = 0;
+        if (l->inner)
+            l->inner[i] = 0;
+    }
+}
+
+/* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_SEEN. */
+static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state)
+{
+    for (uint32_t t = 0; l->state && t < pass->tiling.n; t++)
+        if (l->state[t] > state)
+            l->state[t] = (uint8_t)state;
+    if (l->soft.seen && state == LUM_LAYER_EMPTY)
+        lum_soft_forget(&l->soft, pass);
+    else if (l->soft.seen)
+        lum_soft_reconsider(&l->soft, pass);
+    else if (state == LUM_LAYER_SEEN)
+        forget_behind_panes(l, pass);
+}
+
+/* The shared layer has no bits to fall back on; the crowd has. */
+static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        lower(&l->layers[i], pass, state);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    if (state == LUM_LAYER_EMPTY)
+        lum_crowd_forget(&l->crowd, pass);
+    else
+        lum_crowd_reshade(&l->crowd, pass);
+}
+
+/* Whether or not the effect is on. */
+static enum lum_layering layering_by_method(const struct lum_pass *pass, const struct lum_light *light)
+{
+    const struct lum_estimator *by = pass->settings->method->serves[lum_light_effect(light)];
+    return by ? by->layering : LUM_LAYERING_NONE;
+}
+
+static enum lum_layering layering_of(const struct lum_pass *pass, const struct lum_light *light)
+{
+    return pass->on[lum_light_effect(light)] ? layering_by_method(pass, light) : LUM_LAYERING_NONE;
+}
+
+static bool is_soft(const struct lum_pass *pass, const struct lum_light *light)
+{
+    return layering_of(pass, light) == LUM_LAYERING_SOFT;
+}
+
+/* True when direct light of this light on what the eye sees is kept in layers. */
+static bool is_layered(const struct lum_pass *pass, const struct lum_light *light)
+{
+    return layering_of(pass, light) != LUM_LAYERING_NONE;
+}
+
+/* True when the edges of its shadows are smoothed (LUM_LAYER_SMOOTH). */
+static bool has_edges(const struct lum_pass *pass, const struct lum_light *light)
+{
+    return light->delta && layering_of(pass, light) == LUM_LAYERING_HARD && pass->on[LUM_EFFECT_ANTIALIAS];
+}
+
+/* Lights with soft shadows that shine, or did: what is decided by their number must not hang on who is off. */
+static uint32_t count_soft(const struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    uint32_t n = 0;
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        n += layering_by_method(pass, &lights->lights[lights->active[a]]) == LUM_LAYERING_SOFT;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        const struct lum_layer *layer = &l->layers[k];
+        bool dark = layer->index != LUM_NO_OBJECT && !(lights->pick_pdf[layer->index] > 0.0f);
+        n += (layer->soft.seen || layer->tiles) && dark;
+    }
+    return n;
+}
+
+/* Samples of each light behind mirrors and glass: all lights together have as many as one would. */
+static uint32_t samples_behind(const struct lum_pass *pass, uint32_t n_soft)
+{
+    uint32_t all = pass->settings->shadow_samples;
+    return n_soft <= 1 ? all : all > n_soft ? all / n_soft : 1;
+}
+
+/* True when the layer has the buffers that this light asks for. */
+static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass *pass, const struct lum_light *light)
+{
+    return is_layered(pass, light) && is_soft(pass, light) == (layer->soft.seen != NULL) &&
+           has_edges(pass, light) == (layer->inner != NULL);
+}
+
+static void find_lights(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        layer->index = LUM_NO_OBJECT;
+        for (uint32_t i = 0; i < lights->n_lights && layer->index == LUM_NO_OBJECT; i++)
+            if (strcmp(lights->lights[i].id, layer->light.id) == 0)
+                layer->index = i;
+    }
+}
+
+/* Forgets layers whose light is gone, became one of another kind or emits along other paths, and all lean ones, for
+ * which there may be room by now. */
+static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        if (layer->tiles || layer->index == LUM_NO_OBJECT || (l->crowded && layer->soft.seen) ||
+            !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
+            finish_layer(layer);
+            continue;
+        }
+        if (!lum_light_same_shape(&layer->light, &lights->lights[layer->index]))
+            lower(layer, pass, LUM_LAYER_EMPTY);
+        layer->light = lights->lights[layer->index];
+        l->layers[kept++] = *layer;
+    }
+    for (uint32_t k = kept; k < l->n_layers; k++)
+        l->layers[k] = (struct lum_layer){0}; /* moved down */
+    l->n_layers = kept;
+    l->n_lean = 0;
+}
+
+/* What the number of lights decides; and which layer is whose. */
+static void count_lights(struct lum_layers *l, const struct lum_pass *pass, bool others)
+{
+    if (others)
+        find_lights(l, pass);
+    uint32_t n_soft = count_soft(l, pass), samples = samples_behind(pass, n_soft);
+    bool crowded = n_soft > LUM_SOFT_LAYERS;
+    if (samples != l->samples_behind)
+        lower_all(l, pass, LUM_LAYER_SEEN);
+    others = others || crowded != l->crowded;
+    l->samples_behind = samples;
+    l->crowded = crowded;
+    if (others)
+        match_lights(l, pass);
+}
+
+static size_t layer_bytes(const struct lum_pass *pass, bool soft)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    size_t places = soft ? LUM_SOFT_POINTS * LUM_SOFT_PLACES * sizeof(struct lum_light_place) : 0; /* if it has any */
+    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen) + 1)) + places;
+}
+
+static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
+{
+    layer->response = lum_calloc((size_t)pass->tiling.n * LUM_TILE_PIXELS, sizeof *layer->response);
+    layer->state = lum_calloc(pass->tiling.n, 1);
+    if (layer->response && layer->state)
+        return true;
+    finish_layer(layer);
+    return false;
+}
+
+/* A layer of light i's own. */
+static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uint32_t i)
+{
+    const struct lum_light *light = &pass->snapshot->lights.lights[i];
+    *layer = (struct lum_layer){.light = *light, .salt = lum_hash_text(light->id), .index = i};
+    if (!init_buffers(layer, pass))
+        return false;
+    if (is_soft(pass, light))
+        return lum_soft_init(&layer->soft, pass, layer->salt) || (finish_layer(layer), false);
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    layer->seen = lum_calloc(n, sizeof *layer->seen);
+    layer->inner = has_edges(pass, light) ? lum_calloc(n, sizeof *layer->inner) : NULL;
+    if (layer->seen && (layer->inner || !has_edges(pass, light)))
+        return true;
+    finish_layer(layer);
+    return false;
+}
+
+/* Layers keep what panes leave as long as there are any. Where one is there no more, all that was seen through it is
+ * forgotten already, and where one is new, so is all that is seen through it. False: memory is short. */
+static bool fit_panes(struct lum_layers *l, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    bool panes = lum_pass_panes(pass), ok = true;
+    for (uint32_t k = 0; k < l->n_layers; k++) {
+        struct lum_layer *layer = &l->layers[k];
+        if (layer->tiles)
+            continue;
+        if (layer->soft.seen) {
+            ok = ok && lum_soft_fit_panes(&layer->soft, pass, panes);
+        } else if (!panes) {
+            lum_free(layer->left);
+            layer->left = NULL;
+        } else if (!layer->left) {
+            layer->left = lum_calloc(n, sizeof *layer->left);
+            ok = ok && layer->left;
+        }
+    }
+    return ok;
+}
+
+static bool init_lean(struct lum_layer *layer, const struct lum_pass *pass, uint32_t i)
+{
+    const struct lum_light *light = &pass->snapshot->lights.lights[i];
+    *layer = (struct lum_layer){.light = *light, .salt = lum_hash_text(light->id), .index = i};
+    layer->n_tiles = pass->tiling.n;
+    layer->tiles = lum_calloc(pass->tiling.n, sizeof *layer->tiles);
+    layer->state = lum_calloc(pass->tiling.n, 1);
+    return (layer->tiles && layer->state) || (finish_layer(layer), false);
+}
+
+bool lum_layers_in_crowd(const struct lum_layers *l, uint32_t light)
+{
+    return l->layer_of[light] == LUM_NO_OBJECT || l->layers[l->layer_of[light]].tiles;
+}
+
+/* A layer for each shining light that has none, within the budget; lean ones for soft lights beyond it. False: memory
+ * is short. */
+static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    for (uint32_t i = 0; i < lights->n_lights; i++)
+        l->layer_of[i] = LUM_NO_OBJECT;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        l->layer_of[l->layers[k].index] = k;
+    size_t used = 0;
+    bool exhausted = false;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].soft.seen);
+    for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
+        uint32_t i = lights->active[a];
+        bool soft = is_soft(pass, &lights->lights[i]);
+        size_t bytes = layer_bytes(pass, soft);
+        if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
+            continue;
+        exhausted = exhausted || (!(l->crowded && soft) && used + bytes > pass->settings->layers_bytes);
+        bool lean = exhausted || (l->crowded && soft);
+        if (lean && !(soft && l->n_lean < LUM_LEAN_LAYERS))
+            continue;
+        if (!(lean ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
+            return false;
+        l->layer_of[i] = l->n_layers++;
+        l->n_lean += lean;
+        used += lean ? 0 : bytes;
+    }
+    return true;
+}
+
+static bool any_unlit(const struct lum_snapshot *s)
+{
+    for (uint32_t i = 0; i < s->n_materials; i++)
+        if (s->materials[i].unlit)
+            return true;
+    return false;
+}
+
+static bool update_shared(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_snapshot *s = pass->snapshot;
+    l->shared_on = any_unlit(s);
+    for (uint32_t a = 0; a < s->lights.n_active; a++)
+        l->shared_on = l->shared_on || l->layer_of[s->lights.active[a]] == LUM_NO_OBJECT;
+    if (l->shared_on && !l->shared.response)
+        return init_buffers(&l->shared, pass);
+    return true;
+}
+
+/* Arrays by light, grown when the table grew. */
+static bool reserve(struct lum_layers *l, uint32_t n_lights)
+{
+    if (n_lights <= l->capacity)
+        return true;
+    struct lum_layer *layers = lum_calloc(n_lights, sizeof *layers);
+    uint32_t *layer_of = lum_calloc(n_lights, sizeof *layer_of);
+    struct lum_light *unit = lum_calloc(n_lights, sizeof *unit);
+    if (!layers || !layer_of || !unit) {
+        lum_free(layers);
+        lum_free(layer_of);
+        lum_free(unit);
+        return false;
+    }
+    if (l->n_layers)
+        memcpy(layers, l->layers, l->n_layers * sizeof *layers);
+    lum_free(l->layers);
+    lum_free(l->layer_of);
+    lum_free(l->unit_lights);
+    l->layers = layers;
+    l->layer_of = layer_of;
+    l->unit_lights = unit;
+    l->capacity = n_lights;
+    return true;
+}
+
+/* For the guidance of soft shadows. */
+static bool reserve_brightness(struct lum_layers *l, const struct lum_pass *pass)
+{
+    bool soft = false;
+    for (uint32_t k = 0; k < l->n_layers; k++)
+        soft = soft || l->layers[k].soft.seen;
+    if (soft && !l->brightness)
+        l->brightness = lum_calloc(lum_soft_tiling(pass).n, sizeof *l->brightness);
+    return !soft || l->brightness;
+}
+
+/* The lights that have no layer, when a soft one is among them. */
+static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
+{
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    l->crowd.on = false;
+    for (uint32_t a = 0; a < lights->n_active; a++)
+        l->crowd.on = l->crowd.on ||
+                      (lum_layers_in_crowd(l, lights->active[a]) && is_soft(pass, &lights->lights[lights->active[a]]));
+    return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
+}
+
+static bool find_places(struct lum_layers *l)
+{
+    bool ok = true;
+    for (uint32_t k = 0; ok && k < l->n_layers; k++)
+        if (l->layers[k].soft.seen)
+            ok = lum_soft_find_places(&l->layers[k].soft, &l->unit, l->layers[k].index);
+    return ok;
+}
+
+static void make_unit(struct lum_layers *l, const struct lum_snapshot *s)
+{
+    for (uint32_t i = 0; i < s->lights.n_lights; i++) {
+        l->unit_lights[i] = s->lights.lights[i];
+        l->unit_lights[i].power = lum_grey(1.0f);
+        l->unit_lights[i].on = true;
+    }
+    memcpy(&l->unit, s, sizeof l->unit);
+    l->unit.lights.lights = l->unit_lights;
+}
+
+static void drop_layers(struct lum_layers *l)
+{
+    for (uint32_t i = 0; i < l->n_layers; i++)
+        finish_layer(&l->layers[i]);
+    finish_layer(&l->shared);
+    lum_crowd_finish(&l->crowd);
+    l->n_layers = l->n_lean = 0;
+}
+
+/* The eye moved: who sees which light stays as true as it was, of other pixels. */
+static void step_back(struct lum_layers *l, const struct lum_pass *pass)
+{
+    l->former_eye = l->eye;
+    l->n_moves++;
+    for (uint32_t i = 0; i < l->n_layers; i++) {
+        struct lum_layer *layer = &l->layers[i];
+        memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
+        if (layer->soft.seen)
+            lum_soft_step_back(&layer->soft, pass);
+    }
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lum_crowd_forget(&l->crowd, pass);
+}
+
+/* Of the edits that change who sees which light, objects moved, and no more. */
+static bool is_geometry_alone(uint32_t edits)
+{
+    return edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY) &&
+           !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
+}
+
+bool lum_layers_still_light(const struct lum_swept *swept, const struct lum_light *light, struct lum_bounds *ret_bounds)
+{
+    return lum_light_bounds(swept->snapshot, light, ret_bounds) &&
+           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&swept->motion, light->instance, ret_bounds));
+}
+
+/* Which tiles may show something else by way of mirrors and glass, whatever light it is lit by. */
+static void follow_branches(struct lum_layers *l, const struct lum_pass *pass)
+{
+    for (uint32_t t = 0; l->branches && t < pass->tiling.n; t++)
+        l->branches[t].stale =
+            lum_swept_tile(pass->swept, &pass->tiling, t) || lum_branches_met(&l->branches[t], &pass->swept->motion);
+}
+
+/* What a layer keeps of what mirrors and glass show. light: where it shines from; NULL: that is not known, and nothing
+ * stays. */
+static void keep_branches(struct lum_layers *l, const struct lum_pass *pass, struct lum_layer *layer,
+                          const struct lum_bounds *light)
+{
+    for (uint32_t t = 0; t < pass->tiling.n; t++)
+        if (!light || !l->branches || layer->state[t] != LUM_LAYER_COMPLETE || l->branches[t].stale ||
+            lum_branches_light_met(&l->branches[t], &pass->swept->motion, light))
+            layer->state[t] = LUM_LAYER_EMPTY;
+}
+
+/* Something moved: soft layers keep what cannot have changed. */
+static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uint32_t edits)
+{
+    bool shade = lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_RESPONSE);
+    uint32_t n_lost = 0, n_soft = 0;
+    follow_branches(l, pass);
+    for (uint32_t i = 0; i < l->n_layers; i++) {
+        struct lum_layer *layer = &l->layers[i];
+        struct lum_bounds bounds;
+        bool still = lum_layers_still_light(pass->swept, &layer->light, &bounds);
+        keep_branches(l, pass, layer, layer->soft.seen && still && !shade ? &bounds : NULL);
+        if (!layer->soft.seen)
+            continue;
+        n_soft++;
+        if (still) {
+            n_lost += lum_soft_follow_motion(&layer->soft, pass, &bounds);
+            if (shade)
+                lum_soft_reconsider(&layer->soft, pass);
+        } else {
+            n_lost += pass->swept->squares.n;
+            lum_soft_forget(&layer->soft, pass);
+        }
+    }
+    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lum_crowd_follow_motion(&l->crowd, pass);
+    if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
+        l->refined_share = (float)n_lost / (float)n_soft / (float)pass->swept->squares.n;
+}
+
+/* What the edits since the last update make stale. */
+static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp)
+{
+    uint32_t edits = lum_basis_renew(&l->basis, pass);
+    if (gbuffer_stamp != l->gbuffer_stamp)
+        edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
+    bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
+    bool same_seen = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
+    bool elsewhere = same_seen && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
+    l->refined_share = elsewhere ? 0.0f : 1.0f;
+    if (!same)
+        drop_layers(l);
+    if (moved || !same)
+        l->carried = same && pass->settings->carry_shadows && !(edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY));
+    if (l->carried && moved)
+        step_back(l, pass);
+    else if (same && lum_swept_is_known(pass->swept) && is_geometry_alone(edits))
+        follow_motion(l, pass, edits);
+    else if (!same_seen)
+        lower_all(l, pass, LUM_LAYER_EMPTY);
+    else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))
+        lower_all(l, pass, LUM_LAYER_SEEN);
+    count_lights(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER));
+    if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
+        lower(&l->shared, pass, LUM_LAYER_EMPTY);
+        lum_crowd_relight(&l->crowd, pass);
+        l->crowd.moved = l->crowd.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
+    }
+    for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)
+        l->layers[k].soft.placed = false;
+    l->gbuffer_stamp = gbuffer_stamp;
+    l->eye = pass->eye;
+}
+
+enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *pass, uint64_t gbuffer_stamp,
+                                  struct lum_error *err)
+{
+    if (l->n_tiles != pass->tiling.n) {
+        lum_layers_finish(l);
+        l->n_tiles = pass->tiling.n;
+    }
+    l->n_passes++;
+    l->starved = false;
+    mark_stale(l, pass, gbuffer_stamp);
+    const struct lum_snapshot *s = pass->snapshot;
+    if (!l->branches) /* without them all is shaded anew when anything moves */
+        l->branches = lum_calloc(pass->tiling.n, sizeof *l->branches);
+    bool ok = reserve(l, s->lights.n_lights);
+    if (ok)
+        make_unit(l, s);
+    if (ok && add_layers(l, pass) && fit_panes(l, pass) && update_shared(l, pass) && find_places(l) &&
+        reserve_brightness(l, pass) && update_crowd(l, pass))
+        return LUM_OK;
+    lum_layers_finish(l);
+    return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
+}
+
+/* ---- per tile ---- */
+
+/* Layer that light i adds to. */
+static struct lum_layer *layer_for(struct lum_layers *l, uint32_t light)
+{
+    return l->layer_of[light] == LUM_NO_OBJECT ? &l->shared : &l->layers[l->layer_of[light]];
+}
+
+/* Where the layer's response in a tile is; NULL: memory is short, and the pass fails. */
+static struct lum_rgb *response_in(struct lum_layers *l, struct lum_layer *layer, uint32_t tile)
+{
+    if (!layer->tiles)
+        return layer->response + (size_t)tile * LUM_TILE_PIXELS;
+    if (!layer->tiles[tile])
+        layer->tiles[tile] = lum_calloc(LUM_TILE_PIXELS, sizeof **layer->tiles);
+    if (!layer->tiles[tile])
+        l->starved = true;
+    return layer->tiles[tile];
+}
+
+/* Iterates over the layers that show, with *inout_a from 0; NULL ends. The shared one comes last. */
+static struct lum_layer *next_layer(const struct lum_pass *pass, uint32_t *inout_a)
+{
+    struct lum_layers *l = pass->layers;
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    while (*inout_a < lights->n_active) {
+        uint32_t k = l->layer_of[lights->active[(*inout_a)++]];
+        if (k != LUM_NO_OBJECT)
+            return &l->layers[k];
+    }
+    return (*inout_a)++ == lights->n_active && l->shared_on ? &l->shared : NULL;
+}
+
+bool lum_layers_reached(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));)
+        if (layer->state[tile] < state)
+            return false;
+    return true;
+}
+
+void lum_layers_reach(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));)
+        if (layer->state[tile] < state)
+            layer->state[tile] = (uint8_t)state;
+}
+
+void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state)
+{
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    uint32_t a = 0;
+    for (struct lum_layer *layer; (layer = next_layer(pass, &a));) {
+        if (layer->state[tile] >= state)
+            continue;
+        if (!layer->tiles)
+            memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
+        else if (layer->tiles[tile])
+            memset(layer->tiles[tile], 0, LUM_TILE_PIXELS * sizeof *layer->response);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
+            memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->left)
+            memset(layer->left + first, 0, LUM_TILE_PIXELS * sizeof *layer->left);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->inner)
+            memset(layer->inner + first, 0, LUM_TILE_PIXELS);
+    }
+}
+
+void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum_emission *e,
+                    enum lum_layer_state state)
+{
+    struct lum_layers *l = pass->layers;
+    struct lum_layer *layer = e->light == LUM_NO_OBJECT ? &l->shared : layer_for(l, e->light);
+    if (!layer->state || layer->state[tile] >= state)
+        return;
+    struct lum_rgb radiance = e->per_power;
+    if (layer == &l->shared && e->light != LUM_NO_OBJECT) {
+        const struct lum_light *light = &pass->snapshot->lights.lights[e->light];
+        if (!light->on) /* in the unit snapshot every light is */
+            return;
+        radiance = lum_rgb_mul(radiance, light->power);
+    }
+    struct lum_rgb *response = response_in(l, layer, tile);
+    if (response)
+        response[e->slot] = lum_rgb_add(response[e->slot], radiance);
+}
+
+void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                      enum lum_layer_state state, struct lum_counters *counters)
+{
+    struct lum_layers *l = pass->layers;
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    for (uint32_t a = 0; a < lights->n_active; a++) {
+        uint32_t light = lights->active[a];
+        struct lum_layer *layer = layer_for(l, light);
+        if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
+            continue;
+        bool shared = layer == &l->shared;
+        if (state == LUM_LAYER_DIRECT &&
+            (layer->soft.seen || layer->tiles || (shared && l->crowd.on) || !is_layered(pass, &lights->lights[light])))
+            continue;
+        struct lum_rgb *response = vertices->n > 0 ? response_in(l, layer, tile) : NULL;
+        if (!response)
+            continue;
+        lum_direct_light(&(struct lum_direct){
+            .snapshot = shared ? pass->snapshot : &l->unit,
+            .light = light,
+            .salt = shared ? lum_hash_text(lights->lights[light].id) : layer->salt,
+            .media = pass->on[LUM_EFFECT_MEDIA],
+            .panes = lum_pass_panes(pass),
+            .n_samples = state == LUM_LAYER_COMPLETE ? l->samples_behind : pass->settings->shadow_samples,
+            .hard = pass->settings->method->hard_shadows,
+            .vertices = vertices,
+            .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
+            .left = state == LUM_LAYER_DIRECT && layer->left ? layer->left + first : NULL,
+            .response = response,
+            .counters = counters,
+        });
+    }
+}
+
+static void add_scaled(const struct lum_rgb *response, uint32_t n, struct lum_rgb power, struct lum_rgb *inout_sum)
+{
+    for (uint32_t i = 0; i < n; i++)
+        inout_sum[i] = lum_rgb_add(inout_sum[i], lum_rgb_mul(response[i], power));
+}
+
+void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixels, struct lum_rgb *ret_radiance)
+{
+    const struct lum_layers *l = pass->layers;
+    size_t first = (size_t)tile * LUM_TILE_PIXELS;
+    for (uint32_t i = 0; i < n_pixels; i++)
+        ret_radiance[i] = l->shared_on ? l->shared.response[first + i] : lum_grey(0.0f);
+    const struct lum_light_table *lights = &pass->snapshot->lights;
+    for (uint32_t a = 0; a < lights->n_active; a++) {
+        uint32_t light = lights->active[a], k = l->layer_of[light];
+        if (k == LUM_NO_OBJECT)
+            continue;
+        const struct lum_rgb *lean = l->layers[k].tiles ? l->layers[k].tiles[tile] : NULL;
+        if (!l->layers[k].tiles || lean)
+            add_scaled(lean ? lean : l->layers[k].response + first, n_pixels, lights->lights[light].power,
+                       ret_radiance);
+        if (l->layers[k].soft.seen)
+            add_scaled(l->layers[k].soft.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
+    }
+    if (l->crowd.on)
+        lum_crowd_add(pass, tile, n_pixels, ret_radiance);
+}

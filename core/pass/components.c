@@ -1,0 +1,199 @@
+#include "core/pass/components.h"
+
+#include <string.h>
+
+static void finish_buffer(struct lum_component_buffer *b)
+{
+    lum_free(b->raw);
+    lum_free(b->smooth);
+    lum_free(b->iterations);
+    *b = (struct lum_component_buffer){0};
+}
+
+void lum_components_finish(struct lum_components *c)
+{
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++)
+        finish_buffer(&c->buffer[i]);
+    lum_free(c->radiance);
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        lum_free(c->done[i]);
+    *c = (struct lum_components){0};
+}
+
+static bool reserve_buffer(struct lum_component_buffer *b, size_t n, size_t n_raw)
+{
+    if (b->raw)
+        return true;
+    b->raw = lum_calloc(n_raw, sizeof *b->raw);
+    b->smooth = lum_calloc(n, sizeof *b->smooth);
+    b->iterations = lum_calloc(n, 1);
+    return b->raw && b->smooth && b->iterations;
+}
+
+static bool reserve_radiance(struct lum_components *c, bool wanted)
+{
+    if (wanted == (c->radiance != NULL))
+        return true;
+    lum_free(c->radiance);
+    c->radiance = wanted ? lum_calloc((size_t)c->w * c->h, sizeof *c->radiance) : NULL;
+    return !wanted || c->radiance;
+}
+
+/* What the estimators of effects which are on say of them. Returns bits of those that they fill. */
+static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *pass)
+{
+    uint32_t filled = 0;
+    c->sparse = c->lasting = 0;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
+        const struct lum_estimator *by = pass->on[e] ? pass->settings->method->serves[e] : NULL;
+        if (!by)
+            continue;
+        filled |= by->components;
+        c->sparse |= by->sparse;
+        c->lasting |= by->lasting;
+    }
+    return filled;
+}
+
+static bool reserve(struct lum_components *c, const struct lum_pass *pass)
+{
+    uint32_t bits = ask_estimators(c, pass);
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
+        if (!(bits & LUM_COMPONENT_BIT(i)))
+            finish_buffer(&c->buffer[i]);
+        else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h, (size_t)(c->w + 1) * (c->h + 1)))
+            return false;
+    }
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
+            return false;
+    return reserve_radiance(c, pass->on[LUM_EFFECT_ANTIALIAS]);
+}
+
+static void forget(struct lum_components *c, enum lum_fate fate)
+{
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        memset(c->done[i], 0, c->n_tiles);
+    for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
+        struct lum_component_buffer *b = &c->buffer[i];
+        if (!b->raw)
+            continue;
+        memset(b->raw, 0, (size_t)(c->w + 1) * (c->h + 1) * sizeof *b->raw);
+        if (fate != LUM_FATE_DIMMED || !(c->lasting & LUM_COMPONENT_BIT(i)))
+            memset(b->iterations, 0, (size_t)c->w * c->h);
+    }
+}
+
+/* Of what makes the product stale, objects moved since the pass before, and no more. */
+static bool is_motion_alone(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits,
+                            enum lum_product product)
+{
+    return !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), product) && lum_swept_is_known(pass->swept) &&
+           c->surfaces + 1 == pass->surfaces->version;
+}
+
+static struct lum_outcome find_outcome(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits)
+{
+    struct lum_outcome outcome = {LUM_FATE_SAME, LUM_FATE_SAME};
+    bool seen_anew = c->surfaces != pass->surfaces->version;
+    if (!seen_anew && lum_is_stale(edits, LUM_PRODUCT_COMPONENTS) && !lum_is_stale(edits, LUM_PRODUCT_UNIT_LIGHT))
+        outcome.light = LUM_FATE_DIMMED;
+    else if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_COMPONENTS))
+        outcome.light = is_motion_alone(c, pass, edits, LUM_PRODUCT_UNIT_LIGHT) ? LUM_FATE_MOVED : LUM_FATE_STALE;
+    if (seen_anew || lum_is_stale(edits, LUM_PRODUCT_EDGES))
+        outcome.neighbours = is_motion_alone(c, pass, edits, LUM_PRODUCT_EDGES) ? LUM_FATE_MOVED : LUM_FATE_STALE;
+    return outcome;
+}
+
+enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass,
+                                      struct lum_outcome *ret_outcome, struct lum_error *err)
+{
+    if (c->w != pass->tiling.w || c->h != pass->tiling.h) {
+        lum_components_finish(c);
+        c->w = pass->tiling.w;
+        c->h = pass->tiling.h;
+        c->n_tiles = pass->tiling.n;
+    }
+    if (!reserve(c, pass)) {
+        lum_components_finish(c);
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the buffers of %u x %u pixels", pass->tiling.w,
+                        pass->tiling.h);
+    }
+    *ret_outcome = find_outcome(c, pass, lum_basis_renew(&c->basis, pass));
+    if (ret_outcome->light != LUM_FATE_SAME)
+        forget(c, ret_outcome->light);
+    c->surfaces = pass->surfaces->version;
+    return LUM_OK;
+}
+
+bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile)
+{
+    uint8_t *done = &pass->components->done[stage][tile];
+    bool was = *done;
+    *done = 1;
+    return was;
+}
+
+struct lum_guide lum_components_guide(const struct lum_pass *pass)
+{
+    return (struct lum_guide){
+        .w = pass->tiling.w,
+        .h = pass->tiling.h,
+        .p = pass->surfaces->p,
+        .n = pass->surfaces->n,
+        .depth = pass->surfaces->depth,
+        .kind = pass->surfaces->kind,
+        .pixel = pass->eye.per_pixel,
+    };
+}
+
+static struct lum_rgb smooth_at(const struct lum_components *c, enum lum_component which, size_t pixel)
+{
+    const struct lum_rgb *smooth = c->buffer[which].smooth;
+    return smooth ? smooth[pixel] : lum_grey(0.0f);
+}
+
+/* Of what one path a pixel brings home, a window of the filter leaves a mottle: four more of them are joined to a
+ * pixel's own, next to it on the same surface. A cross and not a square, since things that are thin go on in one of its
+ * directions. SMAPE against path tracing, first frame at 600 x 400, without and with: desk 8.41 and 8.29 %, conference
+ * 7.56 and 7.45 %; it takes 0.2 % of the instructions of that frame, 0.5 % of those in which an object moves. */
+static struct lum_rgb gloss_at(const struct lum_pass *pass, size_t pixel)
+{
+    const struct lum_components *c = pass->components;
+    const struct lum_rgb *smooth = c->buffer[LUM_COMPONENT_GLOSS].smooth;
+    const uint8_t *kind = pass->surfaces->kind;
+    if (!smooth || !(c->sparse & LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS)) || !(kind[pixel] & LUM_PIXEL_GLOSS))
+        return smooth_at(c, LUM_COMPONENT_GLOSS, pixel);
+    const struct lum_guide guide = lum_components_guide(pass);
+    const size_t w = c->w, x = pixel % w, step = pass->settings->method->pattern;
+    const bool there[] = {x >= step, x + step < w, pixel >= step * w, pixel + step * w < w * c->h};
+    const size_t at[] = {pixel - step, pixel + step, pixel - step * w, pixel + step * w};
+    struct lum_rgb sum = smooth[pixel];
+    float n = 1.0f;
+    for (int k = 0; k < 4; k++) {
+        if (!there[k] || !(kind[at[k]] & LUM_PIXEL_GLOSS) || !lum_guide_same_surface(&guide, pixel, at[k]))
+            continue;
+        sum = lum_rgb_add(sum, smooth[at[k]]);
+        n += 1.0f;
+    }
+    return lum_rgb_scale(sum, 1.0f / n);
+}
+
+static struct lum_rgb transmittance_to_eye(const struct lum_pass *pass, size_t pixel)
+{
+    float x = (float)(pixel % pass->tiling.w) + 0.5f, y = (float)(pixel / pass->tiling.w) + 0.5f;
+    struct lum_vec3 d = lum_eye_direction(&pass->eye, x, y);
+    return lum_media_transmittance(pass->snapshot, pass->eye.o, d, pass->surfaces->depth[pixel]);
+}
+
+struct lum_rgb lum_components_radiance(const struct lum_pass *pass, size_t pixel, struct lum_rgb layers)
+{
+    const struct lum_components *c = pass->components;
+    struct lum_rgb white =
+        lum_rgb_add(smooth_at(c, LUM_COMPONENT_SHADOW, pixel), smooth_at(c, LUM_COMPONENT_INDIRECT, pixel));
+    struct lum_rgb sum = lum_rgb_add(layers, lum_rgb_mul(pass->surfaces->albedo[pixel], white));
+    sum = lum_rgb_add(sum, gloss_at(pass, pixel));
+    if (pass->on[LUM_EFFECT_MEDIA])
+        sum = lum_rgb_mul(sum, transmittance_to_eye(pass, pixel));
+    return lum_rgb_add(sum, smooth_at(c, LUM_COMPONENT_MEDIA, pixel));
+}
