@@ -130,6 +130,22 @@ def check_cycles(names):
         visit(name)
 
 
+def check_notes(names):
+    """What comments cite of core/NOTES.md is there, and so are the files that it names."""
+    with open(os.path.join(source, "core/NOTES.md"), encoding="utf-8") as f:
+        text = f.read()
+    notes = set(re.findall(r"^(?:- \*\*|\| )([RH]\d+)\b", text, re.M))
+    for path in re.findall(r"`((?:core|tests)/[\w/]+\.\w+)`", text):
+        if not os.path.exists(os.path.join(source, path)):
+            failures.append(f"core/NOTES.md: there is no {path}")
+    for name in names:
+        with open(os.path.join(source, name), encoding="utf-8") as f:
+            cited = re.findall(r"NOTES ([RH]\d+(?:, [RH]\d+)*)|\[(H\d+)\]", f.read())
+        for note in sum((re.findall(r"[RH]\d+", " ".join(c)) for c in cited), []):
+            if note not in notes:
+                failures.append(f"{name}: core/NOTES.md has no {note}")
+
+
 def check_symbols(library, pattern):
     path = os.path.join(build, library)
     if not os.path.exists(path):
@@ -169,6 +185,7 @@ if not names:
 for n in names:
     check_includes(n)
 check_cycles(names)
+check_notes(names)
 for lib, symbols in MUST_NOT_NEED.items():
     check_symbols(lib, symbols)
 check_top_level()

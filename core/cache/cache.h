@@ -27,7 +27,7 @@ struct lum_counters;
  *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The thesis'
  *         6.2.5 is the same with R = 1 m everywhere.
  *   HATS  tents over distance, angle and step, multiplied: reaches 0 at the edge, so that nothing pops. The tent over the angle
- *         is 10 degrees + a wide (Radiance, algorithms A2). */
+ *         is 10 degrees + a wide (as in Radiance). */
 enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_HATS };
 
 /* Some records of one cache, for one worker. */
@@ -152,7 +152,7 @@ void lum_cache_clear(struct lum_cache *cache);
 bool lum_cache_make_room(struct lum_cache *cache, bool *inout_cleared);
 
 /* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
- * front of or behind the point's surface (Ward 1988, algorithms A2). */
+ * front of or behind the point's surface (Ward 1988). */
 float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
                         struct lum_vec3 n);
 

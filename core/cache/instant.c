@@ -21,7 +21,7 @@ static size_t record_bytes(uint32_t n_vpls)
 
 /* In radii of the area that a VPL stands for. Equation 6.2.2 leaves its min_d open; like every bound of a sum that is
  * to converge it has to follow the spacing of the VPLs (vpl.h), and it is not a clamp: light of VPLs nearer than 0.8
- * min_d is lost (algorithms A0.1). Measured against hemisphere sampling on eight built-in scenes with 256 VPLs, of 0 to
+ * min_d is lost (NOTES R1). Measured against hemisphere sampling on eight built-in scenes with 256 VPLs, of 0 to
  * 2: the relative squared error is least at 1, where 5 % of the light is lost beside a clamp; single VPLs spoil it
  * below 1/2. */
 #define MIN_DISTANCE 1.0f
@@ -143,7 +143,7 @@ static void trace_all(const struct lum_cache_job *job)
 }
 
 /* The weight of 6.2.5 adds metres to an angle; so it is Ward's with R = 1 m, `a` is in metres too, and what is right
- * for a room is too fine for a cathedral (algorithms A0.2). The thesis does not give its `a`. At 600 x 400 the default,
+ * for a room is too fine for a cathedral (NOTES R2). The thesis does not give its `a`. At 600 x 400 the default,
  * 0.2, makes 2 000 to 4 000 records in `desk`, `cornell` and `office`, 10 000 in `conference` and 32 000 in `sibenik`,
  * without blotches that show; with 0.35 the latter has 15 000. */
 static float caching_radius(const struct lum_cache_job *job)

@@ -7,7 +7,7 @@
  * is told from one that faces away, and a VPL that comes into view again needs no new term.
  *
  * "Removing the previous contribution and adding the new one" is read as summing all of them again where one changed, in the
- * order of the slots: 0.1 us a record, and nothing drifts (algorithms A0.5). */
+ * order of the slots: 0.1 us a record, and nothing drifts (NOTES R5). */
 #ifndef LUM_CORE_CACHE_INSTANT_H
 #define LUM_CORE_CACHE_INSTANT_H
 

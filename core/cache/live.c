@@ -13,7 +13,7 @@
  * The diffuse light of an even sky is summed with the rest: its points are VPLs too (vpl/sky.c).
  *
  * Compared with the thesis' instant cache: a bit instead of a colour for each VPL, one test against boxes and one ray
- * instead of the ladder of five cases (algorithms A3), VPLs that are lifted instead of cut off and a gradient in closed
+ * instead of the ladder of five cases (NOTES R5), VPLs that are lifted instead of cut off and a gradient in closed
  * form (vpl_sum.h), and a radius by what is around instead of one for the whole scene (proximity.h). */
 #include <string.h>
 
@@ -197,8 +197,8 @@ static void look_at_unknown(struct seeing *s, struct live_record *const *records
 
 /* ---- what it adds up to ---- */
 
-/* No further than the gradient is to be trusted: over the radius it changes the irradiance by at most all of it
- * (algorithms A2). Along the surface only: what lies before or behind it is another. */
+/* No further than the gradient is to be trusted: over the radius it changes the irradiance by at most all of it.
+ * Along the surface only: what lies before or behind it is another. */
 static void limit_gradient(struct lum_cache_record *r)
 {
     struct lum_rgb *g = r->gradient;

@@ -4,7 +4,7 @@
  *   lock      one mutex around every search and every insertion (listing 7.2)
  *   local     each worker inserts into a tree of its own and searches that and the common one; lum_store_end_frame merges them
  *             (listing 7.3)
- *   waitfree  no thread ever waits for another (listing 7.4, with the repairs of algorithms A0.4)
+ *   waitfree  no thread ever waits for another (listing 7.4, with the repairs of NOTES R4)
  *
  * One tree, one search and one record layout serve all four; they differ only in what stands around an insertion and a
  * search.

@@ -4,7 +4,7 @@
  * at p + (b - h) n_vpl, at height b = sqrt(h^2 + m^4 / (h^2 + m^2)), from m for h = 0 to h + m^4 / (2 h^3) far away. So the term
  * is at most 1 / m^2, smooth, and loses no energy: for VPLs spread evenly over a plane, the sum is the irradiance at the lifted
  * point, which a plane lights exactly as much as p, whatever the direction that p faces. (Clamping the term, or 1 / (r^2 + m^2),
- * loses half and more of the light of walls nearer than the VPLs' spacing: algorithms A0.1.) A wall that ends at a distance a
+ * loses half and more of the light of walls nearer than the VPLs' spacing: NOTES R1.) A wall that ends at a distance a
  * loses a share of about (b - h) / a, which is why b must come down to h quickly: with b = sqrt(h^2 + m^2) a closed cube with
  * 256 VPLs loses 2.4 % even in the middle of its floor (tests/numeric/corner_test.c). What faces the same way as the VPL, as
  * within a hollow, is lifted without sinking below its own horizon: in a sphere with 256 VPLs the sum is 7 % too high, and

@@ -9,7 +9,7 @@
 /* Of a metric with its constants. */
 struct lum_weighting {
     float accuracy;
-    float nearest;   /* WARD: least e, so that a record has the weight 1e4 / a where it lies (algorithms A2) */
+    float nearest;   /* WARD: least e, so that a record has the weight 1e4 / a where it lies */
     float per_chord; /* HATS: 1 / width of the tent over |n - n'|, which is the angle for small ones */
 };
 
@@ -25,7 +25,7 @@ static inline struct lum_weighting lum_weighting_of(float accuracy)
 }
 
 /* d: from the record to the point; n, m: normals of the record and the point. For unit normals 1 - n.m = |n - m|^2 / 2, which
- * unlike the left side is exactly 0 for equal ones, and never negative (algorithms D27). */
+ * unlike the left side is exactly 0 for equal ones, and never negative (NOTES H27). */
 static inline float lum_weight_ward(const struct lum_weighting *w, float per_radius, struct lum_vec3 d, struct lum_vec3 n,
                                     struct lum_vec3 m)
 {

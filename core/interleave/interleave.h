@@ -45,7 +45,7 @@ void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t
 /* ---- guidance (listings 5.2 to 5.4): how many further iterations a tile of the pattern gets ----
  *
  * All return 0 .. max - 1, where max counts the first iteration too: there are max disjoint sets, and one is used up. The
- * listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (algorithms A0.3). */
+ * listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (NOTES R3). */
 
 /* Listing 5.2. sampled, missed: by pixel of the tile, VPLs that were tried and those of them that were occluded. refine is the
  * mean over the pixels of missed / sampled; a pixel without samples misses nothing. */
@@ -53,7 +53,7 @@ uint32_t lum_guidance_indirect(const uint16_t *sampled, const uint16_t *missed, 
 
 /* Listing 5.3 for one light: sums over the tile of samples taken and of those occluded. Refined when neither none nor all are
  * missed. The listing averages over the lights first, where one light lit and one occluded would be refined for ever
- * without a penumbra: hence light by light (A0.3). */
+ * without a penumbra: hence light by light (NOTES R3). */
 uint32_t lum_guidance_shadow(uint32_t sampled, uint32_t missed, uint32_t max);
 
 /* Listing 5.4, lines 12 to 26: the metric of one pixel from n marching points (points times lights: the listing divides
@@ -61,7 +61,7 @@ uint32_t lum_guidance_shadow(uint32_t sampled, uint32_t missed, uint32_t max);
 float lum_guidance_media_value(uint32_t missed, uint32_t in_halo, uint32_t n);
 /* Lines 28 to 43: value by pixel in scan order. The comparison with the previous pixel begins anew in every tile, or the
  * result would depend on who renders what. Rays of neighbours march at offsets that differ by less than a step, and so
- * count one step more or less at every boundary: up to one of n_steps is no difference (A0.3). */
+ * count one step more or less at every boundary: up to one of n_steps is no difference (NOTES R3). */
 uint32_t lum_guidance_media(const float *value, uint32_t n_pixels, uint32_t n_steps, uint32_t max);
 
 /* ---- filters ---- */

@@ -97,7 +97,7 @@ static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct 
     return lum_normalize(v);
 }
 
-/* Bends ns towards ng just so far that wo is above it (algorithms D11). Leaves it alone where it is ng already. */
+/* Bends ns towards ng just so far that wo is above it (NOTES H11). Leaves it alone where it is ng already. */
 static struct lum_vec3 normal_facing(struct lum_vec3 ns, struct lum_vec3 ng, struct lum_vec3 wo)
 {
     float cos_g = lum_dot(wo, ng), cos_s = lum_dot(wo, ns);

@@ -21,7 +21,7 @@
 
 struct lum_surface;
 
-#define LUM_ALPHA_MIN 1e-3f /* below: delta lobe (pbrt's threshold, algorithms D18) */
+#define LUM_ALPHA_MIN 1e-3f /* below: delta lobe (pbrt's threshold, NOTES H18) */
 
 /* Decoded texels, immutable, shared. */
 struct lum_image {

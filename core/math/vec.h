@@ -1,4 +1,4 @@
-/* Vectors and affine transforms. Float for rendering, double where the scene is placed (DESIGN 9).
+/* Vectors and affine transforms. Float for rendering, double where the scene is placed.
  * Spaces: p_local (a mesh's own), p_world (the user's metres), p_scene (normalised: what Embree sees). */
 #ifndef LUM_CORE_MATH_VEC_H
 #define LUM_CORE_MATH_VEC_H
@@ -95,7 +95,7 @@ static inline struct lum_vec3 lum_affine_vector(const struct lum_affine *a, stru
 struct lum_affined lum_affined_identity(void);
 struct lum_affined lum_affined_mul(const struct lum_affined *a, const struct lum_affined *b); /* a after b */
 struct lum_vec3d lum_affined_point(const struct lum_affined *a, struct lum_vec3d p);
-/* False when the map is singular to working precision: not finite, or |M M^-1 - I| >= 1e-6 (algorithms D5). */
+/* False when the map is singular to working precision: not finite, or |M M^-1 - I| >= 1e-6 (NOTES H5). */
 bool lum_affined_invert(const struct lum_affined *a, struct lum_affined *ret_inverse);
 struct lum_affine lum_affine_from_double(const struct lum_affined *a);
 

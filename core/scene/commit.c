@@ -205,7 +205,8 @@ static bool pass_same(const struct lum_snapshot_parts *a, const struct lum_snaps
 
 /* ---- versions ---- */
 
-/* The emission's texture counts: it is in what a light's layer responds with (effect/direct/layers.h), not in its power. */
+/* The emission's texture counts: it is in what a light's layer responds with (effect/direct/layers.h), not in its
+ * power. */
 static bool same_but_emission(const struct lum_material_part *a, const struct lum_material_part *b)
 {
     if (a->n != b->n)

@@ -140,7 +140,7 @@ static bool resolve_instance(struct lum_instance *out, const struct lum_object_e
 }
 
 /* Clear glass that bends nothing, tints nothing and shines by nothing is not there: light passes it as it passes air,
- * so rays need not stop at it (algorithms D19). */
+ * so rays need not stop at it (NOTES H19). */
 static bool is_air(const struct lum_object_entry *o)
 {
     const struct lum_material_desc *m = &o->material->desc;

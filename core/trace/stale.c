@@ -2,7 +2,7 @@
 
 #define BIT(product) (1u << LUM_PRODUCT_##product)
 
-/* DESIGN 2, in the order of enum lum_edit_kind. */
+/* In the order of enum lum_edit_kind. */
 static const uint32_t made_stale[LUM_EDIT_COUNT] = {
     [LUM_EDIT_GEOMETRY] = BIT(GBUFFER) | BIT(SURFACES) | BIT(VISIBILITY) | BIT(PLACES) | BIT(RESPONSE) | BIT(SHARED) |
                           BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(EDGES) | BIT(VPL_PATHS) | BIT(VPL_FLUX) |

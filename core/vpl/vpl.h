@@ -128,7 +128,7 @@ LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struc
 /* How the geometry term g = cos cos / r^2 is kept from growing without limit near a VPL. */
 enum lum_bound_kind {
     LUM_BOUND_NONE,
-    LUM_BOUND_THESIS, /* equations 6.2.2 and 6.2.3: fades to 0 below 0.8 min_distance (algorithms A0.1) */
+    LUM_BOUND_THESIS, /* equations 6.2.2 and 6.2.3: fades to 0 below 0.8 min_distance (NOTES R1) */
     LUM_BOUND_CLAMP,  /* min(g, 1 / min_distance^2) */
     LUM_BOUND_SMOOTH, /* 1 / (r^2 + min_distance^2) */
 };
@@ -161,7 +161,7 @@ struct lum_gather {
     const struct lum_gather_points *points;
     struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
     uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of
-                                   * them that are occluded (algorithms A0.3, listing 5.2) */
+                                   * them that are occluded (NOTES R3, listing 5.2) */
     float *terms;                 /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
                                    * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
     uint32_t *left;               /* likewise, with terms > 0: what panes leave on the way (lum_share_pack). NULL: not wanted */

@@ -235,7 +235,7 @@ static void many_lights(void **state)
     rig_end(&r);
 }
 
-/* D23, D24: every strength, the eye in the middle, on a face, at a light. rig_pass asserts that every value is finite.
+/* H23, H24: every strength, the eye in the middle, on a face, at a light. rig_pass asserts that every value is finite.
  */
 static void extremes_are_finite(void **state)
 {

@@ -1,5 +1,5 @@
 /* How much of the light records of `live` hold in a closed room. VPLs near a record are bounded (vpl_sum.h), and what
- * the bound takes from one must come by way of others (algorithms A0.1); beside walls that end nearby it does not
+ * the bound takes from one must come by way of others (NOTES R1); beside walls that end nearby it does not
  * wholly, and less is missing the more VPLs there are. */
 #include "tests/support/rig.h"
 

@@ -8,7 +8,7 @@ static void set_path(struct rig *r)
     r->settings.antialias = false;
 }
 
-/* The first of algorithms D's values for a lamp in fog: a black wall ends the ray. */
+/* The first of medium_test.c's values for a lamp in fog: a black wall ends the ray. */
 static void airlight_in_a_picture(void **state)
 {
     (void)state;
@@ -239,7 +239,8 @@ static void walls_shade_the_fog(void **state)
     rig_end(&r);
 }
 
-/* The same scene larger by a power of two, its fog thinner and its lamp brighter by the square: bit for bit (D3). */
+/* The same scene larger by a power of two, its fog thinner and its lamp brighter by the square: bit for bit (NOTES H3).
+ */
 static void scale_does_not_matter(void **state)
 {
     (void)state;

@@ -214,7 +214,7 @@ static struct lum_rgb scatter_mean(const struct rig *r, uint32_t medium, double 
 static void airlight_of_a_point_light(void **state)
 {
     (void)state;
-    /* the closed form's values as published with it (algorithms D), and ours beside them */
+    /* the closed form's values as published with it, and ours beside them */
     const struct {
         double b, d_light, gamma, d, published;
     } rows[] = {{0.1, 5, 0.3, 20, 0.00709172018}, {1, 2, 0.1, 5, 0.118495746}, {0.01, 10, 1.2, 30, 1.10365695e-4}};

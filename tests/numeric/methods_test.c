@@ -1,5 +1,5 @@
-/* Every method against closed forms (D17, D21, D39, D40), and those with virtual point lights against path tracing,
- * which they converge to. rig_pass asserts that no sample was dropped and no ray refused. */
+/* Every method against closed forms (NOTES H17, H21, H39, H40), and those with virtual point lights against path
+ * tracing, which they converge to. rig_pass asserts that no sample was dropped and no ray refused. */
 #include "core/cache/cache.h"
 #include "core/scene/shapes.h"
 #include "tests/support/rig.h"
@@ -58,7 +58,7 @@ static uint32_t bounces_of(const struct lum_method *method, uint32_t max_depth)
     return max_depth > 1 && !method->serves[LUM_EFFECT_INDIRECT_DIFFUSE] ? 1 : max_depth;
 }
 
-/* Virtual point lights nearer than min_d = r_v count for nothing in equation 6.2.2 (algorithms A0.1): in a sphere of
+/* Virtual point lights nearer than min_d = r_v count for nothing in equation 6.2.2 (NOTES R1): in a sphere of
  * radius 1 those on a cap of min_d^2 / 4 of its area. Each of the at most five levels of 256 covers the sphere once,
  * so that r_v^2 = 5 * 4 pi / (256 pi). */
 static double lost_nearby(const struct lum_method *method)
@@ -162,7 +162,8 @@ static void furnace_without_direct_light(void **state)
     furnace(furnace_sphere, "sphere without soft shadows", LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW));
 }
 
-/* A solid of glass in a furnace of black walls does not show: what is reflected and refracted shines alike (D21). */
+/* A solid of glass in a furnace of black walls does not show: what is reflected and refracted shines alike (NOTES H21).
+ */
 static void glass_in_a_furnace(void **state)
 {
     (void)state;
@@ -294,8 +295,8 @@ static double error_of(struct rig *r, const char *method, const double want[N_RE
 
 /* Few and many virtual point lights. Beyond the noise of the frames there remain, of 2048: the noise of path tracing,
  * 9216 samples a region, 1 %; and what the bound takes, a fourth of what arrives from the other wall within 2 r_v of an
- * edge (A0.1), r_v = sqrt(56 m2 / (pi 2048)) = 9 cm, of a region that shows a metre, where half of what arrives comes
- * from there: 2.3 %. */
+ * edge (NOTES R1), r_v = sqrt(56 m2 / (pi 2048)) = 9 cm, of a region that shows a metre, where half of what arrives
+ * comes from there: 2.3 %. */
 static void check_convergence(const char *kind, uint32_t max_depth)
 {
     const char *names[] = {"ais-max", "live"};
@@ -355,8 +356,9 @@ static void sharp_scene(struct rig *r, int n_bulbs)
     r->settings.max_depth = 3;
 }
 
-/* Light is linear (D39): the sum of nine floats rounds to within 9 * 2^-24. Path tracing picks one of them, and goes on
- * with what is left of the number that it picked with: its first bounce alone is the same for one and for nine. */
+/* Light is linear (NOTES H39): the sum of nine floats rounds to within 9 * 2^-24. Path tracing picks one of them, and
+ * goes on with what is left of the number that it picked with: its first bounce alone is the same for one and for nine.
+ */
 static void one_lamp_equals_nine(void **state)
 {
     (void)state;
@@ -383,8 +385,8 @@ static void one_lamp_equals_nine(void **state)
     rig_end(&nine);
 }
 
-/* Where nothing is interleaved a pixel does not know what picture it is in (D40): the middle of one of 97 x 65 is that
- * of 33 x 31 with a narrower lens, in tiles of other sizes. Its rays round otherwise, which shows at edges. */
+/* Where nothing is interleaved a pixel does not know what picture it is in (NOTES H40): the middle of one of 97 x 65 is
+ * that of 33 x 31 with a narrower lens, in tiles of other sizes. Its rays round otherwise, which shows at edges. */
 static void a_crop_is_part_of_the_picture(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* What must not matter does not (algorithms D2, D3, D4, D7, D8, D36, D38): one scene that calls for every effect, told
+/* What must not matter does not (NOTES H2, H3, H4, H7, H8, H36, H38): one scene that calls for every effect, told
  * in other ways - elsewhere, in other units, in another order, by other numbers of threads, with other kernels - makes
  * the same picture by every method; bit for bit, unless said. rig_pass asserts that no sample was dropped and no ray
  * refused. */
@@ -217,10 +217,11 @@ static void by_every_method(const struct telling *first, const struct telling *s
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
     for (size_t m = 0; m < n; m++) {
-        /* listing 5.4 compares with one metre, whatever the size of the scene (A0.3): its guidance alone may differ */
+        /* listing 5.4 compares with one metre, whatever the size of the scene (NOTES R3): its guidance alone may differ
+         */
         bool in_metres = methods[m].ais && methods[m].ais->adaptive && second->scale != 1.0;
         a.settings.effects_off = b.settings.effects_off = in_metres ? LUM_EFFECT_BIT(LUM_EFFECT_MEDIA) : 0;
-        /* so does the metric of 6.2.5, which places all records (A0.2) */
+        /* so does the metric of 6.2.5, which places all records (NOTES R2) */
         if ((methods[m].cache == &lum_cache_instant || methods[m].cache == &lum_cache_temporal) && second->scale != 1.0)
             continue;
         char what[80];
@@ -330,7 +331,7 @@ static void by_other_kernels(void **state)
 }
 
 /* A picture has no memory of what was there before: edits, each followed by a frame in the same view, and then undone,
- * leave the bits of a view that saw none of them (D42: nothing that once was in a buffer can come back). */
+ * leave the bits of a view that saw none of them (NOTES H42: nothing that once was in a buffer can come back). */
 static void after_edits(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 /* Pictures at the edge of what is allowed, by every method: sizes that no tile or pattern divides, scenes without
  * lights or objects, a camera inside a wall, fog that touches the eye, lights inside of things, in their surfaces,
- * without power or area, glass that does not bend (algorithms D13, D14, D15, D19, D40, D41). Everything is finite
+ * without power or area, glass that does not bend (NOTES H13, H14, H15, H19, H40, H41). Everything is finite
  * (rig_pass asserts that no sample was dropped and no ray refused), every pixel has its samples, and counters say what
  * was done. */
 #include "tests/support/effects_stage.h"

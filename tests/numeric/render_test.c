@@ -308,7 +308,8 @@ static void faint_reflections(void **state)
                 8 * rays[1] <= rays[0] + rays[0] / 100); /* where a sample meets no ceiling there is no ray */
 }
 
-/* The whole scene scaled by s, intensities in cd by s^2: the same picture; for powers of two bit for bit (D2, D3). */
+/* The whole scene scaled by s, intensities in cd by s^2: the same picture; for powers of two bit for bit (NOTES H2,
+ * H3). */
 static void scale_does_not_matter(void **state)
 {
     (void)state;

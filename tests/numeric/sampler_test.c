@@ -165,7 +165,7 @@ static struct rmse rmse_of(double (*f)(double, double, const double *), double (
     return (struct rmse){sqrt(sum.owen), sqrt(sum.random)};
 }
 
-/* Required ratios: half of what was measured for this construction elsewhere (algorithms A6: edge N = 64 .060 / .016,
+/* Required ratios: half of what was measured for this construction elsewhere (edge N = 64 .060 / .016,
  * smooth N = 16 .055 / .0069, N = 64 .028 / .0010), which a wrong index shuffle misses by far. */
 static void error_is_far_below_random(void **state)
 {

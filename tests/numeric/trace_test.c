@@ -1,5 +1,5 @@
-/* Hard cases of tracing: scale, place, broken input, closed rooms. Numbers in brackets are rows of the table of hard
- * cases that DESIGN section 9 refers to. */
+/* Hard cases of tracing: scale, place, broken input, closed rooms. Those in brackets are rows of the table of
+ * hard cases in core/NOTES.md. */
 #include "tests/support/scene_fixture.h"
 
 #include <stdio.h>
@@ -31,7 +31,8 @@ static struct lum_affined random_placement(struct random_stream *r, double scale
     return t;
 }
 
-/* [1] Convex objects: a ray that leaves the outside away from the normal can only come back by hitting its own surface.
+/* [H1] Convex objects: a ray that leaves the outside away from the normal can only come back by hitting its own
+ * surface.
  */
 static void count_self_hits(const struct lum_snapshot *s, struct random_stream *r, uint32_t *n_tested, uint32_t *n_self)
 {
@@ -96,7 +97,7 @@ static void no_self_hits_at_any_scale_and_offset(void **state)
         }
 }
 
-/* [1] A sheet 1e-3 m above another, in a room of 10 m: every ray that leaves the lower one upwards must meet it. */
+/* [H1] A sheet 1e-3 m above another, in a room of 10 m: every ray that leaves the lower one upwards must meet it. */
 static void sheets_a_millimetre_apart_are_not_missed(void **state)
 {
     struct fixture *f = *state;
@@ -171,7 +172,7 @@ static void shoot_everywhere(const struct lum_snapshot *s, uint64_t seed)
             hits.t[i] = hits.u[i] = hits.v[i] = hits.ngx[i] = hits.ngy[i] = hits.ngz[i] = 0.0f, hits.prim[i] = 0;
 }
 
-/* [2], [3] Everything moved by a multiple of the grid, or scaled by a power of two, gets the same bits. */
+/* [H2], [H3] Everything moved by a multiple of the grid, or scaled by a power of two, gets the same bits. */
 static void powers_of_two_change_no_bit(void **state)
 {
     struct fixture *f = *state;
@@ -196,8 +197,8 @@ static void powers_of_two_change_no_bit(void **state)
     }
 }
 
-/* [2] Anywhere else positions round to 2^-53 of the offset, so distances agree to that over the scene's size, far below
- * the precision of float: (1e9 / 1e1) * 2^-53 < 2^-24. */
+/* [H2] Anywhere else positions round to 2^-53 of the offset, so distances agree to that over the scene's size, far
+ * below the precision of float: (1e9 / 1e1) * 2^-53 < 2^-24. */
 static void far_from_the_origin_nothing_is_lost(void **state)
 {
     struct fixture *f = *state;
@@ -219,9 +220,10 @@ static void far_from_the_origin_nothing_is_lost(void **state)
     lum_snapshot_unref(s);
 }
 
-/* [9] From inside a closed room every ray hits, also those aimed at edges. Embree's robust edge tests give neighbouring
- * triangles the same answer about their common edge, but nothing binds the answers of all edges around one vertex: of
- * rays aimed exactly at a corner 6 in a million pass (measured with every instruction set), so those may be 1e-4. */
+/* [H9] From inside a closed room every ray hits, also those aimed at edges. Embree's robust edge tests give
+ * neighbouring triangles the same answer about their common edge, but nothing binds the answers of all edges around one
+ * vertex: of rays aimed exactly at a corner 6 in a million pass (measured with every instruction set), so those may be
+ * 1e-4. */
 static void leak_test(const struct lum_snapshot *s, struct random_stream *r, uint32_t n_rays)
 {
     uint32_t n_corner = 0;
@@ -270,7 +272,7 @@ static void closed_rooms_do_not_leak(void **state)
     lum_snapshot_unref(s);
 }
 
-/* [4] Triangles without area, with NaN or with an index that is out of range: as if they were not there. */
+/* [H4] Triangles without area, with NaN or with an index that is out of range: as if they were not there. */
 static void broken_triangles_are_dropped_and_counted(void **state)
 {
     struct fixture *f = *state;
@@ -333,7 +335,7 @@ static float wild(struct random_stream *r)
     return (float)(4.0 * random_double(r) - 2.0);
 }
 
-/* [6] Any bits: nothing aborts, and the refused are counted exactly. */
+/* [H6] Any bits: nothing aborts, and the refused are counted exactly. */
 static void fuzzed_rays_are_counted_not_traced(void **state)
 {
     struct fixture *f = *state;
@@ -380,7 +382,7 @@ static void fuzzed_rays_on_a_narrow_processor(void **state)
     fuzzed_rays_are_counted_not_traced(state);
 }
 
-/* [7] Turning every triangle over changes nothing that a two-sided material sees. */
+/* [H7] Turning every triangle over changes nothing that a two-sided material sees. */
 static void winding_changes_only_the_side(void **state)
 {
     struct fixture *f = *state;

@@ -1,4 +1,4 @@
-/* What records count at points (algorithms D27): finite wherever the point is, and right where it can be said by hand.
+/* What records count at points (NOTES H27): finite wherever the point is, and right where it can be said by hand.
  */
 #include "core/cache/weight.h"
 #include "tests/support/scene_fixture.h"

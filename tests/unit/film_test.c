@@ -1,4 +1,4 @@
-/* Film sums and gate, error estimate from the halves, exposure and tone maps on hard input (algorithms D30, D34). */
+/* Film sums and gate, error estimate from the halves, exposure and tone maps on hard input (NOTES H30, H34). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

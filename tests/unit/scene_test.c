@@ -105,7 +105,7 @@ static void refuse_object(struct lum_scene *scene, struct lum_affined m)
     assert_string_equal(refusal.field, "transform");
 }
 
-/* [D5] And the object stays as it was. */
+/* [H5] And the object stays as it was. */
 static void singular_transforms_are_refused(void **state)
 {
     struct fixture *f = *state;

@@ -246,7 +246,7 @@ static void snapshots_outlive_the_scene(void **state)
 
 /* ---- order ---- */
 
-/* [D38] Ids in any order give the same snapshot, byte for byte. */
+/* [H38] Ids in any order give the same snapshot, byte for byte. */
 static void order_of_arrival_does_not_matter(void **state)
 {
     struct fixture *f = *state;

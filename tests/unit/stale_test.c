@@ -1,6 +1,6 @@
-/* The invalidation table: every edit of DESIGN 2 is made on a real scene, through the ops of clients, and the ray
- * counters tell what ran again. Rays that the table does not allow are exactly 0; and those that the edit calls for are
- * there, so that 0 means something. */
+/* The invalidation table: every edit of core/trace/stale.h is made on a real scene, through the ops of clients, and the
+ * ray counters tell what ran again. Rays that the table does not allow are exactly 0; and those that the edit calls for
+ * are there, so that 0 means something. */
 #include "core/pass/basis.h"
 
 #include <setjmp.h>
@@ -88,7 +88,7 @@ static struct lum_pass_stats pass(struct studio *s)
     return stats;
 }
 
-/* A row of DESIGN 2. */
+/* A row of it. */
 struct row {
     const char *edit, *op;
     uint32_t free,

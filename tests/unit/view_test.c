@@ -184,7 +184,7 @@ static void effects_not_called_for_do_nothing(void **state)
     }
 }
 
-/* [19] What is matched to its surroundings has no interface at all; what is denser reflects totally from inside, even
+/* [H19] What is matched to its surroundings has no interface at all; what is denser reflects totally from inside, even
  * where its specular is 0. */
 static void counters_follow_the_demand(void **state)
 {

@@ -237,7 +237,7 @@ struct group {
 };
 
 /* What a record says at distance d: no less than a twentieth and no more than 20 times what it says where it lies
- * (Radiance; algorithms D29). */
+ * (as in Radiance). */
 static inline float extrapolate(float value, const float gradient[3], struct lum_vec3 d)
 {
     float there = value + (gradient[0] * d.x + gradient[1] * d.y + gradient[2] * d.z);
