@@ -1,0 +1,91 @@
+"""frame.stats and --stats: PROTOCOL.md explains every member that is sent, and none that is not."""
+import json
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+from daemon import LUMEND, Daemon
+
+PAGE = os.path.join(os.path.dirname(__file__), "..", "..", "protocol", "PROTOCOL.md")
+# So that `caustics` has lights: a lamp without extent, and a mirror that it shines on.
+MIRROR = [
+    {"op": "add", "type": "light", "id": "bulb", "kind": "point", "position": [0, 3, 1], "flux_lm": 800},
+    {"op": "add", "type": "material", "id": "mirror", "metallic": 1, "roughness": 0},
+    {"op": "add", "type": "mesh", "id": "ball", "shape": "sphere", "size": [1, 1, 1]},
+    {"op": "add", "type": "object", "id": "mirror-ball", "mesh": "ball", "material": "mirror",
+     "transform": {"translate": [0, 1.5, 1]}},
+]
+
+FLOOR = [
+    {"op": "add", "type": "mesh", "id": "plane", "shape": "quad", "size": [8, 0, 8]},
+    {"op": "add", "type": "material", "id": "white", "base_color": [0.8, 0.8, 0.8]},
+    {"op": "add", "type": "object", "id": "floor", "mesh": "plane", "material": "white"},
+]
+
+
+def rows(table):
+    """First cells of the page's tables <!-- members:table -->."""
+    with open(PAGE, encoding="utf-8") as page:
+        parts = re.findall(rf"<!-- members:{table} -->\n(.*?)<!-- end -->", page.read(), re.S)
+    found = [name for part in parts for name in re.findall(r"^\| `([^`]+)` \|", part, re.M)]
+    assert found and len(found) == len(set(found)), "no rows, or two of one name"
+    return set(found)
+
+
+def members(value, path=""):
+    """Paths of all members of a JSON value: a.b, and a[].b for members of an array's elements."""
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield f"{path}.{name}".lstrip(".")
+            yield from members(inner, f"{path}.{name}".lstrip("."))
+    elif isinstance(value, list):
+        for inner in value:
+            yield from members(inner, f"{path}[]")
+
+
+def explains(row, member):
+    """A star stands for one name."""
+    return re.fullmatch(re.escape(row).replace(r"\*", r"[^.\[\]]+"), member) is not None
+
+
+class StatsOnThePage(unittest.TestCase):
+    def check(self, sent, page):
+        sent = set(sent)
+        for member in sent:
+            self.assertTrue(any(explains(row, member) for row in page), f"PROTOCOL.md does not explain {member}")
+        for row in page:
+            self.assertTrue(any(explains(row, member) for member in sent), f"PROTOCOL.md explains {row}, which is not sent")
+
+    def test_frame_stats(self):
+        with Daemon() as daemon:
+            ws = daemon.connect()
+            ws.call("scene.apply", {"ops": MIRROR})
+            view = ws.call("view.open", {"size": [64, 48], "method": "path", "spp": 4})["view_id"]
+            sent, final = [], False
+            while not final:
+                stats = ws.wait_notification("frame.stats")
+                ws.notify("frame.ack", {"view_id": view, "frame_seq": stats["frame_seq"]})
+                sent += members(stats)
+                final = stats["converged"]
+            self.assertEqual(stats["frame"], stats["frame_seq"] - 1)
+            self.assertEqual([light["id"] for light in stats["caustics"]["lights"]], ["bulb"])
+            self.check(sent, rows("frame") | rows("view"))
+
+    def test_render_stats(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene, stats = os.path.join(folder, "scene.jsonl"), os.path.join(folder, "stats.json")
+            camera = {"op": "add", "type": "camera", "id": "main", "position": [0, 2, 7], "target": [0, 1, 0]}
+            with open(scene, "w", encoding="utf-8") as file:
+                file.writelines(json.dumps(line) + "\n" for line in [{"lumend": 1, "kind": "scene"}, *FLOOR, *MIRROR, camera])
+            subprocess.run([LUMEND, "render", "--scene", scene, "--size", "64x48", "--method", "path", "--spp", "4",
+                            "--threads", "1", "--out", os.path.join(folder, "picture.png"), "--stats", stats],
+                           check=True, capture_output=True)
+            with open(stats, encoding="utf-8") as file:
+                frames = json.load(file)["frames"]
+            self.check((member for frame in frames for member in members(frame)), rows("frame"))
+
+
+if __name__ == "__main__":
+    unittest.main()
