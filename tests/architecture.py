@@ -146,6 +146,41 @@ def check_notes(names):
                 failures.append(f"{name}: core/NOTES.md has no {note}")
 
 
+PAGES = ["README.md", "core/ARCHITECTURE.md", "core/GLOSSARY.md", "core/NOTES.md", "protocol/PROTOCOL.md", "tests/bench/RESULTS.md"]
+
+
+def check_pages():
+    """What our pages name is there: files by path or by name, links, and identifiers that begin with lum_."""
+    out = subprocess.run(["git", "-C", source, "ls-files"], capture_output=True, text=True)
+    files = [n for n in out.stdout.split() if os.path.exists(os.path.join(source, n))]
+    if not files:  # a source archive
+        return
+    by_name = {os.path.basename(n) for n in files}
+    code = ""
+    for name in files:
+        if name.endswith((".c", ".h")):
+            with open(os.path.join(source, name), encoding="utf-8") as f:
+                code += f.read()
+    words = set(re.findall(r"\b[Ll][Uu][Mm]_\w+", code))
+    for page in PAGES:
+        with open(os.path.join(source, page), encoding="utf-8") as f:
+            text = f.read()
+        paths = re.findall(r"\b(?:core|protocol|server|clients|tests|docker)/[\w./-]+\.(?:c|h|py|md|ts|tsx|mjs|jpg|png)\b", text)
+        links = [os.path.join(os.path.dirname(page), link) for link in re.findall(r"\]\(([^):#]+)\)", text)]
+        for path in paths:
+            if not os.path.exists(os.path.join(source, path)) and not os.path.exists(os.path.join(source, os.path.dirname(page), path)):
+                failures.append(f"{page}: there is no {path}")
+        for path in links:
+            if not os.path.exists(os.path.join(source, path)):
+                failures.append(f"{page}: there is no {path}")
+        for name in re.findall(r"(?<![\w./-])(\w+\.(?:c|h|py|ts))\b", text):
+            if name not in by_name:
+                failures.append(f"{page}: there is no {name}")
+        for word in re.findall(r"\b[Ll][Uu][Mm]_\w+", text):
+            if word not in words and not any(w.startswith(word) for w in words):
+                failures.append(f"{page}: nothing is called {word}")
+
+
 def check_symbols(library, pattern):
     path = os.path.join(build, library)
     if not os.path.exists(path):
@@ -186,6 +221,7 @@ for n in names:
     check_includes(n)
 check_cycles(names)
 check_notes(names)
+check_pages()
 for lib, symbols in MUST_NOT_NEED.items():
     check_symbols(lib, symbols)
 check_top_level()

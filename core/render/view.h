@@ -12,7 +12,7 @@
 #include "core/pass/settings.h"
 #include "core/pass/stats.h"
 
-/* 600x400, live, seed 0, depth 8, 16 shadow samples, antialias, 256 VPLs, wait-free storage */
+/* 600x400, live, seed 0, depth LUM_DEPTH_DEFAULT, 16 shadow samples, antialias, 256 VPLs, wait-free storage */
 struct lum_view_settings lum_view_settings_default(void);
 
 /* preview for these settings so that the rough pass takes LUM_PREVIEW_MS at most where a whole frame (a sample of progressive
