@@ -48,7 +48,7 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     const struct lum_record *render = lum_world_render(world);
     bool ok = true;
     r->settings = lum_view_settings_default();
-    r->settings.carry_shadows = !world->deterministic;
+    r->settings.reproject_shadows = !world->deterministic;
     if (lum_apply_settings(render, &r->settings, &e))
         ok = lum_apply_error(&e, "", err);
     if (want->has_size) {

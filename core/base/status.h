@@ -28,8 +28,8 @@ enum lum_status {
 
 struct lum_error {
     enum lum_status status;
-    char field[64];  /* the field at fault ("radius"), or "" */
-    char text[256];  /* one sentence for a person: what and the limit */
+    char field[64]; /* the field at fault ("radius"), or "" */
+    char text[256]; /* one sentence for a person: what and the limit */
 };
 
 /* Fills *err (may be NULL) and returns status, so that `return lum_fail(...)` reads well. Thread: any. */

@@ -1,17 +1,17 @@
-/* The shared irradiance cache: records of indirect irradiance on surfaces, made where somebody looks, found again by every
- * later frame of every view, and brought up to date when the scene changes.
+/* The shared irradiance cache: records of indirect irradiance on surfaces, made where somebody looks, found again by
+ * every later frame of every view, and brought up to date when the scene changes.
  *
- * A *kind* says how records are made and kept true: `irrcache` samples the hemisphere (chapter 7), `ic` and `tic` sum virtual
- * point lights (chapter 6), `live` does so with visibility bits. A kind is one row and one file. Where records are placed, how
- * they are stored, found and interpolated is the same for all.
+ * A *kind* says how records are made and kept true: `irrcache` samples the hemisphere (chapter 7), `ic` and `tic` sum
+ * virtual point lights (chapter 6), `live` does so with visibility bits. A kind is one row and one file. Where records
+ * are placed, how they are stored, found and interpolated is the same for all.
  *
  * A struct lum_caches (caches.h) holds the caches of a scene by what they depend on besides it (struct lum_cache_key).
  *
- * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record serves;
- * place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each step is a
- * parallel loop with a barrier; every one is a pure function of what was there before it, so that the picture does not
- * depend on the number of threads. `irrcache` can also run freely, as published: a pixel that finds nothing makes a record at
- * once, and shares it (settings.deterministic false). */
+ * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record
+ * serves; place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each
+ * step is a parallel loop with a barrier; every one is a pure function of what was there before it, so that the picture
+ * does not depend on the number of threads. `irrcache` can also run freely, as published: a pixel that finds nothing
+ * makes a record at once, and shares it (settings.deterministic false). */
 #ifndef LUM_CORE_CACHE_CACHE_H
 #define LUM_CORE_CACHE_CACHE_H
 
@@ -24,11 +24,10 @@ struct lum_cache;
 struct lum_counters;
 
 /* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
- *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The thesis'
- *         6.2.5 is the same with R = 1 m everywhere.
- *   HATS  tents over distance, angle and step, multiplied: reaches 0 at the edge, so that nothing pops. The tent over the angle
- *         is 10 degrees + a wide (as in Radiance). */
-enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_HATS };
+ *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The
+ * thesis' 6.2.5 is the same with R = 1 m everywhere. HATS  tents over distance, angle and step, multiplied: reaches 0
+ * at the edge, so that nothing pops. The tent over the angle is 10 degrees + a wide (as in Radiance). */
+enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_TENTS };
 
 /* Some records of one cache, for one worker. */
 struct lum_cache_job {
@@ -36,7 +35,7 @@ struct lum_cache_job {
     const struct lum_snapshot *snapshot;
     struct lum_cache_record *const *records;
     uint32_t n;
-    float pixel;  /* size of a pixel at distance 1 from the eye: no finer than needed */
+    float pixel; /* size of a pixel at distance 1 from the eye: no finer than needed */
     struct lum_vec3 eye;
     uint32_t worker;
     struct lum_counters *counters;
@@ -46,22 +45,26 @@ struct lum_cache_update;
 struct lum_cache_kind {
     const char *name;
     enum lum_metric metric;
-    bool vpls;     /* sums virtual point lights */
-    bool sky;      /* and takes the diffuse light of an even sky with them */
+    bool vpls;      /* sums virtual point lights */
+    bool sky;       /* and takes the diffuse light of an even sky with them */
     uint32_t tries; /* of struct lum_vpl_request */
-    uint32_t spare; /* the set has so many VPLs for each that settings ask for, of which each record looks at its own choice; 0: one */
+    uint32_t spare; /* the set has so many VPLs for each that settings ask for, of which each record looks at its own
+                       choice; 0: one */
     bool gloss;     /* of struct lum_cache_key */
-    bool lasting;  /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
+    bool lasting;   /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
     size_t (*record_bytes)(uint32_t n_vpls);
-    bool left;     /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
-    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and all that is its own. Thread: any worker. */
+    bool left; /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
+    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and all that is its own.
+     * Thread: any worker. */
     void (*build)(const struct lum_cache_job *job);
-    /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are removed. */
+    /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are
+     * removed. */
     void (*refresh)(const struct lum_cache_job *job);
-    /* The scene changed: cache->snapshot -> update->snapshot, with motion between them; the VPLs are already new (moved: bit by
-     * slot), and so is the epoch. Not called when motion is everything: then all records are gone. Powers, fluxes and media may
-     * have changed too: versions of both snapshots tell. Decides what is stale; must not trace more than the immediate update
-     * of the thesis does. NULL: lasting is false. Thread: the director, no pass is under way; may use update->pool. */
+    /* The scene changed: cache->snapshot -> update->snapshot, with motion between them; the VPLs are already new
+     * (moved: bit by slot), and so is the epoch. Not called when motion is everything: then all records are gone.
+     * Powers, fluxes and media may have changed too: versions of both snapshots tell. Decides what is stale; must not
+     * trace more than the immediate update of the thesis does. NULL: lasting is false. Thread: the director, no pass is
+     * under way; may use update->pool. */
     void (*change)(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
     void (*finish)(struct lum_cache *cache); /* frees cache->kind_state; NULL: lum_free does */
 };
@@ -80,8 +83,8 @@ struct lum_cache_key {
 };
 bool lum_cache_key_equal(const struct lum_cache_key *a, const struct lum_cache_key *b);
 
-/* The cache for these settings, made if need be and counted: one lum_cache_release each. Caches that nobody holds are kept while
- * memory allows (LUM_CACHES_IDLE), the last used last: a viewer that comes back finds its records. */
+/* The cache for these settings, made if need be and counted: one lum_cache_release each. Caches that nobody holds are
+ * kept while memory allows (LUM_CACHES_IDLE), the last used last: a viewer that comes back finds its records. */
 #define LUM_CACHES_IDLE 2u
 LUM_MUST_USE enum lum_status lum_cache_acquire(struct lum_caches *caches, const struct lum_cache_key *key,
                                                struct lum_cache **ret_cache, struct lum_error *err);
@@ -92,18 +95,18 @@ void lum_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* a
 
 struct lum_cache {
     struct lum_cache_key key;
-    struct lum_store *store;             /* NULL until the first update */
-    uint64_t n_born;                     /* records that were ever inserted, counted on when the order of some is not known */
+    struct lum_store *store; /* NULL until the first update */
+    uint64_t n_born;         /* records that were ever inserted, counted on when the order of some is not known */
     struct lum_cache_record *recent[LUM_CACHE_RECENT]; /* record b, counted from 1, at b % LUM_CACHE_RECENT */
     struct lum_vpl_set vpls;
-    float spacing;                       /* vpls.spacing when the cache was last empty. Bounds follow this one, so that what
-                                          * records keep of a VPL stays right while other VPLs move */
-    const uint64_t *moved;               /* vpls.moved: those that the last update put elsewhere; NULL: the kind has none */
+    float spacing;         /* vpls.spacing when the cache was last empty. Bounds follow this one, so that what
+                            * records keep of a VPL stays right while other VPLs move */
+    const uint64_t *moved; /* vpls.moved: those that the last update put elsewhere; NULL: the kind has none */
     const struct lum_snapshot *snapshot; /* held: what it is up to date with; NULL: nothing */
     uint64_t epoch;                      /* counts the updates that changed something; records remember theirs */
-    bool immediate;                      /* `tic`: records are brought up to date at once when the scene changes, as algorithm 1 is
-                                          * printed. False, as caches are made: when somebody looks at them, which never traces more */
-    void *kind_state;                    /* the kind's own; NULL again as soon as all records are gone */
+    bool immediate;   /* `tic`: records are brought up to date at once when the scene changes, as algorithm 1 is
+                       * printed. False, as caches are made: when somebody looks at them, which never traces more */
+    void *kind_state; /* the kind's own; NULL again as soon as all records are gone */
     _Atomic uint64_t created, updated, removed, discarded; /* since creation */
 };
 
@@ -115,15 +118,16 @@ static inline float lum_cache_footprint(float pixel, struct lum_vec3 eye, struct
 
 /* A record, and what follows it. */
 size_t lum_cache_record_bytes(const struct lum_cache *cache);
-/* By VPL that the record sees: what panes on the way leave of its light (lum_share_pack). NULL: there are none. */
+/* By VPL that the record sees: what panes on the way leave of its light (lum_transmittance_pack). NULL: there are none.
+ */
 uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record *record);
 
 /* Records of a cache take at most this. */
 #define LUM_CACHE_BYTES ((size_t)512 << 20)
 
-/* Brings VPLs up to date with the snapshot and tells the kind what changed; nothing when only the camera did, and no ray when
- * only powers did. pool has at most the n_workers of the caches. Thread: the director. On failure the cache is empty, but
- * usable. */
+/* Brings VPLs up to date with the snapshot and tells the kind what changed; nothing when only the camera did, and no
+ * ray when only powers did. pool has at most the n_workers of the caches. Thread: the director. On failure the cache is
+ * empty, but usable. */
 struct lum_cache_update {
     const struct lum_snapshot *snapshot;
     struct lum_pool *pool;
@@ -132,7 +136,8 @@ struct lum_cache_update {
 LUM_MUST_USE enum lum_status lum_cache_update(struct lum_cache *cache, const struct lum_cache_update *update,
                                               struct lum_error *err);
 
-/* Counts a record that was inserted, so that who knows those before it need not search for it. Thread: as lum_cache_update. */
+/* Counts a record that was inserted, so that who knows those before it need not search for it. Thread: as
+ * lum_cache_update. */
 static inline void lum_cache_count(struct lum_cache *cache, struct lum_cache_record *record)
 {
     record->born = ++cache->n_born;
@@ -147,14 +152,14 @@ static inline void lum_cache_lose_count(struct lum_cache *cache)
 /* All records are gone, and what the kind keeps for them. Thread: as lum_cache_update. */
 void lum_cache_clear(struct lum_cache *cache);
 
-/* A store had no room. True: something gave way, so that it is worth another try; from a try to the next inout_cleared tells what
- * was done, and is false at first. Thread: as lum_cache_update. */
+/* A store had no room. True: something gave way, so that it is worth another try; from a try to the next inout_cleared
+ * tells what was done, and is false at first. Thread: as lum_cache_update. */
 bool lum_cache_make_room(struct lum_cache *cache, bool *inout_cleared);
 
-/* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records that lie in
- * front of or behind the point's surface (Ward 1988). */
-float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
-                        struct lum_vec3 n);
+/* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records
+ * that lie in front of or behind the point's surface (Ward 1988). */
+float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy,
+                              struct lum_vec3 p, struct lum_vec3 n);
 
 /* True when the record may not be what it would be if it were built now: whoever wants to use it refreshes it first. */
 static inline bool lum_cache_is_stale(const struct lum_cache *cache, const struct lum_cache_record *record)

@@ -106,7 +106,7 @@ static void sum_dimmed(const struct lum_cache_job *job, const struct lum_instant
         if (media)
             t = lum_media_transmittance(job->snapshot, record->base.p, lum_normalize(d), lum_length(d));
         if (left)
-            t = lum_rgb_mul(t, lum_share_unpack(left[k]));
+            t = lum_rgb_mul(t, lum_transmittance_unpack(left[k]));
         float radiance = LUM_INV_PI * record->term[k];
         sum[0] += (double)(set->flux[0][k] * t.r * radiance);
         sum[1] += (double)(set->flux[1][k] * t.g * radiance);

@@ -1,13 +1,13 @@
-/* Records of instant caching (thesis, chapter 6), kinds `ic` and `tic`. Internal to core/cache, but for what studies and tests
- * ask of `tic`.
+/* Records of instant caching (thesis, chapter 6), kinds `ic` and `tic`. Internal to core/cache, but for what studies
+ * and tests ask of `tic`.
  *
- * The thesis keeps the colour that each VPL contributes, as RGBE, 4 bytes a VPL. Here the same 4 bytes hold what is the record's
- * own part of it, the bounded geometry term (6.2.2), with the visibility as its sign; the rest is the VPL's flux, the same for
- * all records. So no step of 1/256 is taken, light that changes its power or colour traces no ray, a ray that was in shadow
- * is told from one that faces away, and a VPL that comes into view again needs no new term.
+ * The thesis keeps the colour that each VPL contributes, as RGBE, 4 bytes a VPL. Here the same 4 bytes hold what is the
+ * record's own part of it, the bounded geometry term (6.2.2), with the visibility as its sign; the rest is the VPL's
+ * flux, the same for all records. So no step of 1/256 is taken, light that changes its power or colour traces no ray, a
+ * ray that was in shadow is told from one that faces away, and a VPL that comes into view again needs no new term.
  *
- * "Removing the previous contribution and adding the new one" is read as summing all of them again where one changed, in the
- * order of the slots: 0.1 us a record, and nothing drifts (NOTES R5). */
+ * "Removing the previous contribution and adding the new one" is read as summing all of them again where one changed,
+ * in the order of the slots: 0.1 us a record, and nothing drifts (NOTES R5). */
 #ifndef LUM_CORE_CACHE_INSTANT_H
 #define LUM_CORE_CACHE_INSTANT_H
 
@@ -15,7 +15,8 @@
 
 struct lum_instant_record {
     struct lum_cache_record base;
-    float term[]; /* by slot, as struct lum_gather says: negative: in shadow; LUM_VPL_UNKNOWN: it was black, and nobody asked */
+    float term[]; /* by slot, as struct lum_gather says: negative: in shadow; LUM_VPL_UNKNOWN: it was black, and nobody
+                     asked */
 };
 
 /* Records that are worked on together, so that rays towards one VPL start near each other. */
@@ -33,7 +34,8 @@ void lum_instant_sum(const struct lum_cache_job *job, struct lum_instant_record 
 /* ---- kind `tic` ---- */
 
 void lum_instant_refresh(const struct lum_cache_job *job);
-void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
+void lum_instant_change(struct lum_cache *cache, const struct lum_cache_update *update,
+                        const struct lum_motion *motion);
 void lum_instant_finish(struct lum_cache *cache);
 
 /* What updates did, by the cases of algorithm 1; since all

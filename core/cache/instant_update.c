@@ -165,7 +165,7 @@ static void trace_far(struct update *u)
         u->changed[b->record[r]] = true;
         if (panes)
             lum_cache_left(u->job->cache, u->job->records[b->record[r]])[term - record_of(u, b->record[r])->term] =
-                occluded[r] ? 0 : lum_share_pack(left[r]);
+                occluded[r] ? 0 : lum_transmittance_pack(left[r]);
     }
     u->n_far += b->rays.n;
     b->rays.n = 0;

@@ -119,7 +119,7 @@ static void trace_rays(struct seeing *s)
             continue;
         s->record[i]->bits[s->slot[i] / 64] |= UINT64_C(1) << s->slot[i] % 64;
         if (trace.panes)
-            lum_cache_left(cache, &s->record[i]->base)[s->slot[i]] = lum_share_pack(left[i]);
+            lum_cache_left(cache, &s->record[i]->base)[s->slot[i]] = lum_transmittance_pack(left[i]);
     }
     s->rays.n = 0;
 }
@@ -386,7 +386,7 @@ static void change(struct lum_cache *cache, const struct lum_cache_update *updat
 
 const struct lum_cache_kind lum_cache_live = {
     .name = "live",
-    .metric = LUM_METRIC_HATS,
+    .metric = LUM_METRIC_TENTS,
     .vpls = true,
     .sky = true,
     .tries = TRIES,

@@ -1,26 +1,26 @@
-/* The octree of a store (store.h), without the records: nodes, their entries, and the memory of both.
+/* The octree of a store (tables.h), without the records: nodes, their entries, and the memory of both.
  *
- * A node holds the entries of its cell in pages of eight: the position and the squared radius of each lie beside the index of
- * its record, so that a search touches no record that does not serve. The first page is part of the node.
+ * A node holds the entries of its cell in pages of eight: the position and the squared radius of each lie beside the
+ * index of its record, so that a search touches no record that does not serve. The first page is part of the node.
  *
- * Every function but those for one thread alone may be called by any number of threads at once, each with an arena of its own.
- * Why that is safe, and what never waits: store.c. */
+ * Every function but those for one thread alone may be called by any number of threads at once, each with an arena of
+ * its own. Why that is safe, and what never waits: tables.c. */
 #ifndef LUM_CORE_CACHE_OCTREE_H
 #define LUM_CORE_CACHE_OCTREE_H
 
 #include "core/cache/slab.h"
 
 #define LUM_OCTREE_LANES 8u
-/* Levels below the root: cells down to 1/65536 of the root. Smaller records lie in the smallest cells. The centre of each cell
- * is exact in a float (octree.c). */
+/* Levels below the root: cells down to 1/65536 of the root. Smaller records lie in the smallest cells. The centre of
+ * each cell is exact in a float (octree.c). */
 #define LUM_OCTREE_DEPTH 16u
 
 /* Bits of a page's word, for lane i of it: each is set at most once between two ends of a frame. */
 #define LUM_LANE_CLAIMED(i) (UINT64_C(1) << (i))      /* somebody fills it in */
 #define LUM_LANE_READY(i) (UINT64_C(1) << (8u + (i))) /* filled in */
 #define LUM_LANE_DEAD(i) (UINT64_C(1) << (16u + (i))) /* taken out */
-/* Of a node's first page, for the children. What lies in a child itself reaches half its side beyond it, what lies deeper a
- * quarter: knowing which there is saves a search half of the nodes. */
+/* Of a node's first page, for the children. What lies in a child itself reaches half its side beyond it, what lies
+ * deeper a quarter: knowing which there is saves a search half of the nodes. */
 #define LUM_CHILD_DEEPER(i) (UINT64_C(1) << (24u + (i))) /* there may be entries below child i */
 #define LUM_CHILD_HOLDS(i) (UINT64_C(1) << (32u + (i)))  /* and in it */
 
@@ -99,7 +99,7 @@ struct lum_octree_query {
     const struct lum_slab *slab;
     struct lum_vec3 lo, hi;
     struct lum_cache_record **records; /* the first max of those found */
-    uint32_t n, max;             /* n: found so far, also those that there was no room for; searches add to it */
+    uint32_t n, max;                   /* n: found so far, also those that there was no room for; searches add to it */
 };
 void lum_octree_search(const struct lum_octree_node *root, struct lum_octree_query *query);
 

@@ -1,8 +1,8 @@
-/* What happened since an epoch of a cache, for the last LUM_SINCE_EPOCHS of them: which light paths may have changed for a
- * record that was true then.
+/* What happened since an epoch of a cache, for the last LUM_SINCE_EPOCHS of them: which light paths may have changed
+ * for a record that was true then.
  *
- * An object that moved several times counts once, from where it was then to where it is now: what lies in between changed
- * nothing that is still seen. */
+ * An object that moved several times counts once, from where it was then to where it is now: what lies in between
+ * changed nothing that is still seen. */
 #ifndef LUM_CORE_CACHE_SINCE_H
 #define LUM_CORE_CACHE_SINCE_H
 

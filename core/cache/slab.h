@@ -1,8 +1,9 @@
-/* The memory of a store's records (store.h): chunks of 64 that stay where they are, and who may use which.
+/* The memory of a store's records (tables.h): chunks of 64 that stay where they are, and who may use which.
  *
- * A word per chunk has a bit for each free record. Each worker takes records from a chunk of its own, the lowest free one
- * first, and goes on to the next chunk that no other worker has; when all are taken, from any that has one left, so that the
- * capacity is met exactly. Which index comes next depends only on the calls, as long as one thread makes them. */
+ * A word per chunk has a bit for each free record. Each worker takes records from a chunk of its own, the lowest free
+ * one first, and goes on to the next chunk that no other worker has; when all are taken, from any that has one left, so
+ * that the capacity is met exactly. Which index comes next depends only on the calls, as long as one thread makes them.
+ */
 #ifndef LUM_CORE_CACHE_SLAB_H
 #define LUM_CORE_CACHE_SLAB_H
 
@@ -41,14 +42,16 @@ struct lum_slab {
 };
 
 /* budget: may be NULL. False: memory is short; finish it all the same. */
-LUM_MUST_USE bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity, struct lum_budget *budget);
+LUM_MUST_USE bool lum_slab_init(struct lum_slab *slab, size_t record_bytes, uint32_t capacity,
+                                struct lum_budget *budget);
 void lum_slab_finish(struct lum_slab *slab); /* accepts a zeroed one */
 
-/* A record that is nobody else's, as it was left. chunk: the worker's own, LUM_SLAB_NONE at first. NULL: all are taken, or
- * memory is short. Thread: any. */
+/* A record that is nobody else's, as it was left. chunk: the worker's own, LUM_SLAB_NONE at first. NULL: all are taken,
+ * or memory is short. Thread: any. */
 struct lum_cache_record *lum_slab_take(struct lum_slab *slab, uint32_t *chunk, uint32_t *ret_index);
 void lum_slab_give(struct lum_slab *slab, uint32_t index); /* Thread: any */
-/* Starts over with the lowest chunk that has a free record; the workers' chunks become LUM_SLAB_NONE. Thread: one alone. */
+/* Starts over with the lowest chunk that has a free record; the workers' chunks become LUM_SLAB_NONE. Thread: one
+ * alone. */
 void lum_slab_restart(struct lum_slab *slab);
 
 static inline struct lum_slab_chunk *lum_slab_chunk_of(const struct lum_slab *slab, uint32_t index)

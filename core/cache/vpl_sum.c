@@ -347,7 +347,7 @@ static void add_packed(struct sum_job *job, struct packed *packed)
     if (job->lobes && !packed->sky)
         add_lobes(packed, job->at, &terms);
     for (uint32_t i = 0; job->left && i < packed->n_lanes; i++)
-        dim(packed, i, lum_share_unpack(job->left[packed->slot[i]]));
+        dim(packed, i, lum_transmittance_unpack(job->left[packed->slot[i]]));
     if (job->media)
         dim_by_media(packed, job->at, job->media);
     add_terms(&job->lanes, &terms, packed->flux);

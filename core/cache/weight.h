@@ -1,6 +1,6 @@
-/* What a record counts at a point: the arithmetic of lum_cache_record_weight, inline, so that it can stand in loops over many
- * points at once. No branch, and no value of any input makes it anything but 0 or finite and positive, as long as
- * LUM_ACCURACY_MIN <= accuracy. */
+/* What a record counts at a point: the arithmetic of lum_cache_record_weight, inline, so that it can stand in loops
+ * over many points at once. No branch, and no value of any input makes it anything but 0 or finite and positive, as
+ * long as LUM_ACCURACY_MIN <= accuracy. */
 #ifndef LUM_CORE_CACHE_WEIGHT_H
 #define LUM_CORE_CACHE_WEIGHT_H
 
@@ -14,43 +14,44 @@ struct lum_weighting {
 };
 
 #define LUM_ACCURACY_MIN 1e-3f
-#define LUM_HATS_ANGLE 0.1745329f /* 10 degrees */
-/* HATS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres the distance
- * along the sum of both normals is 0. */
-#define LUM_HATS_STEP 0.1f
+#define LUM_TENT_ANGLE 0.1745329f /* 10 degrees */
+/* HATS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres the
+ * distance along the sum of both normals is 0. */
+#define LUM_TENT_STEP 0.1f
 
 static inline struct lum_weighting lum_weighting_of(float accuracy)
 {
-    return (struct lum_weighting){accuracy, 1e-4f * accuracy, 1.0f / (LUM_HATS_ANGLE + accuracy)};
+    return (struct lum_weighting){accuracy, 1e-4f * accuracy, 1.0f / (LUM_TENT_ANGLE + accuracy)};
 }
 
-/* d: from the record to the point; n, m: normals of the record and the point. For unit normals 1 - n.m = |n - m|^2 / 2, which
- * unlike the left side is exactly 0 for equal ones, and never negative (NOTES H27). */
-static inline float lum_weight_ward(const struct lum_weighting *w, float per_radius, struct lum_vec3 d, struct lum_vec3 n,
-                                    struct lum_vec3 m)
+/* d: from the record to the point; n, m: normals of the record and the point. For unit normals 1 - n.m = |n - m|^2 / 2,
+ * which unlike the left side is exactly 0 for equal ones, and never negative (NOTES H27). */
+static inline float lum_weight_ward(const struct lum_weighting *w, float per_radius, struct lum_vec3 d,
+                                    struct lum_vec3 n, struct lum_vec3 m)
 {
     struct lum_vec3 turn = lum_v3_sub(n, m);
     float e = w->accuracy * per_radius * sqrtf(lum_dot(d, d)) + sqrtf(0.5f * lum_dot(turn, turn));
     return e < w->accuracy ? 1.0f / lum_max(e, w->nearest) : 0.0f;
 }
 
-static inline float lum_weight_hats(const struct lum_weighting *w, float per_radius, struct lum_vec3 d, struct lum_vec3 n,
-                                    struct lum_vec3 m)
+static inline float lum_weight_tents(const struct lum_weighting *w, float per_radius, struct lum_vec3 d,
+                                     struct lum_vec3 n, struct lum_vec3 m)
 {
     struct lum_vec3 turn = lum_v3_sub(n, m);
     float near = 1.0f - per_radius * sqrtf(lum_dot(d, d)), alike = 1.0f - w->per_chord * sqrtf(lum_dot(turn, turn));
-    float level = 1.0f - per_radius * (0.5f / LUM_HATS_STEP) * fabsf(lum_dot(d, lum_v3_add(n, m)));
-    return lum_max(near, 0.0f) * lum_max(alike, 0.0f) * lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
+    float level = 1.0f - per_radius * (0.5f / LUM_TENT_STEP) * fabsf(lum_dot(d, lum_v3_add(n, m)));
+    return lum_max(near, 0.0f) * lum_max(alike, 0.0f) *
+           lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
 }
 
 /* Of one record at one point. */
-static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric, const struct lum_cache_record *record,
-                                  struct lum_vec3 p, struct lum_vec3 n)
+static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric,
+                                  const struct lum_cache_record *record, struct lum_vec3 p, struct lum_vec3 n)
 {
     struct lum_vec3 d = lum_v3_sub(p, record->p);
     float per_radius = 1.0f / record->radius;
     return metric == LUM_METRIC_WARD ? lum_weight_ward(w, per_radius, d, record->n, n)
-                                     : lum_weight_hats(w, per_radius, d, record->n, n);
+                                     : lum_weight_tents(w, per_radius, d, record->n, n);
 }
 
 #endif

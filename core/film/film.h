@@ -1,8 +1,8 @@
 /* Film: where radiance is summed, and how it becomes a picture.
  *
- * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in double precision:
- * their difference is an unbiased measure of the noise that is left. So after one sample each half has every second pixel. One gate,
- * lum_film_add, refuses and counts non-finite values: the count must stay 0. */
+ * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in
+ * double precision: their difference is an unbiased measure of the noise that is left. So after one sample each half
+ * has every second pixel. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
 #ifndef LUM_CORE_FILM_FILM_H
 #define LUM_CORE_FILM_FILM_H
 
@@ -11,8 +11,8 @@
 
 struct lum_film {
     uint32_t w, h;
-    double *half[2];   /* 3 per pixel: sums of samples */
-    uint32_t *n[2];    /* samples in each half, per pixel */
+    double *half[2]; /* 3 per pixel: sums of samples */
+    uint32_t *n[2];  /* samples in each half, per pixel */
 };
 
 LUM_MUST_USE enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err);
@@ -20,7 +20,8 @@ void lum_film_finish(struct lum_film *film);
 
 /* Adds sample number `sample` to a pixel. One that is not finite is dropped and *nonfinite incremented.
  * Thread: one writer per pixel. */
-void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance, uint64_t *nonfinite);
+void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
+                  uint64_t *nonfinite);
 
 /* Forgets a pixel's samples: a deferred method writes each pixel anew. */
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);

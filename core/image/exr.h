@@ -1,5 +1,5 @@
-/* OpenEXR files: single-part scanline, float or half channels. Reading refuses deep and multi-part files and anything over
- * the given size (OpenEXR 3.1 has known faults in deep reading). */
+/* OpenEXR files: single-part scanline, float or half channels. Reading refuses deep and multi-part files and anything
+ * over the given size (OpenEXR 3.1 has known faults in deep reading). */
 #ifndef LUM_CORE_IMAGE_EXR_H
 #define LUM_CORE_IMAGE_EXR_H
 
@@ -15,9 +15,10 @@ struct lum_exr_attribute {
     const char *name, *text;
 };
 
-LUM_MUST_USE enum lum_status lum_exr_write(const char *path, uint32_t w, uint32_t h, const struct lum_exr_channel *channels,
-                                           uint32_t n_channels, const struct lum_exr_attribute *attributes,
-                                           uint32_t n_attributes, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_exr_write(const char *path, uint32_t w, uint32_t h,
+                                           const struct lum_exr_channel *channels, uint32_t n_channels,
+                                           const struct lum_exr_attribute *attributes, uint32_t n_attributes,
+                                           struct lum_error *err);
 
 /* Owned planar float image; n_channels names. lum_exr_finish frees. */
 struct lum_exr_image {
@@ -25,8 +26,8 @@ struct lum_exr_image {
     char (*names)[64];
     float *pixels; /* channel-major: pixels[c * w * h + y * w + x] */
 };
-LUM_MUST_USE enum lum_status lum_exr_read(const char *path, uint32_t max_w, uint32_t max_h, struct lum_exr_image *ret_image,
-                                          struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_exr_read(const char *path, uint32_t max_w, uint32_t max_h,
+                                          struct lum_exr_image *ret_image, struct lum_error *err);
 /* The same from memory; max_size: width and height. */
 LUM_MUST_USE enum lum_status lum_exr_read_memory(const void *bytes, size_t n_bytes, const uint32_t max_size[2],
                                                  struct lum_exr_image *ret_image, struct lum_error *err);

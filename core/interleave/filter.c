@@ -16,7 +16,7 @@ static bool takes_part(const struct lum_filter *f, size_t at)
 /* ---- discontinuity buffer ---- */
 
 #define BORDER_MAX LUM_FILTER_BORDER_MAX
-#define STRIP LUM_PACKET_SIDE /* pixels that are filtered at a time */
+#define STRIP LUM_CELL_SIDE /* pixels that are filtered at a time */
 #define ROW_MAX (STRIP + 2u * BORDER_MAX)
 
 /* A piece of a row of the picture, with the border on both sides. */
@@ -274,7 +274,7 @@ void lum_filter_by_taps(const struct lum_filter *f, const uint8_t *taps, const s
         }
 }
 
-#define LOW_MAX (LUM_PACKET_SIDE / 2 + 1) /* samples that a packet lies between, a side */
+#define LOW_MAX (LUM_CELL_SIDE / 2 + 1) /* samples that a cell lies between, a side */
 
 void lum_filter_upsampled(const struct lum_filter *f, const struct lum_filter_rect *r, struct lum_rgb *out)
 {

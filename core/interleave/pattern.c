@@ -8,7 +8,7 @@ static const uint8_t dither[LUM_PATTERN_MAX][LUM_PATTERN_MAX * LUM_PATTERN_MAX] 
     {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5},
 };
 
-uint32_t lum_pattern_set(uint32_t side, uint32_t x, uint32_t y)
+uint32_t lum_pattern_subset(uint32_t side, uint32_t x, uint32_t y)
 {
     return dither[side - 1][y % side * side + x % side];
 }

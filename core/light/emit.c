@@ -6,11 +6,11 @@
 
 #define ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
-static bool shoot(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, struct lum_light_shot *ret)
+static bool emit(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, struct lum_light_ray *ret)
 {
     if (lum_rgb_black(flux))
         return false;
-    *ret = (struct lum_light_shot){o, d, flux};
+    *ret = (struct lum_light_ray){o, d, flux};
     return true;
 }
 
@@ -23,7 +23,7 @@ static float spot_flux(const struct lum_light *l)
 
 /* In proportion to intensity: evenly in the inner cone, whose share of the flux is 3 inner / (2 inner + outer), and by
  * the inverse of the ramp's integral, a cube, outside. */
-static bool shoot_spot(const struct lum_light *l, struct lum_vec2 u, struct lum_light_shot *ret)
+static bool emit_spot(const struct lum_light *l, struct lum_vec2 u, struct lum_light_ray *ret)
 {
     float inner = l->omc_inner, outer = l->omc_outer, all = 2.0f * inner + outer;
     if (!(all > 0.0f))
@@ -34,30 +34,30 @@ static bool shoot_spot(const struct lum_light *l, struct lum_vec2 u, struct lum_
     float s = sqrtf(lum_max(omc * (2.0f - omc), 0.0f)), phi = 2.0f * LUM_PI * u.y;
     struct lum_frame f = lum_frame_from_normal(l->n);
     struct lum_vec3 d = lum_frame_to_scene(&f, lum_v3(s * cosf(phi), s * sinf(phi), 1.0f - omc));
-    return shoot(l->p, d, lum_grey(spot_flux(l)), ret);
+    return emit(l->p, d, lum_grey(spot_flux(l)), ret);
 }
 
 /* ---- surfaces ---- */
 
-static bool shoot_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, struct lum_rgb flux,
-                          struct lum_light_shot *ret)
+static bool emit_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, struct lum_rgb flux,
+                         struct lum_light_ray *ret)
 {
     struct lum_frame f = lum_frame_from_normal(n);
-    return shoot(lum_ray_offset(p, n), lum_frame_to_scene(&f, lum_warp_cosine(u)), flux, ret);
+    return emit(lum_ray_offset(p, n), lum_frame_to_scene(&f, lum_warp_cosine(u)), flux, ret);
 }
 
-static bool shoot_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
-                       struct lum_vec2 u_direction, struct lum_light_shot *ret)
+static bool emit_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                      struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
-    struct lum_light_place at;
-    if (!lum_light_place(s, l, u_position, &at))
+    struct lum_emitter_point at;
+    if (!lum_emitter_point(s, l, u_position, &at))
         return false;
     if (!l->both_sides)
-        return shoot_surface(at.p, at.n, u_direction, lum_rgb_scale(at.per_power, LUM_PI * l->area), ret);
+        return emit_surface(at.p, at.n, u_direction, lum_rgb_scale(at.per_power, LUM_PI * l->area), ret);
     bool front = u_direction.x < 0.5f;
     u_direction.x = lum_min(front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f, ONE_MINUS);
-    return shoot_surface(at.p, front ? at.n : lum_v3_neg(at.n), u_direction,
-                         lum_rgb_scale(at.per_power, 2.0f * LUM_PI * l->area), ret);
+    return emit_surface(at.p, front ? at.n : lum_v3_neg(at.n), u_direction,
+                        lum_rgb_scale(at.per_power, 2.0f * LUM_PI * l->area), ret);
 }
 
 /* ---- from afar ---- */
@@ -109,19 +109,19 @@ static void seen_faces(const struct box *b, const float d[3], float ret_area[3])
 }
 
 /* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it. */
-static bool shoot_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance,
-                           struct lum_vec2 u, struct lum_light_shot *ret)
+static bool emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance, struct lum_vec2 u,
+                          struct lum_light_ray *ret)
 {
     struct box b = box_around(s->bounds_lo, s->bounds_hi);
     float to[3] = {d.x, d.y, d.z}, area[3];
     seen_faces(&b, to, area);
     int axis = pick_axis(area, &u.x);
-    return shoot(face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u), d,
-                 lum_rgb_scale(irradiance, area[0] + area[1] + area[2]), ret);
+    return emit(face_point(&b, axis, to[axis] > 0.0f ? -1.0f : 1.0f, u), d,
+                lum_rgb_scale(irradiance, area[0] + area[1] + area[2]), ret);
 }
 
-static bool shoot_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
-                              struct lum_vec2 u_direction, struct lum_light_shot *ret)
+static bool emit_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
 {
     if (l->env) {
         struct lum_vec3 d;
@@ -129,7 +129,7 @@ static bool shoot_environment(const struct lum_snapshot *s, const struct lum_lig
         if (!lum_env_map_sample(l->env, u_direction, &d, &pdf))
             return false;
         struct lum_rgb irradiance = lum_rgb_scale(lum_env_map_radiance(l->env, d), 1.0f / pdf);
-        return shoot_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->env_frame, d)), irradiance, u_position, ret);
+        return emit_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->env_frame, d)), irradiance, u_position, ret);
     }
     /* the lines through a convex body are even where they start evenly on its surface, by the cosine */
     struct box b = box_around(s->bounds_lo, s->bounds_hi);
@@ -138,40 +138,40 @@ static bool shoot_environment(const struct lum_snapshot *s, const struct lum_lig
     u_position.y = lum_min(side < 0.0f ? 2.0f * u_position.y : 2.0f * u_position.y - 1.0f, ONE_MINUS);
     struct lum_vec3 inward = lum_v3(axis == 0 ? -side : 0.0f, axis == 1 ? -side : 0.0f, axis == 2 ? -side : 0.0f);
     struct lum_frame f = lum_frame_from_normal(inward);
-    return shoot(face_point(&b, axis, side, u_position), lum_frame_to_scene(&f, lum_warp_cosine(u_direction)),
-                 lum_grey(2.0f * LUM_PI * (b.face[0] + b.face[1] + b.face[2])), ret);
+    return emit(face_point(&b, axis, side, u_position), lum_frame_to_scene(&f, lum_warp_cosine(u_direction)),
+                lum_grey(2.0f * LUM_PI * (b.face[0] + b.face[1] + b.face[2])), ret);
 }
 
 /* ---- any light ---- */
 
-bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
-                     struct lum_light_shot *ret_shot)
+bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
+                    struct lum_light_ray *ret_shot)
 {
     const struct lum_light *l = &s->lights.lights[i];
     struct lum_rgb surface = lum_grey(LUM_PI * l->area);
-    struct lum_light_place place;
+    struct lum_emitter_point place;
     struct lum_vec3 n;
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return shoot(l->p, lum_warp_cone(u_direction, 2.0f), lum_grey(4.0f * LUM_PI), ret_shot);
+        return emit(l->p, lum_warp_cone(u_direction, 2.0f), lum_grey(4.0f * LUM_PI), ret_shot);
     case LUM_EMIT_SPOT:
-        return shoot_spot(l, u_direction, ret_shot);
+        return emit_spot(l, u_direction, ret_shot);
     case LUM_EMIT_DIRECTIONAL:
-        return shoot_parallel(s, l->n, lum_grey(1.0f), u_position, ret_shot);
+        return emit_parallel(s, l->n, lum_grey(1.0f), u_position, ret_shot);
     case LUM_EMIT_QUAD:
-        return shoot_surface(
+        return emit_surface(
             lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u_position.x - 1.0f), l->v, 2.0f * u_position.y - 1.0f), l->n,
             u_direction, surface, ret_shot);
     case LUM_EMIT_DISC:
-        return lum_light_place(s, l, u_position, &place) &&
-               shoot_surface(place.p, place.n, u_direction, surface, ret_shot);
+        return lum_emitter_point(s, l, u_position, &place) &&
+               emit_surface(place.p, place.n, u_direction, surface, ret_shot);
     case LUM_EMIT_SPHERE:
         n = lum_warp_cone(u_position, 2.0f);
-        return shoot_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, surface, ret_shot);
+        return emit_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, surface, ret_shot);
     case LUM_EMIT_MESH:
-        return shoot_mesh(s, l, u_position, u_direction, ret_shot);
+        return emit_mesh(s, l, u_position, u_direction, ret_shot);
     case LUM_EMIT_ENVIRONMENT:
-        return shoot_environment(s, l, u_position, u_direction, ret_shot);
+        return emit_environment(s, l, u_position, u_direction, ret_shot);
     }
     return false;
 }

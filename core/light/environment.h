@@ -1,12 +1,12 @@
 /* Environment images: equirectangular radiance with its sampling distribution.
  *
- * Local directions: +Y is the top row, the centre of the picture looks along +X and u grows towards +Z (so that it is not
- * mirrored seen from inside; the same as three.js). lum_light.env_frame turns local to scene: t, b, n are the images of
- * local +X, +Y, +Z.
+ * Local directions: +Y is the top row, the centre of the picture looks along +X and u grows towards +Z (so that it is
+ * not mirrored seen from inside; the same as three.js). lum_light.env_frame turns local to scene: t, b, n are the
+ * images of local +X, +Y, +Z.
  *
- * Radiance is bilinear between texels. The distribution is constant over each texel, in proportion to the exact mean of the
- * bilinear luminance there times the texel's solid angle; within a texel it is uniform in solid angle. So its pdf is never 0
- * where there is light (to 2^-24 of a row), and needs no division by sin(theta) at the poles. */
+ * Radiance is bilinear between texels. The distribution is constant over each texel, in proportion to the exact mean of
+ * the bilinear luminance there times the texel's solid angle; within a texel it is uniform in solid angle. So its pdf
+ * is never 0 where there is light (to 2^-24 of a row), and needs no division by sin(theta) at the poles. */
 #ifndef LUM_CORE_LIGHT_ENVIRONMENT_H
 #define LUM_CORE_LIGHT_ENVIRONMENT_H
 
@@ -16,8 +16,8 @@
 struct lum_image;
 struct lum_env_map;
 
-/* The image is borrowed and must outlive the map. NULL when memory is short. An image that is black everywhere makes a map
- * that is never sampled. */
+/* The image is borrowed and must outlive the map. NULL when memory is short. An image that is black everywhere makes a
+ * map that is never sampled. */
 struct lum_env_map *lum_env_map_create(const struct lum_image *image);
 void lum_env_map_destroy(struct lum_env_map *map); /* accepts NULL */
 

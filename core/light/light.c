@@ -186,7 +186,7 @@ static struct lum_vec3 front_of(const struct lum_instance *instance, struct lum_
 }
 
 static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                       struct lum_light_place *ret)
+                       struct lum_emitter_point *ret)
 {
     const struct lum_instance *instance = &s->instances[l->instance];
     const struct lum_mesh *mesh = instance->mesh;
@@ -213,23 +213,23 @@ static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, 
     if (m->emission_tex.image)
         per_power = lum_texture_sample(&m->emission_tex, mesh_uv(mesh, tri, b)).rgb;
     struct lum_vec3 n = lum_normalize(lum_cross(e1, e2));
-    *ret = (struct lum_light_place){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y),
-                                    l->both_sides ? n : front_of(instance, n), per_power};
+    *ret = (struct lum_emitter_point){lum_v3_mad(lum_v3_mad(v[0], e1, b.x), e2, b.y),
+                                      l->both_sides ? n : front_of(instance, n), per_power};
     return true;
 }
 
-bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                     struct lum_light_place *ret)
+bool lum_emitter_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                       struct lum_emitter_point *ret)
 {
     if (l->kind == LUM_EMIT_MESH)
         return mesh_place(s, l, u, ret);
     if (l->kind != LUM_EMIT_DISC)
         return false;
-    *ret = (struct lum_light_place){disc_point(l, u), l->n, lum_grey(1.0f)};
+    *ret = (struct lum_emitter_point){disc_point(l, u), l->n, lum_grey(1.0f)};
     return true;
 }
 
-bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_light_place *place,
+bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_emitter_point *place,
                             struct lum_light_sample *ret)
 {
     if (!finish_area(l, p, place->p, place->n, ret))
@@ -241,8 +241,8 @@ bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const 
 static bool sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
                             struct lum_vec2 u, struct lum_light_sample *ret)
 {
-    struct lum_light_place place;
-    return lum_light_place(s, l, u, &place) && lum_light_sample_place(l, p, &place, ret);
+    struct lum_emitter_point place;
+    return lum_emitter_point(s, l, u, &place) && lum_light_sample_place(l, p, &place, ret);
 }
 
 /* ---- environment ---- */
@@ -401,8 +401,8 @@ static struct lum_light_target aim_at(const struct lum_light *l, struct lum_vec3
 static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                          struct lum_light_target *inout)
 {
-    struct lum_light_place at;
-    if (!lum_light_place(s, l, u, &at))
+    struct lum_emitter_point at;
+    if (!lum_emitter_point(s, l, u, &at))
         return;
     *inout = aim_at(l, at.p, at.n);
     inout->both_sides = l->both_sides;

@@ -24,29 +24,31 @@ enum lum_emitter {
 
 struct lum_light {
     enum lum_emitter kind;
-    struct lum_rgb power;  /* cd * scale^2 (point, spot), lx (directional), cd/m2 (area, mesh, environment tint) */
-    struct lum_vec3 p;     /* centre */
-    struct lum_vec3 n;     /* unit: where light goes (spot, directional, quad, disc) */
-    struct lum_vec3 u, v;  /* quad: half edges */
-    float radius, area;    /* scene units */
+    struct lum_rgb power;       /* cd * scale^2 (point, spot), lx (directional), cd/m2 (area, mesh, environment tint) */
+    struct lum_vec3 p;          /* centre */
+    struct lum_vec3 n;          /* unit: where light goes (spot, directional, quad, disc) */
+    struct lum_vec3 u, v;       /* quad: half edges */
+    float radius, area;         /* scene units */
     float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
     struct lum_frame env_frame; /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
-    const struct lum_env_map *env;  /* environment image, or NULL: constant */
-    uint32_t instance;     /* mesh emitter: its instance */
-    const float *tri_cdf;  /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
-    float mean_emission;   /* mesh emitter: mean luminance over its area of what its texture and its holes leave of power */
-    bool both_sides;       /* mesh emitter: shines from both; else from the side that its triangles wind around */
-    uint32_t shape;        /* index among the accel shapes, or LUM_NO_OBJECT */
+    const struct lum_env_map *env; /* environment image, or NULL: constant */
+    uint32_t instance;             /* mesh emitter: its instance */
+    const float *tri_cdf;          /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
+    float
+        mean_emission; /* mesh emitter: mean luminance over its area of what its texture and its holes leave of power */
+    bool both_sides;   /* mesh emitter: shines from both; else from the side that its triangles wind around */
+    uint32_t shape;    /* index among the accel shapes, or LUM_NO_OBJECT */
     bool on, camera_visible;
-    bool delta;            /* point, spot, directional: cannot be hit */
+    bool delta; /* point, spot, directional: cannot be hit */
     char id[LUM_ID_MAX + 1], group[LUM_ID_MAX + 1];
 };
 
-/* Lights that are on and have power > 0 are in [0, n_active) of the order table; the CDF over them is by emitted flux. */
+/* Lights that are on and have power > 0 are in [0, n_active) of the order table; the CDF over them is by emitted flux.
+ */
 struct lum_light_table {
     const struct lum_light *lights;
     uint32_t n_lights;
-    const uint32_t *active; /* indices of lights that emit */
+    const uint32_t *active;  /* indices of lights that emit */
     const float *active_cdf; /* inclusive, last = 1 */
     const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
     uint32_t n_active;
@@ -61,8 +63,8 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
  * side of the surface is not known. Keeps 1 / r^2 finite. */
 #define LUM_POINT_LIGHT_NEAR 0x1p-16f
 
-/* Share of a spot's intensity at an angle from its axis, given as 1 - cos: 1 in the inner cone, 0 outside the outer, and between them the
- * square of a ramp in the cosine (glTF KHR_lights_punctual). */
+/* Share of a spot's intensity at an angle from its axis, given as 1 - cos: 1 in the inner cone, 0 outside the outer,
+ * and between them the square of a ramp in the cosine (glTF KHR_lights_punctual). */
 float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos);
 /* Of what a point or a spot light sends, the share that goes to where wi points to it from. */
 float lum_light_point_share(const struct lum_light *l, struct lum_vec3 wi);
@@ -75,8 +77,8 @@ struct lum_light_sample {
 };
 /* Samples light i as seen from p. False when it cannot reach p (behind, inside a sphere, zero area, outside the cone).
  * Quads are sampled over the spherical rectangle (Urena 2013; by area below 1e-3 sr and when u and v are not at right
- * angles), spheres over the cone, discs and meshes over area (meshes emit nothing where they are see-through), images over luminance, a
- * constant environment over the sphere. Thread: any. */
+ * angles), spheres over the cone, discs and meshes over area (meshes emit nothing where they are see-through), images
+ * over luminance, a constant environment over the sphere. Thread: any. */
 bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                          struct lum_light_sample *ret_sample);
 
@@ -85,13 +87,13 @@ bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct
 /* True for an environment without a part that is so much brighter than the rest that it casts shadows with edges. */
 bool lum_light_is_even_sky(const struct lum_light *l);
 
-/* The same where it may be of another pdf (lum_light_plain_pdf): quads are sampled by area, which costs a fifth, unless they are
- * so near that the weights would differ much. */
+/* The same where it may be of another pdf (lum_light_plain_pdf): quads are sampled by area, which costs a fifth, unless
+ * they are so near that the weights would differ much. */
 bool lum_light_sample_plainly(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec2 u,
                               struct lum_light_sample *ret_sample);
 
-/* A light as seen from one point: what all samples of it there have in common. They are those of lum_light_sample_plainly.
- * Borrows the snapshot. */
+/* A light as seen from one point: what all samples of it there have in common. They are those of
+ * lum_light_sample_plainly. Borrows the snapshot. */
 struct lum_light_view {
     const struct lum_snapshot *snapshot;
     uint32_t index;
@@ -106,22 +108,23 @@ struct lum_light_view {
 };
 void lum_light_look(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_light_view *ret_view);
 bool lum_light_view_sample(const struct lum_light_view *view, struct lum_vec2 u, struct lum_light_sample *ret_sample);
-/* Cosine at a surface of unit normal n, over pdf_sa, of the samples that are asked for, one by bit: what each is worth to a matte
- * surface. Negative: it is below the horizon; 0: there is none. Others are undefined. */
+/* Cosine at a surface of unit normal n, over pdf_sa, of the samples that are asked for, one by bit: what each is worth
+ * to a matte surface. Negative: it is below the horizon; 0: there is none. Others are undefined. */
 #define LUM_LIGHT_WEIGHTS 16u
-void lum_light_view_weights(const struct lum_light_view *view, struct lum_vec3 n, const struct lum_vec2 u[LUM_LIGHT_WEIGHTS],
-                            uint32_t asked, float ret_weight[LUM_LIGHT_WEIGHTS]);
+void lum_light_view_weights(const struct lum_light_view *view, struct lum_vec3 n,
+                            const struct lum_vec2 u[LUM_LIGHT_WEIGHTS], uint32_t asked,
+                            float ret_weight[LUM_LIGHT_WEIGHTS]);
 
-/* pdf_sa with which lum_light_sample_at would make the direction p -> p_light (on light i, geometric normal ng_light). For the
- * environment p_light and ng_light are unused. For MIS. */
-float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                    struct lum_vec3 ng_light);
+/* pdf_sa with which lum_light_sample_at would make the direction p -> p_light (on light i, geometric normal ng_light).
+ * For the environment p_light and ng_light are unused. For MIS. */
+float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,
+                    struct lum_vec3 p_light, struct lum_vec3 ng_light);
 /* The same of lum_light_sample_plainly. */
 float lum_light_plain_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p, struct lum_vec3 wi,
                           struct lum_vec3 p_light, struct lum_vec3 ng_light);
 
-/* What lum_light_pdf says where it is the same for all directions in which light i is seen from p: over solid angle, within 2e-4. 0: it
- * is not. */
+/* What lum_light_pdf says where it is the same for all directions in which light i is seen from p: over solid angle,
+ * within 2e-4. 0: it is not. */
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p);
 
 /* What many points at once make of one u. */
@@ -146,27 +149,28 @@ struct lum_light_target {
 void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret_target);
 
 /* A place on a disc or a mesh, whose samples lie evenly over the area: the same from wherever it is seen. */
-struct lum_light_place {
-    struct lum_vec3 p, n;     /* n: unit, of a mesh by winding, of one that shines from one side towards it; 0: nothing shines there */
+struct lum_emitter_point {
+    struct lum_vec3 p,
+        n; /* n: unit, of a mesh by winding, of one that shines from one side towards it; 0: nothing shines there */
     struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
 };
 /* False: of other kinds of light, and in see-through places of a mesh. */
-bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                     struct lum_light_place *ret_place);
+bool lum_emitter_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                       struct lum_emitter_point *ret_place);
 /* lum_light_sample_at of the u that led to this place. */
-bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_light_place *place,
+bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_emitter_point *place,
                             struct lum_light_sample *ret_sample);
 
 /* Light that leaves a light (light/emit.c), for paths that start there. */
-struct lum_light_shot {
-    struct lum_vec3 o, d;        /* d: unit. o: off the emitter's surface, ready to trace */
-    struct lum_rgb flux_unit;    /* per unit of power; its mean over both u is the light's flux */
+struct lum_light_ray {
+    struct lum_vec3 o, d;     /* d: unit. o: off the emitter's surface, ready to trace */
+    struct lum_rgb flux_unit; /* per unit of power; its mean over both u is the light's flux */
 };
 /* Position and direction in proportion to what is emitted, so that every shot carries the same flux, but for textures,
- * images and colour. Light from afar enters through the box around the scene: directional light is uniform over the faces
- * that it sees, a constant environment is a box that shines inwards. False: nothing leaves there. Thread: any. */
-bool lum_light_shoot(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
-                     struct lum_light_shot *ret_shot);
+ * images and colour. Light from afar enters through the box around the scene: directional light is uniform over the
+ * faces that it sees, a constant environment is a box that shines inwards. False: nothing leaves there. Thread: any. */
+bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_position, struct lum_vec2 u_direction,
+                    struct lum_light_ray *ret_shot);
 /* Flux of a light per unit of power: the mean luminance of flux_unit.
  * bounds: of all geometry; lo > hi when there is none. */
 double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
@@ -176,8 +180,8 @@ double lum_mesh_light_flux(const struct lum_light *l, double area);
 /* True when light b sends its light along the same paths as a: power and switch aside. */
 bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b);
 
-/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs, spheres and meshes that shine from
- * one side). Of a mesh that is lum_surface.emission: its BSDF has it with its texture. */
+/* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs, spheres and meshes that
+ * shine from one side). Of a mesh that is lum_surface.emission: its BSDF has it with its texture. */
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);
 /* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
  * camera_visible. */

@@ -1,5 +1,5 @@
-/* Sampling a rectangle uniformly over the solid angle it subtends (Urena, Fajardo & King 2013). In double: the solid angle
- * is 2 pi less than a sum of four angles, and is as small as LUM_RECT_MIN_SR. */
+/* Sampling a rectangle uniformly over the solid angle it subtends (Urena, Fajardo & King 2013). In double: the solid
+ * angle is 2 pi less than a sum of four angles, and is as small as LUM_RECT_MIN_SR. */
 #ifndef LUM_CORE_LIGHT_RECT_H
 #define LUM_CORE_LIGHT_RECT_H
 
@@ -12,7 +12,7 @@
 struct lum_rect_view {
     double solid_angle;
     struct lum_vec3d x, y, z;
-    double x0, x1, y0, y1, z0; /* extent; z0 < 0 */
+    double x0, x1, y0, y1, z0;   /* extent; z0 < 0 */
     double b0, b1, cos_k, sin_k; /* Urena's b0, b1, and k as cosine and sine */
 };
 

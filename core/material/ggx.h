@@ -1,6 +1,7 @@
 /* The GGX distribution of microfacets, isotropic. Directions are local: z is the macroscopic normal.
  *
- * Everything is written without a division by a cosine, so that grazing directions need no guard. alpha >= LUM_ALPHA_MIN. */
+ * Everything is written without a division by a cosine, so that grazing directions need no guard. alpha >=
+ * LUM_ALPHA_MIN. */
 #ifndef LUM_CORE_MATERIAL_GGX_H
 #define LUM_CORE_MATERIAL_GGX_H
 
@@ -8,8 +9,8 @@
 
 #include "core/math/vec.h"
 
-/* Density of facet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x and y: no
- * cancellation near the peak. */
+/* Density of facet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x and y:
+ * no cancellation near the peak. */
 static inline float lum_ggx_d(struct lum_vec3 h, float alpha)
 {
     float t = alpha * alpha * h.z * h.z + h.x * h.x + h.y * h.y;

@@ -1,16 +1,16 @@
 /* Materials at render time, and the BSDF they make at a point.
  *
- * The model is glTF 2.0's metallic-roughness with KHR_materials_specular, _ior, _transmission, _volume and _unlit: a mix of a
- * metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below LUM_ALPHA_MIN is a
- * perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal sampling, Fresnel by Schlick;
- * glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or passes straight on (thin). Thin
- * glass has two faces, and what is reflected to and fro between them is in what it reflects and transmits: of clear glass
- * 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
+ * The model is glTF 2.0's metallic-roughness with KHR_materials_specular, _ior, _transmission, _volume and _unlit: a
+ * mix of a metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below
+ * LUM_ALPHA_MIN is a perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal
+ * sampling, Fresnel by Schlick; glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or
+ * passes straight on (thin). Thin glass has two faces, and what is reflected to and fro between them is in what it
+ * reflects and transmits: of clear glass 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
  *
- * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass). And
- * where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of the
- * incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the coat
- * (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
+ * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
+ * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
+ * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
+ * coat (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
 #ifndef LUM_CORE_MATERIAL_MATERIAL_H
 #define LUM_CORE_MATERIAL_MATERIAL_H
 
@@ -50,10 +50,10 @@ struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, str
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
-    struct lum_rgb sigma_a; /* absorption inside a solid, per scene unit */
+    struct lum_rgb sigma_a;                              /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
-    bool straight; /* a solid that bends no light where it is smooth */
+    bool straight;                    /* a solid that bends no light where it is smooth */
     bool thin, unlit, front_emission; /* front_emission: from the side that triangles wind around alone */
     char id[LUM_ID_MAX + 1];
 };
@@ -71,19 +71,20 @@ enum {
 };
 uint32_t lum_material_scatter(const struct lum_material *m);
 
-/* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, solid glass that
- * is told not to bend it, and what has no interface. Rays that ask how much of a light arrives pass it (lum_trace_light); they are dimmed as a path would be that
- * goes on by LUM_LOBE_TRANSMIT. */
+/* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, solid glass
+ * that is told not to bend it, and what has no interface. Rays that ask how much of a light arrives pass it
+ * (lum_trace_light); they are dimmed as a path would be that goes on by LUM_LOBE_TRANSMIT. */
 bool lum_material_is_pane(const struct lum_material *m);
 
 /* An index of refraction that is 1 but for rounding: no interface, nothing is reflected or bent there. */
 bool lum_ior_is_matched(float ior);
 
-/* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no inside. */
+/* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no
+ * inside. */
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);
 
-/* Radiance that the surface emits at uv, given that of white texels (lum_surface.emission); an unlit material: its colour times
- * 1 cd/m2. */
+/* Radiance that the surface emits at uv, given that of white texels (lum_surface.emission); an unlit material: its
+ * colour times 1 cd/m2. */
 struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_rgb white, struct lum_vec2 uv,
                                      struct lum_rgb vertex_color);
 
@@ -101,23 +102,24 @@ struct lum_bsdf {
     float glass_f90;         /* and at grazing and beyond the critical angle */
     float glass;             /* share of the surface that is glass */
     struct lum_rgb multi;    /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
-    float coat[3];           /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
-    float coat_norm;         /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
-    float diffuse_prob;      /* probability that a sample is of the base or of multi: cosine-shaped */
-    float alpha;             /* GGX roughness; 0: delta */
-    struct lum_ggx_row row;  /* of alpha */
-    float eta;               /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
+    float coat[3];      /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
+    float coat_norm;    /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
+    float diffuse_prob; /* probability that a sample is of the base or of multi: cosine-shaped */
+    float alpha;        /* GGX roughness; 0: delta */
+    struct lum_ggx_row row; /* of alpha */
+    float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
     bool thin;
     bool straight;           /* transmission is delta, and bends nothing */
     struct lum_rgb emission; /* towards wo */
 };
 
 /* wo: unit, away from the surface, on surface->ng's side (if not, the surface is turned). */
-void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s, struct lum_vec3 wo);
+void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
+                   struct lum_vec3 wo);
 
-/* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. wo as given to
- * lum_bsdf_init. Black and 0 where wi lies on different sides of the shading and of the geometric normal (light leaks, else).
- * Transmission is of radiance: it includes eta^2. */
+/* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. wo as given
+ * to lum_bsdf_init. Black and 0 where wi lies on different sides of the shading and of the geometric normal (light
+ * leaks, else). Transmission is of radiance: it includes eta^2. */
 struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa);
 
 /* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several facets), and the rest. */
@@ -154,14 +156,16 @@ struct lum_bsdf_sample {
 bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
                      struct lum_bsdf_sample *ret_sample);
 
-/* All delta lobes at once, for methods that follow every branch: weights are of the lobes themselves, not divided by the
- * probability of choosing one. Returns how many. */
+/* All delta lobes at once, for methods that follow every branch: weights are of the lobes themselves, not divided by
+ * the probability of choosing one. Returns how many. */
 uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2]);
 
-/* What is left of light that goes straight on through the surface to wo: of a pane, the weight of that delta lobe; else black. */
+/* What is left of light that goes straight on through the surface to wo: of a pane, the weight of that delta lobe; else
+ * black. */
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
 
-/* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At most 1. */
+/* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At
+ * most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);
 
 /* Fresnel reflectance of a dielectric, cos_i in [0,1], eta = n_i / n_t. 1 at total internal reflection. */

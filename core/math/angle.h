@@ -1,8 +1,8 @@
-/* The angle of a vector (c, s) of any length with s >= 0, in [0, pi], for closed forms that need it by the million: a third of
- * the cost of atan2. (0, 0): NaN.
+/* The angle of a vector (c, s) of any length with s >= 0, in [0, pi], for closed forms that need it by the million: a
+ * third of the cost of atan2. (0, 0): NaN.
  *
- * Turned to within pi / 8 of the x axis; there atan t = t + t^3 q(t^2), q: Chebyshev's expansion on [0, tan(pi / 8)^2]. The
- * relative error is at most 1.2e-13, and vanishes with the angle. */
+ * Turned to within pi / 8 of the x axis; there atan t = t + t^3 q(t^2), q: Chebyshev's expansion on [0, tan(pi / 8)^2].
+ * The relative error is at most 1.2e-13, and vanishes with the angle. */
 #ifndef LUM_CORE_MATH_ANGLE_H
 #define LUM_CORE_MATH_ANGLE_H
 

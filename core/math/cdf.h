@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-/* First entry i with x < cdf[i], so that one of probability 0 is never found while x < cdf[n - 1]; else the last. n > 0.
- * ret_below: where i begins; what belongs to it is cdf[i] - *ret_below. */
+/* First entry i with x < cdf[i], so that one of probability 0 is never found while x < cdf[n - 1]; else the last. n >
+ * 0. ret_below: where i begins; what belongs to it is cdf[i] - *ret_below. */
 static inline uint32_t lum_cdf_find(const float *cdf, uint32_t n, float x, float *ret_below)
 {
     uint32_t lo = 0, hi = n - 1;

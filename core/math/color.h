@@ -13,17 +13,18 @@
  * CIE daylight from 5000 K, so that 6504 K is D65, the white of Rec.709; between them blended in mired. */
 struct lum_vec2 lum_cct_chromaticity(double kelvin);
 
-/* The same as linear Rec.709 with luminance 1. Below about 1900 K the locus leaves the gamut: negative blue is cut to 0. */
+/* The same as linear Rec.709 with luminance 1. Below about 1900 K the locus leaves the gamut: negative blue is cut to
+ * 0. */
 struct lum_rgb lum_cct_to_rgb(double kelvin);
 
 /* Rec.709 to Rec.709: a picture lit by white light of this temperature as it would look under D65. Chromatic adaptation
- * by von Kries' rule in Bradford cone responses (ICC.1:2022, annex E). 6504 K gives the identity but for the rounding of its
- * chromaticity. */
+ * by von Kries' rule in Bradford cone responses (ICC.1:2022, annex E). 6504 K gives the identity but for the rounding
+ * of its chromaticity. */
 void lum_white_balance(double kelvin, float ret_rgb_to_rgb[3][3]);
 
 /* A share of light by colour, each channel 0..1, in 32 bits: 10 of the root of each, so that it is off by at most
  * 2^-10 / sqrt(share) of itself. Zero bits: all of it, exactly. */
-static inline uint32_t lum_share_pack(struct lum_rgb share)
+static inline uint32_t lum_transmittance_pack(struct lum_rgb share)
 {
     const float c[3] = {share.r, share.g, share.b};
     uint32_t bits = 0;
@@ -31,7 +32,7 @@ static inline uint32_t lum_share_pack(struct lum_rgb share)
         bits |= (1023u - (uint32_t)(1023.0f * sqrtf(lum_clamp(c[k], 0.0f, 1.0f)) + 0.5f)) << 10 * k;
     return bits;
 }
-static inline struct lum_rgb lum_share_unpack(uint32_t bits)
+static inline struct lum_rgb lum_transmittance_unpack(uint32_t bits)
 {
     float root[3];
     for (uint32_t k = 0; k < 3; k++)

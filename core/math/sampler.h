@@ -18,8 +18,9 @@ struct lum_sampler {
 
 struct lum_sampler lum_sampler_at(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed);
 
-/* For film whose even and odd samples are two halves that shall be independent: each half is a sequence of its own. Even and
- * odd members of one sequence lie in complementary strata: their difference overstates the error, up to several times. */
+/* For film whose even and odd samples are two halves that shall be independent: each half is a sequence of its own.
+ * Even and odd members of one sequence lie in complementary strata: their difference overstates the error, up to
+ * several times. */
 struct lum_sampler lum_sampler_halves(uint32_t px, uint32_t py, uint32_t sample, uint32_t seed);
 
 /* Two numbers in [0,1), stratified over samples. pair: which decision of the path this is. */

@@ -33,24 +33,57 @@ struct lum_affined {
 };
 
 /* One instruction each, where fminf and fmaxf are calls. b when either is NaN. */
-static inline float lum_min(float a, float b) { return a < b ? a : b; }
-static inline float lum_max(float a, float b) { return a > b ? a : b; }
+static inline float lum_min(float a, float b)
+{
+    return a < b ? a : b;
+}
+static inline float lum_max(float a, float b)
+{
+    return a > b ? a : b;
+}
 /* NaN becomes lo. */
-static inline float lum_clamp(float x, float lo, float hi) { return lum_min(lum_max(x, lo), hi); }
+static inline float lum_clamp(float x, float lo, float hi)
+{
+    return lum_min(lum_max(x, lo), hi);
+}
 
-static inline struct lum_vec3 lum_v3(float x, float y, float z) { return (struct lum_vec3){x, y, z}; }
-static inline struct lum_vec3 lum_v3_add(struct lum_vec3 a, struct lum_vec3 b) { return lum_v3(a.x + b.x, a.y + b.y, a.z + b.z); }
-static inline struct lum_vec3 lum_v3_sub(struct lum_vec3 a, struct lum_vec3 b) { return lum_v3(a.x - b.x, a.y - b.y, a.z - b.z); }
-static inline struct lum_vec3 lum_v3_mul(struct lum_vec3 a, float s) { return lum_v3(a.x * s, a.y * s, a.z * s); }
-static inline struct lum_vec3 lum_v3_neg(struct lum_vec3 a) { return lum_v3(-a.x, -a.y, -a.z); }
+static inline struct lum_vec3 lum_v3(float x, float y, float z)
+{
+    return (struct lum_vec3){x, y, z};
+}
+static inline struct lum_vec3 lum_v3_add(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return lum_v3(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+static inline struct lum_vec3 lum_v3_sub(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return lum_v3(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+static inline struct lum_vec3 lum_v3_mul(struct lum_vec3 a, float s)
+{
+    return lum_v3(a.x * s, a.y * s, a.z * s);
+}
+static inline struct lum_vec3 lum_v3_neg(struct lum_vec3 a)
+{
+    return lum_v3(-a.x, -a.y, -a.z);
+}
 /* a + b * s */
-static inline struct lum_vec3 lum_v3_mad(struct lum_vec3 a, struct lum_vec3 b, float s) { return lum_v3(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s); }
-static inline float lum_dot(struct lum_vec3 a, struct lum_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline struct lum_vec3 lum_v3_mad(struct lum_vec3 a, struct lum_vec3 b, float s)
+{
+    return lum_v3(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+static inline float lum_dot(struct lum_vec3 a, struct lum_vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 static inline struct lum_vec3 lum_cross(struct lum_vec3 a, struct lum_vec3 b)
 {
     return lum_v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-static inline float lum_length(struct lum_vec3 a) { return sqrtf(lum_dot(a, a)); }
+static inline float lum_length(struct lum_vec3 a)
+{
+    return sqrtf(lum_dot(a, a));
+}
 /* The zero vector stays zero: never a NaN. Scales first, so that tiny and huge vectors do not under- or overflow. */
 static inline struct lum_vec3 lum_normalize(struct lum_vec3 a)
 {
@@ -63,20 +96,56 @@ static inline struct lum_vec3 lum_normalize(struct lum_vec3 a)
     a = lum_v3(a.x / m, a.y / m, a.z / m);
     return lum_v3_mul(a, 1.0f / lum_length(a));
 }
-static inline bool lum_v3_finite(struct lum_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
+static inline bool lum_v3_finite(struct lum_vec3 a)
+{
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
 
-static inline struct lum_rgb lum_rgb(float r, float g, float b) { return (struct lum_rgb){r, g, b}; }
-static inline struct lum_rgb lum_grey(float v) { return (struct lum_rgb){v, v, v}; }
-static inline struct lum_rgb lum_rgb_add(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r + b.r, a.g + b.g, a.b + b.b); }
-static inline struct lum_rgb lum_rgb_mul(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r * b.r, a.g * b.g, a.b * b.b); }
-static inline struct lum_rgb lum_rgb_div(struct lum_rgb a, struct lum_rgb b) { return lum_rgb(a.r / b.r, a.g / b.g, a.b / b.b); }
-static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s) { return lum_rgb(a.r * s, a.g * s, a.b * s); }
-static inline struct lum_rgb lum_rgb_mad(struct lum_rgb a, struct lum_rgb b, float s) { return lum_rgb(a.r + b.r * s, a.g + b.g * s, a.b + b.b * s); }
-static inline float lum_rgb_max(struct lum_rgb a) { return lum_max(a.r, lum_max(a.g, a.b)); }
-static inline bool lum_rgb_black(struct lum_rgb a) { return !(a.r > 0.0f || a.g > 0.0f || a.b > 0.0f); }
-static inline bool lum_rgb_finite(struct lum_rgb a) { return isfinite(a.r) && isfinite(a.g) && isfinite(a.b); }
+static inline struct lum_rgb lum_rgb(float r, float g, float b)
+{
+    return (struct lum_rgb){r, g, b};
+}
+static inline struct lum_rgb lum_grey(float v)
+{
+    return (struct lum_rgb){v, v, v};
+}
+static inline struct lum_rgb lum_rgb_add(struct lum_rgb a, struct lum_rgb b)
+{
+    return lum_rgb(a.r + b.r, a.g + b.g, a.b + b.b);
+}
+static inline struct lum_rgb lum_rgb_mul(struct lum_rgb a, struct lum_rgb b)
+{
+    return lum_rgb(a.r * b.r, a.g * b.g, a.b * b.b);
+}
+static inline struct lum_rgb lum_rgb_div(struct lum_rgb a, struct lum_rgb b)
+{
+    return lum_rgb(a.r / b.r, a.g / b.g, a.b / b.b);
+}
+static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s)
+{
+    return lum_rgb(a.r * s, a.g * s, a.b * s);
+}
+static inline struct lum_rgb lum_rgb_mad(struct lum_rgb a, struct lum_rgb b, float s)
+{
+    return lum_rgb(a.r + b.r * s, a.g + b.g * s, a.b + b.b * s);
+}
+static inline float lum_rgb_max(struct lum_rgb a)
+{
+    return lum_max(a.r, lum_max(a.g, a.b));
+}
+static inline bool lum_rgb_black(struct lum_rgb a)
+{
+    return !(a.r > 0.0f || a.g > 0.0f || a.b > 0.0f);
+}
+static inline bool lum_rgb_finite(struct lum_rgb a)
+{
+    return isfinite(a.r) && isfinite(a.g) && isfinite(a.b);
+}
 /* Luminance of linear Rec.709 (IEC 61966-2-1), so that Y of a radiance is cd/m2. */
-static inline float lum_luminance(struct lum_rgb c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+static inline float lum_luminance(struct lum_rgb c)
+{
+    return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
+}
 
 static inline struct lum_vec3 lum_affine_point(const struct lum_affine *a, struct lum_vec3 p)
 {

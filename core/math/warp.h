@@ -1,4 +1,5 @@
-/* Maps from the unit square to other domains. All keep strata together and have a constant Jacobian times the stated pdf. */
+/* Maps from the unit square to other domains. All keep strata together and have a constant Jacobian times the stated
+ * pdf. */
 #ifndef LUM_CORE_MATH_WARP_H
 #define LUM_CORE_MATH_WARP_H
 

@@ -1,13 +1,14 @@
 /* Homogeneous participating media: boxes of fog.
  *
- * The model of every method here: light is dimmed along every segment (exp(-sigma_t d)), and scattered once on its way from
- * a light to the eye. So `media` is the light that comes from a light straight to a point in the medium, and from there
- * straight (or by perfect mirrors and clear glass) to the eye. Light that was scattered and then lights a surface, or that a
- * surface sent into the medium, is left out, in the reference as well as in the fast methods. Where boxes overlap their
- * coefficients add up. They pass through objects: what is inside a solid that stands in fog is fog.
+ * The model of every method here: light is dimmed along every segment (exp(-sigma_t d)), and scattered once on its way
+ * from a light to the eye. So `media` is the light that comes from a light straight to a point in the medium, and from
+ * there straight (or by perfect mirrors and clear glass) to the eye. Light that was scattered and then lights a
+ * surface, or that a surface sent into the medium, is left out, in the reference as well as in the fast methods. Where
+ * boxes overlap their coefficients add up. They pass through objects: what is inside a solid that stands in fog is fog.
  *
  * Through a medium without a box nothing comes from infinitely far: the background is black and so is the light of
- * environment and directional lights, on surfaces and in the fog. What other lights scatter towards the eye is finite. */
+ * environment and directional lights, on surfaces and in the fog. What other lights scatter towards the eye is finite.
+ */
 #ifndef LUM_CORE_MEDIUM_MEDIUM_H
 #define LUM_CORE_MEDIUM_MEDIUM_H
 
@@ -28,13 +29,13 @@ struct lum_medium {
     char id[LUM_ID_MAX + 1];
 };
 
-/* A ray's stay in a medium: 0 <= t0 < t1 <= tmax, in units of |d|; false when it stays out. Conservative by nothing: a ray
- * that only touches the box stays out. d is not 0; tmax may be INFINITY, and so may t1 then. */
+/* A ray's stay in a medium: 0 <= t0 < t1 <= tmax, in units of |d|; false when it stays out. Conservative by nothing: a
+ * ray that only touches the box stays out. d is not 0; tmax may be INFINITY, and so may t1 then. */
 bool lum_medium_clip(const struct lum_medium *m, struct lum_vec3 o, struct lum_vec3 d, float tmax, float *ret_t0,
                      float *ret_t1);
 
-/* What is left of light after the segment o + t d, 0 <= t <= tmax, d unit, through all media of the snapshot. Exactly 1 on a
- * segment that meets none, 0 after an infinite one in a medium that dims. */
+/* What is left of light after the segment o + t d, 0 <= t <= tmax, d unit, through all media of the snapshot. Exactly 1
+ * on a segment that meets none, 0 after an infinite one in a medium that dims. */
 struct lum_rgb lum_media_transmittance(const struct lum_snapshot *s, struct lum_vec3 o, struct lum_vec3 d, float tmax);
 
 /* Phase function, 1/sr; cos between the direction light travels in and the one it is scattered to. */
@@ -42,8 +43,8 @@ float lum_phase_hg(float g, float cos_theta);
 
 /* ---- distances along a ray, to sample what a light scatters into it ---- */
 
-/* All segments here are finite. Evenly over the angle under which a light at p sees the segment (Kulla & Fajardo 2012): pdf ~ 1 / r^2 cancels what makes
- * the halo of a light bright. */
+/* All segments here are finite. Evenly over the angle under which a light at p sees the segment (Kulla & Fajardo 2012):
+ * pdf ~ 1 / r^2 cancels what makes the halo of a light bright. */
 struct lum_equiangular {
     float t0, t1;  /* of the segment */
     float nearest; /* t where the ray passes the light */
@@ -75,13 +76,14 @@ struct lum_scatter_query {
     float tmax;
 };
 struct lum_scatter {
-    struct lum_vec3 p, wi; /* the point, and unit from there to the light */
-    float distance;        /* to the light; INFINITY for directional and environment */
+    struct lum_vec3 p, wi;   /* the point, and unit from there to the light */
+    float distance;          /* to the light; INFINITY for directional and environment */
     struct lum_rgb radiance; /* arriving at o, if the light is not hidden from p; over the pdf of the sample */
 };
-/* The distance is drawn half the time by angle from the light, half the time as light is dimmed, and weighed by the mixture
- * (balance heuristic), so that halos and dense fog behave alike; lights without a place get the latter only. False: no light
- * from there. Its mean over u (in [0, 1)^4) is the integral. Fog beyond LUM_RAY_LIMIT, a million scenes away, is not seen. */
+/* The distance is drawn half the time by angle from the light, half the time as light is dimmed, and weighed by the
+ * mixture (balance heuristic), so that halos and dense fog behave alike; lights without a place get the latter only.
+ * False: no light from there. Its mean over u (in [0, 1)^4) is the integral. Fog beyond LUM_RAY_LIMIT, a million scenes
+ * away, is not seen. */
 bool lum_medium_scatter(const struct lum_scatter_query *q, struct lum_vec2 u_distance, struct lum_vec2 u_light,
                         struct lum_scatter *ret_scatter);
 
@@ -90,7 +92,8 @@ bool lum_medium_scatters(const struct lum_scatter_query *q, float *ret_t0, float
 /* At distance t, which was drawn with pdf. */
 bool lum_medium_scatter_at(const struct lum_scatter_query *q, float t, float pdf, struct lum_vec2 u_light,
                            struct lum_scatter *ret_scatter);
-/* The radiance of that for up to LUM_SCATTER_POINTS distances at once, from a point or a spot light; black where it is false. */
+/* The radiance of that for up to LUM_SCATTER_POINTS distances at once, from a point or a spot light; black where it is
+ * false. */
 #define LUM_SCATTER_POINTS 8u
 void lum_medium_scatter_points(const struct lum_scatter_query *q, uint32_t n, const float *t, const float *pdf,
                                struct lum_rgb *ret_radiance);

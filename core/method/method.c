@@ -5,7 +5,7 @@
 
 #include "core/effect/ais/ais.h"
 #include "core/effect/antialias/antialias.h"
-#include "core/effect/area_shadow/penumbra.h"
+#include "core/effect/area_shadow/area_shadow.h"
 #include "core/effect/direct/direct.h"
 #include "core/effect/fog/airlight.h"
 #include "core/effect/gloss/gloss.h"
@@ -111,8 +111,8 @@ static const struct lum_method methods[] = {
         .serves =
             {
                 [LUM_EFFECT_DIRECT] = &lum_estimator_shadow,
-                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_penumbra,
-                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_penumbra,
+                [LUM_EFFECT_SOFT_SHADOW] = &lum_estimator_area_shadow,
+                [LUM_EFFECT_ENVIRONMENT] = &lum_estimator_area_shadow,
                 [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached,
                 [LUM_EFFECT_REFLECTION] = &lum_estimator_specular,
                 [LUM_EFFECT_TRANSMISSION] = &lum_estimator_specular,

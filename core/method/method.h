@@ -1,6 +1,6 @@
 /* The table of methods: an estimator computes one or several effects of a frame, and a method is a row that says which
- * estimator serves each effect. Adding a method is one row, and its estimator one file. All methods live in one binary and are
- * chosen per view at run time. */
+ * estimator serves each effect. Adding a method is one row, and its estimator one file. All methods live in one binary
+ * and are chosen per view at run time. */
 #ifndef LUM_CORE_METHOD_METHOD_H
 #define LUM_CORE_METHOD_METHOD_H
 

@@ -1,19 +1,21 @@
-/* How far a picture x is from its reference r by blocks: ratios of the mean luminance of squares of pixels. Noise of single
- * pixels averages out there, so that what is left is light that is missing or too much: bias shows, noise does not.
+/* How far a picture x is from its reference r by blocks: ratios of the mean luminance of squares of pixels. Noise of
+ * single pixels averages out there, so that what is left is light that is missing or too much: bias shows, noise does
+ * not.
  *
- * A block's side is a 24th of the width, 25 x 25 pixels at 600 x 400. What is left at the right and at the bottom joins the
- * last block, or makes one of its own when it is at least half a side.
+ * A block's side is a 24th of the width, 25 x 25 pixels at 600 x 400. What is left at the right and at the bottom joins
+ * the last block, or makes one of its own when it is at least half a side.
  *
- * A ratio says nothing where there is no light: a block counts when its reference is above LUM_BLOCKS_DARK of the mean of the
- * whole, and those that do not are counted as dark. With the mean exposed to middle grey (0.18 of white), sRGB shows light
- * below 0.18 / 512 of white as the codes 0 and 1 of 255: such a block is black on the screen whatever its ratio is.
+ * A ratio says nothing where there is no light: a block counts when its reference is above LUM_BLOCKS_DARK of the mean
+ * of the whole, and those that do not are counted as dark. With the mean exposed to middle grey (0.18 of white), sRGB
+ * shows light below 0.18 / 512 of white as the codes 0 and 1 of 255: such a block is black on the screen whatever its
+ * ratio is.
  *
- * The reference has noise of its own. With a and b the pixels of two independent halves of it and r = (a + b) / 2, E[(a - b)^2 /
- * 4] is the variance of r. Pixels are independent of each other, too, so the variance of a block's mean is the sum of those over
- * n^2: as many degrees of freedom as it has pixels. Without halves the variance is bounded from above: of two pixels p and q
- * E[(p - q)^2] = var p + var q + (difference of their light)^2, so the squares of disjoint neighbours sum to at least the
- * variance of the block's sum. (Not of a reference that was filtered: its pixels hang together.) The ratio x / r then has the
- * relative standard error of r, to first order. */
+ * The reference has noise of its own. With a and b the pixels of two independent halves of it and r = (a + b) / 2, E[(a
+ * - b)^2 / 4] is the variance of r. Pixels are independent of each other, too, so the variance of a block's mean is the
+ * sum of those over n^2: as many degrees of freedom as it has pixels. Without halves the variance is bounded from
+ * above: of two pixels p and q E[(p - q)^2] = var p + var q + (difference of their light)^2, so the squares of disjoint
+ * neighbours sum to at least the variance of the block's sum. (Not of a reference that was filtered: its pixels hang
+ * together.) The ratio x / r then has the relative standard error of r, to first order. */
 #ifndef LUM_CORE_METRIC_BLOCKS_H
 #define LUM_CORE_METRIC_BLOCKS_H
 
@@ -38,10 +40,11 @@ struct lum_blocks_input {
 struct lum_blocks_result {
     struct lum_blocks_grid grid;
     uint32_t n_counted, n_dark;
-    size_t n_nonfinite;             /* pixels left out of their blocks in both pictures */
-    double mean;                    /* of the whole picture x, dark blocks too, over that of r */
+    size_t n_nonfinite; /* pixels left out of their blocks in both pictures */
+    double mean;        /* of the whole picture x, dark blocks too, over that of r */
     double median, p5, p25, p75, p95, lowest, highest;
-    double mean_stderr; /* of the reference, relative: of its mean. NAN where a block is one pixel and there are no halves */
+    double mean_stderr; /* of the reference, relative: of its mean. NAN where a block is one pixel and there are no
+                           halves */
     double stderr_median, stderr_p95; /* the same, of its blocks */
 };
 /* ret_ratios (may be NULL): nx * ny, row by row; NAN: dark. */

@@ -1,5 +1,5 @@
-/* How far a picture x is from its reference r. Both are linear; every channel of every pixel counts alike. Values that are
- * not finite are left out and counted: the caller decides what they mean. */
+/* How far a picture x is from its reference r. Both are linear; every channel of every pixel counts alike. Values that
+ * are not finite are left out and counted: the caller decides what they mean. */
 #ifndef LUM_CORE_METRIC_METRIC_H
 #define LUM_CORE_METRIC_METRIC_H
 

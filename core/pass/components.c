@@ -88,8 +88,8 @@ static void forget(struct lum_components *c, enum lum_fate fate)
 static bool is_motion_alone(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits,
                             enum lum_product product)
 {
-    return !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), product) && lum_swept_is_known(pass->swept) &&
-           c->surfaces + 1 == pass->surfaces->version;
+    return !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), product) &&
+           lum_motion_mask_is_known(pass->motion_mask) && c->surfaces + 1 == pass->surfaces->version;
 }
 
 static struct lum_outcome find_outcome(const struct lum_components *c, const struct lum_pass *pass, uint32_t edits)

@@ -1,11 +1,10 @@
 /* Effect by effect buffers of a deferred view: the component pipeline of the thesis (5.2).
  *
- * Estimators write `raw`, pixel by pixel or at a quarter of the resolution, from interleaved samples; the method's filter
- * makes `smooth` of it; the composite multiplies albedo in:
- *   L = sum of layers + albedo (shadow + indirect) + gloss, dimmed by media on its way to the eye, + media.
- * Buffers exist only for effects that are on. They hold the sum over the lights at their present power: any change of what
- * the eye or the lights see makes all of them anew. What a change of power alone leaves as it was, estimators keep for themselves
- * (state.h). */
+ * Estimators write `raw`, pixel by pixel or at a quarter of the resolution, from interleaved samples; the method's
+ * filter makes `smooth` of it; the composite multiplies albedo in: L = sum of layers + albedo (shadow + indirect) +
+ * gloss, dimmed by media on its way to the eye, + media. Buffers exist only for effects that are on. They hold the sum
+ * over the lights at their present power: any change of what the eye or the lights see makes all of them anew. What a
+ * change of power alone leaves as it was, estimators keep for themselves (state.h). */
 #ifndef LUM_CORE_PASS_COMPONENTS_H
 #define LUM_CORE_PASS_COMPONENTS_H
 
@@ -13,7 +12,7 @@
 #include "core/pass/pass.h"
 
 enum lum_component {
-    LUM_COMPONENT_SHADOW,   /* direct light of emitters that are sampled: radiance of a white surface (irradiance / pi) */
+    LUM_COMPONENT_SHADOW, /* direct light of emitters that are sampled: radiance of a white surface (irradiance / pi) */
     LUM_COMPONENT_INDIRECT, /* indirect light: the same */
     LUM_COMPONENT_GLOSS,    /* radiance reflected otherwise than by the diffuse base */
     LUM_COMPONENT_MEDIA,    /* radiance scattered towards the eye */
@@ -22,17 +21,17 @@ enum lum_component {
 #define LUM_COMPONENT_BIT(c) (1u << (c))
 
 struct lum_component_buffer {
-    /* w * h, row by row; NULL: nothing calls for it. raw has room for (w + 1) * (h + 1): it may be used for up to two pictures
-     * of a quarter of the resolution instead, rounded up. */
+    /* w * h, row by row; NULL: nothing calls for it. raw has room for (w + 1) * (h + 1): it may be used for up to two
+     * pictures of a quarter of the resolution instead, rounded up. */
     struct lum_rgb *raw, *smooth;
-    uint8_t *iterations;          /* w * h: how often the pixel's tile of the pattern was refined, for the guidance map */
+    uint8_t *iterations; /* w * h: how often the pixel's tile of the pattern was refined, for the guidance map */
 };
 
 struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
-    uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and packet or tile: nothing left to do there */
+    uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and cell or tile: nothing left to do there */
     uint32_t n_tiles;
     uint32_t sparse, lasting; /* bits of components: as estimators of the pass say (struct lum_estimator) */
     /* what they show */
@@ -42,16 +41,17 @@ struct lum_components {
 
 void lum_components_finish(struct lum_components *c);
 
-/* Makes the buffers that the pass calls for, frees the others, and marks everything as undone if anything that they depend on
- * has changed; *ret_outcome says what. On failure there are none. */
+/* Makes the buffers that the pass calls for, frees the others, and marks everything as undone if anything that they
+ * depend on has changed; *ret_outcome says what. On failure there are none. */
 LUM_MUST_USE enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass,
                                                    struct lum_outcome *ret_outcome, struct lum_error *err);
 
-/* For an estimator: true when the packet or tile is done already; else says so for the next time. */
+/* For an estimator: true when the cell or tile is done already; else says so for the next time. */
 bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile);
 
 /* Adds radiance to a pixel of a raw buffer; nothing if the buffer does not exist. */
-static inline void lum_component_add(struct lum_components *c, enum lum_component which, size_t pixel, struct lum_rgb value)
+static inline void lum_component_add(struct lum_components *c, enum lum_component which, size_t pixel,
+                                     struct lum_rgb value)
 {
     struct lum_rgb *raw = c->buffer[which].raw;
     if (raw)

@@ -10,12 +10,12 @@ static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     counters->rays[LUM_RAY_PRIMARY] += rays.n;
     struct lum_trace trace = lum_trace_of_eye(pass->snapshot, counters);
     struct lum_hits before;
-    bool compare = lum_swept_is_known(pass->swept) && pass->swept->stamp == g->stamp;
+    bool compare = lum_motion_mask_is_known(pass->motion_mask) && pass->motion_mask->stamp == g->stamp;
     if (compare)
         before = g->tiles[tile];
     lum_trace_closest(&trace, &rays, &g->tiles[tile]);
     if (compare)
-        lum_swept_compare(pass->swept, &pass->tiling, tile, &before, &g->tiles[tile]);
+        lum_motion_mask_compare(pass->motion_mask, &pass->tiling, tile, &before, &g->tiles[tile]);
     g->done[tile] = 1;
 }
 

@@ -9,7 +9,7 @@
 struct lum_gbuffer {
     struct lum_hits *tiles;
     uint8_t *done;  /* per tile */
-    uint64_t stamp; /* changes with what the buffer shows, but for what lum_swept.changed says */
+    uint64_t stamp; /* changes with what the buffer shows, but for what lum_motion_mask.changed says */
     struct lum_basis basis;
 };
 

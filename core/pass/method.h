@@ -11,13 +11,13 @@ struct lum_cache_kind; /* cache/cache.h */
 struct lum_method {
     const char *name, *summary;
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
-    bool refines;     /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over. It has a
-                       * cache or filters: the frame is corrected along the surfaces that these know */
+    bool refines; /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over. It
+                   * has a cache or filters: the frame is corrected along the surfaces that these know */
     const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
-    const struct lum_ais *ais; /* interleaved sampling: its parameters; NULL: none */
+    const struct lum_ais *ais;                            /* interleaved sampling: its parameters; NULL: none */
     bool hard_shadows; /* of quads, discs and spheres, too: one shadow ray per light and pixel (thesis, 6.3) */
-    const struct lum_cache_kind *cache; /* what its indirect light is kept in; NULL: nothing */
-    uint32_t pattern; /* methods with components: side of the interleaved pattern */
+    const struct lum_cache_kind *cache;     /* what its indirect light is kept in; NULL: nothing */
+    uint32_t pattern;                       /* methods with components: side of the interleaved pattern */
     const struct lum_estimator *filters[2]; /* methods with components: how they become smooth, one after the other */
 };
 

@@ -9,7 +9,7 @@
 #include "core/pass/settings.h"
 #include "core/pass/state.h"
 #include "core/pass/stats.h"
-#include "core/pass/swept.h"
+#include "core/pass/motion_mask.h"
 #include "core/trace/rays.h"
 
 struct lum_layers;
@@ -23,25 +23,25 @@ struct lum_pass {
     const struct lum_snapshot *snapshot;
     const struct lum_view_settings *settings;
     struct lum_eye eye;
-    float footprint;                   /* size at distance 1 of a pixel of the picture that this is for: of a rough pass, of the
-                                        * frame that follows. What outlives the pass is made for that one */
-    struct lum_tiling tiling, packets; /* of ray batches; of LUM_PACKET_SIDE squares */
-    bool on[LUM_EFFECT_COUNT];         /* called for, and served by the method: anything else costs nothing */
+    float footprint; /* size at distance 1 of a pixel of the picture that this is for: of a rough pass, of the
+                      * frame that follows. What outlives the pass is made for that one */
+    struct lum_tiling tiling, cells; /* of ray batches; of cells, LUM_CELL_SIDE a side */
+    bool on[LUM_EFFECT_COUNT];       /* called for, and served by the method: anything else costs nothing */
     /* deferred methods */
     struct lum_gbuffer *gbuffer;
-    struct lum_surfaces *surfaces;     /* methods with components */
-    struct lum_swept *swept;           /* NULL: as if not known */
-    struct lum_layers *layers;         /* light by light buffers (effect/direct/layers.h) */
-    struct lum_components *components; /* effect by effect buffers (pass/components.h); NULL: the method has none */
-    const struct lum_states *states;   /* what estimators keep for themselves (lum_pass_state) */
-    uint32_t cached_sky;               /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
-    const struct lum_vpl_set *vpls;    /* NULL: the method has none, or indirect_diffuse is off */
-    struct lum_records *records;       /* methods with a cache (effect/indirect/records.h); NULL: likewise */
-    struct lum_path_guide *guide;      /* of path traced samples (path/guide.h); NULL: there is none */
+    struct lum_surfaces *surfaces;       /* methods with components */
+    struct lum_motion_mask *motion_mask; /* NULL: as if not known */
+    struct lum_layers *layers;           /* light by light buffers (effect/direct/layers.h) */
+    struct lum_components *components;   /* effect by effect buffers (pass/components.h); NULL: the method has none */
+    const struct lum_states *states;     /* what estimators keep for themselves (lum_pass_state) */
+    uint32_t cached_sky; /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
+    const struct lum_vpl_set *vpls; /* NULL: the method has none, or indirect_diffuse is off */
+    struct lum_records *records;    /* methods with a cache (effect/indirect/records.h); NULL: likewise */
+    struct lum_path_guide *guide;   /* of path traced samples (path/guide.h); NULL: there is none */
     struct lum_film *film;
-    uint32_t *tile_spp;          /* samples that each tile of the film has of the present picture; 0: it shows an older one */
-    uint32_t target_spp;         /* tiles that have as many are left alone */
-    uint32_t block;              /* pixels a side that share one sample: 1, or more in a rough pass, which leaves tile_spp 0 */
+    uint32_t *tile_spp;  /* samples that each tile of the film has of the present picture; 0: it shows an older one */
+    uint32_t target_spp; /* tiles that have as many are left alone */
+    uint32_t block;      /* pixels a side that share one sample: 1, or more in a rough pass, which leaves tile_spp 0 */
 };
 
 /* Bits LUM_EFFECT_BIT of what the pass leaves out. */
@@ -71,7 +71,7 @@ struct lum_stage_runner {
 enum lum_layering {
     LUM_LAYERING_NONE, /* it is not: the estimator fills a component instead */
     LUM_LAYERING_HARD, /* who sees which sample of the light, and its response */
-    LUM_LAYERING_SOFT, /* what the pixels around know of the light, too */
+    LUM_LAYERING_AREA, /* what the pixels around know of the light, too */
 };
 
 /* A stage of a pass: what is stale in a tile is made anew. Thread: one worker per tile; the counters are its own. */
@@ -82,15 +82,15 @@ struct lum_estimator {
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
     /* In place of begin and tile: all of it. */
     enum lum_status (*run)(const struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
-    bool packets;        /* tile numbers a square of pass->packets, not of pass->tiling */
-    enum lum_layering layering; /* of lights whose direct light it is to find */
+    bool cells;                         /* tile numbers a cell of pass->cells, not of pass->tiling */
+    enum lum_layering layering;         /* of lights whose direct light it is to find */
     const struct lum_state_kind *state; /* what it keeps from pass to pass; NULL: nothing */
-    uint32_t components; /* bits 1 << enum lum_component of the buffers that it fills */
-    uint32_t sparse;     /* of these, those that hold so few samples a pixel that the composite joins neighbours */
-    uint32_t lasting;    /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
-    bool vpls;           /* gathers from virtual point lights */
-    bool cache;          /* uses the records of the method's cache */
-    bool surfaces;       /* reads pass->surfaces */
+    uint32_t components;                /* bits 1 << enum lum_component of the buffers that it fills */
+    uint32_t sparse;  /* of these, those that hold so few samples a pixel that the composite joins neighbours */
+    uint32_t lasting; /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
+    bool vpls;        /* gathers from virtual point lights */
+    bool cache;       /* uses the records of the method's cache */
+    bool surfaces;    /* reads pass->surfaces */
     const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */
 };
 

@@ -17,7 +17,7 @@ bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b)
 uint32_t lum_edits_of_settings(const struct lum_view_settings *a, const struct lum_view_settings *b)
 {
     bool same_eye = lum_camera_equal(&a->camera, &b->camera) && a->w == b->w && a->h == b->h;
-    bool same_method = a->method == b->method && a->seed == b->seed && a->carry_shadows == b->carry_shadows &&
+    bool same_method = a->method == b->method && a->seed == b->seed && a->reproject_shadows == b->reproject_shadows &&
                        a->layers_bytes == b->layers_bytes;
     bool same_cache =
         a->storage == b->storage && a->cache_accuracy == b->cache_accuracy && a->deterministic == b->deterministic;

@@ -15,32 +15,33 @@ struct lum_view_settings {
     uint32_t w, h;
     const struct lum_method *method;
     uint32_t seed;
-    uint32_t max_spp;        /* progressive methods stop here; 0: never */
-    uint32_t max_depth;      /* path segments after the first hit, of every method; roulette ends nearly all paths before */
+    uint32_t max_spp;   /* progressive methods stop here; 0: never */
+    uint32_t max_depth; /* path segments after the first hit, of every method; roulette ends nearly all paths before */
     uint32_t shadow_samples; /* per area light and pixel in deferred methods: 1, 4, 9 or 16 */
     uint32_t shadow_budget;  /* rays that a frame of `live` may add where shadows are soft; 0: none */
     size_t layers_bytes;     /* of buffers light by light (effect/direct/layers.h) */
-    bool carry_shadows;      /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does not
-                                depend on where the eye was before */
-    bool antialias;          /* smooth edges, of hard shadows too; false: rays through pixel centres */
-    uint32_t preview;        /* methods that are progressive or refine: after a change, first one rough pass with one sample per
-                                block of this many pixels a side, so that an edit shows early; those that refine show it by the
-                                surfaces of the full picture. 0 and 1: none. At most 16 */
-    uint32_t n_vpls;         /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
+    bool reproject_shadows; /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does
+                           not depend on where the eye was before */
+    bool antialias;         /* smooth edges, of hard shadows too; false: rays through pixel centres */
+    uint32_t preview; /* methods that are progressive or refine: after a change, first one rough pass with one sample
+                         per block of this many pixels a side, so that an edit shows early; those that refine show it by
+                         the surfaces of the full picture. 0 and 1: none. At most 16 */
+    uint32_t n_vpls;  /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* methods with a cache */
     enum lum_storage storage;
-    float cache_accuracy;    /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */
-    bool deterministic;      /* the same picture for any number of threads: for those that else let threads share records as soon
-                                as they are made */
+    float cache_accuracy; /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */
+    bool deterministic; /* the same picture for any number of threads: for those that else let threads share records as
+                           soon as they are made */
     /* For study: effects switched off, and run although nothing calls for them. Bits 1 << enum lum_effect; off wins. */
     uint32_t effects_off, effects_on;
 };
-#define LUM_DEPTH_DEFAULT 64u /* what is cut off where all reflect 0.7: 1e-10 of the light; 0.9: 0.1 %; 0.95: 3.6 % */
+#define LUM_DEPTH_DEFAULT 64u   /* what is cut off where all reflect 0.7: 1e-10 of the light; 0.9: 0.1 %; 0.95: 3.6 % */
 #define LUM_CACHE_ACCURACY 0.2f /* what Radiance, the oldest user of such caches, has as its default (rpict -aa) */
 #define LUM_CACHE_ACCURACY_MIN 0.01f /* records get 400 times as many */
 #define LUM_CACHE_ACCURACY_MAX 1.0f  /* Ward's metric: as far as where the error is as large as what is estimated */
 
-/* True when both make the same picture of a scene, sample for sample: all but how many samples, and how early it shows. */
+/* True when both make the same picture of a scene, sample for sample: all but how many samples, and how early it shows.
+ */
 bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b);
 bool lum_camera_equal(const struct lum_camera *a, const struct lum_camera *b);
 

@@ -91,7 +91,7 @@ enum lum_status lum_stage_run(const struct lum_stage_runner *runner, const struc
     int64_t begin_ns = lum_clock_ns();
     if (stage->begin)
         stage->begin(pass);
-    uint32_t n = stage->packets ? pass->packets.n : pass->tiling.n;
+    uint32_t n = stage->cells ? pass->cells.n : pass->tiling.n;
     enum lum_status status = lum_stage_loop(runner, n, run_tile, &job);
     runner->stats->stage_ms[stage->stage] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;

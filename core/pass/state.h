@@ -1,8 +1,8 @@
 /* What an estimator keeps of a view from pass to pass, for itself: nobody else knows what it is, or that it is there.
  *
- * A kind of state is a row of functions, known by its address; estimators name theirs, and may share one. A view has at most one
- * state of a kind: from the first pass whose plan has such an estimator to the first that has none, unless that is because all
- * lights are off. What is kept of them may serve again. */
+ * A kind of state is a row of functions, known by its address; estimators name theirs, and may share one. A view has at
+ * most one state of a kind: from the first pass whose plan has such an estimator to the first that has none, unless
+ * that is because all lights are off. What is kept of them may serve again. */
 #ifndef LUM_CORE_PASS_STATE_H
 #define LUM_CORE_PASS_STATE_H
 
@@ -14,7 +14,7 @@ struct lum_pass;
 enum lum_fate {
     LUM_FATE_SAME,
     LUM_FATE_DIMMED, /* what is summed at the powers of lights is stale; what is kept at power 1 is not */
-    LUM_FATE_MOVED,  /* of that, what pass->swept says */
+    LUM_FATE_MOVED,  /* of that, what pass->motion_mask says */
     LUM_FATE_STALE,  /* all of it */
 };
 
@@ -28,7 +28,8 @@ struct lum_state_kind {
     size_t bytes; /* zeroed at first */
     /* Makes room for what the pass calls for. False: memory is short, and the pass fails. */
     bool (*reserve)(void *state, const struct lum_pass *pass);
-    void (*invalidate)(void *state, const struct lum_pass *pass, const struct lum_outcome *outcome); /* also while not in the plan */
+    void (*invalidate)(void *state, const struct lum_pass *pass,
+                       const struct lum_outcome *outcome); /* also while not in the plan */
     void (*finish)(void *state);
 };
 

@@ -42,9 +42,10 @@ struct lum_pass_stats {
     struct lum_demand demand;
     struct lum_effect_stats effects[LUM_EFFECT_COUNT];
     bool served[LUM_EFFECT_COUNT]; /* by the method: one that is called for and not served is missing in the picture */
-    uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and those of them that lie elsewhere than in the pass before */
+    uint32_t n_vpls, n_vpls_moved; /* virtual point lights that shine, and those of them that lie elsewhere than in the
+                                      pass before */
     struct lum_cache_counts cache;
-    uint64_t nonfinite, bad_rays;  /* must be 0 */
+    uint64_t nonfinite, bad_rays; /* must be 0 */
     double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
     uint32_t spp;                 /* least samples of any pixel so far */
     double error_rel;             /* NAN: unknown */

@@ -9,8 +9,8 @@ void lum_surfaces_finish(struct lum_surfaces *s)
     lum_free(s->depth);
     lum_free(s->kind);
     lum_free(s->object);
-    lum_free(s->former_p);
-    lum_free(s->former_n);
+    lum_free(s->history_p);
+    lum_free(s->history_n);
     lum_free(s->done);
     *s = (struct lum_surfaces){.version = s->version};
 }
@@ -34,19 +34,19 @@ static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
 static bool step_back(struct lum_surfaces *s, const struct lum_pass *pass)
 {
     size_t n = (size_t)pass->tiling.w * pass->tiling.h;
-    if (!pass->settings->carry_shadows)
+    if (!pass->settings->reproject_shadows)
         return true;
-    if (!s->former_p)
-        s->former_p = lum_calloc(n, sizeof *s->former_p);
-    if (!s->former_n)
-        s->former_n = lum_calloc(n, sizeof *s->former_n);
-    if (!s->former_p || !s->former_n)
+    if (!s->history_p)
+        s->history_p = lum_calloc(n, sizeof *s->history_p);
+    if (!s->history_n)
+        s->history_n = lum_calloc(n, sizeof *s->history_n);
+    if (!s->history_p || !s->history_n)
         return false;
     struct lum_vec3 *p = s->p, *normal = s->n;
-    s->p = s->former_p;
-    s->n = s->former_n;
-    s->former_p = p;
-    s->former_n = normal;
+    s->p = s->history_p;
+    s->n = s->history_n;
+    s->history_p = p;
+    s->history_n = normal;
     return true;
 }
 
@@ -64,9 +64,9 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
     }
     bool moved_only =
         s->stamp == stamp && !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_SURFACES);
-    bool partly = moved_only && lum_swept_is_known(pass->swept);
+    bool partly = moved_only && lum_motion_mask_is_known(pass->motion_mask);
     for (uint32_t t = 0; t < pass->tiling.n; t++)
-        if (!partly || lum_swept_tile(pass->swept, &pass->tiling, t))
+        if (!partly || lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t))
             s->done[t] = 0;
     s->stamp = stamp;
     s->version++;

@@ -11,7 +11,8 @@ enum {
     LUM_PIXEL_DIFFUSE = 2,  /* its albedo is not black */
     LUM_PIXEL_GLOSS = 4,    /* it reflects with a gloss */
     LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
-    LUM_PIXEL_SHINES = 16,  /* by itself: or may when switched on: emitters, unlit and emissive materials; the background, whether there is a sky or not */
+    LUM_PIXEL_SHINES = 16,  /* by itself: or may when switched on: emitters, unlit and emissive materials; the
+                               background, whether there is a sky or not */
 };
 struct lum_surfaces {
     struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */
@@ -19,16 +20,18 @@ struct lum_surfaces {
     float *depth;                /* distance from the eye, scene units; INFINITY: background */
     uint8_t *kind;               /* LUM_PIXEL_ bits */
     uint32_t *object;            /* as in struct lum_hits */
-    struct lum_vec3 *former_p, *former_n; /* p and n before the eye last moved; NULL: settings->carry_shadows is off */
-    uint8_t *done;               /* per tile */
+    struct lum_vec3 *history_p,
+        *history_n; /* p and n before the eye last moved; NULL: settings->reproject_shadows is off */
+    uint8_t *done;  /* per tile */
     uint64_t stamp; /* of the G-buffer that they show */
     struct lum_basis basis;
-    uint64_t version;            /* changes with what they show */
+    uint64_t version; /* changes with what they show */
 };
 
 struct lum_pass;
 void lum_surfaces_finish(struct lum_surfaces *s);
-LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass,
+                                                 struct lum_error *err);
 
 struct lum_estimator;
 extern const struct lum_estimator lum_stage_surfaces;

@@ -106,8 +106,8 @@ static uint32_t longest(struct lum_vec3 v)
     return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
-struct lum_path_guide_place lum_path_guide_find(const struct lum_path_guide *g, struct lum_vec3 p,
-                                                const struct lum_bsdf *b)
+struct lum_path_guide_locate lum_path_guide_find(const struct lum_path_guide *g, struct lum_vec3 p,
+                                                 const struct lum_bsdf *b)
 {
     uint32_t axis = longest(b->frame.n);
     const struct node *node = &g->nodes[2 * axis + (component(b->frame.n, axis) < 0.0f)];
@@ -115,7 +115,7 @@ struct lum_path_guide_place lum_path_guide_find(const struct lum_path_guide *g, 
     while (node->axis < 3)
         node = &g->nodes[node->child + !(at[node->axis] < node->split)];
     const struct lum_path_guide_cell *cell = cell_at(g, node->child);
-    return (struct lum_path_guide_place){cell, node->child, cell->share * b->diffuse_prob};
+    return (struct lum_path_guide_locate){cell, node->child, cell->share * b->diffuse_prob};
 }
 
 /* Room for one more cell. */

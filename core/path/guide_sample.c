@@ -68,12 +68,12 @@ struct lum_vec3 lum_path_guide_sample(const struct lum_path_guide_cell *cell, st
 
 /* ---- with a BSDF: of its cosine-shaped directions, a share goes by the cell ---- */
 
-static float mixed(const struct lum_path_guide_place *at, float pdf_sa, float pdf_cell, float cosine)
+static float mixed(const struct lum_path_guide_locate *at, float pdf_sa, float pdf_cell, float cosine)
 {
     return pdf_sa + at->share * (pdf_cell - cosine * LUM_INV_PI);
 }
 
-float lum_path_guide_bsdf_pdf(const struct lum_path_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wi,
+float lum_path_guide_bsdf_pdf(const struct lum_path_guide_locate *at, const struct lum_bsdf *b, struct lum_vec3 wi,
                               float pdf_sa)
 {
     float cosine = lum_dot(wi, b->frame.n);
@@ -97,7 +97,7 @@ static bool weigh(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 
     return true;
 }
 
-bool lum_path_guide_bsdf_sample(const struct lum_path_guide_place *at, const struct lum_bsdf *b, struct lum_vec3 wo,
+bool lum_path_guide_bsdf_sample(const struct lum_path_guide_locate *at, const struct lum_bsdf *b, struct lum_vec3 wo,
                                 struct lum_vec2 u, float u_lobe, struct lum_path_guide_step *ret_step)
 {
     struct lum_path_guide_step *step = ret_step;

@@ -81,7 +81,7 @@ struct vertex {
     struct lum_vec3 p, wo;
     uint32_t depth;
     uint32_t lobes_off; /* of those that the surface has: what no path goes on by */
-    struct lum_path_guide_place guide;
+    struct lum_path_guide_locate guide;
 };
 
 /* ---- effects that are left out ---- */
@@ -256,16 +256,16 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
 }
 
 /* Ray i of a batch, which ends at distance t or goes on for ever. */
-static void leave_trail(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot)
+static void add_segment(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot)
 {
-    struct lum_trail *trail = w->trail;
-    if (trail->n == trail->max) {
-        trail->n_lost++;
+    struct lum_path_segments *segments_met = w->segments_met;
+    if (segments_met->n == segments_met->max) {
+        segments_met->n_lost++;
         return;
     }
     struct lum_vec3 o = {rays->ox[i], rays->oy[i], rays->oz[i]};
     struct lum_vec3 end = lum_v3_mad(o, lum_rays_direction(rays, i), lum_min(t, LUM_SEGMENT_FAR));
-    trail->segments[trail->n++] = (struct lum_path_segment){o, end, slot};
+    segments_met->segments[segments_met->n++] = (struct lum_path_segment){o, end, slot};
 }
 
 static void trace_shadows(struct lum_wave *w)
@@ -276,8 +276,8 @@ static void trace_shadows(struct lum_wave *w)
     lum_trace_light(&trace, &w->shadow_rays, w->occluded, w->left);
     for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
         w->counters->rays[w->shadow_kind[i]]++;
-        if (w->trail)
-            leave_trail(w, &w->shadow_rays, i, w->shadow_rays.tfar[i], w->shadow_gain[i].slot);
+        if (w->segments_met)
+            add_segment(w, &w->shadow_rays, i, w->shadow_rays.tfar[i], w->shadow_gain[i].slot);
         if (w->occluded[i])
             continue;
         if (trace.panes)
@@ -505,7 +505,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
     w->gains = NULL;
-    w->trail = NULL;
+    w->segments_met = NULL;
     w->guide = NULL;
     w->notes = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
@@ -589,8 +589,8 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
         w->counters->rays[LUM_RAY_PRIMARY] += n;
     }
     lum_trace_closest(&trace, &w->rays, &w->hits);
-    for (uint32_t i = 0; w->trail && i < n; i++)
-        leave_trail(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
+    for (uint32_t i = 0; w->segments_met && i < n; i++)
+        add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
     if (w->media)
         cross_media(w, depth);
     w->rays.n = 0;

@@ -8,25 +8,25 @@
 /* What a path carries from one vertex to the next. */
 struct lum_path {
     struct lum_rgb throughput;
-    struct lum_vec3 p;   /* last vertex but for panes, for the light pdf of what the ray hits */
-    float pdf_sa;        /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
-    bool every_light;    /* the last vertex sampled every light, and did not pick one */
-    bool plain;          /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
-    bool direct_apart;   /* what shines at the end of the ray is counted by whoever started the path */
-    bool indirect;       /* a diffuse surface has scattered it: what it finds is indirect light */
-    bool was_indirect;   /* the same at the last vertex, whose direct light the ray may meet */
-    bool seen;           /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
-    uint32_t n_panes;    /* that it went straight through on its way from vertices that spread light: no shadow ray
-                          * counts those, and they are no part of its depth */
-    float survival;      /* roulette: it lives on with this chance, times its throughput */
-    float roulette_scale; /* roulette takes throughput without it: the squared relative indices that it carries, and what
-                           * guiding takes from it */
-    uint32_t slot;       /* where its radiance is summed */
+    struct lum_vec3 p; /* last vertex but for panes, for the light pdf of what the ray hits */
+    float pdf_sa;      /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
+    bool every_light;  /* the last vertex sampled every light, and did not pick one */
+    bool plain;        /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */
+    bool direct_apart; /* what shines at the end of the ray is counted by whoever started the path */
+    bool indirect;     /* a diffuse surface has scattered it: what it finds is indirect light */
+    bool was_indirect; /* the same at the last vertex, whose direct light the ray may meet */
+    bool seen;         /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
+    uint32_t n_panes;  /* that it went straight through on its way from vertices that spread light: no shadow ray
+                        * counts those, and they are no part of its depth */
+    float survival;    /* roulette: it lives on with this chance, times its throughput */
+    float roulette_scale; /* roulette takes throughput without it: the squared relative indices that it carries, and
+                           * what guiding takes from it */
+    uint32_t slot;        /* where its radiance is summed */
     struct lum_sampler sampler;
 };
 
-/* Light that a path brings home: at the end, multiplied by the power of the light; LUM_NO_OBJECT: from what shines without being
- * one. */
+/* Light that a path brings home: at the end, multiplied by the power of the light; LUM_NO_OBJECT: from what shines
+ * without being one. */
 struct lum_gain {
     uint32_t slot, light;
     struct lum_rgb value;
@@ -39,7 +39,8 @@ struct lum_gains {
     uint32_t n_lost; /* for which there was no room */
 };
 
-/* A segment that the path of a slot went along, or a shadow ray of it. One that nothing ended is LUM_SEGMENT_FAR long. */
+/* A segment that the path of a slot went along, or a shadow ray of it. One that nothing ended is LUM_SEGMENT_FAR long.
+ */
 struct lum_path_segment {
     struct lum_vec3 from, to;
     uint32_t slot;
@@ -47,7 +48,7 @@ struct lum_path_segment {
 #define LUM_SEGMENT_FAR (4.0f * LUM_SCENE_REACH) /* beyond all that a scene holds, from wherever in it */
 
 /* All of a wave: while nothing moves across those of a slot, its path brings home the same. */
-struct lum_trail {
+struct lum_path_segments {
     struct lum_path_segment *segments;
     uint32_t n, max;
     uint32_t n_lost; /* for which there was no room */
@@ -65,13 +66,14 @@ struct lum_wave {
     struct lum_counters *counters;
     uint32_t max_depth;
     uint32_t roulette_depth; /* segments that a path has behind it when roulette starts */
-    float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and otherwise */
-    bool media; /* there are some, and they are wanted */
-    bool panes; /* likewise: light goes straight through them */
+    float gloss_survival;    /* of paths of lum_wave_add_gloss: over what their pixel reflects in all, diffusely and
+                                otherwise */
+    bool media;              /* there are some, and they are wanted */
+    bool panes;              /* likewise: light goes straight through them */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
-    /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors still see
-     * what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path goes on by. 0:
-     * nothing is asked of any vertex. */
+    /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
+     * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path
+     * goes on by. 0: nothing is asked of any vertex. */
     uint32_t lights_off, lobes_off;
     struct lum_rays rays;
     struct lum_hits hits;
@@ -81,10 +83,10 @@ struct lum_wave {
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb left[LUM_RAY_BATCH];     /* by shadow ray: what panes leave, where there are any */
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
-    struct lum_gains *gains;                /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
-    struct lum_trail *trail;                /* NULL: not wanted. Else set after lum_wave_begin */
-    const struct lum_path_guide *guide;          /* NULL: paths go unguided. Else set after lum_wave_begin */
-    struct lum_path_guide_notes *notes;          /* NULL: not wanted. Else set likewise, with a guide and without gains */
+    struct lum_gains *gains; /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
+    struct lum_path_segments *segments_met; /* NULL: not wanted. Else set after lum_wave_begin */
+    const struct lum_path_guide *guide;     /* NULL: paths go unguided. Else set after lum_wave_begin */
+    struct lum_path_guide_notes *notes;     /* NULL: not wanted. Else set likewise, with a guide and without gains */
 };
 
 /* No path, no radiance. effects_off: bits LUM_EFFECT_BIT of what is to be left out. */
@@ -92,23 +94,24 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
                     uint32_t max_depth, uint32_t effects_off);
 
 /* Starts path number slot with a ray from the eye. */
-void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o, struct lum_vec3 d);
+void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
+                      struct lum_vec3 d);
 
 /* Starts path number slot at a surface point as if a ray had hit it; wo is unit. radiance[slot] becomes what the point
  * sends towards wo, without emission. Call lum_wave_run with depth 1 afterwards. */
 void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                          const struct lum_bsdf *bsdf, struct lum_vec3 wo);
 
-/* Starts path number slot with one ray of the non-cosine lobes of a surface point. Emission that it meets is weighted against
- * an estimator that samples every light at the point, with lum_bsdf_value.gloss_pdf_sa. Call lum_wave_run with depth 1
- * afterwards. */
+/* Starts path number slot with one ray of the non-cosine lobes of a surface point. Emission that it meets is weighted
+ * against an estimator that samples every light at the point, with lum_bsdf_value.gloss_pdf_sa. Call lum_wave_run with
+ * depth 1 afterwards. */
 void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                         const struct lum_bsdf *bsdf, struct lum_vec3 wo);
 
-/* Starts path number slot with one ray from a surface point with geometric normal ng, in proportion to its cosine with the
- * shading normal n. radiance[slot] becomes the light that other surfaces send along it; what shines there by itself is direct
- * light, and left out. pi times its mean is the indirect irradiance. False: the ray would leave into the surface, and brings
- * nothing. Call lum_wave_step or lum_wave_run with depth 1 afterwards. */
+/* Starts path number slot with one ray from a surface point with geometric normal ng, in proportion to its cosine with
+ * the shading normal n. radiance[slot] becomes the light that other surfaces send along it; what shines there by itself
+ * is direct light, and left out. pi times its mean is the indirect irradiance. False: the ray would leave into the
+ * surface, and brings nothing. Call lum_wave_step or lum_wave_run with depth 1 afterwards. */
 bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
                            struct lum_vec3 n, struct lum_vec3 ng);
 

@@ -15,7 +15,7 @@ struct lum_aov_buffers {
 };
 void lum_aov_finish(struct lum_aov_buffers *aov);
 /* The G-buffer is complete. */
-LUM_MUST_USE enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const struct lum_pass *pass, struct lum_pool *pool,
-                                            struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_aov_update(struct lum_aov_buffers *aov, const struct lum_pass *pass,
+                                            struct lum_pool *pool, struct lum_error *err);
 
 #endif

@@ -15,7 +15,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 {
     finish_gbuffer(&d->gbuffer);
     lum_surfaces_finish(&d->surfaces);
-    lum_swept_finish(&d->swept);
+    lum_motion_mask_finish(&d->motion_mask);
     lum_layers_finish(&d->layers);
     lum_components_finish(&d->components);
     lum_states_finish(&d->states);
@@ -27,7 +27,7 @@ void lum_deferred_finish(struct lum_deferred *d)
 void lum_deferred_forget(struct lum_deferred *d)
 {
     d->gbuffer.basis.versions.geometry = d->layers.basis.versions.geometry = UINT64_MAX; /* no snapshot's */
-    lum_swept_finish(&d->swept);
+    lum_motion_mask_finish(&d->motion_mask);
     d->vpls.valid = false;
 }
 
@@ -51,9 +51,9 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
     if (!lum_is_stale(edits, LUM_PRODUCT_GBUFFER))
         return LUM_OK;
     bool moved_only = !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_GBUFFER);
-    if (moved_only && lum_swept_is_known(pass->swept)) {
+    if (moved_only && lum_motion_mask_is_known(pass->motion_mask)) {
         for (uint32_t t = 0; t < pass->tiling.n; t++)
-            if (lum_swept_tile(pass->swept, &pass->tiling, t))
+            if (lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t))
                 g->done[t] = 0;
         return LUM_OK;
     }
@@ -229,11 +229,11 @@ static enum lum_status look_first(struct lum_deferred *d, struct lum_pass *pass,
 {
     struct lum_stage_runner whole = *runner;
     enum lum_status status = lum_deferred_look(d, pass, err);
-    if (lum_swept_is_known(&d->swept) && d->swept.stamp == d->gbuffer.stamp)
+    if (lum_motion_mask_is_known(&d->motion_mask) && d->motion_mask.stamp == d->gbuffer.stamp)
         whole.cancel = NULL;
     if (status == LUM_OK)
         status = lum_stage_run(&whole, pass, &lum_stage_gbuffer);
-    d->swept.stamp = d->gbuffer.stamp;
+    d->motion_mask.stamp = d->gbuffer.stamp;
     return status;
 }
 
@@ -262,8 +262,8 @@ static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const 
 {
     pass->gbuffer = &d->gbuffer;
     pass->layers = &d->layers;
-    lum_swept_update(&d->swept, pass, plan->surfaces ? &d->surfaces : NULL);
-    pass->swept = &d->swept;
+    lum_motion_mask_update(&d->motion_mask, pass, plan->surfaces ? &d->surfaces : NULL);
+    pass->motion_mask = &d->motion_mask;
     pass->cached_sky = cached_sky(pass);
     enum lum_status status = look_first(d, pass, runner, err);
     if (status == LUM_OK)
@@ -275,7 +275,7 @@ static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const 
     if (status == LUM_OK)
         status = update_states(d, pass, plan, err);
     if (status != LUM_OK)
-        lum_swept_finish(&d->swept); /* some have not heard of what moved */
+        lum_motion_mask_finish(&d->motion_mask); /* some have not heard of what moved */
     return status;
 }
 

@@ -1,8 +1,8 @@
 /* The buffers of deferred methods and how their stages follow each other. Internal to core/render.
  *
- * G-buffer -> surfaces -> virtual point lights -> the estimators that serve the effects which are on, by the order of enum
- * lum_stage -> the method's filter -> composite. Each stage is a parallel loop and ends at a barrier; each is memoised and
- * does nothing where nothing changed. */
+ * G-buffer -> surfaces -> virtual point lights -> the estimators that serve the effects which are on, by the order of
+ * enum lum_stage -> the method's filter -> composite. Each stage is a parallel loop and ends at a barrier; each is
+ * memoised and does nothing where nothing changed. */
 #ifndef LUM_CORE_RENDER_DEFERRED_H
 #define LUM_CORE_RENDER_DEFERRED_H
 
@@ -15,12 +15,12 @@
 struct lum_deferred {
     struct lum_gbuffer gbuffer;
     struct lum_surfaces surfaces;
-    struct lum_swept swept;
+    struct lum_motion_mask motion_mask;
     struct lum_layers layers;
     struct lum_components components;
     struct lum_states states; /* of estimators */
-    struct lum_vpl_set vpls; /* of methods without a cache */
-    uint32_t n_vpls;         /* that shone in the last frame */
+    struct lum_vpl_set vpls;  /* of methods without a cache */
+    uint32_t n_vpls;          /* that shone in the last frame */
     struct lum_records records;
     struct lum_caches *caches; /* borrowed: where methods with a cache find theirs */
 };
@@ -32,7 +32,8 @@ void lum_deferred_forget(struct lum_deferred *d); /* makes everything stale; the
 
 /* Makes the G-buffer stale if the pass looks at something else. */
 LUM_MUST_USE enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err);
-/* A pass as far as what the eye sees: first hits and surfaces. As if the rest had been cancelled. Fills in those of *pass. */
+/* A pass as far as what the eye sees: first hits and surfaces. As if the rest had been cancelled. Fills in those of
+ * *pass. */
 LUM_MUST_USE enum lum_status lum_deferred_see(struct lum_deferred *d, struct lum_pass *pass,
                                               const struct lum_stage_runner *runner, struct lum_error *err);
 /* All stages of a pass. Fills in the buffers of *pass. */

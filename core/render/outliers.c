@@ -170,7 +170,7 @@ void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
     const struct step *step = ctx;
     const struct lum_residual_memory *m = step->m;
     const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
-    struct square *square = &m->squares[job];
+    struct square *square = &m->blocks[job];
     (void)counters;
     *square = (struct square){0};
     for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
@@ -193,7 +193,7 @@ static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit,
         uint32_t sx = x - (c & 1), sy = y - (c >> 1); /* it is this one's corner c; beyond the rim there is none */
         if (sx >= m->grid_w || sy >= m->grid_h)
             continue;
-        const struct shared *s = &m->squares[(size_t)sy * m->grid_w + sx].corner[c][lit];
+        const struct shared *s = &m->blocks[(size_t)sy * m->grid_w + sx].corner[c][lit];
         rest = lum_rgb_mad(lum_rgb_add(rest, s->rest), s->edge, of_edges);
         p = lum_rgb_add(p, s->portions);
     }
@@ -205,7 +205,7 @@ static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
 {
     struct edges sum = {0};
     for (size_t i = 0; i < (size_t)m->grid_w * m->grid_h; i++) {
-        const struct edges *e = &m->squares[i].edges[lit];
+        const struct edges *e = &m->blocks[i].edges[lit];
         sum.square += e->square;
         sum.noise += e->noise;
         sum.sum += e->sum;

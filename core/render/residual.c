@@ -42,7 +42,7 @@ void lum_residual_finish(struct lum_residual_memory *m)
     lum_free(m->to);
     lum_free(m->by_level);
     lum_free(m->blend);
-    lum_free(m->squares);
+    lum_free(m->blocks);
     lum_free(m->rates);
     lum_free(m->sums);
     lum_free(m);
@@ -59,10 +59,10 @@ static bool allocate(struct lum_residual_memory *m)
     m->to = lum_calloc(n, sizeof *m->to);
     m->by_level = lum_calloc(n, sizeof *m->by_level);
     m->blend = lum_calloc(n, sizeof *m->blend);
-    m->squares = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->squares);
+    m->blocks = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->blocks);
     m->rates = lum_calloc((size_t)(m->grid_w + 1) * (m->grid_h + 1) * CLASSES, sizeof *m->rates);
     m->sums = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->sums);
-    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->squares && m->rates && m->sums;
+    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->blocks && m->rates && m->sums;
 }
 
 static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)
@@ -415,17 +415,17 @@ static void picture_job(void *ctx, uint32_t job, struct lum_counters *counters)
 static void add_up(struct lum_residual *r, const struct lum_residual_memory *m, double scale)
 {
     struct sums all = {0};
-    double squares = 0.0;
+    double blocks = 0.0;
     for (uint32_t i = 0; i < m->grid_w * m->grid_h; i++) {
         all.error += m->sums[i].error;
-        squares += m->sums[i].error * m->sums[i].error;
+        blocks += m->sums[i].error * m->sums[i].error;
         all.mean += m->sums[i].mean;
         all.n_both += m->sums[i].n_both;
         all.nonfinite += m->sums[i].nonfinite;
     }
     double per_known = all.n_both > 0 ? (double)m->w * m->h / all.n_both : (double)NAN;
     r->error = all.error * scale * scale * per_known;
-    r->doubt = sqrt(squares) * scale * scale * per_known;
+    r->doubt = sqrt(blocks) * scale * scale * per_known;
     r->mean = all.mean;
     r->nonfinite = all.nonfinite;
 }

@@ -76,7 +76,7 @@ struct lum_residual_memory {
     struct lanes *from, *to;  /* what the last filter step made, and room for the next */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
-    struct square *squares;   /* of a grid: outliers */
+    struct square *blocks;    /* of a grid: outliers */
     struct lum_rgb *rates;    /* of the grid's corners, class by class: what a portion of 1 gets of them */
     struct sums *sums;        /* of the grid */
     float edge_part[CLASSES]; /* of what is beyond the limits at edges, what stays there */

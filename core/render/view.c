@@ -379,7 +379,7 @@ static enum lum_status begin_pass(struct lum_view *v, const struct lum_snapshot 
         lum_records_finish(&v->deferred.records, v->deferred.caches);
     pass.footprint = v->block > 0 ? pass.eye.per_pixel / (float)v->block : pass.eye.per_pixel;
     pass.tiling = v->tiling;
-    pass.packets = lum_tiling_make(settings->w, settings->h, LUM_PACKET_SIDE);
+    pass.cells = lum_tiling_make(settings->w, settings->h, LUM_CELL_SIDE);
     pass.film = &v->film;
     pass.tile_spp = v->tile_spp;
     *ret_pass = pass;

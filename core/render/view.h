@@ -1,8 +1,8 @@
 /* A view: one camera's picture of the scene, rendered pass by pass.
  *
  * data flow of a pass: snapshot + settings -> demand -> stale stages (G-buffer, estimators) -> film. Every stage is
- * memoised: it stores the snapshot versions and settings that it depends on, and runs only when one changed. A progressive
- * method adds one sample a pixel per pass, until max_spp. */
+ * memoised: it stores the snapshot versions and settings that it depends on, and runs only when one changed. A
+ * progressive method adds one sample a pixel per pass, until max_spp. */
 #ifndef LUM_CORE_RENDER_VIEW_H
 #define LUM_CORE_RENDER_VIEW_H
 
@@ -15,8 +15,9 @@
 /* 600x400, live, seed 0, depth LUM_DEPTH_DEFAULT, 16 shadow samples, antialias, 256 VPLs, wait-free storage */
 struct lum_view_settings lum_view_settings_default(void);
 
-/* preview for these settings so that the rough pass takes LUM_PREVIEW_MS at most where a whole frame (a sample of progressive
- * methods) takes frame_ms; 0: not known yet. Beside it, a new eye has first hits to find: 20 to 90 ms in a picture of 600 x 400. */
+/* preview for these settings so that the rough pass takes LUM_PREVIEW_MS at most where a whole frame (a sample of
+ * progressive methods) takes frame_ms; 0: not known yet. Beside it, a new eye has first hits to find: 20 to 90 ms in a
+ * picture of 600 x 400. */
 uint32_t lum_view_preview_for(const struct lum_view_settings *settings, double frame_ms);
 #define LUM_PREVIEW_MS 60.0
 
@@ -25,26 +26,26 @@ struct lum_view;
 /* pool is borrowed and must outlive the view. */
 LUM_MUST_USE enum lum_status lum_view_create(struct lum_pool *pool, struct lum_view **ret_view, struct lum_error *err);
 void lum_view_destroy(struct lum_view *view); /* accepts NULL */
-/* Views that share caches find each other's records. Before the first pass; caches are borrowed, made for at least as many
- * workers as the view's pool has, and must outlive the view. A view that shares none makes its own. */
+/* Views that share caches find each other's records. Before the first pass; caches are borrowed, made for at least as
+ * many workers as the view's pool has, and must outlive the view. A view that shares none makes its own. */
 void lum_view_share(struct lum_view *view, struct lum_caches *caches);
 
-/* Runs one pass. *cancel (may be NULL) is read per tile: on true the pass ends early with LUM_ERR_CANCELLED, and the film
- * keeps the tiles that were done. Restarts by itself when snapshot or settings differ from the last pass in a way that
- * matters. Thread: one at a time per pool (the director). */
+/* Runs one pass. *cancel (may be NULL) is read per tile: on true the pass ends early with LUM_ERR_CANCELLED, and the
+ * film keeps the tiles that were done. Restarts by itself when snapshot or settings differ from the last pass in a way
+ * that matters. Thread: one at a time per pool (the director). */
 enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *snapshot,
                               const struct lum_view_settings *settings, const _Atomic bool *cancel,
                               struct lum_pass_stats *ret_stats, struct lum_error *err);
 
-/* Forgets every memoised stage, but keeps the memory, so that the next pass does all its work and allocates nothing: for
- * timing. The records of a cache are not the view's, and stay. */
+/* Forgets every memoised stage, but keeps the memory, so that the next pass does all its work and allocates nothing:
+ * for timing. The records of a cache are not the view's, and stay. */
 void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */
 const struct lum_film *lum_view_film(const struct lum_view *view);
 
-/* Where the last pass refined its samples of an effect: how often the pixel's tile of the sampling pattern was, w * h, row by
- * row. NULL: the method made no such map. Valid until the next pass. */
+/* Where the last pass refined its samples of an effect: how often the pixel's tile of the sampling pattern was, w * h,
+ * row by row. NULL: the method made no such map. Valid until the next pass. */
 const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect effect);
 
 /* First-hit buffers of the last pass, through pixel centres; each may be NULL when not made yet. Arrays are w * h. */
@@ -56,7 +57,8 @@ struct lum_aovs {
 };
 /* Renders the G-buffer if it is stale, then returns it. Thread: as lum_view_pass. */
 enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *snapshot,
-                              const struct lum_view_settings *settings, struct lum_aovs *ret_aovs, struct lum_error *err);
+                              const struct lum_view_settings *settings, struct lum_aovs *ret_aovs,
+                              struct lum_error *err);
 
 /* The object under a pixel. Thread: any (traces one ray). */
 struct lum_pick {

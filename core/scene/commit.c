@@ -1,5 +1,5 @@
 /* Commit: resolve everything, share what came out as in the last snapshot, count what did not. */
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <string.h>
 
@@ -64,7 +64,7 @@ static enum lum_status resolve_parts(struct commit *c, struct lum_error *err)
         .norm = norm,
         .instances = p->instances,
         .materials = p->materials,
-        .former = c->last ? c->last->parts->lights : NULL,
+        .previous = c->last ? c->last->parts->lights : NULL,
         .bounds = &bounds,
     };
     return lum_resolve_lights(&in, &p->lights, err);
@@ -88,9 +88,9 @@ static enum lum_status build_top(struct commit *c, struct lum_error *err)
 
 static enum lum_status share_or_build_top(struct commit *c, struct lum_error *err)
 {
-    const struct lum_snapshot_parts *p = c->parts, *former = c->last ? c->last->parts : NULL;
-    if (former && lum_instances_same_geometry(p->instances, former->instances) &&
-        same_emitter_shapes(p->lights, former->lights)) {
+    const struct lum_snapshot_parts *p = c->parts, *previous = c->last ? c->last->parts : NULL;
+    if (previous && lum_instances_same_geometry(p->instances, previous->instances) &&
+        same_emitter_shapes(p->lights, previous->lights)) {
         c->next->top = lum_accel_top_ref(c->last->top);
         c->shared_top = true;
         return LUM_OK;
@@ -103,28 +103,28 @@ static void share_parts(struct commit *c)
 {
     if (!c->last)
         return;
-    struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
-    c->same_shapes = lum_lights_same_shape(p, former);
-    c->same_power = lum_lights_same_power(p, former);
-    if (same_instances(p->instances, former->instances)) {
+    struct lum_snapshot_parts *p = c->parts, *previous = c->last->parts;
+    c->same_shapes = lum_lights_same_shape(p, previous);
+    c->same_power = lum_lights_same_power(p, previous);
+    if (same_instances(p->instances, previous->instances)) {
         lum_instance_part_unref(p->instances);
-        p->instances = former->instances;
+        p->instances = previous->instances;
         lum_refs_get(&p->instances->refs);
     }
-    if (same_materials(p->materials, former->materials)) {
+    if (same_materials(p->materials, previous->materials)) {
         lum_material_part_unref(p->materials);
-        p->materials = former->materials;
+        p->materials = previous->materials;
         lum_refs_get(&p->materials->refs);
         c->shared_materials = true;
     }
-    if (same_cameras(p->cameras, former->cameras)) {
+    if (same_cameras(p->cameras, previous->cameras)) {
         lum_camera_part_unref(p->cameras);
-        p->cameras = former->cameras;
+        p->cameras = previous->cameras;
         lum_refs_get(&p->cameras->refs);
     }
-    if (same_lights(p->lights, former->lights)) {
+    if (same_lights(p->lights, previous->lights)) {
         lum_light_part_unref(p->lights);
-        p->lights = former->lights;
+        p->lights = previous->lights;
         lum_refs_get(&p->lights->refs);
     }
 }
@@ -240,18 +240,18 @@ static bool same_assignment(const struct lum_snapshot_parts *a, const struct lum
 /* Everything counts as changed in the first snapshot. */
 static struct lum_versions count_versions(const struct commit *c)
 {
-    struct lum_versions v = c->last ? c->last->versions : c->scene->former;
+    struct lum_versions v = c->last ? c->last->versions : c->scene->previous;
     if (!c->last)
         return (struct lum_versions){v.geometry + 1, v.material + 1, v.light_shape + 1, v.light_power + 1,
                                      v.medium + 1};
-    const struct lum_snapshot_parts *p = c->parts, *former = c->last->parts;
-    bool same_geometry = c->shared_top && pass_same(p, former);
-    bool same_material = c->shared_materials || same_but_emission(p->materials, former->materials);
+    const struct lum_snapshot_parts *p = c->parts, *previous = c->last->parts;
+    bool same_geometry = c->shared_top && pass_same(p, previous);
+    bool same_material = c->shared_materials || same_but_emission(p->materials, previous->materials);
     v.geometry += !same_geometry;
-    v.material += !(same_material && same_assignment(p, former));
+    v.material += !(same_material && same_assignment(p, previous));
     v.light_shape += !c->same_shapes;
     v.light_power += !c->same_power;
-    v.medium += !same_media(p, former);
+    v.medium += !same_media(p, previous);
     return v;
 }
 

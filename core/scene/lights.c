@@ -1,6 +1,6 @@
 /* Lights as a renderer reads them: light entries by id, then emissive instances by object id; their emitter shapes; the
  * table from which one is picked. */
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <string.h>
 
@@ -9,7 +9,7 @@
 struct light_build {
     const struct lum_light_input *in;
     struct lum_light_part *part;
-    uint32_t former_at; /* cursor over the former part's mesh emitters, which are sorted alike */
+    uint32_t former_at; /* cursor over the previous part's mesh emitters, which are sorted alike */
 };
 
 static const struct lum_object_entry *object_of(const struct lum_light_input *in, const struct lum_instance *instance)
@@ -88,19 +88,19 @@ static bool area_cdf_serves(const struct lum_area_cdf *cdf, const struct lum_ins
     return true;
 }
 
-/* What the former part knows of the instance's surface, where mesh and linear map are the same; else its n. */
-static uint32_t find_former(struct light_build *b, const struct lum_instance *instance)
+/* What the previous part knows of the instance's surface, where mesh and linear map are the same; else its n. */
+static uint32_t find_previous(struct light_build *b, const struct lum_instance *instance)
 {
-    const struct lum_light_part *former = b->in->former;
-    for (; former && b->former_at < former->n; b->former_at++) {
-        const struct lum_light *l = &former->items[b->former_at];
+    const struct lum_light_part *previous = b->in->previous;
+    for (; previous && b->former_at < previous->n; b->former_at++) {
+        const struct lum_light *l = &previous->items[b->former_at];
         int order = l->kind == LUM_EMIT_MESH ? strcmp(l->id, instance->id) : -1;
-        if (order == 0 && area_cdf_serves(former->cdfs[b->former_at], instance))
+        if (order == 0 && area_cdf_serves(previous->cdfs[b->former_at], instance))
             return b->former_at;
         if (order >= 0)
             break;
     }
-    return former ? former->n : 0;
+    return previous ? previous->n : 0;
 }
 
 /* ---- what textures and holes leave of a mesh emitter's light ---- */
@@ -144,15 +144,15 @@ static float find_mean(const struct light_build *b, const struct lum_light *l)
     double sum = 0.0;
     for (uint32_t k = 0; k < MEAN_PLACES; k++) {
         struct lum_sampler sampler = {0x6d65616e, k};
-        struct lum_light_place place;
-        if (lum_light_place(&s, l, lum_sampler_2d(&sampler, 0), &place))
+        struct lum_emitter_point place;
+        if (lum_emitter_point(&s, l, lum_sampler_2d(&sampler, 0), &place))
             sum += (double)lum_luminance(place.per_power);
     }
     return fmaxf((float)(sum / MEAN_PLACES), MEAN_LEAST);
 }
 
 static float mean_emission(const struct light_build *b, const struct lum_light *l, const struct lum_material *m,
-                           const struct lum_emission_mean *former)
+                           const struct lum_emission_mean *previous)
 {
     struct lum_emission_mean *mean = &b->part->means[b->part->n];
     key_of(m, mean);
@@ -162,7 +162,7 @@ static float mean_emission(const struct light_build *b, const struct lum_light *
         lum_image_ref((struct lum_image *)mean->emission.image);
     if (mean->alpha.image)
         lum_image_ref((struct lum_image *)mean->alpha.image);
-    return mean->mean = former && same_key(former, mean) ? former->mean : find_mean(b, l);
+    return mean->mean = previous && same_key(previous, mean) ? previous->mean : find_mean(b, l);
 }
 
 /* ---- lights ---- */
@@ -470,17 +470,17 @@ static enum lum_status add_mesh_lights(struct light_build *b, struct lum_error *
         struct lum_instance *instance = &b->in->instances->items[i];
         if (!is_emissive(b->in, instance))
             continue;
-        const struct lum_light_part *former = b->in->former;
-        uint32_t was = find_former(b, instance);
-        bool known = former && was < former->n;
-        struct lum_area_cdf *cdf = known ? area_cdf_ref(former->cdfs[was]) : area_cdf_create(instance);
+        const struct lum_light_part *previous = b->in->previous;
+        uint32_t was = find_previous(b, instance);
+        bool known = previous && was < previous->n;
+        struct lum_area_cdf *cdf = known ? area_cdf_ref(previous->cdfs[was]) : area_cdf_create(instance);
         if (!cdf)
             return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the emitter \"%s\"", instance->id);
         part->cdfs[part->n] = cdf;
         struct lum_light *l = &part->items[part->n];
         place_mesh_light(b, l, i, cdf);
         l->mean_emission =
-            mean_emission(b, l, &b->in->materials->items[instance->material], known ? &former->means[was] : NULL);
+            mean_emission(b, l, &b->in->materials->items[instance->material], known ? &previous->means[was] : NULL);
         l->power = mesh_light_power(l, object_of(b->in, instance), b->in->norm);
         instance->light = part->n++;
     }

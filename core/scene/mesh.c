@@ -3,7 +3,7 @@
  * Positions are moved to a local space of extent 1..2 around the origin by a translation and a power of two, both exact
  * in double, so that float keeps its full precision wherever and however large the mesh was made. Triangles that no ray
  * can hit are dropped and counted. */
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <float.h>
 #include <string.h>
@@ -230,15 +230,16 @@ static struct lum_mesh *mesh_alloc(const struct lum_mesh_desc *d)
     return NULL;
 }
 
-/* Everything but the acceleration structure. former: the pose before, of a mesh that deforms; or NULL. */
-static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *former, struct lum_error *err)
+/* Everything but the acceleration structure. previous: the pose before, of a mesh that deforms; or NULL. */
+static enum lum_status mesh_make(struct mesh_build *b, const struct lum_mesh *previous, struct lum_error *err)
 {
     b->mesh = mesh_alloc(b->desc);
     if (!b->mesh)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh of %u triangles", b->desc->n_triangles);
     keep_usable_triangles(b);
-    bool keep_place = former && former->deforming && b->desc->deforming && placement_serves(&former->local_to_given, b);
-    b->mesh->local_to_given = keep_place ? former->local_to_given : place_mesh(b);
+    bool keep_place =
+        previous && previous->deforming && b->desc->deforming && placement_serves(&previous->local_to_given, b);
+    b->mesh->local_to_given = keep_place ? previous->local_to_given : place_mesh(b);
     localise_positions(b);
     drop_flat_triangles(b);
     find_local_bounds(b->mesh);

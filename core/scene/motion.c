@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/math/sampler.h"
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
 

@@ -2,8 +2,8 @@
  *
  * Centre and scale are chosen from the bounds of everything that has a surface, so that the largest extent
  * becomes 32..64 units around the origin. They are kept while the scene still fits, so that an edit does not move
- * everything else: a former placement serves while all lies within 128 units and the extent is at least 8. */
-#include "core/scene/store.h"
+ * everything else: an earlier placement serves while all lies within 128 units and the extent is at least 8. */
+#include "core/scene/tables.h"
 
 #include <math.h>
 
@@ -56,7 +56,7 @@ static bool still_serves(const struct lum_normalisation *n, const struct bounds 
     return reach * n->scale <= (double)LUM_SCENE_REACH && extent_of(b) * n->scale >= 8.0;
 }
 
-struct lum_normalisation lum_scene_place(const struct lum_scene *scene, const struct lum_normalisation *former)
+struct lum_normalisation lum_scene_place(const struct lum_scene *scene, const struct lum_normalisation *previous)
 {
     struct bounds b = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
     const struct lum_table *objects = &scene->tables[LUM_ENTITY_OBJECT], *lights = &scene->tables[LUM_ENTITY_LIGHT];
@@ -67,8 +67,8 @@ struct lum_normalisation lum_scene_place(const struct lum_scene *scene, const st
 
     double extent = extent_of(&b);
     bool empty = !(b.lo.x <= b.hi.x) || !(extent > 0.0);
-    if (former && (empty || still_serves(former, &b)))
-        return *former;
+    if (previous && (empty || still_serves(previous, &b)))
+        return *previous;
     if (empty)
         return (struct lum_normalisation){.centre = {0, 0, 0}, .scale = 1.0};
     int exponent = 0;

@@ -1,5 +1,5 @@
 /* Materials, objects, lights, cameras and media: checked, then stored. */
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Materials, instances, cameras and media as a renderer reads them. Every commit resolves all entries; parts that come
  * out equal to the last snapshot's are shared with it (commit.c), so nothing has to remember what was edited. Arrays
  * come zeroed and fields are set one by one, so that equal parts are equal bytes, padding included. */
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* The scene: what a client can edit, and the immutable snapshots that rendering reads.
  *
- * struct lum_scene is written by one thread (the director). Each put or remove names a stable string id; lum_scene_commit
- * publishes everything since the last commit as a new reference-counted const struct lum_snapshot that shares all that did
- * not change. Values are checked here a last time: a refused call changes nothing.
+ * struct lum_scene is written by one thread (the director). Each put or remove names a stable string id;
+ * lum_scene_commit publishes everything since the last commit as a new reference-counted const struct lum_snapshot that
+ * shares all that did not change. Values are checked here a last time: a refused call changes nothing.
  *
  * All descriptions are in world space: metres, right-handed, Y up, photometric units. The snapshot is in scene space:
  * p_scene = (p_world - centre) * scale with scale a power of two such that the extent is about 1..128 (snapshot.h). */
@@ -21,9 +21,9 @@ struct lum_snapshot;
 struct lum_mesh_desc {
     const double *positions; /* 3 * n_vertices, local space, metres. NULL: use positions_f */
     const float *positions_f;
-    const float *normals; /* 3 * n_vertices or NULL: flat shading */
-    const float *uvs;     /* 2 * n_vertices or NULL */
-    const float *colors;  /* 3 * n_vertices linear, multiplies base_color; or NULL */
+    const float *normals;    /* 3 * n_vertices or NULL: flat shading */
+    const float *uvs;        /* 2 * n_vertices or NULL */
+    const float *colors;     /* 3 * n_vertices linear, multiplies base_color; or NULL */
     const uint32_t *indices; /* 3 * n_triangles */
     uint32_t n_vertices, n_triangles;
     bool deforming; /* will be put again with the same indices and moved positions: refit, do not rebuild */
@@ -65,7 +65,7 @@ struct lum_material_desc {
     double attenuation_distance_m;    /* +inf: clear */
     struct lum_rgb emission;          /* chromaticity, luminance 1; times emission_cd_m2 */
     double emission_cd_m2;
-    bool front_emission;              /* the side that triangles wind around shines alone; else both do */
+    bool front_emission; /* the side that triangles wind around shines alone; else both do */
     enum lum_alpha_mode alpha_mode;
     float alpha, alpha_cutoff;
     bool unlit; /* shown as base_color * 1 cd/m2 ... reflects nothing */
@@ -73,21 +73,21 @@ struct lum_material_desc {
 /* Defaults: white diffuse, roughness 1, ior 1.5, specular 1, no texture. */
 struct lum_material_desc lum_material_default(void);
 
-/* What an object changes of the light that its surface gives: all zero is as its material says. An object with an amount
- * shines whether or not its material does. */
+/* What an object changes of the light that its surface gives: all zero is as its material says. An object with an
+ * amount shines whether or not its material does. */
 enum lum_shine_unit { LUM_SHINE_AS_MATERIAL, LUM_SHINE_FLUX, LUM_SHINE_LUMINANCE };
 struct lum_shine {
     enum lum_shine_unit unit;
-    double amount;        /* 0 to 1e12; lm, all that leaves it, or cd/m2 where the emission texture is white */
+    double amount; /* 0 to 1e12; lm, all that leaves it, or cd/m2 where the emission texture is white */
     bool has_color;
     struct lum_rgb color; /* chromaticity, luminance 1; in place of the material's */
     bool off;
-    const char *group;    /* as a light's; NULL is "" */
+    const char *group; /* as a light's; NULL is "" */
 };
 
 struct lum_object_desc {
-    const char *mesh, *material;          /* ids that exist */
-    struct lum_affined local_to_world;    /* finite and invertible */
+    const char *mesh, *material;       /* ids that exist */
+    struct lum_affined local_to_world; /* finite and invertible */
     bool visible;
     struct lum_shine shine;
 };
@@ -103,33 +103,33 @@ enum lum_light_kind {
 };
 struct lum_light_desc {
     enum lum_light_kind kind;
-    struct lum_vec3d position;  /* point, spot, disc, sphere: centre; quad: centre */
-    struct lum_vec3d direction; /* spot, directional, disc: where light goes; need not be unit */
-    struct lum_vec3d u, v;      /* quad: full edges; emits towards cross(u, v) */
-    double radius_m;            /* disc, sphere */
+    struct lum_vec3d position;             /* point, spot, disc, sphere: centre; quad: centre */
+    struct lum_vec3d direction;            /* spot, directional, disc: where light goes; need not be unit */
+    struct lum_vec3d u, v;                 /* quad: full edges; emits towards cross(u, v) */
+    double radius_m;                       /* disc, sphere */
     double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
-    struct lum_rgb color;       /* chromaticity, luminance 1 */
+    struct lum_rgb color;                  /* chromaticity, luminance 1 */
     /* The photometric size, in the unit natural to the kind (records in lm are converted by the caller with
      * lum_light_from_flux): point, spot: cd; directional: lx on a facing plane; area, environment: cd/m2. 0 to 1e12 */
     double intensity;
-    const char *image;          /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
-                                 * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
-    double rotation_rad;        /* environment: about +Y */
-    bool on, camera_visible;    /* camera_visible: area lights and environment seen directly */
-    const char *group;          /* mixing group, "" = its own id */
+    const char *image;       /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
+                              * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
+    double rotation_rad;     /* environment: about +Y */
+    bool on, camera_visible; /* camera_visible: area lights and environment seen directly */
+    const char *group;       /* mixing group, "" = its own id */
 };
 /* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot by its falloff
- * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment, and where so
- * much from so small a light is over 1e12. */
-LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
-                                                 struct lum_error *err);
+ * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment, and
+ * where so much from so small a light is over 1e12. */
+LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm,
+                                                 double *ret_intensity, struct lum_error *err);
 
 /* Fog in a box, or everywhere. Where media overlap their coefficients add up; one without coefficients is none. */
 struct lum_medium_desc {
     struct lum_rgb sigma_s, sigma_a; /* scattering, absorption: 1/m, 0..1e6 */
     float g;                         /* Henyey-Greenstein: mean cosine of the angle of scattering, -0.99..0.99 */
     bool everywhere;
-    struct lum_vec3d lo, hi;         /* lo < hi; unless everywhere */
+    struct lum_vec3d lo, hi; /* lo < hi; unless everywhere */
 };
 
 struct lum_camera {
@@ -140,26 +140,34 @@ struct lum_camera {
 /* ---- the scene ---- */
 
 /* device must outlive the scene and all its snapshots. */
-LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **ret_scene, struct lum_error *err);
-/* For a scene that takes the place of former and was never committed: its versions begin above former's, so that who
- * watched former sees everything change. */
-void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *former);
+LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **ret_scene,
+                                              struct lum_error *err);
+/* For a scene that takes the place of previous and was never committed: its versions begin above previous's, so that
+ * who watched previous sees everything change. */
+void lum_scene_succeed(struct lum_scene *scene, const struct lum_scene *previous);
 void lum_scene_destroy(struct lum_scene *scene); /* accepts NULL; snapshots live on */
 
-/* Smooth solid glass bends light (false, as scenes are made), or lets it straight through at each face, dimmed by what the
- * face reflects and by what is inside: rays of light pass it then, which no method can follow where it is bent. From the
- * next commit on. */
+/* Smooth solid glass bends light (false, as scenes are made), or lets it straight through at each face, dimmed by what
+ * the face reflects and by what is inside: rays of light pass it then, which no method can follow where it is bent.
+ * From the next commit on. */
 void lum_scene_straighten_glass(struct lum_scene *, bool straight);
 
 /* Add, or replace what has this id. An object may be put only after its mesh and material. Replacing a mesh, image or
  * material reaches everything that refers to it. */
-LUM_MUST_USE enum lum_status lum_scene_put_mesh(struct lum_scene *, const char *id, const struct lum_mesh_desc *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_image(struct lum_scene *, const char *id, const struct lum_image_desc *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_material(struct lum_scene *, const char *id, const struct lum_material_desc *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char *id, const struct lum_object_desc *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_light(struct lum_scene *, const char *id, const struct lum_light_desc *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_camera(struct lum_scene *, const char *id, const struct lum_camera *, struct lum_error *);
-LUM_MUST_USE enum lum_status lum_scene_put_medium(struct lum_scene *, const char *id, const struct lum_medium_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_mesh(struct lum_scene *, const char *id, const struct lum_mesh_desc *,
+                                                struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_image(struct lum_scene *, const char *id, const struct lum_image_desc *,
+                                                 struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_material(struct lum_scene *, const char *id,
+                                                    const struct lum_material_desc *, struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char *id, const struct lum_object_desc *,
+                                                  struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_light(struct lum_scene *, const char *id, const struct lum_light_desc *,
+                                                 struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_camera(struct lum_scene *, const char *id, const struct lum_camera *,
+                                                  struct lum_error *);
+LUM_MUST_USE enum lum_status lum_scene_put_medium(struct lum_scene *, const char *id, const struct lum_medium_desc *,
+                                                  struct lum_error *);
 
 enum lum_entity {
     LUM_ENTITY_MESH,
@@ -174,10 +182,10 @@ enum lum_entity {
 LUM_MUST_USE enum lum_status lum_scene_remove(struct lum_scene *, enum lum_entity, const char *id, struct lum_error *);
 
 /* Publishes the state as scene revision scene_rev. The caller owns one reference (lum_snapshot_unref). On failure the
- * former snapshot stays the newest and the pending edits stay pending. LUM_ERR_LIMIT: more than LUM_MEDIA_MAX media; only
- * here, because an edit that replaces all of them puts the new ones before it removes the old. */
-LUM_MUST_USE enum lum_status lum_scene_commit(struct lum_scene *, uint64_t scene_rev, const struct lum_snapshot **ret_snapshot,
-                                              struct lum_error *);
+ * former snapshot stays the newest and the pending edits stay pending. LUM_ERR_LIMIT: more than LUM_MEDIA_MAX media;
+ * only here, because an edit that replaces all of them puts the new ones before it removes the old. */
+LUM_MUST_USE enum lum_status lum_scene_commit(struct lum_scene *, uint64_t scene_rev,
+                                              const struct lum_snapshot **ret_snapshot, struct lum_error *);
 
 /* Triangles dropped at put (degenerate, non-finite or out-of-range index), over the scene's life. */
 uint64_t lum_scene_dropped_triangles(const struct lum_scene *);

@@ -1,4 +1,5 @@
-/* Private to core/scene: meshes in the making, and surfaces sampled on a grid, from which most built-in shapes are made. */
+/* Private to core/scene: meshes in the making, and surfaces sampled on a grid, from which most built-in shapes are
+ * made. */
 #ifndef LUM_CORE_SCENE_SHAPE_GRID_H
 #define LUM_CORE_SCENE_SHAPE_GRID_H
 
@@ -12,8 +13,8 @@ struct lum_shape_build {
 };
 
 struct lum_grid_point {
-    double u, v;   /* in: 0..1, and u = 0 again on the closing column, so that seams have equal bits */
-    uint32_t i, j; /* in: column 0..nu and row 0..nv */
+    double u, v;           /* in: 0..1, and u = 0 again on the closing column, so that seams have equal bits */
+    uint32_t i, j;         /* in: column 0..nu and row 0..nv */
     struct lum_vec3d p, n; /* out; n need not be unit */
 };
 

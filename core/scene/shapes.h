@@ -17,8 +17,8 @@ struct lum_shape_params {
     double param[4];      /* the shape's own knobs, documented in the table of shapes.c; 0 = default */
 };
 
-/* name: box sphere quad disc cylinder cone torus knot figure (a robed statue) bunny wobble (a cylinder whose axis is a sine
- * wave; its size is the box of all poses). See lum_shape_names. */
+/* name: box sphere quad disc cylinder cone torus knot figure (a robed statue) bunny wobble (a cylinder whose axis is a
+ * sine wave; its size is the box of all poses). See lum_shape_names. */
 LUM_MUST_USE enum lum_status lum_shape_make(const char *name, const struct lum_shape_params *params,
                                             struct lum_shape_mesh *ret_mesh, struct lum_error *err);
 void lum_shape_finish(struct lum_shape_mesh *mesh);

@@ -1,4 +1,4 @@
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 
 #include <string.h>
 

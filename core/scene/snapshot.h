@@ -13,8 +13,8 @@
 #include "core/medium/medium.h"
 #include "core/scene/scene.h"
 
-/* p_scene = (p_world - centre) * scale, in double. A scene is placed anew when a surface would lie beyond LUM_SCENE_REACH on
- * any axis. */
+/* p_scene = (p_world - centre) * scale, in double. A scene is placed anew when a surface would lie beyond
+ * LUM_SCENE_REACH on any axis. */
 #define LUM_SCENE_REACH 128.0f
 struct lum_normalisation {
     struct lum_vec3d centre;
@@ -22,7 +22,8 @@ struct lum_normalisation {
 };
 static inline bool lum_normalisation_equal(const struct lum_normalisation *a, const struct lum_normalisation *b)
 {
-    return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z && a->scale == b->scale;
+    return a->centre.x == b->centre.x && a->centre.y == b->centre.y && a->centre.z == b->centre.z &&
+           a->scale == b->scale;
 }
 
 static inline struct lum_vec3 lum_world_to_scene(const struct lum_normalisation *n, struct lum_vec3d p)
@@ -41,24 +42,24 @@ void lum_bounds_grow(struct lum_bounds *inout_box, struct lum_vec3 p);
 struct lum_mesh {
     struct lum_refs refs;
     struct lum_accel_mesh *accel;
-    float *positions;   /* 3 per vertex */
-    float *normals;     /* 3 per vertex, unit; or NULL */
+    float *positions;    /* 3 per vertex */
+    float *normals;      /* 3 per vertex, unit; or NULL */
     float *uvs, *colors; /* 2, 3 per vertex; or NULL */
-    uint32_t *indices;  /* 3 per triangle */
+    uint32_t *indices;   /* 3 per triangle */
     uint32_t n_vertices, n_triangles;
     struct lum_vec3 bounds_lo, bounds_hi; /* of the triangles; lo > hi when there is none */
-    struct lum_affined local_to_given; /* normalised local -> the coordinates that the client gave */
+    struct lum_affined local_to_given;    /* normalised local -> the coordinates that the client gave */
     bool deforming;
 };
 
 struct lum_instance {
     const struct lum_mesh *mesh;
-    uint32_t material;               /* index in lum_snapshot.materials */
-    uint32_t light;                  /* index of its mesh light, or LUM_NO_OBJECT */
+    uint32_t material; /* index in lum_snapshot.materials */
+    uint32_t light;    /* index of its mesh light, or LUM_NO_OBJECT */
     struct lum_affine local_to_scene;
-    float normal_m[3][3];            /* inverse transpose: local normals -> scene, not unit. Keeps outward outward in mirrors
-                                      * too, as glTF asks */
-    uint64_t hash;                   /* lum_hash64_text of the id */
+    float normal_m[3][3]; /* inverse transpose: local normals -> scene, not unit. Keeps outward outward in mirrors
+                           * too, as glTF asks */
+    uint64_t hash;        /* lum_hash64_text of the id */
     char id[LUM_ID_MAX + 1];
 };
 
@@ -69,7 +70,7 @@ struct lum_versions {
     uint64_t material;    /* anything in a material but the amount of emission */
     uint64_t light_shape; /* where light comes from: added, removed, moved, reshaped */
     uint64_t light_power; /* colour, intensity, on/off */
-    uint64_t medium;      /* anything in a medium that dims or scatters; and all of them when the scene is placed anew */
+    uint64_t medium; /* anything in a medium that dims or scatters; and all of them when the scene is placed anew */
 };
 
 static inline bool lum_versions_equal(const struct lum_versions *a, const struct lum_versions *b)
@@ -97,7 +98,7 @@ struct lum_snapshot {
     struct lum_light_table lights;
     const struct lum_medium *media; /* that dim or scatter; sorted by id */
     uint32_t n_media;
-    uint64_t n_triangles; /* instanced */
+    uint64_t n_triangles;             /* instanced */
     struct lum_snapshot_parts *parts; /* private to core/scene: ownership of the above, cameras */
 };
 
@@ -105,13 +106,13 @@ const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *);
 void lum_snapshot_unref(const struct lum_snapshot *); /* accepts NULL. Thread: any */
 
 /* LUM_ERR_NOT_FOUND when there is no such camera. id NULL: the first by name, "main" preferred. */
-LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, const char *id, struct lum_camera *ret_camera,
-                                                 struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, const char *id,
+                                                 struct lum_camera *ret_camera, struct lum_error *err);
 /* A camera that frames the whole scene from a pleasant angle; for files that bring none. */
 struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *);
 
-/* World box, in metres, around the triangles of the object `id` and of those below it ("id/..."): an import is framed by it.
- * False: nothing of that name is to be seen. */
+/* World box, in metres, around the triangles of the object `id` and of those below it ("id/..."): an import is framed
+ * by it. False: nothing of that name is to be seen. */
 struct lum_box {
     struct lum_vec3d lo, hi;
 };
@@ -123,7 +124,7 @@ struct lum_luminaire {
     struct lum_vec3d centre; /* of its area, metres */
     double area_m2;          /* of one side */
     double luminance_cd_m2;  /* mean over the area, holes included as dark */
-    double flux_lm;          /* all that leaves it: pi * luminance * area of each side that shines. Both as if switched on */
+    double flux_lm; /* all that leaves it: pi * luminance * area of each side that shines. Both as if switched on */
     double material_flux_lm; /* that of its material, were it not dimmed for itself; 0 where that does not shine */
     struct lum_rgb color;    /* chromaticity, luminance 1; of a white texel. White where it is dimmed to nothing */
     bool both_sides;
@@ -133,16 +134,17 @@ bool lum_snapshot_luminaire(const struct lum_snapshot *, uint32_t light, struct 
 
 /* What a ray found, ready to shade. */
 struct lum_surface {
-    struct lum_vec3 p;       /* barycentric hit point, scene space */
-    struct lum_vec3 ng, ns;  /* unit, both on the side the ray came from; ns: interpolated vertex normals */
+    struct lum_vec3 p;      /* barycentric hit point, scene space */
+    struct lum_vec3 ng, ns; /* unit, both on the side the ray came from; ns: interpolated vertex normals */
     struct lum_vec2 uv;
-    uint32_t instance;       /* LUM_NO_OBJECT for an emitter shape */
+    uint32_t instance; /* LUM_NO_OBJECT for an emitter shape */
     uint32_t material;
-    uint32_t light;          /* emitter hit, or LUM_NO_OBJECT */
+    uint32_t light; /* emitter hit, or LUM_NO_OBJECT */
     uint32_t prim;
-    bool backface;           /* hit from behind the winding (entering or leaving a solid) */
+    bool backface;               /* hit from behind the winding (entering or leaving a solid) */
     struct lum_rgb vertex_color; /* white when the mesh has none */
-    struct lum_rgb emission; /* of an object's surface that is a light: towards where the ray came from, but for its texture */
+    struct lum_rgb
+        emission; /* of an object's surface that is a light: towards where the ray came from, but for its texture */
     /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
      * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
     struct lum_vec3 dpdu, dpdv;

@@ -5,13 +5,13 @@
 #include "core/light/light.h"
 
 enum lum_effect {
-    LUM_EFFECT_DIRECT,           /* point, spot, directional light: hard shadows */
-    LUM_EFFECT_SOFT_SHADOW,      /* quad, disc, sphere, mesh emitters */
+    LUM_EFFECT_DIRECT,      /* point, spot, directional light: hard shadows */
+    LUM_EFFECT_SOFT_SHADOW, /* quad, disc, sphere, mesh emitters */
     LUM_EFFECT_ENVIRONMENT,
     LUM_EFFECT_INDIRECT_DIFFUSE,
-    LUM_EFFECT_REFLECTION,       /* perfect mirror */
-    LUM_EFFECT_TRANSMISSION,     /* what is seen through glass. A lamp's light that arrives through panes is that lamp's own
-                                  * effect; without this one panes are opaque, to it as to the eye */
+    LUM_EFFECT_REFLECTION,   /* perfect mirror */
+    LUM_EFFECT_TRANSMISSION, /* what is seen through glass. A lamp's light that arrives through panes is that lamp's own
+                              * effect; without this one panes are opaque, to it as to the eye */
     LUM_EFFECT_GLOSSY,
     LUM_EFFECT_MEDIA,
     LUM_EFFECT_ANTIALIAS,
@@ -22,7 +22,8 @@ extern const char *const lum_effect_names[LUM_EFFECT_COUNT]; /* "direct", "soft_
 /* name: n_name bytes. False, with *ret_effect as before: there is none of this name. */
 bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effect);
 
-/* Kinds of ray that are counted apart. After LUM_RAY_PRIMARY come those of the effects, in the order of enum lum_effect. */
+/* Kinds of ray that are counted apart. After LUM_RAY_PRIMARY come those of the effects, in the order of enum
+ * lum_effect. */
 enum lum_ray_kind {
     LUM_RAY_PRIMARY,
     LUM_RAY_DIRECT,

@@ -11,8 +11,8 @@ enum lum_facing {
     LUM_FACING_EACH_OTHER,
 };
 
-/* Conservative: says LUM_FACING_EACH_OTHER unless it is certain that no two places see each other. Cheap: usually decided by
- * a few triangles. */
+/* Conservative: says LUM_FACING_EACH_OTHER unless it is certain that no two places see each other. Cheap: usually
+ * decided by a few triangles. */
 enum lum_facing lum_surfaces_facing(const struct lum_snapshot *snapshot);
 
 #endif

@@ -20,7 +20,8 @@ static inline struct lum_trace lum_trace_of(const struct lum_snapshot *s, struct
     return (struct lum_trace){.top = s->top, .alpha = s->has_alpha ? &s->alpha : NULL, .bad_rays = &counters->bad_rays};
 }
 /* Of rays that ask what of a light arrives, for lum_trace_light. panes: some of it may go through glass. */
-static inline struct lum_trace lum_trace_of_light(const struct lum_snapshot *s, struct lum_counters *counters, bool panes)
+static inline struct lum_trace lum_trace_of_light(const struct lum_snapshot *s, struct lum_counters *counters,
+                                                  bool panes)
 {
     struct lum_trace trace = lum_trace_of(s, counters);
     trace.panes = panes && s->has_panes ? &s->panes : NULL;
@@ -52,8 +53,8 @@ static inline struct lum_vec3 lum_rays_direction(const struct lum_rays *r, uint3
     return lum_v3(r->dx[i], r->dy[i], r->dz[i]);
 }
 
-/* A shadow ray from p on a surface (normal ng; 0 0 0: p is in the air) to a light at distance along wi; false when there is no room for an
- * occluder between the two. */
+/* A shadow ray from p on a surface (normal ng; 0 0 0: p is in the air) to a light at distance along wi; false when
+ * there is no room for an occluder between the two. */
 bool lum_shadow_ray(struct lum_rays *rays, struct lum_vec3 p, struct lum_vec3 ng, struct lum_vec3 wi, float distance);
 
 #endif

@@ -1,12 +1,12 @@
 /* What an edit makes stale: the one place that says so.
  *
- * An edit is of a kind: a class of changes of the scene (the counters of struct lum_versions), of the camera, or of a setting.
- * A product is what a stage makes and keeps. The table in stale.c has a row for each kind of edit, with the products that have
- * to be made anew after it; whatever keeps a product remembers what it was made of, and asks here. Exposure, tone map and false
- * colour are no edits: the core makes radiance, and knows nothing of them.
+ * An edit is of a kind: a class of changes of the scene (the counters of struct lum_versions), of the camera, or of a
+ * setting. A product is what a stage makes and keeps. The table in stale.c has a row for each kind of edit, with the
+ * products that have to be made anew after it; whatever keeps a product remembers what it was made of, and asks here.
+ * Exposure, tone map and false colour are no edits: the core makes radiance, and knows nothing of them.
  *
- * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of VPLs
- * the mask of those that did (vpl.h); of records what their kind finds that motion met (cache.h). */
+ * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of
+ * VPLs the mask of those that did (vpl.h); of records what their kind finds that motion met (cache.h). */
 #ifndef LUM_CORE_TRACE_STALE_H
 #define LUM_CORE_TRACE_STALE_H
 
@@ -18,12 +18,12 @@ enum lum_edit_kind {
     LUM_EDIT_LIGHT_SHAPE,
     LUM_EDIT_LIGHT_POWER,
     LUM_EDIT_MEDIUM,
-    LUM_EDIT_CAMERA,         /* or the size of the picture */
-    LUM_EDIT_METHOD,         /* what estimates what, with which random numbers: method, effects, seed */
+    LUM_EDIT_CAMERA, /* or the size of the picture */
+    LUM_EDIT_METHOD, /* what estimates what, with which random numbers: method, effects, seed */
     LUM_EDIT_DEPTH,
     LUM_EDIT_SHADOW_SAMPLES,
-    LUM_EDIT_VPLS,           /* how many */
-    LUM_EDIT_CACHE,          /* accuracy, storage, deterministic */
+    LUM_EDIT_VPLS,  /* how many */
+    LUM_EDIT_CACHE, /* accuracy, storage, deterministic */
     LUM_EDIT_COUNT
 };
 #define LUM_EDIT_BIT(e) (1u << (e))
@@ -43,10 +43,10 @@ enum lum_product {
     LUM_PRODUCT_UNIT_LIGHT, /* of these, what is kept light by light at power 1 */
     LUM_PRODUCT_EDGES,      /* which pixels share an edge, and in which parts */
     LUM_PRODUCT_VPL_PATHS,
-    LUM_PRODUCT_VPL_FLUX,   /* their paths times the powers of lights */
-    LUM_PRODUCT_RECORDS,    /* irradiance of a cache's records */
+    LUM_PRODUCT_VPL_FLUX, /* their paths times the powers of lights */
+    LUM_PRODUCT_RECORDS,  /* irradiance of a cache's records */
     LUM_PRODUCT_AOVS,
-    LUM_PRODUCT_CAUSTICS,   /* what mirrors and glass focus of lamps at power 1 */
+    LUM_PRODUCT_CAUSTICS, /* what mirrors and glass focus of lamps at power 1 */
     LUM_PRODUCT_COUNT
 };
 

@@ -158,9 +158,9 @@ static void start(struct walk *w, const struct lum_caustic_light *l, uint32_t in
     struct path path = {.left = lum_grey(1.0f), .index = index};
     path.sampler = lum_sampler_at(salt, 0, index - l->first_path, 0);
     w->findings[index] = (struct finding){.object = LUM_NO_OBJECT};
-    struct lum_light_shot shot;
-    if (!lum_light_shoot(w->snapshot, l->light, lum_sampler_2d(&path.sampler, PAIR_POSITION),
-                         lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
+    struct lum_light_ray shot;
+    if (!lum_light_emit(w->snapshot, l->light, lum_sampler_2d(&path.sampler, PAIR_POSITION),
+                        lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
         return;
     w->path[w->rays.n] = path;
     lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);
@@ -168,23 +168,23 @@ static void start(struct walk *w, const struct lum_caustic_light *l, uint32_t in
 
 /* ---- all paths ---- */
 
-struct shooting {
+struct emission {
     const struct lum_snapshot *snapshot;
     const struct lum_caustic_light *lights; /* in the order of their paths */
     struct finding findings[LUM_CAUSTIC_PATHS];
     struct lum_counters counters[N_BATCHES];
 };
 
-static void shoot_batch(void *ctx, uint32_t batch, uint32_t worker)
+static void emit_batch(void *ctx, uint32_t batch, uint32_t worker)
 {
     (void)worker;
-    struct shooting *shooting = ctx;
+    struct emission *emission = ctx;
     struct walk w;
-    w.snapshot = shooting->snapshot;
-    w.findings = shooting->findings;
-    w.counters = &shooting->counters[batch];
+    w.snapshot = emission->snapshot;
+    w.findings = emission->findings;
+    w.counters = &emission->counters[batch];
     w.rays.n = 0;
-    const struct lum_caustic_light *l = shooting->lights;
+    const struct lum_caustic_light *l = emission->lights;
     for (uint32_t k = 0; k < LUM_RAY_BATCH; k++) {
         uint32_t index = batch * LUM_RAY_BATCH + k;
         while (index >= l->first_path + l->n_paths)
@@ -238,33 +238,33 @@ static void sum_up(struct lum_caustic_light *l, const struct finding *findings, 
     find_object(l, findings, by_object);
 }
 
-static void count(struct lum_caustics *c, const struct shooting *shooting)
+static void count(struct lum_caustics *c, const struct emission *emission)
 {
     for (uint32_t b = 0; b < N_BATCHES; b++) {
-        c->report.n_rays += shooting->counters[b].rays[LUM_RAY_VPL];
-        c->bad_rays += shooting->counters[b].bad_rays;
-        c->nonfinite += shooting->counters[b].nonfinite;
+        c->report.n_rays += emission->counters[b].rays[LUM_RAY_VPL];
+        c->bad_rays += emission->counters[b].bad_rays;
+        c->nonfinite += emission->counters[b].nonfinite;
     }
 }
 
-static enum lum_status shoot_all(struct lum_caustics *c, const struct lum_snapshot *s, struct lum_pool *pool,
-                                 struct lum_error *err)
+static enum lum_status emit_all(struct lum_caustics *c, const struct lum_snapshot *s, struct lum_pool *pool,
+                                struct lum_error *err)
 {
-    struct shooting *shooting = lum_calloc(1, sizeof *shooting);
+    struct emission *emission = lum_calloc(1, sizeof *emission);
     double *by_object = lum_calloc(s->n_instances, sizeof *by_object);
     enum lum_status status = LUM_OK;
-    if (!shooting || !by_object) {
+    if (!emission || !by_object) {
         status = lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for %u light paths", LUM_CAUSTIC_PATHS);
     } else {
-        shooting->snapshot = s;
-        shooting->lights = c->lights;
-        status = lum_pool_run(pool, N_BATCHES, shoot_batch, shooting, NULL);
+        emission->snapshot = s;
+        emission->lights = c->lights;
+        status = lum_pool_run(pool, N_BATCHES, emit_batch, emission, NULL);
         for (uint32_t k = 0; k < c->n_lights; k++)
-            sum_up(&c->lights[k], shooting->findings + c->lights[k].first_path, by_object);
-        count(c, shooting);
+            sum_up(&c->lights[k], emission->findings + c->lights[k].first_path, by_object);
+        count(c, emission);
     }
     lum_free(by_object);
-    lum_free(shooting);
+    lum_free(emission);
     return status;
 }
 
@@ -454,7 +454,7 @@ enum lum_status lum_caustics_update(struct lum_caustics *c, const struct lum_sna
     uint32_t n = next.focusing ? n_counting(s) : 0;
     enum lum_status status = n > 0 ? list_lights(&next, s, n, err) : LUM_OK;
     if (status == LUM_OK && n > 0)
-        status = shoot_all(&next, s, pool, err);
+        status = emit_all(&next, s, pool, err);
     if (status != LUM_OK) {
         lum_caustics_finish(&next);
         return status;

@@ -172,7 +172,7 @@ static void trace_batch(struct gathering *g)
             g->job->terms[g->kept[r]] *= g->occluded[r] ? -1.0f : 1.0f;
     if (g->job->left && trace.panes)
         for (uint32_t r = 0; r < n; r++)
-            g->job->left[g->kept[r]] = g->occluded[r] ? 0 : lum_share_pack(g->left[r]);
+            g->job->left[g->kept[r]] = g->occluded[r] ? 0 : lum_transmittance_pack(g->left[r]);
     g->rays.n = 0;
 }
 

@@ -4,16 +4,16 @@
 
 #include "core/math/vec.h"
 
-/* A VPL stands for an area, and near it light by its lobe comes from all of that: the lobe counts by r^2 / (r^2 + (LUM_LOBE_NEAR
- * radius)^2) of itself, else one that is near would show as a spot. */
+/* A VPL stands for an area, and near it light by its lobe comes from all of that: the lobe counts by r^2 / (r^2 +
+ * (LUM_LOBE_NEAR radius)^2) of itself, else one that is near would show as a spot. */
 #define LUM_LOBE_NEAR 3.0f
 
-/* How much a VPL of normal n sends in direction o (unit; n.o may be anything, below the horizon counts as along it), over what it
- * would if it sent all evenly: 1 - gloss + gloss pi f / albedo, with the microfacet reflection f = D G2 F / (4 cos cos) of GGX
- * (material/ggx.h) for light from w, and Schlick's F. Its mean over the hemisphere, weighted by the cosine, is 1 but for the
- * error of the table of albedos. No branch: it becomes vector code. */
-static inline float lum_vpl_lobe(struct lum_vec3 n, struct lum_vec3 w, struct lum_vec3 o, float gloss, float alpha, float f0,
-                                 float f90)
+/* How much a VPL of normal n sends in direction o (unit; n.o may be anything, below the horizon counts as along it),
+ * over what it would if it sent all evenly: 1 - gloss + gloss pi f / albedo, with the microfacet reflection f = D G2 F
+ * / (4 cos cos) of GGX (material/ggx.h) for light from w, and Schlick's F. Its mean over the hemisphere, weighted by
+ * the cosine, is 1 but for the error of the table of albedos. No branch: it becomes vector code. */
+static inline float lum_vpl_lobe(struct lum_vec3 n, struct lum_vec3 w, struct lum_vec3 o, float gloss, float alpha,
+                                 float f0, float f90)
 {
     float a2 = alpha * alpha, hx = w.x + o.x, hy = w.y + o.y, hz = w.z + o.z;
     float per_h = 1.0f / sqrtf(hx * hx + hy * hy + hz * hz + 1e-12f);

@@ -31,18 +31,18 @@ static int order_of(const struct lum_vpl_share *share, const struct lum_light *l
     return later != 0 ? later : strcmp(share->id, l->id);
 }
 
-/* The former share of a light, or NULL. Both tables are in the order of ids, lights before objects that shine: they are
- * walked along together, from *inout_at. */
-static const struct lum_vpl_share *find_share(const struct lum_vpl_set *former, const struct lum_light *l,
+/* The previous share of a light, or NULL. Both tables are in the order of ids, lights before objects that shine: they
+ * are walked along together, from *inout_at. */
+static const struct lum_vpl_share *find_share(const struct lum_vpl_set *previous, const struct lum_light *l,
                                               uint32_t *inout_at)
 {
     uint32_t at = *inout_at;
-    while (at < former->n_shares && order_of(&former->shares[at], l) < 0)
+    while (at < previous->n_shares && order_of(&previous->shares[at], l) < 0)
         at++;
     *inout_at = at;
-    if (at == former->n_shares || order_of(&former->shares[at], l) != 0 || former->shares[at].kind != l->kind)
+    if (at == previous->n_shares || order_of(&previous->shares[at], l) != 0 || previous->shares[at].kind != l->kind)
         return NULL;
-    return &former->shares[at];
+    return &previous->shares[at];
 }
 
 static double flux_of(const struct lum_vpl_set *set, uint32_t i, const struct lum_snapshot *s)
@@ -78,7 +78,7 @@ static void divide(struct lum_vpl_set *set, const struct lum_snapshot *s)
     }
 }
 
-enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *former,
+enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *previous,
                                     const struct lum_snapshot *s, struct lum_error *err)
 {
     uint32_t n = s->lights.n_lights, at = 0;
@@ -87,7 +87,7 @@ enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vp
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the shares of %u lights", n);
     for (uint32_t i = 0; i < n; i++) {
         const struct lum_light *l = &s->lights.lights[i];
-        const struct lum_vpl_share *before = former->scale == s->norm.scale ? find_share(former, l, &at) : NULL;
+        const struct lum_vpl_share *before = previous->scale == s->norm.scale ? find_share(previous, l, &at) : NULL;
         memcpy(shares[i].id, l->id, sizeof shares[i].id);
         shares[i].kind = l->kind;
         shares[i].luminance = before && before->luminance > 0.0 ? before->luminance : present_luminance(s, i);

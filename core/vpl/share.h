@@ -1,4 +1,5 @@
-/* How slots are shared out: which path of which light, and which of its bounces, fills which slot. Internal to core/vpl. */
+/* How slots are shared out: which path of which light, and which of its bounces, fills which slot. Internal to
+ * core/vpl. */
 #ifndef LUM_CORE_VPL_SHARE_H
 #define LUM_CORE_VPL_SHARE_H
 
@@ -10,19 +11,19 @@
 struct lum_vpl_share {
     char id[LUM_ID_MAX + 1];
     enum lum_emitter kind;
-    double luminance;    /* of its power when it was first seen to shine as this kind; 0: it never did, and has no path */
+    double luminance; /* of its power when it was first seen to shine as this kind; 0: it never did, and has no path */
     double below, upto;  /* its part of [0, 1] */
     uint32_t first_path; /* number of its first path among all */
-    uint32_t tries;      /* paths for each of its slots: of light from afar, which may miss all windows, as many as are asked for,
-                          * else half of them */
+    uint32_t tries; /* paths for each of its slots: of light from afar, which may miss all windows, as many as are asked
+                     * for, else half of them */
 };
 
 /* Power that a light has now: black when it is off. */
 struct lum_rgb lum_light_present_power(const struct lum_light_table *t, uint32_t i);
 
-/* Fills set->shares for the snapshot's lights; those that are in former keep the luminance they had, if its unit is the
- * same. */
-LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *former,
+/* Fills set->shares for the snapshot's lights; those that are in previous keep the luminance they had, if its unit is
+ * the same. */
+LUM_MUST_USE enum lum_status lum_vpl_share_paths(struct lum_vpl_set *set, const struct lum_vpl_set *previous,
                                                  const struct lum_snapshot *s, struct lum_error *err);
 /* True when every light that shines has paths. The light table has the same shape as when the shares were made. */
 bool lum_vpl_shares_serve(const struct lum_vpl_set *set, const struct lum_snapshot *s);
@@ -39,22 +40,22 @@ struct lum_vpl_plan {
     const struct lum_vpl_share *shares;
     uint32_t n_shares, n_paths, seed, n_levels;
     uint32_t max_bounces;
-    uint32_t tries; /* at most, of a share */
-    uint32_t n;     /* slots */
+    uint32_t tries;                                                /* at most, of a share */
+    uint32_t n;                                                    /* slots */
     uint32_t level_first[LUM_VPL_LEVELS], level_n[LUM_VPL_LEVELS]; /* slots of each level */
     double offset[LUM_VPL_LEVELS];                                 /* in [0, 1), by seed */
 };
 /* Numbers the paths: sets first_path and tries of the set's shares, which the plan borrows. */
 void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set);
 
-/* Path `index` of plan->n_paths: its light, its number among the light's, the last bounce that it has a slot for, and a number that
- * tells the light from others by its id. */
+/* Path `index` of plan->n_paths: its light, its number among the light's, the last bounce that it has a slot for, and a
+ * number that tells the light from others by its id. */
 void lum_vpl_plan_path(const struct lum_vpl_plan *plan, uint32_t index, uint32_t *ret_share, uint32_t *ret_number,
                        uint32_t *ret_last, uint32_t *ret_salt);
 /* Slots of a level that belong to a share: so many, from *ret_first. */
 uint32_t lum_vpl_plan_run(const struct lum_vpl_plan *plan, uint32_t share, uint32_t level, uint32_t *ret_first);
-/* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. Try t of slot k
- * is t * plan->n + k. */
+/* Slot of a bounce (0: the first) of a path, and what its flux is multiplied by; LUM_NO_OBJECT when it has none. Try t
+ * of slot k is t * plan->n + k. */
 uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint32_t number, uint32_t bounce,
                            float *ret_weight);
 
@@ -62,8 +63,8 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 float lum_vpl_measure_spacing(const struct lum_vpl_set *set, float limit);
 
 /* Fills in lum_vpl_set.radius; at most a tenth of scene_radius. */
-LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius, const struct lum_vpl_request *rq,
-                                                   struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_vpl_measure_radii(struct lum_vpl_set *set, float scene_radius,
+                                                   const struct lum_vpl_request *rq, struct lum_error *err);
 
 /* Fills the slots of set for bounced light from the tries in candidates (choose.c). Rays are added as LUM_RAY_VPL. */
 LUM_MUST_USE enum lum_status lum_vpl_choose(struct lum_vpl_set *set, const struct lum_vpl_set *candidates,

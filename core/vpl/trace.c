@@ -183,7 +183,7 @@ static void visit(struct walk *w, uint32_t i)
 /* A light is as important as it has paths: half by its flux when it was first seen, half alike, so that those that were
  * dim then are still asked for when they are all that is left. By powers of 2: what moves elsewhere, and changes the
  * shares a little, leaves importance as it is. */
-static float importance_of(const struct walk *w, uint32_t light, const struct lum_light_shot *shot)
+static float importance_of(const struct walk *w, uint32_t light, const struct lum_light_ray *shot)
 {
     const struct lum_snapshot *s = w->snapshot;
     const struct lum_vpl_share *share = &w->plan->shares[light];
@@ -198,9 +198,9 @@ static void start(struct walk *w, uint32_t index)
     uint32_t salt;
     lum_vpl_plan_path(w->plan, index, &path.share, &path.number, &path.last, &salt);
     path.sampler = lum_sampler_at(salt, 0, path.number, w->plan->seed);
-    struct lum_light_shot shot;
-    if (!lum_light_shoot(w->snapshot, path.share, lum_sampler_2d(&path.sampler, PAIR_POSITION),
-                         lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
+    struct lum_light_ray shot;
+    if (!lum_light_emit(w->snapshot, path.share, lum_sampler_2d(&path.sampler, PAIR_POSITION),
+                        lum_sampler_2d(&path.sampler, PAIR_DIRECTION), &shot))
         return;
     path.flux = shot.flux_unit;
     path.left = 1.0f;
@@ -267,30 +267,30 @@ enum lum_status lum_vpl_run(const struct lum_vpl_request *rq, uint32_t n_jobs,
     return status;
 }
 
-struct shooting {
+struct emission {
     const struct lum_vpl_request *request;
     const struct lum_vpl_plan *plan;
     struct lum_vpl_set *set;
 };
 
-static void shoot_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
+static void emit_batch(void *ctx, uint32_t batch, struct lum_counters *counters)
 {
-    const struct shooting *shooting = ctx;
+    const struct emission *emission = ctx;
     struct walk w;
-    w.snapshot = shooting->request->snapshot;
-    w.plan = shooting->plan;
-    w.set = shooting->set;
+    w.snapshot = emission->request->snapshot;
+    w.plan = emission->plan;
+    w.set = emission->set;
     w.counters = counters;
-    w.media = shooting->set->versions.medium != 0;
+    w.media = emission->set->versions.medium != 0;
     uint32_t first = batch * LUM_RAY_BATCH, left = w.plan->n_paths - first;
     walk_batch(&w, first, left < LUM_RAY_BATCH ? left : LUM_RAY_BATCH);
 }
 
-static enum lum_status shoot_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
-                                 struct lum_vpl_set *set, struct lum_error *err)
+static enum lum_status emit_all(const struct lum_vpl_request *rq, const struct lum_vpl_plan *plan,
+                                struct lum_vpl_set *set, struct lum_error *err)
 {
-    struct shooting shooting = {rq, plan, set};
-    return lum_vpl_run(rq, (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, shoot_batch, &shooting, err);
+    struct emission emission = {rq, plan, set};
+    return lum_vpl_run(rq, (plan->n_paths + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, emit_batch, &emission, err);
 }
 
 /* ---- the set ---- */
@@ -389,19 +389,19 @@ static enum lum_status fill(struct lum_vpl_set *set, const struct lum_vpl_reques
     struct lum_vpl_plan plan;
     lum_vpl_plan_init(&plan, set);
     if (set->tries == 1)
-        return shoot_all(rq, &plan, set, err);
+        return emit_all(rq, &plan, set, err);
     struct lum_vpl_set candidates = {
         .n = set->n_bounced * set->tries, .lobes_off = set->lobes_off, .gloss = set->gloss, .versions = set->versions};
     enum lum_status status = alloc_arrays(&candidates, err);
     if (status == LUM_OK)
-        status = shoot_all(rq, &plan, &candidates, err);
+        status = emit_all(rq, &plan, &candidates, err);
     if (status == LUM_OK)
         status = lum_vpl_choose(set, &candidates, &plan, rq, err);
     lum_vpl_finish(&candidates);
     return status;
 }
 
-static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *former,
+static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_vpl_set *previous,
                                  const struct lum_vpl_request *rq, struct lum_error *err)
 {
     const struct lum_snapshot *s = rq->snapshot;
@@ -417,7 +417,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
                               .valid = true};
     enum lum_status status = alloc_arrays(&set, err);
     if (status == LUM_OK)
-        status = lum_vpl_share_paths(&set, former, s, err);
+        status = lum_vpl_share_paths(&set, previous, s, err);
     if (status == LUM_OK)
         status = fill(&set, rq, err);
     if (status != LUM_OK) {
@@ -432,7 +432,7 @@ static enum lum_status trace_set(struct lum_vpl_set *ret_set, const struct lum_v
         lum_vpl_finish(&set);
         return status;
     }
-    find_moved(&set, former);
+    find_moved(&set, previous);
     *ret_set = set;
     return LUM_OK;
 }

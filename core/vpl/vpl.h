@@ -1,25 +1,27 @@
-/* Virtual point lights (Keller 1997): light paths are shot from the lights, and where they meet a surface that reflects
- * diffusely, a point light is left that sends on what the surface reflects. Their sum over the visible ones is the
- * indirect diffuse light of a point.
+/* Virtual point lights (Keller 1997): light paths are emitted by the lights, and where they meet a surface that
+ * reflects diffusely, a point light is left that sends on what the surface reflects. Their sum over the visible ones is
+ * the indirect diffuse light of a point.
  *
- * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second bounces,
- * and so on for four levels: instead of chance, the slots end half of the paths at each bounce, and those that go on weigh
- * twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a level the slots belong to the lights in turn, as many to each as its share of the
- * flux; slot j of a light's run is always the same bounce of the light's path number j, drawn with numbers that depend on
- * the light's id, j and the seed alone. So a VPL only moves when something on its own path does, and no edit of one light
- * moves another's as long as the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy
- * sequence: subsets that take every m-th slot cover all lights and bounces.
+ * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second
+ * bounces, and so on for four levels: instead of chance, the slots end half of the paths at each bounce, and those that
+ * go on weigh twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a
+ * level the slots belong to the lights in turn, as many to each as its share of the flux; slot j of a light's run is
+ * always the same bounce of the light's path number j, drawn with numbers that depend on the light's id, j and the seed
+ * alone. So a VPL only moves when something on its own path does, and no edit of one light moves another's as long as
+ * the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy sequence: subsets that take
+ * every m-th slot cover all lights and bounces.
  *
- * The expectation over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated surface
- * reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much arrives.
+ * The expectation over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated
+ * surface reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much
+ * arrives.
  *
  * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
  * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
  *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
  * its geometry term bounded as struct lum_bound says.
  *
- * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees (choose.c); and
- * the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
+ * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees
+ * (choose.c); and the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
@@ -33,39 +35,39 @@ struct lum_counters;
 #define LUM_VPL_MAX 65536u
 #define LUM_VPL_DEFAULT 256u
 #define LUM_VPL_TRIES_MAX 8u
-#define LUM_VPL_SKY 256u                            /* slots for a sky: half of them lie above a horizon */
+#define LUM_VPL_SKY 256u /* slots for a sky: half of them lie above a horizon */
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
 struct lum_vpl_share;
 
 /* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
 struct lum_vpl_set {
-    uint32_t n;                                  /* slots; those without a VPL have flux 0 */
-    uint32_t n_bounced;                          /* the first of them: light that surfaces send on */
-    uint32_t n_sky;                              /* the last of them: points of the sky, from lum_vpl_first_sky */
-    uint32_t n_lit;                              /* slots with flux > 0, but for the sky's */
-    float *px, *py, *pz, *nx, *ny, *nz;          /* scene space, on the surface; n: unit geometric normal on the side that the
-                                                  * light leaves from */
-    float *flux_unit[3];                         /* per unit of the light's power */
-    float *flux[3];                              /* times the power: what gathering uses */
-    float *importance;                           /* about its part of all flux, by what its own path and light were when first seen: no
-                                                  * colour of a surface and no dimmed light changes it. 0: empty slot */
-    float *radius;                               /* of the area that it stands for, which is more where it is more important than those
-                                                  * around it; scene units; 0: of the sky */
-    float *lobe;                                 /* share of its flux that goes by a glossy lobe (lum_vpl_lobe); 0 unless that was asked for */
-    float *wx, *wy, *wz;                         /* unit, to where the light came from */
-    float *alpha, *f0, *f90;                     /* of the lobe; reflectances over its albedo for w */
-    uint32_t *light;                             /* index in the light table; LUM_NO_OBJECT: empty slot */
-    uint32_t *object, *prim;                     /* what it lies on, as in struct lum_hits */
-    uint32_t n_moved;                            /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
-    uint64_t *moved;                             /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
-    float spacing;                               /* r_v: the radius of the area that one VPL stands for, scene units: the median,
-                                                  * so that lone ones do not make it wider; 0 without VPLs */
+    uint32_t n;                         /* slots; those without a VPL have flux 0 */
+    uint32_t n_bounced;                 /* the first of them: light that surfaces send on */
+    uint32_t n_sky;                     /* the last of them: points of the sky, from lum_vpl_first_sky */
+    uint32_t n_lit;                     /* slots with flux > 0, but for the sky's */
+    float *px, *py, *pz, *nx, *ny, *nz; /* scene space, on the surface; n: unit geometric normal on the side that the
+                                         * light leaves from */
+    float *flux_unit[3];                /* per unit of the light's power */
+    float *flux[3];                     /* times the power: what gathering uses */
+    float *importance;   /* about its part of all flux, by what its own path and light were when first seen: no
+                          * colour of a surface and no dimmed light changes it. 0: empty slot */
+    float *radius;       /* of the area that it stands for, which is more where it is more important than those
+                          * around it; scene units; 0: of the sky */
+    float *lobe;         /* share of its flux that goes by a glossy lobe (lum_vpl_lobe); 0 unless that was asked for */
+    float *wx, *wy, *wz; /* unit, to where the light came from */
+    float *alpha, *f0, *f90; /* of the lobe; reflectances over its albedo for w */
+    uint32_t *light;         /* index in the light table; LUM_NO_OBJECT: empty slot */
+    uint32_t *object, *prim; /* what it lies on, as in struct lum_hits */
+    uint32_t n_moved;        /* slots that the last lum_vpl_update filled, emptied, or put elsewhere */
+    uint64_t *moved;         /* the same, a bit for each slot, lum_vpl_words(n) words; NULL: empty */
+    float spacing;           /* r_v: the radius of the area that one VPL stands for, scene units: the median,
+                              * so that lone ones do not make it wider; 0 without VPLs */
     /* what it was made for */
     uint32_t max_bounces, seed, tries;
     uint32_t lobes_off;
     bool gloss;
-    uint32_t sky; /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
+    uint32_t sky;                 /* the environment of the last n_sky slots; LUM_NO_OBJECT: they are empty */
     struct lum_versions versions; /* as lum_versions_seen has them */
     bool valid;
     /* private */
@@ -100,28 +102,29 @@ static inline uint32_t lum_vpl_words(uint32_t n)
 void lum_vpl_finish(struct lum_vpl_set *set); /* accepts a zeroed one */
 
 #define LUM_VPL_LOBES                                                                                                  \
-    (LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY))
+    (LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) |                                 \
+     LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY))
 
 struct lum_vpl_request {
     const struct lum_snapshot *snapshot;
     uint32_t n;           /* slots, 1 .. LUM_VPL_MAX */
     uint32_t max_bounces; /* diffuse bounces of a path; 0: no VPLs. A path of lum_view_settings.max_depth d has d - 1 */
     uint32_t seed;
-    bool media;           /* paths are dimmed by the snapshot's media */
-    uint32_t lobes_off;   /* of LUM_VPL_LOBES, effects that are left out: paths end where they would go on by them */
-    bool gloss;           /* VPLs send on what glossy reflection does, too, by its lobe. The thesis leaves it out */
-    struct lum_pool *pool;         /* may be NULL */
+    bool media;            /* paths are dimmed by the snapshot's media */
+    uint32_t lobes_off;    /* of LUM_VPL_LOBES, effects that are left out: paths end where they would go on by them */
+    bool gloss;            /* VPLs send on what glossy reflection does, too, by its lobe. The thesis leaves it out */
+    struct lum_pool *pool; /* may be NULL */
     struct lum_counters *counters; /* rays are added as LUM_RAY_VPL */
-    uint32_t n_sky; /* further slots, for the sky: 0 or LUM_VPL_SKY */
-    uint32_t tries; /* paths for each slot of light from afar, and half as many for others, of which as many as there are slots
-                     * are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n times as many would be more than
-                     * LUM_VPL_MAX */
+    uint32_t n_sky;                /* further slots, for the sky: 0 or LUM_VPL_SKY */
+    uint32_t tries; /* paths for each slot of light from afar, and half as many for others, of which as many as there
+                     * are slots are chosen (choose.c): 1 .. LUM_VPL_TRIES_MAX; 0 is 1. Less where n times as many would
+                     * be more than LUM_VPL_MAX */
 };
 
-/* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes changed;
- * only multiplies by the new powers when nothing but those did. Lights share the paths by the flux they emit when they are
- * first seen to shine, so that dimming one moves no VPL. On failure the set is as before. Thread: the director; splits its
- * work over the pool. */
+/* Brings the set up to date with the snapshot: traces all paths again when geometry, materials or lights' shapes
+ * changed; only multiplies by the new powers when nothing but those did. Lights share the paths by the flux they emit
+ * when they are first seen to shine, so that dimming one moves no VPL. On failure the set is as before. Thread: the
+ * director; splits its work over the pool. */
 LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
 
@@ -137,9 +140,9 @@ struct lum_bound {
     float min_distance; /* scene units */
 };
 
-/* What methods use. The thesis bounds the geometry term by a constant (min(g, 1 / d^2), "as in [PH04]") that it does not give.
- * Here d is a multiple of the radius of the area that one VPL stands for: it falls as their number grows, and the sum
- * converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
+/* What methods use. The thesis bounds the geometry term by a constant (min(g, 1 / d^2), "as in [PH04]") that it does
+ * not give. Here d is a multiple of the radius of the area that one VPL stands for: it falls as their number grows, and
+ * the sum converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
 static inline struct lum_bound lum_vpl_bound(float spacing)
 {
     return (struct lum_bound){LUM_BOUND_CLAMP, 2.0f * spacing};
@@ -159,12 +162,13 @@ struct lum_gather {
     bool media; /* light is dimmed by the snapshot's media between VPL and point */
     bool panes; /* and by its panes; else they hide the VPL */
     const struct lum_gather_points *points;
-    struct lum_rgb *irradiance;   /* by point: added to, and not scaled: the sum over `slots` */
-    uint16_t *sampled, *missed;   /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed: those of
-                                   * them that are occluded (NOTES R3, listing 5.2) */
-    float *terms;                 /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
-                                   * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
-    uint32_t *left;               /* likewise, with terms > 0: what panes leave on the way (lum_share_pack). NULL: not wanted */
+    struct lum_rgb *irradiance; /* by point: added to, and not scaled: the sum over `slots` */
+    uint16_t *sampled, *missed; /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed:
+                                 * those of them that are occluded (NOTES R3, listing 5.2) */
+    float *terms; /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
+                   * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
+    uint32_t
+        *left; /* likewise, with terms > 0: what panes leave on the way (lum_transmittance_pack). NULL: not wanted */
     struct lum_counters *counters; /* rays as LUM_RAY_INDIRECT_DIFFUSE */
 };
 #define LUM_VPL_UNKNOWN (-INFINITY)

@@ -41,7 +41,7 @@ struct query {
 struct study {
     struct lum_world world;
     struct lum_rays *rays[N_KINDS]; /* N_BATCHES each */
-    struct RTCRayHit16 *packets[N_KINDS];
+    struct RTCRayHit16 *cells[N_KINDS];
     size_t n_packets[N_KINDS];
     uint64_t n_rays[N_KINDS];
 };
@@ -92,12 +92,12 @@ static bool make_packets(struct study *st, enum kind kind)
     size_t n = 0;
     for (uint32_t b = 0; b < N_BATCHES; b++)
         n += (st->rays[kind][b].n + 15u) / 16u, st->n_rays[kind] += st->rays[kind][b].n;
-    st->packets[kind] = lum_calloc(n, sizeof *st->packets[kind]);
-    if (!st->packets[kind])
+    st->cells[kind] = lum_calloc(n, sizeof *st->cells[kind]);
+    if (!st->cells[kind])
         return false;
     for (uint32_t b = 0; b < N_BATCHES; b++)
         for (uint32_t first = 0; first < st->rays[kind][b].n; first += 16)
-            packet_of(&st->rays[kind][b], first, &st->packets[kind][st->n_packets[kind]++]);
+            packet_of(&st->rays[kind][b], first, &st->cells[kind][st->n_packets[kind]++]);
     return true;
 }
 
@@ -140,7 +140,7 @@ static double sweep_embree(const struct study *st, enum kind kind)
     init_query(&q, kind == PRIMARY);
     int64_t begin = lum_cpu_clock_ns();
     for (size_t i = 0; i < st->n_packets[kind]; i++) {
-        _Alignas(64) struct RTCRayHit16 p = st->packets[kind][i];
+        _Alignas(64) struct RTCRayHit16 p = st->cells[kind][i];
         trace_packet(st->world.snapshot->top->scene, kind, &q, &p);
     }
     return (double)(lum_cpu_clock_ns() - begin) * 1e-9;
@@ -276,7 +276,7 @@ int lum_bench_rays(const struct lum_bench_options *options)
 out:
     for (int k = 0; k < N_KINDS; k++) {
         lum_free(st.rays[k]);
-        lum_free(st.packets[k]);
+        lum_free(st.cells[k]);
     }
     lum_world_finish(&st.world);
     return status;

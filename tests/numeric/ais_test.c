@@ -115,7 +115,7 @@ static void refines_penumbrae_only(void **state)
     uint32_t n[LUM_GUIDANCE_MAX + 1] = {0}, w = r.settings.w, h = r.settings.h;
     for (uint32_t y = 0; y < h; y++)
         for (uint32_t x = 0; x < w; x++) {
-            assert_true(map[y * w + x] < LUM_AIS_SETS);
+            assert_true(map[y * w + x] < LUM_AIS_SUBSETS);
             n[map[y * w + x]]++;
             /* a tile is refined as a whole */
             assert_int_equal(map[y * w + x],
@@ -238,7 +238,7 @@ static void refines_where_occluded(void **state)
     rig_object(&r, "box", "box", "white", rig_v(0.5, 2, 0.3));
     rig_commit(&r);
     render(&r, "ais");
-    assert_int_equal(sum_of_map(&r, LUM_EFFECT_INDIRECT_DIFFUSE), (LUM_AIS_SETS - 1) * 18 * 18);
+    assert_int_equal(sum_of_map(&r, LUM_EFFECT_INDIRECT_DIFFUSE), (LUM_AIS_SUBSETS - 1) * 18 * 18);
     assert_true(lum_rgb_black(rig_mean(&r)));
     rig_end(&r);
 }

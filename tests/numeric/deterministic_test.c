@@ -12,7 +12,7 @@ static struct lum_view_settings settings_of(const char *method)
     s.method = lum_method_find(method);
     assert_non_null(s.method);
     s.deterministic = true;
-    s.carry_shadows = false; /* as the server does with --deterministic */
+    s.reproject_shadows = false; /* as the server does with --deterministic */
     s.w = 72;
     s.h = 48;
     s.n_vpls = 64;

@@ -70,8 +70,8 @@ static void flux_is_the_lights(void **state)
         struct rng random = {(uint64_t)kind};
         for (int i = 0; i < 20000; i++) {
             struct lum_vec2 u_position = random_pair(&random), u_direction = random_pair(&random);
-            struct lum_light_shot shot;
-            bool shone = lum_light_shoot(r.snapshot, 0, u_position, u_direction, &shot);
+            struct lum_light_ray shot;
+            bool shone = lum_light_emit(r.snapshot, 0, u_position, u_direction, &shot);
             mean_add(&mean, shone ? (double)shot.flux_unit.g : 0.0);
             if (shone && kind != IMAGE && !(fabs((double)shot.flux_unit.g / want - 1.0) < 1e-5))
                 fail_msg("%s: %g, expected %g", kinds[kind], (double)shot.flux_unit.g, want);
@@ -96,9 +96,9 @@ struct target {
 static void through_by_shots(const struct rig *r, const struct target *t, struct rng *random, struct mean *ret)
 {
     struct lum_vec2 u_position = random_pair(random), u_direction = random_pair(random);
-    struct lum_light_shot shot;
+    struct lum_light_ray shot;
     double flux = 0.0;
-    if (lum_light_shoot(r->snapshot, 0, u_position, u_direction, &shot)) {
+    if (lum_light_emit(r->snapshot, 0, u_position, u_direction, &shot)) {
         float down = -lum_dot(shot.d, t->n), above = lum_dot(lum_v3_sub(shot.o, t->centre), t->n);
         struct lum_vec3 x = lum_v3_mad(shot.o, shot.d, above / down);
         if (down > 0.0f && above > 0.0f && lum_length(lum_v3_sub(x, t->centre)) < t->radius)
@@ -185,8 +185,8 @@ static void spot_follows_its_ramp(void **state)
     struct lum_frame f = lum_frame_from_normal(l->n);
     for (int i = 0; i < n; i++) {
         struct lum_vec2 u_position = random_pair(&random), u_direction = random_pair(&random);
-        struct lum_light_shot shot;
-        assert_true(lum_light_shoot(r.snapshot, 0, u_position, u_direction, &shot));
+        struct lum_light_ray shot;
+        assert_true(lum_light_emit(r.snapshot, 0, u_position, u_direction, &shot));
         struct lum_vec3 d = lum_frame_to_local(&f, shot.d);
         double turn = atan2((double)d.y, (double)d.x) / (2.0 * LUM_PI_D) + 0.5;
         int ring = (int)fmin((1.0 - (double)d.z) / (double)l->omc_outer * rings, rings - 1);
@@ -216,8 +216,8 @@ static void shots_leave_their_light(void **state)
             rays.n = 0;
             for (int i = 0; i < LUM_RAY_BATCH; i++) {
                 struct lum_vec2 u_position = random_pair(&random), u_direction = random_pair(&random);
-                struct lum_light_shot shot;
-                if (!lum_light_shoot(r.snapshot, 0, u_position, u_direction, &shot))
+                struct lum_light_ray shot;
+                if (!lum_light_emit(r.snapshot, 0, u_position, u_direction, &shot))
                     continue;
                 outward[rays.n] = kind != MESH || u_direction.x < 0.5f; /* a mesh shines into itself, too */
                 lum_rays_push(&rays, shot.o, shot.d, INFINITY);

@@ -415,7 +415,7 @@ static void lamps_behind_glass_are_dimmed_without_a_ray(void **state)
         r.settings.max_spp = 1;
         r.settings.n_vpls = 64;
         r.settings.shadow_budget = 0; /* what an older view knows beyond first samples a new one does not */
-        r.settings.carry_shadows = false;
+        r.settings.reproject_shadows = false;
         rig_pass(&r);
         put_sun(&r, 500);
         assert_dimmed(&r, keep[i], "sun");

@@ -116,7 +116,7 @@ static void surface_reflects_the_same(const struct lum_material_desc *desc)
     struct lum_bsdf b;
     lum_bsdf_init(&b, &r.snapshot->materials[0], &s, wo);
     struct lum_path_guide_cell c = some_cell();
-    const struct lum_path_guide_place none = {0}, place = {&c, 0, c.share * b.diffuse_prob};
+    const struct lum_path_guide_locate none = {0}, place = {&c, 0, c.share * b.diffuse_prob};
     struct mean guided = {0}, unguided = {0};
     struct rng rng = {3};
     for (int i = 0; i < 400000; i++) {

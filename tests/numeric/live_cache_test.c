@@ -409,7 +409,7 @@ static void no_light_through_a_thin_wall(void **state)
         assert_true(lum_rgb_black(record->irradiance));
         for (uint32_t k = 0; k < N_RECORDS; k++)
             if (b.records[k] && b.records[k]->p.x > 0.0f)
-                assert_true(lum_cache_record_weight(b.records[k], LUM_METRIC_HATS, 0.5f, record->p, record->n) ==
+                assert_true(lum_cache_record_weight(b.records[k], LUM_METRIC_TENTS, 0.5f, record->p, record->n) ==
                                 0.0f ||
                             lum_rgb_black(b.records[k]->irradiance) || fabsf(record->n.x) < 0.5f);
     }

@@ -107,9 +107,9 @@ static void flux_is_what_leaves_it(void **state)
             float u[4];
             for (int j = 0; j < 4; j++)
                 u[j] = (float)(rng_u64(&random) >> 40) * 0x1p-24f;
-            struct lum_light_shot shot;
+            struct lum_light_ray shot;
             bool shone =
-                lum_light_shoot(r.snapshot, 0, (struct lum_vec2){u[0], u[1]}, (struct lum_vec2){u[2], u[3]}, &shot);
+                lum_light_emit(r.snapshot, 0, (struct lum_vec2){u[0], u[1]}, (struct lum_vec2){u[2], u[3]}, &shot);
             if (shone && front)
                 assert_true(shot.d.y < 0.0f);
             mean_add(&shots, shone ? 200 * (double)lum_luminance(shot.flux_unit) / scale2 : 0.0);
@@ -342,7 +342,8 @@ static void dim_lamps_show_when_a_bright_one_goes_out(void **state)
     rig_end(&r);
 }
 
-/* What moved or is seen from elsewhere is made as by a new view, lean layers and what the crowd knows included. */
+/* What moved or is seen from elsewhere is made as by a new view, lean layers and what is known of many lights included.
+ */
 static void a_crowd_follows_edits(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 /* Records of a view: every point is served, the picture does not depend on who did the work, and nothing is done twice.
  * Records are closed forms (tests/support/closed_kind.h), so what pixels interpolate can be told. */
-#include "core/effect/indirect/square.h"
+#include "core/effect/indirect/tile_points.h"
 #include "tests/support/closed_kind.h"
 #include "tests/support/rig.h"
 

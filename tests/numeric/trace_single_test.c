@@ -6,7 +6,7 @@
 enum { SPHERE = 5 }; /* the object's index: three meshes, then the emitters by id */
 
 static struct lum_rays rays;
-static struct lum_hits packets, singles;
+static struct lum_hits cells, singles;
 
 static void put_leaf_material(struct lum_scene *scene, const char *id)
 {
@@ -75,9 +75,9 @@ static float speed(uint32_t i)
 
 static bool same_bits(uint32_t i)
 {
-    const float *const a[] = {packets.t, packets.u, packets.v, packets.ngx, packets.ngy, packets.ngz};
+    const float *const a[] = {cells.t, cells.u, cells.v, cells.ngx, cells.ngy, cells.ngz};
     const float *const b[] = {singles.t, singles.u, singles.v, singles.ngx, singles.ngy, singles.ngz};
-    bool same = packets.object[i] == singles.object[i] && packets.prim[i] == singles.prim[i];
+    bool same = cells.object[i] == singles.object[i] && cells.prim[i] == singles.prim[i];
     for (size_t k = 0; k < LUM_ARRAY_LEN(a); k++)
         same = same && memcmp(&a[k][i], &b[k][i], sizeof(float)) == 0;
     return same;
@@ -89,10 +89,10 @@ static bool same_bits(uint32_t i)
 static bool same_to_rounding(uint32_t i)
 {
     struct lum_vec3 d = lum_normalize(lum_v3(rays.dx[i], rays.dy[i], rays.dz[i]));
-    struct lum_vec3 n = lum_normalize(lum_v3(packets.ngx[i], packets.ngy[i], packets.ngz[i]));
+    struct lum_vec3 n = lum_normalize(lum_v3(cells.ngx[i], cells.ngy[i], cells.ngz[i]));
     float cosine = fabsf(lum_dot(n, d));
-    return packets.object[i] == singles.object[i] &&
-           fabsf(packets.t[i] - singles.t[i]) * speed(i) * cosine <= 8.0f * 0x1p-17f;
+    return cells.object[i] == singles.object[i] &&
+           fabsf(cells.t[i] - singles.t[i]) * speed(i) * cosine <= 8.0f * 0x1p-17f;
 }
 
 static void single_rays_find_what_packets_find(void **state)
@@ -106,21 +106,21 @@ static void single_rays_find_what_packets_find(void **state)
         struct lum_trace t = {.top = s->top, .alpha = &s->alpha, .camera = round & 1, .coherent = round & 2};
         shoot(s, &r);
         t.bad_rays = &bad[0];
-        lum_trace_closest(&t, &rays, &packets);
+        lum_trace_closest(&t, &rays, &cells);
         lum_trace_any(&t, &rays, shadowed[0]);
         t.bad_rays = &bad[1];
         lum_device_trace_singly(f->device, true);
         lum_trace_closest(&t, &rays, &singles);
         lum_trace_any(&t, &rays, shadowed[1]);
         lum_device_trace_singly(f->device, false);
-        clear_misses(&packets, rays.n);
+        clear_misses(&cells, rays.n);
         clear_misses(&singles, rays.n);
         for (uint32_t i = 0; i < rays.n; i++) {
-            uint32_t object = packets.object[i] < 6 ? packets.object[i] : 6;
+            uint32_t object = cells.object[i] < 6 ? cells.object[i] : 6;
             seen[object]++;
             if (!(object == SPHERE ? same_to_rounding(i) : same_bits(i)))
                 fail_msg("round %u, ray %u of %u: object %u prim %u t %a; alone: %u, %u, %a", round, i, rays.n,
-                         packets.object[i], packets.prim[i], (double)packets.t[i], singles.object[i], singles.prim[i],
+                         cells.object[i], cells.prim[i], (double)cells.t[i], singles.object[i], singles.prim[i],
                          (double)singles.t[i]);
             assert_int_equal(shadowed[0][i], shadowed[1][i]);
         }

@@ -136,8 +136,8 @@ static void moving_an_object_moves_what_met_it(void **state)
     struct vpls v = {.n = 512, .max_bounces = 5}; /* as many as there are levels */
     vpls_update(&v, &r);
     for (int step = 0; step < 4; step++) {
-        struct vpls former = {.n = v.n, .max_bounces = v.max_bounces};
-        vpls_update(&former, &r);
+        struct vpls previous = {.n = v.n, .max_bounces = v.max_bounces};
+        vpls_update(&previous, &r);
         rig_object(&r, "crate", "crate", "red", rig_v(0.5 - 0.2 * step, 0.5, -0.4));
         if (step == 3) /* another object, before the others in the table */
             rig_object(&r, "a", "crate", "red", rig_v(-1.2, 0.5, 1.2));
@@ -149,7 +149,7 @@ static void moving_an_object_moves_what_met_it(void **state)
             for (uint32_t j = 0; j < n; j++) {
                 bool met = false;
                 for (uint32_t before = 0, at = 0; before <= b; before++) { /* the path up to here */
-                    const struct vpls *sets[] = {&former, &v};
+                    const struct vpls *sets[] = {&previous, &v};
                     for (int k = 0; k < 2; k++) {
                         bool new_table = step == 3 && k == 1;
                         uint32_t object = sets[k]->set.object[at + j];
@@ -158,8 +158,8 @@ static void moving_an_object_moves_what_met_it(void **state)
                     at += (v.n - at + 1) / 2;
                 }
                 uint32_t i = first + j;
-                bool moved = v.set.px[i] != former.set.px[i] || v.set.py[i] != former.set.py[i] ||
-                             v.set.pz[i] != former.set.pz[i];
+                bool moved = v.set.px[i] != previous.set.px[i] || v.set.py[i] != previous.set.py[i] ||
+                             v.set.pz[i] != previous.set.pz[i];
                 n_moved += moved;
                 if (moved && !met)
                     fail_msg("step %d: slot %u (bounce %u of path %u) moved, but its path never met the crate", step, i,
@@ -169,7 +169,7 @@ static void moving_an_object_moves_what_met_it(void **state)
         }
         assert_int_equal(v.set.n_moved, n_moved);
         assert_true(step == 0 ? n_moved == 0 : n_moved > 0 && n_moved < 256);
-        lum_vpl_finish(&former.set);
+        lum_vpl_finish(&previous.set);
     }
     lum_vpl_finish(&v.set);
     rig_end(&r);

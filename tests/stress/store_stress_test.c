@@ -1,7 +1,7 @@
 /* Many threads insert, search and remove in one store at once, more of them than there are cores. Every record carries
  * a sum of its fields, which no reader may ever see wrong, also of records that were removed in the same frame; and in
  * the end each is there exactly once, or was removed exactly once. Under the thread sanitizer it also checks the proof
- * sketch of store.c. */
+ * sketch of tables.c. */
 #define _GNU_SOURCE
 #include <setjmp.h>
 #include <stdarg.h>

@@ -26,7 +26,7 @@ static size_t record_bytes(uint32_t n_vpls)
 }
 
 static const struct lum_cache_kind stopping = {
-    .name = "stopping", .metric = LUM_METRIC_HATS, .record_bytes = record_bytes, .build = build};
+    .name = "stopping", .metric = LUM_METRIC_TENTS, .record_bytes = record_bytes, .build = build};
 static const struct lum_method free_method = {
     .name = "free", .cache = &stopping, .serves = {[LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached_free}};
 

@@ -3,7 +3,7 @@
 #include "core/cache/weight.h"
 #include "tests/support/scene_fixture.h"
 
-static const enum lum_metric metrics[] = {LUM_METRIC_WARD, LUM_METRIC_HATS};
+static const enum lum_metric metrics[] = {LUM_METRIC_WARD, LUM_METRIC_TENTS};
 
 static struct lum_cache_record floor_record(float radius)
 {
@@ -50,9 +50,9 @@ static void its_reach_is_the_radius(void **state)
     assert_float_equal(lum_cache_record_weight(&r, LUM_METRIC_WARD, 0.3f, lum_v3(0.1f, 0, 0), r.n), 1.0f / 0.12f,
                        1e-5f);
     /* a step: above or below the floor by more than a tenth of the radius */
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_HATS, 0.3f, lum_v3(0.1f, 0.026f, 0), r.n) == 0.0f);
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_HATS, 0.3f, lum_v3(0.1f, -0.026f, 0), r.n) == 0.0f);
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_HATS, 0.3f, lum_v3(0.1f, 0.02f, 0), r.n) > 0.0f);
+    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.026f, 0), r.n) == 0.0f);
+    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, -0.026f, 0), r.n) == 0.0f);
+    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.02f, 0), r.n) > 0.0f);
 }
 
 /* On a sphere the chord is at right angles to the sum of the normals: no step. */
@@ -63,7 +63,7 @@ static void curvature_is_no_step(void **state)
     for (int k = 0; k < 30; k++) {
         float a = 0.01f * (float)k;
         struct lum_vec3 p = lum_v3(sinf(a), cosf(a), 0);
-        assert_true(lum_cache_record_weight(&r, LUM_METRIC_HATS, 0.3f, p, p) > 0.0f);
+        assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, p, p) > 0.0f);
     }
 }
 

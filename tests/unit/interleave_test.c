@@ -25,7 +25,7 @@ static void every_window_holds_each_set_once(void **state)
                 for (uint32_t iteration = 0; iteration < side * side; iteration++) {
                     uint32_t seen = 0;
                     for (uint32_t i = 0; i < side * side; i++) {
-                        uint32_t set = lum_pattern_set(side, x0 + i % side, y0 + i / side);
+                        uint32_t set = lum_pattern_subset(side, x0 + i % side, y0 + i / side);
                         seen |= 1u << lum_pattern_next(side, set, iteration);
                     }
                     assert_int_equal(seen, (1u << side * side) - 1);
@@ -39,7 +39,7 @@ static void places_are_those_of_their_sets(void **state)
         for (uint32_t set = 0; set < side * side; set++) {
             uint32_t x, y;
             lum_pattern_place(side, set, &x, &y);
-            assert_true(x < side && y < side && lum_pattern_set(side, x, y) == set);
+            assert_true(x < side && y < side && lum_pattern_subset(side, x, y) == set);
         }
 }
 
@@ -79,7 +79,7 @@ static void packets_are_whole_patterns(void **state)
 {
     (void)state;
     for (uint32_t side = 1; side <= LUM_PATTERN_MAX; side++)
-        assert_int_equal(LUM_PACKET_SIDE / 2 % side, 0); /* at a quarter of the resolution too */
+        assert_int_equal(LUM_CELL_SIDE / 2 % side, 0); /* at a quarter of the resolution too */
 }
 
 /* ---- guidance ---- */
@@ -181,8 +181,8 @@ static struct picture *make_wall(uint32_t w, uint32_t h)
 
 static struct lum_filter_rect packet_at(uint32_t x, uint32_t y, uint32_t w, uint32_t h)
 {
-    return (struct lum_filter_rect){x, y, w - x < LUM_PACKET_SIDE ? w - x : LUM_PACKET_SIDE,
-                                    h - y < LUM_PACKET_SIDE ? h - y : LUM_PACKET_SIDE};
+    return (struct lum_filter_rect){x, y, w - x < LUM_CELL_SIDE ? w - x : LUM_CELL_SIDE,
+                                    h - y < LUM_CELL_SIDE ? h - y : LUM_CELL_SIDE};
 }
 
 static void filter_by(struct picture *pic, const struct lum_filter *pattern)
@@ -191,8 +191,8 @@ static void filter_by(struct picture *pic, const struct lum_filter *pattern)
     uint32_t step = f.step;
     f.guide = &pic->guide, f.in = pic->in;
     uint32_t w = lum_filter_size(pic->guide.w, step), h = lum_filter_size(pic->guide.h, step);
-    for (uint32_t y = 0; y < h; y += LUM_PACKET_SIDE) /* in packets, as it is used */
-        for (uint32_t x = 0; x < w; x += LUM_PACKET_SIDE) {
+    for (uint32_t y = 0; y < h; y += LUM_CELL_SIDE) /* in cells, as it is used */
+        for (uint32_t x = 0; x < w; x += LUM_CELL_SIDE) {
             struct lum_filter_rect r = packet_at(x, y, w, h);
             lum_filter_box(&f, &r, pic->out + (size_t)y * w + x, w);
         }
@@ -206,8 +206,8 @@ static void filter(struct picture *pic, uint32_t side, uint32_t step, uint8_t ne
 static void upsample_by(struct picture *pic, uint32_t side, uint32_t step, bool lenient)
 {
     struct lum_filter f = {&pic->guide, NEED, side, 1, step, pic->in, lenient};
-    for (uint32_t y = 0; y < pic->guide.h; y += LUM_PACKET_SIDE)
-        for (uint32_t x = 0; x < pic->guide.w; x += LUM_PACKET_SIDE) {
+    for (uint32_t y = 0; y < pic->guide.h; y += LUM_CELL_SIDE)
+        for (uint32_t x = 0; x < pic->guide.w; x += LUM_CELL_SIDE) {
             struct lum_filter_rect r = packet_at(x, y, pic->guide.w, pic->guide.h);
             lum_filter_upsampled(&f, &r, pic->out);
         }

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/math/sampler.h"
-#include "core/scene/store.h"
+#include "core/scene/tables.h"
 #include "tests/support/scene_fixture.h"
 
 static void put_pose(struct lum_scene *scene, const char *id, double height)

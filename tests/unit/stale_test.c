@@ -261,7 +261,7 @@ static void every_setting_is_an_edit(void **state)
     CASE(w, a.w + 1, LUM_EDIT_CAMERA);
     CASE(method, lum_method_find("igi"), LUM_EDIT_METHOD);
     CASE(seed, a.seed + 1, LUM_EDIT_METHOD);
-    CASE(carry_shadows, !a.carry_shadows, LUM_EDIT_METHOD);
+    CASE(reproject_shadows, !a.reproject_shadows, LUM_EDIT_METHOD);
     CASE(max_depth, a.max_depth + 1, LUM_EDIT_DEPTH);
     CASE(shadow_samples, 4, LUM_EDIT_SHADOW_SAMPLES);
     CASE(n_vpls, a.n_vpls + 1, LUM_EDIT_VPLS);

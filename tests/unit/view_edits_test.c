@@ -364,7 +364,7 @@ static void pictures_are_never_stale(void **state)
     const struct lum_method *methods = lum_methods(&n);
     for (size_t i = 0; i < n; i++)
         for (uint64_t seed = 1; seed <= 8; seed++)
-            edit_at_random(&(struct trial){&methods[i], seed % 2, seed, LUM_PACKET_SIDE + 5 /* two packets */, 19, 16});
+            edit_at_random(&(struct trial){&methods[i], seed % 2, seed, LUM_CELL_SIDE + 5 /* two cells */, 19, 16});
 }
 
 /* Longer, and with enough pixels for what shows in few of them. */

@@ -3,8 +3,8 @@
 #include <string.h>
 
 const struct lum_ais lum_ais_igi = {.max = 1, .step = 1, .joined = true};
-const struct lum_ais lum_ais_adaptive = {.max = LUM_AIS_SETS, .adaptive = true, .step = 4};
-const struct lum_ais lum_ais_full = {.max = LUM_AIS_SETS, .step = 4};
+const struct lum_ais lum_ais_adaptive = {.max = LUM_AIS_SUBSETS, .adaptive = true, .step = 4};
+const struct lum_ais lum_ais_full = {.max = LUM_AIS_SUBSETS, .step = 4};
 
 struct lum_filter lum_ais_upsampling(const struct lum_pass *pass, const struct lum_guide *guide)
 {
@@ -36,9 +36,9 @@ static void list_tiles(uint32_t tiles_x, uint32_t tiles_y, uint8_t *ret_x, uint8
     }
 }
 
-void lum_ais_packet_init(struct lum_ais_packet *p, const struct lum_pass *pass, uint32_t packet, uint32_t step)
+void lum_ais_cell_init(struct lum_ais_cell *p, const struct lum_pass *pass, uint32_t cell, uint32_t step)
 {
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     p->pass = pass;
     p->step = step;
     p->x0 = r.x / step;
@@ -52,27 +52,27 @@ void lum_ais_packet_init(struct lum_ais_packet *p, const struct lum_pass *pass, 
     memset(p->further, 0, sizeof p->further);
 }
 
-bool lum_ais_packet_want(struct lum_ais_packet *p, uint8_t kinds)
+bool lum_ais_cell_want(struct lum_ais_cell *p, uint8_t kinds)
 {
     bool any = false;
     for (uint32_t y = 0; y < p->h; y++)
         for (uint32_t x = 0; x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             p->wanted[i] = kinds == 0 || (p->pass->surfaces->kind[lum_ais_pixel(p, i)] & kinds);
             any = any || p->wanted[i];
         }
     return any;
 }
 
-uint32_t lum_ais_at(const struct lum_ais_packet *p, uint32_t k, uint32_t place)
+uint32_t lum_ais_at(const struct lum_ais_cell *p, uint32_t k, uint32_t place)
 {
     uint32_t x = p->tile_x[k] * LUM_AIS_SIDE + place % LUM_AIS_SIDE;
     uint32_t y = p->tile_y[k] * LUM_AIS_SIDE + place / LUM_AIS_SIDE;
-    uint32_t i = y * LUM_PACKET_SIDE + x;
+    uint32_t i = y * LUM_CELL_SIDE + x;
     return x < p->w && y < p->h && p->wanted[i] ? i : LUM_AIS_PIXELS;
 }
 
-void lum_ais_list_pixels(const struct lum_ais_packet *p, uint32_t place, uint32_t iteration, struct lum_ais_list *list)
+void lum_ais_list_pixels(const struct lum_ais_cell *p, uint32_t place, uint32_t iteration, struct lum_ais_list *list)
 {
     uint32_t n = 0;
     for (uint32_t k = 0; k < p->tiles_x * p->tiles_y; k++) {
@@ -83,7 +83,7 @@ void lum_ais_list_pixels(const struct lum_ais_packet *p, uint32_t place, uint32_
     list->n = n;
 }
 
-uint32_t lum_ais_last_iteration(const struct lum_ais_packet *p)
+uint32_t lum_ais_last_iteration(const struct lum_ais_cell *p)
 {
     uint32_t last = 0;
     for (uint32_t t = 0; t < p->tiles_x * p->tiles_y; t++)
@@ -91,7 +91,7 @@ uint32_t lum_ais_last_iteration(const struct lum_ais_packet *p)
     return last;
 }
 
-void lum_ais_note(const struct lum_ais_packet *p, enum lum_component component)
+void lum_ais_note(const struct lum_ais_cell *p, enum lum_component component)
 {
     if (lum_ais_last_iteration(p) == 0)
         return;
@@ -100,7 +100,7 @@ void lum_ais_note(const struct lum_ais_packet *p, enum lum_component component)
     for (uint32_t y = 0; y < p->h * p->step && p->y0 * p->step + y < h; y++)
         for (uint32_t x = 0; x < p->w * p->step && p->x0 * p->step + x < w; x++) {
             uint8_t *noted = &map[(size_t)(p->y0 * p->step + y) * w + p->x0 * p->step + x];
-            uint8_t n = p->further[lum_ais_tile(p, y / p->step * LUM_PACKET_SIDE + x / p->step)];
+            uint8_t n = p->further[lum_ais_tile(p, y / p->step * LUM_CELL_SIDE + x / p->step)];
             if (n > *noted)
                 *noted = n;
         }

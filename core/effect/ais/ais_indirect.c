@@ -1,6 +1,6 @@
-/* Indirect diffuse light (thesis 5.3.2, listing 5.2): the virtual point lights in LUM_AIS_SETS disjoint subsets, of
+/* Indirect diffuse light (thesis 5.3.2, listing 5.2): the virtual point lights in LUM_AIS_SUBSETS disjoint subsets, of
  * which a pixel begins with the one of its place in the pattern and takes another one with every iteration. After
- * LUM_AIS_SETS iterations it has seen all of them.
+ * LUM_AIS_SUBSETS iterations it has seen all of them.
  *
  * AIS computes every fourth pixel of every fourth row, and the filter puts it on the others (5.2.4). "A quarter of the
  * resolution" could also mean a quarter of the pixels; the thesis' own times tell: with all subsets, AIS then takes
@@ -15,7 +15,7 @@
 
 /* About 320 KiB, most of it the slots: lives on a worker's stack. */
 struct indirect {
-    struct lum_ais_packet packet;
+    struct lum_ais_cell cell;
     const struct lum_pass *pass;
     struct lum_counters *counters;
     struct lum_rgb sum[LUM_AIS_PIXELS];                       /* of all iterations: irradiance of the subsets taken */
@@ -27,7 +27,7 @@ struct indirect {
     uint16_t batch_sampled[LUM_RAY_BATCH], batch_missed[LUM_RAY_BATCH];
 };
 
-/* Every LUM_AIS_SETS-th slot: such subsets cover all lights and bounces (vpl.h). */
+/* Every LUM_AIS_SUBSETS-th slot: such subsets cover all lights and bounces (vpl.h). */
 static uint32_t list_subset(struct indirect *s, uint32_t first, uint32_t step)
 {
     uint32_t n = 0;
@@ -69,14 +69,14 @@ static void gather(struct indirect *s, uint32_t n_slots)
 
 static void take_first_samples(struct indirect *s)
 {
-    for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
+    for (uint32_t place = 0; place < LUM_AIS_SUBSETS; place++) {
         struct lum_ais_list list;
-        lum_ais_list_pixels(&s->packet, place, 0, &list);
+        lum_ais_list_pixels(&s->cell, place, 0, &list);
         if (list.n == 0)
             continue;
         for (uint32_t k = 0; k < list.n; k++)
-            push_point(s, lum_ais_pixel(&s->packet, list.pixel[k]));
-        gather(s, list_subset(s, lum_ais_set(place, 0), LUM_AIS_SETS));
+            push_point(s, lum_ais_pixel(&s->cell, list.pixel[k]));
+        gather(s, list_subset(s, lum_ais_subset(place, 0), LUM_AIS_SUBSETS));
         for (uint32_t k = 0; k < list.n; k++) {
             uint32_t i = list.pixel[k];
             s->sum[i] = s->irradiance[k];
@@ -97,11 +97,11 @@ static void add_batch(struct indirect *s, struct lum_ais_list *list, uint32_t n_
 }
 
 /* The iteration in which each place of the pattern uses a subset. */
-static void find_iterations(uint32_t subset, uint32_t ret_iteration[LUM_AIS_SETS])
+static void find_iterations(uint32_t subset, uint32_t ret_iteration[LUM_AIS_SUBSETS])
 {
-    for (uint32_t place = 0; place < LUM_AIS_SETS; place++)
-        for (uint32_t iteration = 0; iteration < LUM_AIS_SETS; iteration++)
-            if (lum_ais_set(place, iteration) == subset)
+    for (uint32_t place = 0; place < LUM_AIS_SUBSETS; place++)
+        for (uint32_t iteration = 0; iteration < LUM_AIS_SUBSETS; iteration++)
+            if (lum_ais_subset(place, iteration) == subset)
                 ret_iteration[place] = iteration;
 }
 
@@ -109,13 +109,13 @@ static void find_iterations(uint32_t subset, uint32_t ret_iteration[LUM_AIS_SETS
  * that rays from neighbouring pixels end in one place. */
 static void take_further_samples(struct indirect *s)
 {
-    const struct lum_ais_packet *p = &s->packet;
-    for (uint32_t subset = 0; subset < LUM_AIS_SETS; subset++) {
-        uint32_t iteration_at[LUM_AIS_SETS], n_slots = list_subset(s, subset, LUM_AIS_SETS);
+    const struct lum_ais_cell *p = &s->cell;
+    for (uint32_t subset = 0; subset < LUM_AIS_SUBSETS; subset++) {
+        uint32_t iteration_at[LUM_AIS_SUBSETS], n_slots = list_subset(s, subset, LUM_AIS_SUBSETS);
         struct lum_ais_list list = {.n = 0};
         find_iterations(subset, iteration_at);
         for (uint32_t t = 0; t < p->tiles_x * p->tiles_y; t++)
-            for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
+            for (uint32_t place = 0; place < LUM_AIS_SUBSETS; place++) {
                 uint32_t i = lum_ais_at(p, t, place);
                 if (i == LUM_AIS_PIXELS || iteration_at[place] == 0 ||
                     iteration_at[place] > p->further[lum_ais_tile(p, i)])
@@ -132,12 +132,12 @@ static void take_further_samples(struct indirect *s)
 /* Listing 5.2 for one tile. */
 static uint32_t guide_tile(const struct indirect *s, uint32_t tile_x, uint32_t tile_y, uint32_t max)
 {
-    const struct lum_ais_packet *p = &s->packet;
-    uint16_t sampled[LUM_AIS_SETS], missed[LUM_AIS_SETS];
+    const struct lum_ais_cell *p = &s->cell;
+    uint16_t sampled[LUM_AIS_SUBSETS], missed[LUM_AIS_SUBSETS];
     uint32_t n = 0;
     for (uint32_t y = tile_y * LUM_AIS_SIDE; y < (tile_y + 1) * LUM_AIS_SIDE && y < p->h; y++)
         for (uint32_t x = tile_x * LUM_AIS_SIDE; x < (tile_x + 1) * LUM_AIS_SIDE && x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             if (!p->wanted[i])
                 continue;
             sampled[n] = s->sampled[i];
@@ -149,9 +149,9 @@ static uint32_t guide_tile(const struct indirect *s, uint32_t tile_x, uint32_t t
 static void guide(struct indirect *s)
 {
     const struct lum_ais *ais = lum_ais_of(s->pass);
-    for (uint32_t y = 0; y < s->packet.tiles_y; y++)
-        for (uint32_t x = 0; x < s->packet.tiles_x; x++)
-            s->packet.further[y * s->packet.tiles_x + x] =
+    for (uint32_t y = 0; y < s->cell.tiles_y; y++)
+        for (uint32_t x = 0; x < s->cell.tiles_x; x++)
+            s->cell.further[y * s->cell.tiles_x + x] =
                 (uint8_t)(ais->adaptive ? guide_tile(s, x, y, ais->max) : ais->max - 1);
 }
 
@@ -159,15 +159,15 @@ static void guide(struct indirect *s)
  * the radiance of a white surface. */
 static void add_to_component(const struct indirect *s)
 {
-    const struct lum_ais_packet *p = &s->packet;
+    const struct lum_ais_cell *p = &s->cell;
     bool joined = lum_ais_of(s->pass)->joined;
     uint32_t w = lum_filter_size(s->pass->tiling.w, p->step);
     for (uint32_t y = 0; y < p->h; y++)
         for (uint32_t x = 0; x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             if (!p->wanted[i])
                 continue;
-            float weight = LUM_INV_PI * LUM_AIS_SETS / (float)(1 + p->further[lum_ais_tile(p, i)]);
+            float weight = LUM_INV_PI * LUM_AIS_SUBSETS / (float)(1 + p->further[lum_ais_tile(p, i)]);
             lum_component_add(s->pass->components, joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT,
                               (size_t)(p->y0 + y) * w + p->x0 + x, lum_rgb_scale(s->sum[i], weight));
         }
@@ -186,12 +186,12 @@ static void finish_pixels(struct indirect *s, const size_t *at)
     }
 }
 
-static void compute_unserved(struct indirect *s, uint32_t packet)
+static void compute_unserved(struct indirect *s, uint32_t cell)
 {
     const struct lum_pass *pass = s->pass;
     struct lum_guide guide_of_pass = lum_components_guide(pass);
     struct lum_filter f = lum_ais_upsampling(pass, &guide_of_pass);
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     size_t at[LUM_RAY_BATCH];
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
@@ -208,33 +208,33 @@ static void compute_unserved(struct indirect *s, uint32_t packet)
 }
 
 /* Listing 5.1. */
-static void indirect_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void indirect_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, packet))
+    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, cell))
         return;
     const struct lum_ais *ais = lum_ais_of(pass);
     struct indirect s;
     s.pass = pass;
     s.counters = counters;
     s.points.n_points = 0;
-    lum_ais_packet_init(&s.packet, pass, packet, ais->step);
-    if (lum_ais_packet_want(&s.packet, LUM_PIXEL_DIFFUSE)) {
+    lum_ais_cell_init(&s.cell, pass, cell, ais->step);
+    if (lum_ais_cell_want(&s.cell, LUM_PIXEL_DIFFUSE)) {
         take_first_samples(&s);
         guide(&s);
-        if (lum_ais_last_iteration(&s.packet) > 0)
+        if (lum_ais_last_iteration(&s.cell) > 0)
             take_further_samples(&s);
         add_to_component(&s);
-        lum_ais_note(&s.packet, ais->joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT);
+        lum_ais_note(&s.cell, ais->joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT);
     }
     if (ais->step > 1)
-        compute_unserved(&s, packet);
+        compute_unserved(&s, cell);
 }
 
 const struct lum_estimator lum_estimator_ais_indirect = {
     .name = "ais_indirect",
     .stage = LUM_STAGE_INDIRECT,
-    .tile = indirect_packet,
-    .packets = true,
+    .tile = indirect_cell,
+    .cells = true,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
     .vpls = true,
 };
@@ -242,8 +242,8 @@ const struct lum_estimator lum_estimator_ais_indirect = {
 const struct lum_estimator lum_estimator_igi_indirect = {
     .name = "igi_indirect",
     .stage = LUM_STAGE_INDIRECT,
-    .tile = indirect_packet,
-    .packets = true,
+    .tile = indirect_cell,
+    .cells = true,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_SHADOW),
     .vpls = true,
 };

@@ -23,7 +23,7 @@
 
 /* About 100 KiB: lives on a worker's stack. */
 struct march {
-    struct lum_ais_packet packet;
+    struct lum_ais_cell cell;
     const struct lum_pass *pass;
     struct lum_counters *counters;
     const struct lum_medium *medium; /* the one at hand */
@@ -149,13 +149,13 @@ static void march_pixel(struct march *m, uint32_t pixel, uint32_t set)
 {
     const struct lum_pass *pass = m->pass;
     uint32_t max = lum_ais_of(pass)->max, part = (max / 2 + m->iteration * (max / 2 + 1)) % max;
-    float offset = ((float)set + ((float)part + 0.5f) / (float)max) / LUM_AIS_SETS;
+    float offset = ((float)set + ((float)part + 0.5f) / (float)max) / LUM_AIS_SUBSETS;
     struct stay stay;
-    if (!find_stay(m, lum_ais_pixel(&m->packet, pixel), &stay))
+    if (!find_stay(m, lum_ais_pixel(&m->cell, pixel), &stay))
         return;
     struct point pt = {.d = stay.d, .pixel = pixel};
     pt.sampler = (struct lum_sampler){lum_sampler_at(0, 0, 0, pass->settings->seed).pixel_seed,
-                                      LUM_AIS_SETS * m->iteration + set};
+                                      LUM_AIS_SUBSETS * m->iteration + set};
     const struct lum_light_table *lights = &pass->snapshot->lights;
     for (pt.step = 0; pt.step < STEPS; pt.step++) {
         float t = stay.t0 + ((float)pt.step + offset) * stay.step;
@@ -169,11 +169,11 @@ static void march_pixel(struct march *m, uint32_t pixel, uint32_t set)
 static void take_samples(struct march *m, uint32_t iteration)
 {
     m->iteration = iteration;
-    for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
+    for (uint32_t place = 0; place < LUM_AIS_SUBSETS; place++) {
         struct lum_ais_list list;
-        lum_ais_list_pixels(&m->packet, place, iteration, &list);
+        lum_ais_list_pixels(&m->cell, place, iteration, &list);
         for (uint32_t k = 0; k < list.n; k++)
-            march_pixel(m, list.pixel[k], lum_ais_set(place, iteration));
+            march_pixel(m, list.pixel[k], lum_ais_subset(place, iteration));
     }
     trace_rays(m);
 }
@@ -181,12 +181,12 @@ static void take_samples(struct march *m, uint32_t iteration)
 /* Listing 5.4 for one tile. A ray that misses the medium has the value of one that is lit all along: 0. */
 static uint32_t guide_tile(const struct march *m, uint32_t tile_x, uint32_t tile_y, uint32_t max)
 {
-    const struct lum_ais_packet *p = &m->packet;
+    const struct lum_ais_cell *p = &m->cell;
     uint32_t n = 0, n_points = STEPS * m->pass->snapshot->lights.n_active;
-    float value[LUM_AIS_SETS];
+    float value[LUM_AIS_SUBSETS];
     for (uint32_t y = tile_y * LUM_AIS_SIDE; y < (tile_y + 1) * LUM_AIS_SIDE && y < p->h; y++)
         for (uint32_t x = tile_x * LUM_AIS_SIDE; x < (tile_x + 1) * LUM_AIS_SIDE && x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             value[n++] = lum_guidance_media_value(m->missed[i], m->in_halo[i], n_points);
         }
     return lum_guidance_media(value, n, STEPS, max);
@@ -195,18 +195,18 @@ static uint32_t guide_tile(const struct march *m, uint32_t tile_x, uint32_t tile
 static void guide(struct march *m)
 {
     const struct lum_ais *ais = lum_ais_of(m->pass);
-    for (uint32_t y = 0; y < m->packet.tiles_y; y++)
-        for (uint32_t x = 0; x < m->packet.tiles_x; x++)
-            m->packet.further[y * m->packet.tiles_x + x] =
+    for (uint32_t y = 0; y < m->cell.tiles_y; y++)
+        for (uint32_t x = 0; x < m->cell.tiles_x; x++)
+            m->cell.further[y * m->cell.tiles_x + x] =
                 (uint8_t)(ais->adaptive ? guide_tile(m, x, y, ais->max) : ais->max - 1);
 }
 
 static void add_to_component(const struct march *m)
 {
-    const struct lum_ais_packet *p = &m->packet;
+    const struct lum_ais_cell *p = &m->cell;
     for (uint32_t y = 0; y < p->h; y++)
         for (uint32_t x = 0; x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             float weight = 1.0f / (float)(1 + p->further[lum_ais_tile(p, i)]);
             lum_component_add(m->pass->components, LUM_COMPONENT_MEDIA, lum_ais_pixel(p, i),
                               lum_rgb_scale(m->sum[i], weight));
@@ -216,29 +216,29 @@ static void add_to_component(const struct march *m)
 /* Listing 5.1 for one medium. */
 static void march_medium(struct march *m)
 {
-    memset(m->packet.further, 0, sizeof m->packet.further);
+    memset(m->cell.further, 0, sizeof m->cell.further);
     memset(m->sum, 0, sizeof m->sum);
     memset(m->missed, 0, sizeof m->missed);
     memset(m->in_halo, 0, sizeof m->in_halo);
     take_samples(m, 0);
     guide(m);
-    uint32_t last = lum_ais_last_iteration(&m->packet);
+    uint32_t last = lum_ais_last_iteration(&m->cell);
     for (uint32_t iteration = 1; iteration <= last; iteration++)
         take_samples(m, iteration);
     add_to_component(m);
-    lum_ais_note(&m->packet, LUM_COMPONENT_MEDIA);
+    lum_ais_note(&m->cell, LUM_COMPONENT_MEDIA);
 }
 
-static void media_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void media_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_MEDIA, packet))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_MEDIA, cell))
         return;
     struct march m;
     m.pass = pass;
     m.counters = counters;
     m.rays.n = 0;
-    lum_ais_packet_init(&m.packet, pass, packet, 1);
-    lum_ais_packet_want(&m.packet, 0);
+    lum_ais_cell_init(&m.cell, pass, cell, 1);
+    lum_ais_cell_want(&m.cell, 0);
     for (uint32_t k = 0; k < pass->snapshot->n_media; k++) {
         m.medium = &pass->snapshot->media[k];
         m.salt = lum_hash_text(m.medium->id);
@@ -250,7 +250,7 @@ static void media_packet(const struct lum_pass *pass, uint32_t packet, struct lu
 const struct lum_estimator lum_estimator_ais_media = {
     .name = "ais_media",
     .stage = LUM_STAGE_MEDIA,
-    .tile = media_packet,
-    .packets = true,
+    .tile = media_cell,
+    .cells = true,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),
 };

@@ -1,9 +1,10 @@
 /* Soft shadows (thesis 5.3.3, listing 5.3): lights that have an area, and the environment.
  *
- * A light's samples are the first LUM_AIS_SETS * max points of one low-discrepancy sequence, the same for all pixels
- * and frames: iteration j takes points LUM_AIS_SETS j and following, one for each place of the pattern. So the sets of
- * the iterations are disjoint, each of them is spread over the light by itself, and any number of iterations together
- * are the beginning of the sequence. Lights take turns, with a guidance of their own (lum_guidance_shadow says why).
+ * A light's samples are the first LUM_AIS_SUBSETS * max points of one low-discrepancy sequence, the same for all pixels
+ * and frames: iteration j takes points LUM_AIS_SUBSETS j and following, one for each place of the pattern. So the sets
+ * of the iterations are disjoint, each of them is spread over the light by itself, and any number of iterations
+ * together are the beginning of the sequence. Lights take turns, with a guidance of their own (lum_guidance_shadow says
+ * why).
  *
  * All pixels of a list use one point of the light: it is found once, and what it brings to them in vector loops.
  *
@@ -44,7 +45,7 @@ struct fan {
 
 /* About 530 KiB: lives on a worker's stack. */
 struct shadow {
-    struct lum_ais_packet packet;
+    struct lum_ais_cell cell;
     const struct lum_pass *pass;
     struct lum_counters *counters;
     bool gloss;
@@ -69,7 +70,7 @@ static void load_points(struct shadow *s, const struct lum_ais_list *list)
     f->n = list->n;
     f->n_padded = (list->n + 15u) & ~15u;
     for (uint32_t k = 0; k < f->n_padded; k++) {
-        size_t at = lum_ais_pixel(&s->packet, list->pixel[k < list->n ? k : 0]);
+        size_t at = lum_ais_pixel(&s->cell, list->pixel[k < list->n ? k : 0]);
         struct lum_vec3 p = surfaces->p[at], n = surfaces->n[at], ng = surfaces->ng[at];
         f->px[k] = p.x, f->py[k] = p.y, f->pz[k] = p.z;
         f->nx[k] = n.x, f->ny[k] = n.y, f->nz[k] = n.z;
@@ -193,9 +194,9 @@ static void find_lobes(struct shadow *s)
 {
     const struct lum_pass *pass = s->pass;
     for (uint32_t i = 0; i < LUM_AIS_PIXELS; i++) {
-        if (!s->packet.wanted[i])
+        if (!s->cell.wanted[i])
             continue;
-        size_t at = lum_ais_pixel(&s->packet, i);
+        size_t at = lum_ais_pixel(&s->cell, i);
         if (!(pass->surfaces->kind[at] & LUM_PIXEL_GLOSS))
             continue;
         uint32_t x = (uint32_t)(at % pass->tiling.w), y = (uint32_t)(at / pass->tiling.w);
@@ -215,7 +216,7 @@ static struct lum_rgb reflect_gloss(const struct shadow *s, uint32_t pixel, stru
     const struct lobes *l = &s->lobes[pixel];
     struct lum_bsdf_value v = lum_bsdf_eval_parts(&l->bsdf, l->wo, wi);
     return lum_rgb_add(v.gloss,
-                       lum_rgb_mad(v.diffuse, s->pass->surfaces->albedo[lum_ais_pixel(&s->packet, pixel)], -white));
+                       lum_rgb_mad(v.diffuse, s->pass->surfaces->albedo[lum_ais_pixel(&s->cell, pixel)], -white));
 }
 
 /* Of sample k of the fan, in this pixel. False: nothing is reflected. */
@@ -227,7 +228,7 @@ static bool reflect(const struct shadow *s, uint32_t k, uint32_t pixel, struct r
     struct lum_rgb arriving = lum_rgb_scale(f->radiance[k], f->weight[k]), gloss = lum_grey(0.0f);
     if (!(f->weight[k] > 0.0f))
         return false;
-    if (s->gloss && (s->pass->surfaces->kind[lum_ais_pixel(&s->packet, pixel)] & LUM_PIXEL_GLOSS))
+    if (s->gloss && (s->pass->surfaces->kind[lum_ais_pixel(&s->cell, pixel)] & LUM_PIXEL_GLOSS))
         gloss = reflect_gloss(s, pixel, wi, white);
     if (!(white > 0.0f) && gloss.r == 0.0f && gloss.g == 0.0f && gloss.b == 0.0f)
         return false;
@@ -262,7 +263,7 @@ static void trace_rays(struct shadow *s, uint32_t iteration)
         if (!occluded[r])
             add(s, s->pixel[r], &s->value[r]);
         else if (iteration == 0) /* listing 5.3, lines 3 and 4 */
-            s->missed[lum_ais_tile(&s->packet, s->pixel[r])]++;
+            s->missed[lum_ais_tile(&s->cell, s->pixel[r])]++;
     }
     s->rays.n = 0;
 }
@@ -276,7 +277,7 @@ static void sample_pixel(struct shadow *s, uint32_t k, uint32_t pixel, uint32_t 
     if (!reflect(s, k, pixel, &value))
         return;
     if (iteration == 0)
-        s->sampled[lum_ais_tile(&s->packet, pixel)]++;
+        s->sampled[lum_ais_tile(&s->cell, pixel)]++;
     if (s->rays.n == LUM_RAY_BATCH)
         trace_rays(s, iteration);
     uint32_t r = s->rays.n;
@@ -292,10 +293,10 @@ static void sample_pixel(struct shadow *s, uint32_t k, uint32_t pixel, uint32_t 
 static void take_samples(struct shadow *s, uint32_t iteration)
 {
     uint32_t seed = lum_sampler_at(0, 0, 0, s->pass->settings->seed).pixel_seed;
-    for (uint32_t place = 0; place < LUM_AIS_SETS; place++) {
+    for (uint32_t place = 0; place < LUM_AIS_SUBSETS; place++) {
         struct lum_ais_list list;
-        lum_ais_list_pixels(&s->packet, place, iteration, &list);
-        struct lum_sampler sampler = {seed, LUM_AIS_SETS * iteration + lum_ais_set(place, iteration)};
+        lum_ais_list_pixels(&s->cell, place, iteration, &list);
+        struct lum_sampler sampler = {seed, LUM_AIS_SUBSETS * iteration + lum_ais_subset(place, iteration)};
         if (list.n == 0)
             continue;
         load_points(s, &list);
@@ -311,17 +312,17 @@ static void take_samples(struct shadow *s, uint32_t iteration)
 static void guide(struct shadow *s)
 {
     const struct lum_ais *ais = lum_ais_of(s->pass);
-    for (uint32_t t = 0; t < s->packet.tiles_x * s->packet.tiles_y; t++)
-        s->packet.further[t] =
+    for (uint32_t t = 0; t < s->cell.tiles_x * s->cell.tiles_y; t++)
+        s->cell.further[t] =
             (uint8_t)(ais->adaptive ? lum_guidance_shadow(s->sampled[t], s->missed[t], ais->max) : ais->max - 1);
 }
 
 static void add_to_components(const struct shadow *s)
 {
-    const struct lum_ais_packet *p = &s->packet;
+    const struct lum_ais_cell *p = &s->cell;
     for (uint32_t y = 0; y < p->h; y++)
         for (uint32_t x = 0; x < p->w; x++) {
-            uint32_t i = y * LUM_PACKET_SIDE + x;
+            uint32_t i = y * LUM_CELL_SIDE + x;
             if (!p->wanted[i])
                 continue;
             size_t at = lum_ais_pixel(p, i);
@@ -334,30 +335,30 @@ static void add_to_components(const struct shadow *s)
 /* Listing 5.1 for one light. */
 static void shadow_of_light(struct shadow *s)
 {
-    memset(s->packet.further, 0, sizeof s->packet.further);
+    memset(s->cell.further, 0, sizeof s->cell.further);
     memset(s->sum, 0, sizeof s->sum);
     memset(s->sampled, 0, sizeof s->sampled);
     memset(s->missed, 0, sizeof s->missed);
     take_samples(s, 0);
     guide(s);
-    uint32_t last = lum_ais_last_iteration(&s->packet);
+    uint32_t last = lum_ais_last_iteration(&s->cell);
     for (uint32_t iteration = 1; iteration <= last; iteration++)
         take_samples(s, iteration);
     add_to_components(s);
-    lum_ais_note(&s->packet, LUM_COMPONENT_SHADOW);
+    lum_ais_note(&s->cell, LUM_COMPONENT_SHADOW);
 }
 
-static void shadow_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void shadow_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_SHADOW, packet))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_SHADOW, cell))
         return;
     struct shadow s;
     s.pass = pass;
     s.counters = counters;
     s.gloss = pass->on[LUM_EFFECT_GLOSSY];
     s.rays.n = 0;
-    lum_ais_packet_init(&s.packet, pass, packet, 1);
-    if (!lum_ais_packet_want(&s.packet, LUM_PIXEL_DIFFUSE | (s.gloss ? LUM_PIXEL_GLOSS : 0)))
+    lum_ais_cell_init(&s.cell, pass, cell, 1);
+    if (!lum_ais_cell_want(&s.cell, LUM_PIXEL_DIFFUSE | (s.gloss ? LUM_PIXEL_GLOSS : 0)))
         return;
     if (s.gloss)
         find_lobes(&s);
@@ -376,23 +377,23 @@ static void shadow_packet(const struct lum_pass *pass, uint32_t packet, struct l
 const struct lum_estimator lum_estimator_ais_shadow = {
     .name = "ais_shadow",
     .stage = LUM_STAGE_SHADOW,
-    .tile = shadow_packet,
-    .packets = true,
+    .tile = shadow_cell,
+    .cells = true,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_SHADOW),
 };
 
 /* Calls for the buffer; what goes there is found by the shadow rays. */
-static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void gloss_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)pass;
-    (void)packet;
+    (void)cell;
     (void)counters;
 }
 
 const struct lum_estimator lum_estimator_ais_gloss = {
     .name = "ais_gloss",
     .stage = LUM_STAGE_SHADOW,
-    .tile = gloss_packet,
-    .packets = true,
+    .tile = gloss_cell,
+    .cells = true,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),
 };

@@ -1,7 +1,8 @@
 /* Anti-aliasing of edges, after Chajdas, McGuire & Luebke 2011 (Subpixel reconstruction antialiasing): where a pixel's
  * neighbour shows another surface, a few more eye rays find out how much of the pixel each surface covers, and each
  * takes the radiance of the neighbouring pixel that shows its surface. Visibility is sampled finely, shading is not
- * done again. Which pixel lends to which ray is kept: another light on the same surfaces costs no ray. */
+ * done again. Which neighbour a ray takes its radiance from is kept: another light on the same surfaces costs no ray.
+ */
 #include "core/effect/antialias/antialias.h"
 #include "core/math/sampler.h"
 #include "core/pass/components.h"
@@ -12,8 +13,8 @@
     8u /* per pixel at an edge; the fewest with which a slanted edge shows no steps at 8 bits of contrast 1:20 */
 #define EDGE_BATCH (LUM_RAY_BATCH / EDGE_RAYS)
 
-/* Which neighbours lend theirs. */
-struct lenders {
+/* Which neighbours they take it from. */
+struct neighbours {
     uint32_t *of;   /* by pixel; beyond edges LENT_BY_SELF */
     uint8_t *known; /* by tile */
     uint32_t n_tiles;
@@ -21,7 +22,7 @@ struct lenders {
 
 /* Pixels at an edge whose rays are traced together. */
 struct edge_batch {
-    struct lenders *lenders;
+    struct neighbours *neighbours;
     uint32_t n;
     uint32_t x[EDGE_BATCH], y[EDGE_BATCH];
     struct lum_rays rays;
@@ -76,16 +77,16 @@ static float mismatch(const struct lum_pass *pass, const struct edge_batch *batc
     return fabsf(off) <= PLANE_WEIGHT * PLANE_PIXELS_MAX ? off * off : INFINITY;
 }
 
-/* Who lends its radiance to ray i, of pixel (x, y): of the nine pixels around, row by row, the one which shows its
- * surface best; its own pixel where none does. */
+/* The neighbour whose radiance ray i takes, of pixel (x, y): of the nine pixels around, row by row, the one which shows
+ * its surface best; its own pixel where none does. */
 #define LENDERS 9u
 #define LENDER_SELF 4u
 #define LENDER_BITS 4u
 #define LENDER_MASK 15u
 _Static_assert(EDGE_RAYS *LENDER_BITS <= 32, "the lenders of a pixel's rays fit into lenders.of");
 
-static uint32_t find_lender(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
-                            uint32_t y)
+static uint32_t find_neighbour(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
+                               uint32_t y)
 {
     struct lum_vec2 film = batch->film[i];
     uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LENDER_SELF;
@@ -115,7 +116,7 @@ static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t
 /* All rays of a pixel that no edge runs through. */
 #define LENT_BY_SELF (UINT32_MAX / LENDER_MASK * LENDER_SELF)
 
-/* Finds the lenders of all rays of the batch's pixels. */
+/* Finds the neighbours for all rays of the batch's pixels. */
 static void look(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
 {
     if (batch->n == 0)
@@ -131,36 +132,36 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
     lum_trace_closest(&trace, &batch->rays, &batch->hits);
     counters->rays[LUM_RAY_ANTIALIAS] += batch->rays.n;
     for (uint32_t i = 0; i < batch->n; i++) {
-        uint32_t x = batch->x[i], y = batch->y[i], lenders = 0;
+        uint32_t x = batch->x[i], y = batch->y[i], neighbours = 0;
         for (uint32_t k = 0; k < EDGE_RAYS; k++)
-            lenders |= find_lender(pass, batch, i * EDGE_RAYS + k, x, y) << LENDER_BITS * k;
-        batch->lenders->of[(size_t)y * pass->tiling.w + x] = lenders;
+            neighbours |= find_neighbour(pass, batch, i * EDGE_RAYS + k, x, y) << LENDER_BITS * k;
+        batch->neighbours->of[(size_t)y * pass->tiling.w + x] = neighbours;
     }
     batch->n = 0;
 }
 
-static struct lum_rgb lent(const struct lum_pass *pass, const struct lenders *lenders, size_t at)
+static struct lum_rgb lent(const struct lum_pass *pass, const struct neighbours *neighbours, size_t at)
 {
     struct lum_rgb sum = lum_grey(0.0f);
     for (uint32_t k = 0; k < EDGE_RAYS; k++) {
-        uint32_t lender = lenders->of[at] >> LENDER_BITS * k & LENDER_MASK;
-        size_t from = at + (size_t)(lender / 3) * pass->tiling.w + lender % 3 - pass->tiling.w - 1;
+        uint32_t neighbour = neighbours->of[at] >> LENDER_BITS * k & LENDER_MASK;
+        size_t from = at + (size_t)(neighbour / 3) * pass->tiling.w + neighbour % 3 - pass->tiling.w - 1;
         sum = lum_rgb_add(sum, pass->components->radiance[from]);
     }
     return lum_rgb_scale(sum, 1.0f / EDGE_RAYS);
 }
 
-static void find_lenders(struct lenders *lenders, const struct lum_pass *pass, const struct lum_tile_rect *r,
-                         struct lum_counters *counters)
+static void find_neighbours(struct neighbours *neighbours, const struct lum_pass *pass, const struct lum_tile_rect *r,
+                            struct lum_counters *counters)
 {
     struct lum_guide guide = lum_components_guide(pass);
     struct edge_batch batch;
     uint8_t edge[LUM_TILE_PIXELS];
     find_edges(pass, &guide, r, edge);
-    batch.lenders = lenders;
+    batch.neighbours = neighbours;
     batch.n = 0;
     for (uint32_t i = 0; i < r->w * r->h; i++) {
-        lenders->of[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LENT_BY_SELF;
+        neighbours->of[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LENT_BY_SELF;
         if (!edge[i])
             continue;
         batch.x[batch.n] = r->x + i % r->w;
@@ -173,15 +174,15 @@ static void find_lenders(struct lenders *lenders, const struct lum_pass *pass, c
 
 static void finish(void *state)
 {
-    struct lenders *l = state;
+    struct neighbours *l = state;
     lum_free(l->of);
     lum_free(l->known);
-    *l = (struct lenders){0};
+    *l = (struct neighbours){0};
 }
 
 static bool reserve(void *state, const struct lum_pass *pass)
 {
-    struct lenders *l = state;
+    struct neighbours *l = state;
     if (!l->of)
         l->of = lum_calloc((size_t)pass->tiling.w * pass->tiling.h, sizeof *l->of);
     if (!l->known)
@@ -193,30 +194,30 @@ static bool reserve(void *state, const struct lum_pass *pass)
 /* Where something moved and nothing else happened, they stay wherever that does not show. */
 static void invalidate(void *state, const struct lum_pass *pass, const struct lum_outcome *outcome)
 {
-    struct lenders *l = state;
+    struct neighbours *l = state;
     if (outcome->neighbours == LUM_FATE_STALE)
         memset(l->known, 0, l->n_tiles);
     for (uint32_t t = 0; outcome->neighbours == LUM_FATE_MOVED && t < l->n_tiles; t++)
-        if (pass->swept->in_sight[t])
+        if (pass->motion_mask->in_sight[t])
             l->known[t] = 0;
 }
 
-static const struct lum_state_kind lenders_kind = {sizeof(struct lenders), reserve, invalidate, finish};
+static const struct lum_state_kind neighbours_kind = {sizeof(struct neighbours), reserve, invalidate, finish};
 
 static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     if (pass->tile_spp[tile] >= pass->target_spp)
         return;
     const struct lum_rgb *radiance = pass->components->radiance;
-    struct lenders *lenders = lum_pass_state(pass, &lenders_kind);
+    struct neighbours *neighbours = lum_pass_state(pass, &neighbours_kind);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    if (!lenders->known[tile])
-        find_lenders(lenders, pass, &r, counters);
-    lenders->known[tile] = 1;
+    if (!neighbours->known[tile])
+        find_neighbours(neighbours, pass, &r, counters);
+    neighbours->known[tile] = 1;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         size_t at = (size_t)y * pass->tiling.w + x;
-        lum_film_set(pass->film, x, y, lenders->of[at] == LENT_BY_SELF ? radiance[at] : lent(pass, lenders, at),
+        lum_film_set(pass->film, x, y, neighbours->of[at] == LENT_BY_SELF ? radiance[at] : lent(pass, neighbours, at),
                      &counters->nonfinite);
     }
     pass->tile_spp[tile] = pass->target_spp;
@@ -225,5 +226,5 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
 const struct lum_estimator lum_estimator_edges = {.name = "edges",
                                                   .stage = LUM_STAGE_ANTIALIAS,
                                                   .tile = edges_tile,
-                                                  .state = &lenders_kind,
+                                                  .state = &neighbours_kind,
                                                   .then = &lum_shadow_edges};

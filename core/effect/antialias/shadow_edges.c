@@ -45,11 +45,12 @@ static enum middle find_middle(const struct edges *e, uint32_t x, uint32_t y)
     const struct lum_tiling *t = &e->pass->tiling;
     uint32_t tile = y / LUM_TILE_SIDE * t->nx + x / LUM_TILE_SIDE;
     struct lum_tile_rect r = lum_tile_at(t, tile);
-    struct lum_seen seen = e->layer->seen[(size_t)tile * LUM_TILE_PIXELS + (y - r.y) * r.w + (x - r.x)];
+    struct lum_visibility visibility =
+        e->layer->visibility[(size_t)tile * LUM_TILE_PIXELS + (y - r.y) * r.w + (x - r.x)];
     uint8_t kind = e->pass->surfaces->kind[(size_t)y * t->w + x];
-    if (!(seen.traced & 1u) || !(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
+    if (!(visibility.traced & 1u) || !(kind & (LUM_PIXEL_DIFFUSE | LUM_PIXEL_GLOSS)))
         return UNKNOWN;
-    return seen.visible & 1u ? LIT : DARK;
+    return visibility.visible & 1u ? LIT : DARK;
 }
 
 /* False: all that is known is alike. */
@@ -193,7 +194,7 @@ static void ask(const struct edges *e, uint32_t from, uint32_t k, struct lum_cou
         if (occluded[i])
             e->inner[slot[i]] &= (uint8_t) ~(0x10u << k);
         else if (e->left && e->middle[slot[i] / e->r.w + 1][slot[i] % e->r.w + 1] == DARK)
-            e->left[slot[i]] = lum_share_pack(left[i]); /* of the last point that is lit */
+            e->left[slot[i]] = lum_transmittance_pack(left[i]); /* of the last point that is lit */
 }
 _Static_assert(LUM_TILE_PIXELS <= LUM_RAY_BATCH && POINTS == 4, "a tile's rays of a point are a batch; and nibbles");
 
@@ -212,7 +213,7 @@ static void look_at(const struct edges *e, struct lum_vertices *ret_vertices)
     }
 }
 
-static void smooth(const struct edges *e, const struct lum_seen *seen, struct lum_rgb *inout_response)
+static void smooth(const struct edges *e, const struct lum_visibility *visibility, struct lum_rgb *inout_response)
 {
     struct lum_vertices vertices;
     look_at(e, &vertices);
@@ -225,12 +226,12 @@ static void smooth(const struct edges *e, const struct lum_seen *seen, struct lu
     };
     for (uint32_t i = 0; i < e->n; i++) {
         uint32_t slot = e->slot[i],
-                 lit = (uint32_t)__builtin_popcount(e->inner[slot] >> POINTS) + (seen[slot].visible & 1u);
+                 lit = (uint32_t)__builtin_popcount(e->inner[slot] >> POINTS) + (visibility[slot].visible & 1u);
         struct lum_rgb all = lum_grey(0.0f);
         if (!lum_direct_unoccluded(&job, i, &all))
             continue;
         all = lum_rgb_scale(all, (float)lit / (POINTS + 1));
-        inout_response[slot] = e->left ? lum_rgb_mul(all, lum_share_unpack(e->left[slot])) : all;
+        inout_response[slot] = e->left ? lum_rgb_mul(all, lum_transmittance_unpack(e->left[slot])) : all;
     }
 }
 
@@ -255,7 +256,7 @@ static void smooth_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
             follow_edges(&e, from, to);
         }
         if (e.n > 0)
-            smooth(&e, e.layer->seen + first, e.layer->response + first);
+            smooth(&e, e.layer->visibility + first, e.layer->response + first);
     }
     lum_layers_reach(pass, tile, LUM_LAYER_SMOOTH);
 }

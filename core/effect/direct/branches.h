@@ -15,7 +15,7 @@ struct lum_branches {
     struct lum_branch *branches;
     uint32_t n, capacity;
     struct lum_bounds ends; /* around those that are lit; lo > hi: there are none */
-    bool whole; /* none was left out */
+    bool whole;             /* none was left out */
     bool stale; /* what the eye sees there has changed, or one of them has: since they were followed, or may have */
 };
 /* Of all tiles. What does not fit is shaded anew when anything moves. */

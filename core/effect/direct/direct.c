@@ -98,10 +98,10 @@ static void end_behind(const struct lum_direct *job, const struct behind *behind
         const struct behind *b = &behind[i];
         uint32_t *left = &job->left[v->slot[i]];
         if (b->traced > 0.0f) {
-            struct lum_rgb all = lum_rgb_mad(b->left, lum_share_unpack(*left), b->known);
-            *left = lum_share_pack(lum_rgb_scale(all, 1.0f / (b->known + b->traced)));
+            struct lum_rgb all = lum_rgb_mad(b->left, lum_transmittance_unpack(*left), b->known);
+            *left = lum_transmittance_pack(lum_rgb_scale(all, 1.0f / (b->known + b->traced)));
         }
-        add(job, i, lum_rgb_mul(b->value, lum_share_unpack(*left)));
+        add(job, i, lum_rgb_mul(b->value, lum_transmittance_unpack(*left)));
     }
 }
 
@@ -140,14 +140,14 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     for (uint32_t i = 0; i < v->n; i++) {
         struct lum_light_sample ls;
         struct lum_rgb reflected;
-        struct lum_seen *seen = job->seen ? &job->seen[v->slot[i]] : NULL;
+        struct lum_visibility *visibility = job->visibility ? &job->visibility[v->slot[i]] : NULL;
         if (!sample_value(job, i, k, n_samples, &ls, &reflected)) {
-            if (seen && light->delta) /* who looks for edges must find what a new view does */
-                seen->traced = seen->visible = 0;
+            if (visibility && light->delta) /* who looks for edges must find what a new view does */
+                visibility->traced = visibility->visible = 0;
             continue;
         }
-        if (seen && (seen->traced & bit)) {
-            if (seen->visible & bit)
+        if (visibility && (visibility->traced & bit)) {
+            if (visibility->visible & bit)
                 add_visible(job, behind, i, reflected, NULL);
             continue;
         }
@@ -158,9 +158,9 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
             continue;
         }
         add_visible(job, behind, i, reflected, &all);
-        if (seen) {
-            seen->traced |= bit;
-            seen->visible |= bit;
+        if (visibility) {
+            visibility->traced |= bit;
+            visibility->visible |= bit;
         }
     }
     if (rays.n == 0)
@@ -171,18 +171,18 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     for (uint32_t r = 0; r < rays.n; r++) {
         if (!occluded[r])
             add_visible(job, behind, vertex[r], value[r], trace.panes ? &left[r] : NULL);
-        if (!job->seen)
+        if (!job->visibility)
             continue;
-        struct lum_seen *seen = &job->seen[v->slot[vertex[r]]];
-        seen->traced |= bit;
+        struct lum_visibility *visibility = &job->visibility[v->slot[vertex[r]]];
+        visibility->traced |= bit;
         if (!occluded[r])
-            seen->visible |= bit;
+            visibility->visible |= bit;
     }
 }
 
 void lum_direct_light(const struct lum_direct *job)
 {
-    struct behind behind[LUM_RAY_BATCH], *kept = job->seen && job->left ? behind : NULL;
+    struct behind behind[LUM_RAY_BATCH], *kept = job->visibility && job->left ? behind : NULL;
     if (job->vertices->n == 0)
         return;
     bool one = job->snapshot->lights.lights[job->light].delta || is_hard(job);

@@ -9,13 +9,14 @@ struct lum_vertices {
     uint32_t n;
     struct lum_bsdf bsdf[LUM_RAY_BATCH];
     struct lum_vec3 p[LUM_RAY_BATCH], wo[LUM_RAY_BATCH];
-    struct lum_rgb weight[LUM_RAY_BATCH];    /* of the point in its pixel */
-    uint32_t slot[LUM_RAY_BATCH];            /* its pixel in the tile */
-    uint32_t pixel_seed[LUM_RAY_BATCH];      /* of its sampler */
+    struct lum_rgb weight[LUM_RAY_BATCH]; /* of the point in its pixel */
+    uint32_t slot[LUM_RAY_BATCH];         /* its pixel in the tile */
+    uint32_t pixel_seed[LUM_RAY_BATCH];   /* of its sampler */
 };
 
 /* Completes the point whose bsdf was written at index n, with weight 1. */
-void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p, struct lum_vec3 wo, uint32_t pixel_seed);
+void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p, struct lum_vec3 wo,
+                       uint32_t pixel_seed);
 
 /* True when light can be summed at the point: it has more than delta lobes. */
 bool lum_bsdf_spreads(const struct lum_bsdf *b);
@@ -23,16 +24,16 @@ bool lum_bsdf_spreads(const struct lum_bsdf *b);
 struct lum_direct {
     const struct lum_snapshot *snapshot; /* with the light's power as it shall be */
     uint32_t light, salt;
-    bool media;                          /* dims light on its way */
-    bool panes;                          /* light goes through them */
-    uint32_t n_samples;                  /* of an area light or the environment; delta lights take one */
-    bool hard;                           /* quads, discs and spheres shine from near their middle, and take one as well */
+    bool media;         /* dims light on its way */
+    bool panes;         /* light goes through them */
+    uint32_t n_samples; /* of an area light or the environment; delta lights take one */
+    bool hard;          /* quads, discs and spheres shine from near their middle, and take one as well */
     const struct lum_vertices *vertices;
-    struct lum_seen *seen;               /* by slot: visibility to use and to extend; NULL: trace everything. With it, at
-                                            most one vertex per slot */
-    uint32_t *left;                      /* by slot, with seen: what panes leave of the samples that are visible, on average
-                                            (lum_share_pack); NULL: there are none */
-    struct lum_rgb *response;            /* by slot: added to */
+    struct lum_visibility *visibility; /* by slot: visibility to use and to extend; NULL: trace everything. With it, at
+                              most one vertex per slot */
+    uint32_t *left;           /* by slot, with seen: what panes leave of the samples that are visible, on average
+                                 (lum_transmittance_pack); NULL: there are none */
+    struct lum_rgb *response; /* by slot: added to */
     struct lum_counters *counters;
 };
 void lum_direct_light(const struct lum_direct *job);

@@ -10,12 +10,12 @@ static void finish_layer(struct lum_layer *l)
     for (uint32_t t = 0; l->tiles && t < l->n_tiles; t++)
         lum_free(l->tiles[t]);
     lum_free(l->tiles);
-    lum_free(l->seen);
+    lum_free(l->visibility);
     lum_free(l->inner);
     lum_free(l->left);
     lum_free(l->response);
     lum_free(l->state);
-    lum_soft_finish(&l->soft);
+    lum_area_visibility_finish(&l->area);
     *l = (struct lum_layer){0};
 }
 
@@ -25,7 +25,7 @@ void lum_layers_finish(struct lum_layers *l)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
     lum_free(l->layers);
-    lum_crowd_finish(&l->crowd);
+    lum_many_lights_finish(&l->many_lights);
     lum_branches_destroy(l->branches, l->n_tiles);
     lum_free(l->brightness);
     lum_free(l->layer_of);
@@ -40,37 +40,37 @@ static void forget_behind_panes(struct lum_layer *l, const struct lum_pass *pass
     for (size_t i = 0; l->left && i < n; i++) {
         if (l->left[i] == 0)
             continue;
-        l->seen[i] = (struct lum_seen){0};
+        l->visibility[i] = (struct lum_visibility){0};
         l->left[i] = 0;
         if (l->inner)
             l->inner[i] = 0;
     }
 }
 
-/* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_SEEN. */
+/* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_VISIBILITY. */
 static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t t = 0; l->state && t < pass->tiling.n; t++)
         if (l->state[t] > state)
             l->state[t] = (uint8_t)state;
-    if (l->soft.seen && state == LUM_LAYER_EMPTY)
-        lum_soft_forget(&l->soft, pass);
-    else if (l->soft.seen)
-        lum_soft_reconsider(&l->soft, pass);
-    else if (state == LUM_LAYER_SEEN)
+    if (l->area.visibility && state == LUM_LAYER_EMPTY)
+        lum_area_visibility_forget(&l->area, pass);
+    else if (l->area.visibility)
+        lum_area_visibility_reconsider(&l->area, pass);
+    else if (state == LUM_LAYER_VISIBILITY)
         forget_behind_panes(l, pass);
 }
 
-/* The shared layer has no bits to fall back on; the crowd has. */
+/* The shared layer has no bits to fall back on; the many lights have. */
 static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
         lower(&l->layers[i], pass, state);
     lower(&l->shared, pass, LUM_LAYER_EMPTY);
     if (state == LUM_LAYER_EMPTY)
-        lum_crowd_forget(&l->crowd, pass);
+        lum_many_lights_forget(&l->many_lights, pass);
     else
-        lum_crowd_reshade(&l->crowd, pass);
+        lum_many_lights_reshade(&l->many_lights, pass);
 }
 
 /* Whether or not the effect is on. */
@@ -87,7 +87,7 @@ static enum lum_layering layering_of(const struct lum_pass *pass, const struct l
 
 static bool is_soft(const struct lum_pass *pass, const struct lum_light *light)
 {
-    return layering_of(pass, light) == LUM_LAYERING_SOFT;
+    return layering_of(pass, light) == LUM_LAYERING_AREA;
 }
 
 /* True when direct light of this light on what the eye sees is kept in layers. */
@@ -108,11 +108,11 @@ static uint32_t count_soft(const struct lum_layers *l, const struct lum_pass *pa
     const struct lum_light_table *lights = &pass->snapshot->lights;
     uint32_t n = 0;
     for (uint32_t a = 0; a < lights->n_active; a++)
-        n += layering_by_method(pass, &lights->lights[lights->active[a]]) == LUM_LAYERING_SOFT;
+        n += layering_by_method(pass, &lights->lights[lights->active[a]]) == LUM_LAYERING_AREA;
     for (uint32_t k = 0; k < l->n_layers; k++) {
         const struct lum_layer *layer = &l->layers[k];
         bool dark = layer->index != LUM_NO_OBJECT && !(lights->pick_pdf[layer->index] > 0.0f);
-        n += (layer->soft.seen || layer->tiles) && dark;
+        n += (layer->area.visibility || layer->tiles) && dark;
     }
     return n;
 }
@@ -127,7 +127,7 @@ static uint32_t samples_behind(const struct lum_pass *pass, uint32_t n_soft)
 /* True when the layer has the buffers that this light asks for. */
 static bool is_laid_out_for(const struct lum_layer *layer, const struct lum_pass *pass, const struct lum_light *light)
 {
-    return is_layered(pass, light) && is_soft(pass, light) == (layer->soft.seen != NULL) &&
+    return is_layered(pass, light) && is_soft(pass, light) == (layer->area.visibility != NULL) &&
            has_edges(pass, light) == (layer->inner != NULL);
 }
 
@@ -151,7 +151,7 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
     uint32_t kept = 0;
     for (uint32_t k = 0; k < l->n_layers; k++) {
         struct lum_layer *layer = &l->layers[k];
-        if (layer->tiles || layer->index == LUM_NO_OBJECT || (l->crowded && layer->soft.seen) ||
+        if (layer->tiles || layer->index == LUM_NO_OBJECT || (l->has_many_lights && layer->area.visibility) ||
             !is_laid_out_for(layer, pass, &lights->lights[layer->index])) {
             finish_layer(layer);
             continue;
@@ -173,21 +173,23 @@ static void count_lights(struct lum_layers *l, const struct lum_pass *pass, bool
     if (others)
         find_lights(l, pass);
     uint32_t n_soft = count_soft(l, pass), samples = samples_behind(pass, n_soft);
-    bool crowded = n_soft > LUM_SOFT_LAYERS;
+    bool has_many_lights = n_soft > LUM_AREA_LAYERS;
     if (samples != l->samples_behind)
-        lower_all(l, pass, LUM_LAYER_SEEN);
-    others = others || crowded != l->crowded;
+        lower_all(l, pass, LUM_LAYER_VISIBILITY);
+    others = others || has_many_lights != l->has_many_lights;
     l->samples_behind = samples;
-    l->crowded = crowded;
+    l->has_many_lights = has_many_lights;
     if (others)
         match_lights(l, pass);
 }
 
-static size_t layer_bytes(const struct lum_pass *pass, bool soft)
+static size_t layer_bytes(const struct lum_pass *pass, bool area)
 {
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    size_t places = soft ? LUM_SOFT_POINTS * LUM_SOFT_PLACES * sizeof(struct lum_light_place) : 0; /* if it has any */
-    return n * (sizeof(struct lum_rgb) + (soft ? lum_soft_bytes() : sizeof(struct lum_seen) + 1)) + places;
+    size_t places =
+        area ? LUM_AREA_POINTS * LUM_AREA_STRATUM_POINTS * sizeof(struct lum_emitter_point) : 0; /* if it has any */
+    return n * (sizeof(struct lum_rgb) + (area ? lum_area_visibility_bytes() : sizeof(struct lum_visibility) + 1)) +
+           places;
 }
 
 static bool init_buffers(struct lum_layer *layer, const struct lum_pass *pass)
@@ -208,11 +210,11 @@ static bool init_layer(struct lum_layer *layer, const struct lum_pass *pass, uin
     if (!init_buffers(layer, pass))
         return false;
     if (is_soft(pass, light))
-        return lum_soft_init(&layer->soft, pass, layer->salt) || (finish_layer(layer), false);
+        return lum_area_visibility_init(&layer->area, pass, layer->salt) || (finish_layer(layer), false);
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    layer->seen = lum_calloc(n, sizeof *layer->seen);
+    layer->visibility = lum_calloc(n, sizeof *layer->visibility);
     layer->inner = has_edges(pass, light) ? lum_calloc(n, sizeof *layer->inner) : NULL;
-    if (layer->seen && (layer->inner || !has_edges(pass, light)))
+    if (layer->visibility && (layer->inner || !has_edges(pass, light)))
         return true;
     finish_layer(layer);
     return false;
@@ -228,8 +230,8 @@ static bool fit_panes(struct lum_layers *l, const struct lum_pass *pass)
         struct lum_layer *layer = &l->layers[k];
         if (layer->tiles)
             continue;
-        if (layer->soft.seen) {
-            ok = ok && lum_soft_fit_panes(&layer->soft, pass, panes);
+        if (layer->area.visibility) {
+            ok = ok && lum_area_visibility_fit_panes(&layer->area, pass, panes);
         } else if (!panes) {
             lum_free(layer->left);
             layer->left = NULL;
@@ -251,7 +253,7 @@ static bool init_lean(struct lum_layer *layer, const struct lum_pass *pass, uint
     return (layer->tiles && layer->state) || (finish_layer(layer), false);
 }
 
-bool lum_layers_in_crowd(const struct lum_layers *l, uint32_t light)
+bool lum_layers_in_many_lights(const struct lum_layers *l, uint32_t light)
 {
     return l->layer_of[light] == LUM_NO_OBJECT || l->layers[l->layer_of[light]].tiles;
 }
@@ -268,16 +270,16 @@ static bool add_layers(struct lum_layers *l, const struct lum_pass *pass)
     size_t used = 0;
     bool exhausted = false;
     for (uint32_t k = 0; k < l->n_layers; k++)
-        used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].soft.seen);
+        used += l->layers[k].tiles ? 0 : layer_bytes(pass, l->layers[k].area.visibility);
     for (uint32_t a = 0; a < lights->n_active && l->n_layers < l->capacity; a++) {
         uint32_t i = lights->active[a];
-        bool soft = is_soft(pass, &lights->lights[i]);
-        size_t bytes = layer_bytes(pass, soft);
+        bool area = is_soft(pass, &lights->lights[i]);
+        size_t bytes = layer_bytes(pass, area);
         if (l->layer_of[i] != LUM_NO_OBJECT || !is_layered(pass, &lights->lights[i]))
             continue;
-        exhausted = exhausted || (!(l->crowded && soft) && used + bytes > pass->settings->layers_bytes);
-        bool lean = exhausted || (l->crowded && soft);
-        if (lean && !(soft && l->n_lean < LUM_LEAN_LAYERS))
+        exhausted = exhausted || (!(l->has_many_lights && area) && used + bytes > pass->settings->layers_bytes);
+        bool lean = exhausted || (l->has_many_lights && area);
+        if (lean && !(area && l->n_lean < LUM_LEAN_LAYERS))
             continue;
         if (!(lean ? init_lean : init_layer)(&l->layers[l->n_layers], pass, i))
             return false;
@@ -336,31 +338,31 @@ static bool reserve(struct lum_layers *l, uint32_t n_lights)
 /* For the guidance of soft shadows. */
 static bool reserve_brightness(struct lum_layers *l, const struct lum_pass *pass)
 {
-    bool soft = false;
+    bool area = false;
     for (uint32_t k = 0; k < l->n_layers; k++)
-        soft = soft || l->layers[k].soft.seen;
-    if (soft && !l->brightness)
-        l->brightness = lum_calloc(lum_soft_tiling(pass).n, sizeof *l->brightness);
-    return !soft || l->brightness;
+        area = area || l->layers[k].area.visibility;
+    if (area && !l->brightness)
+        l->brightness = lum_calloc(lum_area_tiling(pass).n, sizeof *l->brightness);
+    return !area || l->brightness;
 }
 
 /* The lights that have no layer, when a soft one is among them. */
-static bool update_crowd(struct lum_layers *l, const struct lum_pass *pass)
+static bool update_many_lights(struct lum_layers *l, const struct lum_pass *pass)
 {
     const struct lum_light_table *lights = &pass->snapshot->lights;
-    l->crowd.on = false;
+    l->many_lights.on = false;
     for (uint32_t a = 0; a < lights->n_active; a++)
-        l->crowd.on = l->crowd.on ||
-                      (lum_layers_in_crowd(l, lights->active[a]) && is_soft(pass, &lights->lights[lights->active[a]]));
-    return !l->crowd.on || lum_crowd_reserve(&l->crowd, pass);
+        l->many_lights.on = l->many_lights.on || (lum_layers_in_many_lights(l, lights->active[a]) &&
+                                                  is_soft(pass, &lights->lights[lights->active[a]]));
+    return !l->many_lights.on || lum_many_lights_reserve(&l->many_lights, pass);
 }
 
 static bool find_places(struct lum_layers *l)
 {
     bool ok = true;
     for (uint32_t k = 0; ok && k < l->n_layers; k++)
-        if (l->layers[k].soft.seen)
-            ok = lum_soft_find_places(&l->layers[k].soft, &l->unit, l->layers[k].index);
+        if (l->layers[k].area.visibility)
+            ok = lum_area_find_stratum_points(&l->layers[k].area, &l->unit, l->layers[k].index);
     return ok;
 }
 
@@ -380,23 +382,23 @@ static void drop_layers(struct lum_layers *l)
     for (uint32_t i = 0; i < l->n_layers; i++)
         finish_layer(&l->layers[i]);
     finish_layer(&l->shared);
-    lum_crowd_finish(&l->crowd);
+    lum_many_lights_finish(&l->many_lights);
     l->n_layers = l->n_lean = 0;
 }
 
 /* The eye moved: who sees which light stays as true as it was, of other pixels. */
 static void step_back(struct lum_layers *l, const struct lum_pass *pass)
 {
-    l->former_eye = l->eye;
+    l->history_eye = l->eye;
     l->n_moves++;
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         memset(layer->state, LUM_LAYER_EMPTY, pass->tiling.n);
-        if (layer->soft.seen)
-            lum_soft_step_back(&layer->soft, pass);
+        if (layer->area.visibility)
+            lum_area_visibility_to_history(&layer->area, pass);
     }
     lower(&l->shared, pass, LUM_LAYER_EMPTY);
-    lum_crowd_forget(&l->crowd, pass);
+    lum_many_lights_forget(&l->many_lights, pass);
 }
 
 /* Of the edits that change who sees which light, objects moved, and no more. */
@@ -406,18 +408,19 @@ static bool is_geometry_alone(uint32_t edits)
            !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_VISIBILITY);
 }
 
-bool lum_layers_still_light(const struct lum_swept *swept, const struct lum_light *light, struct lum_bounds *ret_bounds)
+bool lum_layers_still_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
+                            struct lum_bounds *ret_bounds)
 {
-    return lum_light_bounds(swept->snapshot, light, ret_bounds) &&
-           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&swept->motion, light->instance, ret_bounds));
+    return lum_light_bounds(motion_mask->snapshot, light, ret_bounds) &&
+           !(light->kind == LUM_EMIT_MESH && lum_motion_moves(&motion_mask->motion, light->instance, ret_bounds));
 }
 
 /* Which tiles may show something else by way of mirrors and glass, whatever light it is lit by. */
 static void follow_branches(struct lum_layers *l, const struct lum_pass *pass)
 {
     for (uint32_t t = 0; l->branches && t < pass->tiling.n; t++)
-        l->branches[t].stale =
-            lum_swept_tile(pass->swept, &pass->tiling, t) || lum_branches_met(&l->branches[t], &pass->swept->motion);
+        l->branches[t].stale = lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t) ||
+                               lum_branches_met(&l->branches[t], &pass->motion_mask->motion);
 }
 
 /* What a layer keeps of what mirrors and glass show. light: where it shines from; NULL: that is not known, and nothing
@@ -427,7 +430,7 @@ static void keep_branches(struct lum_layers *l, const struct lum_pass *pass, str
 {
     for (uint32_t t = 0; t < pass->tiling.n; t++)
         if (!light || !l->branches || layer->state[t] != LUM_LAYER_COMPLETE || l->branches[t].stale ||
-            lum_branches_light_met(&l->branches[t], &pass->swept->motion, light))
+            lum_branches_light_met(&l->branches[t], &pass->motion_mask->motion, light))
             layer->state[t] = LUM_LAYER_EMPTY;
 }
 
@@ -440,24 +443,24 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
     for (uint32_t i = 0; i < l->n_layers; i++) {
         struct lum_layer *layer = &l->layers[i];
         struct lum_bounds bounds;
-        bool still = lum_layers_still_light(pass->swept, &layer->light, &bounds);
-        keep_branches(l, pass, layer, layer->soft.seen && still && !shade ? &bounds : NULL);
-        if (!layer->soft.seen)
+        bool still = lum_layers_still_light(pass->motion_mask, &layer->light, &bounds);
+        keep_branches(l, pass, layer, layer->area.visibility && still && !shade ? &bounds : NULL);
+        if (!layer->area.visibility)
             continue;
         n_soft++;
         if (still) {
-            n_lost += lum_soft_follow_motion(&layer->soft, pass, &bounds);
+            n_lost += lum_area_visibility_follow_motion(&layer->area, pass, &bounds);
             if (shade)
-                lum_soft_reconsider(&layer->soft, pass);
+                lum_area_visibility_reconsider(&layer->area, pass);
         } else {
-            n_lost += pass->swept->squares.n;
-            lum_soft_forget(&layer->soft, pass);
+            n_lost += pass->motion_mask->blocks.n;
+            lum_area_visibility_forget(&layer->area, pass);
         }
     }
     lower(&l->shared, pass, LUM_LAYER_EMPTY);
-    lum_crowd_follow_motion(&l->crowd, pass);
+    lum_many_lights_follow_motion(&l->many_lights, pass);
     if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
-        l->refined_share = (float)n_lost / (float)n_soft / (float)pass->swept->squares.n;
+        l->refined_share = (float)n_lost / (float)n_soft / (float)pass->motion_mask->blocks.n;
 }
 
 /* What the edits since the last update make stale. */
@@ -467,29 +470,29 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     if (gbuffer_stamp != l->gbuffer_stamp)
         edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
     bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
-    bool same_seen = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
-    bool elsewhere = same_seen && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
+    bool same_visibility = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
+    bool elsewhere = same_visibility && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
     l->refined_share = elsewhere ? 0.0f : 1.0f;
     if (!same)
         drop_layers(l);
     if (moved || !same)
-        l->carried = same && pass->settings->carry_shadows && !(edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY));
-    if (l->carried && moved)
+        l->reprojected = same && pass->settings->reproject_shadows && !(edits & LUM_EDIT_BIT(LUM_EDIT_GEOMETRY));
+    if (l->reprojected && moved)
         step_back(l, pass);
-    else if (same && lum_swept_is_known(pass->swept) && is_geometry_alone(edits))
+    else if (same && lum_motion_mask_is_known(pass->motion_mask) && is_geometry_alone(edits))
         follow_motion(l, pass, edits);
-    else if (!same_seen)
+    else if (!same_visibility)
         lower_all(l, pass, LUM_LAYER_EMPTY);
     else if (lum_is_stale(edits, LUM_PRODUCT_RESPONSE))
-        lower_all(l, pass, LUM_LAYER_SEEN);
+        lower_all(l, pass, LUM_LAYER_VISIBILITY);
     count_lights(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER));
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
         lower(&l->shared, pass, LUM_LAYER_EMPTY);
-        lum_crowd_relight(&l->crowd, pass);
-        l->crowd.moved = l->crowd.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
+        lum_many_lights_relight(&l->many_lights, pass);
+        l->many_lights.moved = l->many_lights.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
     }
     for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)
-        l->layers[k].soft.placed = false;
+        l->layers[k].area.placed = false;
     l->gbuffer_stamp = gbuffer_stamp;
     l->eye = pass->eye;
 }
@@ -511,7 +514,7 @@ enum lum_status lum_layers_update(struct lum_layers *l, const struct lum_pass *p
     if (ok)
         make_unit(l, s);
     if (ok && add_layers(l, pass) && fit_panes(l, pass) && update_shared(l, pass) && find_places(l) &&
-        reserve_brightness(l, pass) && update_crowd(l, pass))
+        reserve_brightness(l, pass) && update_many_lights(l, pass))
         return LUM_OK;
     lum_layers_finish(l);
     return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the buffers of %u lights", s->lights.n_active);
@@ -578,8 +581,8 @@ void lum_layers_blacken(const struct lum_pass *pass, uint32_t tile, enum lum_lay
             memset(layer->response + first, 0, LUM_TILE_PIXELS * sizeof *layer->response);
         else if (layer->tiles[tile])
             memset(layer->tiles[tile], 0, LUM_TILE_PIXELS * sizeof *layer->response);
-        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->seen)
-            memset(layer->seen + first, 0, LUM_TILE_PIXELS * sizeof *layer->seen);
+        if (layer->state[tile] == LUM_LAYER_EMPTY && layer->visibility)
+            memset(layer->visibility + first, 0, LUM_TILE_PIXELS * sizeof *layer->visibility);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->left)
             memset(layer->left + first, 0, LUM_TILE_PIXELS * sizeof *layer->left);
         if (layer->state[tile] == LUM_LAYER_EMPTY && layer->inner)
@@ -618,8 +621,8 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
         if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
             continue;
         bool shared = layer == &l->shared;
-        if (state == LUM_LAYER_DIRECT &&
-            (layer->soft.seen || layer->tiles || (shared && l->crowd.on) || !is_layered(pass, &lights->lights[light])))
+        if (state == LUM_LAYER_DIRECT && (layer->area.visibility || layer->tiles || (shared && l->many_lights.on) ||
+                                          !is_layered(pass, &lights->lights[light])))
             continue;
         struct lum_rgb *response = vertices->n > 0 ? response_in(l, layer, tile) : NULL;
         if (!response)
@@ -633,7 +636,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .n_samples = state == LUM_LAYER_COMPLETE ? l->samples_behind : pass->settings->shadow_samples,
             .hard = pass->settings->method->hard_shadows,
             .vertices = vertices,
-            .seen = state == LUM_LAYER_DIRECT && layer->seen ? layer->seen + first : NULL,
+            .visibility = state == LUM_LAYER_DIRECT && layer->visibility ? layer->visibility + first : NULL,
             .left = state == LUM_LAYER_DIRECT && layer->left ? layer->left + first : NULL,
             .response = response,
             .counters = counters,
@@ -662,9 +665,9 @@ void lum_layers_sum(const struct lum_pass *pass, uint32_t tile, uint32_t n_pixel
         if (!l->layers[k].tiles || lean)
             add_scaled(lean ? lean : l->layers[k].response + first, n_pixels, lights->lights[light].power,
                        ret_radiance);
-        if (l->layers[k].soft.seen)
-            add_scaled(l->layers[k].soft.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
+        if (l->layers[k].area.visibility)
+            add_scaled(l->layers[k].area.direct + first, n_pixels, lights->lights[light].power, ret_radiance);
     }
-    if (l->crowd.on)
-        lum_crowd_add(pass, tile, n_pixels, ret_radiance);
+    if (l->many_lights.on)
+        lum_many_lights_add(pass, tile, n_pixels, ret_radiance);
 }

@@ -4,11 +4,11 @@
 
 #include <string.h>
 
-#define N_SETS (LUM_AIRLIGHT_SIDE * LUM_AIRLIGHT_SIDE)
-#define TILES_SIDE (LUM_PACKET_SIDE / LUM_AIRLIGHT_SIDE)
+#define N_SUBSETS (LUM_AIRLIGHT_SIDE * LUM_AIRLIGHT_SIDE)
+#define TILES_SIDE (LUM_CELL_SIDE / LUM_AIRLIGHT_SIDE)
 #define N_TILES (TILES_SIDE * TILES_SIDE)
-#define N_PIXELS (LUM_PACKET_SIDE * LUM_PACKET_SIDE)
-_Static_assert(LUM_PACKET_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whole tiles of the pattern");
+#define N_PIXELS (LUM_CELL_SIDE * LUM_CELL_SIDE)
+_Static_assert(LUM_CELL_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whole tiles of the pattern");
 
 /* Sampler pairs of points on lights. */
 #define PAIR_AIRLIGHT 0xa0000000u
@@ -59,8 +59,8 @@ static void flush(struct airlight *a)
 /* Tiles have samples of their own: what one misses another one finds. */
 static struct lum_sampler sampler_of_tile(const struct airlight *a, uint32_t pixel)
 {
-    uint32_t x = (a->r.x + pixel % LUM_PACKET_SIDE) / LUM_AIRLIGHT_SIDE;
-    uint32_t y = (a->r.y + pixel / LUM_PACKET_SIDE) / LUM_AIRLIGHT_SIDE;
+    uint32_t x = (a->r.x + pixel % LUM_CELL_SIDE) / LUM_AIRLIGHT_SIDE;
+    uint32_t y = (a->r.y + pixel / LUM_CELL_SIDE) / LUM_AIRLIGHT_SIDE;
     struct lum_sampler s = lum_sampler_at(x, y, 0, a->pass->settings->seed);
     s.pixel_seed = lum_hash_combine(s.pixel_seed, a->salt);
     return s;
@@ -70,14 +70,14 @@ static struct lum_sampler sampler_of_tile(const struct airlight *a, uint32_t pix
 static void sample_pixel(struct airlight *a, uint32_t pixel, uint32_t stratum, uint32_t iteration, uint32_t n)
 {
     struct lum_scatter_query q =
-        lum_airlight_query(a->pass, &a->pair, a->r.x + pixel % LUM_PACKET_SIDE, a->r.y + pixel / LUM_PACKET_SIDE);
+        lum_airlight_query(a->pass, &a->pair, a->r.x + pixel % LUM_CELL_SIDE, a->r.y + pixel / LUM_CELL_SIDE);
     struct lum_airlight_draw w;
     if (!lum_airlight_plan(&q, &w))
         return;
     struct lum_sampler sampler = sampler_of_tile(a, pixel);
     float shift = lum_sampler_1d(&sampler, PAIR_AIRLIGHT + 1) + (float)iteration / (float)n;
-    float pdf, u = ((float)stratum + shift - floorf(shift)) / N_SETS, t = lum_airlight_distance(&w, u, &pdf);
-    sampler.sample = N_SETS * iteration + stratum;
+    float pdf, u = ((float)stratum + shift - floorf(shift)) / N_SUBSETS, t = lum_airlight_distance(&w, u, &pdf);
+    sampler.sample = N_SUBSETS * iteration + stratum;
     struct lum_vec2 u_light = {0.5f, 0.5f};
     if (!q.snapshot->lights.lights[q.light].delta)
         u_light = lum_sampler_2d(&sampler, PAIR_AIRLIGHT);
@@ -96,11 +96,11 @@ static void sample_pixel(struct airlight *a, uint32_t pixel, uint32_t stratum, u
     }
 }
 
-/* ---- a packet ---- */
+/* ---- a cell ---- */
 
 static uint32_t tile_of(uint32_t pixel)
 {
-    return pixel / LUM_PACKET_SIDE / LUM_AIRLIGHT_SIDE * TILES_SIDE + pixel % LUM_PACKET_SIDE / LUM_AIRLIGHT_SIDE;
+    return pixel / LUM_CELL_SIDE / LUM_AIRLIGHT_SIDE * TILES_SIDE + pixel % LUM_CELL_SIDE / LUM_AIRLIGHT_SIDE;
 }
 
 /* The stratum of a set of the pattern. Sets of a 2 x 2 block differ in their upper two bits: reversed, a block holds
@@ -113,12 +113,12 @@ static uint32_t stratum_of(uint32_t set)
 /* Of all pixels of tiles that want more points than `iteration`; those in the same stratum one after the other. */
 static void take_points(struct airlight *a, uint32_t iteration)
 {
-    for (uint32_t at = 0; at < N_SETS; at++) {
+    for (uint32_t at = 0; at < N_SUBSETS; at++) {
         uint32_t dx = at % LUM_AIRLIGHT_SIDE, dy = at / LUM_AIRLIGHT_SIDE;
-        uint32_t set = lum_pattern_next(LUM_AIRLIGHT_SIDE, lum_pattern_set(LUM_AIRLIGHT_SIDE, dx, dy), iteration);
+        uint32_t set = lum_pattern_next(LUM_AIRLIGHT_SIDE, lum_pattern_subset(LUM_AIRLIGHT_SIDE, dx, dy), iteration);
         for (uint32_t y = dy; y < a->r.h; y += LUM_AIRLIGHT_SIDE)
             for (uint32_t x = dx; x < a->r.w; x += LUM_AIRLIGHT_SIDE) {
-                uint32_t pixel = y * LUM_PACKET_SIDE + x, n = a->n_points[tile_of(pixel)];
+                uint32_t pixel = y * LUM_CELL_SIDE + x, n = a->n_points[tile_of(pixel)];
                 if (n > iteration)
                     sample_pixel(a, pixel, stratum_of(set), iteration, n);
             }
@@ -145,8 +145,8 @@ static void keep_first(struct airlight *a)
     float open[N_TILES][4] = {{0}}, seen[N_TILES][4] = {{0}};
     for (uint32_t y = 0; y < a->r.h; y++)
         for (uint32_t x = 0; x < a->r.w; x++) {
-            uint32_t pixel = y * LUM_PACKET_SIDE + x, t = tile_of(pixel);
-            uint32_t quarter = stratum_of(lum_pattern_set(LUM_AIRLIGHT_SIDE, x, y)) % 4;
+            uint32_t pixel = y * LUM_CELL_SIDE + x, t = tile_of(pixel);
+            uint32_t quarter = stratum_of(lum_pattern_subset(LUM_AIRLIGHT_SIDE, x, y)) % 4;
             const struct lum_airlight *sum = &a->sum[pixel];
             struct lum_airlight *kept = kept_at(a, x, y);
             kept->seen = lum_rgb_add(kept->seen, sum->seen);
@@ -158,7 +158,7 @@ static void keep_first(struct airlight *a)
     for (uint32_t t = 0; t < N_TILES; t++) {
         float share[4], mean = 0.0f, square = 0.0f, all = 0.0f, n = 0.0f;
         for (uint32_t k = 0; k < 4; k++) {
-            all += open[t][k] / N_SETS;
+            all += open[t][k] / N_SUBSETS;
             if (!(open[t][k] > 0.0f))
                 continue;
             share[k] = seen[t][k] / open[t][k];
@@ -180,8 +180,8 @@ static void sum_total(struct airlight *a, const struct lum_airlight_pair *pair)
     struct lum_rgb power = lum_airlight_power(a->pass, pair);
     for (uint32_t y = 0; y < a->r.h; y++)
         for (uint32_t x = 0; x < a->r.w; x++)
-            a->total[tile_of(y * LUM_PACKET_SIDE + x)] +=
-                lum_luminance(lum_rgb_mul(kept_at(a, x, y)->seen, power)) / N_SETS;
+            a->total[tile_of(y * LUM_CELL_SIDE + x)] +=
+                lum_luminance(lum_rgb_mul(kept_at(a, x, y)->seen, power)) / N_SUBSETS;
 }
 
 /* Four quarters may agree by chance: a neighbour's doubts count by half. */
@@ -222,7 +222,7 @@ static void refine_pair(struct airlight *a)
         take_points(a, i);
     for (uint32_t y = 0; y < a->r.h; y++)
         for (uint32_t x = 0; x < a->r.w; x++) {
-            uint32_t pixel = y * LUM_PACKET_SIDE + x, n = a->n_points[tile_of(pixel)];
+            uint32_t pixel = y * LUM_CELL_SIDE + x, n = a->n_points[tile_of(pixel)];
             struct lum_airlight *kept = kept_at(a, x, y);
             uint8_t *noted = &a->pass->components->buffer[LUM_COMPONENT_MEDIA]
                                   .iterations[(size_t)(a->r.y + y) * a->pass->tiling.w + a->r.x + x];
@@ -233,28 +233,28 @@ static void refine_pair(struct airlight *a)
 }
 
 /* First points of the pairs that have none. False: all have. */
-static bool trace_first(struct airlight *a, uint32_t packet)
+static bool trace_first(struct airlight *a, uint32_t cell)
 {
     struct lum_airlight_pair pair;
     bool any = false;
     memset(a->n_points, 1, sizeof a->n_points);
     memset(a->fresh, 0, sizeof a->fresh);
     for (uint32_t i = 0; lum_airlight_next(a->pass, i, &pair); i++) {
-        if (*lum_airlight_state(a->pass, pair.slot, packet) && !a->fresh[pair.slot])
+        if (*lum_airlight_state(a->pass, pair.slot, cell) && !a->fresh[pair.slot])
             continue;
         begin_pair(a, &pair);
         memset(a->sum, 0, sizeof a->sum);
         take_points(a, 0);
         keep_first(a);
-        *lum_airlight_state(a->pass, pair.slot, packet) = LUM_AIRLIGHT_TRACED;
+        *lum_airlight_state(a->pass, pair.slot, cell) = LUM_AIRLIGHT_TRACED;
         any = a->fresh[pair.slot] = true;
     }
     return any;
 }
 
-static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void trace_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][packet];
+    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
     if (*done != LUM_AIRLIGHT_UNTRACED)
         return;
     *done = LUM_AIRLIGHT_TRACED;
@@ -264,9 +264,9 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
     a.pass = pass;
     a.kept = lum_airlights_of(pass);
     a.counters = counters;
-    a.r = lum_tile_at(&pass->packets, packet);
+    a.r = lum_tile_at(&pass->cells, cell);
     a.rays.n = 0;
-    if (!trace_first(&a, packet))
+    if (!trace_first(&a, cell))
         return;
     memset(a.total, 0, sizeof a.total);
     struct lum_airlight_pair pair;
@@ -286,8 +286,8 @@ static void trace_packet(const struct lum_pass *pass, uint32_t packet, struct lu
 const struct lum_estimator lum_estimator_airlight = {
     .name = "airlight",
     .stage = LUM_STAGE_MEDIA,
-    .tile = trace_packet,
-    .packets = true,
+    .tile = trace_cell,
+    .cells = true,
     .state = &lum_airlights_kind,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),
     .lasting = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),

@@ -9,8 +9,8 @@
  *            by more than is lost in what the tile gets in all, its pixels take further strata, shifted such that all
  *            points of the tile are evenly spaced
  *   resolve  light at one place, whose scattered light varies fast over the picture, is integrated as if nothing were
- *            in the way, pixel by pixel without a ray, and multiplied by the share that the points around it see (the ratio
- *            estimator of Heitz, Hill & McGuire 2018); all else is the mean of the points around
+ *            in the way, pixel by pixel without a ray, and multiplied by the share that the points around it see
+ *            (the ratio estimator of Heitz, Hill & McGuire 2018); all else is the mean of the points around
  *   join     and is smoothed once more
  * Neighbours lend what they know if their rays end at about the same depth: normals do not matter to fog.
  *
@@ -18,8 +18,8 @@
  * ray, but for the pairs that share a buffer. How many points a tile has was decided by the powers when it was traced:
  * a fresh view may take others there, and what it shows in their windows differs by what is let pass (TOLERANCE).
  *
- * airlight.c traces and refines, airlight_resolve.c resolves and joins, airlight_draw.c knows pairs and rays, airlight_keep.c
- * what is kept. */
+ * airlight.c traces and refines, airlight_resolve.c resolves and joins, airlight_draw.c knows pairs and rays,
+ * airlight_keep.c what is kept. */
 #ifndef LUM_CORE_EFFECT_FOG_AIRLIGHT_H
 #define LUM_CORE_EFFECT_FOG_AIRLIGHT_H
 
@@ -28,27 +28,28 @@
 
 #define LUM_AIRLIGHT_SIDE 4u /* of the pattern, in pixels */
 
-/* What is done in a packet; of a pair: up to LUM_AIRLIGHT_RESOLVED. */
+/* What is done in a cell; of a pair: up to LUM_AIRLIGHT_RESOLVED. */
 enum { LUM_AIRLIGHT_UNTRACED, LUM_AIRLIGHT_TRACED, LUM_AIRLIGHT_RESOLVED, LUM_AIRLIGHT_JOINED };
 
-/* What a medium scatters of one light's light towards the eye, per unit of its power, by points on the pixel's ray: their mean, and
- * its luminance were nothing in the way. */
+/* What a medium scatters of one light's light towards the eye, per unit of its power, by points on the pixel's ray:
+ * their mean, and its luminance were nothing in the way. */
 struct lum_airlight {
     struct lum_rgb seen;
     float open;
     struct lum_rgb resolved; /* from the points around, too: what the eye gets */
 };
 #define LUM_AIRLIGHTS_MAX 16u /* pairs of medium and light that are kept apart; all further ones share the last */
-#define LUM_AIRLIGHTS_BYTES ((size_t)256 << 20) /* of all pairs: in pictures above half a million pixels fewer are kept apart */
+#define LUM_AIRLIGHTS_BYTES                                                                                            \
+    ((size_t)256 << 20) /* of all pairs: in pictures above half a million pixels fewer are kept apart */
 
 /* What a view keeps of it. */
 struct lum_airlights {
     struct lum_airlight *kept; /* by slot and pixel */
-    uint8_t *traced;           /* by slot and packet: it holds points of the present scene, and what they say is resolved */
-    uint32_t n;                /* slots */
-    bool shared;               /* there are more pairs: the last slot holds their sum, at their present power */
+    uint8_t *traced; /* by slot and cell: it holds points of the present scene, and what they say is resolved */
+    uint32_t n;      /* slots */
+    bool shared;     /* there are more pairs: the last slot holds their sum, at their present power */
     size_t n_pixels;
-    uint32_t n_packets;
+    uint32_t n_cells;
 };
 extern const struct lum_state_kind lum_airlights_kind;
 static inline struct lum_airlights *lum_airlights_of(const struct lum_pass *pass)
@@ -60,8 +61,8 @@ static inline struct lum_airlight *lum_airlight_at(const struct lum_airlights *l
     return &lights->kept[slot * lights->n_pixels + pixel];
 }
 
-/* Of medium and light that shines. Those for which there is no buffer share the last, at their present power, and are not
- * refined. */
+/* Of medium and light that shines. Those for which there is no buffer share the last, at their present power, and are
+ * not refined. */
 struct lum_airlight_pair {
     uint32_t medium, light, slot;
     bool alone;
@@ -71,12 +72,12 @@ bool lum_airlight_next(const struct lum_pass *pass, uint32_t i, struct lum_airli
 /* What its points are made with, and what they are multiplied by. */
 const struct lum_snapshot *lum_airlight_snapshot(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
 struct lum_rgb lum_airlight_power(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
-/* What the slot holds of the packet. */
-uint8_t *lum_airlight_state(const struct lum_pass *pass, uint32_t slot, uint32_t packet);
+/* What the slot holds of the cell. */
+uint8_t *lum_airlight_state(const struct lum_pass *pass, uint32_t slot, uint32_t cell);
 
 /* The ray through the middle of a pixel, up to its surface. */
-struct lum_scatter_query lum_airlight_query(const struct lum_pass *pass, const struct lum_airlight_pair *pair, uint32_t x,
-                                            uint32_t y);
+struct lum_scatter_query lum_airlight_query(const struct lum_pass *pass, const struct lum_airlight_pair *pair,
+                                            uint32_t x, uint32_t y);
 
 /* Where on a ray the distance is drawn: by angle, or as light is dimmed. */
 struct lum_airlight_draw {

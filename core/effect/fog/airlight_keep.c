@@ -23,7 +23,7 @@ static bool reserve(void *state, const struct lum_pass *pass)
 {
     struct lum_airlights *a = state;
     a->n_pixels = (size_t)pass->tiling.w * pass->tiling.h;
-    a->n_packets = pass->packets.n;
+    a->n_cells = pass->cells.n;
     uint32_t n_pairs = pass->snapshot->n_media * pass->snapshot->lights.n_lights;
     uint32_t n = slots_within_budget(a, n_pairs);
     if (pass->snapshot->lights.n_active == 0)
@@ -34,7 +34,7 @@ static bool reserve(void *state, const struct lum_pass *pass)
     lum_free(a->kept);
     lum_free(a->traced);
     a->kept = n ? lum_calloc((size_t)n * a->n_pixels, sizeof *a->kept) : NULL;
-    a->traced = n ? lum_calloc((size_t)n * a->n_packets, 1) : NULL;
+    a->traced = n ? lum_calloc((size_t)n * a->n_cells, 1) : NULL;
     a->n = n;
     return n == 0 || (a->kept && a->traced);
 }
@@ -48,7 +48,7 @@ static void invalidate(void *state, const struct lum_pass *pass, const struct lu
     if (outcome->light == LUM_FATE_SAME || first == a->n)
         return;
     memset(lum_airlight_at(a, first, 0), 0, (a->n - first) * a->n_pixels * sizeof *a->kept);
-    memset(a->traced + (size_t)first * a->n_packets, 0, (size_t)(a->n - first) * a->n_packets);
+    memset(a->traced + (size_t)first * a->n_cells, 0, (size_t)(a->n - first) * a->n_cells);
 }
 
 const struct lum_state_kind lum_airlights_kind = {sizeof(struct lum_airlights), reserve, invalidate, finish};

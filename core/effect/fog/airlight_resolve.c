@@ -16,11 +16,11 @@ struct window {
     float weight[WINDOW * WINDOW];
 };
 
-/* The positions that windows of a packet use: from 2 steps before it to 2 steps behind. */
+/* The positions that windows of a cell use: from 2 steps before it to 2 steps behind. */
 #define STEP_MAX 3u
 struct around {
     uint32_t step, x0, y0;
-    uint32_t x[LUM_PACKET_SIDE + 4 * STEP_MAX], y[LUM_PACKET_SIDE + 4 * STEP_MAX];
+    uint32_t x[LUM_CELL_SIDE + 4 * STEP_MAX], y[LUM_CELL_SIDE + 4 * STEP_MAX];
 };
 
 static void look_around(struct around *ret, const struct lum_pass *pass, struct lum_tile_rect r, uint32_t step)
@@ -139,13 +139,13 @@ static struct lum_rgb resolve_pixel(const struct lum_pass *pass, const struct lu
     return lum_rgb_scale(mean.seen, share * lum_luminance(open) / lum_luminance(mean.seen)); /* in the panes' colour */
 }
 
-/* Slots that the packet has, in turn, with their pairs that shine; those that were traced since they were resolved. */
+/* Slots that the cell has, in turn, with their pairs that shine; those that were traced since they were resolved. */
 struct slots {
     uint32_t n, n_stale;
     struct lum_airlight_pair pairs[LUM_AIRLIGHTS_MAX], stale[LUM_AIRLIGHTS_MAX];
 };
 
-static struct slots slots_of(const struct lum_pass *pass, uint32_t packet)
+static struct slots slots_of(const struct lum_pass *pass, uint32_t cell)
 {
     struct slots s = {.n = 0};
     struct lum_airlight_pair pair;
@@ -153,7 +153,7 @@ static struct slots slots_of(const struct lum_pass *pass, uint32_t packet)
         if (s.n > 0 && s.pairs[s.n - 1].slot == pair.slot)
             continue;
         s.pairs[s.n++] = pair;
-        if (*lum_airlight_state(pass, pair.slot, packet) == LUM_AIRLIGHT_TRACED)
+        if (*lum_airlight_state(pass, pair.slot, cell) == LUM_AIRLIGHT_TRACED)
             s.stale[s.n_stale++] = pair;
     }
     return s;
@@ -175,16 +175,16 @@ static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t
     media->smooth[pixel] = sum[1];
 }
 
-static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][packet];
+    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
     if (*done != LUM_AIRLIGHT_TRACED)
         return;
     *done = LUM_AIRLIGHT_RESOLVED;
     const struct lum_airlights *kept = lum_airlights_of(pass);
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
-    struct slots slots = slots_of(pass, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
+    struct slots slots = slots_of(pass, cell);
     struct around around;
     look_around(&around, pass, r, 1);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
@@ -199,7 +199,7 @@ static void resolve_packet(const struct lum_pass *pass, uint32_t packet, struct 
             sum_pixel(pass, &slots, pixel);
         }
     for (uint32_t i = 0; i < slots.n_stale; i++)
-        *lum_airlight_state(pass, slots.stale[i].slot, packet) = LUM_AIRLIGHT_RESOLVED;
+        *lum_airlight_state(pass, slots.stale[i].slot, cell) = LUM_AIRLIGHT_RESOLVED;
 }
 
 static bool any_even(const struct lum_pass *pass)
@@ -216,17 +216,17 @@ static bool any_even(const struct lum_pass *pass)
 #define JOIN_STEP 3u
 _Static_assert(JOIN_STEP <= STEP_MAX, "windows fit");
 
-static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
     struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_MEDIA];
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][packet];
+    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
     if (*done != LUM_AIRLIGHT_RESOLVED)
         return;
     *done = LUM_AIRLIGHT_JOINED;
     if (!any_even(pass))
         return;
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     struct around around;
     look_around(&around, pass, r, JOIN_STEP);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
@@ -244,10 +244,10 @@ static void join_packet(const struct lum_pass *pass, uint32_t packet, struct lum
 }
 
 static const struct lum_estimator join_stage = {
-    .name = "airlight, join", .stage = LUM_STAGE_UPSAMPLE, .tile = join_packet, .packets = true, .surfaces = true};
+    .name = "airlight, join", .stage = LUM_STAGE_UPSAMPLE, .tile = join_cell, .cells = true, .surfaces = true};
 const struct lum_estimator lum_airlight_resolve = {.name = "airlight, resolve",
                                                    .stage = LUM_STAGE_FILTER,
-                                                   .tile = resolve_packet,
-                                                   .packets = true,
+                                                   .tile = resolve_cell,
+                                                   .cells = true,
                                                    .surfaces = true,
                                                    .then = &join_stage};

@@ -1,4 +1,5 @@
-/* Light by way of glossy surfaces: what is kept of its paths, and what becomes of the light of those that were too bright. */
+/* Light by way of glossy surfaces: what is kept of its paths, and what becomes of the light of those that were too
+ * bright. */
 #ifndef LUM_CORE_EFFECT_GLOSS_GLOSS_H
 #define LUM_CORE_EFFECT_GLOSS_GLOSS_H
 
@@ -17,11 +18,11 @@ struct lum_gloss_tile {
     struct lum_path_segment *segments;
     uint32_t n, capacity, n_segments, segment_capacity;
     enum lum_gloss_state state;
-    bool followed; /* the segments are all of them */
+    bool followed;   /* the segments are all of them */
     float kept, cut; /* sums of luminance: what the pixels got, and what of too bright paths they did not */
 };
-/* Of the gains of all tiles, and as much again of segments; beyond, a tile is traced anew when a light is dimmed, or anything
- * moves. */
+/* Of the gains of all tiles, and as much again of segments; beyond, a tile is traced anew when a light is dimmed, or
+ * anything moves. */
 #define LUM_GLOSS_BYTES ((size_t)128 << 20)
 
 /* What a view keeps of it. */
@@ -33,8 +34,8 @@ struct lum_gloss {
 };
 extern const struct lum_state_kind lum_gloss_kind; /* of lum_estimator_glossy */
 
-/* Of what paths of gloss brought home, and was too bright: the pixels of a rectangle of whole tiles get what the tiles around cut,
- * in proportion to what they have. smooth: w * h. Once all tiles are traced. */
+/* Of what paths of gloss brought home, and was too bright: the pixels of a rectangle of whole tiles get what the tiles
+ * around cut, in proportion to what they have. smooth: w * h. Once all tiles are traced. */
 void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *pass, const struct lum_tile_rect *r,
                          struct lum_rgb *smooth);
 

@@ -1,14 +1,14 @@
 /* What glossy surfaces, mirrors and glass show becomes smooth by the filter of its interleaved samples. */
 #include "core/effect/gloss/gloss.h"
 
-static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void gloss_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
-    if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, packet))
+    if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, cell))
         return;
     struct lum_guide guide = lum_components_guide(pass);
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     const uint8_t kinds = LUM_PIXEL_SPECULAR | (pass->on[LUM_EFFECT_GLOSSY] ? LUM_PIXEL_GLOSS : 0);
     struct lum_filter f = {.guide = &guide,
                            .need = kinds,
@@ -24,4 +24,4 @@ static void gloss_packet(const struct lum_pass *pass, uint32_t packet, struct lu
 }
 
 const struct lum_estimator lum_stage_gloss = {
-    .name = "gloss", .stage = LUM_STAGE_FILTER, .tile = gloss_packet, .packets = true};
+    .name = "gloss", .stage = LUM_STAGE_FILTER, .tile = gloss_cell, .cells = true};

@@ -110,12 +110,12 @@ static struct gift mix(struct gift a, struct gift b, float t)
     return (struct gift){a.kept + (b.kept - a.kept) * t, a.cut + (b.cut - a.cut) * t};
 }
 
-enum { GIFTS = LUM_PACKET_SIDE / LUM_TILE_SIDE + 2 };
+enum { GIFTS = LUM_CELL_SIDE / LUM_TILE_SIDE + 2 };
 
 void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *pass, const struct lum_tile_rect *r,
                          struct lum_rgb *smooth)
 {
-    struct gift gift[GIFTS][GIFTS]; /* of the packet's tiles, and those around */
+    struct gift gift[GIFTS][GIFTS]; /* of the cell's tiles, and those around */
     for (int32_t y = 0; y < GIFTS; y++)
         for (int32_t x = 0; x < GIFTS; x++)
             gift[y][x] = gift_around(gloss, &pass->tiling, (int32_t)(r->x / LUM_TILE_SIDE) + x - 1,
@@ -177,17 +177,17 @@ static void keep_gains(struct lum_gloss_tile *kept, const struct lum_gains *gain
 }
 
 /* Without memory for it all paths of the tile are traced anew once anything moves. */
-static void keep_trail(struct lum_gloss_tile *kept, const struct lum_trail *trail)
+static void keep_segments(struct lum_gloss_tile *kept, const struct lum_path_segments *segments_met)
 {
-    if (kept->segment_capacity < trail->n) {
+    if (kept->segment_capacity < segments_met->n) {
         lum_free(kept->segments);
-        kept->segments = lum_calloc(trail->n, sizeof *kept->segments);
-        kept->segment_capacity = kept->segments ? trail->n : 0;
+        kept->segments = lum_calloc(segments_met->n, sizeof *kept->segments);
+        kept->segment_capacity = kept->segments ? segments_met->n : 0;
     }
-    kept->followed = trail->n_lost == 0 && kept->segment_capacity >= trail->n;
-    kept->n_segments = kept->followed ? trail->n : 0;
+    kept->followed = segments_met->n_lost == 0 && kept->segment_capacity >= segments_met->n;
+    kept->n_segments = kept->followed ? segments_met->n : 0;
     if (kept->n_segments)
-        memcpy(kept->segments, trail->segments, trail->n * sizeof *trail->segments);
+        memcpy(kept->segments, segments_met->segments, segments_met->n * sizeof *segments_met->segments);
 }
 
 static struct lum_gloss_tile *kept_of(const struct lum_pass *pass, uint32_t tile)
@@ -199,27 +199,27 @@ static struct lum_gloss_tile *kept_of(const struct lum_pass *pass, uint32_t tile
 /* Whose path what moved may have changed: the eye may see something else there, or it met a segment. */
 static void find_stale(const struct lum_pass *pass, uint32_t tile, bool stale[LUM_TILE_PIXELS])
 {
-    const struct lum_swept *swept = pass->swept;
+    const struct lum_motion_mask *motion_mask = pass->motion_mask;
     const struct lum_gloss_tile *kept = kept_of(pass, tile);
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     for (uint32_t i = 0; i < r.w * r.h; i++) {
-        uint32_t x = (r.x + i % r.w) / LUM_SWEPT_SIDE, y = (r.y + i / r.w) / LUM_SWEPT_SIDE;
-        stale[i] = swept->changed[y * swept->squares.nx + x];
+        uint32_t x = (r.x + i % r.w) / LUM_MOTION_BLOCK_SIDE, y = (r.y + i / r.w) / LUM_MOTION_BLOCK_SIDE;
+        stale[i] = motion_mask->changed[y * motion_mask->blocks.nx + x];
     }
     for (uint32_t k = 0; k < kept->n_segments; k++) {
         const struct lum_path_segment *s = &kept->segments[k];
-        stale[s->slot] = stale[s->slot] || lum_motion_meets(&swept->motion, s->from, s->to);
+        stale[s->slot] = stale[s->slot] || lum_motion_meets(&motion_mask->motion, s->from, s->to);
     }
 }
 
 /* What is kept of paths that nothing met. The order of a slot's gains is that in which its path brought them home,
  * whatever other slots do: so is their sum. */
 static void take_over(const struct lum_pass *pass, uint32_t tile, bool stale[LUM_TILE_PIXELS], struct lum_gains *gains,
-                      struct lum_trail *trail)
+                      struct lum_path_segments *segments_met)
 {
     const struct lum_gloss_tile *kept = kept_of(pass, tile);
     memset(stale, true, LUM_TILE_PIXELS * sizeof *stale);
-    if (kept->state != LUM_GLOSS_MOVED || !kept->followed || !lum_swept_is_known(pass->swept))
+    if (kept->state != LUM_GLOSS_MOVED || !kept->followed || !lum_motion_mask_is_known(pass->motion_mask))
         return;
     find_stale(pass, tile, stale);
     for (uint32_t k = 0; k < kept->n; k++)
@@ -227,7 +227,7 @@ static void take_over(const struct lum_pass *pass, uint32_t tile, bool stale[LUM
             gains->gains[gains->n++] = kept->gains[k];
     for (uint32_t k = 0; k < kept->n_segments; k++)
         if (!stale[kept->segments[k].slot])
-            trail->segments[trail->n++] = kept->segments[k];
+            segments_met->segments[segments_met->n++] = kept->segments[k];
 }
 
 /* False: there are more gains than have room, and the tile is to be traced at the present power. */
@@ -237,17 +237,18 @@ static bool trace_at_any_power(const struct lum_pass *pass, uint32_t tile, struc
     struct lum_gain room[GAINS_MAX];
     struct lum_path_segment segments[SEGMENTS_MAX];
     struct lum_gains gains = {.gains = room, .max = most_within_budget(pass, sizeof *room, GAINS_MAX)};
-    struct lum_trail trail = {.segments = segments, .max = most_within_budget(pass, sizeof *segments, SEGMENTS_MAX)};
+    struct lum_path_segments segments_met = {.segments = segments,
+                                             .max = most_within_budget(pass, sizeof *segments, SEGMENTS_MAX)};
     bool stale[LUM_TILE_PIXELS];
     struct lum_wave w;
-    take_over(pass, tile, stale, &gains, &trail);
+    take_over(pass, tile, stale, &gains, &segments_met);
     begin(pass, &pass->layers->unit, counters, &w);
     w.gains = &gains;
-    w.trail = &trail;
+    w.segments_met = &segments_met;
     add_paths(pass, tile, stale, &w);
     lum_wave_run(&w, 1);
     keep_gains(kept_of(pass, tile), &gains);
-    keep_trail(kept_of(pass, tile), &trail);
+    keep_segments(kept_of(pass, tile), &segments_met);
     sum_gains(pass, room, gains.n, ret_radiance);
     return gains.n_lost == 0;
 }
@@ -300,22 +301,22 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
                           (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, radiance[i]);
 }
 
-static void glossy_packet(const struct lum_pass *pass, uint32_t packet, struct lum_counters *counters)
+static void glossy_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_GLOSSY, packet))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_GLOSSY, cell))
         return;
-    struct lum_tile_rect r = lum_tile_at(&pass->packets, packet);
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     for (uint32_t y = r.y / LUM_TILE_SIDE; y * LUM_TILE_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_TILE_SIDE; x * LUM_TILE_SIDE < r.x + r.w; x++)
             glossy_batch(pass, y * pass->tiling.nx + x, counters);
 }
-_Static_assert(LUM_PACKET_SIDE % LUM_TILE_SIDE == 0, "a packet is made of ray batch tiles");
+_Static_assert(LUM_CELL_SIDE % LUM_TILE_SIDE == 0, "a packet is made of ray batch tiles");
 
 const struct lum_estimator lum_estimator_glossy = {
     .name = "glossy",
     .stage = LUM_STAGE_GLOSSY,
-    .tile = glossy_packet,
-    .packets = true,
+    .tile = glossy_cell,
+    .cells = true,
     .state = &lum_gloss_kind,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),
     .sparse = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),

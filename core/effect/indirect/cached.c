@@ -1,14 +1,14 @@
 /* Indirect diffuse light from the records of a cache, into component INDIRECT: the radiance of a white surface. */
 #include "core/effect/indirect/records.h"
-#include "core/effect/indirect/sites.h"
+#include "core/effect/indirect/interpolated.h"
 #include "core/pass/components.h"
 
 #include <string.h>
 
 /* ---- which pixels ---- */
 
-struct sites {
-    struct lum_square_sites *of; /* by tile */
+struct mask {
+    struct lum_interpolated *of; /* by tile */
     uint8_t *known;              /* by tile */
     uint8_t *taps;               /* by pixel */
     uint32_t n_tiles;
@@ -16,18 +16,18 @@ struct sites {
 
 static void finish(void *state)
 {
-    struct sites *s = state;
+    struct mask *s = state;
     for (uint32_t t = 0; t < s->n_tiles; t++)
-        lum_nearby_finish(&s->of[t].nearby);
+        lum_kept_candidates_finish(&s->of[t].kept);
     lum_free(s->of);
     lum_free(s->known);
     lum_free(s->taps);
-    *s = (struct sites){0};
+    *s = (struct mask){0};
 }
 
 static bool reserve(void *state, const struct lum_pass *pass)
 {
-    struct sites *s = state;
+    struct mask *s = state;
     if (s->n_tiles > 0)
         return true;
     s->of = lum_calloc(pass->tiling.n, sizeof *s->of);
@@ -39,15 +39,15 @@ static bool reserve(void *state, const struct lum_pass *pass)
 
 static void invalidate(void *state, const struct lum_pass *pass, const struct lum_outcome *outcome)
 {
-    struct sites *s = state;
+    struct mask *s = state;
     if (outcome->neighbours == LUM_FATE_STALE)
         memset(s->known, 0, s->n_tiles);
     for (uint32_t t = 0; outcome->neighbours == LUM_FATE_MOVED && t < s->n_tiles; t++)
-        if (lum_swept_around_tile(pass->swept, &pass->tiling, t))
+        if (lum_motion_mask_around_tile(pass->motion_mask, &pass->tiling, t))
             s->known[t] = 0;
 }
 
-const struct lum_state_kind lum_sites_kind = {sizeof(struct sites), reserve, invalidate, finish};
+const struct lum_state_kind lum_interpolated_kind = {sizeof(struct mask), reserve, invalidate, finish};
 
 /* True when the method interpolates every second pixel of every second row, and those that none of these serves. */
 static bool is_quarter(const struct lum_pass *pass)
@@ -60,34 +60,34 @@ static bool is_quarter(const struct lum_pass *pass)
 }
 
 /* Which pixels of the tile interpolate records, and from which of them the others take. */
-static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_square_sites *ret_sites,
+static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_sites,
                        uint8_t *inout_taps)
 {
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     bool quarter = is_quarter(pass);
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_filter f = {.guide = &guide, .need = LUM_PIXEL_DIFFUSE, .side = 1, .apart = 1, .step = 2};
-    struct lum_sites coarse = {0}, lone = {0};
+    struct lum_pixel_mask coarse = {0}, lone = {0};
     for (uint32_t y = r.y; y < r.y + r.h; y++)
         for (uint32_t x = r.x; x < r.x + r.w; x++) {
-            uint32_t site = (y - r.y) * LUM_TILE_SIDE + (x - r.x);
+            uint32_t slot = (y - r.y) * LUM_TILE_SIDE + (x - r.x);
             size_t pixel = (size_t)y * guide.w + x;
             bool wanted = guide.kind[pixel] & LUM_PIXEL_DIFFUSE;
             uint8_t taps = wanted && quarter ? lum_upsample_taps(&f, x, y) : 0;
             inout_taps[pixel] = taps;
             if (wanted && (!quarter || (x % 2 == 0 && y % 2 == 0)))
-                lum_sites_set(&coarse, site);
+                lum_pixel_mask_set(&coarse, slot);
             else if (wanted && taps == 0)
-                lum_sites_set(&lone, site);
+                lum_pixel_mask_set(&lone, slot);
         }
     ret_sites->coarse = coarse;
     ret_sites->lone = lone;
-    ret_sites->nearby.known = false;
+    ret_sites->kept.known = false;
 }
 
-struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile)
+struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile)
 {
-    struct sites *s = lum_pass_state(pass, &lum_sites_kind);
+    struct mask *s = lum_pass_state(pass, &lum_interpolated_kind);
     if (!s->known[tile])
         find_sites(pass, tile, &s->of[tile], s->taps);
     s->known[tile] = 1;
@@ -96,27 +96,27 @@ struct lum_square_sites *lum_sites_of(const struct lum_pass *pass, uint32_t tile
 
 const uint8_t *lum_taps_of(const struct lum_pass *pass)
 {
-    const struct sites *s = lum_pass_state(pass, &lum_sites_kind);
+    const struct mask *s = lum_pass_state(pass, &lum_interpolated_kind);
     return s->taps;
 }
 
 /* ---- irradiance ---- */
 
-/* Interpolates at some sites. step 2: out is a picture of a quarter of the resolution. */
-static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct lum_sites *sites,
+/* Interpolates at some pixels. step 2: out is a picture of a quarter of the resolution. */
+static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct lum_pixel_mask *mask,
                         const struct lum_lookup *lookup, const struct lum_candidates *candidates, uint32_t step,
                         struct lum_rgb *out)
 {
-    struct lum_square square;
-    struct lum_rgb irradiance[LUM_SQUARE_SITES];
+    struct lum_tile_points points;
+    struct lum_rgb irradiance[LUM_TILE_PIXELS];
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     uint32_t pitch = lum_filter_size(pass->tiling.w, step);
-    if (lum_sites_none(sites))
+    if (lum_pixel_mask_none(mask))
         return;
-    lum_square_load(&square, pass, tile, sites);
-    lum_square_interpolate(lookup, candidates, &square, irradiance);
-    for (uint32_t i = 0; i < square.n; i++) {
-        uint32_t x = (r.x + square.site[i] % LUM_TILE_SIDE) / step, y = (r.y + square.site[i] / LUM_TILE_SIDE) / step;
+    lum_tile_points_load(&points, pass, tile, mask);
+    lum_tile_points_interpolate(lookup, candidates, &points, irradiance);
+    for (uint32_t i = 0; i < points.n; i++) {
+        uint32_t x = (r.x + points.slot[i] % LUM_TILE_SIDE) / step, y = (r.y + points.slot[i] / LUM_TILE_SIDE) / step;
         out[(size_t)y * pitch + x] = lum_rgb_scale(irradiance[i], LUM_INV_PI);
     }
 }
@@ -125,26 +125,26 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
 {
     if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
         return;
-    struct lum_square_sites *sites = lum_sites_of(pass, tile);
-    struct lum_sites all = lum_sites_all(sites);
-    if (lum_sites_none(&all))
+    struct lum_interpolated *mask = lum_interpolated_of(pass, tile);
+    struct lum_pixel_mask all = lum_interpolated_all(mask);
+    if (lum_pixel_mask_none(&all))
         return;
     struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
     struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, counters->worker);
     struct lum_candidates list;
     bool quarter = is_quarter(pass);
-    lum_nearby_update(&sites->nearby, pass, tile, &all, &lookup);
-    const struct lum_candidates *c = lum_nearby_list(&sites->nearby, &list);
-    interpolate(pass, tile, &sites->coarse, &lookup, c, quarter ? 2 : 1, quarter ? raw : smooth);
-    interpolate(pass, tile, &sites->lone, &lookup, c, 1, smooth);
+    lum_kept_candidates_update(&mask->kept, pass, tile, &all, &lookup);
+    const struct lum_candidates *c = lum_kept_candidates_list(&mask->kept, &list);
+    interpolate(pass, tile, &mask->coarse, &lookup, c, quarter ? 2 : 1, quarter ? raw : smooth);
+    interpolate(pass, tile, &mask->lone, &lookup, c, 1, smooth);
 }
 
 const struct lum_estimator lum_estimator_cached = {
     .name = "cached",
     .stage = LUM_STAGE_INDIRECT,
     .tile = cached_tile,
-    .state = &lum_sites_kind,
+    .state = &lum_interpolated_kind,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
     .surfaces = true,
     .cache = true,

@@ -2,7 +2,7 @@
  * it through the store. Who finds what depends on who came first, and so does the picture, by what is let pass in
  * interpolation. */
 #include "core/effect/indirect/records.h"
-#include "core/effect/indirect/sites.h"
+#include "core/effect/indirect/interpolated.h"
 #include "core/pass/components.h"
 #include "core/pass/pass.h"
 
@@ -10,8 +10,8 @@ struct free_run {
     const struct lum_pass *pass;
     struct lum_cache *cache;
     const _Atomic bool *cancel; /* NULL: nobody does */
-    _Atomic uint64_t *former;   /* bit by index: records from before the run that nobody has used in it */
-    uint32_t n_former;          /* bits */
+    _Atomic uint64_t *previous; /* bit by index: records from before the run that nobody has used in it */
+    uint32_t n_history;         /* bits */
     uint32_t stride;            /* job k is tile k * stride, modulo their number, with which it has no common divisor */
 };
 
@@ -34,26 +34,26 @@ static uint32_t stride_of(uint32_t n)
 static void note_use(const struct free_run *run, uint32_t index)
 {
     uint64_t bit = 1ull << (index % 64);
-    if (index < run->n_former && (atomic_load_explicit(&run->former[index / 64], memory_order_relaxed) & bit))
-        atomic_fetch_and_explicit(&run->former[index / 64], ~bit, memory_order_relaxed);
+    if (index < run->n_history && (atomic_load_explicit(&run->previous[index / 64], memory_order_relaxed) & bit))
+        atomic_fetch_and_explicit(&run->previous[index / 64], ~bit, memory_order_relaxed);
 }
 
-static bool list_former(struct free_run *run)
+static bool list_previous(struct free_run *run)
 {
     const struct lum_store *store = run->cache->store;
-    run->n_former = lum_store_limit(store);
-    run->former = lum_calloc(run->n_former / 64 + 1, sizeof *run->former);
-    for (uint32_t i = 0; run->former && i < run->n_former; i++)
+    run->n_history = lum_store_limit(store);
+    run->previous = lum_calloc(run->n_history / 64 + 1, sizeof *run->previous);
+    for (uint32_t i = 0; run->previous && i < run->n_history; i++)
         if (lum_store_at(store, i))
-            atomic_fetch_or_explicit(&run->former[i / 64], 1ull << (i % 64), memory_order_relaxed);
-    return run->former != NULL;
+            atomic_fetch_or_explicit(&run->previous[i / 64], 1ull << (i % 64), memory_order_relaxed);
+    return run->previous != NULL;
 }
 
 static uint64_t count_unused(const struct free_run *run)
 {
     uint64_t n = 0;
-    for (uint32_t word = 0; word * 64 < run->n_former; word++)
-        n += (uint64_t)__builtin_popcountll(atomic_load_explicit(&run->former[word], memory_order_relaxed));
+    for (uint32_t word = 0; word * 64 < run->n_history; word++)
+        n += (uint64_t)__builtin_popcountll(atomic_load_explicit(&run->previous[word], memory_order_relaxed));
     return n;
 }
 
@@ -66,9 +66,9 @@ static bool is_cancelled(const struct free_run *run)
 static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_vec3 n, uint32_t worker,
                     struct lum_rgb *ret_irradiance)
 {
-    struct lum_cache_record *found[LUM_SQUARE_RECORDS];
+    struct lum_cache_record *found[LUM_TILE_RECORDS];
     struct lum_lookup l = lum_lookup_of(run->cache, run->pass, worker);
-    uint32_t n_found = lum_store_find(l.store, worker, p, found, LUM_SQUARE_RECORDS);
+    uint32_t n_found = lum_store_find(l.store, worker, p, found, LUM_TILE_RECORDS);
     struct lum_rgb sum = lum_grey(0.0f);
     float weights = 0.0f;
     for (uint32_t k = 0; k < n_found; k++) {
@@ -95,7 +95,7 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
     struct lum_cache_record *r = lum_store_new(cache->store, counters->worker);
     if (!r)
         return false;
-    lum_records_place(r, pass, pixel);
+    lum_records_create(r, pass, pixel);
     r->epoch = cache->epoch;
     cache->key.kind->build(&(struct lum_cache_job){
         .cache = cache,
@@ -179,20 +179,20 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
     struct lum_store *store = run.cache->store;
     if (is_done(pass))
         return LUM_OK;
-    if (!list_former(&run))
+    if (!list_previous(&run))
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for the records of a picture");
     uint64_t created = atomic_load(&run.cache->created), discarded = atomic_load(&run.cache->discarded);
     uint64_t removed = atomic_load(&run.cache->removed);
-    uint64_t former = count_unused(&run);
+    uint64_t previous = count_unused(&run);
     bool cleared = false;
     enum lum_status status = run_tiles(&run, runner);
     while (status == LUM_OK && !is_done(pass) && lum_cache_make_room(run.cache, &cleared)) {
         if (cleared)
-            run.n_former = 0;
+            run.n_history = 0;
         status = run_tiles(&run, runner);
     }
-    records->counts.reused = run.n_former > 0 ? former - count_unused(&run) : 0;
-    lum_free((void *)run.former);
+    records->counts.reused = run.n_history > 0 ? previous - count_unused(&run) : 0;
+    lum_free((void *)run.previous);
     if (status == LUM_OK && !is_done(pass))
         status = lum_fail(err, LUM_ERR_LIMIT, "size", "the cache has no room for the records of one picture");
     records->counts.removed += atomic_load(&run.cache->removed) - removed;
@@ -225,7 +225,7 @@ const struct lum_estimator lum_estimator_cached_free = {
     .name = "cached_free",
     .stage = LUM_STAGE_INDIRECT,
     .run = run_stage,
-    .state = &lum_sites_kind,
+    .state = &lum_interpolated_kind,
     .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
     .surfaces = true,
     .cache = true,

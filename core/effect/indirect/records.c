@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "core/effect/indirect/sites.h"
+#include "core/effect/indirect/interpolated.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
 
@@ -12,9 +12,9 @@
 #define CHUNKS_MIN 32u
 
 struct lum_records_memory {
-    uint32_t n_squares;
-    struct lum_sites *unserved; /* by square */
-    _Atomic uint64_t *found;    /* a bit by record's index: some square has looked it up */
+    uint32_t n_blocks;
+    struct lum_pixel_mask *unserved; /* by tile */
+    _Atomic uint64_t *found;         /* a bit by record's index: some tile has looked it up */
     size_t found_words;
     struct lum_cache_record **batch; /* to be built, or refreshed */
     uint32_t batch_capacity;
@@ -56,13 +56,13 @@ void lum_records_finish(struct lum_records *records, struct lum_caches *caches)
 
 /* ---- memory ---- */
 
-static bool reserve_squares(struct lum_records_memory *m, uint32_t n)
+static bool reserve_blocks(struct lum_records_memory *m, uint32_t n)
 {
-    if (m->n_squares == n)
+    if (m->n_blocks == n)
         return true;
     lum_free(m->unserved);
     m->unserved = lum_calloc(n, sizeof *m->unserved);
-    m->n_squares = m->unserved ? n : 0;
+    m->n_blocks = m->unserved ? n : 0;
     return m->unserved != NULL;
 }
 
@@ -101,7 +101,7 @@ static bool reserve_batch(struct lum_records_memory *m, uint32_t n)
 static enum lum_status reserve(struct run *run, struct lum_error *err)
 {
     struct lum_records_memory *m = run->memory;
-    if (reserve_squares(m, run->pass->tiling.n) && reserve_found(m, lum_store_limit(run->cache->store)))
+    if (reserve_blocks(m, run->pass->tiling.n) && reserve_found(m, lum_store_limit(run->cache->store)))
         return LUM_OK;
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the records of %u x %u pixels", run->pass->tiling.w,
                     run->pass->tiling.h);
@@ -109,49 +109,49 @@ static enum lum_status reserve(struct run *run, struct lum_error *err)
 
 /* ---- who is served ---- */
 
-/* Those of the square's sites that nobody was known to serve. */
-static void serve_square(const struct run *run, uint32_t tile, uint32_t worker)
+/* Those of the tile's pixels that nobody was known to serve. */
+static void serve_block(const struct run *run, uint32_t tile, uint32_t worker)
 {
-    struct lum_square_sites *sites = lum_sites_of(run->pass, tile);
-    struct lum_nearby *nearby = &sites->nearby;
-    struct lum_sites *unserved = &run->memory->unserved[tile], all = lum_sites_all(sites);
+    struct lum_interpolated *mask = lum_interpolated_of(run->pass, tile);
+    struct lum_kept_candidates *kept = &mask->kept;
+    struct lum_pixel_mask *unserved = &run->memory->unserved[tile], all = lum_interpolated_all(mask);
     struct lum_lookup lookup = lum_lookup_of(run->cache, run->pass, worker);
     struct lum_candidates list;
     _Atomic uint64_t *found = run->note ? run->memory->found : NULL;
-    if (lum_sites_none(unserved))
+    if (lum_pixel_mask_none(unserved))
         return;
-    lum_nearby_update(nearby, run->pass, tile, &all, &lookup);
-    const struct lum_candidates *c = lum_nearby_list(nearby, &list);
-    if (c && nearby->served) {
+    lum_kept_candidates_update(kept, run->pass, tile, &all, &lookup);
+    const struct lum_candidates *c = lum_kept_candidates_list(kept, &list);
+    if (c && kept->served) {
         if (found)
-            lum_square_note(c, found);
-        *unserved = (struct lum_sites){0};
+            lum_tile_points_note(c, found);
+        *unserved = (struct lum_pixel_mask){0};
         return;
     }
-    struct lum_square square;
-    lum_square_load(&square, run->pass, tile, unserved);
-    lum_square_serve(&lookup, c, &square, unserved, found);
-    nearby->served = lum_sites_none(unserved);
+    struct lum_tile_points block;
+    lum_tile_points_load(&block, run->pass, tile, unserved);
+    lum_tile_points_serve(&lookup, c, &block, unserved, found);
+    kept->served = lum_pixel_mask_none(unserved);
 }
 
-/* All sites of a square. */
-static void look_at_square(void *ctx, uint32_t tile, struct lum_counters *counters)
+/* All pixels of a tile. */
+static void look_at_block(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
     const struct run *run = ctx;
-    run->memory->unserved[tile] = lum_sites_all(lum_sites_of(run->pass, tile));
-    serve_square(run, tile, counters->worker);
+    run->memory->unserved[tile] = lum_interpolated_all(lum_interpolated_of(run->pass, tile));
+    serve_block(run, tile, counters->worker);
 }
 
 /* Those that were not served when last looked at. */
 static void look_again(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
-    serve_square(ctx, tile, counters->worker);
+    serve_block(ctx, tile, counters->worker);
 }
 
 static enum lum_status look(struct run *run, bool note, bool again)
 {
     run->note = note;
-    return lum_stage_loop(run->runner, run->pass->tiling.n, again ? look_again : look_at_square, run);
+    return lum_stage_loop(run->runner, run->pass->tiling.n, again ? look_again : look_at_block, run);
 }
 
 /* ---- stale records ---- */
@@ -235,15 +235,15 @@ static enum lum_status refresh(struct run *run, struct lum_error *err)
 
 /* ---- rounds ---- */
 
-/* The site nearest to the middle of a block of a square, of those that are not served; LUM_SQUARE_SITES: all are. */
-static uint32_t middle_site(const struct lum_sites *s, uint32_t x0, uint32_t y0, uint32_t side)
+/* The pixel nearest to the middle of a block of a tile, of those that are not served; LUM_TILE_PIXELS: all are. */
+static uint32_t middle_site(const struct lum_pixel_mask *s, uint32_t x0, uint32_t y0, uint32_t side)
 {
-    uint32_t best = LUM_SQUARE_SITES, least = UINT32_MAX;
+    uint32_t best = LUM_TILE_PIXELS, least = UINT32_MAX;
     for (uint32_t y = y0; y < y0 + side; y++)
         for (uint32_t x = x0; x < x0 + side; x++) {
             int32_t dx = 2 * (int32_t)(x - x0) + 1 - (int32_t)side, dy = 2 * (int32_t)(y - y0) + 1 - (int32_t)side;
             uint32_t d = (uint32_t)(dx * dx + dy * dy);
-            if (d < least && lum_sites_has(s, y * LUM_TILE_SIDE + x)) {
+            if (d < least && lum_pixel_mask_has(s, y * LUM_TILE_SIDE + x)) {
                 least = d;
                 best = y * LUM_TILE_SIDE + x;
             }
@@ -251,7 +251,7 @@ static uint32_t middle_site(const struct lum_sites *s, uint32_t x0, uint32_t y0,
     return best;
 }
 
-void lum_records_place(struct lum_cache_record *r, const struct lum_pass *pass, size_t pixel)
+void lum_records_create(struct lum_cache_record *r, const struct lum_pass *pass, size_t pixel)
 {
     const struct lum_surfaces *s = pass->surfaces;
     const struct lum_snapshot *snapshot = pass->snapshot;
@@ -262,33 +262,33 @@ void lum_records_place(struct lum_cache_record *r, const struct lum_pass *pass, 
     r->object = object < snapshot->n_instances ? lum_hash64_text(snapshot->instances[object].id) : 0;
 }
 
-/* A new record at a site; false: there is no room for it. */
-static bool request(struct run *run, uint32_t tile, uint32_t site)
+/* A new record at a pixel; false: there is no room for it. */
+static bool request(struct run *run, uint32_t tile, uint32_t slot)
 {
     struct lum_records_memory *m = run->memory;
     struct lum_cache_record *r = reserve_batch(m, run->n_batch + 1) ? lum_store_new(run->cache->store, 0) : NULL;
     if (!r)
         return false;
-    lum_records_place(r, run->pass, lum_square_pixel(run->pass, tile, site));
+    lum_records_create(r, run->pass, lum_tile_pixel(run->pass, tile, slot));
     r->epoch = run->cache->epoch;
     m->batch[run->n_batch++] = r;
     return true;
 }
 
-/* One for each block of `side` pixels of a square. */
-static bool request_in_square(struct run *run, uint32_t tile, uint32_t side)
+/* One for each block of `side` pixels of a tile. */
+static bool request_in_tile(struct run *run, uint32_t tile, uint32_t side)
 {
-    const struct lum_sites *s = &run->memory->unserved[tile];
+    const struct lum_pixel_mask *s = &run->memory->unserved[tile];
     for (uint32_t y = 0; y < LUM_TILE_SIDE; y += side)
         for (uint32_t x = 0; x < LUM_TILE_SIDE; x += side) {
-            uint32_t site = middle_site(s, x, y, side);
-            if (site < LUM_SQUARE_SITES && !request(run, tile, site))
+            uint32_t slot = middle_site(s, x, y, side);
+            if (slot < LUM_TILE_PIXELS && !request(run, tile, slot))
                 return false;
         }
     return true;
 }
 
-/* One for each block of `side` squares, in that of them which is nearest to its middle. */
+/* One for each block of `side` tiles, in that of them which is nearest to its middle. */
 static bool request_in_block(struct run *run, uint32_t x0, uint32_t y0, uint32_t side)
 {
     const struct lum_tiling *t = &run->pass->tiling;
@@ -297,7 +297,7 @@ static bool request_in_block(struct run *run, uint32_t x0, uint32_t y0, uint32_t
         for (uint32_t x = x0; x < x0 + side && x < t->nx; x++) {
             int32_t dx = 2 * (int32_t)(x - x0) + 1 - (int32_t)side, dy = 2 * (int32_t)(y - y0) + 1 - (int32_t)side;
             uint32_t d = (uint32_t)(dx * dx + dy * dy), tile = y * t->nx + x;
-            if (d < least && !lum_sites_none(&run->memory->unserved[tile])) {
+            if (d < least && !lum_pixel_mask_none(&run->memory->unserved[tile])) {
                 least = d;
                 best = tile;
             }
@@ -311,7 +311,7 @@ static bool request_all(struct run *run, uint32_t side)
     run->n_batch = 0;
     if (side <= LUM_TILE_SIDE) {
         for (uint32_t tile = 0; tile < t->n; tile++)
-            if (!lum_sites_none(&run->memory->unserved[tile]) && !request_in_square(run, tile, side))
+            if (!lum_pixel_mask_none(&run->memory->unserved[tile]) && !request_in_tile(run, tile, side))
                 return false;
         return true;
     }

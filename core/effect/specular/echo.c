@@ -15,7 +15,7 @@ void lum_echo_destroy(struct lum_echo *tiles, uint32_t n)
     lum_free(tiles);
 }
 
-uint64_t lum_echo_print(const struct lum_vpl_set *set, float spacing)
+uint64_t lum_echo_hash(const struct lum_vpl_set *set, float spacing)
 {
     const float *arrays[] = {set->px, set->py, set->pz, set->nx, set->ny, set->nz};
     uint32_t bits;
@@ -30,11 +30,11 @@ uint64_t lum_echo_print(const struct lum_vpl_set *set, float spacing)
     return h | 1;
 }
 
-void lum_echo_begin(struct lum_echo *e, uint64_t print, bool panes)
+void lum_echo_begin(struct lum_echo *e, uint64_t hash, bool panes)
 {
     e->n_points = e->n_jobs = 0;
     e->n_terms = 0;
-    e->print = print;
+    e->hash = hash;
     e->panes = panes;
     e->whole = true;
 }
@@ -123,7 +123,8 @@ void lum_echo_sum(const struct lum_echo *e, uint32_t k, const struct lum_vpl_set
         for (uint32_t i = 0; i < job->n_points; i++) {
             struct lum_rgb value = lum_rgb_scale(radiance, lum_max(row[i], 0.0f));
             if (e->panes)
-                value = lum_rgb_mul(value, lum_share_unpack(e->left[job->first_term + (size_t)j * job->n_points + i]));
+                value = lum_rgb_mul(value,
+                                    lum_transmittance_unpack(e->left[job->first_term + (size_t)j * job->n_points + i]));
             sum[i][0] += (double)value.r;
             sum[i][1] += (double)value.g;
             sum[i][2] += (double)value.b;

@@ -68,7 +68,7 @@ static float spacing_of(const struct lum_pass *pass)
 struct echoes {
     struct lum_echo *tiles; /* of indirect light; NULL: there is none, or fog, which terms leave out; or no memory */
     uint32_t n_tiles;
-    _Atomic uint64_t vpl_print; /* lum_echo_print of the pass's VPLs; 0: nobody asked yet */
+    _Atomic uint64_t vpl_hash; /* lum_echo_hash of the pass's VPLs; 0: nobody asked yet */
 };
 
 static void finish(void *state)
@@ -88,7 +88,7 @@ static bool keeps_echoes(const struct lum_pass *pass)
 static bool reserve(void *state, const struct lum_pass *pass)
 {
     struct echoes *e = state;
-    e->vpl_print = 0;
+    e->vpl_hash = 0;
     e->n_tiles = pass->tiling.n;
     if (keeps_echoes(pass) && !e->tiles)
         e->tiles = lum_calloc(e->n_tiles, sizeof *e->tiles);
@@ -113,13 +113,13 @@ static struct lum_echo *echo_of(const struct lum_pass *pass, uint32_t tile)
     return kept ? &e->tiles[tile] : NULL;
 }
 
-static uint64_t print_of(const struct lum_pass *pass)
+static uint64_t hash_of(const struct lum_pass *pass)
 {
     struct echoes *e = lum_pass_state(pass, &echoes_kind);
-    uint64_t print = e->vpl_print;
-    if (print == 0)
-        e->vpl_print = print = lum_echo_print(pass->vpls, spacing_of(pass));
-    return print;
+    uint64_t hash = e->vpl_hash;
+    if (hash == 0)
+        e->vpl_hash = hash = lum_echo_hash(pass->vpls, spacing_of(pass));
+    return hash;
 }
 
 static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job *job,
@@ -142,7 +142,7 @@ static uint32_t spare_of(const struct lum_pass *pass, uint32_t n_sets, uint32_t 
 
 /* Vertices of pixels at one place of the pattern gather from that place's VPLs, faint ones from a part of them; what
  * neighbours gather from the others, the filter brings. */
-static void gather_set(struct tree *t, uint32_t faint, uint32_t set, uint32_t n_sets, uint32_t *slots)
+static void gather_subset(struct tree *t, uint32_t faint, uint32_t set, uint32_t n_sets, uint32_t *slots)
 {
     const struct lum_pass *pass = t->pass;
     const struct lum_vertices *v = &t->vertices[faint];
@@ -151,7 +151,7 @@ static void gather_set(struct tree *t, uint32_t faint, uint32_t set, uint32_t n_
     uint32_t vertex[LUM_RAY_BATCH], n_slots = 0;
     for (uint32_t i = 0; i < v->n; i++) {
         uint32_t x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
-        if (lum_pattern_set(pass->settings->method->pattern, x, y) != set)
+        if (lum_pattern_subset(pass->settings->method->pattern, x, y) != set)
             continue;
         vertex[points.n_points] = i;
         points.p[points.n_points] = v->p[i];
@@ -199,7 +199,7 @@ static bool replay_echo(const struct lum_pass *pass, uint32_t tile)
 {
     const struct lum_echo *e = echo_of(pass, tile);
     struct lum_rgb irradiance[LUM_RAY_BATCH];
-    if (!e || !e->whole || (pass->vpls && e->print != print_of(pass)))
+    if (!e || !e->whole || (pass->vpls && e->hash != hash_of(pass)))
         return false;
     if (!pass->vpls) /* no indirect light at all */
         return true;
@@ -224,7 +224,7 @@ static void shade_vertices(struct tree *t, uint32_t faint)
         uint32_t slots[LUM_VPL_MAX / 4],
             n_sets = t->pass->settings->method->pattern * t->pass->settings->method->pattern;
         for (uint32_t set = 0; set < n_sets; set++)
-            gather_set(t, faint, set, n_sets, slots);
+            gather_subset(t, faint, set, n_sets, slots);
     }
     t->vertices[faint].n = 0;
 }
@@ -428,7 +428,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
     if (echo_of(pass, tile))
-        lum_echo_begin(echo_of(pass, tile), pass->vpls ? print_of(pass) : 0, lum_pass_panes(pass));
+        lum_echo_begin(echo_of(pass, tile), pass->vpls ? hash_of(pass) : 0, lum_pass_panes(pass));
     struct tree t;
     t.pass = pass;
     t.counters = counters;

@@ -1,0 +1,128 @@
+/* What a layer keeps of a light whose shadows are soft, for the estimator `penumbra`.
+ *
+ * A light has 16 points, a (0,4,2)-net on it, in the same strata for every pixel: pixel (x, y) begins with number
+ * lum_pattern_subset(4, x, y), so that any 4 x 4 window in which all are asked holds all of them (interleaved
+ * sampling), and neighbours can lend each other what they know. Of each point a pixel knows one of four things; see
+ * struct lum_visibility. */
+#ifndef LUM_CORE_EFFECT_DIRECT_AREA_VISIBILITY_H
+#define LUM_CORE_EFFECT_DIRECT_AREA_VISIBILITY_H
+
+#include "core/light/light.h"
+#include "core/pass/pass.h"
+
+#define LUM_AREA_POINTS 16u
+#define LUM_AREA_SIDE 4u /* of the pattern: points = side * side */
+/* In a stratum of a disc or a mesh: 8 x 8. With 16 all that a pixel can know is half as noisy again (penumbra_test). */
+#define LUM_AREA_STRATUM_POINTS 64u
+
+/* Shadow samples of a pixel: bit k is sample k.
+ *   traced, visible  what it says
+ *   neither          not known
+ *   visible alone    known not to contribute: the point lies below the pixel's horizon. Soft layers only */
+struct lum_visibility {
+    uint16_t traced, visible;
+};
+
+/* Sums over the pixels of a tile of the pattern. */
+struct lum_visibility_tally {
+    uint16_t known, traced, visible;
+};
+
+/* What the samples of a tile of the pattern, or of several, say of a light. */
+enum {
+    LUM_AREA_LIT = 1,
+    LUM_AREA_DARK = 2,
+};
+
+enum lum_area_begun {
+    LUM_AREA_TO_BEGIN,
+    LUM_AREA_DOUBTED, /* the same; and materials changed since: of what is known, only what rays found out is true */
+    LUM_AREA_BEGUN,   /* every pixel that is asked first has its stratum */
+};
+
+#define LUM_AREA_UNKNOWN (-1.0f)
+
+/* Tiles of the pattern are `across` by `down`, row by row. */
+struct lum_area_visibility {
+    uint32_t salt; /* with the seed: of the points */
+    struct lum_vec2 point[LUM_AREA_POINTS];
+    struct lum_emitter_point
+        *place;  /* LUM_AREA_STRATUM_POINTS in the stratum of each point; NULL: the light is no disc or mesh */
+    bool placed; /* these are the scene's, and of these points */
+    uint16_t first_points; /* bits of four that are a net of their own: pixels that begin with one of these, one in each
+                            * 2 x 2 block, are asked first, the others only where these do not agree */
+    struct lum_visibility *visibility; /* w * h, row by row of the picture; NULL: the layer is not soft */
+    uint32_t *left, *history_left;     /* as visibility and history: what panes leave (lum_transmittance_pack) of the
+                                        * stratum that the pixel begins with, or where that is not visible of the first that
+                                        * is; else 0. NULL: there are none */
+    struct lum_visibility *history;    /* same, before the eye last moved; NULL: settings->reproject_shadows is off */
+    struct lum_rgb *direct; /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
+    struct lum_visibility_tally *tally; /* per tile of the pattern */
+    uint64_t *hashes;                   /* same: hash of what its pixels know */
+    float *unshadowed;                  /* same: luminance that the light brings at power 1, with nothing in the way, or
+                                         * LUM_AREA_UNKNOWN until its surfaces have been looked at */
+    uint8_t *dimmed;                    /* same: 1: `left` of any of its pixels is not 0; NULL: likewise */
+    uint8_t *first;     /* same: LUM_AREA_ bits of the pixels that are asked first, by that stratum alone */
+    uint8_t *all_asked; /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
+    uint8_t *goal;      /* same: strata that its pixels shall know after this pass; 0: no more than they do */
+    uint8_t *open; /* same: 1: something was forgotten, or who is asked changed, since it was last refined; others learn
+                    * no more until the scene rests, so that nothing flickers where an edit changes nothing */
+    uint8_t *begun;  /* per cell: enum lum_area_begun */
+    uint32_t *asked; /* same: lum_layers.n_passes when its first pixels were last asked; 0: never, as in the next two */
+    uint32_t *changed;        /* same: when something in `first` last changed */
+    uint32_t *filled;         /* same: when the others were last looked at, and asked where all_asked says so */
+    uint32_t *told, *settled; /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed,
+                               * and when direct was last up to date; 0: never */
+    float *ratio; /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
+    uint64_t
+        *ratio_hashes; /* per tile of the pattern: hash of share and of what its pixels know, where there is a share */
+    uint64_t *shared, *resolved; /* same: hash of the hashes, or of the ratio_hashes, around when share, or direct, was
+                                  * made; 0: it is stale */
+};
+
+/* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
+bool lum_area_visibility_init(struct lum_area_visibility *ret_visibility, const struct lum_pass *pass, uint32_t salt);
+void lum_area_visibility_finish(struct lum_area_visibility *s);
+/* Makes or drops what is kept of panes: those of which pixels know something came or went. False: memory is short. */
+bool lum_area_visibility_fit_panes(struct lum_area_visibility *s, const struct lum_pass *pass, bool panes);
+/* Finds the places of the light, number `index` of the snapshot, unless they are known. False: memory is short. */
+bool lum_area_find_stratum_points(struct lum_area_visibility *s, const struct lum_snapshot *snapshot, uint32_t index);
+/* Nothing is known any more. */
+void lum_area_visibility_forget(struct lum_area_visibility *s, const struct lum_pass *pass);
+/* The eye moved: what is known belongs to the picture before. */
+void lum_area_visibility_to_history(struct lum_area_visibility *s, const struct lum_pass *pass);
+/* Something moved, as pass->motion_mask says; bounds: of the light, which did not. What cannot have changed stays
+ * known. Returns in how many tiles of the pattern something was known and is not any more. */
+uint32_t lum_area_visibility_follow_motion(struct lum_area_visibility *s, const struct lum_pass *pass,
+                                           const struct lum_bounds *bounds);
+/* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided
+ * anew. */
+void lum_area_visibility_reconsider(struct lum_area_visibility *s, const struct lum_pass *pass);
+size_t lum_area_visibility_bytes(void); /* per pixel, about */
+
+/* A point of the same stratum: the digits below the stratum's are exclusive-ored with these 12 bits of each coordinate,
+ * which leaves the 16 points a (0,4,2)-net. */
+static inline struct lum_vec2 lum_area_scramble(struct lum_vec2 point, uint32_t x_bits, uint32_t y_bits)
+{
+    int32_t x = (int32_t)(point.x * 0x1p24f) ^ (int32_t)(x_bits & 0xfff) << 10;
+    int32_t y = (int32_t)(point.y * 0x1p24f) ^ (int32_t)(y_bits & 0xfff) << 10;
+    return (struct lum_vec2){(float)x * 0x1p-24f, (float)y * 0x1p-24f};
+}
+
+/* Hash of one pixel more. */
+static inline uint64_t lum_area_visibility_hash(uint64_t hash, struct lum_visibility visibility)
+{
+    hash = (hash ^ ((uint32_t)visibility.traced << 16 | visibility.visible)) * 0x9e3779b97f4a7c15u;
+    return hash ^ hash >> 32;
+}
+
+/* LUM_AREA_ bits of tile (x, y) of the pattern and of its neighbours. 0: no sample could contribute. */
+uint32_t lum_area_around(const struct lum_area_visibility *s, const struct lum_tiling *subsets, uint32_t x, uint32_t y);
+
+/* The tiles of the pattern in a picture. */
+static inline struct lum_tiling lum_area_tiling(const struct lum_pass *pass)
+{
+    return lum_tiling_make(pass->tiling.w, pass->tiling.h, LUM_AREA_SIDE);
+}
+
+#endif

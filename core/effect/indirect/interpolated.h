@@ -1,0 +1,28 @@
+/* Which pixels of a pass interpolate records.. */
+#ifndef LUM_CORE_EFFECT_INDIRECT_INTERPOLATED_H
+#define LUM_CORE_EFFECT_INDIRECT_INTERPOLATED_H
+
+#include "core/effect/indirect/kept_candidates.h"
+
+/* Pixels of the tile that interpolate. coarse: those of a quarter of the resolution; lone: the others. At full
+ * resolution all are coarse. */
+struct lum_interpolated {
+    struct lum_pixel_mask coarse, lone;
+    struct lum_kept_candidates kept; /* of all of them */
+};
+/* Of estimators that interpolate records. */
+extern const struct lum_state_kind lum_interpolated_kind;
+/* Found once, and kept. Thread: the worker that has the tile. */
+struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile);
+/* w * h, found with the pixels: from which samples of a quarter of the resolution a pixel takes (lum_upsample_taps). */
+const uint8_t *lum_taps_of(const struct lum_pass *pass);
+
+static inline struct lum_pixel_mask lum_interpolated_all(const struct lum_interpolated *s)
+{
+    struct lum_pixel_mask all;
+    for (uint32_t k = 0; k < LUM_PIXEL_MASK_WORDS; k++)
+        all.bits[k] = s->coarse.bits[k] | s->lone.bits[k];
+    return all;
+}
+
+#endif
