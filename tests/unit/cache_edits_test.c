@@ -3,6 +3,7 @@
 
 #include "core/cache/cache.h"
 #include "core/pass/pass.h"
+#include "tests/support/effort.h"
 #include "tests/support/rig.h"
 
 #define N_EDITS 60
@@ -352,14 +353,14 @@ static void a_crowd_moves(void **state)
 static void live_records_are_as_built_now(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1; seed <= 3; seed++)
+    for (uint64_t seed = 1; seed <= TEST_EFFORT(3); seed++)
         after_any_edits("live", seed);
 }
 
 static void tic_records_are_as_built_now(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1; seed <= 3; seed++)
+    for (uint64_t seed = 1; seed <= TEST_EFFORT(3); seed++)
         after_any_edits("tic", seed);
 }
 

@@ -4,6 +4,7 @@
 #include "core/cache/cache.h"
 #include "core/interleave/interleave.h"
 #include "core/scene/shapes.h"
+#include "tests/support/effort.h"
 #include "tests/support/rig.h"
 #include "tests/support/scene_fixture.h"
 
@@ -363,7 +364,7 @@ static void pictures_are_never_stale(void **state)
     size_t n;
     const struct lum_method *methods = lum_methods(&n);
     for (size_t i = 0; i < n; i++)
-        for (uint64_t seed = 1; seed <= 8; seed++)
+        for (uint64_t seed = 1; seed <= TEST_EFFORT(8); seed++)
             edit_at_random(&(struct trial){&methods[i], seed % 2, seed, LUM_CELL_SIDE + 5 /* two cells */, 19, 16});
 }
 
@@ -374,7 +375,7 @@ static void larger_pictures_are_never_stale(void **state)
     static const char *const methods[] = {"live", "ais"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++)
         for (uint64_t seed = 4; seed <= 5; seed++)
-            edit_at_random(&(struct trial){lum_method_find(methods[i]), seed % 2 == 0, seed, 80, 56, 50});
+            edit_at_random(&(struct trial){lum_method_find(methods[i]), seed % 2 == 0, seed, 80, 56, TEST_EFFORT(50)});
 }
 
 int main(void)
