@@ -1,5 +1,5 @@
 # cmake -DOUT=file.c -DNAME=symbol -DFILES=a;b -DKEYS=x;y -P embed.cmake
-# Writes a C table of files: const struct lum_embedded NAME[] = {{key, bytes, n}, ..., {0}} (server/embed.h).
+# Writes a C table of files: const struct lum_embedded NAME[] = {{key, bytes, n}, ..., {0}} (server/base/embed.h).
 set(body "")
 set(table "")
 set(i 0)
@@ -10,5 +10,5 @@ foreach(file key IN ZIP_LISTS FILES KEYS)
     string(APPEND table "    {\"${key}\", bytes_${i}, sizeof bytes_${i} - 1},\n")
     math(EXPR i "${i} + 1")
 endforeach()
-file(WRITE "${OUT}.tmp" "#include \"server/embed.h\"\n${body}const struct lum_embedded ${NAME}[] = {\n${table}    {0, 0, 0},\n};\n")
+file(WRITE "${OUT}.tmp" "#include \"server/base/embed.h\"\n${body}const struct lum_embedded ${NAME}[] = {\n${table}    {0, 0, 0},\n};\n")
 execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different "${OUT}.tmp" "${OUT}")

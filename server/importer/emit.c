@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "protocol/limits.h"
-#include "server/import.h"
+#include "server/import/wire.h"
 
 /* ---- text of an op ---- */
 

@@ -1,4 +1,4 @@
-/* The importer's output stream (chunks as server/import.h describes them) and the text of ops.
+/* The importer's output stream (chunks as server/import/wire.h describes them) and the text of ops.
  *
  * Both are sticky: after the first failure every call does nothing, and the call that ends a unit (lum_emit_op) reports
  * it. Nothing here allocates. */

@@ -10,11 +10,11 @@
 
 static bool send_request(int sock, const char *name, unsigned flags)
 {
-    char packet[1 + LUM_FILE_NAME_BYTES];
+    char datagram[1 + LUM_FILE_NAME_BYTES];
     size_t n = strlen(name);
-    packet[0] = (char)flags;
-    memcpy(packet + 1, name, n);
-    struct iovec iov = {packet, n + 1};
+    datagram[0] = (char)flags;
+    memcpy(datagram + 1, name, n);
+    struct iovec iov = {datagram, n + 1};
     struct msghdr msg = {.msg_iov = &iov, .msg_iovlen = 1};
     ssize_t sent;
     do

@@ -1,22 +1,12 @@
 /* The importer's only way to a file: it asks its parent, over a socket, for one below the asset's directory and gets an open
- * descriptor back. So the sandbox forbids opening altogether, and even code injected into this process reaches nothing else.
- *
- * Request (one SEQPACKET datagram): u8 flags (1: any letter case), then the name, '/' separated. Reply: struct
- * lum_file_reply, with the descriptor attached when status is LUM_OK. */
+ * descriptor back. So the sandbox forbids opening altogether, and even code injected into this process reaches nothing
+ * else. What is said on it: server/import/wire.h. */
 #ifndef LUM_SERVER_IMPORTER_FILES_H
 #define LUM_SERVER_IMPORTER_FILES_H
 
 #include "core/base/base.h"
+#include "server/import/wire.h"
 #include "server/importer/bytes.h"
-
-#define LUM_FILE_ANY_CASE 1u
-#define LUM_FILE_NAME_BYTES 1024u
-
-struct lum_file_reply {
-    uint32_t status; /* enum lum_status: OK, NOT_FOUND, INVALID (outside, or no regular file), LIMIT, IO */
-    uint32_t reserved;
-    uint64_t n_bytes;
-};
 
 struct lum_files {
     int socket; /* -1: every file is not found */

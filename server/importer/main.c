@@ -1,5 +1,5 @@
-/* lumend-import: reads one model or picture and writes it as ops (server/import.h describes the stream). It is run by
- * lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3, and reads nothing
+/* lumend-import: reads one model or picture and writes it as ops (server/import/wire.h describes the stream). It is run
+ * by lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3, and reads nothing
  * before it has shut itself in.
  *
  *   lumend-import model NAME ID CPU_S     records named ID/...

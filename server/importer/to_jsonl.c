@@ -10,7 +10,7 @@
 
 #include "protocol/json.h"
 #include "protocol/op.h"
-#include "server/import.h"
+#include "server/import/import.h"
 
 static void print_log(void *user, int level, const char *component, const char *text)
 {

@@ -22,7 +22,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
 const char *const ais_parts[AIS_PARTS] = {"ID", "SS", "PM", "FULL"};

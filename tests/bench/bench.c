@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "core/math/sampler.h"
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 #include "tests/bench/plot.h"
 
 static const struct lum_bench benches[] = {

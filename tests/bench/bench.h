@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-#include "server/world.h"
+#include "server/world/world.h"
 
 struct lum_bench_options {
     const char *out;   /* directory, exists */

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 /* --quick takes the first two. */
 static const char *const scene_names[] = {"cornell",      "cornell-media", "desk",        "office",

@@ -22,7 +22,7 @@
 
 #include <string.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 const char *const instant_methods[INSTANT_METHODS] = {"whitted", "igi", "ic", "tic", "live"};
 const char *const instant_parts[INSTANT_PARTS] = {"whole", "diffuse"};

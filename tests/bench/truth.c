@@ -13,8 +13,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "server/apply.h"
-#include "server/embed.h"
+#include "server/base/embed.h"
+#include "server/world/apply.h"
 
 /* Models, and the camera that they are looked at through: its id's end. */
 static const struct {

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/apply.h"
+#include "server/world/apply.h"
 #include "tests/bench/truth.h"
 
 #define POSES 6u

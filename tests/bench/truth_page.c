@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/png.h"
+#include "server/stream/png.h"
 #include "tests/bench/truth.h"
 
 static bool failed(const char *text)

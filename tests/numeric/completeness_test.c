@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "core/render/view.h"
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 enum { W = 72, H = 48, SPP = 4 };
 

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 struct built_in {
     struct lum_world world;

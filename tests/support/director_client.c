@@ -9,7 +9,7 @@
 #include "protocol/json.h"
 #include "protocol/op.h"
 #include "protocol/rpc.h"
-#include "server/methods.h"
+#include "server/director/methods.h"
 
 static const char scene_text[] =
     "{\"lumend\":1,\"kind\":\"scene\"}\n"

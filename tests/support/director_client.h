@@ -12,7 +12,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "server/director_internal.h"
+#include "server/director/internal.h"
 
 enum { W = 40, H = 30, MAX_STREAMS = 4, MAX_TEXTS = 4096 };
 

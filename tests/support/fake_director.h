@@ -1,9 +1,9 @@
 /* A director that only records: for tests of what stands before it, without a renderer. It defines the functions of
- * server/director.h that sessions call, so a program links this library instead of the real one's objects. */
+ * server/director/director.h that sessions call, so a program links this library instead of the real one's objects. */
 #ifndef LUM_TESTS_SUPPORT_FAKE_DIRECTOR_H
 #define LUM_TESTS_SUPPORT_FAKE_DIRECTOR_H
 
-#include "server/director.h"
+#include "server/director/director.h"
 
 struct lum_director {
     struct lum_command *posted[64]; /* owned */

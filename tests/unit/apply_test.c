@@ -11,7 +11,7 @@
 
 #include "protocol/json.h"
 #include "protocol/op.h"
-#include "server/apply.h"
+#include "server/world/apply.h"
 
 #define PI 3.14159265358979323846
 

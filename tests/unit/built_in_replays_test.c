@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 enum { POSES = 100, MOVERS_MAX = 32 };
 static const double frame_ms = 1000.0 / 30.0;

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "core/render/view.h"
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 static void load(struct lum_world *world, const char *scene)
 {

@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "server/commands.h"
+#include "server/cli/commands.h"
 
 enum { MAX_ARGS = 24 };
 

@@ -11,9 +11,9 @@
 #include <cmocka.h>
 
 #include "protocol/json.h"
-#include "server/commands.h"
-#include "server/names.h"
-#include "server/progress.h"
+#include "server/base/suggest.h"
+#include "server/cli/commands.h"
+#include "server/cli/progress.h"
 #include "tests/unit/cli_kit.h"
 
 static void expect_message(const char *line, const char *message)

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/commands.h"
+#include "server/cli/commands.h"
 #include "tests/unit/cli_kit.h"
 
 static void write_exr(const char *name, float value)

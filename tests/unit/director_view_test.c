@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "protocol/rpc.h"
-#include "server/methods.h"
+#include "server/director/methods.h"
 #include "tests/support/director_client.h"
 
 static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)

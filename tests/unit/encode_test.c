@@ -12,7 +12,7 @@
 #include <turbojpeg.h>
 #include <zlib.h>
 
-#include "server/encode.h"
+#include "server/stream/encode.h"
 
 /* Neither a multiple of the tile's side nor of 4: four tiles, three of them cut. */
 enum { W = 199, H = 130, TILES = 4, TILE_BYTES = 128 * 128 * 8 };

@@ -2,7 +2,7 @@
 #ifndef LUM_TESTS_UNIT_IMPORT_KIT_H
 #define LUM_TESTS_UNIT_IMPORT_KIT_H
 
-#include "server/import.h"
+#include "server/import/import.h"
 
 /* A directory of its own for each test, removed with all it holds. */
 struct kit {

@@ -20,8 +20,8 @@
 #include <cmocka.h>
 
 #include "core/image/exr.h"
-#include "server/asset.h"
 #include "protocol/document.h"
+#include "server/import/asset.h"
 #include "tests/unit/import_kit.h"
 
 static size_t count_fds(void)

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "server/commands.h"
+#include "server/cli/commands.h"
 #include "tests/unit/cli_kit.h"
 
 /* Whitted takes the same shadow samples whatever the other lights do, so that the sum of the groups is the whole up to

@@ -14,7 +14,7 @@
 
 #include "protocol/json.h"
 #include "protocol/rpc.h"
-#include "server/methods.h"
+#include "server/director/methods.h"
 #include "tests/unit/protocol_util.h"
 
 static char *page; /* the whole of PROTOCOL.md; set once by main */

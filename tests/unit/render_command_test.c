@@ -12,8 +12,8 @@
 
 #include "core/method/method.h"
 #include "protocol/json.h"
-#include "server/commands.h"
-#include "server/render_options.h"
+#include "server/cli/commands.h"
+#include "server/cli/render_options.h"
 #include "tests/unit/cli_kit.h"
 
 /* Emission 1 and albedo 1/2 everywhere: L = 1 / (1 - 1/2) = 2 in every pixel. Next-event estimation and Russian

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "server/scene_source.h"
+#include "server/world/scene_source.h"
 
 /* One triangle, nothing else; its buffer is 36 bytes: (0,0,0) (1,0,0) (0,1,0). */
 #define TRIANGLE_GLTF(primitive, top)                                                                                  \

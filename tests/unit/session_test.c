@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/session.h"
+#include "server/net/session.h"
 #include "tests/support/fake_director.h"
 
 #define TOKEN "0123456789abcdef0123"

@@ -13,8 +13,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/apply.h"
-#include "server/scene_source.h"
+#include "server/world/apply.h"
+#include "server/world/scene_source.h"
 
 #define RAYS(kind) (1u << LUM_RAY_##kind)
 #define OF_LIGHTS (RAYS(DIRECT) | RAYS(SOFT_SHADOW) | RAYS(ENVIRONMENT))

@@ -11,7 +11,7 @@
 
 #include "core/base/base.h"
 #include "protocol/limits.h"
-#include "server/stream.h"
+#include "server/stream/stream.h"
 
 #define N_TILES 6u
 

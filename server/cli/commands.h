@@ -1,0 +1,13 @@
+/* The subcommands of lumend. Each parses its own arguments (argv[0] is the subcommand's name) and returns the exit status.
+ * A result goes to stdout, a failure is one line on stderr that says what and where. */
+#ifndef LUM_SERVER_CLI_COMMANDS_H
+#define LUM_SERVER_CLI_COMMANDS_H
+
+enum lum_exit { LUM_EXIT_OK = 0, LUM_EXIT_FAILED = 1, LUM_EXIT_USAGE = 2 };
+
+int lum_cmd_render(int argc, char **argv);  /* an image or a sequence, without network */
+int lum_cmd_compare(int argc, char **argv); /* metrics of two images */
+int lum_cmd_scenes(int argc, char **argv);  /* lists the built-in scenes and replays, or prints one */
+int lum_cmd_methods(int argc, char **argv); /* lists the rendering methods */
+
+#endif

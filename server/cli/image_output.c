@@ -1,0 +1,115 @@
+#include "server/cli/image_output.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "server/stream/png.h"
+
+enum { PNG_FILE_LEVEL = 6 };
+
+struct lum_rgb *lum_film_pixels(const struct lum_film *film)
+{
+    struct lum_rgb *pixels = lum_calloc((size_t)film->w * film->h, sizeof *pixels);
+    for (uint32_t y = 0; pixels && y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            pixels[(size_t)y * film->w + x] = lum_film_mean(film, x, y);
+    return pixels;
+}
+
+enum lum_status lum_write_png(const char *path, const struct lum_film *film, double ev100, enum lum_tone_map tone,
+                              struct lum_error *err)
+{
+    size_t n = (size_t)film->w * film->h;
+    uint8_t *rgba = lum_calloc(n, 4);
+    if (!rgba)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", film->w, film->h);
+    const struct lum_display display = {.ev100 = ev100, .tone = tone};
+    lum_film_resolve(film, 0, 0, film->w, film->h, &display, rgba, (size_t)film->w * 4);
+    uint8_t *rgb = rgba; /* packed in place: the source is never behind the target */
+    for (size_t i = 0; i < n; i++)
+        memmove(rgb + 3 * i, rgba + 4 * i, 3);
+    enum lum_status st = lum_png_write(path, &(struct lum_png){rgb, film->w, film->h, PNG_FILE_LEVEL}, err);
+    lum_free(rgba);
+    return st;
+}
+
+/* Channels of one picture, as they are gathered. */
+struct channels {
+    struct lum_exr_channel *list;
+    uint32_t n;
+};
+
+static void add_channel(struct channels *c, const char *layer, const char *name, const float *pixels, size_t stride)
+{
+    struct lum_exr_channel *ch = &c->list[c->n++];
+    snprintf(ch->name, sizeof ch->name, "%.58s%s%s", layer, layer[0] ? "." : "", name);
+    ch->pixels = pixels;
+    ch->stride = stride;
+    ch->half = false;
+}
+
+static void add_rgb(struct channels *c, const char *layer, const struct lum_rgb *pixels)
+{
+    if (!pixels)
+        return;
+    add_channel(c, layer, "R", &pixels->r, 3);
+    add_channel(c, layer, "G", &pixels->g, 3);
+    add_channel(c, layer, "B", &pixels->b, 3);
+}
+
+static void add_aovs(struct channels *c, const struct lum_aovs *aovs, const float *ids)
+{
+    add_rgb(c, "albedo", aovs->albedo);
+    if (aovs->normal_world) {
+        add_channel(c, "N", "X", &aovs->normal_world->x, 3);
+        add_channel(c, "N", "Y", &aovs->normal_world->y, 3);
+        add_channel(c, "N", "Z", &aovs->normal_world->z, 3);
+    }
+    if (aovs->depth_m)
+        add_channel(c, "", "Z", aovs->depth_m, 1);
+    if (ids)
+        add_channel(c, "", "id", ids, 1);
+}
+
+/* Maps are bytes, channels floats. False: memory is short. */
+static bool add_guidance(struct channels *c, const struct lum_exr_output *o, float *maps[LUM_EFFECT_COUNT])
+{
+    size_t n = (size_t)o->w * o->h;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++) {
+        if (!o->guidance[e])
+            continue;
+        maps[e] = lum_calloc(n, sizeof *maps[e]);
+        if (!maps[e])
+            return false;
+        for (size_t i = 0; i < n; i++)
+            maps[e][i] = (float)o->guidance[e][i];
+        add_channel(c, "guidance", lum_effect_names[e], maps[e], 1);
+    }
+    return true;
+}
+
+enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, struct lum_error *err)
+{
+    size_t n = (size_t)o->w * o->h;
+    float *ids = o->aovs.instance ? lum_calloc(n, sizeof *ids) : NULL;
+    float *maps[LUM_EFFECT_COUNT] = {NULL};
+    struct channels c = {.list = lum_calloc(11 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
+    enum lum_status st = LUM_OK;
+    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps)) {
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+        goto done;
+    }
+    for (size_t i = 0; ids && i < n; i++)
+        ids[i] = o->aovs.instance[i] == LUM_NO_OBJECT ? 0.0f : (float)o->aovs.instance[i] + 1.0f;
+    add_rgb(&c, "", o->beauty);
+    for (uint32_t i = 0; i < o->n_layers; i++)
+        add_rgb(&c, o->layers[i].name, o->layers[i].pixels);
+    add_aovs(&c, &o->aovs, ids);
+    st = lum_exr_write(path, o->w, o->h, c.list, c.n, o->attributes, o->n_attributes, err);
+done:
+    lum_free(c.list);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        lum_free(maps[e]);
+    lum_free(ids);
+    return st;
+}

@@ -1,0 +1,272 @@
+/* lumend: subcommands, and the life of the daemon.
+ *
+ * - Start: options, log, token, listening socket (a taken port is found before a long load), signal thread, director
+ *   (loads the scene, starts the renderer), sessions, then the ready line on stdout.
+ * - Run: the main thread is the net thread. The director is a thread of its own; it has the worker pool and, for an
+ *   import, a child process.
+ * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses connections, sends
+ *   session.closing, closes every session, and returns. Then in reverse order of the start: sessions, director (cancels
+ *   its pass, joins), network, log. A second signal exits at once.
+ *
+ * Signals are blocked in every thread before the first is started and taken by one thread with sigwait, so no handler
+ * ever runs in the middle of anything. */
+#define _GNU_SOURCE
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+
+#include "core/accel/accel.h"
+#include "core/image/exr.h"
+#include "protocol/nearest.h"
+#include "server/cli/commands.h"
+#include "server/cli/options.h"
+#include "server/director/director.h"
+#include "server/net/auth.h"
+#include "server/net/healthcheck.h"
+#include "server/net/net.h"
+
+static int usage(void)
+{
+    fputs("lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+          "\n"
+          "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
+          "  lumend render --scene S --out F     render without network: an .exr or .png\n"
+          "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+          "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
+          "  lumend --version | --help           each command has its own --help\n"
+          "\n"
+          "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
+          stdout);
+    lum_options_help(stdout);
+    fputs("\n"
+          "Try:\n"
+          "  lumend                              the Cornell box on this machine\n"
+          "  lumend --scene office --listen 127.0.0.1:0\n"
+          "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n",
+          stdout);
+    return LUM_EXIT_OK;
+}
+
+static int version(void)
+{
+    printf("lumend %s (protocol 1)\n%s\n%s\n%s\ncJSON %s\ncompiler %s\n", LUMEND_VERSION, lum_accel_library(),
+           lum_exr_library(), lum_net_library(), cJSON_Version(), __VERSION__);
+    return LUM_EXIT_OK;
+}
+
+static int fail(int status, const struct lum_error *err)
+{
+    fprintf(stderr, "lumend: %s\n", err->text);
+    if (status == LUM_EXIT_USAGE)
+        fprintf(stderr, "lumend --help lists the options\n");
+    return status;
+}
+
+/* ---- signals ---- */
+
+struct signal_watch {
+    pthread_t thread;
+    sigset_t signals;
+    struct lum_net *net;
+};
+
+/* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
+static void *watch_signals(void *arg)
+{
+    struct signal_watch *w = arg;
+    int signal_number = 0;
+    for (int n_stops = 0; sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1; n_stops++) {
+        if (n_stops > 0)
+            _exit(LUM_EXIT_FAILED); /* asked twice: nothing is waited for */
+        lum_net_stop(w->net);
+    }
+    return NULL;
+}
+
+/* Before any thread is started: they inherit the mask. */
+static void signals_block(struct signal_watch *w)
+{
+    sigemptyset(&w->signals);
+    sigaddset(&w->signals, SIGTERM);
+    sigaddset(&w->signals, SIGINT);
+    sigaddset(&w->signals, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &w->signals, NULL);
+    signal(SIGPIPE, SIG_IGN); /* a peer that is gone is an error code, not a signal */
+}
+
+static bool signals_begin(struct signal_watch *w, struct lum_net *net)
+{
+    w->net = net;
+    return pthread_create(&w->thread, NULL, watch_signals, w) == 0;
+}
+
+static void signals_finish(struct signal_watch *w)
+{
+    pthread_kill(w->thread, SIGUSR1);
+    pthread_join(w->thread, NULL);
+}
+
+/* ---- serve ---- */
+
+static enum lum_status make_auth(const struct lum_options *o, struct lum_auth *ret_auth, struct lum_error *err)
+{
+    if (o->no_auth) {
+        memset(ret_auth, 0, sizeof *ret_auth);
+        return LUM_OK;
+    }
+    const char *file = o->value[LUM_OPTION_TOKEN_FILE];
+    return file ? lum_auth_from_file(file, ret_auth, err) : lum_auth_random(ret_auth, err);
+}
+
+/* The one line on stdout. A server on all addresses is opened by a local one. */
+static void print_ready(const struct lum_options *o, uint16_t port, const struct lum_auth *auth)
+{
+    const char *host = lum_address_local(&o->listen);
+    printf("lumend ready http://%s%s%s:%u/%s%s\n", o->listen.ipv6 ? "[" : "", host, o->listen.ipv6 ? "]" : "", port,
+           auth->required ? "#t=" : "", auth->token);
+    fflush(stdout);
+}
+
+static enum lum_status make_net(const struct lum_options *o, struct lum_log log, struct lum_net **ret_net,
+                                struct lum_error *err)
+{
+    const struct lum_net_config config = {
+        .address = o->listen,
+        .access = {.loopback = o->listen.loopback,
+                   .hosts = o->value[LUM_OPTION_ALLOW_HOST],
+                   .origins = o->value[LUM_OPTION_ALLOW_ORIGIN]},
+        .log = log,
+    };
+    return lum_net_create(&config, ret_net, err);
+}
+
+static enum lum_status make_director(const struct lum_options *o, struct lum_log log, struct lum_net *net,
+                                     struct lum_director **ret_director, struct lum_error *err)
+{
+    const struct lum_director_config config = {
+        .scene = o->value[LUM_OPTION_SCENE],
+        .assets_dir = o->value[LUM_OPTION_ASSETS],
+        .importer = o->value[LUM_OPTION_IMPORTER],
+        .method = o->value[LUM_OPTION_METHOD],
+        .isa = o->value[LUM_OPTION_ISA],
+        .threads = o->threads,
+        .deterministic = o->deterministic,
+        .log = log,
+        .wake_net = lum_net_wake,
+        .wake_user = net,
+    };
+    return lum_director_create(&config, ret_director, err);
+}
+
+/* A folder that is missing is not an error: the container names one that need not be mounted. */
+static bool has_assets(const struct lum_options *o, struct lum_log log)
+{
+    const char *dir = o->value[LUM_OPTION_ASSETS];
+    struct stat st;
+    bool found = dir && !stat(dir, &st) && S_ISDIR(st.st_mode);
+    if (dir && !found)
+        lum_log(&log, LUM_LOG_WARNING, "main", "%s %s is no folder: nothing can be imported",
+                o->given[LUM_OPTION_ASSETS], dir);
+    return found;
+}
+
+/* From the director to the end of the run; net and the signal thread are there. */
+static enum lum_status run(const struct lum_options *o, const struct lum_auth *auth, struct lum_log log,
+                           struct lum_net *net, struct lum_error *err)
+{
+    struct lum_director *director = NULL;
+    struct lum_sessions *sessions = NULL;
+    enum lum_status status = make_director(o, log, net, &director, err);
+    if (status)
+        return status;
+    const struct lum_sessions_config config = {.director = director,
+                                               .auth = auth,
+                                               .counters = lum_net_counters(net),
+                                               .imports = has_assets(o, log),
+                                               .log = log};
+    status = lum_sessions_create(&config, &sessions, err);
+    if (!status) {
+        lum_options_warn(&log);
+        print_ready(o, lum_net_port(net), auth);
+        lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        lum_net_run(net, sessions, director);
+        lum_log(&log, LUM_LOG_INFO, "main", "stopped");
+    }
+    lum_sessions_destroy(sessions);
+    lum_director_destroy(director);
+    return status;
+}
+
+static enum lum_status serve(const struct lum_options *o, struct lum_log log, struct lum_error *err)
+{
+    struct lum_auth auth;
+    struct lum_net *net = NULL;
+    struct signal_watch watch;
+    signals_block(&watch);
+    enum lum_status status = make_auth(o, &auth, err);
+    if (status || (status = make_net(o, log, &net, err)))
+        return status;
+    if (signals_begin(&watch, net)) {
+        status = run(o, &auth, log, net, err);
+        signals_finish(&watch);
+    } else {
+        status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+    }
+    lum_net_destroy(net);
+    return status;
+}
+
+static int cmd_serve(int argc, char **argv)
+{
+    struct lum_error err = {0};
+    struct lum_options options;
+    struct lum_stderr_log stderr_log;
+    if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
+        return usage();
+    if (lum_options_parse(argc, argv, &options, &err))
+        return fail(LUM_EXIT_USAGE, &err);
+    if (options.print_config) {
+        lum_options_print(&options, stdout);
+        return LUM_EXIT_OK;
+    }
+    if (options.healthcheck)
+        return lum_healthcheck(&options.listen, &err) ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
+    lum_stderr_log_init(&stderr_log, STDERR_FILENO, options.log_level);
+    enum lum_status status = serve(&options, lum_stderr_log_sink(&stderr_log), &err);
+    lum_stderr_log_finish(&stderr_log);
+    return status ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
+}
+
+static const struct {
+    const char *name;
+    int (*run)(int argc, char **argv);
+} commands[] = {
+    {"serve", cmd_serve},       {"render", lum_cmd_render},   {"compare", lum_cmd_compare},
+    {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods},
+};
+
+int main(int argc, char **argv)
+{
+    const char *first = argc > 1 ? argv[1] : "";
+    if (strcmp(first, "help") == 0)
+        return usage();
+    if (strcmp(first, "--version") == 0)
+        return version();
+    if (first[0] == '\0' || first[0] == '-')
+        return cmd_serve(argc, argv);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        if (strcmp(first, commands[i].name) == 0)
+            return commands[i].run(argc - 1, argv + 1);
+    struct lum_nearest near = {.given = first};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        lum_nearest_offer(&near, commands[i].name);
+    char text[128];
+    lum_nearest_text(&near, text, sizeof text);
+    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", first, text);
+    return LUM_EXIT_USAGE;
+}

@@ -1,0 +1,446 @@
+/* lumend render: an image or a sequence, without network. */
+#include "server/cli/commands.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+
+#include "core/accel/accel.h"
+#include "protocol/json.h"
+#include "server/cli/image_output.h"
+#include "server/cli/progress.h"
+#include "server/cli/render_options.h"
+#include "server/director/caustic_notice.h"
+#include "server/director/stats_json.h"
+#include "server/import/expand.h"
+#include "server/world/apply.h"
+#include "server/world/light_groups.h"
+#include "server/world/scene_source.h"
+
+#define EDITOR "(edits)"
+#define DEFAULT_SPP 64u
+
+struct batch {
+    struct lum_render_options options;
+    struct lum_import_config import;
+    struct lum_world world;
+    struct lum_ops edits;
+    size_t n_edits_done;
+    struct lum_view *view;
+    struct lum_view_settings settings;
+    /* of the current frame */
+    struct lum_frame_stats frame_stats;
+    struct lum_rgb *beauty;
+    struct lum_layer *layers; /* light groups */
+    uint32_t n_layers;
+    /* of the run */
+    cJSON *frames; /* of the statistics; NULL: not asked for */
+    struct lum_progress progress;
+    double setup_ms;
+    bool caustics_told;
+    const char *reading; /* the file that an error is about; NULL: none */
+    bool line_open;      /* on the terminal */
+};
+
+static void log_to_stderr(void *user, int level, const char *component, const char *text)
+{
+    (void)user;
+    if (level > 0 && level <= 2) /* errors are told once, at the end */
+        fprintf(stderr, "lumend: %s: %s\n", component, text);
+}
+
+static bool core_failed(const struct lum_error *e, struct lum_proto_error *err)
+{
+    return lum_apply_error(e, "", err);
+}
+
+/* ---- edits ---- */
+
+static bool apply_transaction(struct batch *b, struct lum_ops *ops, struct lum_proto_error *err)
+{
+    struct lum_expansion expansion = {0};
+    if (lum_ops_need_import(ops) &&
+        !lum_ops_expand(&(struct lum_expand_context){.config = &b->import}, ops, &expansion, err))
+        return false;
+    struct lum_changes changes;
+    struct lum_edit edit = {EDITOR, ops, expansion.children, expansion.n};
+    bool ok = lum_world_apply(&b->world, &edit, &changes, err);
+    if (ok)
+        lum_changes_finish(&changes);
+    lum_expansion_finish(&expansion);
+    return ok;
+}
+
+/* Applies ops[from, from + n) as one transaction. */
+static bool apply_edits(struct batch *b, size_t from, size_t n, struct lum_proto_error *err)
+{
+    struct lum_ops ops = {.ops = b->edits.ops + from, .n = n, .lines = b->edits.lines + from};
+    if (apply_transaction(b, &ops, err))
+        return true;
+    b->reading = b->options.edits;
+    lum_ops_name_line(&ops, err);
+    return false;
+}
+
+/* All edits due at t_ms; those of the same instant are one transaction. */
+static bool apply_edits_until(struct batch *b, double t_ms, struct lum_proto_error *err)
+{
+    const double *t = b->edits.t_ms;
+    while (b->n_edits_done < b->edits.n && (!t || t[b->n_edits_done] <= t_ms)) {
+        size_t from = b->n_edits_done, n = 1;
+        while (from + n < b->edits.n && (!t || t[from + n] == t[from]))
+            n++;
+        if (!apply_edits(b, from, n, err))
+            return false;
+        b->n_edits_done += n;
+    }
+    struct lum_error e;
+    return !lum_world_commit(&b->world, &e) || core_failed(&e, err);
+}
+
+/* ---- settings ---- */
+
+/* Not refused: a script may go through all methods with the same options. */
+static void tell_unused(const struct lum_render_options *o, const struct lum_method *method)
+{
+    if (o->vpls && !lum_method_counts_vpls(method))
+        fprintf(stderr, "lumend render: method %s has no virtual point lights: --vpls has no effect\n", method->name);
+    if ((o->has_storage || o->cache_accuracy > 0.0) && !method->cache)
+        fprintf(stderr, "lumend render: method %s has no cache: --storage and --cache-accuracy have no effect\n",
+                method->name);
+}
+
+static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    struct lum_view_settings s = lum_view_settings_default();
+    struct lum_error e;
+    if (lum_apply_settings(lum_world_render(&b->world), &s, &e))
+        return core_failed(&e, err);
+    if (o->w) {
+        s.w = o->w;
+        s.h = o->h;
+    }
+    if (o->method)
+        s.method = lum_method_find(o->method);
+    if (o->has_seed)
+        s.seed = o->seed;
+    if (o->vpls)
+        s.n_vpls = o->vpls;
+    if (o->has_storage)
+        s.storage = o->storage;
+    if (o->cache_accuracy > 0.0)
+        s.cache_accuracy = (float)o->cache_accuracy;
+    s.deterministic = b->world.deterministic;
+    s.effects_off = o->effects_off;
+    s.effects_on = o->effects_on;
+    /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
+    s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
+    if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
+        return false;
+    tell_unused(o, s.method);
+    b->settings = s;
+    return true;
+}
+
+/* ---- a frame ---- */
+
+static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass_stats *pass)
+{
+    int64_t now = lum_clock_ns();
+    if (!lum_progress_due(&b->progress, now))
+        return;
+    b->line_open = b->progress.tty;
+    uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
+    fprintf(stderr, "%sframe %u of %u: %u", b->progress.tty ? "\r" : "lumend render: ", frame + 1, n, pass->spp);
+    if (b->settings.max_spp < LUM_LIMIT_SPP)
+        fprintf(stderr, " of %u", b->settings.max_spp);
+    fprintf(stderr, " samples");
+    if (isfinite(pass->error_rel))
+        fprintf(stderr, ", relative error %.4f", pass->error_rel);
+    fprintf(stderr, ", %.0f s%s", (double)(now - b->progress.start_ns) * 1e-9, b->progress.tty ? "   " : "\n");
+}
+
+static bool enough(const struct batch *b, const struct lum_pass_stats *pass, int64_t frame_start_ns)
+{
+    const struct lum_render_options *o = &b->options;
+    if (pass->complete)
+        return true;
+    if (o->time_s > 0.0 && (double)(lum_clock_ns() - frame_start_ns) * 1e-9 >= o->time_s)
+        return true;
+    return o->error > 0.0 && pass->error_rel <= o->error;
+}
+
+/* Passes until there are enough; adds to the frame's statistics. */
+static enum lum_status render_passes(struct batch *b, uint32_t frame, struct lum_error *err)
+{
+    int64_t start = lum_clock_ns();
+    struct lum_pass_stats pass;
+    do {
+        enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, &pass, err);
+        if (st)
+            return st;
+        lum_frame_stats_add(&b->frame_stats, &pass);
+        show_progress(b, frame, &pass);
+    } while (!enough(b, &pass, start));
+    return LUM_OK;
+}
+
+static void drop_frame(struct batch *b)
+{
+    for (uint32_t i = 0; i < b->n_layers; i++)
+        lum_free(b->layers[i].pixels);
+    lum_free(b->layers);
+    lum_free(b->beauty);
+    b->layers = NULL;
+    b->n_layers = 0;
+    b->beauty = NULL;
+}
+
+/* Renders one group alone and adds it to the beauty. */
+static enum lum_status render_layer(struct batch *b, uint32_t frame, const char *group, struct lum_error *err)
+{
+    enum lum_status st = lum_light_groups_solo(&b->world, group, err);
+    if (!st)
+        st = render_passes(b, frame, err);
+    if (st)
+        return st;
+    struct lum_layer *layer = &b->layers[b->n_layers];
+    layer->pixels = lum_film_pixels(lum_view_film(b->view));
+    if (!layer->pixels)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the layer %s", group);
+    snprintf(layer->name, sizeof layer->name, "%s", group);
+    b->n_layers++;
+    for (size_t i = 0; i < (size_t)b->settings.w * b->settings.h; i++)
+        b->beauty[i] = lum_rgb_add(b->beauty[i], layer->pixels[i]);
+    return LUM_OK;
+}
+
+/* The beauty is the sum of the layers: exactly, and with the noise of each. */
+static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum_error *err)
+{
+    struct lum_light_groups groups;
+    enum lum_status st = lum_light_groups_list(&b->world, &groups, err);
+    if (st)
+        return st;
+    b->beauty = lum_calloc((size_t)b->settings.w * b->settings.h, sizeof *b->beauty);
+    b->layers = lum_calloc(groups.n, sizeof *b->layers);
+    if (!b->beauty || !b->layers)
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %zu layers", groups.n);
+    for (size_t i = 0; i < groups.n && !st; i++)
+        st = render_layer(b, frame, groups.names[i], err);
+    lum_light_groups_finish(&groups);
+    return st ? st : lum_light_groups_solo(&b->world, NULL, err);
+}
+
+/* Once: what is true of the first frame that it is told of is mostly true of all. */
+static void tell_caustics(struct batch *b)
+{
+    b->frame_stats.caustics = lum_world_caustics(&b->world, true);
+    struct lum_caustic_notice notice = lum_caustic_notice(&b->frame_stats.caustics);
+    if (!notice.why[0] || b->caustics_told)
+        return;
+    b->caustics_told = true;
+    fprintf(stderr, "lumend render: %s. %s\n", notice.why, notice.mend);
+}
+
+static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    struct lum_error e;
+    lum_frame_stats_begin(&b->frame_stats, frame);
+    b->frame_stats.w = b->settings.w;
+    b->frame_stats.h = b->settings.h;
+    enum lum_status st = b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &e);
+    if (!st)
+        tell_caustics(b);
+    return !st || core_failed(&e, err);
+}
+
+static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
+{
+    struct lum_exr_output out = {.w = b->settings.w, .h = b->settings.h, .layers = b->layers, .n_layers = b->n_layers};
+    enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
+    if (st)
+        return st;
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        out.guidance[e] = lum_view_guidance(b->view, (enum lum_effect)e);
+    cJSON *json = lum_frame_stats_json(&b->frame_stats);
+    char *stats = json ? lum_json_print(json, NULL) : NULL;
+    cJSON_Delete(json);
+    if (!b->beauty)
+        b->beauty = lum_film_pixels(lum_view_film(b->view));
+    if (stats && b->beauty) {
+        struct lum_exr_attribute attributes[] = {{"lumend:version", LUMEND_VERSION},
+                                                 {"lumend:scene", b->options.scene},
+                                                 {"lumend:method", b->settings.method->name},
+                                                 {"lumend:stats", stats}};
+        out.beauty = b->beauty;
+        out.attributes = attributes;
+        out.n_attributes = LUM_ARRAY_LEN(attributes);
+        st = lum_write_exr(path, &out, err);
+    } else {
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+    }
+    free(stats);
+    return st;
+}
+
+static enum lum_status write_png(struct batch *b, const char *path, struct lum_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    const struct lum_record_render *r = &lum_world_render(&b->world)->render;
+    const struct lum_film *film = lum_view_film(b->view);
+    struct lum_opt ev = o->has_exposure ? o->exposure_ev : r->exposure_ev;
+    enum lum_tone_map tone = LUM_TONE_AGX;
+    enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
+    return st ? st : lum_write_png(path, film, ev.set ? ev.value : lum_exposure_auto(film), tone, err);
+}
+
+static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    char path[4096];
+    struct lum_error e;
+    if (!lum_render_frame_path(b->options.out, frame, path, sizeof path))
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path of --out is too long");
+    enum lum_status st;
+    if (b->options.exr) {
+        st = write_exr(b, path, &e);
+    } else {
+        st = write_png(b, path, &e);
+    }
+    return !st || core_failed(&e, err);
+}
+
+static bool render_frame(struct batch *b, uint32_t frame, struct lum_proto_error *err)
+{
+    double t_ms = b->options.n_frames ? frame * 1000.0 / b->options.fps : (double)INFINITY;
+    bool ok = apply_edits_until(b, t_ms, err) && resolve_settings(b, err) && render_picture(b, frame, err) &&
+              write_image(b, frame, err);
+    uint64_t nonfinite = b->frame_stats.sum.nonfinite;
+    if (ok && nonfinite > 0)
+        fprintf(stderr, "lumend render: %llu values were no finite numbers, and are black: please report the scene\n",
+                (unsigned long long)nonfinite);
+    drop_frame(b);
+    if (ok && b->frames && !lum_json_add(b->frames, NULL, lum_frame_stats_json(&b->frame_stats)))
+        return lum_proto_fail_memory(err);
+    return ok;
+}
+
+/* ---- the run ---- */
+
+static cJSON *stats_json(struct batch *b)
+{
+    struct lum_run_stats run = {.scene = b->options.scene,
+                                .method = b->settings.method->name,
+                                .isa = lum_device_isa(b->world.device),
+                                .w = b->settings.w,
+                                .h = b->settings.h,
+                                .threads = lum_pool_size(b->world.pool),
+                                .seed = b->settings.seed,
+                                .setup_ms = b->setup_ms};
+    cJSON *json = lum_run_stats_json(&run), *frames = b->frames;
+    b->frames = NULL;
+    if (lum_json_add(json, "frames", frames))
+        return json;
+    cJSON_Delete(json);
+    return NULL;
+}
+
+static bool write_stats(struct batch *b, struct lum_proto_error *err)
+{
+    size_t n;
+    cJSON *json = stats_json(b);
+    char *text = json ? lum_json_print(json, &n) : NULL;
+    cJSON_Delete(json);
+    if (!text)
+        return lum_proto_fail_memory(err);
+    FILE *f = fopen(b->options.stats, "wb");
+    bool ok = f && fwrite(text, 1, n, f) == n && fputc('\n', f) != EOF;
+    if (f && fclose(f) != 0)
+        ok = false;
+    free(text);
+    return ok || lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write %.150s: %s", b->options.stats,
+                                strerror(errno));
+}
+
+/* Told before anything is rendered: what cannot be written is not worth the wait. */
+static bool can_write(const char *path, struct lum_proto_error *err)
+{
+    char folder[4096];
+    const char *slash = strrchr(path, '/');
+    size_t n = slash ? (size_t)(slash - path) : 0;
+    if (n >= sizeof folder)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path %.100s... is too long", path);
+    memcpy(folder, path, n);
+    folder[n] = '\0';
+    const char *name = slash == path ? "/" : slash ? folder : ".";
+    return access(name, W_OK | X_OK) == 0 ||
+           lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write to %.150s: %s", name, strerror(errno));
+}
+
+static bool set_up(struct batch *b, struct lum_proto_error *err)
+{
+    const struct lum_render_options *o = &b->options;
+    struct lum_error e;
+    struct lum_log log = {log_to_stderr, NULL};
+    if (!can_write(o->out, err) || (o->stats && !can_write(o->stats, err)))
+        return false;
+    b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
+    if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
+        return core_failed(&e, err);
+    b->world.deterministic = o->deterministic;
+    b->reading = o->scene;
+    if (!lum_scene_load(&b->world, o->scene, &b->import, err))
+        return false;
+    b->reading = o->edits;
+    if (o->edits && !lum_edits_load(o->edits, &b->edits, err))
+        return false;
+    b->reading = NULL;
+    if (lum_view_create(b->world.pool, &b->view, &e))
+        return core_failed(&e, err);
+    lum_view_share(b->view, b->world.caches);
+    if (o->stats && !(b->frames = cJSON_CreateArray()))
+        return lum_proto_fail_memory(err);
+    b->setup_ms = (double)(lum_clock_ns() - b->progress.start_ns) * 1e-6;
+    return true;
+}
+
+static bool run(struct batch *b, struct lum_proto_error *err)
+{
+    if (!set_up(b, err))
+        return false;
+    uint32_t n = b->options.n_frames ? b->options.n_frames : 1;
+    for (uint32_t i = 0; i < n; i++)
+        if (!render_frame(b, i, err))
+            return false;
+    return !b->options.stats || write_stats(b, err);
+}
+
+int lum_cmd_render(int argc, char **argv)
+{
+    struct batch b = {.progress = {.start_ns = lum_clock_ns(), .tty = isatty(STDERR_FILENO)}};
+    struct lum_error usage;
+    if (lum_render_options_parse(argc, argv, &b.options, &usage)) {
+        fprintf(stderr, "lumend render: %s\n", usage.text);
+        return LUM_EXIT_USAGE;
+    }
+    if (b.options.help) {
+        fputs(lum_render_help, stdout);
+        return LUM_EXIT_OK;
+    }
+    struct lum_proto_error err = {0};
+    bool ok = run(&b, &err);
+    if (b.line_open)
+        fputc('\n', stderr);
+    if (!ok)
+        fprintf(stderr, "lumend render: %s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.text);
+    cJSON_Delete(b.frames);
+    lum_view_destroy(b.view);
+    lum_ops_finish(&b.edits);
+    lum_world_finish(&b.world);
+    return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}

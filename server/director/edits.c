@@ -1,0 +1,312 @@
+/* The director's edits: applied at once, imported on threads, committed together. */
+#define _GNU_SOURCE /* pthread_setname_np */
+#include "server/director/internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json.h"
+#include "protocol/rpc.h"
+#include "server/base/log.h"
+#include "server/world/apply.h"
+#include "server/world/luminaires.h"
+
+#define PROGRESS_EVERY_NS 100000000ll
+#define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
+
+static void count(struct lum_director *d, uint64_t *counter)
+{
+    pthread_mutex_lock(&d->lock);
+    ++*counter;
+    pthread_mutex_unlock(&d->lock);
+}
+
+static void refuse_edit(struct lum_director *d, struct lum_command *c, const struct lum_proto_error *err)
+{
+    lum_director_refuse(d, c, err);
+    lum_command_destroy(c);
+    count(d, &d->metrics.edits_refused);
+}
+
+/* ---- edits ---- */
+
+static bool change_world(struct lum_director *d, const struct lum_command *c, const struct lum_expansion *e,
+                         struct lum_changes *ret_changes, struct lum_proto_error *err)
+{
+    switch (c->kind) {
+    case LUM_CMD_SCENE_UNDO:
+        return lum_world_undo(&d->world, c->user, ret_changes, err);
+    case LUM_CMD_SCENE_REDO:
+        return lum_world_redo(&d->world, c->user, ret_changes, err);
+    default:
+        return lum_world_apply(&d->world, &(struct lum_edit){c->user, &c->ops, e->children, e->n}, ret_changes, err);
+    }
+}
+
+/* Takes the command and the expansion over. */
+static void apply(struct lum_director *d, struct lum_command *c, struct lum_expansion *expansion)
+{
+    struct lum_proto_error err;
+    struct lum_pending *p = lum_calloc(1, sizeof *p);
+    if (!p) {
+        lum_proto_fail_memory(&err);
+        goto refused;
+    }
+    if (c->has_base_rev && c->base_rev != lum_document_rev(d->world.doc)) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "rev_conflict", "base_rev",
+                       "the scene is at revision %llu, not %llu", (unsigned long long)lum_document_rev(d->world.doc),
+                       (unsigned long long)c->base_rev);
+        goto refused;
+    }
+    if (!change_world(d, c, expansion, &p->changes, &err))
+        goto refused;
+    p->command = c;
+    p->expansion = *expansion;
+    p->scene_rev = lum_document_rev(d->world.doc);
+    p->next = d->pending;
+    d->pending = p;
+    return;
+refused:
+    lum_free(p);
+    lum_expansion_finish(expansion);
+    refuse_edit(d, c, &err);
+}
+
+static void start_import(struct lum_director *d, struct lum_command *c)
+{
+    struct lum_proto_error err;
+    struct lum_import_job **last = &d->jobs, *job = NULL;
+    uint32_t n = 0;
+    for (; *last; n++)
+        last = &(*last)->next;
+    if (n == LUM_LIMIT_IMPORTS_WAITING)
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "ops", "%u imports wait already; try again", n);
+    else if (!(job = lum_calloc(1, sizeof *job)))
+        lum_proto_fail_memory(&err);
+    if (!job) {
+        refuse_edit(d, c, &err);
+        return;
+    }
+    job->director = d;
+    job->command = c;
+    *last = job;
+}
+
+void lum_director_edit(struct lum_director *d, struct lum_command *c)
+{
+    struct lum_expansion none = {0};
+    if (c->kind == LUM_CMD_SCENE_APPLY && lum_ops_need_import(&c->ops)) {
+        if (d->config.assets_dir) {
+            start_import(d, c);
+            return;
+        }
+        struct lum_proto_error err;
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
+                       "this server has no folder of model files: start it with --assets DIR");
+        refuse_edit(d, c, &err);
+        return;
+    }
+    apply(d, c, &none);
+}
+
+/* ---- imports ---- */
+
+static void tell_progress(void *user, const char *id, const char *stage, double fraction)
+{
+    struct lum_import_job *job = user;
+    int64_t now = lum_clock_ns();
+    bool same_stage = strncmp(job->told_stage, stage, sizeof job->told_stage - 1) == 0;
+    if (now - job->told_ns < (same_stage ? PROGRESS_EVERY_NS : STAGE_EVERY_NS))
+        return;
+    job->told_ns = now;
+    snprintf(job->told_stage, sizeof job->told_stage, "%s", stage);
+    cJSON *params = cJSON_CreateObject();
+    lum_json_add_string(params, "id", id);
+    lum_json_add_string(params, "stage", stage);
+    lum_json_add_number(params, "fraction", fraction);
+    lum_director_send(job->director, LUM_OUT_TEXT, job->command->session,
+                      lum_rpc_notification("import.progress", params));
+}
+
+static void *import_main(void *arg)
+{
+    struct lum_import_job *job = arg;
+    struct lum_director *d = job->director;
+    pthread_setname_np(pthread_self(), "lum-import");
+    struct lum_import_config config = {
+        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+    struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
+    job->ok = lum_ops_expand(&context, &job->command->ops, &job->expansion, &job->error);
+    atomic_store_explicit(&job->done, true, memory_order_release);
+    lum_director_ring(d);
+    return NULL;
+}
+
+static void finish_import(struct lum_director *d, struct lum_import_job *job)
+{
+    pthread_join(job->thread, NULL);
+    count(d, job->ok ? &d->metrics.imports : &d->metrics.imports_failed);
+    if (job->ok) {
+        apply(d, job->command, &job->expansion);
+    } else {
+        lum_log(&d->config.log, LUM_LOG_WARNING, "import", "%s: %s", job->error.path, job->error.text);
+        refuse_edit(d, job->command, &job->error);
+    }
+    lum_free(job);
+}
+
+/* No thread to be had: with one running, the job waits for its end; else nothing would wake the director for it. */
+static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
+{
+    struct lum_import_job *job = d->jobs;
+    if (n_running > 0)
+        return;
+    d->jobs = job->next;
+    lum_proto_fail(&job->error, LUM_PROTO_APPLICATION, "busy", "ops", "no thread for the import; try again");
+    refuse_edit(d, job->command, &job->error);
+    lum_free(job);
+}
+
+void lum_director_turn_imports(struct lum_director *d)
+{
+    uint32_t n_running = 0;
+    for (struct lum_import_job **at = &d->jobs; *at;) {
+        struct lum_import_job *job = *at;
+        if (job->started && atomic_load_explicit(&job->done, memory_order_acquire)) {
+            *at = job->next;
+            finish_import(d, job);
+            continue;
+        }
+        n_running += job->started;
+        at = &job->next;
+    }
+    for (struct lum_import_job *job = d->jobs; job && n_running < LUM_LIMIT_IMPORTS_AT_ONCE; job = job->next) {
+        if (job->started)
+            continue;
+        job->started = pthread_create(&job->thread, NULL, import_main, job) == 0;
+        if (!job->started) {
+            put_off_or_refuse(d, n_running);
+            return;
+        }
+        n_running++;
+    }
+}
+
+void lum_director_drop_imports(struct lum_director *d)
+{
+    atomic_store(&d->stop_imports, true);
+    for (struct lum_import_job *job = d->jobs, *next; job; job = next) {
+        next = job->next;
+        if (job->started)
+            pthread_join(job->thread, NULL);
+        lum_expansion_finish(&job->expansion);
+        lum_command_destroy(job->command);
+        lum_free(job);
+    }
+    d->jobs = NULL;
+}
+
+/* ---- commit ---- */
+
+static void pending_free(struct lum_pending *p)
+{
+    lum_changes_finish(&p->changes);
+    lum_expansion_finish(&p->expansion);
+    lum_command_destroy(p->command);
+    lum_free(p);
+}
+
+/* Publishes. While that fails (memory, the ray tracer) the newest edit is taken back and refused, until the rest can be
+ * shown. */
+static bool publish_scene(struct lum_director *d)
+{
+    struct lum_error e;
+    while (d->pending && lum_world_commit(&d->world, &e)) {
+        struct lum_pending *p = d->pending;
+        struct lum_proto_error err;
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "an edit could not be shown and is taken back: %s", e.text);
+        lum_apply_error(&e, "", &err);
+        d->pending = p->next;
+        lum_world_rollback(&d->world, &p->changes);
+        lum_director_refuse(d, p->command, &err);
+        count(d, &d->metrics.edits_refused);
+        pending_free(p);
+    }
+    return d->pending != NULL;
+}
+
+/* emits: what changed of objects that shine, or NULL; taken over. */
+static void announce(struct lum_director *d, const struct lum_pending *p, cJSON *emits)
+{
+    cJSON *result = cJSON_CreateObject();
+    lum_json_add_number(result, "scene_rev", (double)p->scene_rev);
+    if (p->expansion.n_warnings > 0) {
+        cJSON *warnings = cJSON_CreateArray();
+        for (size_t i = 0; i < p->expansion.n_warnings; i++)
+            lum_json_add(warnings, NULL, cJSON_CreateString(p->expansion.warnings[i]));
+        lum_json_add(result, "warnings", warnings);
+    }
+    lum_director_reply(d, p->command, result);
+    cJSON *changed = cJSON_CreateObject();
+    lum_json_add_number(changed, "scene_rev", (double)p->scene_rev);
+    lum_json_add_string(changed, "op_id", p->command->op_id);
+    lum_json_add_string(changed, "user", p->command->user);
+    lum_json_add(changed, "ops", lum_changes_to_json(&p->changes));
+    if (emits)
+        lum_json_add(changed, "emits", emits);
+    lum_director_send(d, LUM_OUT_BROADCAST, p->command->session, lum_rpc_notification("scene.changed", changed));
+    count(d, &d->metrics.edits);
+}
+
+static void count_scene(struct lum_director *d)
+{
+    pthread_mutex_lock(&d->lock);
+    d->metrics.triangles = d->world.snapshot->n_triangles;
+    d->metrics.lights = d->world.snapshot->lights.n_lights;
+    pthread_mutex_unlock(&d->lock);
+}
+
+void lum_director_commit(struct lum_director *d)
+{
+    if (!d->pending)
+        return;
+    const struct lum_snapshot *was = d->world.snapshot ? lum_snapshot_ref(d->world.snapshot) : NULL;
+    bool published = publish_scene(d);
+    cJSON *emits = published ? lum_luminaires_changes(was, d->world.snapshot) : NULL;
+    lum_snapshot_unref(was);
+    if (!published)
+        return;
+    atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
+    count_scene(d); /* before the replies: who got one reads numbers of its own edit */
+    struct lum_pending *oldest_first = NULL;
+    int64_t received_ns = 0;
+    while (d->pending) {
+        struct lum_pending *p = d->pending;
+        d->pending = p->next;
+        p->next = oldest_first;
+        oldest_first = p;
+        received_ns = p->command->received_ns > received_ns ? p->command->received_ns : received_ns;
+    }
+    while (oldest_first) {
+        struct lum_pending *p = oldest_first;
+        oldest_first = p->next;
+        announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
+        pending_free(p);
+    }
+    lum_director_refresh_views(d, received_ns);
+}
+
+void lum_director_scene_get(struct lum_director *d, const struct lum_command *c)
+{
+    cJSON *result = lum_document_to_json(d->world.doc, c->expand);
+    bool whole =
+        result && (!c->expand || lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")));
+    if (result && !(whole && lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc)))) {
+        cJSON_Delete(result);
+        result = NULL;
+    }
+    lum_director_reply(d, c, result);
+}

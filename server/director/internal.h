@@ -1,0 +1,125 @@
+/* What the director's files share. Everything here belongs to the director thread unless it says otherwise.
+ *
+ * One turn of the loop:
+ *   take the inbox -> edit the world (document and renderer) -> commit once -> answer -> refresh the views
+ *   -> send the frames that are due -> one pass of the view that needs it most -> its frame
+ * and when no view needs a pass and no frame waits for its time, sleep until something is posted.
+ *
+ * Import threads (at most LUM_LIMIT_IMPORTS_AT_ONCE) turn an edit's assets into records; the edit joins the loop when its
+ * thread is done, and other edits go on meanwhile. They touch only their own job, the outbox, and the bell. */
+#ifndef LUM_SERVER_DIRECTOR_INTERNAL_H
+#define LUM_SERVER_DIRECTOR_INTERNAL_H
+
+#include <pthread.h>
+
+#include "server/director/director.h"
+#include "server/director/view.h"
+#include "server/import/expand.h"
+#include "server/world/world.h"
+
+struct cJSON;
+
+#define LUM_INBOX_MAX 4096u            /* a few messages from each session, or all of one burst */
+#define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
+
+/* An edit that is applied and not committed yet. */
+struct lum_pending {
+    struct lum_pending *next; /* the one before it: taken back first to last */
+    struct lum_command *command;
+    struct lum_changes changes;
+    uint64_t scene_rev;
+    struct lum_expansion expansion; /* warnings for the reply */
+};
+
+struct lum_import_job {
+    struct lum_import_job *next;
+    struct lum_director *director;
+    struct lum_command *command;
+    /* written by the import thread, read after done */
+    struct lum_expansion expansion;
+    struct lum_proto_error error;
+    bool ok;
+    int64_t told_ns; /* when progress was last sent */
+    char told_stage[32];
+    /* director thread */
+    pthread_t thread;
+    bool started;
+    _Atomic bool done; /* set last by the import thread (release), read by the director (acquire) */
+};
+
+struct lum_director {
+    /* immutable */
+    struct lum_director_config config; /* strings owned */
+    int64_t start_ns;
+
+    /* director thread */
+    struct lum_world world;
+    struct lum_encoder *encoder;
+    struct lum_server_view *views;
+    uint32_t n_views, next_view_id;
+    uint64_t order; /* counts changes */
+    struct lum_pending *pending; /* newest first */
+    struct lum_import_job *jobs; /* oldest first */
+    pthread_t thread;
+    bool has_thread;
+
+    pthread_mutex_t lock;
+    pthread_cond_t bell; /* inbox, a finished import, a hungry stream, stop; monotonic clock */
+    /* guarded by lock */
+    struct lum_command *inbox, **inbox_tail;
+    uint32_t n_inbox;
+    size_t inbox_bytes;
+    struct lum_out *outbox, **outbox_tail;
+    bool rung, stop;
+    const struct lum_server_view *rendering; /* in a pass; its id and session do not change */
+    int64_t shielded_until_ns;               /* that pass is the first after a change: edits let it be until then */
+    struct lum_director_metrics metrics;
+
+    /* any thread */
+    _Atomic bool cancel;       /* the pass that runs; set under lock, read by workers (relaxed: a hint) */
+    _Atomic bool stop_imports; /* set once at the end, read by import threads */
+    _Atomic bool asleep;
+    _Atomic int64_t tick_ns;
+    _Atomic uint64_t scene_rev;
+};
+
+/* ---- director.c ---- */
+void lum_director_ring(struct lum_director *d); /* any thread */
+/* Any thread. text and stream pass over; text NULL (memory) drops it. */
+void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
+void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream);
+void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id);
+/* Answers a command that has an rpc_id; result is consumed. */
+void lum_director_reply(struct lum_director *d, const struct lum_command *c, struct cJSON *result);
+void lum_director_refuse(struct lum_director *d, const struct lum_command *c, const struct lum_proto_error *err);
+
+/* ---- director_scene.c ---- */
+/* Takes the command over. */
+void lum_director_edit(struct lum_director *d, struct lum_command *c);
+void lum_director_scene_get(struct lum_director *d, const struct lum_command *c);
+/* Takes in finished imports, starts waiting ones. */
+void lum_director_turn_imports(struct lum_director *d);
+/* Publishes pending edits, answers them, and refreshes the views. */
+void lum_director_commit(struct lum_director *d);
+/* Ends all imports and drops what waits. */
+void lum_director_drop_imports(struct lum_director *d);
+
+/* ---- director_views.c ---- */
+void lum_director_view_open(struct lum_director *d, const struct lum_command *c);
+void lum_director_view_update(struct lum_director *d, const struct lum_command *c);
+void lum_director_view_close(struct lum_director *d, const struct lum_command *c);
+void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session);
+void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
+struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id);
+/* Sends every frame that is due now. Returns how long until the next one will be; INT64_MAX: none waits for time. */
+int64_t lum_director_publish_due(struct lum_director *d);
+struct lum_server_view *lum_director_choose_view(struct lum_director *d);
+void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
+
+/* ---- director_query.c ---- */
+void lum_director_pick(struct lum_director *d, const struct lum_command *c);
+void lum_director_bounds(struct lum_director *d, const struct lum_command *c);
+void lum_director_probe(struct lum_director *d, const struct lum_command *c);
+void lum_director_stats(struct lum_director *d, const struct lum_command *c);
+
+#endif

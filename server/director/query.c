@@ -1,0 +1,193 @@
+/* The director's answers about the scene: pick, bounds, probe, statistics. */
+#include "server/director/internal.h"
+
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json.h"
+
+static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
+{
+    return lum_json_add(o, key, cJSON_CreateDoubleArray(values, n));
+}
+
+/* What lies under the command's pixel. False: refused. */
+static bool pick(struct lum_director *d, const struct lum_command *c, struct lum_pick *ret_pick)
+{
+    struct lum_proto_error err;
+    const struct lum_server_view *v = lum_director_find_view(d, c->session, c->view_id);
+    if (!v)
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", c->view_id);
+    else if (!(c->x >= 0.0 && c->x < v->settings.w))
+        lum_proto_fail_range(&err, "x", 0.0, v->settings.w);
+    else if (!(c->y >= 0.0 && c->y < v->settings.h))
+        lum_proto_fail_range(&err, "y", 0.0, v->settings.h);
+    else {
+        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, c->x, c->y, ret_pick);
+        return true;
+    }
+    lum_director_refuse(d, c, &err);
+    return false;
+}
+
+static bool add_point(cJSON *o, const struct lum_pick *p)
+{
+    const double point[3] = {p->point_world.x, p->point_world.y, p->point_world.z};
+    const double normal[3] = {(double)p->normal.x, (double)p->normal.y, (double)p->normal.z};
+    return add_numbers(o, "point", point, 3) && add_numbers(o, "normal", normal, 3);
+}
+
+void lum_director_pick(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_pick p;
+    if (!pick(d, c, &p))
+        return;
+    cJSON *o = cJSON_CreateObject();
+    if (p.hit) {
+        lum_json_add_string(o, "id", p.id);
+        add_point(o, &p);
+        lum_json_add_number(o, "distance", p.distance_m);
+    } else {
+        lum_json_add(o, "id", cJSON_CreateNull());
+    }
+    lum_director_reply(d, c, o);
+}
+
+void lum_director_bounds(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_box box;
+    struct lum_proto_error err;
+    if (!lum_snapshot_bounds(d->world.snapshot, c->id, &box)) {
+        char near[sizeof err.text / 2] = "";
+        if (!lum_document_find(d->world.doc, c->id))
+            lum_document_nearest(d->world.doc, LUM_RECORD_TYPE_COUNT, c->id, near, sizeof near);
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen%s", c->id,
+                       near);
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    const double lo[3] = {box.lo.x, box.lo.y, box.lo.z}, hi[3] = {box.hi.x, box.hi.y, box.hi.z};
+    cJSON *o = cJSON_CreateObject();
+    add_numbers(o, "min", lo, 3);
+    add_numbers(o, "max", hi, 3);
+    lum_director_reply(d, c, o);
+}
+
+void lum_director_probe(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_pick at = {.hit = true,
+                          .point_world = {c->point[0], c->point[1], c->point[2]},
+                          .normal = lum_v3((float)c->normal[0], (float)c->normal[1], (float)c->normal[2])};
+    struct lum_proto_error err;
+    if (!c->has_point && !pick(d, c, &at))
+        return;
+    at.normal = lum_normalize(at.normal);
+    if (!at.hit) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing under this pixel");
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    struct lum_probe probe;
+    struct lum_error e;
+    uint64_t rays = 0;
+    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, c->samples, 0, &probe, &rays, &e)) {
+        lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    const double rgb[3] = {(double)probe.irradiance.r, (double)probe.irradiance.g, (double)probe.irradiance.b};
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "illuminance_lx", probe.illuminance_lx);
+    lum_json_add_number(o, "stderr_lx", probe.stderr_lx);
+    add_numbers(o, "irradiance", rgb, 3);
+    add_point(o, &at);
+    lum_json_add_number(o, "samples", c->samples);
+    lum_json_add_number(o, "rays", (double)rays);
+    lum_director_reply(d, c, o);
+}
+
+/* ---- stats.get ---- */
+
+static void count_record(void *user, const struct lum_record *r)
+{
+    ((uint64_t *)user)[r->type]++;
+}
+
+static cJSON *scene_json(const struct lum_director *d)
+{
+    uint64_t n[LUM_RECORD_TYPE_COUNT] = {0};
+    if (!lum_document_each(d->world.doc, count_record, n))
+        return NULL;
+    cJSON *o = cJSON_CreateObject();
+    for (int t = 0; t < LUM_RECORD_TYPE_COUNT; t++)
+        if (t != LUM_RECORD_RENDER)
+            lum_json_add_number(o, lum_record_type_names[t], (double)n[t]);
+    lum_json_add_number(o, "triangles", (double)d->world.snapshot->n_triangles);
+    lum_json_add_number(o, "triangles_dropped", (double)lum_scene_dropped_triangles(d->world.scene));
+    lum_json_add_number(o, "texels_dropped", (double)lum_scene_dropped_texels(d->world.scene));
+    lum_json_add_number(o, "emitters", (double)d->world.snapshot->lights.n_lights);
+    return o;
+}
+
+static cJSON *view_json(struct lum_director *d, const struct lum_server_view *v)
+{
+    const double size[2] = {v->settings.w, v->settings.h};
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "view_id", v->id);
+    add_numbers(o, "size", size, 2);
+    lum_json_add_string(o, "method", v->settings.method->name);
+    lum_json_add_number(o, "frame_seq", (double)v->frame_seq);
+    lum_json_add_number(o, "frames_skipped", (double)lum_stream_skipped(v->stream));
+    lum_json_add_bool(o, "complete", v->complete);
+    struct lum_frame_stats last = {
+        .frame = v->frame_seq, .w = v->settings.w, .h = v->settings.h, .n_passes = 1, .sum = v->last_pass};
+    last.caustics = lum_world_caustics(&d->world, v->last_pass.complete);
+    lum_json_add(o, "last_pass", lum_frame_stats_json(&last));
+    return o;
+}
+
+/* The effects that the method computes. */
+static cJSON *served_json(const struct lum_method *method)
+{
+    cJSON *list = cJSON_CreateArray();
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (method->serves[e])
+            lum_json_add(list, NULL, cJSON_CreateString(lum_effect_names[e]));
+    return list;
+}
+
+/* What a client may ask for as "method". */
+static cJSON *methods_json(void)
+{
+    size_t n;
+    const struct lum_method *table = lum_methods(&n);
+    cJSON *list = cJSON_CreateArray();
+    for (size_t i = 0; i < n; i++) {
+        cJSON *m = cJSON_CreateObject();
+        lum_json_add_string(m, "name", table[i].name);
+        lum_json_add_string(m, "summary", table[i].summary);
+        lum_json_add_bool(m, "progressive", table[i].progressive);
+        lum_json_add(m, "effects", served_json(&table[i]));
+        lum_json_add(list, NULL, m);
+    }
+    return list;
+}
+
+void lum_director_stats(struct lum_director *d, const struct lum_command *c)
+{
+    cJSON *o = cJSON_CreateObject(), *views = cJSON_CreateArray();
+    lum_json_add_string(o, "version", LUMEND_VERSION);
+    lum_json_add_string(o, "embree", lum_device_version(d->world.device));
+    lum_json_add_string(o, "isa", lum_device_isa(d->world.device));
+    lum_json_add_number(o, "threads", lum_pool_size(d->world.pool));
+    lum_json_add_number(o, "uptime_s", (double)(lum_clock_ns() - d->start_ns) * 1e-9);
+    lum_json_add_number(o, "scene_rev", (double)lum_document_rev(d->world.doc));
+    lum_json_add_string(o, "scene_name", d->config.scene);
+    lum_json_add(o, "scene", scene_json(d));
+    lum_json_add(o, "methods", methods_json());
+    for (const struct lum_server_view *v = d->views; v; v = v->next)
+        lum_json_add(views, NULL, view_json(d, v));
+    lum_json_add(o, "views", views);
+    lum_director_reply(d, c, o);
+}

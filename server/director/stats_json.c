@@ -1,0 +1,185 @@
+#include "server/director/stats_json.h"
+
+#include <string.h>
+#include <sys/resource.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json.h"
+#include "server/director/caustic_notice.h"
+
+void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)
+{
+    memset(s, 0, sizeof *s);
+    s->frame = frame;
+    s->sum.error_rel = (double)NAN;
+}
+
+/* How many records there are is of the last pass. */
+static void add_cache(struct lum_cache_counts *sum, const struct lum_cache_counts *before)
+{
+    sum->created += before->created;
+    sum->updated += before->updated;
+    sum->reused += before->reused;
+    sum->removed += before->removed;
+    sum->discarded += before->discarded;
+}
+
+void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats *pass)
+{
+    struct lum_pass_stats *sum = &s->sum;
+    struct lum_pass_stats before = *sum;
+    *sum = *pass;
+    s->n_passes++;
+    sum->ms += before.ms;
+    sum->cpu_ms += before.cpu_ms;
+    sum->nonfinite += before.nonfinite;
+    sum->bad_rays += before.bad_rays;
+    add_cache(&sum->cache, &before.cache);
+    sum->changed = sum->changed || before.changed;
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        sum->stage_ms[i] += before.stage_ms[i];
+    for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+        sum->rays[i] += before.rays[i];
+    for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
+        sum->effects[i].rays += before.effects[i].rays;
+        sum->effects[i].tiles += before.effects[i].tiles;
+        sum->effects[i].ns += before.effects[i].ns;
+    }
+}
+
+double lum_error_bound(double rel, double n_pixels)
+{
+    return rel * (1.0 + 1.645 / sqrt(2.0 * n_pixels));
+}
+
+static struct cJSON *stages_json(const struct lum_pass_stats *p)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; i < LUM_STAGE_COUNT; i++)
+        lum_json_add_number(o, lum_stage_names[i], p->stage_ms[i]);
+    return o;
+}
+
+static struct cJSON *rays_json(const struct lum_pass_stats *p)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+        lum_json_add_number(o, lum_ray_kind_names[i], (double)p->rays[i]);
+    return o;
+}
+
+static struct cJSON *effects_json(const struct lum_pass_stats *p)
+{
+    cJSON *o = cJSON_CreateObject();
+    for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
+        cJSON *e = cJSON_CreateObject();
+        lum_json_add_bool(e, "on", p->demand.on[i]);
+        lum_json_add_bool(e, "served", p->served[i]);
+        lum_json_add_string(e, "why", p->demand.why[i]);
+        lum_json_add_number(e, "rays", (double)p->effects[i].rays);
+        lum_json_add_number(e, "tiles", (double)p->effects[i].tiles);
+        lum_json_add_number(e, "ns", (double)p->effects[i].ns);
+        lum_json_add(o, lum_effect_names[i], e);
+    }
+    return o;
+}
+
+static struct cJSON *cache_json(const struct lum_cache_counts *c)
+{
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "records", (double)c->records);
+    lum_json_add_number(o, "created", (double)c->created);
+    lum_json_add_number(o, "updated", (double)c->updated);
+    lum_json_add_number(o, "reused", (double)c->reused);
+    lum_json_add_number(o, "removed", (double)c->removed);
+    lum_json_add_number(o, "discarded", (double)c->discarded);
+    return o;
+}
+
+static struct cJSON *vpls_json(const struct lum_pass_stats *p)
+{
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "count", p->n_vpls);
+    lum_json_add_number(o, "moved", p->n_vpls_moved);
+    return o;
+}
+
+static void add_amount(cJSON *o, const struct lum_caustic_amount *a)
+{
+    lum_json_add_number(o, "share", lum_caustic_share(a));
+    lum_json_add_number(o, "stderr", lum_caustic_share_stderr(a));
+    lum_json_add_number(o, "focused_lm", a->focused_lm);
+    lum_json_add_number(o, "arriving_lm", a->arriving_lm);
+}
+
+static struct cJSON *caustics_json(const struct lum_caustic_report *r)
+{
+    if (!r->known)
+        return cJSON_CreateNull();
+    struct lum_caustic_notice notice = lum_caustic_notice(r);
+    cJSON *o = cJSON_CreateObject(), *lights = cJSON_CreateArray();
+    add_amount(o, &r->all);
+    lum_json_add_string(o, "why", notice.why);
+    lum_json_add_string(o, "mend", notice.mend);
+    lum_json_add_number(o, "scene_rev", (double)r->scene_rev);
+    lum_json_add_number(o, "rays", (double)r->n_rays);
+    for (uint32_t i = 0; i < r->n_lights; i++) {
+        cJSON *l = cJSON_CreateObject();
+        lum_json_add_string(l, "id", r->lights[i].id);
+        lum_json_add_string(l, "object", r->lights[i].object);
+        add_amount(l, &r->lights[i].amount);
+        lum_json_add(lights, NULL, l);
+    }
+    lum_json_add(o, "lights", lights);
+    return o;
+}
+
+static struct cJSON *error_json(const struct lum_frame_stats *s)
+{
+    double rel = s->sum.error_rel, n = (double)s->w * s->h;
+    if (!isfinite(rel))
+        return cJSON_CreateNull();
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "rel", rel);
+    lum_json_add_number(o, "bound", lum_error_bound(rel, n));
+    lum_json_add_number(o, "probes", n);
+    return o;
+}
+
+struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
+{
+    const struct lum_pass_stats *p = &s->sum;
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_number(o, "frame", (double)s->frame) &&
+              lum_json_add_number(o, "scene_rev", (double)p->scene_rev) && lum_json_add_number(o, "ms", p->ms) &&
+              lum_json_add_number(o, "cpu_ms", p->cpu_ms) && lum_json_add_number(o, "passes", s->n_passes) &&
+              lum_json_add_number(o, "spp", p->spp) && lum_json_add(o, "stage_ms", stages_json(p)) &&
+              lum_json_add(o, "rays", rays_json(p)) && lum_json_add(o, "effects", effects_json(p)) &&
+              lum_json_add(o, "cache", cache_json(&p->cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
+              lum_json_add(o, "caustics", caustics_json(&s->caustics)) &&
+              lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
+              lum_json_add_number(o, "bad_rays", (double)p->bad_rays) && lum_json_add(o, "error", error_json(s));
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+struct cJSON *lum_run_stats_json(const struct lum_run_stats *s)
+{
+    struct rusage usage = {0};
+    getrusage(RUSAGE_SELF, &usage); /* ru_maxrss is in KiB */
+    cJSON *o = cJSON_CreateObject(), *size = cJSON_CreateArray();
+    lum_json_add(size, NULL, cJSON_CreateNumber(s->w));
+    lum_json_add(size, NULL, cJSON_CreateNumber(s->h));
+    bool ok = lum_json_add_string(o, "version", LUMEND_VERSION) && lum_json_add_string(o, "scene", s->scene) &&
+              lum_json_add_string(o, "method", s->method) && lum_json_add(o, "size", size) &&
+              lum_json_add_number(o, "threads", s->threads) && lum_json_add_number(o, "seed", s->seed) &&
+              lum_json_add_string(o, "isa", s->isa) && lum_json_add_number(o, "setup_ms", s->setup_ms) &&
+              lum_json_add_number(o, "peak_rss_kb", (double)usage.ru_maxrss);
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}

@@ -1,0 +1,439 @@
+#include "server/director/view.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/math/color.h"
+#include "server/base/suggest.h"
+#include "server/world/apply.h"
+
+enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
+enum { GLANCES = 16 }; /* across, and down */
+const char *const lum_in_view_names[] = {
+    [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
+#define GROWING_INTERVAL_NS 250000000ll
+
+/* ---- from the request and the scene to settings ---- */
+
+struct resolved {
+    struct lum_view_settings settings;
+    struct lum_opt exposure_ev, white_balance_k;
+    enum lum_tone_map tone;
+};
+
+static bool resolve_camera(const struct lum_view_request *want, const struct lum_world *world,
+                           struct lum_camera *ret_camera, struct lum_proto_error *err)
+{
+    if (want->has_camera) {
+        const double *p = want->position, *t = want->target, *u = want->up;
+        *ret_camera = (struct lum_camera){{p[0], p[1], p[2]}, {t[0], t[1], t[2]}, {u[0], u[1], u[2]}, want->vfov_deg};
+        return true;
+    }
+    return lum_world_camera(world, want->has_camera_id && want->camera_id[0] ? want->camera_id : NULL, ret_camera, err);
+}
+
+static bool fail_method(const char *name, struct lum_proto_error *err)
+{
+    char near[LUM_NAMES_BYTES];
+    lum_names_of_method(name, near);
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method \"%s\"%s", name,
+                          near);
+}
+
+/* Always fills *r with something usable; false when the request names what does not exist. */
+static bool resolve(const struct lum_view_request *want, const struct lum_world *world, struct resolved *r,
+                    struct lum_proto_error *err)
+{
+    struct lum_error e;
+    const struct lum_record *render = lum_world_render(world);
+    bool ok = true;
+    r->settings = lum_view_settings_default();
+    r->settings.reproject_shadows = !world->deterministic;
+    if (lum_apply_settings(render, &r->settings, &e))
+        ok = lum_apply_error(&e, "", err);
+    if (want->has_size) {
+        r->settings.w = want->w;
+        r->settings.h = want->h;
+    }
+    if (want->has_method && want->method[0]) {
+        const struct lum_method *m = lum_method_find(want->method);
+        if (m)
+            r->settings.method = m;
+        else
+            ok = fail_method(want->method, err);
+    }
+    r->settings.deterministic = world->deterministic;
+    r->settings.effects_off = want->effects_off;
+    r->settings.effects_on = want->effects_on;
+    if (want->has_spp)
+        r->settings.max_spp = want->spp;
+    if (r->settings.max_spp == 0 || want->budget_error.set || want->budget_time_ms.set)
+        r->settings.max_spp = LUM_LIMIT_SPP;
+    r->exposure_ev = want->has_exposure ? want->exposure_ev : render->render.exposure_ev;
+    r->white_balance_k = want->white_balance_k;
+    r->tone = LUM_TONE_AGX;
+    const char *tone = want->has_tone_map && want->tone_map[0] ? want->tone_map : render->render.tone_map;
+    if (lum_apply_tone_map(tone, &r->tone, &e))
+        ok = lum_apply_error(&e, "", err);
+    return resolve_camera(want, world, &r->settings.camera, err) && ok;
+}
+
+/* A grid of rays, ended by the first that meets something: mostly one. */
+static bool sees_only_background(const struct lum_snapshot *snapshot, const struct lum_view_settings *s)
+{
+    for (int i = 0; i < GLANCES * GLANCES; i++) {
+        int k =
+            (i * 151 + GLANCES * GLANCES / 2 + GLANCES / 2) % (GLANCES * GLANCES); /* from the middle, then scattered */
+        struct lum_pick pick;
+        lum_pick_at(snapshot, &s->camera, s->w, s->h, (k % GLANCES + 0.5) / GLANCES * s->w,
+                    (k / GLANCES + 0.5) / GLANCES * s->h, &pick);
+        if (pick.hit)
+            return false;
+    }
+    return true;
+}
+
+void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
+                             uint64_t order)
+{
+    const struct lum_snapshot *snapshot = world->snapshot;
+    struct resolved r;
+    struct lum_proto_error ignored;
+    resolve(&v->want, world, &r, &ignored);
+    if (!lum_view_same_picture(&v->settings, &r.settings) || !lum_versions_equal(&v->versions, &snapshot->versions)) {
+        v->stale = true;
+        v->complete = v->failed = false;
+        v->rendered_ms = 0.0;
+        v->sent_spp = 0;
+    } else {
+        v->complete = v->complete && r.settings.max_spp <= v->settings.max_spp;
+        v->unsent = v->unsent || v->last_pass.spp > 0; /* the same film, under a new revision or exposure */
+        v->scene_rev = snapshot->scene_rev;
+    }
+    bool same_camera = lum_camera_equal(&v->settings.camera, &r.settings.camera);
+    if (!same_camera || v->versions.geometry != snapshot->versions.geometry || v->frame_seq == 0)
+        v->only_background = sees_only_background(snapshot, &r.settings);
+    if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
+        v->auto_settled = false;
+    v->n_instances = snapshot->n_instances;
+    v->final_sent = false;
+    v->settings = r.settings;
+    v->exposure_ev = r.exposure_ev;
+    v->tone = r.tone;
+    v->white_balance_k = r.white_balance_k;
+    v->versions = snapshot->versions;
+    v->newest_ns = received_ns > v->newest_ns ? received_ns : v->newest_ns;
+    v->change_order = order;
+}
+
+/* ---- life ---- */
+
+static bool fit_tiles(struct lum_server_view *v, uint32_t w, uint32_t h, struct lum_proto_error *err)
+{
+    uint32_t n = lum_tile_count(w, h);
+    struct lum_tile_state *tiles = lum_calloc(n, sizeof *tiles);
+    if (!tiles || (v->stream && !lum_stream_resize(v->stream, n))) {
+        lum_free(tiles);
+        return lum_proto_fail_memory(err);
+    }
+    lum_free(v->tiles);
+    v->tiles = tiles;
+    v->n_tiles = n;
+    return true;
+}
+
+bool lum_server_view_create(struct lum_world *world, const struct lum_view_request *want, uint32_t id,
+                            struct lum_server_view **ret_view, struct lum_proto_error *err)
+{
+    struct resolved r;
+    if (!resolve(want, world, &r, err))
+        return false;
+    struct lum_server_view *v = lum_calloc(1, sizeof *v);
+    if (!v)
+        return lum_proto_fail_memory(err);
+    v->id = id;
+    v->want = *want;
+    if (!want->has_quality)
+        v->want.quality = DEFAULT_QUALITY;
+    if (!want->has_codec)
+        v->want.codec = LUM_CODEC_JPEG;
+    if (!want->has_stats)
+        v->want.stats = true;
+    lum_frame_stats_begin(&v->frame, 0);
+    struct lum_error e;
+    if (lum_view_create(world->pool, &v->core, &e)) {
+        lum_apply_error(&e, "", err);
+        goto fail;
+    }
+    lum_view_share(v->core, world->caches);
+    v->stream = lum_stream_create(id, lum_tile_count(r.settings.w, r.settings.h));
+    if (!v->stream) {
+        lum_proto_fail_memory(err);
+        goto fail;
+    }
+    if (!fit_tiles(v, r.settings.w, r.settings.h, err))
+        goto fail;
+    *ret_view = v;
+    return true;
+fail:
+    lum_server_view_destroy(v);
+    return false;
+}
+
+void lum_server_view_destroy(struct lum_server_view *v)
+{
+    if (!v)
+        return;
+    lum_stream_unref(v->stream);
+    lum_view_destroy(v->core);
+    lum_free(v->tiles);
+    lum_free(v);
+}
+
+/* a: what is wanted so far, b: what the request adds. */
+static void merge(struct lum_view_request *a, const struct lum_view_request *b)
+{
+#define TAKE(has, field)                                                                                               \
+    if (b->has) {                                                                                                      \
+        a->has = true;                                                                                                 \
+        memcpy(&a->field, &b->field, sizeof a->field);                                                                 \
+    }
+    TAKE(has_camera, position)
+    TAKE(has_camera, target)
+    TAKE(has_camera, up)
+    TAKE(has_camera, vfov_deg)
+    TAKE(has_camera_id, camera_id)
+    TAKE(has_size, w)
+    TAKE(has_size, h)
+    TAKE(has_codec, codec)
+    TAKE(has_quality, quality)
+    TAKE(has_method, method)
+    TAKE(has_camera_seq, camera_seq)
+    TAKE(has_exposure, exposure_ev)
+    TAKE(has_tone_map, tone_map)
+    TAKE(has_white_balance, white_balance_k)
+    TAKE(has_spp, spp)
+    TAKE(has_stats, stats)
+    TAKE(has_downscale, downscale)
+    TAKE(has_overlay, overlay)
+    TAKE(has_budget, budget_time_ms)
+    TAKE(has_budget, budget_error)
+#undef TAKE
+    if (b->has_camera_id && !b->has_camera)
+        a->has_camera = false; /* the named camera replaces the explicit one */
+    a->effects_off = (a->effects_off & ~b->effects_named) | b->effects_off;
+    a->effects_on = (a->effects_on & ~b->effects_named) | b->effects_on;
+}
+
+static bool budget_spent(const struct lum_server_view *v)
+{
+    const struct lum_view_request *w = &v->want;
+    return (w->budget_time_ms.set && v->rendered_ms >= w->budget_time_ms.value) ||
+           (w->budget_error.set && v->last_pass.error_rel <= w->budget_error.value);
+}
+
+bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
+                            struct lum_proto_error *err)
+{
+    struct lum_view_request want = v->want;
+    merge(&want, request);
+    struct resolved r;
+    if (!resolve(&want, world, &r, err))
+        return false;
+    bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
+    if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
+        return false;
+    if (want.codec != v->want.codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
+        memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
+    v->want = want;
+    if (request->has_budget && !budget_spent(v))
+        v->complete = false; /* a larger budget than the one that ended it */
+    return true;
+}
+
+/* ---- passes ---- */
+
+bool lum_server_view_needs_pass(const struct lum_server_view *v)
+{
+    return !v->failed && (v->stale || !v->complete);
+}
+
+enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
+                                     const _Atomic bool *cancel, struct lum_error *err)
+{
+    struct lum_pass_stats pass;
+    v->settings.preview =
+        lum_view_preview_for(&v->settings, v->full_pass_ms); /* an edit must show while the hand still moves */
+    enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
+    v->last_pass_ns = lum_clock_ns();
+    if (st == LUM_ERR_CANCELLED)
+        return st;
+    v->stale = false;
+    if (st) {
+        v->failed = true;
+        return st;
+    }
+    v->frame.w = v->settings.w;
+    v->frame.h = v->settings.h;
+    lum_frame_stats_add(&v->frame, &pass);
+    v->rendered_ms += pass.ms;
+    if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
+        v->full_pass_ms = pass.ms;
+    v->last_pass = pass;
+    v->scene_rev = snapshot->scene_rev;
+    v->unsent = v->unsent || pass.changed || v->sent_spp == 0;
+    v->complete = pass.complete || budget_spent(v);
+    return LUM_OK;
+}
+
+/* ---- frames ---- */
+
+static bool is_lossy(uint8_t codec)
+{
+    return codec == LUM_CODEC_JPEG;
+}
+
+enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns)
+{
+    if (ret_wait_ns)
+        *ret_wait_ns = INT64_MAX;
+    if (v->stale || (v->last_pass.spp == 0 && v->last_pass.preview <= 1))
+        return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
+    if (v->complete && !v->final_sent) {
+        int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
+        if (rest <= 0 || !is_lossy(v->want.codec))
+            return LUM_DUE_FINAL;
+        if (ret_wait_ns)
+            *ret_wait_ns = rest;
+        return v->unsent ? LUM_DUE_FRAME : LUM_DUE_NONE;
+    }
+    if (!v->unsent)
+        return LUM_DUE_NONE;
+    uint32_t spp = v->last_pass.spp;
+    bool due = v->sent_spp == 0 || spp < EVERY_PASS_BELOW_SPP || spp / 2 >= v->sent_spp ||
+               now_ns - v->sent_ns >= GROWING_INTERVAL_NS;
+    return due ? LUM_DUE_FRAME : LUM_DUE_NONE;
+}
+
+static uint16_t error_field(const struct lum_server_view *v)
+{
+    double bound = lum_error_bound(v->last_pass.error_rel, (double)v->settings.w * v->settings.h);
+    if (!isfinite(bound))
+        return 65535;
+    return (uint16_t)fmin(bound * 10000.0, 65534.0);
+}
+
+static struct lum_frame_header frame_header(const struct lum_server_view *v, bool final)
+{
+    struct lum_frame_header h = {.frame_seq = v->frame_seq + 1,
+                                 .scene_rev = v->scene_rev,
+                                 .view_id = v->id,
+                                 .camera_seq = v->want.camera_seq,
+                                 .codec = v->want.codec,
+                                 .quality = v->want.quality,
+                                 .downscale = v->want.downscale,
+                                 .error = error_field(v),
+                                 .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
+    if (!v->settings.method->refines)
+        while (1u << h.downscale < v->last_pass.preview)
+            h.downscale++; /* a rough pass of paths has no more detail than that */
+    if (final) {
+        h.flags |= LUM_FRAME_CONVERGED;
+        h.downscale = 0;
+        if (is_lossy(h.codec))
+            h.codec = LUM_CODEC_PNG;
+    }
+    if (h.codec == LUM_CODEC_PNG || h.codec == LUM_CODEC_RGBA8) {
+        h.flags |= LUM_FRAME_LOSSLESS;
+        h.quality = 100;
+    }
+    return h;
+}
+
+static uint32_t micros_since(int64_t from_ns, int64_t now_ns)
+{
+    int64_t us = (now_ns - from_ns) / 1000;
+    return us < 0 ? 0 : us > UINT32_MAX ? UINT32_MAX : (uint32_t)us;
+}
+
+static double exposure_ev(struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->exposure_ev.set)
+        return v->exposure_ev.value;
+    if (!v->auto_settled) { /* fast frames are as bright as the picture that they become; a black one says nothing */
+        v->auto_ev = lum_exposure_auto(film);
+        bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
+        v->auto_settled = (v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP) && v->auto_ev != 0.0;
+    }
+    return v->auto_ev;
+}
+
+static struct lum_display display(struct lum_server_view *v, const struct lum_film *film)
+{
+    struct lum_display d = {.ev100 = exposure_ev(v, film), .tone = v->tone, .balanced = v->white_balance_k.set};
+    if (d.balanced)
+        lum_white_balance(v->white_balance_k.value, d.balance);
+    return d;
+}
+
+static struct lum_overlay_picture overlay(const struct lum_server_view *v)
+{
+    struct lum_overlay_picture o = {.w = v->settings.w};
+    if (v->want.overlay != LUM_OVERLAY_NONE && v->settings.method->ais)
+        o.iterations = lum_view_guidance(v->core, lum_overlay_effect(v->want.overlay));
+    return o;
+}
+
+static bool is_black(const struct lum_film *film)
+{
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            if (lum_luminance(lum_film_mean(film, x, y)) > 0.0f)
+                return false;
+    return true;
+}
+
+static enum lum_in_view in_view(const struct lum_server_view *v, const struct lum_film *film)
+{
+    if (v->only_background)
+        return LUM_IN_VIEW_NOTHING;
+    return is_black(film) ? LUM_IN_VIEW_DARK : LUM_IN_VIEW_SCENE;
+}
+
+enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
+                                        struct lum_published *ret_published, struct lum_error *err)
+{
+    int64_t start = lum_clock_ns();
+    const struct lum_film *film = lum_view_film(v->core);
+    struct lum_picture picture = {.film = film,
+                                  .display = display(v, film),
+                                  .overlay = overlay(v),
+                                  .header = frame_header(v, due == LUM_DUE_FINAL)};
+    struct lum_blob_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_blob_tile *));
+    if (!tiles)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
+    enum lum_status st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);
+    if (!st) {
+        int64_t now = lum_clock_ns();
+        struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
+                                  .exposure_ev = picture.display.ev100,
+                                  .server_us = micros_since(v->newest_ns, now),
+                                  .in_view = in_view(v, film),
+                                  .has_map = picture.overlay.iterations != NULL};
+        for (uint32_t i = 0; i < v->n_tiles; i++)
+            if (tiles[i]) {
+                tiles[i]->header.server_us = p.server_us;
+                p.n_tiles++;
+                p.n_bytes += tiles[i]->n_bytes + LUM_FRAME_HEADER_BYTES;
+            }
+        lum_stream_publish(v->stream, picture.header.frame_seq, tiles);
+        v->frame_seq++;
+        v->unsent = false;
+        v->final_sent = due == LUM_DUE_FINAL;
+        v->sent_spp = v->last_pass.spp;
+        v->sent_ns = now;
+        *ret_published = p;
+    }
+    lum_free(tiles);
+    return st;
+}

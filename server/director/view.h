@@ -1,0 +1,100 @@
+/* A client's view: the renderer's view, what the client asked for, and when to send the next frame.
+ *
+ * Life of a picture: a change makes it stale; its first pass is never cancelled, so that a drag keeps showing pictures;
+ * progressive methods then refine it until it is complete. Frames go out after each pass while there are few samples,
+ * then at growing intervals. The last one waits until the view has rested, and is lossless.
+ *
+ * Thread: the director. */
+#ifndef LUM_SERVER_DIRECTOR_VIEW_H
+#define LUM_SERVER_DIRECTOR_VIEW_H
+
+#include "server/director/director.h"
+#include "server/director/stats_json.h"
+#include "server/stream/encode.h"
+#include "server/world/world.h"
+
+#define LUM_VIEW_SETTLE_NS 200000000ll /* rest before the lossless frame: it costs ten lossy ones, wasted in a drag */
+
+struct lum_server_view {
+    struct lum_server_view *next;
+    uint32_t id;
+    struct lum_session_ref session;
+    struct lum_view *core;
+    struct lum_stream *stream;
+    struct lum_view_request want; /* everything the client ever gave */
+    /* from want and the scene */
+    struct lum_view_settings settings;
+    struct lum_opt exposure_ev;
+    enum lum_tone_map tone;
+    struct lum_opt white_balance_k;
+    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look dimmer. */
+    double auto_ev;
+    bool auto_settled;
+    uint32_t n_instances; /* that it was settled for */
+    struct lum_versions versions; /* of the snapshot last resolved against */
+    bool only_background;
+    uint64_t scene_rev;           /* that the picture stands for */
+    /* progress */
+    bool stale;    /* changed, and no pass has run since */
+    bool complete; /* nothing left to do */
+    bool failed;   /* a pass failed: waits for the next change */
+    uint64_t change_order;  /* greater: changed later */
+    int64_t newest_ns;      /* receipt of the newest edit or camera that the settings contain */
+    int64_t last_pass_ns;   /* when the last pass ended */
+    double rendered_ms;     /* since the last change */
+    double full_pass_ms;    /* of the last pass that gave every pixel a sample; 0: none yet */
+    struct lum_pass_stats last_pass;
+    /* sending */
+    struct lum_tile_state *tiles;
+    uint32_t n_tiles;
+    bool unsent;      /* the film or its display changed since the last frame */
+    bool final_sent;
+    uint32_t sent_spp; /* 0: nothing since the last change */
+    int64_t sent_ns;
+    uint64_t frame_seq;
+    struct lum_frame_stats frame; /* of the passes since the last frame */
+};
+
+/* The view is resolved against the world's snapshot. On failure err->path names the field. */
+bool lum_server_view_create(struct lum_world *world, const struct lum_view_request *want, uint32_t id,
+                            struct lum_server_view **ret_view, struct lum_proto_error *err);
+void lum_server_view_destroy(struct lum_server_view *v); /* accepts NULL */
+
+/* Takes over the fields that the request has. On failure the view is as before. */
+bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
+                            struct lum_proto_error *err);
+
+/* After any change of the scene or the request: finds out what is stale. A camera or method that is gone is replaced by one
+ * that exists. */
+void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns, uint64_t order);
+
+bool lum_server_view_needs_pass(const struct lum_server_view *v);
+/* LUM_ERR_CANCELLED is no failure. */
+enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
+                                     const _Atomic bool *cancel, struct lum_error *err);
+
+enum lum_frame_due { LUM_DUE_NONE, LUM_DUE_FRAME, LUM_DUE_FINAL };
+/* Which frame to send now, if the stream wants one. *ret_wait_ns (may be NULL): after how long to ask again; INT64_MAX: not
+ * before something changes. */
+enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns);
+
+/* What there is to see, so that an empty picture can be explained. */
+enum lum_in_view {
+    LUM_IN_VIEW_SCENE,
+    LUM_IN_VIEW_DARK,   /* something is there, and no light comes from it */
+    LUM_IN_VIEW_NOTHING /* background alone */
+};
+extern const char *const lum_in_view_names[];
+
+struct lum_published {
+    uint32_t n_tiles;
+    uint64_t n_bytes;
+    double encode_ms, exposure_ev;
+    uint32_t server_us;
+    enum lum_in_view in_view;
+    bool has_map; /* the picture shows the map that the view's overlay asks for */
+};
+enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
+                                        struct lum_published *ret_published, struct lum_error *err);
+
+#endif

@@ -1,0 +1,291 @@
+/* The director's views: opening and closing them, whose turn it is, and sending frames. */
+#include "server/director/internal.h"
+
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json.h"
+#include "protocol/rpc.h"
+#include "server/base/log.h"
+
+#define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
+#define WAITED_LONG_NS 250000000ll /* a view that others keep from rendering for so long goes first */
+
+/* ---- requests ---- */
+
+static bool same_session(struct lum_session_ref a, struct lum_session_ref b)
+{
+    return a.slot == b.slot && a.generation == b.generation;
+}
+
+struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id)
+{
+    for (struct lum_server_view *v = d->views; v; v = v->next)
+        if (v->id == id && same_session(v->session, session))
+            return v;
+    return NULL;
+}
+
+/* NULL: refused. */
+static struct lum_server_view *require_view(struct lum_director *d, const struct lum_command *c, uint32_t id)
+{
+    struct lum_server_view *v = lum_director_find_view(d, c->session, id);
+    if (!v) {
+        struct lum_proto_error err;
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", id);
+        lum_director_refuse(d, c, &err);
+    }
+    return v;
+}
+
+static bool has_room(const struct lum_director *d, const struct lum_command *c,
+                     const struct lum_server_view *instead_of, struct lum_proto_error *err)
+{
+    uint64_t n = 0, own = 0, pixels = (uint64_t)c->view.w * c->view.h;
+    for (const struct lum_server_view *v = d->views; v; v = v->next) {
+        if (v == instead_of)
+            continue;
+        n++;
+        own += same_session(v->session, c->session);
+        pixels += (uint64_t)v->settings.w * v->settings.h;
+    }
+    if (own >= LUM_LIMIT_VIEWS_PER_SESSION)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "a session has at most %u views",
+                              LUM_LIMIT_VIEWS_PER_SESSION);
+    if (n >= LUM_LIMIT_VIEWS)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "this server has its %u views already",
+                              LUM_LIMIT_VIEWS);
+    if (pixels > LUM_LIMIT_VIEWS_PIXELS)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "size",
+                              "all views together have at most %u pixels", LUM_LIMIT_VIEWS_PIXELS);
+    return true;
+}
+
+void lum_director_view_open(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_proto_error err;
+    struct lum_server_view *v;
+    if (!has_room(d, c, NULL, &err) || !lum_server_view_create(&d->world, &c->view, d->next_view_id + 1, &v, &err)) {
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    v->session = c->session;
+    v->next = d->views;
+    d->views = v;
+    d->next_view_id++;
+    d->n_views++;
+    pthread_mutex_lock(&d->lock);
+    d->metrics.views = d->n_views;
+    pthread_mutex_unlock(&d->lock);
+    lum_server_view_refresh(v, &d->world, c->received_ns, ++d->order);
+    lum_director_send_stream(d, c->session, lum_stream_ref(v->stream));
+    cJSON *result = cJSON_CreateObject();
+    lum_json_add_number(result, "view_id", v->id);
+    lum_director_reply(d, c, result);
+}
+
+void lum_director_view_update(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_proto_error err;
+    struct lum_server_view *v = require_view(d, c, c->view.view_id);
+    if (!v)
+        return;
+    if ((c->view.has_size && !has_room(d, c, v, &err)) || !lum_server_view_update(v, &d->world, &c->view, &err)) {
+        lum_director_refuse(d, c, &err);
+        return;
+    }
+    lum_server_view_refresh(v, &d->world, c->received_ns, ++d->order);
+    lum_director_reply(d, c, cJSON_CreateObject());
+}
+
+/* Takes the view at *at out of the list. */
+static void close_view(struct lum_director *d, struct lum_server_view **at)
+{
+    struct lum_server_view *v = *at;
+    *at = v->next;
+    lum_director_send_closed(d, v->session, v->id);
+    lum_server_view_destroy(v);
+    d->n_views--;
+    pthread_mutex_lock(&d->lock);
+    d->metrics.views = d->n_views;
+    pthread_mutex_unlock(&d->lock);
+}
+
+void lum_director_view_close(struct lum_director *d, const struct lum_command *c)
+{
+    struct lum_server_view *v = require_view(d, c, c->view.view_id);
+    if (!v)
+        return;
+    struct lum_server_view **at = &d->views;
+    while (*at != v)
+        at = &(*at)->next;
+    close_view(d, at);
+    lum_director_reply(d, c, cJSON_CreateObject());
+}
+
+void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session)
+{
+    for (struct lum_server_view **at = &d->views; *at;) {
+        if (same_session((*at)->session, session))
+            close_view(d, at);
+        else
+            at = &(*at)->next;
+    }
+}
+
+void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
+{
+    d->order++;
+    for (struct lum_server_view *v = d->views; v; v = v->next)
+        lum_server_view_refresh(v, &d->world, received_ns, d->order);
+}
+
+/* ---- frames ---- */
+
+static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
+{
+    v->frame.caustics = lum_world_caustics(&d->world, final || v->last_pass.spp > 1);
+    cJSON *o = lum_frame_stats_json(&v->frame);
+    bool ok =
+        lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&
+        lum_json_add_number(o, "camera_seq", v->want.camera_seq) &&
+        lum_json_add_string(o, "method", v->settings.method->name) &&
+        lum_json_add_number(o, "exposure_ev", p->exposure_ev) && lum_json_add_number(o, "encode_ms", p->encode_ms) &&
+        lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
+        lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "overlay_map", p->has_map) &&
+        lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) && lum_json_add_bool(o, "converged", final);
+    if (!ok) {
+        cJSON_Delete(o);
+        return;
+    }
+    lum_director_send(d, LUM_OUT_TEXT, v->session, lum_rpc_notification("frame.stats", o));
+}
+
+static void publish(struct lum_director *d, struct lum_server_view *v, enum lum_frame_due due)
+{
+    struct lum_published p;
+    struct lum_error err;
+    v->frame.sum.scene_rev = v->scene_rev;
+    if (lum_server_view_publish(v, d->encoder, due, &p, &err)) {
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "view %u: %s", v->id, err.text);
+        v->failed = true; /* nothing is tried again before something changes */
+        return;
+    }
+    pthread_mutex_lock(&d->lock);
+    d->metrics.frames_published++;
+    d->metrics.tiles_encoded += p.n_tiles;
+    d->metrics.tile_bytes += p.n_bytes;
+    pthread_mutex_unlock(&d->lock);
+    if (v->want.stats)
+        tell_stats(d, v, &p, due == LUM_DUE_FINAL);
+    else
+        d->config.wake_net(d->config.wake_user);
+    struct lum_demand demand = v->frame.sum.demand;
+    lum_frame_stats_begin(&v->frame, v->frame_seq);
+    v->frame.sum.demand = demand; /* what the next frame's effects are, should no pass come before it */
+}
+
+static int64_t publish_if_due(struct lum_director *d, struct lum_server_view *v)
+{
+    int64_t wait_ns;
+    enum lum_frame_due due = lum_server_view_due(v, lum_clock_ns(), &wait_ns);
+    if (!v->failed && lum_stream_wants_frame(v->stream)) {
+        if (due != LUM_DUE_NONE)
+            publish(d, v, due);
+        return wait_ns;
+    }
+    return INT64_MAX; /* the stream rings when it is hungry */
+}
+
+int64_t lum_director_publish_due(struct lum_director *d)
+{
+    int64_t wait_ns = INT64_MAX;
+    for (struct lum_server_view *v = d->views; v; v = v->next) {
+        int64_t w = publish_if_due(d, v);
+        wait_ns = w < wait_ns ? w : wait_ns;
+    }
+    return wait_ns;
+}
+
+/* ---- whose turn it is ---- */
+
+struct candidate {
+    struct lum_server_view *view;
+    bool hungry, long_waited;
+};
+
+/* Whose stream is full comes last: nobody would see it soon. Then who was kept waiting, so that a drag in one view does
+ * not stop the others; then the newest change, the fewest samples, and the longest wait. */
+static bool goes_before(const struct candidate *a, const struct candidate *b)
+{
+    if (a->hungry != b->hungry)
+        return a->hungry;
+    if (a->long_waited != b->long_waited)
+        return a->long_waited;
+    if (!a->long_waited) {
+        if (a->view->stale != b->view->stale)
+            return a->view->stale;
+        if (a->view->stale && a->view->change_order != b->view->change_order)
+            return a->view->change_order > b->view->change_order;
+        if (a->view->last_pass.spp != b->view->last_pass.spp)
+            return a->view->last_pass.spp < b->view->last_pass.spp;
+    }
+    return a->view->last_pass_ns < b->view->last_pass_ns;
+}
+
+struct lum_server_view *lum_director_choose_view(struct lum_director *d)
+{
+    int64_t now = lum_clock_ns();
+    struct candidate best = {0};
+    for (struct lum_server_view *v = d->views; v; v = v->next) {
+        if (!lum_server_view_needs_pass(v))
+            continue;
+        struct candidate c = {v, lum_stream_wants_frame(v->stream), now - v->last_pass_ns > WAITED_LONG_NS};
+        if (!best.view || goes_before(&c, &best))
+            best = c;
+    }
+    return best.view;
+}
+
+/* False: something in the inbox makes the pass obsolete already. The first pass after a change may not be cancelled, or
+ * a drag would never show a picture. */
+static bool begin_pass(struct lum_director *d, const struct lum_server_view *v)
+{
+    pthread_mutex_lock(&d->lock);
+    bool go = !d->stop && (v->stale || !d->inbox);
+    if (go) {
+        atomic_store_explicit(&d->cancel, false, memory_order_relaxed);
+        d->rendering = v;
+        d->shielded_until_ns = v->stale ? lum_clock_ns() + SHIELD_NS : 0;
+    }
+    pthread_mutex_unlock(&d->lock);
+    return go;
+}
+
+static void end_pass(struct lum_director *d, const struct lum_pass_stats *pass)
+{
+    pthread_mutex_lock(&d->lock);
+    d->rendering = NULL;
+    if (pass) {
+        d->metrics.passes++;
+        d->metrics.last_pass_ms = pass->ms;
+        d->metrics.nonfinite += pass->nonfinite;
+        for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
+            d->metrics.rays += pass->rays[i];
+    }
+    pthread_mutex_unlock(&d->lock);
+}
+
+void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v)
+{
+    if (!begin_pass(d, v))
+        return;
+    struct lum_error err;
+    enum lum_status st = lum_server_view_pass(v, d->world.snapshot, &d->cancel, &err);
+    end_pass(d, st ? NULL : &v->last_pass);
+    if (st && st != LUM_ERR_CANCELLED)
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "view %u: %s", v->id, err.text);
+    if (!st)
+        publish_if_due(d, v);
+}

@@ -1,0 +1,45 @@
+/* What the daemon answers to plain HTTP: the web client out of the binary, health, readiness, metrics. No socket here. */
+#ifndef LUM_SERVER_NET_HTTP_H
+#define LUM_SERVER_NET_HTTP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct lum_director;
+
+/* Counted by the net thread, shown by /metrics. */
+struct lum_net_counters {
+    uint64_t connections, connections_refused, http_requests, sessions, sessions_refused, messages, messages_refused,
+        frames_acked, tx_bytes, rx_bytes, tiles_sent;
+    uint32_t sessions_open;
+};
+
+struct lum_http_site {
+    const struct lum_director *director;
+    const struct lum_net_counters *counters;
+    int64_t started_ns;
+    bool draining;
+};
+
+struct lum_http_response {
+    int status;
+    const char *type;  /* Content-Type */
+    const char *cache; /* Cache-Control */
+    const void *body;
+    size_t n_bytes;
+    char etag[24]; /* quoted; "": none */
+    char *owned;   /* body, where it was made for this response; the caller frees it with free() */
+};
+
+/* path: as in the request line, without query. Always fills the response. */
+void lum_http_get(const struct lum_http_site *site, const char *path, struct lum_http_response *ret_response);
+/* A short text for people. */
+void lum_http_error(int status, struct lum_http_response *ret_response);
+/* True when the If-None-Match header (may be NULL) names this version: 304, no body. */
+bool lum_http_matches(const struct lum_http_response *response, const char *if_none_match);
+
+/* Headers that every response carries: {name, value} pairs, ended by NULL. Names are lower case with a colon. */
+extern const char *const lum_http_headers[][2];
+
+#endif

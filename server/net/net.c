@@ -1,0 +1,575 @@
+/* libwebsockets 4.1 in use. Rules that this file keeps, because breaking them is a bug in that library's terms or a
+ * hole:
+ *
+ * - Other threads call lws_cancel_service and nothing else. A producer publishes, sets `woken`, then cancels; this
+ *   thread clears `woken` first and looks after that, so no wake-up is lost.
+ * - At most one lws_write per WRITEABLE callback. WRITEABLE also comes unasked: what to send is decided from our own
+ *   state.
+ * - A long message goes out in fragments of at most one tx_packet_size, so that the library never copies more than that
+ *   to its heap, and nothing is begun while it still holds a partial write.
+ * - HTTP_CONFIRM_UPGRADE refuses every upgrade but websocket, and touches only headers that are there: on a kept-alive
+ *   connection the header block may be gone and `in` dangling (read after free in 4.1.6 before any authentication), and
+ *   "h2c" would be accepted on a clear-text port.
+ * - Host and Origin are checked for pages and upgrades alike.
+ * - There is no limit on message size, connections per address or messages per second in the library: they are here, in
+ *   peers.c and in session.c. */
+#define _GNU_SOURCE
+#include "server/net/net.h"
+
+#include <errno.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/socket.h>
+
+#include <libwebsockets.h>
+
+#include "server/net/peers.h"
+
+#define PROTOCOL "lumend.v1"
+#define TX_BYTES (128u << 10) /* one write: a raw tile of 128 x 128 and its header fit */
+#define RX_BYTES (16u << 10)
+#define CHUNK_BYTES (TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
+#define UNSENT_BYTES                                                                                                   \
+    (128 << 10)         /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
+#define HEADER_POOL 128 /* connections that may be in their HTTP phase at once */
+#define CLOSE_GRACE_S 5 /* a peer that does not take the close frame is cut off */
+
+/* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
+struct conn {
+    struct lws *wsi;
+    /* HTTP */
+    struct lum_http_response response;
+    size_t response_sent;
+    bool head_only;
+    /* WebSocket */
+    struct lum_session *session; /* NULL: not a WebSocket */
+    char *rx;
+    size_t n_rx, rx_capacity;
+    bool closing; /* close_soon was called */
+    bool sending; /* message is on its way */
+    struct lum_message message;
+    size_t message_sent; /* of head and body together */
+};
+
+struct lum_net {
+    struct lum_net_config config;
+    struct lws_context *context;
+    struct lws_vhost *vhost;
+    struct lws_protocols protocols[2];
+    _Atomic bool woken, stop;
+    /* net thread */
+    struct lum_sessions *sessions;
+    struct lum_http_site site;
+    struct lum_net_counters counters;
+    struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
+    struct lum_peers peers;
+    unsigned char tx[LWS_PRE + TX_BYTES];
+};
+
+static const lws_retry_bo_t idle_policy = {
+    .secs_since_valid_ping = LUM_LIMIT_PING_S,
+    .secs_since_valid_hangup = LUM_LIMIT_HANGUP_S,
+};
+
+/* ---- connections by address ---- */
+
+/* Before a byte is read. Nonzero: hang up. */
+static int filter_connection(struct lum_net *net, int fd)
+{
+    if (!atomic_load(&net->stop) && lum_peers_admit(&net->peers, fd))
+        return 0;
+    net->counters.connections_refused++;
+    return 1;
+}
+
+/* The connection remembers its peer in the library's opaque pointer until it is destroyed. */
+static void count_connection(struct lum_net *net, struct lws *wsi)
+{
+    lws_set_opaque_user_data(wsi, lum_peers_add(&net->peers, lws_get_socket_fd(wsi)));
+    net->counters.connections++;
+}
+
+static void uncount_connection(struct lum_net *net, struct lws *wsi)
+{
+    lum_peers_remove(&net->peers, lws_get_opaque_user_data(wsi));
+    lws_set_opaque_user_data(wsi, NULL);
+}
+
+/* ---- headers ---- */
+
+/* The header's text; false when it is absent, empty, or longer than any that we accept. */
+static bool copy_header(struct lws *wsi, enum lws_token_indexes token, char *out, size_t size)
+{
+    int n = lws_hdr_total_length(wsi, token);
+    return n > 0 && (size_t)n < size && lws_hdr_copy(wsi, out, (int)size, token) > 0;
+}
+
+static bool access_ok(const struct lum_net *net, struct lws *wsi)
+{
+    char host[300], origin[300];
+    bool has_origin = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
+    if (!copy_header(wsi, WSI_TOKEN_HOST, host, sizeof host) || !lum_access_host(&net->config.access, host))
+        return false;
+    if (!has_origin)
+        return true;
+    return copy_header(wsi, WSI_TOKEN_ORIGIN, origin, sizeof origin) &&
+           lum_access_origin(&net->config.access, origin, host);
+}
+
+/* See the top of this file. Never looks at `in`. */
+static int confirm_upgrade(const struct lum_net *net, struct lws *wsi)
+{
+    char upgrade[16];
+    if (!copy_header(wsi, WSI_TOKEN_UPGRADE, upgrade, sizeof upgrade) || strcasecmp(upgrade, "websocket") != 0)
+        return -1;
+    if (access_ok(net, wsi))
+        return 0;
+    lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, NULL);
+    return 1;
+}
+
+/* ---- HTTP ---- */
+
+static void finish_response(struct conn *c)
+{
+    free(c->response.owned);
+    memset(&c->response, 0, sizeof c->response);
+    c->response_sent = 0;
+}
+
+static void fill_response(struct lum_net *net, struct conn *c, const char *path, size_t n_path)
+{
+    char name[256];
+    bool head = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
+    c->head_only = head;
+    net->counters.http_requests++;
+    if (!access_ok(net, c->wsi)) {
+        lum_http_error(403, &c->response);
+    } else if (!head && lws_hdr_total_length(c->wsi, WSI_TOKEN_GET_URI) <= 0) {
+        lum_http_error(405, &c->response);
+    } else if (n_path >= sizeof name) {
+        lum_http_error(404, &c->response);
+    } else {
+        memcpy(name, path, n_path);
+        name[n_path] = '\0';
+        lum_http_get(&net->site, name, &c->response);
+    }
+    if (!copy_header(c->wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH, name, sizeof name) || !lum_http_matches(&c->response, name))
+        return;
+    c->response.status = HTTP_STATUS_NOT_MODIFIED;
+    c->head_only = true;
+}
+
+static int add_header(struct lws *wsi, const char *name, const char *value, unsigned char **p, unsigned char *end)
+{
+    return lws_add_http_header_by_name(wsi, (const unsigned char *)name, (const unsigned char *)value,
+                                       (int)strlen(value), p, end);
+}
+
+static int send_head(struct lum_net *net, struct conn *c)
+{
+    struct lws *wsi = c->wsi;
+    const struct lum_http_response *r = &c->response;
+    unsigned char *start = net->tx + LWS_PRE, *p = start, *end = start + 2048;
+    bool closing = r->status >= 400; /* an odd client has to come again; what it sent after the request is not read */
+    if (lws_add_http_header_status(wsi, (unsigned)r->status, &p, end) ||
+        add_header(wsi, "content-type:", r->type, &p, end) || add_header(wsi, "cache-control:", r->cache, &p, end) ||
+        (r->etag[0] && add_header(wsi, "etag:", r->etag, &p, end)) ||
+        (closing && add_header(wsi, "connection:", "close", &p, end)))
+        return -1;
+    for (size_t i = 0; lum_http_headers[i][0]; i++)
+        if (add_header(wsi, lum_http_headers[i][0], lum_http_headers[i][1], &p, end))
+            return -1;
+    if (r->status != HTTP_STATUS_NOT_MODIFIED && lws_add_http_header_content_length(wsi, r->n_bytes, &p, end))
+        return -1;
+    if (lws_finalize_http_header(wsi, &p, end) ||
+        lws_write(wsi, start, (size_t)(p - start), LWS_WRITE_HTTP_HEADERS) < 0)
+        return -1;
+    return 0;
+}
+
+static int end_transaction(struct conn *c)
+{
+    bool close = c->response.status >= 400;
+    finish_response(c);
+    return close || lws_http_transaction_completed(c->wsi) ? -1 : 0;
+}
+
+static int http_request(struct lum_net *net, struct lws *wsi, struct conn *c, const char *path, size_t n_path)
+{
+    finish_response(c); /* of a request before that was cut off */
+    c->wsi = wsi;
+    fill_response(net, c, path, n_path);
+    if (send_head(net, c))
+        return -1;
+    if (c->head_only || c->response.n_bytes == 0)
+        return end_transaction(c);
+    lws_callback_on_writable(wsi);
+    return 0;
+}
+
+static int http_writeable(struct lum_net *net, struct conn *c)
+{
+    if (!c->response.body)
+        return 0;
+    size_t left = c->response.n_bytes - c->response_sent, n = left < CHUNK_BYTES ? left : CHUNK_BYTES;
+    memcpy(net->tx + LWS_PRE, (const unsigned char *)c->response.body + c->response_sent, n);
+    if (lws_write(c->wsi, net->tx + LWS_PRE, n, n == left ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < (int)n)
+        return -1;
+    c->response_sent += n;
+    if (n == left)
+        return end_transaction(c);
+    lws_callback_on_writable(c->wsi);
+    return 0;
+}
+
+/* ---- WebSocket ---- */
+
+static int close_with(struct conn *c, enum lum_close code)
+{
+    static const struct {
+        enum lum_close code;
+        const char *reason;
+    } reasons[] = {
+        {LUM_CLOSE_UNSUPPORTED, "binary messages are not understood"},
+        {LUM_CLOSE_TOO_BIG, "the message is too big"},
+        {LUM_CLOSE_INTERNAL, "out of memory"},
+        {LUM_CLOSE_RESTART, "the server is stopping"},
+        {LUM_CLOSE_BUSY, "too many sessions"},
+        {LUM_CLOSE_AUTH, "no session.hello with the right token"},
+        {LUM_CLOSE_SLOW, "too much text waits to be read"},
+    };
+    const char *reason = "";
+    for (size_t i = 0; i < LUM_ARRAY_LEN(reasons); i++)
+        if (reasons[i].code == code)
+            reason = reasons[i].reason;
+    lws_close_reason(c->wsi, (enum lws_close_status)code, (unsigned char *)reason, strlen(reason));
+    return -1;
+}
+
+/* Ends the connection from outside its own callbacks: at its next WRITEABLE, or by force when that does not come. */
+static void close_soon(struct conn *c)
+{
+    if (!c->closing) /* once: the grace must not begin anew with every wake-up */
+        lws_set_timeout(c->wsi, PENDING_TIMEOUT_USER_REASON_BASE, CLOSE_GRACE_S);
+    c->closing = true;
+    lws_callback_on_writable(c->wsi);
+}
+
+static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
+{
+    const int on = 1, unsent = UNSENT_BYTES, fd = lws_get_socket_fd(wsi);
+    /* Both only shorten waiting; a socket that refuses them still works. */
+    (void)setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    (void)setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent);
+    finish_response(c);
+    memset(c, 0, sizeof *c);
+    c->wsi = wsi;
+    char peer[INET6_ADDRSTRLEN] = "";
+    lws_get_peer_simple(wsi, peer, sizeof peer);
+    c->session = lum_session_open(net->sessions, peer);
+    if (!c->session)
+        return close_with(c, LUM_CLOSE_BUSY);
+    net->conns[lum_session_slot(c->session)] = c;
+    lws_set_timer_usecs(wsi, (lws_usec_t)LUM_LIMIT_HELLO_S * LWS_US_PER_SEC);
+    if (lum_session_pending(c->session))
+        lws_callback_on_writable(wsi);
+    return 0;
+}
+
+static void ws_closed(struct lum_net *net, struct conn *c)
+{
+    if (!c->session)
+        return;
+    net->conns[lum_session_slot(c->session)] = NULL;
+    lum_session_close(c->session);
+    free(c->rx);
+    c->session = NULL;
+    c->rx = NULL;
+}
+
+/* Room for n more bytes; grows to what the client sends, doubled, so that a message costs amortised linear time. */
+static bool rx_reserve(struct conn *c, size_t n, size_t max)
+{
+    if (c->n_rx + n <= c->rx_capacity)
+        return true;
+    size_t capacity = c->rx_capacity ? 2 * c->rx_capacity : 1024;
+    while (capacity < c->n_rx + n)
+        capacity *= 2;
+    capacity = capacity < max ? capacity : max;
+    char *rx = realloc(c->rx, capacity);
+    if (!rx)
+        return false;
+    c->rx = rx;
+    c->rx_capacity = capacity;
+    return true;
+}
+
+static int ws_receive(struct conn *c, const char *bytes, size_t n)
+{
+    struct lws *wsi = c->wsi;
+    size_t max = lum_session_max_bytes(c->session);
+    lws_validity_confirmed(wsi); /* a pong may be stuck behind tiles on a slow line; who talks is alive all the same */
+    if (lws_frame_is_binary(wsi))
+        return close_with(c, LUM_CLOSE_UNSUPPORTED);
+    /* What this fragment declares still to come counts too: no need to receive it all first. */
+    if (c->n_rx + n + lws_remaining_packet_payload(wsi) > max)
+        return close_with(c, LUM_CLOSE_TOO_BIG);
+    if (n && !rx_reserve(c, n, max))
+        return close_with(c, LUM_CLOSE_INTERNAL);
+    if (n)
+        memcpy(c->rx + c->n_rx, bytes, n);
+    c->n_rx += n;
+    if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi))
+        return 0;
+    lum_session_receive(c->session, c->rx ? c->rx : "", c->n_rx);
+    c->n_rx = 0;
+    if (c->rx_capacity > RX_BYTES) { /* large messages are rare: do not keep their memory */
+        free(c->rx);
+        c->rx = NULL;
+        c->rx_capacity = 0;
+    }
+    if (lum_session_greeted(c->session))
+        lws_set_timer_usecs(wsi, LWS_SET_TIMER_USEC_CANCEL);
+    if (lum_session_pending(c->session))
+        lws_callback_on_writable(wsi);
+    return 0;
+}
+
+/* Copies the next part of head and body. Returns its length. */
+static size_t copy_part(const struct conn *c, unsigned char *out)
+{
+    const struct lum_message *m = &c->message;
+    size_t at = c->message_sent, n = 0;
+    if (at < m->n_head) {
+        n = m->n_head - at;
+        memcpy(out, m->head + at, n);
+        at = m->n_head;
+    }
+    size_t left = m->n_head + m->n_body - at, room = CHUNK_BYTES - n, k = left < room ? left : room;
+    if (k)
+        memcpy(out + n, m->body + (at - m->n_head), k);
+    return n + k;
+}
+
+static int ws_writeable(struct lum_net *net, struct conn *c)
+{
+    if (lws_partial_buffered(c->wsi)) {
+        lws_callback_on_writable(c->wsi);
+        return 0;
+    }
+    if (!c->sending) {
+        enum lum_close code = lum_session_close_now(c->session);
+        if (code)
+            return close_with(c, code);
+        if (!lum_session_next(c->session, &c->message))
+            return 0;
+        c->sending = true;
+        c->message_sent = 0;
+    }
+    size_t n = copy_part(c, net->tx + LWS_PRE);
+    bool first = c->message_sent == 0, last = c->message_sent + n == c->message.n_head + c->message.n_body;
+    int flags = lws_write_ws_flags(c->message.binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, first, last);
+    if (lws_write(c->wsi, net->tx + LWS_PRE, n, (enum lws_write_protocol)flags) < (int)n)
+        return -1;
+    c->message_sent += n;
+    net->counters.tx_bytes += n;
+    if (last) {
+        lum_session_sent(c->session);
+        c->sending = false;
+    }
+    if (c->sending || lum_session_pending(c->session))
+        lws_callback_on_writable(c->wsi);
+    return 0;
+}
+
+/* The hello deadline. */
+static int ws_timer(struct conn *c)
+{
+    if (!c->session || lum_session_greeted(c->session))
+        return 0;
+    lum_session_abort(c->session, LUM_CLOSE_AUTH);
+    close_soon(c);
+    return 0;
+}
+
+/* ---- the loop ---- */
+
+static void look_around(struct lum_net *net)
+{
+    atomic_store(&net->woken, false); /* before looking: pairs with lum_net_wake */
+    if (!net->sessions)
+        return;
+    if (atomic_load(&net->stop) && !net->site.draining) {
+        net->site.draining = true;
+        lum_sessions_begin_drain(net->sessions);
+    }
+    lum_sessions_deliver(net->sessions);
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        struct conn *c = net->conns[i];
+        if (!c || !lum_session_pending(c->session))
+            continue;
+        if (net->site.draining || lum_session_close_now(c->session))
+            close_soon(c);
+        else
+            lws_callback_on_writable(c->wsi);
+    }
+}
+
+static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t len)
+{
+    struct lum_net *net = lws_context_user(lws_get_context(wsi));
+    struct conn *c = user;
+    switch ((int)reason) { /* int: only these reasons concern us */
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+        return filter_connection(net, (int)(intptr_t)in);
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+        count_connection(net, wsi);
+        return 0;
+    case LWS_CALLBACK_WSI_DESTROY:
+        uncount_connection(net, wsi);
+        return 0;
+    case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
+        return confirm_upgrade(net, wsi);
+    case LWS_CALLBACK_RAW_ADOPT: /* CONNECT would turn the connection into a raw one, without any time limit */
+    case LWS_CALLBACK_RAW_RX:
+        return -1;
+    case LWS_CALLBACK_HTTP:
+        return http_request(net, wsi, c, in, len);
+    case LWS_CALLBACK_HTTP_WRITEABLE:
+        return http_writeable(net, c);
+    case LWS_CALLBACK_CLOSED_HTTP:
+    case LWS_CALLBACK_HTTP_DROP_PROTOCOL:
+        if (c)
+            finish_response(c);
+        return 0;
+    case LWS_CALLBACK_ESTABLISHED:
+        return ws_established(net, wsi, c);
+    case LWS_CALLBACK_RECEIVE:
+        return c->session ? ws_receive(c, in, len) : -1;
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+        return c->session ? ws_writeable(net, c) : -1;
+    case LWS_CALLBACK_TIMER:
+        return c ? ws_timer(c) : 0;
+    case LWS_CALLBACK_CLOSED:
+        ws_closed(net, c);
+        return 0;
+    case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+        look_around(net);
+        return 0;
+    default:
+        return 0; /* includes HTTP bodies: read and dropped */
+    }
+}
+
+static void fill_info(struct lum_net *net, struct lws_context_creation_info *info)
+{
+    const struct lum_net_config *config = &net->config;
+    net->protocols[0] = (struct lws_protocols){.name = PROTOCOL,
+                                               .callback = on_event,
+                                               .per_session_data_size = sizeof(struct conn),
+                                               .rx_buffer_size = RX_BYTES,
+                                               .tx_packet_size = TX_BYTES};
+    memset(info, 0, sizeof *info);
+    info->iface = config->address.any ? NULL : config->address.host;
+    info->port = config->address.port;
+    info->protocols = net->protocols;
+    info->user = net;
+    info->gid = info->uid = -1;
+    info->alpn = "http/1.1"; /* never h2 */
+    info->server_string = "lumend";
+    info->max_http_header_data = LUM_LIMIT_HTTP_HEADER_BYTES;
+    info->max_http_header_pool = HEADER_POOL;
+    info->fd_limit_per_thread = LUM_LIMIT_CONNECTIONS + 16; /* the listening socket, the event descriptor, spare */
+    info->timeout_secs = 10;
+    info->timeout_secs_ah_idle = 10;
+    info->keepalive_timeout = 5;
+    info->retry_and_idle_policy = &idle_policy;
+    info->options = LWS_SERVER_OPTION_VALIDATE_UTF8 | LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND |
+                    (config->address.ipv6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6) | LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+}
+
+enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_net **ret_net, struct lum_error *err)
+{
+    enum lum_status status;
+    struct lws_context_creation_info info;
+    struct lum_net *net = lum_calloc(1, sizeof *net);
+    if (!net)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the network");
+    net->config = *config;
+    lws_set_log_level(0, NULL); /* what matters is reported from here, through our own log */
+    fill_info(net, &info);
+    net->context = lws_create_context(&info);
+    if (!net->context) {
+        status = lum_fail(err, LUM_ERR_INTERNAL, "listen", "libwebsockets gives no context");
+        goto fail;
+    }
+    errno = 0;
+    net->vhost = lws_create_vhost(net->context, &info);
+    if (!net->vhost) {
+        status = lum_fail(err, LUM_ERR_IO, "listen", "cannot listen on %s port %u: %s", config->address.host,
+                          config->address.port, errno ? strerror(errno) : "the address is taken or not ours");
+        goto fail;
+    }
+    *ret_net = net;
+    return LUM_OK;
+fail:
+    lum_net_destroy(net);
+    return status;
+}
+
+void lum_net_destroy(struct lum_net *net)
+{
+    if (!net)
+        return;
+    if (net->context)
+        lws_context_destroy(net->context);
+    lum_free(net);
+}
+
+uint16_t lum_net_port(const struct lum_net *net)
+{
+    return (uint16_t)lws_get_vhost_listen_port(net->vhost);
+}
+
+struct lum_net_counters *lum_net_counters(struct lum_net *net)
+{
+    return &net->counters;
+}
+
+void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director)
+{
+    net->sessions = sessions;
+    net->site = (struct lum_http_site){.director = director, .counters = &net->counters, .started_ns = lum_clock_ns()};
+    look_around(net);
+    while (!net->site.draining || net->counters.sessions_open)
+        if (lws_service(net->context, 0) < 0)
+            break;
+    net->sessions = NULL;
+}
+
+void lum_net_wake(void *user)
+{
+    struct lum_net *net = user;
+    if (!atomic_exchange(&net->woken, true))
+        lws_cancel_service(net->context);
+}
+
+void lum_net_stop(struct lum_net *net)
+{
+    atomic_store(&net->stop, true);
+    lws_cancel_service(net->context);
+}
+
+#define LUM_STRING_(x) #x
+#define LUM_STRING(x) LUM_STRING_(x)
+
+const char *lum_net_library(void)
+{
+    /* not LWS_LIBRARY_VERSION, which Debian's build leaves as "4.1.6-" */
+    return "libwebsockets " LUM_STRING(LWS_LIBRARY_VERSION_MAJOR) "." LUM_STRING(
+        LWS_LIBRARY_VERSION_MINOR) "." LUM_STRING(LWS_LIBRARY_VERSION_PATCH);
+}

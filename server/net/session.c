@@ -1,0 +1,580 @@
+#include "server/net/session.h"
+
+#include <ctype.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json.h"
+#include "protocol/rpc.h"
+#include "server/base/log.h"
+#include "server/director/methods.h"
+#include "server/net/text_queue.h"
+
+#define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */
+#define USER_NAME_BYTES 32    /* of the client's own name, in the user id */
+
+struct lum_session {
+    struct lum_sessions *table; /* immutable */
+    struct lum_session_ref ref; /* generation changes with each use of the slot */
+    bool open, greeted, close_after_text;
+    bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
+    enum lum_close close;
+    char user[LUM_LIMIT_ID_BYTES + 1];
+    char peer[INET6_ADDRSTRLEN];
+    double rate_tokens; /* messages that may come now */
+    int64_t rate_refilled_ns;
+    struct lum_text_queue text;
+    struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
+    uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
+    /* The message being sent: one of the two. */
+    struct lum_text *sending_text;
+    struct lum_blob_tile *sending_tile;
+};
+
+struct lum_sessions {
+    struct lum_sessions_config config;
+    bool draining;
+    uint32_t n_greeted;
+    int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
+    uint32_t n_untold;       /* wrong tokens since then */
+    struct lum_session slots[LUM_LIMIT_CONNECTIONS];
+};
+
+enum lum_status lum_sessions_create(const struct lum_sessions_config *config, struct lum_sessions **ret_sessions,
+                                    struct lum_error *err)
+{
+    struct lum_sessions *t = lum_calloc(1, sizeof *t);
+    if (!t)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the session table");
+    t->config = *config;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        t->slots[i].table = t;
+        t->slots[i].ref.slot = i;
+    }
+    *ret_sessions = t;
+    return LUM_OK;
+}
+
+void lum_sessions_destroy(struct lum_sessions *sessions)
+{
+    for (uint32_t i = 0; sessions && i < LUM_LIMIT_CONNECTIONS; i++)
+        lum_session_close(&sessions->slots[i]);
+    lum_free(sessions);
+}
+
+/* ---- outgoing text ---- */
+
+/* A text that cannot be queued would be lost, so the session ends instead. */
+static void queue_text(struct lum_session *s, struct lum_text *t)
+{
+    enum lum_status status = lum_text_queue_push(&s->text, t, LUM_LIMIT_CONTROL_QUEUE_BYTES);
+    if (status != LUM_OK)
+        lum_session_abort(s, status == LUM_ERR_NOMEM ? LUM_CLOSE_INTERNAL : LUM_CLOSE_SLOW);
+}
+
+static void say(struct lum_session *s, char *bytes)
+{
+    struct lum_text *t = lum_text_create(bytes);
+    queue_text(s, t);
+    lum_text_unref(t);
+}
+
+/* The error reply; without an id (a notification) the client cannot be told. */
+static void refuse(struct lum_session *s, const char *id, const struct lum_proto_error *err)
+{
+    s->table->config.counters->messages_refused++;
+    if (id)
+        say(s, lum_rpc_error(id, err));
+}
+
+/* ---- open and close ---- */
+
+struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer)
+{
+    struct lum_session *s = NULL;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS && !s; i++)
+        if (!sessions->slots[i].open && !sessions->slots[i].leaving)
+            s = &sessions->slots[i];
+    if (!s) {
+        sessions->config.counters->sessions_refused++;
+        return NULL;
+    }
+    struct lum_session_ref ref = {.slot = s->ref.slot, .generation = s->ref.generation + 1};
+    *s = (struct lum_session){.table = sessions,
+                              .ref = ref,
+                              .open = true,
+                              .rate_tokens = 2.0 * LUM_LIMIT_MESSAGES_PER_S,
+                              .rate_refilled_ns = lum_clock_ns()};
+    snprintf(s->peer, sizeof s->peer, "%s", peer);
+    sessions->config.counters->sessions++;
+    sessions->config.counters->sessions_open++;
+    if (sessions->draining)
+        lum_session_abort(s, LUM_CLOSE_RESTART);
+    return s;
+}
+
+static void forget_message(struct lum_session *s)
+{
+    lum_text_unref(s->sending_text);
+    lum_blob_tile_unref(s->sending_tile);
+    s->sending_text = NULL;
+    s->sending_tile = NULL;
+}
+
+/* A command without reply. False when the inbox is full or memory is short. */
+static bool post_plain(struct lum_session *s, enum lum_command_kind kind)
+{
+    struct lum_command *c = lum_command_create(kind);
+    if (!c)
+        return false;
+    c->session = s->ref;
+    strcpy(c->user, s->user);
+    if (lum_director_post(s->table->config.director, c))
+        return true;
+    lum_command_destroy(c);
+    return false;
+}
+
+void lum_session_close(struct lum_session *s)
+{
+    if (!s || !s->open)
+        return;
+    s->open = false;
+    s->table->config.counters->sessions_open--;
+    forget_message(s);
+    lum_text_queue_clear(&s->text);
+    for (uint32_t i = 0; i < s->n_streams; i++)
+        lum_stream_unref(s->streams[i]);
+    s->n_streams = 0;
+    if (!s->greeted)
+        return;
+    s->table->n_greeted--;
+    lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s left", s->user);
+    s->leaving = !post_plain(s, LUM_CMD_SESSION_CLOSED);
+}
+
+uint32_t lum_session_slot(const struct lum_session *s)
+{
+    return s->ref.slot;
+}
+
+bool lum_session_greeted(const struct lum_session *s)
+{
+    return s->greeted;
+}
+
+size_t lum_session_max_bytes(const struct lum_session *s)
+{
+    return s->greeted ? LUM_LIMIT_MESSAGE_BYTES : HELLO_MAX_BYTES;
+}
+
+void lum_session_abort(struct lum_session *s, enum lum_close code)
+{
+    if (s->close && !s->close_after_text)
+        return;
+    s->close = code;
+    s->close_after_text = false;
+}
+
+void lum_session_abort_after_text(struct lum_session *s, enum lum_close code)
+{
+    if (s->close)
+        return;
+    s->close = code;
+    s->close_after_text = true;
+}
+
+/* ---- hello ---- */
+
+/* "web" from slot 3 becomes "web.3-17": unique among the users, in the alphabet of ids. */
+static void set_user(struct lum_session *s, const char *client)
+{
+    char name[USER_NAME_BYTES + 1];
+    size_t n = 0;
+    for (const char *p = client; *p && n < USER_NAME_BYTES; p++)
+        name[n++] = isalnum((unsigned char)*p) || strchr("_.:-", *p) ? *p : '_';
+    name[n] = '\0';
+    snprintf(s->user, sizeof s->user, "%s.%u-%u", n ? name : "client", s->ref.slot, s->ref.generation);
+}
+
+static struct cJSON *hello_limits(void)
+{
+    static const struct {
+        const char *name;
+        double value;
+    } limits[] = {
+        {"message_bytes", LUM_LIMIT_MESSAGE_BYTES}, {"messages_per_s", LUM_LIMIT_MESSAGES_PER_S},
+        {"json_depth", LUM_LIMIT_JSON_DEPTH},       {"ops_per_message", LUM_LIMIT_OPS_PER_MESSAGE},
+        {"views", LUM_LIMIT_VIEWS_PER_SESSION},     {"view_side", LUM_LIMIT_VIEW_SIDE},
+        {"view_pixels", LUM_LIMIT_VIEW_PIXELS},     {"unacked_frames", LUM_LIMIT_UNACKED_FRAMES},
+        {"tile_side", LUM_LIMIT_TILE_SIDE},
+    };
+    struct cJSON *object = cJSON_CreateObject();
+    for (size_t i = 0; object && i < LUM_ARRAY_LEN(limits); i++) {
+        if (!lum_json_add_number(object, limits[i].name, limits[i].value)) {
+            cJSON_Delete(object);
+            return NULL;
+        }
+    }
+    return object;
+}
+
+static struct cJSON *hello_result(const struct lum_session *s)
+{
+    struct cJSON *result = cJSON_CreateObject();
+    double rev = (double)lum_director_scene_rev(s->table->config.director);
+    bool ok = lum_json_add_string(result, "session", s->user) && lum_json_add_string(result, "role", "edit") &&
+              lum_json_add_bool(result, "imports", s->table->config.imports) &&
+              lum_json_add(result, "limits", hello_limits()) && lum_json_add_number(result, "scene_rev", rev) &&
+              lum_json_add_number(result, "protocol", 1);
+    if (ok)
+        return result;
+    cJSON_Delete(result);
+    return NULL;
+}
+
+static bool read_hello(const struct lum_rpc *rpc, char *token, char *client, struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    lum_json_begin(&r, rpc->params, "", err);
+    lum_json_string(&r, "token", token, LUM_TOKEN_MAX_BYTES + 1);
+    lum_json_string(&r, "client", client, LUM_LIMIT_ID_BYTES + 1);
+    return lum_json_end(&r);
+}
+
+static void refuse_hello(struct lum_session *s, const struct lum_rpc *rpc, const struct lum_proto_error *err,
+                         enum lum_close code)
+{
+    s->table->config.counters->sessions_refused++;
+    refuse(s, rpc->id, err);
+    lum_session_abort_after_text(s, code);
+}
+
+/* One line a second at most: who tries tokens in a loop shall not push other lines out of the log. Never the token. */
+static void log_refusal(const struct lum_session *s, bool has_token, int64_t now_ns)
+{
+    struct lum_sessions *t = s->table;
+    if (t->refusal_told_ns && now_ns - t->refusal_told_ns < 1000000000) {
+        t->n_untold++;
+        return;
+    }
+    char more[40] = "";
+    if (t->n_untold)
+        snprintf(more, sizeof more, ", after %u others", t->n_untold);
+    lum_log(&t->config.log, LUM_LOG_INFO, "session", "%s turned away: %s token%s", s->peer, has_token ? "wrong" : "no",
+            more);
+    t->refusal_told_ns = now_ns;
+    t->n_untold = 0;
+}
+
+static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
+{
+    struct lum_proto_error err;
+    char token[LUM_TOKEN_MAX_BYTES + 1] = "", client[LUM_LIMIT_ID_BYTES + 1] = "";
+    if (s->greeted) {
+        lum_proto_fail(&err, LUM_PROTO_BAD_REQUEST, "conflict", "method", "hello was said already");
+        refuse(s, rpc->id, &err);
+        return;
+    }
+    if (!read_hello(rpc, token, client, &err)) {
+        refuse(s, rpc->id, &err);
+        return;
+    }
+    if (!lum_auth_check(s->table->config.auth, token)) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_authorised", "token", "%s",
+                       token[0] ? "this is not the token of this server"
+                                : "a token is needed: it is in the URL that the server printed");
+        refuse_hello(s, rpc, &err, LUM_CLOSE_AUTH);
+        log_refusal(s, token[0], now_ns);
+        return;
+    }
+    if (s->table->n_greeted == LUM_LIMIT_SESSIONS) {
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "this server has its %u sessions already",
+                       LUM_LIMIT_SESSIONS);
+        refuse_hello(s, rpc, &err, LUM_CLOSE_BUSY);
+        return;
+    }
+    s->greeted = true;
+    s->table->n_greeted++;
+    set_user(s, client);
+    lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s came", s->user);
+    if (rpc->id)
+        say(s, lum_rpc_result(rpc->id, hello_result(s)));
+}
+
+/* ---- incoming text ---- */
+
+/* Token bucket: LUM_LIMIT_MESSAGES_PER_S, with two seconds of burst. */
+static bool take_rate_token(struct lum_session *s, int64_t now_ns)
+{
+    const double full = 2.0 * LUM_LIMIT_MESSAGES_PER_S;
+    s->rate_tokens += (double)(now_ns - s->rate_refilled_ns) * 1e-9 * LUM_LIMIT_MESSAGES_PER_S;
+    s->rate_tokens = s->rate_tokens > full ? full : s->rate_tokens;
+    s->rate_refilled_ns = now_ns;
+    if (s->rate_tokens < 1.0)
+        return false;
+    s->rate_tokens -= 1.0;
+    return true;
+}
+
+static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_proto_error *err)
+{
+    return take_rate_token(s, now_ns) || lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
+                                                        "more than %u messages a second", LUM_LIMIT_MESSAGES_PER_S);
+}
+
+/* A full stream tells the director that it may render for it again. Losing this in a full inbox does no harm: the
+ * director is awake then, and looks at all streams. */
+static void wake_director(struct lum_session *s, struct lum_stream *stream)
+{
+    if (lum_stream_wants_frame(stream))
+        (void)post_plain(s, LUM_CMD_WAKE);
+}
+
+static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
+                     struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    uint32_t view_id = 0;
+    uint64_t frame_seq = 0;
+    lum_json_begin(&r, rpc->params, "", err);
+    if (lum_json_require(&r, "view_id") && lum_json_require(&r, "frame_seq")) {
+        lum_json_u32(&r, "view_id", 0, UINT32_MAX, &view_id);
+        lum_json_u64(&r, "frame_seq", &frame_seq);
+    }
+    if (!lum_json_end(&r))
+        return false;
+    *ret_view_id = view_id;
+    *ret_frame_seq = frame_seq;
+    return true;
+}
+
+/* False when it says nothing new: no such view, no such frame, or a repeated number. */
+static bool take_ack(struct lum_session *s, uint32_t view_id, uint64_t frame_seq)
+{
+    for (uint32_t i = 0; i < s->n_streams; i++) {
+        if (lum_stream_view_id(s->streams[i]) != view_id || !lum_stream_ack(s->streams[i], frame_seq))
+            continue;
+        s->table->config.counters->frames_acked++;
+        wake_director(s, s->streams[i]);
+        return true;
+    }
+    return false;
+}
+
+/* The rate of honest acknowledgements is ours, not the client's: they need no token, and are never refused for want of
+ * one, since one that is lost is not repeated. */
+static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
+{
+    struct lum_proto_error err;
+    uint32_t view_id;
+    uint64_t frame_seq;
+    bool ok = read_ack(rpc, &view_id, &frame_seq, &err);
+    if (!ok)
+        (void)take_rate_token(s, now_ns);
+    else if (!take_ack(s, view_id, frame_seq))
+        ok = charge_message(s, now_ns, &err);
+    if (!ok)
+        refuse(s, rpc->id, &err);
+    else if (rpc->id)
+        say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
+}
+
+static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns, size_t n_bytes)
+{
+    struct lum_proto_error err;
+    struct lum_command *c = lum_method_command(rpc, &err);
+    if (!c) {
+        refuse(s, rpc->id, &err);
+        return;
+    }
+    c->session = s->ref;
+    c->received_ns = now_ns;
+    c->n_bytes = n_bytes;
+    strcpy(c->user, s->user);
+    if (lum_director_post(s->table->config.director, c))
+        return;
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "", "too many requests wait; try again");
+    refuse(s, c->rpc_id, &err);
+    lum_command_destroy(c);
+}
+
+static bool admit(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns, struct lum_proto_error *err)
+{
+    if (!charge_message(s, now_ns, err))
+        return false;
+    if (!s->greeted && strcmp(rpc->method, "session.hello") != 0)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_authorised", "method", "session.hello comes first");
+    return true;
+}
+
+void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes)
+{
+    struct lum_proto_error err;
+    struct lum_rpc rpc;
+    int64_t now_ns = lum_clock_ns();
+    struct lum_net_counters *counters = s->table->config.counters;
+    if (s->close)
+        return;
+    counters->messages++;
+    counters->rx_bytes += n_bytes;
+    if (!lum_rpc_parse(text, n_bytes, &rpc, &err)) {
+        refuse(s, rpc.id ? rpc.id : "null", &err);
+        (void)take_rate_token(s, now_ns);
+    } else if (s->greeted && strcmp(rpc.method, "frame.ack") == 0) {
+        receive_ack(s, &rpc, now_ns);
+    } else if (!admit(s, &rpc, now_ns, &err)) {
+        refuse(s, rpc.id, &err);
+    } else if (strcmp(rpc.method, "session.hello") == 0) {
+        receive_hello(s, &rpc, now_ns);
+    } else {
+        receive_request(s, &rpc, now_ns, n_bytes);
+    }
+    lum_rpc_finish(&rpc);
+}
+
+/* ---- from the director ---- */
+
+static struct lum_session *find_session(struct lum_sessions *sessions, struct lum_session_ref ref)
+{
+    struct lum_session *s = ref.slot < LUM_LIMIT_CONNECTIONS ? &sessions->slots[ref.slot] : NULL;
+    return s && s->open && s->ref.generation == ref.generation ? s : NULL;
+}
+
+static void add_stream(struct lum_session *s, struct lum_out *out)
+{
+    if (s->n_streams == LUM_LIMIT_VIEWS_PER_SESSION) { /* the director refuses that many views */
+        lum_session_abort(s, LUM_CLOSE_INTERNAL);
+        return;
+    }
+    s->streams[s->n_streams++] = out->stream;
+    out->stream = NULL;
+}
+
+static void remove_stream(struct lum_session *s, uint32_t view_id)
+{
+    for (uint32_t i = 0; i < s->n_streams; i++) {
+        if (lum_stream_view_id(s->streams[i]) != view_id)
+            continue;
+        lum_stream_unref(s->streams[i]);
+        s->streams[i] = s->streams[--s->n_streams];
+        return;
+    }
+}
+
+static void broadcast(struct lum_sessions *sessions, struct lum_out *out)
+{
+    struct lum_text *t = lum_text_create(out->text);
+    out->text = NULL;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (sessions->slots[i].open && sessions->slots[i].greeted)
+            queue_text(&sessions->slots[i], t);
+    lum_text_unref(t);
+}
+
+static void deliver(struct lum_sessions *sessions, struct lum_out *out)
+{
+    if (out->kind == LUM_OUT_BROADCAST) {
+        broadcast(sessions, out);
+        return;
+    }
+    struct lum_session *s = find_session(sessions, out->session);
+    if (!s)
+        return; /* it left: the answer is for nobody */
+    if (out->kind == LUM_OUT_VIEW_OPENED) {
+        add_stream(s, out);
+    } else if (out->kind == LUM_OUT_VIEW_CLOSED) {
+        remove_stream(s, out->view_id);
+    } else {
+        say(s, out->text);
+        out->text = NULL;
+    }
+}
+
+void lum_sessions_deliver(struct lum_sessions *sessions)
+{
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (sessions->slots[i].leaving)
+            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], LUM_CMD_SESSION_CLOSED);
+    struct lum_out *out = lum_director_take_outbox(sessions->config.director);
+    while (out) {
+        struct lum_out *next = out->next;
+        deliver(sessions, out);
+        lum_out_destroy(out);
+        out = next;
+    }
+}
+
+void lum_sessions_begin_drain(struct lum_sessions *sessions)
+{
+    sessions->draining = true;
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        struct lum_session *s = &sessions->slots[i];
+        if (!s->open)
+            continue;
+        if (s->greeted)
+            say(s, lum_rpc_notification("session.closing", cJSON_CreateObject()));
+        lum_session_abort_after_text(s, LUM_CLOSE_RESTART);
+    }
+}
+
+/* ---- sending ---- */
+
+bool lum_session_pending(const struct lum_session *s)
+{
+    if (s->text.first || s->close)
+        return true;
+    for (uint32_t i = 0; i < s->n_streams; i++)
+        if (lum_stream_pending(s->streams[i]))
+            return true;
+    return false;
+}
+
+enum lum_close lum_session_close_now(const struct lum_session *s)
+{
+    return s->close_after_text && s->text.first ? LUM_CLOSE_NONE : s->close;
+}
+
+static bool next_tile(struct lum_session *s, struct lum_message *m)
+{
+    struct lum_stream_tile tile;
+    for (uint32_t k = 0; k < s->n_streams; k++) {
+        struct lum_stream *stream = s->streams[(s->next_stream + k) % s->n_streams];
+        if (!lum_stream_next(stream, &tile))
+            continue;
+        s->next_stream = (s->next_stream + k + 1) % s->n_streams;
+        tile.header.payload_len = tile.blob->n_bytes;
+        lum_frame_encode(&tile.header, m->head);
+        m->binary = true;
+        m->n_head = LUM_FRAME_HEADER_BYTES;
+        m->body = tile.blob->bytes;
+        m->n_body = tile.blob->n_bytes;
+        s->sending_tile = tile.blob;
+        s->table->config.counters->tiles_sent++;
+        if (tile.header.flags & LUM_FRAME_LAST_TILE)
+            wake_director(s, stream);
+        return true;
+    }
+    return false;
+}
+
+bool lum_session_next(struct lum_session *s, struct lum_message *ret_message)
+{
+    memset(ret_message, 0, sizeof *ret_message);
+    s->sending_text = lum_text_queue_pop(&s->text);
+    if (s->sending_text) {
+        ret_message->body = (const uint8_t *)s->sending_text->bytes;
+        ret_message->n_body = s->sending_text->n_bytes;
+        return true;
+    }
+    return !s->close && next_tile(s, ret_message);
+}
+
+void lum_session_sent(struct lum_session *s)
+{
+    forget_message(s);
+}

@@ -1,0 +1,77 @@
+/* Sessions: what a connected client may say and what waits to be sent to it. Knows messages, no socket: the network layer
+ * feeds it whole text messages and asks it what to send next, so a test or a fuzzer can do the same.
+ *
+ * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. A request becomes a
+ * command for the director, whose answer comes back through its outbox; nothing here blocks. Outgoing text is one queue in
+ * the order of events, bounded by LUM_LIMIT_CONTROL_QUEUE_BYTES, and goes before tiles; tiles are state (stream.h).
+ *
+ * Thread: the net thread, for everything. */
+#ifndef LUM_SERVER_NET_SESSION_H
+#define LUM_SERVER_NET_SESSION_H
+
+#include "server/director/director.h"
+#include "server/net/auth.h"
+#include "server/net/http.h"
+
+/* WebSocket close codes; PROTOCOL.md lists them for clients. */
+enum lum_close {
+    LUM_CLOSE_NONE = 0,
+    LUM_CLOSE_UNSUPPORTED = 1003, /* a binary message */
+    LUM_CLOSE_TOO_BIG = 1009,
+    LUM_CLOSE_INTERNAL = 1011, /* memory is short */
+    LUM_CLOSE_RESTART = 1012,  /* the server stops */
+    LUM_CLOSE_BUSY = 1013,     /* too many sessions */
+    LUM_CLOSE_AUTH = 4001,     /* wrong token, or no hello in time */
+    LUM_CLOSE_SLOW = 4008,     /* LUM_LIMIT_CONTROL_QUEUE_BYTES of text wait: the client does not read */
+};
+
+struct lum_session;
+struct lum_sessions; /* the table of all */
+
+struct lum_sessions_config {
+    struct lum_director *director;
+    const struct lum_auth *auth;
+    struct lum_net_counters *counters;
+    bool imports; /* there is a folder of assets */
+    struct lum_log log;
+};
+LUM_MUST_USE enum lum_status lum_sessions_create(const struct lum_sessions_config *config,
+                                                 struct lum_sessions **ret_sessions, struct lum_error *err);
+void lum_sessions_destroy(struct lum_sessions *sessions); /* accepts NULL */
+
+/* Hands the director's outbox to the sessions it is for. */
+void lum_sessions_deliver(struct lum_sessions *sessions);
+/* Tells every session that the server stops; each closes with LUM_CLOSE_RESTART once its text is out. */
+void lum_sessions_begin_drain(struct lum_sessions *sessions);
+
+/* peer: its address, for the log. NULL when there are LUM_LIMIT_CONNECTIONS already. */
+struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer);
+void lum_session_close(struct lum_session *s); /* the connection is gone; accepts NULL */
+uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
+bool lum_session_greeted(const struct lum_session *s);
+/* The longest message accepted now: small before hello, LUM_LIMIT_MESSAGE_BYTES after. */
+size_t lum_session_max_bytes(const struct lum_session *s);
+
+/* One whole text message. */
+void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes);
+/* The session must end: with this code, at once or when its text is out. The first call counts. */
+void lum_session_abort(struct lum_session *s, enum lum_close code);
+void lum_session_abort_after_text(struct lum_session *s, enum lum_close code);
+
+/* ---- sending ---- */
+struct lum_message {
+    bool binary;
+    uint8_t head[LUM_FRAME_HEADER_BYTES]; /* of a binary message */
+    size_t n_head;
+    const uint8_t *body; /* lent until lum_session_sent */
+    size_t n_body;
+};
+bool lum_session_pending(const struct lum_session *s); /* there is a message to send, or a close */
+/* Why to close now, or LUM_CLOSE_NONE. Not asked for in the middle of a message. */
+enum lum_close lum_session_close_now(const struct lum_session *s);
+/* Begins the next message. False: nothing to send. One at a time. */
+bool lum_session_next(struct lum_session *s, struct lum_message *ret_message);
+/* The message is in the network layer's hands. */
+void lum_session_sent(struct lum_session *s);
+
+#endif

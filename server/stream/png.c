@@ -1,0 +1,80 @@
+#include "server/stream/png.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <spng.h>
+
+enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err)
+{
+    spng_ctx *ctx = spng_ctx_new(SPNG_CTX_ENCODER);
+    if (!ctx)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a PNG of %u x %u", png->w, png->h);
+    struct spng_ihdr ihdr = {
+        .width = png->w, .height = png->h, .bit_depth = 8, .color_type = SPNG_COLOR_TYPE_TRUECOLOR};
+    int failed = spng_set_option(ctx, SPNG_ENCODE_TO_BUFFER, 1);
+    if (!failed)
+        failed = spng_set_option(ctx, SPNG_IMG_COMPRESSION_LEVEL, png->level);
+    /* Sub alone: a tenth of the time of trying all filters, and within some percent of their size on rendered pictures.
+     */
+    if (!failed)
+        failed = spng_set_option(ctx, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_SUB);
+    if (!failed)
+        failed = spng_set_ihdr(ctx, &ihdr);
+    if (!failed)
+        failed = spng_set_srgb(ctx, 0); /* rendering intent: perceptual */
+    if (!failed)
+        failed = spng_encode_image(ctx, png->rgb, (size_t)3 * png->w * png->h, SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
+    size_t n = 0;
+    uint8_t *bytes = failed ? NULL : spng_get_png_buffer(ctx, &n, &failed);
+    spng_ctx_free(ctx);
+    if (!bytes)
+        return lum_fail(err, failed == SPNG_EMEM ? LUM_ERR_NOMEM : LUM_ERR_INTERNAL, "", "PNG encoding failed: %s",
+                        spng_strerror(failed));
+    *ret_bytes = bytes;
+    *ret_n = n;
+    return LUM_OK;
+}
+
+/* path: the final name, for the message. */
+static enum lum_status write_file(const char *part, const char *path, const uint8_t *bytes, size_t n,
+                                  struct lum_error *err)
+{
+    FILE *f = fopen(part, "wb");
+    if (!f)
+        return lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
+    bool ok = fwrite(bytes, 1, n, f) == n;
+    int saved_errno = errno;
+    if (fclose(f) != 0 && ok) {
+        ok = false;
+        saved_errno = errno;
+    }
+    return ok ? LUM_OK : lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(saved_errno));
+}
+
+enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err)
+{
+    uint8_t *bytes;
+    size_t n;
+    enum lum_status st = lum_png_encode(png, &bytes, &n, err);
+    if (st)
+        return st;
+    size_t path_size = strlen(path) + sizeof ".part";
+    char *part = lum_calloc(path_size, 1);
+    if (!part) {
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
+        goto done;
+    }
+    snprintf(part, path_size, "%s.part", path);
+    st = write_file(part, path, bytes, n, err);
+    if (!st && rename(part, path) != 0)
+        st = lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
+    if (st)
+        remove(part);
+    lum_free(part);
+done:
+    free(bytes);
+    return st;
+}

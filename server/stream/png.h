@@ -1,0 +1,20 @@
+/* PNG encoding, by libspng: 8-bit RGB with an sRGB chunk. */
+#ifndef LUM_SERVER_STREAM_PNG_H
+#define LUM_SERVER_STREAM_PNG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/base/base.h"
+
+struct lum_png {
+    const uint8_t *rgb; /* 3 * w * h, first row on top */
+    uint32_t w, h;
+    int level; /* zlib, 1 fast .. 9 small */
+};
+/* *ret_bytes is released with free(). Thread: any. */
+LUM_MUST_USE enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err);
+/* Writes beside the target and renames, so that a reader never sees half a file. */
+LUM_MUST_USE enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err);
+
+#endif

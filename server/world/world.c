@@ -1,0 +1,194 @@
+#include "server/world/world.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/limits.h"
+#include "server/base/log.h"
+#include "server/world/apply.h"
+
+enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char *isa, const struct lum_log *log,
+                               struct lum_error *err)
+{
+    memset(w, 0, sizeof *w);
+    if (log)
+        w->log = *log;
+    lum_thread_init_fp(); /* of whoever works between the workers, as in theirs: pictures do not hang on how many there
+                             are */
+    enum lum_status st = lum_pool_create(threads, &w->pool, err);
+    if (!st)
+        st = lum_device_create(lum_pool_size(w->pool), isa ? isa : getenv("LUMEND_ISA"), &w->device, err);
+    if (!st)
+        st = lum_caches_create(lum_pool_size(w->pool), &w->caches, err);
+    if (!st)
+        lum_caches_set_limit(w->caches, LUM_LIMIT_CACHES_BYTES);
+    if (!st)
+        st = lum_scene_create(w->device, &w->scene, err);
+    if (!st && !(w->doc = lum_document_create()))
+        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
+    if (st)
+        lum_world_finish(w);
+    return st;
+}
+
+void lum_world_finish(struct lum_world *w)
+{
+    lum_caustics_finish(&w->caustics);
+    lum_caches_destroy(w->caches);
+    lum_snapshot_unref(w->snapshot);
+    lum_document_destroy(w->doc);
+    lum_scene_destroy(w->scene);
+    lum_device_destroy(w->device);
+    lum_pool_destroy(w->pool);
+    memset(w, 0, sizeof *w);
+}
+
+/* ---- keeping the renderer in step ---- */
+
+struct rebuild {
+    struct lum_scene *scene;
+    enum lum_status status;
+};
+
+static void rebuild_one(void *user, const struct lum_record *r)
+{
+    struct rebuild *b = user;
+    if (!b->status)
+        b->status = lum_apply_put(b->scene, r, NULL);
+}
+
+/* Makes the renderer's scene anew from the document: the way out when an edit could neither be finished nor taken back.
+ */
+static void rebuild_scene(struct lum_world *w)
+{
+    struct rebuild b = {NULL, LUM_OK};
+    b.status = lum_scene_create(w->device, &b.scene, NULL);
+    if (!b.status && !lum_document_each(w->doc, rebuild_one, &b))
+        b.status = LUM_ERR_NOMEM;
+    if (b.status) {
+        lum_log(&w->log, LUM_LOG_ERROR, "world",
+                "the scene could not be rebuilt after a failed edit (%s); it shows its last good state",
+                lum_status_text(b.status));
+        lum_scene_destroy(b.scene);
+        return;
+    }
+    lum_scene_succeed(b.scene, w->scene); /* views compare versions: none may stand for two scenes */
+    lum_scene_destroy(w->scene);
+    w->scene = b.scene;
+}
+
+/* Where in the ops the record that was refused comes from: "ops/3", or "" when it is not from there (undo). */
+static void find_op(const struct lum_ops *ops, const struct lum_change *c, char ret_path[32])
+{
+    const struct lum_record *r = c->after ? c->after : c->before;
+    ret_path[0] = 0;
+    for (size_t i = ops ? ops->n : 0; i-- > 0;)
+        if (strcmp(ops->ops[i].id, r->id) == 0 || (r->origin[0] && strcmp(ops->ops[i].id, r->origin) == 0)) {
+            snprintf(ret_path, 32, "ops/%zu", i);
+            return;
+        }
+}
+
+/* Brings the scene after the document. On refusal the document goes back, and the changes are released. */
+static bool follow_document(struct lum_world *w, const struct lum_ops *ops, struct lum_changes *changes,
+                            struct lum_proto_error *err)
+{
+    struct lum_error e = {0};
+    size_t failed = 0;
+    enum lum_status st = lum_apply_changes(w->scene, changes, &failed, &e);
+    if (!st)
+        return true;
+    char path[32];
+    find_op(ops, &changes->changes[failed], path);
+    lum_apply_error(&e, path, err);
+    lum_document_rollback(w->doc, changes);
+    if (st == LUM_ERR_INTERNAL)
+        rebuild_scene(w);
+    lum_changes_finish(changes);
+    return false;
+}
+
+bool lum_world_apply(struct lum_world *w, const struct lum_edit *edit, struct lum_changes *ret_changes,
+                     struct lum_proto_error *err)
+{
+    struct lum_changes changes;
+    if (!lum_document_apply(w->doc, edit->user, edit->ops, edit->children, edit->n_children, &changes, err) ||
+        !follow_document(w, edit->ops, &changes, err))
+        return false;
+    *ret_changes = changes;
+    return true;
+}
+
+bool lum_world_undo(struct lum_world *w, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err)
+{
+    struct lum_changes changes;
+    if (!lum_document_undo(w->doc, user, &changes, err) || !follow_document(w, NULL, &changes, err))
+        return false;
+    *ret_changes = changes;
+    return true;
+}
+
+bool lum_world_redo(struct lum_world *w, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err)
+{
+    struct lum_changes changes;
+    if (!lum_document_redo(w->doc, user, &changes, err) || !follow_document(w, NULL, &changes, err))
+        return false;
+    *ret_changes = changes;
+    return true;
+}
+
+void lum_world_rollback(struct lum_world *w, const struct lum_changes *changes)
+{
+    lum_document_rollback(w->doc, changes);
+    if (lum_apply_reverse(w->scene, changes, NULL))
+        rebuild_scene(w);
+}
+
+enum lum_status lum_world_commit(struct lum_world *w, struct lum_error *err)
+{
+    const struct lum_snapshot *snapshot;
+    enum lum_status st = lum_scene_commit(w->scene, lum_document_rev(w->doc), &snapshot, err);
+    if (st)
+        return st;
+    lum_snapshot_unref(w->snapshot);
+    w->snapshot = snapshot;
+    return LUM_OK;
+}
+
+bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_camera *ret_camera,
+                      struct lum_proto_error *err)
+{
+    const char *home = lum_world_render(w)->render.camera;
+    struct lum_error e;
+    if (id && !lum_snapshot_camera(w->snapshot, id, ret_camera, &e))
+        return true;
+    if (lum_snapshot_camera(w->snapshot, home, ret_camera, &e) &&
+        lum_snapshot_camera(w->snapshot, NULL, ret_camera, &e))
+        *ret_camera = lum_snapshot_framing_camera(w->snapshot);
+    if (!id)
+        return true;
+    char near[sizeof err->text / 2];
+    lum_document_nearest(w->doc, LUM_RECORD_CAMERA, id, near, sizeof near);
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "camera_id", "there is no camera \"%.64s\"%s", id,
+                          near);
+}
+
+struct lum_caustic_report lum_world_caustics(struct lum_world *w, bool at_rest)
+{
+    struct lum_error err;
+    bool made = at_rest || lum_caustics_serve(&w->caustics, w->snapshot);
+    if (made && lum_caustics_update(&w->caustics, w->snapshot, w->pool, &err)) {
+        lum_log(&w->log, LUM_LOG_WARNING, "world", "what mirrors and glass focus is not known: %s", err.text);
+        made = false;
+    }
+    struct lum_caustic_report report = w->caustics.report;
+    if (!made)
+        report.n_rays = 0;
+    return report;
+}
+
+const struct lum_record *lum_world_render(const struct lum_world *w)
+{
+    return lum_document_find(w->doc, "render");
+}
