@@ -33,6 +33,7 @@ LAYERS = {
         "method",
         "render",
     ],
+    "protocol": ["base", "json", "message", "record", "op", "document"],
     "server": ["base", "import", "importer", "stream", "world", "director", "net", "cli"],
 }
 # rooms of core/effect -> others of them that they may use

@@ -3,7 +3,7 @@
 #ifndef LUM_CLIENTS_REPLAY_CANVAS_H
 #define LUM_CLIENTS_REPLAY_CANVAS_H
 
-#include "protocol/frame.h"
+#include "protocol/message/frame.h"
 
 struct canvas {
     uint32_t w, h;

@@ -6,7 +6,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 
 void samples_finish(struct samples *s)
 {

@@ -11,7 +11,7 @@
 #include <cjson/cJSON.h>
 
 #include "clients/replay/player.h"
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 
 static const char usage_text[] =
     "usage: lumend-replay [options] [FILE.jsonl|-]     lumend scenes NAME | lumend-replay -   plays a built-in replay\n"

@@ -9,8 +9,8 @@
 #include <cjson/cJSON.h>
 
 #include "clients/replay/ws.h"
-#include "protocol/json.h"
-#include "protocol/rpc.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 
 #define EDIT_IDS 1000000u /* request ids of edits start here; below: calls that are waited for */
 

@@ -5,7 +5,7 @@
 
 #include "clients/replay/canvas.h"
 #include "clients/replay/latency.h"
-#include "protocol/op.h"
+#include "protocol/op/op.h"
 
 struct player_options {
     const char *url, *token;

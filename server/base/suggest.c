@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "core/method/method.h"
-#include "protocol/limits.h"
-#include "protocol/nearest.h"
+#include "protocol/base/limits.h"
+#include "protocol/base/nearest.h"
 #include "server/base/embed.h"
 
 #define MOST 64u /* methods, or scenes and replays; the tables are ours */

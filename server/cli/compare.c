@@ -14,8 +14,8 @@
 #include "core/math/vec.h"
 #include "core/metric/blocks.h"
 #include "core/metric/metric.h"
-#include "protocol/json.h"
-#include "protocol/nearest.h"
+#include "protocol/base/nearest.h"
+#include "protocol/json/json.h"
 #include "server/cli/option_errors.h"
 #include "server/stream/png.h"
 

@@ -7,7 +7,7 @@
 #include <cjson/cJSON.h>
 
 #include "core/method/method.h"
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/base/suggest.h"
 #include "server/world/scene_source.h"
 

@@ -22,7 +22,7 @@
 
 #include "core/accel/accel.h"
 #include "core/image/exr.h"
-#include "protocol/nearest.h"
+#include "protocol/base/nearest.h"
 #include "server/cli/commands.h"
 #include "server/cli/options.h"
 #include "server/director/director.h"

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "core/method/method.h"
-#include "protocol/limits.h"
-#include "protocol/nearest.h"
+#include "protocol/base/limits.h"
+#include "protocol/base/nearest.h"
 #include "server/base/suggest.h"
 
 bool lum_option_is_whole(char **argv, const char *name)

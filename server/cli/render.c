@@ -10,7 +10,7 @@
 #include <cjson/cJSON.h>
 
 #include "core/accel/accel.h"
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/cli/image_output.h"
 #include "server/cli/progress.h"
 #include "server/cli/render_options.h"

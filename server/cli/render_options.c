@@ -11,7 +11,7 @@
 #include "core/accel/accel.h"
 #include "core/method/method.h"
 #include "core/vpl/vpl.h"
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/base/suggest.h"
 #include "server/cli/option_errors.h"
 #include "server/world/apply.h"
@@ -205,7 +205,7 @@ static enum lum_status read_effects(const char *option, const char *text, uint32
 static enum lum_status read_accuracy(const char *text, double *ret, struct lum_error *err)
 {
     char *end;
-    const double min = 0.01, max = 1.0; /* as for scenes: protocol/fields.c */
+    const double min = 0.01, max = 1.0; /* as for scenes: protocol/record/fields.c */
     double a = strtod(text, &end);
     if (end == text || *end || !(a >= min && a <= max))
         return lum_fail(err, LUM_ERR_INVALID, "cache-accuracy",

@@ -4,7 +4,7 @@
 
 #include "core/base/base.h"
 #include "core/cache/caches.h"
-#include "protocol/record.h"
+#include "protocol/record/record.h"
 
 struct lum_render_options {
     /* as given, borrowed from argv; NULL: not given */

@@ -8,7 +8,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/rpc.h"
+#include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/internal.h"
 #include "server/world/apply.h"

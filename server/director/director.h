@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 #include "core/base/base.h"
-#include "protocol/error.h"
-#include "protocol/op.h"
+#include "protocol/base/error.h"
+#include "protocol/op/op.h"
 #include "server/stream/overlay.h"
 #include "server/stream/stream.h"
 

@@ -8,8 +8,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
-#include "protocol/rpc.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/world/apply.h"
 #include "server/world/luminaires.h"

@@ -5,9 +5,9 @@
 #include <cjson/cJSON.h>
 
 #include "core/math/vec.h"
-#include "protocol/json.h"
-#include "protocol/nearest.h"
-#include "protocol/rpc.h"
+#include "protocol/base/nearest.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "server/base/suggest.h"
 
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */

@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 
 static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
 {

@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/director/caustic_notice.h"
 
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)

@@ -5,8 +5,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
-#include "protocol/rpc.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "server/base/log.h"
 
 #define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */

@@ -16,7 +16,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/base/log.h"
 #include "server/import/asset.h"
 

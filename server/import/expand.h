@@ -3,7 +3,7 @@
 #ifndef LUM_SERVER_IMPORT_EXPAND_H
 #define LUM_SERVER_IMPORT_EXPAND_H
 
-#include "protocol/document.h"
+#include "protocol/document/document.h"
 #include "server/import/import.h"
 
 struct lum_expansion {

@@ -9,8 +9,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
-#include "protocol/op.h"
+#include "protocol/json/json.h"
+#include "protocol/op/op.h"
 #include "server/import/child.h"
 
 #define MAX_BLOBS 8u /* of one op: a mesh has five arrays */

@@ -8,8 +8,8 @@
 #include <stdatomic.h>
 
 #include "core/base/base.h"
-#include "protocol/error.h"
-#include "protocol/record.h"
+#include "protocol/base/error.h"
+#include "protocol/record/record.h"
 
 struct lum_import_config {
     const char *importer;   /* path of lumend-import; NULL: beside the running program */

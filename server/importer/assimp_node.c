@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/assimp.h"
 
 /* ---- meshes ---- */

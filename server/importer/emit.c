@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/import/wire.h"
 
 /* ---- text of an op ---- */

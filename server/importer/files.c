@@ -6,7 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 
 static bool send_request(int sock, const char *name, unsigned flags)
 {

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 
 #define GLB_MAGIC 0x46546c67u
 #define GLB_JSON 0x4e4f534au

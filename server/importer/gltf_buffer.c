@@ -2,7 +2,7 @@
 #include <meshoptimizer.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
 
 /* ---- URIs ---- */

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
 
 #define DEG_PER_RAD 57.295779513082320877

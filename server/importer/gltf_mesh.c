@@ -2,7 +2,7 @@
  * it undeformed. */
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
 
 enum mode { POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, STRIP, FAN };

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 
 enum lum_status lum_texels_alloc(uint64_t width, uint64_t height, bool hdr, struct lum_texels *ret_texels,
                                  struct lum_error *err)

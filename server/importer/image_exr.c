@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "core/image/exr.h"
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/image.h"
 
 /* The plane of a channel, or NULL. */

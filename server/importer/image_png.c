@@ -1,6 +1,6 @@
 #include <spng.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/image.h"
 
 #define CHUNK_BYTES (4u << 20) /* ancillary chunks: colour profiles are under 1 MiB */

@@ -11,7 +11,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/importer/image.h"
 #include "server/importer/importer.h"
 #include "server/importer/sandbox.h"

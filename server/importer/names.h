@@ -3,7 +3,7 @@
 #define LUM_SERVER_IMPORTER_NAMES_H
 
 #include "core/base/base.h"
-#include "protocol/record.h"
+#include "protocol/record/record.h"
 
 struct lum_names {
     char prefix[LUM_LIMIT_ID_BYTES + 1]; /* the import's id and "/" */

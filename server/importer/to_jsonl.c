@@ -8,8 +8,8 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
-#include "protocol/op.h"
+#include "protocol/json/json.h"
+#include "protocol/op/op.h"
 #include "server/import/import.h"
 
 static void print_log(void *user, int level, const char *component, const char *text)

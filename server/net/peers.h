@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 
 struct lum_peer {
     struct in6_addr address; /* IPv4 as ::ffff:a.b.c.d */

@@ -11,8 +11,8 @@
 
 #include "core/base/pool.h"
 #include "core/film/film.h"
-#include "protocol/frame.h"
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
+#include "protocol/message/frame.h"
 #include "server/stream/overlay.h"
 #include "server/stream/stream.h"
 

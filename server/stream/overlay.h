@@ -3,7 +3,7 @@
 #define LUM_SERVER_STREAM_OVERLAY_H
 
 #include "core/method/method.h"
-#include "protocol/frame.h"
+#include "protocol/message/frame.h"
 
 enum lum_overlay {
     LUM_OVERLAY_NONE,

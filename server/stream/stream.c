@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/base/base.h"
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 
 struct stream_slot {
     struct lum_blob_tile *newest;  /* of the newest frame; NULL before the first */

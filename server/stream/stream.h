@@ -20,7 +20,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "protocol/frame.h"
+#include "protocol/message/frame.h"
 
 struct lum_blob_tile {
     _Atomic uint32_t refs;

@@ -6,7 +6,7 @@
 #define LUM_SERVER_WORLD_APPLY_H
 
 #include "core/render/view.h"
-#include "protocol/document.h"
+#include "protocol/document/document.h"
 
 /* Puts and removes what the changes say, in order, all or nothing: when the renderer refuses one, those before it are
  * taken back, *ret_failed (may be NULL) is its index, and the scene is as before. LUM_ERR_INTERNAL: taking back failed too

@@ -4,7 +4,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 
 static bool same_triple(const double a[3], const double b[3])
 {

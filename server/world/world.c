@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/base/log.h"
 #include "server/world/apply.h"
 

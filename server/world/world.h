@@ -13,7 +13,7 @@
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
-#include "protocol/document.h"
+#include "protocol/document/document.h"
 
 struct lum_world {
     struct lum_pool *pool;

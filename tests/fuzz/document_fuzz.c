@@ -8,7 +8,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "tests/unit/protocol_util.h"
 
 #define COMMANDS_MAX 64 /* keeps one input below a few milliseconds */

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "protocol/frame.h"
+#include "protocol/message/frame.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {

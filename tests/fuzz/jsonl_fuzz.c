@@ -1,7 +1,7 @@
 /* Scene and replay files from arbitrary bytes. */
 #include "tests/fuzz/fuzz.h"
 
-#include "protocol/document.h"
+#include "protocol/document/document.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {

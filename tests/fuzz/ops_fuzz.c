@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "tests/unit/protocol_util.h"
 
 static void check_round_trip(const struct lum_op *op)

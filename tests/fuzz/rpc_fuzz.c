@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/rpc.h"
+#include "protocol/message/rpc.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
 {

@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "protocol/json.h"
-#include "protocol/op.h"
-#include "protocol/rpc.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
+#include "protocol/op/op.h"
 #include "server/director/methods.h"
 
 static const char scene_text[] =

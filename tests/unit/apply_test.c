@@ -9,8 +9,8 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "protocol/json.h"
-#include "protocol/op.h"
+#include "protocol/json/json.h"
+#include "protocol/op/op.h"
 #include "server/world/apply.h"
 
 #define PI 3.14159265358979323846

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/base/suggest.h"
 #include "server/cli/commands.h"
 #include "server/cli/progress.h"

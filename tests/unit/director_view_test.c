@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "protocol/rpc.h"
+#include "protocol/message/rpc.h"
 #include "server/director/methods.h"
 #include "tests/support/director_client.h"
 

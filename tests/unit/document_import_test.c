@@ -6,7 +6,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "tests/unit/document_util.h"
 
 static struct lum_record *child(const char *text)

@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "tests/unit/document_util.h"
 
 static void all_or_nothing(void **state)

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "protocol/frame.h"
+#include "protocol/message/frame.h"
 
 static const struct lum_frame_header sample = {
     .kind = LUM_FRAME_TILE,

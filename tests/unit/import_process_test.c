@@ -20,7 +20,7 @@
 #include <cmocka.h>
 
 #include "core/image/exr.h"
-#include "protocol/document.h"
+#include "protocol/document/document.h"
 #include "server/import/asset.h"
 #include "tests/unit/import_kit.h"
 

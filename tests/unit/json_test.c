@@ -10,9 +10,9 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "protocol/json.h"
-#include "protocol/nearest.h"
-#include "protocol/rpc.h"
+#include "protocol/base/nearest.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "tests/unit/protocol_util.h"
 
 static bool parses(const char *text, size_t n, struct lum_proto_error *err)

@@ -12,8 +12,8 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "protocol/json.h"
-#include "protocol/rpc.h"
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
 #include "tests/unit/protocol_util.h"
 
 /* The linker sends the calls of protocol/ here (-Wl,--wrap); cJSON gets the same functions by its hooks. */

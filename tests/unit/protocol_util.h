@@ -2,8 +2,8 @@
 #ifndef LUM_TESTS_PROTOCOL_UTIL_H
 #define LUM_TESTS_PROTOCOL_UTIL_H
 
-#include "protocol/document.h"
-#include "protocol/field.h"
+#include "protocol/document/document.h"
+#include "protocol/record/field.h"
 
 struct cJSON;
 

@@ -11,7 +11,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "tests/unit/protocol_util.h"
 
 /* Where the fields of the op stand: itself, or its value. */

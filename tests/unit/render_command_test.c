@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "core/method/method.h"
-#include "protocol/json.h"
+#include "protocol/json/json.h"
 #include "server/cli/commands.h"
 #include "server/cli/render_options.h"
 #include "tests/unit/cli_kit.h"

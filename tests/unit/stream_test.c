@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/base/base.h"
-#include "protocol/limits.h"
+#include "protocol/base/limits.h"
 #include "server/stream/stream.h"
 
 #define N_TILES 6u

@@ -1,0 +1,14 @@
+/* Base64 (RFC 4648, with padding) for pixels in JSON. */
+#ifndef LUM_PROTOCOL_BASE_BASE64_H
+#define LUM_PROTOCOL_BASE_BASE64_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The caller frees the text. NULL when memory is short. */
+char *lum_base64_encode(const uint8_t *bytes, size_t n_bytes);
+/* False when the text is not base64, or memory is short (*ret_memory). The caller frees *ret_bytes. */
+bool lum_base64_decode(const char *text, uint8_t **ret_bytes, size_t *ret_n_bytes, bool *ret_memory);
+
+#endif

@@ -1,0 +1,62 @@
+/* Inside of struct lum_document, shared by document.c, transaction.c, undo.c and document_json.c. */
+#ifndef LUM_PROTOCOL_DOCUMENT_INTERNAL_H
+#define LUM_PROTOCOL_DOCUMENT_INTERNAL_H
+
+#include "protocol/document/document.h"
+#include "protocol/document/table.h"
+
+/* ---- a transaction while it runs (transaction.c) ---- */
+
+/* Every step is applied to the table at once and logged; on failure the log is taken back. */
+struct lum_txn {
+    struct lum_document *doc;
+    struct lum_change *log; /* owned references */
+    size_t n, capacity;
+    struct lum_proto_error *err;
+};
+/* One step: checks references, limits and use, then changes the table. before is the record that stands there now, or NULL;
+ * after passes no reference. */
+bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_record *after);
+void lum_txn_take_back(struct lum_txn *t); /* undoes all steps and frees the log */
+/* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
+bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
+
+/* ---- history (undo.c) ---- */
+
+struct lum_history_entry {
+    struct lum_history_entry *next; /* older */
+    struct lum_changes changes;
+    lum_id group; /* lum_ops.undo_group */
+    size_t n_bytes; /* of bulk data that it holds on to */
+};
+struct lum_history {
+    struct lum_history *next; /* used less recently */
+    char user[LUM_LIMIT_ID_BYTES + 1];
+    struct lum_history_entry *undo, *redo; /* newest first */
+};
+enum lum_action { LUM_ACTION_NONE, LUM_ACTION_APPLY, LUM_ACTION_UNDO, LUM_ACTION_REDO };
+
+/* The last action reaches the history only when the next one begins: until then rollback can forget it without a trace,
+ * and settling cannot fail because it only moves list entries. */
+struct lum_pending {
+    enum lum_action action;
+    struct lum_history *history;
+    struct lum_history_entry *entry; /* apply: owned; else the head of a list of history */
+};
+
+struct lum_document {
+    struct lum_table table;
+    uint64_t rev;
+    struct lum_history *histories; /* most recently used first */
+    struct lum_pending pending;
+};
+
+void lum_history_settle(struct lum_document *doc);
+/* Takes note of an applied transaction; it becomes pending. False: memory is short. */
+bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes);
+void lum_history_finish(struct lum_document *doc);
+
+/* Names of an import and of what it made. */
+bool lum_id_is_below(const char *id, const char *import_id); /* "room/lamp" is below "room" */
+
+#endif

@@ -1,0 +1,199 @@
+#include "protocol/document/table.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+
+#include "protocol/record/field.h"
+
+/* ---- SipHash-1-3 (Aumasson and Bernstein 2012): unpredictable to who does not know the key ---- */
+
+static uint64_t rotate(uint64_t v, unsigned k)
+{
+    return v << k | v >> (64 - k);
+}
+
+static void sip_round(uint64_t v[4])
+{
+    v[0] += v[1];
+    v[1] = rotate(v[1], 13) ^ v[0];
+    v[0] = rotate(v[0], 32);
+    v[2] += v[3];
+    v[3] = rotate(v[3], 16) ^ v[2];
+    v[0] += v[3];
+    v[3] = rotate(v[3], 21) ^ v[0];
+    v[2] += v[1];
+    v[1] = rotate(v[1], 17) ^ v[2];
+    v[2] = rotate(v[2], 32);
+}
+
+static uint64_t hash_id(const uint64_t key[2], const char *id)
+{
+    uint64_t v[4] = {key[0] ^ 0x736f6d6570736575u, key[1] ^ 0x646f72616e646f6du, key[0] ^ 0x6c7967656e657261u,
+                     key[1] ^ 0x7465646279746573u};
+    size_t n = strlen(id);
+    for (size_t at = 0; at <= n; at += 8) {
+        uint64_t m = 0;
+        size_t left = n - at;
+        memcpy(&m, id + at, left < 8 ? left : 8);
+        if (left < 8)
+            m |= (uint64_t)n << 56;
+        v[3] ^= m;
+        sip_round(v);
+        v[0] ^= m;
+    }
+    v[2] ^= 0xff;
+    for (int i = 0; i < 3; i++)
+        sip_round(v);
+    return v[0] ^ v[1] ^ v[2] ^ v[3];
+}
+
+/* ---- slots ---- */
+
+void lum_table_init(struct lum_table *t)
+{
+    memset(t, 0, sizeof *t);
+    /* without entropy the key stays 0: correct, only open to crafted ids */
+    if (getrandom(t->key, sizeof t->key, GRND_NONBLOCK) != (ssize_t)sizeof t->key)
+        memset(t->key, 0, sizeof t->key);
+}
+
+void lum_table_finish(struct lum_table *t)
+{
+    for (size_t i = 0; i < t->capacity; i++)
+        lum_record_unref(t->slots[i].record);
+    free(t->slots);
+    memset(t, 0, sizeof *t);
+}
+
+static void place(struct lum_table_slot *slots, size_t capacity, const struct lum_table_slot *slot)
+{
+    size_t i = slot->hash & (capacity - 1);
+    while (slots[i].record)
+        i = (i + 1) & (capacity - 1);
+    slots[i] = *slot;
+}
+
+bool lum_table_reserve(struct lum_table *t, size_t n_more)
+{
+    size_t capacity = t->capacity ? t->capacity : 16;
+    while (capacity < 2 * (t->n + n_more))
+        capacity *= 2;
+    if (capacity == t->capacity)
+        return true;
+    struct lum_table_slot *slots = calloc(capacity, sizeof *slots);
+    if (!slots)
+        return false;
+    for (size_t i = 0; i < t->capacity; i++)
+        if (t->slots[i].record)
+            place(slots, capacity, &t->slots[i]);
+    free(t->slots);
+    t->slots = slots;
+    t->capacity = capacity;
+    return true;
+}
+
+struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id)
+{
+    if (t->capacity == 0)
+        return NULL;
+    uint64_t hash = hash_id(t->key, id);
+    for (size_t i = hash & (t->capacity - 1); t->slots[i].record; i = (i + 1) & (t->capacity - 1))
+        if (t->slots[i].hash == hash && strcmp(t->slots[i].record->id, id) == 0)
+            return &t->slots[i];
+    return NULL;
+}
+
+static void insert(struct lum_table *t, struct lum_record *r)
+{
+    struct lum_table_slot slot = {.record = lum_record_ref(r), .hash = hash_id(t->key, r->id)};
+    place(t->slots, t->capacity, &slot);
+    t->n++;
+    t->n_of_type[r->type]++;
+}
+
+/* Closes the gap, so that no probe ends early (Knuth vol. 3, 6.4 R). */
+static void erase(struct lum_table *t, struct lum_table_slot *slot)
+{
+    size_t mask = t->capacity - 1, gap = (size_t)(slot - t->slots);
+    t->n--;
+    t->n_of_type[slot->record->type]--;
+    lum_record_unref(slot->record);
+    for (size_t i = (gap + 1) & mask; t->slots[i].record; i = (i + 1) & mask) {
+        size_t home = t->slots[i].hash & mask;
+        if (((i - home) & mask) >= ((i - gap) & mask)) {
+            t->slots[gap] = t->slots[i];
+            gap = i;
+        }
+    }
+    memset(&t->slots[gap], 0, sizeof t->slots[gap]);
+}
+
+/* ---- references ---- */
+
+static bool add_user(void *user, enum lum_record_type type, const char *id, const char *path)
+{
+    (void)type;
+    (void)path;
+    lum_table_find(user, id)->n_users++;
+    return true;
+}
+
+static bool drop_user(void *user, enum lum_record_type type, const char *id, const char *path)
+{
+    (void)type;
+    (void)path;
+    lum_table_find(user, id)->n_users--;
+    return true;
+}
+
+void lum_table_change(struct lum_table *t, const struct lum_record *before, struct lum_record *after)
+{
+    if (before)
+        lum_record_each_ref(before, drop_user, t);
+    if (before && after) {
+        struct lum_table_slot *slot = lum_table_find(t, before->id);
+        lum_record_ref(after);
+        lum_record_unref(slot->record);
+        slot->record = after;
+    } else if (after) {
+        insert(t, after);
+    } else {
+        erase(t, lum_table_find(t, before->id));
+    }
+    if (after)
+        lum_record_each_ref(after, add_user, t);
+}
+
+/* ---- order ---- */
+
+int lum_record_rank(enum lum_record_type type)
+{
+    static const int ranks[LUM_RECORD_TYPE_COUNT] = {
+        [LUM_RECORD_RENDER] = 0, [LUM_RECORD_IMPORT] = 1,   [LUM_RECORD_IMAGE] = 2,
+        [LUM_RECORD_MESH] = 3,   [LUM_RECORD_MATERIAL] = 4, [LUM_RECORD_OBJECT] = 5,
+        [LUM_RECORD_LIGHT] = 6,  [LUM_RECORD_MEDIUM] = 7,   [LUM_RECORD_CAMERA] = 8,
+    };
+    return ranks[type];
+}
+
+static int by_rank_and_id(const void *a, const void *b)
+{
+    const struct lum_record *p = *(const struct lum_record *const *)a, *q = *(const struct lum_record *const *)b;
+    int d = lum_record_rank(p->type) - lum_record_rank(q->type);
+    return d ? d : strcmp(p->id, q->id);
+}
+
+bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records)
+{
+    const struct lum_record **records = calloc(t->n ? t->n : 1, sizeof(*records));
+    size_t n = 0;
+    if (!records)
+        return false;
+    for (size_t i = 0; i < t->capacity; i++)
+        if (t->slots[i].record)
+            records[n++] = t->slots[i].record;
+    qsort(records, n, sizeof(*records), by_rank_and_id);
+    *ret_records = records;
+    return true;
+}

@@ -1,0 +1,38 @@
+/* The records of a document by id, with a count of who refers to each. Private to protocol/.
+ *
+ * Open addressing with linear probing; keyed hash, because ids are chosen by clients. Insertion after lum_table_reserve,
+ * replacement and removal allocate nothing, so that a transaction can always be taken back. */
+#ifndef LUM_PROTOCOL_DOCUMENT_TABLE_H
+#define LUM_PROTOCOL_DOCUMENT_TABLE_H
+
+#include "protocol/record/record.h"
+
+struct lum_table_slot {
+    struct lum_record *record; /* owned; NULL: free */
+    uint64_t hash;
+    uint32_t n_users; /* references by other records */
+};
+
+struct lum_table {
+    struct lum_table_slot *slots;
+    size_t capacity, n; /* capacity: 0 or a power of two, at least twice n */
+    size_t n_of_type[LUM_RECORD_TYPE_COUNT];
+    uint64_t key[2];
+};
+
+void lum_table_init(struct lum_table *t);
+void lum_table_finish(struct lum_table *t);
+bool lum_table_reserve(struct lum_table *t, size_t n_more); /* false: memory is short */
+
+struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id); /* NULL: none; valid until a change */
+/* Puts after in place of before: NULL before inserts (reserve first), NULL after removes. What after refers to exists.
+ * The table takes its own reference. */
+void lum_table_change(struct lum_table *t, const struct lum_record *before, struct lum_record *after);
+
+/* Dependencies first, then by id: an order that does not depend on history. The records are borrowed; the caller frees the
+ * array. False: memory is short. */
+bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records);
+/* Place of a type in that order. */
+int lum_record_rank(enum lum_record_type type);
+
+#endif

@@ -1,0 +1,230 @@
+/* Reading objects member by member. */
+#include "protocol/json/json.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/base/nearest.h"
+
+void lum_json_begin(struct lum_json_reader *r, const struct cJSON *object, const char *prefix,
+                    struct lum_proto_error *err)
+{
+    memset(r, 0, sizeof *r);
+    r->object = object;
+    r->prefix = prefix;
+    r->err = err;
+    if (object && !cJSON_IsObject(object)) {
+        lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", prefix, "%s must be an object",
+                       prefix[0] ? prefix : "this");
+        r->failed = true;
+    }
+}
+
+/* Fails the reader; err has been filled with the member's own path. */
+static bool fail(struct lum_json_reader *r)
+{
+    r->failed = true;
+    return lum_proto_prefix(r->err, r->prefix);
+}
+
+static bool fail_type(struct lum_json_reader *r, const char *key, const char *wanted)
+{
+    lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", key, "%s must be %s", key, wanted);
+    return fail(r);
+}
+
+static bool fail_range(struct lum_json_reader *r, const char *path, double min, double max)
+{
+    lum_proto_fail_range(r->err, path, min, max);
+    return fail(r);
+}
+
+static const cJSON *find(struct lum_json_reader *r, const char *key)
+{
+    if (r->n_asked < LUM_LIMIT_JSON_MEMBERS)
+        r->asked[r->n_asked++] = key;
+    return r->failed || !r->object ? NULL : cJSON_GetObjectItemCaseSensitive(r->object, key);
+}
+
+const struct cJSON *lum_json_member(struct lum_json_reader *r, const char *key)
+{
+    const cJSON *m = find(r, key);
+    return m && !cJSON_IsNull(m) ? m : NULL;
+}
+
+bool lum_json_require(struct lum_json_reader *r, const char *key)
+{
+    if (lum_json_member(r, key))
+        return true;
+    if (r->failed)
+        return false;
+    lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "missing_field", key, "%s is missing", key);
+    return fail(r);
+}
+
+bool lum_json_end(struct lum_json_reader *r)
+{
+    if (r->failed)
+        return false;
+    for (const cJSON *m = r->object ? r->object->child : NULL; m; m = m->next) {
+        bool known = false;
+        for (unsigned i = 0; i < r->n_asked && !known; i++)
+            known = strcmp(m->string, r->asked[i]) == 0;
+        if (known)
+            continue;
+        struct lum_nearest near = {.given = m->string};
+        char meant[sizeof r->err->text / 2];
+        for (unsigned i = 0; i < r->n_asked; i++)
+            lum_nearest_offer(&near, r->asked[i]);
+        lum_nearest_text(&near, meant, sizeof meant);
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown field \"%.64s\"%s", m->string,
+                       meant);
+        return fail(r);
+    }
+    return true;
+}
+
+bool lum_json_number(struct lum_json_reader *r, const char *key, double min, double max, double *ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    if (!cJSON_IsNumber(m) || !(m->valuedouble >= min && m->valuedouble <= max))
+        return fail_range(r, key, min, max);
+    *ret = m->valuedouble;
+    return true;
+}
+
+/* An integer that double holds exactly. */
+static bool read_integer(struct lum_json_reader *r, const char *key, double min, double max, double *ret)
+{
+    double v = 0.0; /* GCC does not see that a reader which went well has written it */
+    if (!lum_json_number(r, key, min, max, &v))
+        return false;
+    if (v != floor(v))
+        return fail_type(r, key, "an integer");
+    *ret = v;
+    return true;
+}
+
+bool lum_json_u32(struct lum_json_reader *r, const char *key, uint32_t min, uint32_t max, uint32_t *ret)
+{
+    double v = 0.0;
+    if (!read_integer(r, key, min, max, &v))
+        return false;
+    *ret = (uint32_t)v;
+    return true;
+}
+
+bool lum_json_u64(struct lum_json_reader *r, const char *key, uint64_t *ret)
+{
+    double v = 0.0;
+    if (!read_integer(r, key, 0, 9007199254740992.0, &v))
+        return false;
+    *ret = (uint64_t)v;
+    return true;
+}
+
+bool lum_json_numbers(struct lum_json_reader *r, const char *key, unsigned n, double min, double max, double *ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    char wanted[48];
+    snprintf(wanted, sizeof wanted, "an array of %u numbers", n);
+    if (!cJSON_IsArray(m) || cJSON_GetArraySize(m) != (int)n)
+        return fail_type(r, key, wanted);
+    unsigned i = 0;
+    for (const cJSON *c = m->child; c; c = c->next, i++)
+        if (!cJSON_IsNumber(c) || !(c->valuedouble >= min && c->valuedouble <= max)) {
+            char path[64];
+            snprintf(path, sizeof path, "%s/%u", key, i);
+            return fail_range(r, path, min, max);
+        }
+    for (const cJSON *c = m->child; c; c = c->next)
+        *ret++ = c->valuedouble;
+    return true;
+}
+
+bool lum_json_bool(struct lum_json_reader *r, const char *key, bool *ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    if (!cJSON_IsBool(m))
+        return fail_type(r, key, "true or false");
+    *ret = cJSON_IsTrue(m);
+    return true;
+}
+
+bool lum_json_opt(struct lum_json_reader *r, const char *key, double min, double max, struct lum_opt *ret)
+{
+    const cJSON *m = find(r, key);
+    if (!m)
+        return false;
+    struct lum_opt v = {0};
+    if (!cJSON_IsNull(m)) {
+        if (!lum_json_number(r, key, min, max, &v.value))
+            return false;
+        v.set = true;
+    }
+    *ret = v;
+    return true;
+}
+
+bool lum_json_string(struct lum_json_reader *r, const char *key, char *ret, size_t n_ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "a string of at most %zu bytes", n_ret - 1);
+    if (!cJSON_IsString(m) || strlen(m->valuestring) >= n_ret)
+        return fail_type(r, key, wanted);
+    memcpy(ret, m->valuestring, strlen(m->valuestring) + 1);
+    return true;
+}
+
+bool lum_json_id(struct lum_json_reader *r, const char *key, lum_id ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    if (!cJSON_IsString(m) || !lum_id_valid(m->valuestring))
+        return fail_type(r, key, "an id: 1 to 64 of the characters A-Z a-z 0-9 _ . : / -");
+    memcpy(ret, m->valuestring, strlen(m->valuestring) + 1);
+    return true;
+}
+
+bool lum_json_choice(struct lum_json_reader *r, const char *key, const char *choices, unsigned *ret)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    unsigned i = 0;
+    size_t n = cJSON_IsString(m) ? strlen(m->valuestring) : 0;
+    for (const char *word = choices; n && *word; i++) {
+        size_t length = strcspn(word, "|");
+        if (length == n && memcmp(word, m->valuestring, n) == 0) {
+            *ret = i;
+            return true;
+        }
+        word += length + (word[length] == '|');
+    }
+    lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", key, "%s must be one of %s", key, choices);
+    return fail(r);
+}
+
+bool lum_json_object(struct lum_json_reader *r, const char *key, struct lum_json_reader *ret_sub)
+{
+    const cJSON *m = lum_json_member(r, key);
+    if (!m)
+        return false;
+    if (!cJSON_IsObject(m))
+        return fail_type(r, key, "an object");
+    lum_json_begin(ret_sub, m, key, r->err);
+    return true;
+}

@@ -1,0 +1,189 @@
+/* Arrays in bulk: JSON arrays, base64 pixels, and the blobs that an importer sends beside its JSON. */
+#include "protocol/record/field.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/base/base64.h"
+#include "protocol/json/json.h"
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "blobs are little-endian and are copied as they are");
+_Static_assert(sizeof(float) == 4, "blobs hold 32-bit floats");
+
+static bool wrong(const struct lum_field *f, struct lum_proto_error *err, const char *wanted)
+{
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", f->name, "%s must be %s", f->name, wanted);
+}
+
+static bool wrong_element(const struct lum_field *f, size_t i, double min, double max, struct lum_proto_error *err)
+{
+    char path[64];
+    snprintf(path, sizeof path, "%s/%zu", f->name, i);
+    return lum_proto_fail_range(err, path, min, max);
+}
+
+/* {"blob":k} to a copy of blob k. */
+static bool read_blob(const struct lum_field *f, const cJSON *json, const struct lum_blobs *blobs,
+                      struct lum_blob *ret_copy, struct lum_proto_error *err)
+{
+    const cJSON *k = cJSON_GetObjectItemCaseSensitive(json, "blob");
+    if (!blobs || !cJSON_IsNumber(k) || json->child->next)
+        return wrong(f, err, f->kind == LUM_FIELD_PIXELS ? "base64" : "an array of numbers");
+    if (!(k->valuedouble >= 0) || k->valuedouble >= (double)blobs->n || k->valuedouble != floor(k->valuedouble))
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "not_found", f->name, "%s: no such blob", f->name);
+    const struct lum_blob *blob = &blobs->blobs[(size_t)k->valuedouble];
+    if (blob->n_bytes % 4 != 0 && f->kind != LUM_FIELD_PIXELS)
+        return wrong(f, err, "a blob of 32-bit numbers");
+    uint8_t *copy = calloc(blob->n_bytes ? blob->n_bytes : 1, 1);
+    if (!copy)
+        return lum_proto_fail_memory(err);
+    if (blob->n_bytes)
+        memcpy(copy, blob->bytes, blob->n_bytes);
+    *ret_copy = (struct lum_blob){copy, blob->n_bytes};
+    return true;
+}
+
+static size_t count(const cJSON *array)
+{
+    size_t n = 0;
+    for (const cJSON *c = array->child; c; c = c->next)
+        n++;
+    return n;
+}
+
+static bool read_floats_blob(const struct lum_field *f, struct lum_floats *ret, const cJSON *json,
+                             const struct lum_blobs *blobs, struct lum_proto_error *err)
+{
+    struct lum_blob copy;
+    if (!read_blob(f, json, blobs, &copy, err))
+        return false;
+    *ret = (struct lum_floats){.f32 = (float *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 4};
+    for (size_t i = 0; i < ret->n; i++)
+        if (!((double)ret->f32[i] >= f->min && (double)ret->f32[i] <= f->max))
+            return wrong_element(f, i, f->min, f->max, err);
+    return true;
+}
+
+static bool read_floats(const struct lum_field *f, struct lum_floats *ret, const cJSON *json,
+                        const struct lum_blobs *blobs, struct lum_proto_error *err)
+{
+    if (cJSON_IsObject(json))
+        return read_floats_blob(f, ret, json, blobs, err);
+    if (!cJSON_IsArray(json))
+        return wrong(f, err, "an array of numbers");
+    size_t n = count(json);
+    bool wide = f->flags & LUM_FIELD_DOUBLE;
+    double *f64 = wide ? calloc(n ? n : 1, sizeof *f64) : NULL;
+    float *f32 = wide ? NULL : calloc(n ? n : 1, sizeof *f32);
+    if (!f64 && !f32)
+        return lum_proto_fail_memory(err);
+    *ret = (struct lum_floats){.f64 = f64, .f32 = f32, .n = n};
+    size_t i = 0;
+    for (const cJSON *c = json->child; c; c = c->next, i++) {
+        if (!cJSON_IsNumber(c) || !(c->valuedouble >= f->min && c->valuedouble <= f->max))
+            return wrong_element(f, i, f->min, f->max, err);
+        if (wide)
+            f64[i] = c->valuedouble;
+        else
+            f32[i] = (float)c->valuedouble;
+    }
+    return true;
+}
+
+static bool read_indices(const struct lum_field *f, struct lum_indices *ret, const cJSON *json,
+                         const struct lum_blobs *blobs, struct lum_proto_error *err)
+{
+    const double max = (double)LUM_LIMIT_VERTICES - 1;
+    if (cJSON_IsObject(json)) { /* the validator compares every index with the number of vertices */
+        struct lum_blob copy;
+        if (!read_blob(f, json, blobs, &copy, err))
+            return false;
+        *ret = (struct lum_indices){(uint32_t *)(uintptr_t)copy.bytes, copy.n_bytes / 4};
+        return true;
+    }
+    if (!cJSON_IsArray(json))
+        return wrong(f, err, "an array of numbers");
+    size_t n = count(json), i = 0;
+    uint32_t *u32 = calloc(n ? n : 1, sizeof *u32);
+    if (!u32)
+        return lum_proto_fail_memory(err);
+    *ret = (struct lum_indices){u32, n};
+    for (const cJSON *c = json->child; c; c = c->next, i++) {
+        if (!cJSON_IsNumber(c) || !(c->valuedouble >= 0 && c->valuedouble <= max) ||
+            c->valuedouble != floor(c->valuedouble))
+            return wrong_element(f, i, 0, max, err);
+        u32[i] = (uint32_t)c->valuedouble;
+    }
+    return true;
+}
+
+static bool read_pixels(const struct lum_field *f, struct lum_record_image *image, const cJSON *json,
+                        const struct lum_blobs *blobs, struct lum_proto_error *err)
+{
+    if (cJSON_IsObject(json)) {
+        struct lum_blob copy;
+        if (!read_blob(f, json, blobs, &copy, err))
+            return false;
+        image->pixels = (uint8_t *)(uintptr_t)copy.bytes;
+        image->n_bytes = copy.n_bytes;
+        return true;
+    }
+    bool memory = false;
+    if (cJSON_IsString(json) && lum_base64_decode(json->valuestring, &image->pixels, &image->n_bytes, &memory))
+        return true;
+    return memory ? lum_proto_fail_memory(err) : wrong(f, err, "base64");
+}
+
+bool lum_field_read_bulk(const struct lum_field *f, void *base, const cJSON *json, const struct lum_blobs *blobs,
+                         struct lum_proto_error *err)
+{
+    void *p = (char *)base + f->offset;
+    lum_field_reset(f, base);
+    if (f->kind == LUM_FIELD_FLOATS)
+        return read_floats(f, p, json, blobs, err);
+    if (f->kind == LUM_FIELD_INDICES)
+        return read_indices(f, p, json, blobs, err);
+    return read_pixels(f, base, json, blobs, err);
+}
+
+/* ---- writing ---- */
+
+static cJSON *write_indices(const struct lum_indices *v)
+{
+    cJSON *array = cJSON_CreateArray();
+    for (size_t i = 0; array && i < v->n; i++)
+        if (!lum_json_add(array, NULL, cJSON_CreateNumber(v->u32[i]))) {
+            cJSON_Delete(array);
+            return NULL;
+        }
+    return array;
+}
+
+static cJSON *write_floats(const struct lum_floats *v)
+{
+    cJSON *array = cJSON_CreateArray();
+    for (size_t i = 0; array && i < v->n; i++)
+        if (!lum_json_add(array, NULL, cJSON_CreateNumber(v->f64 ? v->f64[i] : (double)v->f32[i]))) {
+            cJSON_Delete(array);
+            return NULL;
+        }
+    return array;
+}
+
+struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base)
+{
+    const void *p = (const char *)base + f->offset;
+    if (f->kind == LUM_FIELD_FLOATS)
+        return write_floats(p);
+    if (f->kind == LUM_FIELD_INDICES)
+        return write_indices(p);
+    const struct lum_record_image *image = base;
+    char *text = lum_base64_encode(image->pixels, image->n_bytes);
+    cJSON *json = text ? cJSON_CreateString(text) : NULL;
+    free(text);
+    return json;
+}

@@ -1,0 +1,242 @@
+/* The tables. PROTOCOL.md repeats them; a test compares the two. */
+#include "protocol/record/field.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "protocol/base/nearest.h"
+#include "protocol/json/json.h"
+
+#define COORD LUM_LIMIT_COORD_M
+#define COUNT(a) (sizeof(a) / sizeof((a)[0]))
+#define ROW(s, m, k) .name = #m, .kind = LUM_FIELD_##k, .offset = offsetof(struct lum_record_##s, m)
+
+/* clang-format off */
+/* s: struct, m: member and JSON name, d: default, u: unit, t: one line for PROTOCOL.md */
+#define NUMBER(s, m, lo, hi, d, u, t) {ROW(s, m, NUMBER), .min = lo, .max = hi, .def = {d}, .unit = u, .doc = t}
+#define INTEGER(s, m, lo, hi, d, t) {ROW(s, m, INTEGER), .min = lo, .max = hi, .def = {d}, .unit = "", .doc = t}
+#define U32(s, m, hi, u, t) {ROW(s, m, U32), .max = hi, .unit = u, .doc = t}
+#define OPT(s, m, lo, hi, g, u, t) {ROW(s, m, OPT), .min = lo, .max = hi, .group = g, .unit = u, .doc = t}
+#define BOOL(s, m, d, t) {ROW(s, m, BOOL), .def = {d}, .unit = "", .doc = t}
+#define XYZ(x, y, z) x, y, z
+#define NUMBERS(s, m) .n = sizeof((struct lum_record_##s *)0)->m / sizeof(double)
+#define CHARS(s, m) .n = sizeof((struct lum_record_##s *)0)->m
+#define VECTOR(s, m, f, lo, hi, d, u, t) \
+    {ROW(s, m, VECTOR), NUMBERS(s, m), .flags = f, .min = lo, .max = hi, .def = {d}, .unit = u, .doc = t}
+#define CHOICE(s, m, f, words, t) {ROW(s, m, CHOICE), CHARS(s, m), .flags = f, .text = words, .unit = "", .doc = t}
+#define NAME(s, m, d, t) {ROW(s, m, NAME), CHARS(s, m), .text = d, .unit = "", .doc = t}
+#define ASSET(s, m, f, t) {ROW(s, m, ASSET), CHARS(s, m), .flags = f, .unit = "", .doc = t}
+#define REF(s, m, f, r, t) {ROW(s, m, REF), CHARS(s, m), .flags = f, .ref = LUM_RECORD_##r, .unit = "", .doc = t}
+#define FLOATS(s, m, f, k, lo, hi, u, t) \
+    {ROW(s, m, FLOATS), .n = k, .flags = f, .min = lo, .max = hi, .unit = u, .doc = t}
+#define TEXTURE(s, m, t) {ROW(s, m, TEXTURE), .unit = "", .doc = t}
+/* clang-format on */
+
+static const struct lum_field texture[] = {
+    REF(texture, image, LUM_FIELD_REQUIRED, IMAGE, "the picture"),
+    VECTOR(texture, offset, 0, -1e6, 1e6, XYZ(0, 0, 0), "uv", "as KHR_texture_transform"),
+    VECTOR(texture, scale, 0, -1e6, 1e6, XYZ(1, 1, 1), "", ""),
+    NUMBER(texture, rotation_rad, -1e6, 1e6, 0, "rad", "counter-clockwise about the uv origin"),
+    CHOICE(texture, wrap_u, 0, "repeat|mirror|clamp", ""),
+    CHOICE(texture, wrap_v, 0, "repeat|mirror|clamp", ""),
+};
+
+static const struct lum_field transform[] = {
+    VECTOR(transform, translate, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "applied last"),
+    VECTOR(transform, rotate_deg, 0, -1e6, 1e6, XYZ(0, 0, 0), "deg", "about X first, then Y, then Z"),
+    VECTOR(transform, scale, 0, -1e6, 1e6, XYZ(1, 1, 1), "", "applied first; no factor may be 0"),
+};
+
+static const struct lum_field box[] = {
+    {ROW(box, min, VECTOR), .n = 3, .flags = LUM_FIELD_REQUIRED, .min = -COORD, .max = COORD, .unit = "m", .doc = ""},
+    {ROW(box, max, VECTOR), .n = 3, .flags = LUM_FIELD_REQUIRED, .min = -COORD, .max = COORD, .unit = "m", .doc = ""},
+};
+
+static const struct lum_field mesh[] = {
+    NAME(mesh, shape, "", "a built-in shape; empty: the arrays below"),
+    VECTOR(mesh, size, 0, 0, COORD, XYZ(1, 1, 1), "m", "of a shape: edges of its box"),
+    VECTOR(mesh, segments, LUM_FIELD_WHOLE, 0, LUM_LIMIT_SEGMENTS, XYZ(0, 0, 0), "",
+           "of a shape: tessellation around and along; 0: its default"),
+    VECTOR(mesh, param, 0, -COORD, COORD, XYZ(0, 0, 0), "", "of a shape: its own knobs; 0: its default"),
+    FLOATS(mesh, positions, LUM_FIELD_DOUBLE, 3, -COORD, COORD, "m", "x, y, z of each vertex"),
+    {ROW(mesh, indices, INDICES), .unit = "",
+     .doc = "three vertices of each triangle, counter-clockwise from the front"},
+    FLOATS(mesh, normals, 0, 3, -1e6, 1e6, "", "per vertex; none: flat shading"),
+    FLOATS(mesh, uvs, 0, 2, -1e6, 1e6, "uv", "per vertex"),
+    FLOATS(mesh, colors, 0, 3, 0, 1e6, "", "per vertex, linear; multiply base_color"),
+    BOOL(mesh, deforming, 0, "positions will be set again: the index structure is refitted, not rebuilt"),
+};
+
+static const struct lum_field image[] = {
+    {ROW(image, asset, ASSET), CHARS(image, asset), .group = LUM_GROUP_PICTURE, .unit = "",
+     .doc = "PNG, JPEG, HDR or EXR below the asset root; excludes pixels"},
+    U32(image, width, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
+    U32(image, height, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
+    CHOICE(image, texel, 0, "srgb8|linear8|rgb32f", "4 bytes RGBA, or 3 little-endian floats RGB"),
+    {ROW(image, pixels, PIXELS), .group = LUM_GROUP_PICTURE, .unit = "",
+     .doc = "base64, rows from the top; excludes asset"},
+};
+
+static const struct lum_field material[] = {
+    VECTOR(material, base_color, 0, 0, 1, XYZ(1, 1, 1), "", "linear"),
+    TEXTURE(material, base_color_texture, "sRGB, multiplies base_color; its alpha multiplies alpha"),
+    NUMBER(material, metallic, 0, 1, 0, "", ""),
+    NUMBER(material, roughness, 0, 1, 1, "", "GGX alpha = roughness^2; 0: a mirror"),
+    TEXTURE(material, metallic_roughness_texture, "G multiplies roughness, B metallic"),
+    TEXTURE(material, normal_texture, "tangent space"),
+    NUMBER(material, normal_scale, -100, 100, 1, "", ""),
+    NUMBER(material, ior, 1, 4, 1.5, "", "index of refraction"),
+    NUMBER(material, specular, 0, 1, 1, "", "scales the dielectric reflection; 0: purely diffuse"),
+    VECTOR(material, specular_color, 0, 0, 100, XYZ(1, 1, 1), "", ""),
+    NUMBER(material, transmission, 0, 1, 0, "", "share of light that passes through"),
+    BOOL(material, thin, 0, "a surface without volume: transmission does not bend"),
+    VECTOR(material, attenuation_color, 0, 0, 1, XYZ(1, 1, 1), "", "what is left after attenuation_distance"),
+    OPT(material, attenuation_distance, 1e-9, COORD, 0, "m", "null: clear"),
+    VECTOR(material, emission_color, 0, 0, 1e6, XYZ(1, 1, 1), "", "normalised to luminance 1"),
+    TEXTURE(material, emission_texture, "sRGB, multiplies emission"),
+    NUMBER(material, emission_cd_m2, 0, 1e12, 0, "cd/m2", "emitted luminance"),
+    CHOICE(material, emission_sides, 0, "both|front", "which shine; front: around which the triangles wind"),
+    CHOICE(material, alpha_mode, 0, "opaque|mask|blend", ""),
+    NUMBER(material, alpha, 0, 1, 1, "", ""),
+    NUMBER(material, alpha_cutoff, 0, 1, 0.5, "", "mask: less is invisible"),
+    BOOL(material, unlit, 0, "shown as base_color, reflects nothing"),
+};
+
+static const struct lum_field object[] = {
+    REF(object, mesh, LUM_FIELD_REQUIRED, MESH, ""),
+    REF(object, material, LUM_FIELD_REQUIRED, MATERIAL, ""),
+    {ROW(object, transform, TRANSFORM), .unit = "", .doc = "mesh to world; must be invertible"},
+    BOOL(object, visible, 1, ""),
+    BOOL(object, on, 1, "false: it gives no light"),
+    OPT(object, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all light that leaves it; null: as its material says"),
+    OPT(object, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2",
+        "emitted luminance; null: as its material says"),
+    {ROW(object, color, VECTOR), .n = 3, .flags = LUM_FIELD_NULLABLE, .group = LUM_GROUP_COLOR, .max = 1e6, .unit = "",
+     .doc = "of its light: linear, normalised to luminance 1; null: its material's; excludes cct_k"},
+    OPT(object, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature of its light; excludes color"),
+    {ROW(object, group, ID), CHARS(object, group), .unit = "", .doc = "mixing group of its light; null: its own id"},
+};
+
+static const struct lum_field light[] = {
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|directional|quad|disc|sphere|environment", ""),
+    VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
+    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes: spot, directional, disc"),
+    VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "quad: full edge; it emits towards u x v"),
+    VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "quad: full edge"),
+    NUMBER(light, radius, 0, COORD, 0.1, "m", "disc, sphere"),
+    NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "spot: half angle of full intensity"),
+    NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "spot: half angle where it ends"),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits: point, spot, quad, disc, sphere"),
+    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "point, spot"),
+    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "quad, disc, sphere, environment"),
+    OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx", "directional: on a facing plane"),
+    {ROW(light, color, VECTOR), .n = 3, .group = LUM_GROUP_COLOR, .max = 1e6, .def = {1, 1, 1}, .unit = "",
+     .doc = "linear, normalised to luminance 1 when used; excludes cct_k"},
+    OPT(light, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature; excludes color"),
+    REF(light, image, 0, IMAGE, "environment: equirectangular picture, scaled by luminance_cd_m2"),
+    NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "environment: about +Y"),
+    {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
+    BOOL(light, on, 1, ""),
+    BOOL(light, camera_visible, 1, "quad, disc, sphere, environment: seen directly"),
+};
+
+static const struct lum_field medium[] = {
+    VECTOR(medium, sigma_s, 0, 0, 1e6, XYZ(0, 0, 0), "1/m", "scattering"),
+    VECTOR(medium, sigma_a, 0, 0, 1e6, XYZ(0, 0, 0), "1/m", "absorption"),
+    NUMBER(medium, g, -0.99, 0.99, 0, "", "Henyey-Greenstein asymmetry"),
+    {ROW(medium, box, BOX), .unit = "", .doc = "where it is; null: everywhere"},
+};
+
+static const struct lum_field camera[] = {
+    VECTOR(camera, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m", ""),
+    VECTOR(camera, target, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m", "looked at"),
+    VECTOR(camera, up, 0, -COORD, COORD, XYZ(0, 1, 0), "", "not parallel to the view direction"),
+    NUMBER(camera, vfov_deg, 1, 179, 45, "deg", "vertical field of view"),
+};
+
+static const struct lum_field render[] = {
+    NAME(render, method, "live", "default of views; see `lumend methods`"),
+    INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
+    INTEGER(render, max_depth, 0, LUM_LIMIT_DEPTH, LUM_LIMIT_DEPTH,
+            "path segments after the first hit; roulette ends nearly all before"),
+    INTEGER(render, shadow_samples, 1, 16, 16, "per area light and pixel in deferred methods: 1, 4, 9 or 16"),
+    INTEGER(render, seed, 0, 4294967295.0, 0, ""),
+    INTEGER(render, vpls, 1, 65536, 256,
+            "virtual point lights, of methods that use them; `live` places eight times as many, up to "
+            "65536 in all, and asks its choice of them"),
+    NUMBER(render, cache_accuracy, 0.01, 1, 0.2, "",
+           "error that records of a cache may have: less is finer and slower"),
+    CHOICE(render, storage, 0, "waitfree|lock|local|serial", "how threads share the records of a cache"),
+    BOOL(render, antialias, 1,
+         "smooth edges of surfaces and, in `live`, of hard shadows; false: rays through pixel centres"),
+    OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
+    CHOICE(render, tone_map, 0, "agx|aces|reinhard|none", ""),
+    CHOICE(
+        render, glass, 0, "physical|architectural",
+        "of smooth solids: architectural lets light straight through, so that lamps shine through it in every method"),
+    {ROW(render, camera, ID), CHARS(render, camera), .unit = "",
+     .doc = "of views that name none, there when it is set; null, or gone: `main`, else the first by id"},
+};
+
+static const struct lum_field import[] = {
+    ASSET(import, asset, LUM_FIELD_REQUIRED, "model file below the asset root"),
+    {ROW(import, transform, TRANSFORM), .unit = "", .doc = "model to world; must be invertible"},
+};
+
+static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
+    [LUM_RECORD_MESH] = {mesh, COUNT(mesh)},
+    [LUM_RECORD_IMAGE] = {image, COUNT(image)},
+    [LUM_RECORD_MATERIAL] = {material, COUNT(material)},
+    [LUM_RECORD_OBJECT] = {object, COUNT(object)},
+    [LUM_RECORD_LIGHT] = {light, COUNT(light)},
+    [LUM_RECORD_MEDIUM] = {medium, COUNT(medium)},
+    [LUM_RECORD_CAMERA] = {camera, COUNT(camera)},
+    [LUM_RECORD_RENDER] = {render, COUNT(render)},
+    [LUM_RECORD_IMPORT] = {import, COUNT(import)},
+};
+const struct lum_fields lum_texture_fields = {texture, COUNT(texture)};
+const struct lum_fields lum_transform_fields = {transform, COUNT(transform)};
+const struct lum_fields lum_box_fields = {box, COUNT(box)};
+
+const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
+    [LUM_RECORD_MESH] = "mesh",     [LUM_RECORD_IMAGE] = "image",   [LUM_RECORD_MATERIAL] = "material",
+    [LUM_RECORD_OBJECT] = "object", [LUM_RECORD_LIGHT] = "light",   [LUM_RECORD_MEDIUM] = "medium",
+    [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
+};
+
+const struct lum_fields *lum_fields_of(enum lum_record_type type)
+{
+    return &tables[type];
+}
+
+const struct lum_fields *lum_field_parts(const struct lum_field *f)
+{
+    switch (f->kind) {
+    case LUM_FIELD_TEXTURE:
+        return &lum_texture_fields;
+    case LUM_FIELD_TRANSFORM:
+        return &lum_transform_fields;
+    case LUM_FIELD_BOX:
+        return &lum_box_fields;
+    default:
+        return NULL;
+    }
+}
+
+const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *name)
+{
+    for (size_t i = 0; i < t->n; i++)
+        if (strcmp(t->fields[i].name, name) == 0)
+            return &t->fields[i];
+    return NULL;
+}
+
+bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err)
+{
+    const char *names[LUM_LIMIT_JSON_MEMBERS];
+    char text[sizeof err->text / 2];
+    for (size_t i = 0; i < t->n; i++)
+        names[i] = t->fields[i].name;
+    lum_nearest_among(name, names, t->n, text, sizeof text);
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "unknown field \"%.64s\"%s", name, text);
+}

@@ -1,0 +1,184 @@
+/* Records: what a scene is made of, as plain data with stable string ids.
+ *
+ * A scene file, a replay script, the journal and live edits are all the same ops over these records, through one parser
+ * and one validator (op.h). One field table per type serves add, set, scene.get and the limits in PROTOCOL.md. */
+#ifndef LUM_PROTOCOL_RECORD_RECORD_H
+#define LUM_PROTOCOL_RECORD_RECORD_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/base/value.h"
+
+enum lum_record_type {
+    LUM_RECORD_MESH,
+    LUM_RECORD_IMAGE,
+    LUM_RECORD_MATERIAL,
+    LUM_RECORD_OBJECT,
+    LUM_RECORD_LIGHT,
+    LUM_RECORD_MEDIUM,
+    LUM_RECORD_CAMERA,
+    LUM_RECORD_RENDER, /* the one record of id "render": settings; always exists */
+    LUM_RECORD_IMPORT,
+    LUM_RECORD_TYPE_COUNT
+};
+extern const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT]; /* "mesh", ... */
+
+/* Numbers in bulk, owned. From a JSON array, or from a binary blob of an importer. */
+struct lum_floats {
+    double *f64; /* positions from JSON keep double precision */
+    float *f32;  /* else this; exactly one is set when n > 0 */
+    size_t n;
+};
+struct lum_indices {
+    uint32_t *u32;
+    size_t n;
+};
+
+/* Bulk arrays an importer sends beside the JSON: {"positions":{"blob":3}}. */
+struct lum_blob {
+    const uint8_t *bytes;
+    size_t n_bytes;
+};
+struct lum_blobs {
+    const struct lum_blob *blobs;
+    size_t n;
+};
+
+struct lum_record_mesh {
+    char shape[24]; /* built-in shape, or "" for explicit arrays */
+    double size[3];
+    double segments[2];
+    double param[4];
+    struct lum_floats positions, normals, uvs, colors;
+    struct lum_indices indices;
+    bool deforming;
+};
+
+struct lum_record_image {
+    char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* decoded by the importer; or "" when pixels are given */
+    uint32_t width, height;
+    char texel[12]; /* "srgb8" "linear8" "rgb32f" */
+    uint8_t *pixels; /* owned; NULL until an asset is decoded */
+    size_t n_bytes;
+};
+
+struct lum_record_texture {
+    lum_id image; /* "": none */
+    double offset[2], scale[2], rotation_rad;
+    char wrap_u[8], wrap_v[8]; /* "repeat" "mirror" "clamp" */
+};
+
+struct lum_record_material {
+    double base_color[3];
+    struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
+    double normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
+    bool thin;
+    double attenuation_color[3];
+    struct lum_opt attenuation_distance; /* metres; null: clear */
+    double emission_color[3];
+    double emission_cd_m2;
+    char emission_sides[8]; /* "both" "front" */
+    char alpha_mode[8]; /* "opaque" "mask" "blend" */
+    double alpha, alpha_cutoff;
+    bool unlit;
+};
+
+/* Either 16 numbers row-major, or translate / rotate_deg (XYZ Euler, applied X first) / scale; JSON form is kept. */
+struct lum_record_transform {
+    bool is_matrix;
+    double matrix[16];
+    double translate[3], rotate_deg[3], scale[3];
+};
+/* row-major 3x4 of either form */
+void lum_record_transform_affine(const struct lum_record_transform *t, double ret_m[3][4]);
+
+struct lum_record_object {
+    lum_id mesh, material;
+    struct lum_record_transform transform;
+    bool visible;
+    /* the light of its surface, where that differs from the material's */
+    bool on;
+    struct lum_opt flux_lm, luminance_cd_m2; /* one at most */
+    double color[3]; /* 0 0 0: none */
+    struct lum_opt cct_k;
+    lum_id group;
+};
+
+struct lum_record_light {
+    char kind[16]; /* point spot directional quad disc sphere environment */
+    double position[3], direction[3], u[3], v[3], radius;
+    double inner_cone_deg, outer_cone_deg; /* spot: half angles */
+    struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx; /* exactly one is set */
+    double color[3];
+    struct lum_opt cct_k; /* set: replaces color */
+    lum_id image;         /* environment */
+    double rotation_deg;
+    lum_id group;
+    bool on, camera_visible;
+};
+
+struct lum_record_box {
+    bool set; /* null: everywhere */
+    double min[3], max[3];
+};
+
+struct lum_record_medium {
+    double sigma_s[3], sigma_a[3], g;
+    struct lum_record_box box;
+};
+
+struct lum_record_camera {
+    double position[3], target[3], up[3], vfov_deg;
+};
+
+struct lum_record_render {
+    char method[16];
+    double spp, max_depth, shadow_samples, seed, vpls, cache_accuracy;
+    char storage[12]; /* waitfree lock local serial */
+    bool antialias;
+    struct lum_opt exposure_ev; /* EV100: higher is darker; null: automatic */
+    char tone_map[12];          /* agx aces reinhard none */
+    char glass[16];             /* physical architectural */
+    lum_id camera;              /* of views that name none; "": lum_world_camera's choice */
+};
+
+struct lum_record_import {
+    char asset[LUM_LIMIT_ASSET_BYTES + 1];
+    struct lum_record_transform transform;
+    /* What the import made, as the model file has it: not placed by the transform yet. Moving the import places it anew, and
+     * scene.get compares with it to find later edits. Filled once by the document, before the record is shared. Owned
+     * references. */
+    struct lum_record **made;
+    size_t n_made;
+};
+
+/* Immutable once shared. */
+struct lum_record {
+    _Atomic uint32_t refs;
+    enum lum_record_type type;
+    lum_id id;
+    lum_id origin; /* id of the import that made it, or "" */
+    union {
+        struct lum_record_mesh mesh;
+        struct lum_record_image image;
+        struct lum_record_material material;
+        struct lum_record_object object;
+        struct lum_record_light light;
+        struct lum_record_medium medium;
+        struct lum_record_camera camera;
+        struct lum_record_render render;
+        struct lum_record_import import;
+    };
+};
+
+/* With defaults filled in; one reference. NULL when memory is short. */
+struct lum_record *lum_record_create(enum lum_record_type type, const char *id);
+struct lum_record *lum_record_ref(struct lum_record *r);
+void lum_record_unref(struct lum_record *r); /* accepts NULL */
+/* A copy that may be changed; bulk arrays are copied too. */
+struct lum_record *lum_record_clone(const struct lum_record *r);
+
+#endif

@@ -1,0 +1,225 @@
+/* Rules that span the fields of a record. */
+#include "protocol/record/field.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static bool invalid(struct lum_proto_error *err, const char *path, const char *text)
+{
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", path, "%s", text);
+}
+
+static double norm_of_cross(const double a[3], const double b[3])
+{
+    return hypot(hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]), a[0] * b[1] - a[1] * b[0]);
+}
+
+static double norm(const double a[3])
+{
+    return hypot(hypot(a[0], a[1]), a[2]);
+}
+
+static bool black(const double color[3])
+{
+    return color[0] == 0.0 && color[1] == 0.0 && color[2] == 0.0;
+}
+
+static bool validate_transform(const struct lum_record_transform *t, struct lum_proto_error *err)
+{
+    if (t->is_matrix && (t->matrix[12] != 0 || t->matrix[13] != 0 || t->matrix[14] != 0 || t->matrix[15] != 1))
+        return invalid(err, "transform", "the last row of a matrix must be 0 0 0 1");
+    double m[3][4];
+    lum_record_transform_affine(t, m);
+    double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                 m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    if (det == 0.0 || !isfinite(1.0 / det))
+        return invalid(err, "transform", "transform must be invertible: no scale may be 0");
+    return true;
+}
+
+static bool validate_indices(const struct lum_record_mesh *m, struct lum_proto_error *err)
+{
+    size_t n_vertices = m->positions.n / 3;
+    if (m->indices.n == 0 || m->indices.n % 3 != 0)
+        return invalid(err, "indices", "indices must hold three numbers per triangle, and one triangle at least");
+    for (size_t i = 0; i < m->indices.n; i++)
+        if (m->indices.u32[i] >= n_vertices)
+            return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "indices",
+                                  "indices/%zu is %u, but there are %zu vertices", i, m->indices.u32[i], n_vertices);
+    return true;
+}
+
+static bool validate_mesh(const struct lum_record_mesh *m, struct lum_proto_error *err)
+{
+    if ((m->shape[0] != '\0') == (m->positions.n > 0))
+        return invalid(err, "shape", "a mesh needs either shape or positions");
+    if (m->shape[0] != '\0') {
+        if (m->indices.n || m->normals.n || m->uvs.n || m->colors.n)
+            return invalid(err, "shape", "a shape brings its own arrays: give shape or arrays");
+        return true;
+    }
+    size_t n_vertices = m->positions.n / 3;
+    if (m->positions.n % 3 != 0)
+        return invalid(err, "positions", "positions must hold three numbers per vertex");
+    if (n_vertices > LUM_LIMIT_VERTICES || m->indices.n / 3 > LUM_LIMIT_TRIANGLES)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "positions",
+                              "a mesh may have %u vertices and %u triangles", LUM_LIMIT_VERTICES, LUM_LIMIT_TRIANGLES);
+    if (m->normals.n && m->normals.n != 3 * n_vertices)
+        return invalid(err, "normals", "normals must hold three numbers per vertex");
+    if (m->uvs.n && m->uvs.n != 2 * n_vertices)
+        return invalid(err, "uvs", "uvs must hold two numbers per vertex");
+    if (m->colors.n && m->colors.n != 3 * n_vertices)
+        return invalid(err, "colors", "colors must hold three numbers per vertex");
+    return validate_indices(m, err);
+}
+
+static bool validate_image(const struct lum_record_image *m, struct lum_proto_error *err)
+{
+    size_t texel = strcmp(m->texel, "rgb32f") == 0 ? 12 : 4;
+    if (m->asset[0] == '\0' && m->n_bytes == 0)
+        return invalid(err, "asset", "an image needs either asset or pixels");
+    if (m->n_bytes == 0)
+        return true;
+    if ((uint64_t)m->width * m->height > LUM_LIMIT_IMAGE_TEXELS)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "width", "an image may have %u texels",
+                              LUM_LIMIT_IMAGE_TEXELS);
+    if (m->n_bytes != (size_t)m->width * m->height * texel)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "pixels",
+                              "%u x %u texels of %s take %zu bytes, not %zu", m->width, m->height, m->texel,
+                              (size_t)m->width * m->height * texel, m->n_bytes);
+    for (size_t i = 0; texel == 12 && i < m->n_bytes; i += 4) {
+        float v;
+        memcpy(&v, m->pixels + i, 4);
+        if (!(v >= 0.0f) || !isfinite(v))
+            return invalid(err, "pixels", "pixels must be finite and not negative");
+    }
+    return true;
+}
+
+/* ---- lights ---- */
+
+struct photometric {
+    const char *name;
+    size_t offset;
+    const char *kinds; /* for which it is natural; PROTOCOL.md has the table */
+};
+
+static const struct photometric photometrics[] = {
+    {"flux_lm", offsetof(struct lum_record_light, flux_lm), " point spot quad disc sphere "},
+    {"intensity_cd", offsetof(struct lum_record_light, intensity_cd), " point spot "},
+    {"luminance_cd_m2", offsetof(struct lum_record_light, luminance_cd_m2), " quad disc sphere environment "},
+    {"illuminance_lx", offsetof(struct lum_record_light, illuminance_lx), " directional "},
+};
+
+static bool validate_photometric(const struct lum_record_light *l, struct lum_proto_error *err)
+{
+    char kind[sizeof l->kind + 2], wanted[64] = "";
+    const char *given = NULL, *first = NULL;
+    bool natural = false;
+    snprintf(kind, sizeof kind, " %s ", l->kind);
+    for (size_t i = 0; i < sizeof photometrics / sizeof photometrics[0]; i++) {
+        const struct photometric *p = &photometrics[i];
+        bool fits = strstr(p->kinds, kind) != NULL;
+        if (fits) {
+            size_t n = strlen(wanted);
+            snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", p->name);
+            first = first ? first : p->name;
+        }
+        if (((const struct lum_opt *)((const char *)l + p->offset))->set) {
+            given = p->name;
+            natural = fits;
+        }
+    }
+    if (natural)
+        return true;
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, given ? "invalid_value" : "missing_field", given ? given : first,
+                          "a %s light takes %s%s%s", l->kind, wanted, given ? ", not " : "", given ? given : "");
+}
+
+static bool validate_light(const struct lum_record_light *l, struct lum_proto_error *err)
+{
+    bool spot = strcmp(l->kind, "spot") == 0, disc = strcmp(l->kind, "disc") == 0;
+    bool aimed = spot || disc || strcmp(l->kind, "directional") == 0;
+    if (!validate_photometric(l, err))
+        return false;
+    if (aimed && norm(l->direction) == 0.0)
+        return invalid(err, "direction", "direction must not be 0 0 0");
+    if (strcmp(l->kind, "quad") == 0 && norm_of_cross(l->u, l->v) == 0.0)
+        return invalid(err, "u", "the edges u and v must span an area");
+    if ((disc || strcmp(l->kind, "sphere") == 0) && l->radius == 0.0)
+        return invalid(err, "radius", "radius must be more than 0");
+    if (spot && l->inner_cone_deg > l->outer_cone_deg)
+        return invalid(err, "inner_cone_deg", "inner_cone_deg must not be more than outer_cone_deg");
+    if (black(l->color))
+        return invalid(err, "color", "color gives a hue: it must not be black; use on or the photometric quantity");
+    if (l->image[0] != '\0' && strcmp(l->kind, "environment") != 0)
+        return invalid(err, "image", "only an environment light takes an image");
+    return true;
+}
+
+static bool validate_object(const struct lum_record_object *o, struct lum_proto_error *err)
+{
+    if (o->flux_lm.set && o->luminance_cd_m2.set)
+        return invalid(err, "luminance_cd_m2", "an object takes flux_lm or luminance_cd_m2, not both");
+    if (o->cct_k.set && !black(o->color))
+        return invalid(err, "cct_k", "an object takes color or cct_k, not both");
+    return validate_transform(&o->transform, err);
+}
+
+static bool validate_camera(const struct lum_record_camera *c, struct lum_proto_error *err)
+{
+    double d[3];
+    for (int i = 0; i < 3; i++)
+        d[i] = c->target[i] - c->position[i];
+    if (norm(d) == 0.0)
+        return invalid(err, "target", "target must differ from position");
+    /* sin of the angle below 1e-6: at a metre's distance the picture's right vector would be known to a micrometre */
+    if (!(norm_of_cross(d, c->up) > 1e-6 * norm(d) * norm(c->up)))
+        return invalid(err, "up", "up must not be parallel to the view direction");
+    return true;
+}
+
+static bool validate_medium(const struct lum_record_medium *m, struct lum_proto_error *err)
+{
+    for (int i = 0; m->box.set && i < 3; i++)
+        if (!(m->box.min[i] < m->box.max[i]))
+            return invalid(err, "box", "box: min must be below max on every axis");
+    return true;
+}
+
+static bool validate_render(const struct lum_record_render *r, struct lum_proto_error *err)
+{
+    double root = floor(sqrt(r->shadow_samples) + 0.5);
+    if (root * root != r->shadow_samples)
+        return invalid(err, "shadow_samples", "shadow_samples must be 1, 4, 9 or 16");
+    return true;
+}
+
+bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err)
+{
+    switch (r->type) {
+    case LUM_RECORD_MESH:
+        return validate_mesh(&r->mesh, err);
+    case LUM_RECORD_IMAGE:
+        return validate_image(&r->image, err);
+    case LUM_RECORD_MATERIAL:
+        return !black(r->material.emission_color) || r->material.emission_cd_m2 == 0.0 ||
+               invalid(err, "emission_color", "emission_color gives a hue: it must not be black");
+    case LUM_RECORD_OBJECT:
+        return validate_object(&r->object, err);
+    case LUM_RECORD_LIGHT:
+        return validate_light(&r->light, err);
+    case LUM_RECORD_MEDIUM:
+        return validate_medium(&r->medium, err);
+    case LUM_RECORD_CAMERA:
+        return validate_camera(&r->camera, err);
+    case LUM_RECORD_RENDER:
+        return validate_render(&r->render, err);
+    case LUM_RECORD_IMPORT:
+        return validate_transform(&r->import.transform, err);
+    case LUM_RECORD_TYPE_COUNT:
+        break;
+    }
+    return false;
+}
