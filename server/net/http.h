@@ -7,13 +7,7 @@
 #include <stdint.h>
 
 struct lum_director;
-
-/* Counted by the net thread, shown by /metrics. */
-struct lum_net_counters {
-    uint64_t connections, connections_refused, http_requests, sessions, sessions_refused, messages, messages_refused,
-        frames_acked, tx_bytes, rx_bytes, tiles_sent;
-    uint32_t sessions_open;
-};
+struct lum_net_counters;
 
 struct lum_http_site {
     const struct lum_director *director;

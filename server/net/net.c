@@ -26,6 +26,7 @@
 
 #include <libwebsockets.h>
 
+#include "server/net/metrics.h"
 #include "server/net/peers.h"
 
 #define PROTOCOL "lumend.v1"

@@ -12,6 +12,7 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/methods.h"
+#include "server/net/metrics.h"
 #include "server/net/text_queue.h"
 
 #define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */

@@ -11,7 +11,6 @@
 
 #include "server/director/director.h"
 #include "server/net/auth.h"
-#include "server/net/http.h"
 
 /* WebSocket close codes; PROTOCOL.md lists them for clients. */
 enum lum_close {
@@ -25,6 +24,7 @@ enum lum_close {
     LUM_CLOSE_SLOW = 4008,     /* LUM_LIMIT_CONTROL_QUEUE_BYTES of text wait: the client does not read */
 };
 
+struct lum_net_counters;
 struct lum_session;
 struct lum_sessions; /* the table of all */
 

@@ -3,6 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "server/net/metrics.h"
 #include "server/net/session.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/fake_director.h"

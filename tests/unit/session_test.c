@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/net/metrics.h"
 #include "server/net/session.h"
 #include "tests/support/fake_director.h"
 

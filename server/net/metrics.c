@@ -1,0 +1,72 @@
+#include "server/net/metrics.h"
+
+#include "core/base/base.h"
+#include "server/director/director.h"
+
+struct metric {
+    const char *name, *type, *help;
+    double value;
+};
+
+static void print_metrics(FILE *out, const struct metric *metrics, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        fprintf(out, "# HELP lumend_%s %s\n# TYPE lumend_%s %s\nlumend_%s %.17g\n", metrics[i].name, metrics[i].help,
+                metrics[i].name, metrics[i].type, metrics[i].name, metrics[i].value);
+}
+
+static void print_director_metrics(FILE *out, const struct lum_director *director)
+{
+    struct lum_director_metrics m;
+    lum_director_metrics(director, &m);
+    const struct metric metrics[] = {
+        {"scene_rev", "gauge", "Revision of the scene", (double)lum_director_scene_rev(director)},
+        {"views", "gauge", "Open views", (double)m.views},
+        {"triangles", "gauge", "Triangles in the scene, instances counted", (double)m.triangles},
+        {"lights", "gauge", "Lights in the scene", (double)m.lights},
+        {"passes_total", "counter", "Rendering passes", (double)m.passes},
+        {"last_pass_seconds", "gauge", "Time of the newest pass", m.last_pass_ms * 1e-3},
+        {"rays_total", "counter", "Rays traced", (double)m.rays},
+        {"frames_published_total", "counter", "Frames given to streams", (double)m.frames_published},
+        {"tiles_encoded_total", "counter", "Tiles encoded", (double)m.tiles_encoded},
+        {"tile_bytes_total", "counter", "Bytes of encoded tiles", (double)m.tile_bytes},
+        {"edits_total", "counter", "Edits accepted", (double)m.edits},
+        {"edits_refused_total", "counter", "Edits refused", (double)m.edits_refused},
+        {"imports_total", "counter", "Imports read", (double)m.imports},
+        {"imports_failed_total", "counter", "Imports failed", (double)m.imports_failed},
+        {"nonfinite_total", "counter", "Radiance values that were not finite: 0 unless there is a bug",
+         (double)m.nonfinite},
+    };
+    print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
+}
+
+static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64_t started_ns)
+{
+    const struct metric metrics[] = {
+        {"uptime_seconds", "gauge", "Since the start", (double)(lum_clock_ns() - started_ns) * 1e-9},
+        {"connections_total", "counter", "TCP connections accepted", (double)c->connections},
+        {"connections_refused_total", "counter", "TCP connections over a limit", (double)c->connections_refused},
+        {"http_requests_total", "counter", "HTTP requests", (double)c->http_requests},
+        {"sessions", "gauge", "Open WebSocket sessions", (double)c->sessions_open},
+        {"sessions_total", "counter", "WebSocket sessions opened", (double)c->sessions},
+        {"sessions_refused_total", "counter", "WebSocket sessions refused: wrong token, no hello, limits",
+         (double)c->sessions_refused},
+        {"messages_total", "counter", "Text messages received", (double)c->messages},
+        {"messages_refused_total", "counter", "Text messages answered with an error here", (double)c->messages_refused},
+        {"tiles_sent_total", "counter", "Tiles sent", (double)c->tiles_sent},
+        {"frames_acked_total", "counter", "Frame acknowledgements", (double)c->frames_acked},
+        {"ws_tx_bytes_total", "counter", "Bytes sent in WebSocket messages", (double)c->tx_bytes},
+        {"ws_rx_bytes_total", "counter", "Bytes received in WebSocket messages", (double)c->rx_bytes},
+    };
+    print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
+    fprintf(out,
+            "# HELP lumend_build_info Version\n# TYPE lumend_build_info gauge\nlumend_build_info{version=\"%s\"} 1\n",
+            LUMEND_VERSION);
+}
+
+void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_director *director,
+                       int64_t started_ns)
+{
+    print_net_metrics(out, counters, started_ns);
+    print_director_metrics(out, director);
+}

@@ -1,0 +1,21 @@
+/* What the network counts, and the text of /metrics, which shows that and what the director counts. */
+#ifndef LUM_SERVER_NET_METRICS_H
+#define LUM_SERVER_NET_METRICS_H
+
+#include <stdint.h>
+#include <stdio.h>
+
+struct lum_director;
+
+/* Thread: the net thread, for everything. */
+struct lum_net_counters {
+    uint64_t connections, connections_refused, http_requests, sessions, sessions_refused, messages, messages_refused,
+        frames_acked, tx_bytes, rx_bytes, tiles_sent;
+    uint32_t sessions_open;
+};
+
+/* started_ns: lum_clock_ns at the start of the daemon. */
+void lum_metrics_print(FILE *out, const struct lum_net_counters *counters, const struct lum_director *director,
+                       int64_t started_ns);
+
+#endif
