@@ -51,7 +51,12 @@ struct lum_json_reader {
 void lum_json_begin(struct lum_json_reader *r, const struct cJSON *object, const char *prefix, struct lum_proto_error *err);
 bool lum_json_end(struct lum_json_reader *r);
 
-/* The member, or NULL. JSON null counts as absent, except for lum_json_opt. */
+/* Fails the reader for its caller, who has filled err with the member's own path. Returns false. */
+bool lum_json_fail(struct lum_json_reader *r);
+
+/* The member, or NULL; null included. */
+const struct cJSON *lum_json_any_member(struct lum_json_reader *r, const char *key);
+/* The member, or NULL. JSON null counts as absent. */
 const struct cJSON *lum_json_member(struct lum_json_reader *r, const char *key);
 /* Fails with "missing_field" when the member is absent. */
 bool lum_json_require(struct lum_json_reader *r, const char *key);
@@ -61,8 +66,6 @@ bool lum_json_u32(struct lum_json_reader *r, const char *key, uint32_t min, uint
 bool lum_json_u64(struct lum_json_reader *r, const char *key, uint64_t *ret); /* 0 .. 2^53 */
 bool lum_json_numbers(struct lum_json_reader *r, const char *key, unsigned n, double min, double max, double *ret);
 bool lum_json_bool(struct lum_json_reader *r, const char *key, bool *ret);
-/* null is a value here: *ret becomes unset, and the result is true. */
-bool lum_json_opt(struct lum_json_reader *r, const char *key, double min, double max, struct lum_opt *ret);
 /* At most n_ret - 1 bytes, which do not hold a 0. */
 bool lum_json_string(struct lum_json_reader *r, const char *key, char *ret, size_t n_ret);
 bool lum_json_id(struct lum_json_reader *r, const char *key, lum_id ret);

@@ -23,8 +23,7 @@ void lum_json_begin(struct lum_json_reader *r, const struct cJSON *object, const
     }
 }
 
-/* Fails the reader; err has been filled with the member's own path. */
-static bool fail(struct lum_json_reader *r)
+bool lum_json_fail(struct lum_json_reader *r)
 {
     r->failed = true;
     return lum_proto_prefix(r->err, r->prefix);
@@ -33,16 +32,16 @@ static bool fail(struct lum_json_reader *r)
 static bool fail_type(struct lum_json_reader *r, const char *key, const char *wanted)
 {
     lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", key, "%s must be %s", key, wanted);
-    return fail(r);
+    return lum_json_fail(r);
 }
 
 static bool fail_range(struct lum_json_reader *r, const char *path, double min, double max)
 {
     lum_proto_fail_range(r->err, path, min, max);
-    return fail(r);
+    return lum_json_fail(r);
 }
 
-static const cJSON *find(struct lum_json_reader *r, const char *key)
+const struct cJSON *lum_json_any_member(struct lum_json_reader *r, const char *key)
 {
     if (r->n_asked < LUM_LIMIT_JSON_MEMBERS)
         r->asked[r->n_asked++] = key;
@@ -51,7 +50,7 @@ static const cJSON *find(struct lum_json_reader *r, const char *key)
 
 const struct cJSON *lum_json_member(struct lum_json_reader *r, const char *key)
 {
-    const cJSON *m = find(r, key);
+    const cJSON *m = lum_json_any_member(r, key);
     return m && !cJSON_IsNull(m) ? m : NULL;
 }
 
@@ -62,7 +61,7 @@ bool lum_json_require(struct lum_json_reader *r, const char *key)
     if (r->failed)
         return false;
     lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "missing_field", key, "%s is missing", key);
-    return fail(r);
+    return lum_json_fail(r);
 }
 
 bool lum_json_end(struct lum_json_reader *r)
@@ -82,7 +81,7 @@ bool lum_json_end(struct lum_json_reader *r)
         lum_nearest_text(&near, meant, sizeof meant);
         lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown field \"%.64s\"%s", m->string,
                        meant);
-        return fail(r);
+        return lum_json_fail(r);
     }
     return true;
 }
@@ -160,21 +159,6 @@ bool lum_json_bool(struct lum_json_reader *r, const char *key, bool *ret)
     return true;
 }
 
-bool lum_json_opt(struct lum_json_reader *r, const char *key, double min, double max, struct lum_opt *ret)
-{
-    const cJSON *m = find(r, key);
-    if (!m)
-        return false;
-    struct lum_opt v = {0};
-    if (!cJSON_IsNull(m)) {
-        if (!lum_json_number(r, key, min, max, &v.value))
-            return false;
-        v.set = true;
-    }
-    *ret = v;
-    return true;
-}
-
 bool lum_json_string(struct lum_json_reader *r, const char *key, char *ret, size_t n_ret)
 {
     const cJSON *m = lum_json_member(r, key);
@@ -215,7 +199,7 @@ bool lum_json_choice(struct lum_json_reader *r, const char *key, const char *cho
         word += length + (word[length] == '|');
     }
     lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", key, "%s must be one of %s", key, choices);
-    return fail(r);
+    return lum_json_fail(r);
 }
 
 bool lum_json_object(struct lum_json_reader *r, const char *key, struct lum_json_reader *ret_sub)

@@ -107,3 +107,24 @@ bool lum_frame_decode(const uint8_t *bytes, size_t n_bytes, struct lum_frame_hea
     *ret_payload_offset = header_len;
     return true;
 }
+
+static const char *const codec_names[] = {[LUM_CODEC_RGBA8] = "rgba8",
+                                          [LUM_CODEC_JPEG] = "jpeg",
+                                          [LUM_CODEC_PNG] = "png",
+                                          [LUM_CODEC_WEBP] = "webp",
+                                          [LUM_CODEC_HALF_DEFLATE] = "half_deflate"};
+
+const char *lum_codec_name(enum lum_codec codec)
+{
+    return codec_names[codec];
+}
+
+bool lum_codec_find(const char *name, uint8_t *ret_codec)
+{
+    for (uint8_t i = 0; i < sizeof codec_names / sizeof codec_names[0]; i++)
+        if (strcmp(codec_names[i], name) == 0) {
+            *ret_codec = i;
+            return true;
+        }
+    return false;
+}

@@ -12,6 +12,10 @@ enum lum_frame_kind { LUM_FRAME_TILE = 1, LUM_FRAME_HDR_TILE = 2, LUM_FRAME_FILE
 enum lum_frame_flag { LUM_FRAME_LAST_TILE = 1, LUM_FRAME_LOSSLESS = 2, LUM_FRAME_CONVERGED = 4 };
 enum lum_codec { LUM_CODEC_RGBA8 = 0, LUM_CODEC_JPEG = 1, LUM_CODEC_PNG = 2, LUM_CODEC_WEBP = 3, LUM_CODEC_HALF_DEFLATE = 4 };
 
+/* As view.open names them: "jpeg". False: there is no such codec. */
+bool lum_codec_find(const char *name, uint8_t *ret_codec);
+const char *lum_codec_name(enum lum_codec codec);
+
 struct lum_frame_header {
     uint8_t kind;
     uint32_t flags, payload_len;

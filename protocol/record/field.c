@@ -39,6 +39,7 @@ static size_t plain_size(const struct lum_field *f)
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:
+    case LUM_FIELD_PARTS:
         return f->n;
     case LUM_FIELD_TEXTURE:
         return sizeof(struct lum_record_texture);
@@ -118,6 +119,8 @@ void lum_field_reset(const struct lum_field *f, void *base)
         lum_field_reset(&parts->fields[i], p);
     if (f->kind == LUM_FIELD_NUMBER || f->kind == LUM_FIELD_INTEGER)
         *(double *)p = f->def[0];
+    else if (f->kind == LUM_FIELD_U32)
+        *(uint32_t *)p = (uint32_t)f->def[0];
     else if (f->kind == LUM_FIELD_BOOL)
         *(bool *)p = f->def[0] != 0.0;
     else if (f->kind == LUM_FIELD_VECTOR)
@@ -211,6 +214,7 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b)
         return transform_equal(p, q);
     case LUM_FIELD_TEXTURE:
     case LUM_FIELD_BOX:
+    case LUM_FIELD_PARTS:
         return parts_equal(lum_field_parts(f), p, q);
     }
     return false;

@@ -1,5 +1,5 @@
 /* Field tables: what each record type holds. One row serves add, set, scene.get, comparison, copying, freeing and the
- * tables of PROTOCOL.md. Private to protocol/ and its tests. */
+ * tables of PROTOCOL.md. Requests with many members use the same rows. */
 #ifndef LUM_PROTOCOL_RECORD_FIELD_H
 #define LUM_PROTOCOL_RECORD_FIELD_H
 
@@ -7,6 +7,7 @@
 #include "protocol/record/record.h"
 
 struct cJSON;
+struct lum_json_reader;
 
 enum lum_field_kind {
     LUM_FIELD_NUMBER,    /* double */
@@ -26,6 +27,7 @@ enum lum_field_kind {
     LUM_FIELD_TEXTURE,   /* struct lum_record_texture, null when it names no image */
     LUM_FIELD_TRANSFORM, /* struct lum_record_transform */
     LUM_FIELD_BOX,       /* struct lum_record_box, null when not set */
+    LUM_FIELD_PARTS,     /* struct of n bytes, whose fields are `parts` */
 };
 
 enum lum_field_flag {
@@ -36,7 +38,9 @@ enum lum_field_flag {
 };
 
 /* Fields of one group exclude each other: setting one sets the others to their default. */
-enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR, LUM_GROUP_PICTURE };
+enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR, LUM_GROUP_PICTURE, LUM_GROUP_CAMERA };
+
+struct lum_fields;
 
 struct lum_field {
     const char *name;
@@ -45,10 +49,11 @@ struct lum_field {
     enum lum_field_group group;
     enum lum_record_type ref;
     size_t offset; /* in the type's own struct */
-    unsigned n;    /* vector: numbers; char arrays: bytes; floats: numbers per vertex */
+    unsigned n;    /* vector: numbers; char arrays, parts: bytes; floats: numbers per vertex */
     double min, max;
     double def[3];    /* vector: def[2] repeats */
     const char *text; /* choice: the words; name: the default */
+    const struct lum_fields *parts;
     const char *unit, *doc;
 };
 
@@ -57,9 +62,9 @@ struct lum_fields {
     size_t n;
 };
 const struct lum_fields *lum_fields_of(enum lum_record_type type);
-extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box_fields;
+extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box_fields, lum_camera_fields;
 
-/* The sub-table of a texture, transform or box; else NULL. */
+/* The sub-table of what has one; else NULL. */
 const struct lum_fields *lum_field_parts(const struct lum_field *f);
 const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *name);
 /* Fills err with "unknown_field" and the nearest name; returns false. */
@@ -77,6 +82,8 @@ bool lum_field_read(const struct lum_field *f, void *base, const struct cJSON *j
                     struct lum_proto_error *err);
 bool lum_field_read_bulk(const struct lum_field *f, void *base, const struct cJSON *json, const struct lum_blobs *blobs,
                          struct lum_proto_error *err);
+/* The field's member of the reader's object. True when it is there and right; null counts as absent, but for LUM_FIELD_OPT. */
+bool lum_field_take(const struct lum_field *f, void *base, struct lum_json_reader *r);
 struct cJSON *lum_field_write(const struct lum_field *f, const void *base); /* NULL: memory is short */
 struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base);
 bool lum_field_equal(const struct lum_field *f, const void *a, const void *b);
@@ -91,5 +98,6 @@ bool lum_record_each_ref(const struct lum_record *r, lum_ref_fn fn, void *user);
 
 /* What no single field can say: exactly one photometric quantity, a camera that looks somewhere, whole meshes. */
 bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err);
+bool lum_camera_validate(const struct lum_record_camera *c, struct lum_proto_error *err);
 
 #endif

@@ -106,7 +106,10 @@ static bool read_parts(const struct lum_field *f, void *base, const cJSON *json,
 {
     const struct lum_fields *parts = lum_field_parts(f);
     if (!cJSON_IsObject(json))
-        return wrong(f, err, f->kind == LUM_FIELD_TRANSFORM ? "16 numbers or an object" : "an object or null");
+        return wrong(f, err,
+                     f->kind == LUM_FIELD_TRANSFORM ? "16 numbers or an object"
+                     : f->kind == LUM_FIELD_PARTS   ? "an object"
+                                                    : "an object or null");
     for (const cJSON *m = json->child; m; m = m->next) {
         const struct lum_field *part = lum_fields_find(parts, m->string);
         if (!part) {
@@ -200,6 +203,7 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
         lum_field_reset(f, base);
         return read_transform(f, p, json, err);
     case LUM_FIELD_TEXTURE:
+    case LUM_FIELD_PARTS:
         lum_field_reset(f, base);
         return read_parts(f, p, json, err);
     case LUM_FIELD_BOX:
@@ -208,6 +212,14 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
         return read_parts(f, p, json, err);
     }
     return false;
+}
+
+bool lum_field_take(const struct lum_field *f, void *base, struct lum_json_reader *r)
+{
+    const cJSON *m = f->kind == LUM_FIELD_OPT ? lum_json_any_member(r, f->name) : lum_json_member(r, f->name);
+    if (!m)
+        return false;
+    return lum_field_read(f, base, m, NULL, r->err) || lum_json_fail(r);
 }
 
 /* ---- writing ---- */
@@ -259,6 +271,7 @@ struct cJSON *lum_field_write(const struct lum_field *f, const void *base)
         return write_transform(p);
     case LUM_FIELD_TEXTURE:
     case LUM_FIELD_BOX:
+    case LUM_FIELD_PARTS:
         return write_parts(lum_field_parts(f), p);
     }
     return NULL;

@@ -197,6 +197,7 @@ static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
 const struct lum_fields lum_texture_fields = {texture, COUNT(texture)};
 const struct lum_fields lum_transform_fields = {transform, COUNT(transform)};
 const struct lum_fields lum_box_fields = {box, COUNT(box)};
+const struct lum_fields lum_camera_fields = {camera, COUNT(camera)};
 
 const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_MESH] = "mesh",     [LUM_RECORD_IMAGE] = "image",   [LUM_RECORD_MATERIAL] = "material",
@@ -219,7 +220,7 @@ const struct lum_fields *lum_field_parts(const struct lum_field *f)
     case LUM_FIELD_BOX:
         return &lum_box_fields;
     default:
-        return NULL;
+        return f->parts;
     }
 }
 

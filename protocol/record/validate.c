@@ -167,7 +167,7 @@ static bool validate_object(const struct lum_record_object *o, struct lum_proto_
     return validate_transform(&o->transform, err);
 }
 
-static bool validate_camera(const struct lum_record_camera *c, struct lum_proto_error *err)
+bool lum_camera_validate(const struct lum_record_camera *c, struct lum_proto_error *err)
 {
     double d[3];
     for (int i = 0; i < 3; i++)
@@ -213,7 +213,7 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
     case LUM_RECORD_MEDIUM:
         return validate_medium(&r->medium, err);
     case LUM_RECORD_CAMERA:
-        return validate_camera(&r->camera, err);
+        return lum_camera_validate(&r->camera, err);
     case LUM_RECORD_RENDER:
         return validate_render(&r->render, err);
     case LUM_RECORD_IMPORT:

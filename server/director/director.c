@@ -109,9 +109,9 @@ static bool outdates_locked(const struct lum_director *d, const struct lum_comma
     case LUM_CMD_VIEW_OPEN: /* a new client waits for its first picture */
         return !shielded;
     case LUM_CMD_VIEW_UPDATE:
-        return own && c->view.view_id == v->id && (!shielded || c->view.has_method || c->view.has_size);
+        return own && c->view_id == v->id && (!shielded || c->view.given & (LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(SIZE)));
     case LUM_CMD_VIEW_CLOSE:
-        return own && c->view.view_id == v->id;
+        return own && c->view_id == v->id;
     case LUM_CMD_SESSION_CLOSED:
         return own;
     default:
@@ -173,7 +173,7 @@ static bool needs_commit(const struct lum_command *c)
 {
     switch (c->kind) {
     case LUM_CMD_VIEW_UPDATE:
-        return c->view.has_camera_id;
+        return c->view.given & LUM_VIEW_BIT(CAMERA_ID);
     case LUM_CMD_VIEW_CLOSE:
         return false;
     default:

@@ -16,7 +16,7 @@
 #include "core/base/base.h"
 #include "protocol/base/error.h"
 #include "protocol/op/op.h"
-#include "server/stream/overlay.h"
+#include "server/director/view_params.h"
 #include "server/stream/stream.h"
 
 struct lum_session_ref {
@@ -39,30 +39,6 @@ enum lum_command_kind {
     LUM_CMD_WAKE,           /* a stream wants a frame; no reply */
 };
 
-/* view.open and view.update: has_* says which fields the client gave. */
-struct lum_view_request {
-    uint32_t view_id; /* update, close */
-    bool has_camera, has_camera_id, has_size, has_codec, has_quality, has_method, has_camera_seq, has_exposure, has_tone_map,
-        has_white_balance, has_spp, has_stats, has_downscale, has_budget, has_overlay;
-    double position[3], target[3], up[3], vfov_deg;
-    lum_id camera_id;
-    uint32_t w, h;
-    uint8_t codec;   /* enum lum_codec */
-    uint8_t quality; /* 1..100 */
-    uint8_t downscale; /* log2, 0..2 */
-    char method[16]; /* "": the scene's */
-    uint32_t camera_seq;
-    struct lum_opt exposure_ev; /* of this view alone; null: automatic */
-    char tone_map[12];          /* "": the scene's */
-    struct lum_opt white_balance_k; /* of this view alone: light of this temperature is shown as white; null: none */
-    uint32_t spp;
-    bool stats; /* wants frame.stats; default true */
-    uint32_t effects_named, effects_off, effects_on; /* bits LUM_EFFECT_BIT: those that the request says something of, of
-                                                        them those to force; the rest are "auto" */
-    enum lum_overlay overlay;
-    struct lum_opt budget_time_ms, budget_error; /* both unset: none */
-};
-
 struct lum_command {
     struct lum_command *next;
     enum lum_command_kind kind;
@@ -76,8 +52,8 @@ struct lum_command {
     bool has_base_rev;
     uint64_t base_rev;
     bool expand;        /* scene.get */
-    struct lum_view_request view;
-    uint32_t view_id;   /* pick, probe */
+    struct lum_view_params view; /* open, update */
+    uint32_t view_id;   /* update, close, pick, probe */
     double x, y;        /* pick, probe: pixel of the view */
     bool has_point;     /* probe: point and normal instead of a pixel */
     double point[3], normal[3];

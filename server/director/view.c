@@ -7,7 +7,7 @@
 #include "server/base/suggest.h"
 #include "server/world/apply.h"
 
-enum { EVERY_PASS_BELOW_SPP = 8, DEFAULT_QUALITY = 80 };
+enum { EVERY_PASS_BELOW_SPP = 8 };
 enum { GLANCES = 16 }; /* across, and down */
 const char *const lum_in_view_names[] = {
     [LUM_IN_VIEW_SCENE] = "scene", [LUM_IN_VIEW_DARK] = "dark", [LUM_IN_VIEW_NOTHING] = "nothing"};
@@ -19,17 +19,22 @@ struct resolved {
     struct lum_view_settings settings;
     struct lum_opt exposure_ev, white_balance_k;
     enum lum_tone_map tone;
+    uint8_t codec;
 };
 
-static bool resolve_camera(const struct lum_view_request *want, const struct lum_world *world,
+static bool gives(const struct lum_view_params *p, enum lum_view_param param)
+{
+    return p->given >> param & 1u;
+}
+
+static bool resolve_camera(const struct lum_view_params *want, const struct lum_world *world,
                            struct lum_camera *ret_camera, struct lum_proto_error *err)
 {
-    if (want->has_camera) {
-        const double *p = want->position, *t = want->target, *u = want->up;
-        *ret_camera = (struct lum_camera){{p[0], p[1], p[2]}, {t[0], t[1], t[2]}, {u[0], u[1], u[2]}, want->vfov_deg};
+    if (gives(want, LUM_VIEW_CAMERA)) {
+        *ret_camera = lum_apply_camera(&want->camera);
         return true;
     }
-    return lum_world_camera(world, want->has_camera_id && want->camera_id[0] ? want->camera_id : NULL, ret_camera, err);
+    return lum_world_camera(world, gives(want, LUM_VIEW_CAMERA_ID) ? want->camera_id : NULL, ret_camera, err);
 }
 
 static bool fail_method(const char *name, struct lum_proto_error *err)
@@ -41,7 +46,7 @@ static bool fail_method(const char *name, struct lum_proto_error *err)
 }
 
 /* Always fills *r with something usable; false when the request names what does not exist. */
-static bool resolve(const struct lum_view_request *want, const struct lum_world *world, struct resolved *r,
+static bool resolve(const struct lum_view_params *want, const struct lum_world *world, struct resolved *r,
                     struct lum_proto_error *err)
 {
     struct lum_error e;
@@ -51,11 +56,11 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     r->settings.reproject_shadows = !world->deterministic;
     if (lum_apply_settings(render, &r->settings, &e))
         ok = lum_apply_error(&e, "", err);
-    if (want->has_size) {
-        r->settings.w = want->w;
-        r->settings.h = want->h;
+    if (gives(want, LUM_VIEW_SIZE)) {
+        r->settings.w = (uint32_t)want->size[0];
+        r->settings.h = (uint32_t)want->size[1];
     }
-    if (want->has_method && want->method[0]) {
+    if (want->method[0]) {
         const struct lum_method *m = lum_method_find(want->method);
         if (m)
             r->settings.method = m;
@@ -65,14 +70,15 @@ static bool resolve(const struct lum_view_request *want, const struct lum_world 
     r->settings.deterministic = world->deterministic;
     r->settings.effects_off = want->effects_off;
     r->settings.effects_on = want->effects_on;
-    if (want->has_spp)
+    if (gives(want, LUM_VIEW_SPP))
         r->settings.max_spp = want->spp;
-    if (r->settings.max_spp == 0 || want->budget_error.set || want->budget_time_ms.set)
+    if (r->settings.max_spp == 0 || want->budget.error.set || want->budget.time_ms.set)
         r->settings.max_spp = LUM_LIMIT_SPP;
-    r->exposure_ev = want->has_exposure ? want->exposure_ev : render->render.exposure_ev;
+    r->exposure_ev = gives(want, LUM_VIEW_EXPOSURE_EV) ? want->exposure_ev : render->render.exposure_ev;
     r->white_balance_k = want->white_balance_k;
+    lum_codec_find(want->codec, &r->codec); /* its row knows no other */
     r->tone = LUM_TONE_AGX;
-    const char *tone = want->has_tone_map && want->tone_map[0] ? want->tone_map : render->render.tone_map;
+    const char *tone = gives(want, LUM_VIEW_TONE_MAP) ? want->tone_map : render->render.tone_map;
     if (lum_apply_tone_map(tone, &r->tone, &e))
         ok = lum_apply_error(&e, "", err);
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
@@ -121,6 +127,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     v->exposure_ev = r.exposure_ev;
     v->tone = r.tone;
     v->white_balance_k = r.white_balance_k;
+    v->codec = r.codec;
     v->versions = snapshot->versions;
     v->newest_ns = received_ns > v->newest_ns ? received_ns : v->newest_ns;
     v->change_order = order;
@@ -142,23 +149,19 @@ static bool fit_tiles(struct lum_server_view *v, uint32_t w, uint32_t h, struct 
     return true;
 }
 
-bool lum_server_view_create(struct lum_world *world, const struct lum_view_request *want, uint32_t id,
+bool lum_server_view_create(struct lum_world *world, const struct lum_view_params *params, uint32_t id,
                             struct lum_server_view **ret_view, struct lum_proto_error *err)
 {
+    struct lum_view_params want = lum_view_params_default();
+    lum_view_params_merge(&want, params);
     struct resolved r;
-    if (!resolve(want, world, &r, err))
+    if (!resolve(&want, world, &r, err))
         return false;
     struct lum_server_view *v = lum_calloc(1, sizeof *v);
     if (!v)
         return lum_proto_fail_memory(err);
     v->id = id;
-    v->want = *want;
-    if (!want->has_quality)
-        v->want.quality = DEFAULT_QUALITY;
-    if (!want->has_codec)
-        v->want.codec = LUM_CODEC_JPEG;
-    if (!want->has_stats)
-        v->want.stats = true;
+    v->want = want;
     lum_frame_stats_begin(&v->frame, 0);
     struct lum_error e;
     if (lum_view_create(world->pool, &v->core, &e)) {
@@ -190,63 +193,28 @@ void lum_server_view_destroy(struct lum_server_view *v)
     lum_free(v);
 }
 
-/* a: what is wanted so far, b: what the request adds. */
-static void merge(struct lum_view_request *a, const struct lum_view_request *b)
-{
-#define TAKE(has, field)                                                                                               \
-    if (b->has) {                                                                                                      \
-        a->has = true;                                                                                                 \
-        memcpy(&a->field, &b->field, sizeof a->field);                                                                 \
-    }
-    TAKE(has_camera, position)
-    TAKE(has_camera, target)
-    TAKE(has_camera, up)
-    TAKE(has_camera, vfov_deg)
-    TAKE(has_camera_id, camera_id)
-    TAKE(has_size, w)
-    TAKE(has_size, h)
-    TAKE(has_codec, codec)
-    TAKE(has_quality, quality)
-    TAKE(has_method, method)
-    TAKE(has_camera_seq, camera_seq)
-    TAKE(has_exposure, exposure_ev)
-    TAKE(has_tone_map, tone_map)
-    TAKE(has_white_balance, white_balance_k)
-    TAKE(has_spp, spp)
-    TAKE(has_stats, stats)
-    TAKE(has_downscale, downscale)
-    TAKE(has_overlay, overlay)
-    TAKE(has_budget, budget_time_ms)
-    TAKE(has_budget, budget_error)
-#undef TAKE
-    if (b->has_camera_id && !b->has_camera)
-        a->has_camera = false; /* the named camera replaces the explicit one */
-    a->effects_off = (a->effects_off & ~b->effects_named) | b->effects_off;
-    a->effects_on = (a->effects_on & ~b->effects_named) | b->effects_on;
-}
-
 static bool budget_spent(const struct lum_server_view *v)
 {
-    const struct lum_view_request *w = &v->want;
-    return (w->budget_time_ms.set && v->rendered_ms >= w->budget_time_ms.value) ||
-           (w->budget_error.set && v->last_pass.error_rel <= w->budget_error.value);
+    const struct lum_view_params *w = &v->want;
+    return (w->budget.time_ms.set && v->rendered_ms >= w->budget.time_ms.value) ||
+           (w->budget.error.set && v->last_pass.error_rel <= w->budget.error.value);
 }
 
-bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
+bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_params *params,
                             struct lum_proto_error *err)
 {
-    struct lum_view_request want = v->want;
-    merge(&want, request);
+    struct lum_view_params want = v->want;
+    lum_view_params_merge(&want, params);
     struct resolved r;
     if (!resolve(&want, world, &r, err))
         return false;
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
     if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
         return false;
-    if (want.codec != v->want.codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
+    if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     v->want = want;
-    if (request->has_budget && !budget_spent(v))
+    if (gives(params, LUM_VIEW_BUDGET) && !budget_spent(v))
         v->complete = false; /* a larger budget than the one that ended it */
     return true;
 }
@@ -301,7 +269,7 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
         return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
     if (v->complete && !v->final_sent) {
         int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
-        if (rest <= 0 || !is_lossy(v->want.codec))
+        if (rest <= 0 || !is_lossy(v->codec))
             return LUM_DUE_FINAL;
         if (ret_wait_ns)
             *ret_wait_ns = rest;
@@ -329,9 +297,9 @@ static struct lum_frame_header frame_header(const struct lum_server_view *v, boo
                                  .scene_rev = v->scene_rev,
                                  .view_id = v->id,
                                  .camera_seq = v->want.camera_seq,
-                                 .codec = v->want.codec,
-                                 .quality = v->want.quality,
-                                 .downscale = v->want.downscale,
+                                 .codec = v->codec,
+                                 .quality = (uint8_t)v->want.quality,
+                                 .downscale = (uint8_t)v->want.downscale,
                                  .error = error_field(v),
                                  .spp = (uint16_t)(v->last_pass.spp < 65535 ? v->last_pass.spp : 65535)};
     if (!v->settings.method->refines)
@@ -379,8 +347,9 @@ static struct lum_display display(struct lum_server_view *v, const struct lum_fi
 static struct lum_overlay_picture overlay(const struct lum_server_view *v)
 {
     struct lum_overlay_picture o = {.w = v->settings.w};
-    if (v->want.overlay != LUM_OVERLAY_NONE && v->settings.method->ais)
-        o.iterations = lum_view_guidance(v->core, lum_overlay_effect(v->want.overlay));
+    enum lum_effect effect;
+    if (lum_overlay_effect(v->want.overlay, &effect) && v->settings.method->ais)
+        o.iterations = lum_view_guidance(v->core, effect);
     return o;
 }
 

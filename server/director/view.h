@@ -21,12 +21,13 @@ struct lum_server_view {
     struct lum_session_ref session;
     struct lum_view *core;
     struct lum_stream *stream;
-    struct lum_view_request want; /* everything the client ever gave */
+    struct lum_view_params want; /* everything the client ever gave */
     /* from want and the scene */
     struct lum_view_settings settings;
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
+    uint8_t codec; /* enum lum_codec */
     /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look dimmer. */
     double auto_ev;
     bool auto_settled;
@@ -56,12 +57,12 @@ struct lum_server_view {
 };
 
 /* The view is resolved against the world's snapshot. On failure err->path names the field. */
-bool lum_server_view_create(struct lum_world *world, const struct lum_view_request *want, uint32_t id,
+bool lum_server_view_create(struct lum_world *world, const struct lum_view_params *params, uint32_t id,
                             struct lum_server_view **ret_view, struct lum_proto_error *err);
 void lum_server_view_destroy(struct lum_server_view *v); /* accepts NULL */
 
-/* Takes over the fields that the request has. On failure the view is as before. */
-bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_request *request,
+/* Takes over what the params give. On failure the view is as before. */
+bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_params *params,
                             struct lum_proto_error *err);
 
 /* After any change of the scene or the request: finds out what is stale. A camera or method that is gone is replaced by one

@@ -42,7 +42,7 @@ static struct lum_server_view *require_view(struct lum_director *d, const struct
 static bool has_room(const struct lum_director *d, const struct lum_command *c,
                      const struct lum_server_view *instead_of, struct lum_proto_error *err)
 {
-    uint64_t n = 0, own = 0, pixels = (uint64_t)c->view.w * c->view.h;
+    uint64_t n = 0, own = 0, pixels = (uint64_t)(c->view.size[0] * c->view.size[1]);
     for (const struct lum_server_view *v = d->views; v; v = v->next) {
         if (v == instead_of)
             continue;
@@ -88,10 +88,11 @@ void lum_director_view_open(struct lum_director *d, const struct lum_command *c)
 void lum_director_view_update(struct lum_director *d, const struct lum_command *c)
 {
     struct lum_proto_error err;
-    struct lum_server_view *v = require_view(d, c, c->view.view_id);
+    struct lum_server_view *v = require_view(d, c, c->view_id);
     if (!v)
         return;
-    if ((c->view.has_size && !has_room(d, c, v, &err)) || !lum_server_view_update(v, &d->world, &c->view, &err)) {
+    if ((c->view.given & LUM_VIEW_BIT(SIZE) && !has_room(d, c, v, &err)) ||
+        !lum_server_view_update(v, &d->world, &c->view, &err)) {
         lum_director_refuse(d, c, &err);
         return;
     }
@@ -114,7 +115,7 @@ static void close_view(struct lum_director *d, struct lum_server_view **at)
 
 void lum_director_view_close(struct lum_director *d, const struct lum_command *c)
 {
-    struct lum_server_view *v = require_view(d, c, c->view.view_id);
+    struct lum_server_view *v = require_view(d, c, c->view_id);
     if (!v)
         return;
     struct lum_server_view **at = &d->views;

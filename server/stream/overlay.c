@@ -1,20 +1,15 @@
 #include "server/stream/overlay.h"
 
+#include <string.h>
+
 #include "core/interleave/interleave.h"
 #include "core/render/view.h"
 
-enum lum_effect lum_overlay_effect(enum lum_overlay overlay)
+bool lum_overlay_effect(const char *overlay, enum lum_effect *ret_effect)
 {
-    switch (overlay) {
-    case LUM_OVERLAY_INDIRECT_DIFFUSE:
-        return LUM_EFFECT_INDIRECT_DIFFUSE;
-    case LUM_OVERLAY_MEDIA:
-        return LUM_EFFECT_MEDIA;
-    case LUM_OVERLAY_NONE:
-    case LUM_OVERLAY_SOFT_SHADOW:
-        break;
-    }
-    return LUM_EFFECT_SOFT_SHADOW;
+    static const char map[] = "guidance_";
+    size_t n = sizeof map - 1;
+    return strncmp(overlay, map, n) == 0 && lum_effect_find(overlay + n, strlen(overlay + n), ret_effect);
 }
 
 /* Half of what is shown is map, half is the grey picture, which keeps shapes readable under it. */

@@ -5,16 +5,8 @@
 #include "core/method/method.h"
 #include "protocol/message/frame.h"
 
-enum lum_overlay {
-    LUM_OVERLAY_NONE,
-    LUM_OVERLAY_SOFT_SHADOW,
-    LUM_OVERLAY_INDIRECT_DIFFUSE,
-    LUM_OVERLAY_MEDIA,
-};
-/* As on the wire, in the order of the enumeration. */
-#define LUM_OVERLAY_NAMES "none|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"
-/* overlay: not LUM_OVERLAY_NONE. */
-enum lum_effect lum_overlay_effect(enum lum_overlay overlay);
+/* Of "guidance_EFFECT", as the wire names the map. False: it names none. */
+bool lum_overlay_effect(const char *overlay, enum lum_effect *ret_effect);
 
 struct lum_overlay_picture {
     const uint8_t *iterations; /* lum_view_guidance; NULL: none is asked for, or the method makes none */

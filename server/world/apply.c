@@ -271,9 +271,8 @@ struct lum_medium_desc lum_apply_medium(const struct lum_record *r)
                                     .hi = vec3d(m->box.max)};
 }
 
-struct lum_camera lum_apply_camera(const struct lum_record *r)
+struct lum_camera lum_apply_camera(const struct lum_record_camera *c)
 {
-    const struct lum_record_camera *c = &r->camera;
     return (struct lum_camera){vec3d(c->position), vec3d(c->target), vec3d(c->up), c->vfov_deg};
 }
 
@@ -361,7 +360,7 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
         return st ? st : lum_scene_put_light(scene, r->id, &d, err);
     }
     case LUM_RECORD_CAMERA: {
-        struct lum_camera c = lum_apply_camera(r);
+        struct lum_camera c = lum_apply_camera(&r->camera);
         return lum_scene_put_camera(scene, r->id, &c, err);
     }
     case LUM_RECORD_RENDER:

@@ -24,7 +24,7 @@ LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct
 LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_desc *ret_light, struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, struct lum_material_desc *ret_material,
                                                 struct lum_error *err);
-struct lum_camera lum_apply_camera(const struct lum_record *r);
+struct lum_camera lum_apply_camera(const struct lum_record_camera *c);
 struct lum_medium_desc lum_apply_medium(const struct lum_record *r);
 /* What the render record says of method, samples, depth, seed, virtual point lights, caches and antialiasing; camera and size
  * stay. */

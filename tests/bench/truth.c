@@ -157,7 +157,7 @@ static bool find_camera(struct truth_rig *rig, const char *camera)
         fprintf(stderr, "lumend-bench: %s has no camera '%s'\n", rig->scene, camera);
         return false;
     }
-    rig->settings.camera = lum_apply_camera(wanted.found);
+    rig->settings.camera = lum_apply_camera(&wanted.found->camera);
     return true;
 }
 

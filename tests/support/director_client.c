@@ -175,13 +175,11 @@ void assert_refused(cJSON *reply, const char *app, const char *path)
     cJSON_Delete(reply);
 }
 
-uint32_t client_open_view(struct client *c, uint8_t codec)
+uint32_t client_open_view(struct client *c, enum lum_codec codec)
 {
     struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view.has_size = cmd->view.has_codec = true;
-    cmd->view.w = W;
-    cmd->view.h = H;
-    cmd->view.codec = codec;
+    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CODEC), .size = {W, H}};
+    strcpy(cmd->view.codec, lum_codec_name(codec));
     uint32_t before = c->n_streams;
     cJSON *reply = client_ask(c, cmd);
     assert_int_equal(c->n_streams, before + 1); /* the stream comes before the reply that names it */

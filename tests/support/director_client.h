@@ -45,7 +45,7 @@ struct lum_command *client_edit(struct client *c, const char *ops);
 uint64_t scene_rev_of(cJSON *reply);
 /* Checks that the reply is this error, and drops it. */
 void assert_refused(cJSON *reply, const char *app, const char *path);
-uint32_t client_open_view(struct client *c, uint8_t codec);
+uint32_t client_open_view(struct client *c, enum lum_codec codec);
 /* The next whole frame of the first stream, acknowledged; its last header. pixels (may be NULL) gets RGBA8 tiles
  * of full size: a rough pass of paths comes downscaled; any has 0 samples. */
 struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels);

@@ -231,7 +231,7 @@ static void views_are_limited(void **state)
         client_open_view(c, LUM_CODEC_JPEG);
     }
     cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_request){.has_size = true, .w = 8, .h = 8};
+    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE), .size = {8, 8}};
     assert_refused(client_ask(c, cmd), "limit_exceeded", NULL);
 }
 

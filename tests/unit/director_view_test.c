@@ -11,7 +11,8 @@
 static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)
 {
     struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view = (struct lum_view_request){.view_id = view_id, .has_white_balance = true, .white_balance_k = kelvin};
+    cmd->view_id = view_id;
+    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(WHITE_BALANCE_K), .white_balance_k = kelvin};
     cJSON_Delete(client_ask(c, cmd));
 }
 
@@ -50,13 +51,12 @@ static void the_latest_camera_wins(void **state)
         assert_non_null(cmd);
         cmd->session = c->session;
         cmd->received_ns = lum_clock_ns();
-        cmd->view = (struct lum_view_request){.view_id = id,
-                                              .has_camera = true,
-                                              .has_camera_seq = true,
-                                              .camera_seq = i,
-                                              .position = {0.01 * i, 2, 4},
-                                              .up = {0, 1, 0},
-                                              .vfov_deg = 40};
+        cmd->view_id = id;
+        cmd->view = (struct lum_view_params){
+            .given = LUM_VIEW_BIT(CAMERA) | LUM_VIEW_BIT(CAMERA_SEQ),
+            .camera = {.position = {0.01 * i, 2, 4}, .up = {0, 1, 0}, .vfov_deg = 40},
+            .camera_seq = i,
+        };
         assert_true(lum_director_post(c->director, cmd));
     }
     uint32_t seq = 0;
@@ -74,13 +74,13 @@ static void a_larger_budget_resumes(void **state)
 {
     struct client *c = *state;
     struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view =
-        (struct lum_view_request){.has_size = true, .w = W, .h = H, .has_budget = true, .budget_error = {true, 10.0}};
+    cmd->view = (struct lum_view_params){
+        .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(BUDGET), .size = {W, H}, .budget = {.error = {true, 10.0}}};
     cJSON_Delete(client_ask(c, cmd));
     struct lum_frame_header h = client_converged_frame(c, 0, NULL);
     cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view.view_id = h.view_id;
-    cmd->view.has_budget = true; /* of nothing: the scene's 16 samples count again */
+    cmd->view_id = h.view_id;
+    cmd->view.given = LUM_VIEW_BIT(BUDGET); /* of nothing: the scene's 16 samples count again */
     cJSON_Delete(client_ask(c, cmd));
     assert_true(h.spp < 16);
     while (h.spp < 16)
@@ -293,18 +293,19 @@ static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
     struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view.view_id = 99;
+    cmd->view_id = 99;
     assert_refused(client_ask(c, cmd), "not_found", "view_id");
     cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_method = true, .method = "magic"};
+    cmd->view =
+        (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(METHOD), .size = {8, 8}, .method = "magic"};
     assert_refused(client_ask(c, cmd), "invalid_value", "method");
     cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view =
-        (struct lum_view_request){.has_size = true, .w = 8, .h = 8, .has_camera_id = true, .camera_id = "nobody"};
+    cmd->view = (struct lum_view_params){
+        .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CAMERA_ID), .size = {8, 8}, .camera_id = "nobody"};
     assert_refused(client_ask(c, cmd), "not_found", "camera_id");
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
     cmd = client_command(c, LUM_CMD_VIEW_CLOSE);
-    cmd->view.view_id = id;
+    cmd->view_id = id;
     cmd->session.generation++; /* somebody else's view */
     assert_refused(client_ask(c, cmd), "not_found", "view_id");
 }

@@ -168,6 +168,20 @@ static void tables_are_those_of_the_code(void **state)
     free(want);
 }
 
+static void members_of_views_are_those_of_the_code(void **state)
+{
+    (void)state;
+    const char *from = strstr(page, "### view.open"), *to = strstr(page, "### frame.ack");
+    assert_true(from && to && from < to);
+    for (size_t i = 0; i < lum_view_fields.n; i++) {
+        char row[40];
+        snprintf(row, sizeof row, "| `%s` |", lum_view_fields.fields[i].name);
+        const char *at = strstr(from, row);
+        if (!at || at > to)
+            fail_msg("PROTOCOL.md does not tell of %s", lum_view_fields.fields[i].name);
+    }
+}
+
 /* ---- examples ---- */
 
 static void check_request(const char *line, size_t n)
@@ -249,6 +263,7 @@ int main(int argc, char **argv)
     }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tables_are_those_of_the_code),
+        cmocka_unit_test(members_of_views_are_those_of_the_code),
         cmocka_unit_test(examples_are_accepted),
         cmocka_unit_test(files_apply),
     };

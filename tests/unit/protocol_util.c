@@ -118,6 +118,7 @@ struct cJSON *random_value(struct rng *r, const struct lum_field *f)
     case LUM_FIELD_TRANSFORM:
     case LUM_FIELD_TEXTURE:
     case LUM_FIELD_BOX:
+    case LUM_FIELD_PARTS:
         return random_parts(r, lum_field_parts(f));
     case LUM_FIELD_FLOATS:
     case LUM_FIELD_INDICES:

@@ -1,0 +1,123 @@
+#include "server/director/view_params.h"
+
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "core/trace/effect.h"
+#include "protocol/json/json.h"
+#include "protocol/record/field.h"
+#include "server/base/suggest.h"
+
+#define COUNT(a) (sizeof(a) / sizeof((a)[0]))
+#define AT(s, m) .name = #m, .offset = offsetof(s, m)
+#define ROW(m, k) AT(struct lum_view_params, m), .kind = LUM_FIELD_##k
+#define BYTES(m) .n = sizeof((struct lum_view_params *)0)->m
+
+static const struct lum_field budget_rows[] = {
+    {AT(struct lum_view_budget, time_ms), .kind = LUM_FIELD_OPT, .min = 1, .max = 60000},
+    {AT(struct lum_view_budget, error), .kind = LUM_FIELD_OPT, .min = 1e-4, .max = 10},
+};
+static const struct lum_fields budget_fields = {budget_rows, COUNT(budget_rows)};
+
+/* clang-format off */
+static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
+    [LUM_VIEW_SIZE] = {ROW(size, VECTOR), .n = 2, .flags = LUM_FIELD_WHOLE, .min = LUM_LIMIT_VIEW_MIN, .max = LUM_LIMIT_VIEW_SIDE},
+    [LUM_VIEW_CAMERA] = {ROW(camera, PARTS), BYTES(camera), .parts = &lum_camera_fields, .group = LUM_GROUP_CAMERA},
+    [LUM_VIEW_CAMERA_ID] = {ROW(camera_id, ID), BYTES(camera_id), .group = LUM_GROUP_CAMERA},
+    [LUM_VIEW_CAMERA_SEQ] = {ROW(camera_seq, U32), .max = UINT32_MAX},
+    [LUM_VIEW_CODEC] = {ROW(codec, CHOICE), BYTES(codec), .text = "jpeg|png|rgba8|half_deflate"},
+    [LUM_VIEW_QUALITY] = {ROW(quality, U32), .min = 1, .max = 100, .def = {80}},
+    [LUM_VIEW_DOWNSCALE] = {ROW(downscale, U32), .max = 2},
+    [LUM_VIEW_METHOD] = {ROW(method, NAME), BYTES(method), .text = ""},
+    [LUM_VIEW_SPP] = {ROW(spp, U32), .min = 1, .max = LUM_LIMIT_SPP},
+    [LUM_VIEW_EXPOSURE_EV] = {ROW(exposure_ev, OPT), .min = -LUM_LIMIT_VIEW_EV, .max = LUM_LIMIT_VIEW_EV},
+    [LUM_VIEW_TONE_MAP] = {ROW(tone_map, CHOICE), BYTES(tone_map), .text = "agx|aces|reinhard|none"},
+    [LUM_VIEW_WHITE_BALANCE_K] = {ROW(white_balance_k, OPT), .min = 1667, .max = 25000},
+    [LUM_VIEW_OVERLAY] = {ROW(overlay, CHOICE), BYTES(overlay),
+                          .text = "none|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
+    [LUM_VIEW_BUDGET] = {ROW(budget, PARTS), BYTES(budget), .parts = &budget_fields},
+    [LUM_VIEW_STATS] = {ROW(stats, BOOL), .def = {true}},
+};
+/* clang-format on */
+const struct lum_fields lum_view_fields = {rows, COUNT(rows)};
+
+struct lum_view_params lum_view_params_default(void)
+{
+    struct lum_view_params p = {0};
+    for (size_t i = 0; i < COUNT(rows); i++)
+        lum_field_reset(&rows[i], &p);
+    return p;
+}
+
+/* {"soft_shadow":"off", "media":"auto", ...} */
+static void read_effects(struct lum_json_reader *r, struct lum_view_params *p)
+{
+    struct lum_json_reader effects;
+    if (!lum_json_object(r, "effects", &effects))
+        return;
+    for (const struct cJSON *m = effects.object->child; m; m = m->next) {
+        enum lum_effect e;
+        unsigned choice = 0;
+        if (!lum_effect_find(m->string, strlen(m->string), &e)) {
+            char near[LUM_NAMES_BYTES];
+            lum_names_of_effect(m->string, near);
+            lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown effect \"%.64s\"%s",
+                           m->string, near);
+            lum_json_fail(&effects);
+            break;
+        }
+        if (!lum_json_choice(&effects, m->string, "auto|off|on", &choice))
+            continue; /* null, or refused: then so are all that follow */
+        p->effects_named |= LUM_EFFECT_BIT(e);
+        p->effects_off |= choice == 1 ? LUM_EFFECT_BIT(e) : 0;
+        p->effects_on |= choice == 2 ? LUM_EFFECT_BIT(e) : 0;
+    }
+    if (!lum_json_end(&effects))
+        r->failed = true;
+}
+
+/* What no row says alone. */
+static bool check(struct lum_json_reader *r, const struct lum_view_params *p)
+{
+    const uint32_t both = LUM_VIEW_BIT(CAMERA) | LUM_VIEW_BIT(CAMERA_ID);
+    if ((p->given & both) == both)
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "camera_id",
+                       "camera and camera_id exclude each other");
+    else if (p->given & LUM_VIEW_BIT(CAMERA) && !lum_camera_validate(&p->camera, r->err))
+        lum_proto_prefix(r->err, "camera");
+    else if (p->size[0] * p->size[1] > LUM_LIMIT_VIEW_PIXELS)
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "size", "a view has at most %u pixels",
+                       LUM_LIMIT_VIEW_PIXELS);
+    else
+        return true;
+    return lum_json_fail(r);
+}
+
+bool lum_view_params_read(struct lum_json_reader *r, struct lum_view_params *ret_params)
+{
+    struct lum_view_params p = {0};
+    for (size_t i = 0; i < COUNT(rows); i++)
+        if (lum_field_take(&rows[i], &p, r))
+            p.given |= 1u << i;
+    read_effects(r, &p);
+    if (r->failed || !check(r, &p))
+        return false;
+    *ret_params = p;
+    return true;
+}
+
+void lum_view_params_merge(struct lum_view_params *params, const struct lum_view_params *more)
+{
+    for (size_t i = 0; i < COUNT(rows); i++) {
+        if (!(more->given & 1u << i))
+            continue;
+        for (size_t k = 0; rows[i].group && k < COUNT(rows); k++)
+            if (rows[k].group == rows[i].group) /* the named camera replaces the explicit one, and the other way */
+                params->given &= ~(1u << k);
+        lum_field_copy(&rows[i], params, more); /* which cannot fail: no row owns memory */
+        params->given |= 1u << i;
+    }
+    params->effects_off = (params->effects_off & ~more->effects_named) | more->effects_off;
+    params->effects_on = (params->effects_on & ~more->effects_named) | more->effects_on;
+}
