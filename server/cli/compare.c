@@ -16,7 +16,7 @@
 #include "core/metric/metric.h"
 #include "protocol/base/nearest.h"
 #include "protocol/json/json.h"
-#include "server/cli/option_errors.h"
+#include "server/cli/option.h"
 #include "server/stream/png.h"
 
 #define MAX_SIDE 32768u

@@ -24,7 +24,7 @@
 #include "core/image/exr.h"
 #include "protocol/base/nearest.h"
 #include "server/cli/commands.h"
-#include "server/cli/options.h"
+#include "server/cli/serve_options.h"
 #include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/healthcheck.h"
@@ -42,7 +42,7 @@ static int usage(void)
           "\n"
           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
           stdout);
-    lum_options_help(stdout);
+    lum_serve_options_help(stdout);
     fputs("\n"
           "Try:\n"
           "  lumend                              the Cornell box on this machine\n"
@@ -113,18 +113,18 @@ static void signals_finish(struct signal_watch *w)
 
 /* ---- serve ---- */
 
-static enum lum_status make_auth(const struct lum_options *o, struct lum_auth *ret_auth, struct lum_error *err)
+static enum lum_status make_auth(const struct lum_serve_options *o, struct lum_auth *ret_auth, struct lum_error *err)
 {
     if (o->no_auth) {
         memset(ret_auth, 0, sizeof *ret_auth);
         return LUM_OK;
     }
-    const char *file = o->value[LUM_OPTION_TOKEN_FILE];
+    const char *file = o->token_file;
     return file ? lum_auth_from_file(file, ret_auth, err) : lum_auth_random(ret_auth, err);
 }
 
 /* The one line on stdout. A server on all addresses is opened by a local one. */
-static void print_ready(const struct lum_options *o, uint16_t port, const struct lum_auth *auth)
+static void print_ready(const struct lum_serve_options *o, uint16_t port, const struct lum_auth *auth)
 {
     const char *host = lum_address_local(&o->listen);
     printf("lumend ready http://%s%s%s:%u/%s%s\n", o->listen.ipv6 ? "[" : "", host, o->listen.ipv6 ? "]" : "", port,
@@ -132,28 +132,26 @@ static void print_ready(const struct lum_options *o, uint16_t port, const struct
     fflush(stdout);
 }
 
-static enum lum_status make_net(const struct lum_options *o, struct lum_log log, struct lum_net **ret_net,
+static enum lum_status make_net(const struct lum_serve_options *o, struct lum_log log, struct lum_net **ret_net,
                                 struct lum_error *err)
 {
     const struct lum_net_config config = {
         .address = o->listen,
-        .access = {.loopback = o->listen.loopback,
-                   .hosts = o->value[LUM_OPTION_ALLOW_HOST],
-                   .origins = o->value[LUM_OPTION_ALLOW_ORIGIN]},
+        .access = {.loopback = o->listen.loopback, .hosts = o->allow_host, .origins = o->allow_origin},
         .log = log,
     };
     return lum_net_create(&config, ret_net, err);
 }
 
-static enum lum_status make_director(const struct lum_options *o, struct lum_log log, struct lum_net *net,
+static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
                                      struct lum_director **ret_director, struct lum_error *err)
 {
     const struct lum_director_config config = {
-        .scene = o->value[LUM_OPTION_SCENE],
-        .assets_dir = o->value[LUM_OPTION_ASSETS],
-        .importer = o->value[LUM_OPTION_IMPORTER],
-        .method = o->value[LUM_OPTION_METHOD],
-        .isa = o->value[LUM_OPTION_ISA],
+        .scene = o->scene,
+        .assets_dir = o->assets,
+        .importer = o->importer,
+        .method = o->method,
+        .isa = o->isa,
         .threads = o->threads,
         .deterministic = o->deterministic,
         .log = log,
@@ -164,19 +162,19 @@ static enum lum_status make_director(const struct lum_options *o, struct lum_log
 }
 
 /* A folder that is missing is not an error: the container names one that need not be mounted. */
-static bool has_assets(const struct lum_options *o, struct lum_log log)
+static bool has_assets(const struct lum_serve_options *o, struct lum_log log)
 {
-    const char *dir = o->value[LUM_OPTION_ASSETS];
+    const char *dir = o->assets;
     struct stat st;
     bool found = dir && !stat(dir, &st) && S_ISDIR(st.st_mode);
     if (dir && !found)
         lum_log(&log, LUM_LOG_WARNING, "main", "%s %s is no folder: nothing can be imported",
-                o->given[LUM_OPTION_ASSETS], dir);
+                o->given[LUM_SERVE_ASSETS], dir);
     return found;
 }
 
 /* From the director to the end of the run; net and the signal thread are there. */
-static enum lum_status run(const struct lum_options *o, const struct lum_auth *auth, struct lum_log log,
+static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
                            struct lum_net *net, struct lum_error *err)
 {
     struct lum_director *director = NULL;
@@ -191,7 +189,7 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
                                                .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
-        lum_options_warn(&log);
+        lum_serve_options_warn(&log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
         lum_net_run(net, sessions, director);
@@ -202,7 +200,7 @@ static enum lum_status run(const struct lum_options *o, const struct lum_auth *a
     return status;
 }
 
-static enum lum_status serve(const struct lum_options *o, struct lum_log log, struct lum_error *err)
+static enum lum_status serve(const struct lum_serve_options *o, struct lum_log log, struct lum_error *err)
 {
     struct lum_auth auth;
     struct lum_net *net = NULL;
@@ -224,19 +222,19 @@ static enum lum_status serve(const struct lum_options *o, struct lum_log log, st
 static int cmd_serve(int argc, char **argv)
 {
     struct lum_error err = {0};
-    struct lum_options options;
+    struct lum_serve_options options;
     struct lum_stderr_log stderr_log;
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
         return usage();
-    if (lum_options_parse(argc, argv, &options, &err))
+    if (lum_serve_options_parse(argc, argv, &options, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (options.print_config) {
-        lum_options_print(&options, stdout);
+        lum_serve_options_print(&options, stdout);
         return LUM_EXIT_OK;
     }
     if (options.healthcheck)
         return lum_healthcheck(&options.listen, &err) ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
-    lum_stderr_log_init(&stderr_log, STDERR_FILENO, options.log_level);
+    lum_stderr_log_init(&stderr_log, STDERR_FILENO, options.log);
     enum lum_status status = serve(&options, lum_stderr_log_sink(&stderr_log), &err);
     lum_stderr_log_finish(&stderr_log);
     return status ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;

@@ -429,7 +429,7 @@ int lum_cmd_render(int argc, char **argv)
         return LUM_EXIT_USAGE;
     }
     if (b.options.help) {
-        fputs(lum_render_help, stdout);
+        lum_render_options_help(stdout);
         return LUM_EXIT_OK;
     }
     struct lum_proto_error err = {0};

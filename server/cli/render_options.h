@@ -2,6 +2,8 @@
 #ifndef LUM_SERVER_CLI_RENDER_OPTIONS_H
 #define LUM_SERVER_CLI_RENDER_OPTIONS_H
 
+#include <stdio.h>
+
 #include "core/base/base.h"
 #include "core/cache/caches.h"
 #include "protocol/record/record.h"
@@ -30,7 +32,7 @@ struct lum_render_options {
 /* A failure here is a usage error; err->field names the option. */
 LUM_MUST_USE enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                                       struct lum_error *err);
-extern const char lum_render_help[];
+void lum_render_options_help(FILE *out);
 
 /* `out` with its %d or %0Nd replaced by the frame's number; a copy when there is none. False: it does not fit. */
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path);

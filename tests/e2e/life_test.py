@@ -156,7 +156,7 @@ class CommandLine(unittest.TestCase):
                                  (["--listen", "127.0.0.1:65536"], "--listen must be"),
                                  (["--listen", "127.0.0.1:-1"], "--listen must be"),
                                  (["--listen", "nowhere.example:1"], "needs an address"),
-                                 (["--listen", ":80"], "--listen must be"), (["--threads", "x"], "--threads must be a number"),
+                                 (["--listen", ":80"], "--listen must be"), (["--threads", "x"], "--threads must be a whole number"),
                                  (["--threads", "1025"], "from 0 to 1024"), (["--log", "loud"], "--log must be"),
                                  (["--isa", "mmx"], "--isa must be one of sse2, "),
                                  (["render", "--isa", "mmx"], "--isa must be one of sse2, "),

@@ -60,7 +60,7 @@ static void refusals_name_their_place(void **state)
     expect_message("render --scene nothing --out @nowhere/x.png", "cannot write to ");
     expect_message("render --scene nothing --out @x.png --stats @nowhere/s.json", "cannot write to ");
     expect_message("render --scene cornell --cache-accuracy 0 --out @x.png",
-                   "--cache-accuracy takes a number from 0.01 to 1");
+                   "--cache-accuracy must be a number from 0.01 to 1");
     expect_message("render --scene cornell --effects-off direct,media --effects-on media --out @x.png",
                    "both name media");
 }

@@ -1,0 +1,179 @@
+#include "server/cli/option.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/accel/accel.h"
+#include "core/method/method.h"
+#include "protocol/base/limits.h"
+#include "protocol/base/nearest.h"
+#include "server/base/suggest.h"
+
+#define HELP_INDENT 27
+#define MAX_ROWS 64u /* of one table; the tables are ours */
+
+/* ---- reading values ---- */
+
+static enum lum_status read_whole(const struct lum_option_row *row, const char *given, const char *text, double max,
+                                  uint32_t *ret, struct lum_error *err)
+{
+    size_t n = strspn(text, "0123456789");
+    double v = n > 0 && text[n] == '\0' ? strtod(text, NULL) : (double)INFINITY;
+    if (!(v >= row->min && v <= max))
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be a whole number from %.0f to %.0f, not '%.40s'",
+                        given, row->min, max, text);
+    *ret = (uint32_t)v;
+    return LUM_OK;
+}
+
+static enum lum_status read_number(const struct lum_option_row *row, const char *given, const char *text, double *ret,
+                                   struct lum_error *err)
+{
+    char *end;
+    double v = strtod(text, &end);
+    bool number = end != text && !*end, positive = row->kind == LUM_OPTION_POSITIVE;
+    if (positive && !(number && v > 0.0 && isfinite(v)))
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be a number above 0, not '%.40s'", given, text);
+    if (!positive && !(number && v >= row->min && v <= row->max))
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be a number from %g to %g, not '%.40s'", given,
+                        row->min, row->max, text);
+    *ret = v;
+    return LUM_OK;
+}
+
+enum lum_status lum_option_read(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                struct lum_error *err)
+{
+    void *at = (char *)options + row->offset;
+    switch (row->kind) {
+    case LUM_OPTION_TEXT:
+        *(const char **)at = text;
+        return LUM_OK;
+    case LUM_OPTION_SWITCH: {
+        uint32_t on = 0;
+        enum lum_status status = read_whole(row, given, text, 1.0, &on, err);
+        *(bool *)at = on;
+        return status;
+    }
+    case LUM_OPTION_WHOLE:
+        return read_whole(row, given, text, row->max, at, err);
+    case LUM_OPTION_NUMBER:
+    case LUM_OPTION_POSITIVE:
+        return read_number(row, given, text, at, err);
+    case LUM_OPTION_OTHER:
+        break;
+    }
+    return row->read(row, given, text, options, err);
+}
+
+enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text,
+                                       void *options, struct lum_error *err)
+{
+    char near[LUM_NAMES_BYTES];
+    *(const char **)((char *)options + row->offset) = text;
+    if (lum_method_find(text))
+        return LUM_OK;
+    lum_names_of_method(text, near);
+    return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be a method, not '%.40s'%s", given, text, near);
+}
+
+enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char *given, const char *text,
+                                    void *options, struct lum_error *err)
+{
+    *(const char **)((char *)options + row->offset) = text;
+    return lum_isa_check(given, text, err);
+}
+
+/* ---- the command line ---- */
+
+/* arg: "--treads=3". Says which of the names was meant, if one is near. */
+static enum lum_status fail_unknown(const char *arg, const char *const *names, size_t n, struct lum_error *err)
+{
+    const char *rest = strncmp(arg, "--", 2) == 0 ? arg + 2 : arg;
+    char name[LUM_LIMIT_ID_BYTES + 2]; /* longer ones are near to nothing */
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(rest, "="), rest);
+    struct lum_nearest near = {.given = name};
+    for (size_t i = 0; i < n; i++)
+        lum_nearest_offer(&near, names[i]);
+    return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s'%s%s%s", arg, near.n ? ": did you mean --" : "",
+                    near.n ? near.names[0] : "", near.n ? "?" : "");
+}
+
+static enum lum_status unknown(const char *arg, size_t n_name, const struct lum_option_row *rows, size_t n_rows,
+                               struct lum_error *err)
+{
+    const char *names[MAX_ROWS];
+    for (size_t i = 0; i < n_rows; i++) {
+        names[i] = rows[i].name;
+        if (n_name > 0 && strncmp(names[i], arg + 2, n_name) == 0)
+            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", names[i]);
+    }
+    return fail_unknown(arg, names, n_rows, err);
+}
+
+enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
+                                 enum lum_status (*take)(void *user, size_t row, const char *text,
+                                                         struct lum_error *err),
+                                 void *user, struct lum_error *err)
+{
+    for (int k = 1; k < argc; k++) {
+        const char *arg = argv[k];
+        if (strncmp(arg, "--", 2) != 0)
+            return lum_fail(err, LUM_ERR_INVALID, "", "unexpected argument '%.60s'", arg);
+        size_t n_name = strcspn(arg + 2, "="), i = 0;
+        const char *equals = arg[2 + n_name] ? arg + 2 + n_name : NULL;
+        while (i < n_rows && (strlen(rows[i].name) != n_name || strncmp(rows[i].name, arg + 2, n_name) != 0))
+            i++;
+        if (i == n_rows)
+            return unknown(arg, n_name, rows, n_rows, err);
+        const struct lum_option_row *row = &rows[i];
+        if (!row->arg && equals)
+            return lum_fail(err, LUM_ERR_INVALID, row->name, "--%s takes no value", row->name);
+        if (row->arg && !equals && k + 1 == argc)
+            return lum_fail(err, LUM_ERR_INVALID, row->name, "--%s needs a value: %s", row->name, row->arg);
+        enum lum_status status = take(user, i, !row->arg ? "1" : equals ? equals + 1 : argv[++k], err);
+        if (status)
+            return status;
+    }
+    return LUM_OK;
+}
+
+void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out)
+{
+    for (const struct lum_option_row *row = rows; row < rows + n_rows; row++) {
+        char left[64];
+        snprintf(left, sizeof left, "--%s%s%s", row->name, row->arg ? " " : "", row->arg ? row->arg : "");
+        fprintf(out, "  %-*s ", HELP_INDENT - 3, left);
+        for (const char *line = row->help;; line++) {
+            size_t n = strcspn(line, "\n");
+            fprintf(out, "%.*s", (int)n, line);
+            line += n;
+            if (!*line)
+                break;
+            fprintf(out, "\n%*s", HELP_INDENT, "");
+        }
+        if (row->arg && row->fallback && *row->fallback)
+            fprintf(out, " [%s]", row->fallback);
+        fputc('\n', out);
+    }
+}
+
+/* ---- with getopt_long ---- */
+
+bool lum_option_is_whole(char **argv, const char *name)
+{
+    const char *arg = argv[optind - 1];
+    if (arg == optarg) /* "--spp 3"; in "--spp=3" the value is a part of it */
+        arg = argv[optind - 2];
+    return strncmp(arg, "--", 2) == 0 && strlen(name) == strcspn(arg + 2, "=");
+}
+
+enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err)
+{
+    const char *names[MAX_ROWS];
+    size_t n = 0;
+    for (; options[n].name && n < MAX_ROWS; n++)
+        names[n] = options[n].name;
+    return fail_unknown(arg, names, n, err);
+}

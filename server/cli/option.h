@@ -1,0 +1,58 @@
+/* Options as rows of a table: one row gives an option's name, kind, limits, default and help text; the parser, --help and the
+ * messages come from it. */
+#ifndef LUM_SERVER_CLI_OPTION_H
+#define LUM_SERVER_CLI_OPTION_H
+
+#include <getopt.h>
+#include <stdio.h>
+
+#include "core/base/base.h"
+
+enum lum_option_kind {
+    LUM_OPTION_TEXT,     /* const char *, borrowed */
+    LUM_OPTION_SWITCH,   /* bool; takes no value on the command line, 0 or 1 elsewhere */
+    LUM_OPTION_WHOLE,    /* uint32_t from min to max */
+    LUM_OPTION_NUMBER,   /* double from min to max */
+    LUM_OPTION_POSITIVE, /* double above 0 */
+    LUM_OPTION_OTHER,    /* what `read` makes of it */
+};
+
+struct lum_option_row {
+    const char *name;     /* without its -- */
+    const char *arg;      /* what its value is called; NULL: a switch */
+    const char *fallback; /* its value when it is not given; NULL: none */
+    enum lum_option_kind kind;
+    size_t offset; /* of the result in the struct of all options */
+    double min, max;
+    /* given: how the option is called in messages. text is borrowed. */
+    enum lum_status (*read)(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                            struct lum_error *err);
+    const char *help; /* lines of at most 96 bytes, apart by \n */
+};
+
+/* Calls take with the row and the value ("1" of a switch) of each option in argv[1] and after, in order; stops when it fails.
+ * Names are written out: an abbreviation would change its meaning with every name added later. */
+LUM_MUST_USE enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
+                                              enum lum_status (*take)(void *user, size_t row, const char *text,
+                                                                      struct lum_error *err),
+                                              void *user, struct lum_error *err);
+/* Reads text, checks it, and writes it into options. */
+LUM_MUST_USE enum lum_status lum_option_read(const struct lum_option_row *row, const char *given, const char *text,
+                                             void *options, struct lum_error *err);
+void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out);
+
+/* A LUM_OPTION_OTHER: the name of a method, kept as text. */
+enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                       struct lum_error *err);
+/* A LUM_OPTION_OTHER: an instruction set of the ray tracing, kept as text. */
+enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                    struct lum_error *err);
+
+/* ---- with getopt_long ---- */
+
+/* Of the option that getopt_long has just returned: is it written out? */
+bool lum_option_is_whole(char **argv, const char *name);
+/* arg ("--treads=3") is none of options, which end with a row of zeros. Says which of them was meant, if one is near. */
+enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err);
+
+#endif

@@ -1,0 +1,157 @@
+#define _GNU_SOURCE
+#include "server/cli/serve_options.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "server/cli/option.h"
+
+static enum lum_status read_listen(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                   struct lum_error *err)
+{
+    (void)row;
+    return lum_address_parse(given, text, &((struct lum_serve_options *)options)->listen, err);
+}
+
+static enum lum_status read_log(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                struct lum_error *err)
+{
+    if (lum_log_level_parse(text, &((struct lum_serve_options *)options)->log))
+        return LUM_OK;
+    return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be error, warning, info or debug, not '%.60s'", given,
+                    text);
+}
+
+#define AT(m) .offset = offsetof(struct lum_serve_options, m)
+#define TEXT(m) .kind = LUM_OPTION_TEXT, AT(m)
+#define SWITCH(m) .fallback = "0", .kind = LUM_OPTION_SWITCH, AT(m)
+#define OTHER(f) .kind = LUM_OPTION_OTHER, .read = f
+
+/* clang-format off */
+static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
+    [LUM_SERVE_SCENE] = {"scene", "NAME|FILE", .fallback = "cornell", TEXT(scene),
+        .help = "a built-in scene (see `lumend scenes`) or a .jsonl, .gltf, .glb, .obj file"},
+    [LUM_SERVE_LISTEN] = {"listen", "HOST:PORT", .fallback = "127.0.0.1:9460", OTHER(read_listen),
+        .help = "where to accept connections; port 0 picks a free one"},
+    [LUM_SERVE_TOKEN_FILE] = {"token-file", "FILE", TEXT(token_file),
+        .help = "who knows the token in FILE may connect; without it a random one is made and printed"},
+    [LUM_SERVE_NO_AUTH] = {"no-auth", SWITCH(no_auth), .help = "no token at all; only for a loopback address"},
+    [LUM_SERVE_ALLOW_HOST] = {"allow-host", "NAME,...", .fallback = "", TEXT(allow_host),
+        .help = "names by which browsers may reach this server, beside localhost and addresses"},
+    [LUM_SERVE_ALLOW_ORIGIN] = {"allow-origin", "URL,...", .fallback = "", TEXT(allow_origin),
+        .help = "pages of other sites that may connect: https://lights.example"},
+    [LUM_SERVE_ASSETS] = {"assets", "DIR", TEXT(assets), .help = "directory of the model files that clients may import"},
+    [LUM_SERVE_IMPORTER] = {"importer", "FILE", TEXT(importer), .help = "the lumend-import program; default: beside this one"},
+    [LUM_SERVE_METHOD] = {"method", "NAME", OTHER(lum_option_read_method), AT(method),
+        .help = "rendering method (see `lumend methods`); default: the scene's"},
+    [LUM_SERVE_THREADS] = {"threads", "N", .fallback = "0", .kind = LUM_OPTION_WHOLE, AT(threads), .max = 1024,
+        .help = "rendering threads; 0: one for each processor"},
+    [LUM_SERVE_ISA] = {"isa", "NAME", OTHER(lum_option_read_isa), AT(isa),
+        .help = "instruction set that traces rays: sse2, sse4.2, avx, avx2 or avx512; default: the widest"},
+    [LUM_SERVE_DETERMINISTIC] = {"deterministic", SWITCH(deterministic),
+        .help = "the same pixels, bit for bit, whatever the number of threads"},
+    [LUM_SERVE_LOG] = {"log", "LEVEL", .fallback = "info", OTHER(read_log),
+        .help = "error, warning, info or debug; one line an event, on stderr"},
+    [LUM_SERVE_HEALTHCHECK] = {"healthcheck", SWITCH(healthcheck),
+        .help = "asks the server at --listen for its health: exit status 0 or 1"},
+    [LUM_SERVE_PRINT_CONFIG] = {"print-config", SWITCH(print_config),
+        .help = "prints these settings and where each comes from"},
+};
+/* clang-format on */
+
+/* "$LUMEND_TOKEN_FILE": as in a shell. */
+static void env_name(const char *name, char *out, size_t size)
+{
+    int n = snprintf(out, size, "$LUMEND_%s", name);
+    for (int i = 0; i < n && (size_t)i < size; i++)
+        out[i] = out[i] == '-' ? '_' : (char)toupper((unsigned char)out[i]);
+}
+
+static void take_environment(struct lum_serve_options *o)
+{
+    for (int i = 0; i < LUM_SERVE_COUNT; i++) {
+        env_name(rows[i].name, o->given[i], sizeof o->given[i]);
+        o->value[i] = getenv(o->given[i] + 1);
+        if (o->value[i])
+            continue;
+        o->value[i] = rows[i].fallback;
+        strcpy(o->given[i], "default");
+    }
+}
+
+static enum lum_status take_flag(void *user, size_t i, const char *text, struct lum_error *err)
+{
+    struct lum_serve_options *o = user;
+    (void)err;
+    o->value[i] = text;
+    snprintf(o->given[i], sizeof o->given[i], "--%s", rows[i].name);
+    return LUM_OK;
+}
+
+static enum lum_status check_auth(const struct lum_serve_options *o, struct lum_error *err)
+{
+    const char *given = o->given[LUM_SERVE_NO_AUTH];
+    if (o->no_auth && o->token_file)
+        return lum_fail(err, LUM_ERR_INVALID, "no-auth", "%s and %s exclude each other", given,
+                        o->given[LUM_SERVE_TOKEN_FILE]);
+    if (o->no_auth && !o->listen.loopback)
+        return lum_fail(err, LUM_ERR_INVALID, "no-auth",
+                        "%s is refused on %s: anyone in reach could use this server; give --token-file", given,
+                        o->listen.host);
+    return LUM_OK;
+}
+
+enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_options *ret_options,
+                                        struct lum_error *err)
+{
+    struct lum_serve_options o = {0};
+    take_environment(&o);
+    enum lum_status status = lum_option_parse(argc, argv, rows, LUM_SERVE_COUNT, take_flag, &o, err);
+    for (int i = 0; i < LUM_SERVE_COUNT && !status; i++)
+        if (o.value[i])
+            status = lum_option_read(&rows[i], o.given[i], o.value[i], &o, err);
+    if (!status)
+        status = check_auth(&o, err);
+    if (!status)
+        *ret_options = o;
+    return status;
+}
+
+static bool is_known_variable(const char *variable, size_t n)
+{
+    static const char replay[] = "LUMEND_TOKEN"; /* of lumend-replay */
+    char name[64];
+    if (n == sizeof replay - 1 && memcmp(variable, replay, n) == 0)
+        return true;
+    for (int i = 0; i < LUM_SERVE_COUNT; i++) {
+        env_name(rows[i].name, name, sizeof name);
+        if (strlen(name + 1) == n && memcmp(name + 1, variable, n) == 0)
+            return true;
+    }
+    return false;
+}
+
+void lum_serve_options_warn(const struct lum_log *log)
+{
+    for (char **v = environ; v && *v; v++) {
+        size_t n = strcspn(*v, "=");
+        if (strncmp(*v, "LUMEND_", 7) == 0 && !is_known_variable(*v, n))
+            lum_log(log, LUM_LOG_WARNING, "main", "the environment variable %.*s means nothing to lumend",
+                    n < 80 ? (int)n : 80, *v);
+    }
+}
+
+void lum_serve_options_help(FILE *out)
+{
+    lum_option_help(rows, LUM_SERVE_COUNT, out);
+}
+
+void lum_serve_options_print(const struct lum_serve_options *o, FILE *out)
+{
+    for (int i = 0; i < LUM_SERVE_COUNT; i++)
+        if (i != LUM_SERVE_HEALTHCHECK && i != LUM_SERVE_PRINT_CONFIG)
+            fprintf(out, "%-14s %-20s %s\n", rows[i].name, o->value[i] && *o->value[i] ? o->value[i] : "-",
+                    o->given[i]);
+}
