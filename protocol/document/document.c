@@ -137,14 +137,14 @@ static bool check_free(const struct lum_txn *t, const char *id)
 /* What an import made goes where its new transform puts it. */
 static bool move_children(struct lum_txn *t, const struct lum_record *before, const struct lum_record *after)
 {
-    struct lum_move move = {&before->import.transform, &after->import.transform};
+    struct lum_import_move move = {&before->import.transform, &after->import.transform};
     bool ok = true;
     for (size_t i = 0; i < after->import.n_made && ok; i++) {
         struct lum_record *local = after->import.made[i];
         const struct lum_table_slot *slot = lum_table_find(&t->doc->table, local->id);
         if (!slot)
             continue;
-        struct lum_record *now = slot->record, *moved = lum_place_again(&move, local, now, t->err);
+        struct lum_record *now = slot->record, *moved = lum_import_reapply_transform(&move, local, now, t->err);
         ok = moved && (moved == now || lum_txn_step(t, now, moved));
         lum_record_unref(moved);
     }
@@ -222,7 +222,7 @@ static bool add_child(struct lum_txn *t, const struct lum_record *import, struct
     if (!lum_id_is_below(local->id, import->id) || lum_table_find(&t->doc->table, local->id))
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
                               "the import brought \"%s\", which is outside its name or there twice", local->id);
-    struct lum_record *placed = lum_place(&import->import.transform, local, t->err);
+    struct lum_record *placed = lum_import_apply_transform(&import->import.transform, local, t->err);
     bool ok = placed && lum_txn_step(t, NULL, placed);
     lum_record_unref(placed);
     return ok;
@@ -327,7 +327,7 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
         char prefix[32];
         snprintf(prefix, sizeof prefix, "ops/%zu", i - 1);
         lum_proto_prefix(err, prefix);
-        lum_txn_take_back(&t);
+        lum_txn_rollback(&t);
         return false;
     }
     if (!lum_txn_end(&t, &changes))

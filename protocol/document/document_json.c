@@ -109,7 +109,7 @@ static bool add_edits(cJSON *ops, const struct lum_document *doc, const struct l
         const struct lum_record *now = lum_document_find(doc, import->made[i]->id);
         if (!now || now == import->made[i])
             continue;
-        struct lum_record *placed = lum_place(&import->transform, import->made[i], NULL);
+        struct lum_record *placed = lum_import_apply_transform(&import->transform, import->made[i], NULL);
         ok = placed && add_difference(ops, placed, now, false);
         lum_record_unref(placed);
     }

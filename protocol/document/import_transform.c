@@ -63,7 +63,7 @@ static struct map inverse(const struct map *a)
     return r;
 }
 
-static bool has_place(const struct lum_record *r)
+static bool has_transform(const struct lum_record *r)
 {
     return r->type == LUM_RECORD_OBJECT || r->type == LUM_RECORD_LIGHT || r->type == LUM_RECORD_CAMERA;
 }
@@ -129,8 +129,8 @@ static bool field_in_range(const struct lum_field *f, const void *base)
     }
 }
 
-/* What is placed must be what a client could have set, or the ops of the scene would not read back. */
-static bool check_placed(const struct lum_record *r, struct lum_proto_error *err)
+/* What is transformed must be what a client could have set, or the ops of the scene would not read back. */
+static bool check_fits(const struct lum_record *r, struct lum_proto_error *err)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
     bool ok = true;
@@ -155,18 +155,16 @@ static struct lum_record *mapped(const struct map *a, const struct lum_record *r
 
 static struct lum_record *checked(struct lum_record *placed, struct lum_proto_error *err)
 {
-    if (!placed || check_placed(placed, err))
+    if (!placed || check_fits(placed, err))
         return placed;
     lum_record_unref(placed);
     return NULL;
 }
 
-/* ---- placing ---- */
-
-struct lum_record *lum_place(const struct lum_record_transform *to, struct lum_record *local,
-                             struct lum_proto_error *err)
+struct lum_record *lum_import_apply_transform(const struct lum_record_transform *to, struct lum_record *local,
+                                              struct lum_proto_error *err)
 {
-    if (!has_place(local))
+    if (!has_transform(local))
         return lum_record_ref(local);
     struct map map;
     lum_record_transform_affine(to, map.m);
@@ -187,10 +185,10 @@ static bool follow(struct lum_record *moved, const struct lum_record *now, const
     return ok;
 }
 
-struct lum_record *lum_place_again(const struct lum_move *move, struct lum_record *local, struct lum_record *now,
-                                   struct lum_proto_error *err)
+struct lum_record *lum_import_reapply_transform(const struct lum_import_move *move, struct lum_record *local,
+                                                struct lum_record *now, struct lum_proto_error *err)
 {
-    if (!has_place(local))
+    if (!has_transform(local))
         return lum_record_ref(now);
     struct map from, to;
     lum_record_transform_affine(move->from, from.m);

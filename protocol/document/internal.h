@@ -17,7 +17,7 @@ struct lum_txn {
 /* One step: checks references, limits and use, then changes the table. before is the record that stands there now, or NULL;
  * after passes no reference. */
 bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_record *after);
-void lum_txn_take_back(struct lum_txn *t); /* undoes all steps and frees the log */
+void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees the log */
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
 
@@ -38,7 +38,7 @@ enum lum_action { LUM_ACTION_NONE, LUM_ACTION_APPLY, LUM_ACTION_UNDO, LUM_ACTION
 
 /* The last action reaches the history only when the next one begins: until then rollback can forget it without a trace,
  * and settling cannot fail because it only moves list entries. */
-struct lum_pending {
+struct lum_last_action {
     enum lum_action action;
     struct lum_history *history;
     struct lum_history_entry *entry; /* apply: owned; else the head of a list of history */
@@ -48,7 +48,7 @@ struct lum_document {
     struct lum_table table;
     uint64_t rev;
     struct lum_history *histories; /* most recently used first */
-    struct lum_pending pending;
+    struct lum_last_action last;
 };
 
 void lum_history_settle(struct lum_document *doc);

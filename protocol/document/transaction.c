@@ -99,7 +99,7 @@ static void free_log(struct lum_txn *t)
     t->n = t->capacity = 0;
 }
 
-void lum_txn_take_back(struct lum_txn *t)
+void lum_txn_rollback(struct lum_txn *t)
 {
     for (size_t i = t->n; i-- > 0;)
         lum_table_change(&t->doc->table, t->log[i].after, t->log[i].before);
@@ -169,7 +169,7 @@ bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes)
     free(order);
     if (!ok) {
         lum_changes_finish(&net);
-        lum_txn_take_back(t);
+        lum_txn_rollback(t);
         return false;
     }
     free_log(t);

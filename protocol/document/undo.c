@@ -107,8 +107,8 @@ static void history_destroy(struct lum_history *h)
 
 void lum_history_settle(struct lum_document *doc)
 {
-    struct lum_pending p = doc->pending;
-    doc->pending = (struct lum_pending){0};
+    struct lum_last_action p = doc->last;
+    doc->last = (struct lum_last_action){0};
     switch (p.action) {
     case LUM_ACTION_APPLY:
         list_free(&p.history->redo);
@@ -216,7 +216,7 @@ bool lum_history_note(struct lum_document *doc, const char *user, const char *gr
                                                     c->after ? lum_record_ref(c->after) : NULL};
         e->n_bytes += bulk_bytes(c->before) + bulk_bytes(c->after);
     }
-    doc->pending = (struct lum_pending){LUM_ACTION_APPLY, h, e};
+    doc->last = (struct lum_last_action){LUM_ACTION_APPLY, h, e};
     return true;
 }
 
@@ -225,9 +225,9 @@ void lum_document_rollback(struct lum_document *doc, const struct lum_changes *c
     for (size_t i = changes->n; i-- > 0;)
         lum_table_change(&doc->table, changes->changes[i].after, changes->changes[i].before);
     doc->rev--;
-    if (doc->pending.action == LUM_ACTION_APPLY)
-        entry_destroy(doc->pending.entry);
-    doc->pending = (struct lum_pending){0};
+    if (doc->last.action == LUM_ACTION_APPLY)
+        entry_destroy(doc->last.entry);
+    doc->last = (struct lum_last_action){0};
 }
 
 /* ---- taking back ---- */
@@ -335,7 +335,7 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
         ok = undo ? lead(&t, change->after, change->before) : lead(&t, change->before, change->after);
     }
     if (!ok)
-        lum_txn_take_back(&t);
+        lum_txn_rollback(&t);
     if (!ok || !lum_txn_end(&t, ret_changes)) {
         if (is_conflict(&local)) {
             struct lum_history_entry *dropped = *list;
@@ -348,7 +348,7 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
         return false;
     }
     doc->rev++;
-    doc->pending = (struct lum_pending){action, h, *list};
+    doc->last = (struct lum_last_action){action, h, *list};
     return true;
 }
 

@@ -69,7 +69,7 @@ bool lum_json_bool(struct lum_json_reader *r, const char *key, bool *ret);
 /* At most n_ret - 1 bytes, which do not hold a 0. */
 bool lum_json_string(struct lum_json_reader *r, const char *key, char *ret, size_t n_ret);
 bool lum_json_id(struct lum_json_reader *r, const char *key, lum_id ret);
-/* One word of "jpeg|png|webp"; *ret is its place in the list. */
+/* One word of "jpeg|png|webp"; *ret is its index in the list. */
 bool lum_json_choice(struct lum_json_reader *r, const char *key, const char *choices, unsigned *ret);
 /* An object member, as a reader of its own: begin it with this, end it with lum_json_end and pass its result on. */
 bool lum_json_object(struct lum_json_reader *r, const char *key, struct lum_json_reader *ret_sub);

@@ -55,8 +55,8 @@ static int print_file(const char *name)
     if (!e)
         e = lum_replay_builtin(name);
     if (!e) {
-        char near[LUM_NAMES_BYTES];
-        lum_names_of_source(name, near);
+        char near[LUM_SUGGEST_BYTES];
+        lum_suggest_scene(name, near);
         fprintf(stderr, "lumend scenes: there is no scene or replay '%.60s'%s\n", name, near);
         return LUM_EXIT_USAGE;
     }

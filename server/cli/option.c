@@ -70,11 +70,11 @@ enum lum_status lum_option_read(const struct lum_option_row *row, const char *gi
 enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text,
                                        void *options, struct lum_error *err)
 {
-    char near[LUM_NAMES_BYTES];
+    char near[LUM_SUGGEST_BYTES];
     *(const char **)((char *)options + row->offset) = text;
     if (lum_method_find(text))
         return LUM_OK;
-    lum_names_of_method(text, near);
+    lum_suggest_method(text, near);
     return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be a method, not '%.40s'%s", given, text, near);
 }
 

@@ -82,9 +82,9 @@ READ(read_effects)
         size_t n = strcspn(name, ",");
         enum lum_effect e;
         if (!lum_effect_find(name, n, &e)) {
-            char unknown[41], near[LUM_NAMES_BYTES];
+            char unknown[41], near[LUM_SUGGEST_BYTES];
             snprintf(unknown, sizeof unknown, "%.*s", (int)n, name);
-            lum_names_of_effect(unknown, near);
+            lum_suggest_effect(unknown, near);
             return lum_fail(err, LUM_ERR_INVALID, row->name, "%s: there is no effect \"%s\"%s", given, unknown, near);
         }
         *bits |= LUM_EFFECT_BIT(e);

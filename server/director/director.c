@@ -71,18 +71,18 @@ void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to,
     send_out(d, o);
 }
 
-void lum_director_reply(struct lum_director *d, const struct lum_command *c, struct cJSON *result)
+void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result)
 {
-    if (c->rpc_id)
-        lum_director_send(d, LUM_OUT_TEXT, c->session, lum_rpc_result(c->rpc_id, result));
+    if (q->rpc_id)
+        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_result(q->rpc_id, result));
     else
         cJSON_Delete(result);
 }
 
-void lum_director_refuse(struct lum_director *d, const struct lum_command *c, const struct lum_proto_error *err)
+void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err)
 {
-    if (c->rpc_id)
-        lum_director_send(d, LUM_OUT_TEXT, c->session, lum_rpc_error(c->rpc_id, err));
+    if (q->rpc_id)
+        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_error(q->rpc_id, err));
 }
 
 /* ---- the inbox ---- */
@@ -97,46 +97,46 @@ void lum_director_ring(struct lum_director *d)
 
 /* Does this make the running pass obsolete? Whatever the client of that view asks for that is not a drag does so at
  * once: it may be its way out of a method that is too slow. Edits and cameras leave a shielded pass alone. */
-static bool outdates_locked(const struct lum_director *d, const struct lum_command *c)
+static bool outdates_locked(const struct lum_director *d, const struct lum_request *q)
 {
     const struct lum_server_view *v = d->rendering;
-    bool own = c->session.slot == v->session.slot && c->session.generation == v->session.generation;
+    bool own = q->session.slot == v->session.slot && q->session.generation == v->session.generation;
     bool shielded = lum_clock_ns() < d->shielded_until_ns;
-    switch (c->kind) {
-    case LUM_CMD_SCENE_APPLY:
-    case LUM_CMD_SCENE_UNDO:
-    case LUM_CMD_SCENE_REDO:
-    case LUM_CMD_VIEW_OPEN: /* a new client waits for its first picture */
+    switch (q->kind) {
+    case LUM_REQUEST_SCENE_APPLY:
+    case LUM_REQUEST_SCENE_UNDO:
+    case LUM_REQUEST_SCENE_REDO:
+    case LUM_REQUEST_VIEW_OPEN: /* a new client waits for its first picture */
         return !shielded;
-    case LUM_CMD_VIEW_UPDATE:
-        return own && c->view_id == v->id && (!shielded || c->view.given & (LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(SIZE)));
-    case LUM_CMD_VIEW_CLOSE:
-        return own && c->view_id == v->id;
-    case LUM_CMD_SESSION_CLOSED:
+    case LUM_REQUEST_VIEW_UPDATE:
+        return own && q->view_id == v->id && (!shielded || q->view.given & (LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(SIZE)));
+    case LUM_REQUEST_VIEW_CLOSE:
+        return own && q->view_id == v->id;
+    case LUM_REQUEST_SESSION_CLOSED:
         return own;
     default:
         return false;
     }
 }
 
-bool lum_director_post(struct lum_director *d, struct lum_command *c)
+bool lum_director_post(struct lum_director *d, struct lum_request *q)
 {
-    if (c->kind == LUM_CMD_WAKE) {
-        lum_command_destroy(c);
+    if (q->kind == LUM_REQUEST_WAKE) {
+        lum_request_destroy(q);
         lum_director_ring(d);
         return true;
     }
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + c->n_bytes <= LUM_INBOX_MAX_BYTES) ||
-              c->kind == LUM_CMD_SESSION_CLOSED;
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES) ||
+              q->kind == LUM_REQUEST_SESSION_CLOSED;
     if (ok) {
-        c->next = NULL;
-        *d->inbox_tail = c;
-        d->inbox_tail = &c->next;
+        q->next = NULL;
+        *d->inbox_tail = q;
+        d->inbox_tail = &q->next;
         d->n_inbox++;
-        d->inbox_bytes += c->n_bytes;
-        if (d->rendering && outdates_locked(d, c))
+        d->inbox_bytes += q->n_bytes;
+        if (d->rendering && outdates_locked(d, q))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
     }
@@ -154,10 +154,10 @@ struct lum_out *lum_director_take_outbox(struct lum_director *d)
     return all;
 }
 
-static struct lum_command *take_inbox(struct lum_director *d)
+static struct lum_request *take_inbox(struct lum_director *d)
 {
     pthread_mutex_lock(&d->lock);
-    struct lum_command *all = d->inbox;
+    struct lum_request *all = d->inbox;
     d->inbox = NULL;
     d->inbox_tail = &d->inbox;
     d->n_inbox = 0;
@@ -169,64 +169,64 @@ static struct lum_command *take_inbox(struct lum_director *d)
 
 /* Is it answered from the scene after the edits before it? Camera moves are not: a drag of both costs one commit. A
  * session's end forgets history, and an edit that may still be taken back needs its own. */
-static bool needs_commit(const struct lum_command *c)
+static bool needs_commit(const struct lum_request *q)
 {
-    switch (c->kind) {
-    case LUM_CMD_VIEW_UPDATE:
-        return c->view.given & LUM_VIEW_BIT(CAMERA_ID);
-    case LUM_CMD_VIEW_CLOSE:
+    switch (q->kind) {
+    case LUM_REQUEST_VIEW_UPDATE:
+        return q->view.given & LUM_VIEW_BIT(CAMERA_ID);
+    case LUM_REQUEST_VIEW_CLOSE:
         return false;
     default:
         return true;
     }
 }
 
-static void handle(struct lum_director *d, struct lum_command *c)
+static void handle(struct lum_director *d, struct lum_request *q)
 {
-    switch (c->kind) {
-    case LUM_CMD_SCENE_APPLY:
-    case LUM_CMD_SCENE_UNDO:
-    case LUM_CMD_SCENE_REDO:
-        lum_director_edit(d, c);
+    switch (q->kind) {
+    case LUM_REQUEST_SCENE_APPLY:
+    case LUM_REQUEST_SCENE_UNDO:
+    case LUM_REQUEST_SCENE_REDO:
+        lum_director_edit(d, q);
         return;
     default:
         break;
     }
-    if (needs_commit(c))
+    if (needs_commit(q))
         lum_director_commit(d);
-    switch (c->kind) {
-    case LUM_CMD_SCENE_GET:
-        lum_director_scene_get(d, c);
+    switch (q->kind) {
+    case LUM_REQUEST_SCENE_GET:
+        lum_director_scene_get(d, q);
         break;
-    case LUM_CMD_VIEW_OPEN:
-        lum_director_view_open(d, c);
+    case LUM_REQUEST_VIEW_OPEN:
+        lum_director_view_open(d, q);
         break;
-    case LUM_CMD_VIEW_UPDATE:
-        lum_director_view_update(d, c);
+    case LUM_REQUEST_VIEW_UPDATE:
+        lum_director_view_update(d, q);
         break;
-    case LUM_CMD_VIEW_CLOSE:
-        lum_director_view_close(d, c);
+    case LUM_REQUEST_VIEW_CLOSE:
+        lum_director_view_close(d, q);
         break;
-    case LUM_CMD_SESSION_CLOSED:
-        lum_director_session_closed(d, c->session);
-        lum_document_forget_user(d->world.doc, c->user);
+    case LUM_REQUEST_SESSION_CLOSED:
+        lum_director_session_closed(d, q->session);
+        lum_document_forget_user(d->world.doc, q->user);
         break;
-    case LUM_CMD_PICK:
-        lum_director_pick(d, c);
+    case LUM_REQUEST_PICK:
+        lum_director_pick(d, q);
         break;
-    case LUM_CMD_BOUNDS:
-        lum_director_bounds(d, c);
+    case LUM_REQUEST_BOUNDS:
+        lum_director_bounds(d, q);
         break;
-    case LUM_CMD_PROBE:
-        lum_director_probe(d, c);
+    case LUM_REQUEST_PROBE:
+        lum_director_probe(d, q);
         break;
-    case LUM_CMD_STATS_GET:
-        lum_director_stats(d, c);
+    case LUM_REQUEST_STATS_GET:
+        lum_director_stats(d, q);
         break;
     default:
         break;
     }
-    lum_command_destroy(c);
+    lum_request_destroy(q);
 }
 
 /* ---- the loop ---- */
@@ -273,9 +273,9 @@ static void *director_main(void *arg)
     lum_thread_init_fp();
     while (!stopping(d)) {
         atomic_store(&d->tick_ns, lum_clock_ns());
-        for (struct lum_command *c = take_inbox(d), *next; c; c = next) {
-            next = c->next;
-            handle(d, c);
+        for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
+            next = q->next;
+            handle(d, q);
         }
         lum_director_turn_imports(d);
         lum_director_commit(d);
@@ -422,9 +422,9 @@ void lum_director_destroy(struct lum_director *d)
         next = v->next;
         lum_server_view_destroy(v);
     }
-    for (struct lum_command *c = take_inbox(d), *next; c; c = next) {
-        next = c->next;
-        lum_command_destroy(c);
+    for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
+        next = q->next;
+        lum_request_destroy(q);
     }
     for (struct lum_out *o = lum_director_take_outbox(d), *next; o; o = next) {
         next = o->next;

@@ -24,58 +24,58 @@ static void count(struct lum_director *d, uint64_t *counter)
     pthread_mutex_unlock(&d->lock);
 }
 
-static void refuse_edit(struct lum_director *d, struct lum_command *c, const struct lum_proto_error *err)
+static void refuse_edit(struct lum_director *d, struct lum_request *q, const struct lum_proto_error *err)
 {
-    lum_director_refuse(d, c, err);
-    lum_command_destroy(c);
+    lum_director_refuse(d, q, err);
+    lum_request_destroy(q);
     count(d, &d->metrics.edits_refused);
 }
 
 /* ---- edits ---- */
 
-static bool change_world(struct lum_director *d, const struct lum_command *c, const struct lum_expansion *e,
+static bool change_world(struct lum_director *d, const struct lum_request *q, const struct lum_expansion *e,
                          struct lum_changes *ret_changes, struct lum_proto_error *err)
 {
-    switch (c->kind) {
-    case LUM_CMD_SCENE_UNDO:
-        return lum_world_undo(&d->world, c->user, ret_changes, err);
-    case LUM_CMD_SCENE_REDO:
-        return lum_world_redo(&d->world, c->user, ret_changes, err);
+    switch (q->kind) {
+    case LUM_REQUEST_SCENE_UNDO:
+        return lum_world_undo(&d->world, q->user, ret_changes, err);
+    case LUM_REQUEST_SCENE_REDO:
+        return lum_world_redo(&d->world, q->user, ret_changes, err);
     default:
-        return lum_world_apply(&d->world, &(struct lum_edit){c->user, &c->ops, e->children, e->n}, ret_changes, err);
+        return lum_world_apply(&d->world, &(struct lum_edit){q->user, &q->ops, e->children, e->n}, ret_changes, err);
     }
 }
 
-/* Takes the command and the expansion over. */
-static void apply(struct lum_director *d, struct lum_command *c, struct lum_expansion *expansion)
+/* Takes the request and the expansion over. */
+static void apply(struct lum_director *d, struct lum_request *q, struct lum_expansion *expansion)
 {
     struct lum_proto_error err;
-    struct lum_pending *p = lum_calloc(1, sizeof *p);
+    struct lum_staged_edit *p = lum_calloc(1, sizeof *p);
     if (!p) {
         lum_proto_fail_memory(&err);
         goto refused;
     }
-    if (c->has_base_rev && c->base_rev != lum_document_rev(d->world.doc)) {
+    if (q->has_base_rev && q->base_rev != lum_document_rev(d->world.doc)) {
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "rev_conflict", "base_rev",
                        "the scene is at revision %llu, not %llu", (unsigned long long)lum_document_rev(d->world.doc),
-                       (unsigned long long)c->base_rev);
+                       (unsigned long long)q->base_rev);
         goto refused;
     }
-    if (!change_world(d, c, expansion, &p->changes, &err))
+    if (!change_world(d, q, expansion, &p->changes, &err))
         goto refused;
-    p->command = c;
+    p->request = q;
     p->expansion = *expansion;
     p->scene_rev = lum_document_rev(d->world.doc);
-    p->next = d->pending;
-    d->pending = p;
+    p->next = d->staged;
+    d->staged = p;
     return;
 refused:
     lum_free(p);
     lum_expansion_finish(expansion);
-    refuse_edit(d, c, &err);
+    refuse_edit(d, q, &err);
 }
 
-static void start_import(struct lum_director *d, struct lum_command *c)
+static void start_import(struct lum_director *d, struct lum_request *q)
 {
     struct lum_proto_error err;
     struct lum_import_job **last = &d->jobs, *job = NULL;
@@ -87,29 +87,29 @@ static void start_import(struct lum_director *d, struct lum_command *c)
     else if (!(job = lum_calloc(1, sizeof *job)))
         lum_proto_fail_memory(&err);
     if (!job) {
-        refuse_edit(d, c, &err);
+        refuse_edit(d, q, &err);
         return;
     }
     job->director = d;
-    job->command = c;
+    job->request = q;
     *last = job;
 }
 
-void lum_director_edit(struct lum_director *d, struct lum_command *c)
+void lum_director_edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
-    if (c->kind == LUM_CMD_SCENE_APPLY && lum_ops_need_import(&c->ops)) {
+    if (q->kind == LUM_REQUEST_SCENE_APPLY && lum_ops_need_import(&q->ops)) {
         if (d->config.assets_dir) {
-            start_import(d, c);
+            start_import(d, q);
             return;
         }
         struct lum_proto_error err;
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
                        "this server has no folder of model files: start it with --assets DIR");
-        refuse_edit(d, c, &err);
+        refuse_edit(d, q, &err);
         return;
     }
-    apply(d, c, &none);
+    apply(d, q, &none);
 }
 
 /* ---- imports ---- */
@@ -127,7 +127,7 @@ static void tell_progress(void *user, const char *id, const char *stage, double 
     lum_json_add_string(params, "id", id);
     lum_json_add_string(params, "stage", stage);
     lum_json_add_number(params, "fraction", fraction);
-    lum_director_send(job->director, LUM_OUT_TEXT, job->command->session,
+    lum_director_send(job->director, LUM_OUT_TEXT, job->request->session,
                       lum_rpc_notification("import.progress", params));
 }
 
@@ -139,7 +139,7 @@ static void *import_main(void *arg)
     struct lum_import_config config = {
         .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
-    job->ok = lum_ops_expand(&context, &job->command->ops, &job->expansion, &job->error);
+    job->ok = lum_ops_expand(&context, &job->request->ops, &job->expansion, &job->error);
     atomic_store_explicit(&job->done, true, memory_order_release);
     lum_director_ring(d);
     return NULL;
@@ -150,10 +150,10 @@ static void finish_import(struct lum_director *d, struct lum_import_job *job)
     pthread_join(job->thread, NULL);
     count(d, job->ok ? &d->metrics.imports : &d->metrics.imports_failed);
     if (job->ok) {
-        apply(d, job->command, &job->expansion);
+        apply(d, job->request, &job->expansion);
     } else {
         lum_log(&d->config.log, LUM_LOG_WARNING, "import", "%s: %s", job->error.path, job->error.text);
-        refuse_edit(d, job->command, &job->error);
+        refuse_edit(d, job->request, &job->error);
     }
     lum_free(job);
 }
@@ -166,7 +166,7 @@ static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
         return;
     d->jobs = job->next;
     lum_proto_fail(&job->error, LUM_PROTO_APPLICATION, "busy", "ops", "no thread for the import; try again");
-    refuse_edit(d, job->command, &job->error);
+    refuse_edit(d, job->request, &job->error);
     lum_free(job);
 }
 
@@ -203,7 +203,7 @@ void lum_director_drop_imports(struct lum_director *d)
         if (job->started)
             pthread_join(job->thread, NULL);
         lum_expansion_finish(&job->expansion);
-        lum_command_destroy(job->command);
+        lum_request_destroy(job->request);
         lum_free(job);
     }
     d->jobs = NULL;
@@ -211,11 +211,11 @@ void lum_director_drop_imports(struct lum_director *d)
 
 /* ---- commit ---- */
 
-static void pending_free(struct lum_pending *p)
+static void staged_free(struct lum_staged_edit *p)
 {
     lum_changes_finish(&p->changes);
     lum_expansion_finish(&p->expansion);
-    lum_command_destroy(p->command);
+    lum_request_destroy(p->request);
     lum_free(p);
 }
 
@@ -224,22 +224,22 @@ static void pending_free(struct lum_pending *p)
 static bool publish_scene(struct lum_director *d)
 {
     struct lum_error e;
-    while (d->pending && lum_world_commit(&d->world, &e)) {
-        struct lum_pending *p = d->pending;
+    while (d->staged && lum_world_commit(&d->world, &e)) {
+        struct lum_staged_edit *p = d->staged;
         struct lum_proto_error err;
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "an edit could not be shown and is taken back: %s", e.text);
         lum_apply_error(&e, "", &err);
-        d->pending = p->next;
+        d->staged = p->next;
         lum_world_rollback(&d->world, &p->changes);
-        lum_director_refuse(d, p->command, &err);
+        lum_director_refuse(d, p->request, &err);
         count(d, &d->metrics.edits_refused);
-        pending_free(p);
+        staged_free(p);
     }
-    return d->pending != NULL;
+    return d->staged != NULL;
 }
 
 /* emits: what changed of objects that shine, or NULL; taken over. */
-static void announce(struct lum_director *d, const struct lum_pending *p, cJSON *emits)
+static void announce(struct lum_director *d, const struct lum_staged_edit *p, cJSON *emits)
 {
     cJSON *result = cJSON_CreateObject();
     lum_json_add_number(result, "scene_rev", (double)p->scene_rev);
@@ -249,15 +249,15 @@ static void announce(struct lum_director *d, const struct lum_pending *p, cJSON 
             lum_json_add(warnings, NULL, cJSON_CreateString(p->expansion.warnings[i]));
         lum_json_add(result, "warnings", warnings);
     }
-    lum_director_reply(d, p->command, result);
+    lum_director_reply(d, p->request, result);
     cJSON *changed = cJSON_CreateObject();
     lum_json_add_number(changed, "scene_rev", (double)p->scene_rev);
-    lum_json_add_string(changed, "op_id", p->command->op_id);
-    lum_json_add_string(changed, "user", p->command->user);
+    lum_json_add_string(changed, "op_id", p->request->op_id);
+    lum_json_add_string(changed, "user", p->request->user);
     lum_json_add(changed, "ops", lum_changes_to_json(&p->changes));
     if (emits)
         lum_json_add(changed, "emits", emits);
-    lum_director_send(d, LUM_OUT_BROADCAST, p->command->session, lum_rpc_notification("scene.changed", changed));
+    lum_director_send(d, LUM_OUT_BROADCAST, p->request->session, lum_rpc_notification("scene.changed", changed));
     count(d, &d->metrics.edits);
 }
 
@@ -271,7 +271,7 @@ static void count_scene(struct lum_director *d)
 
 void lum_director_commit(struct lum_director *d)
 {
-    if (!d->pending)
+    if (!d->staged)
         return;
     const struct lum_snapshot *was = d->world.snapshot ? lum_snapshot_ref(d->world.snapshot) : NULL;
     bool published = publish_scene(d);
@@ -281,32 +281,32 @@ void lum_director_commit(struct lum_director *d)
         return;
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
     count_scene(d); /* before the replies: who got one reads numbers of its own edit */
-    struct lum_pending *oldest_first = NULL;
+    struct lum_staged_edit *oldest_first = NULL;
     int64_t received_ns = 0;
-    while (d->pending) {
-        struct lum_pending *p = d->pending;
-        d->pending = p->next;
+    while (d->staged) {
+        struct lum_staged_edit *p = d->staged;
+        d->staged = p->next;
         p->next = oldest_first;
         oldest_first = p;
-        received_ns = p->command->received_ns > received_ns ? p->command->received_ns : received_ns;
+        received_ns = p->request->received_ns > received_ns ? p->request->received_ns : received_ns;
     }
     while (oldest_first) {
-        struct lum_pending *p = oldest_first;
+        struct lum_staged_edit *p = oldest_first;
         oldest_first = p->next;
         announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
-        pending_free(p);
+        staged_free(p);
     }
     lum_director_refresh_views(d, received_ns);
 }
 
-void lum_director_scene_get(struct lum_director *d, const struct lum_command *c)
+void lum_director_scene_get(struct lum_director *d, const struct lum_request *q)
 {
-    cJSON *result = lum_document_to_json(d->world.doc, c->expand);
+    cJSON *result = lum_document_to_json(d->world.doc, q->expand);
     bool whole =
-        result && (!c->expand || lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")));
+        result && (!q->expand || lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")));
     if (result && !(whole && lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc)))) {
         cJSON_Delete(result);
         result = NULL;
     }
-    lum_director_reply(d, c, result);
+    lum_director_reply(d, q, result);
 }

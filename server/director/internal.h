@@ -23,9 +23,9 @@ struct cJSON;
 #define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
 
 /* An edit that is applied and not committed yet. */
-struct lum_pending {
-    struct lum_pending *next; /* the one before it: taken back first to last */
-    struct lum_command *command;
+struct lum_staged_edit {
+    struct lum_staged_edit *next; /* the one before it: taken back first to last */
+    struct lum_request *request;
     struct lum_changes changes;
     uint64_t scene_rev;
     struct lum_expansion expansion; /* warnings for the reply */
@@ -34,7 +34,7 @@ struct lum_pending {
 struct lum_import_job {
     struct lum_import_job *next;
     struct lum_director *director;
-    struct lum_command *command;
+    struct lum_request *request;
     /* written by the import thread, read after done */
     struct lum_expansion expansion;
     struct lum_proto_error error;
@@ -58,7 +58,7 @@ struct lum_director {
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
     uint64_t order; /* counts changes */
-    struct lum_pending *pending; /* newest first */
+    struct lum_staged_edit *staged; /* newest first */
     struct lum_import_job *jobs; /* oldest first */
     pthread_t thread;
     bool has_thread;
@@ -66,7 +66,7 @@ struct lum_director {
     pthread_mutex_t lock;
     pthread_cond_t bell; /* inbox, a finished import, a hungry stream, stop; monotonic clock */
     /* guarded by lock */
-    struct lum_command *inbox, **inbox_tail;
+    struct lum_request *inbox, **inbox_tail;
     uint32_t n_inbox;
     size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
@@ -89,14 +89,14 @@ void lum_director_ring(struct lum_director *d); /* any thread */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
 void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream);
 void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id);
-/* Answers a command that has an rpc_id; result is consumed. */
-void lum_director_reply(struct lum_director *d, const struct lum_command *c, struct cJSON *result);
-void lum_director_refuse(struct lum_director *d, const struct lum_command *c, const struct lum_proto_error *err);
+/* Answers a request that has an rpc_id; result is consumed. */
+void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result);
+void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err);
 
 /* ---- director_scene.c ---- */
-/* Takes the command over. */
-void lum_director_edit(struct lum_director *d, struct lum_command *c);
-void lum_director_scene_get(struct lum_director *d, const struct lum_command *c);
+/* Takes the request over. */
+void lum_director_edit(struct lum_director *d, struct lum_request *q);
+void lum_director_scene_get(struct lum_director *d, const struct lum_request *q);
 /* Takes in finished imports, starts waiting ones. */
 void lum_director_turn_imports(struct lum_director *d);
 /* Publishes pending edits, answers them, and refreshes the views. */
@@ -105,9 +105,9 @@ void lum_director_commit(struct lum_director *d);
 void lum_director_drop_imports(struct lum_director *d);
 
 /* ---- director_views.c ---- */
-void lum_director_view_open(struct lum_director *d, const struct lum_command *c);
-void lum_director_view_update(struct lum_director *d, const struct lum_command *c);
-void lum_director_view_close(struct lum_director *d, const struct lum_command *c);
+void lum_director_view_open(struct lum_director *d, const struct lum_request *q);
+void lum_director_view_update(struct lum_director *d, const struct lum_request *q);
+void lum_director_view_close(struct lum_director *d, const struct lum_request *q);
 void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session);
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
 struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id);
@@ -117,9 +117,9 @@ struct lum_server_view *lum_director_choose_view(struct lum_director *d);
 void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
 
 /* ---- director_query.c ---- */
-void lum_director_pick(struct lum_director *d, const struct lum_command *c);
-void lum_director_bounds(struct lum_director *d, const struct lum_command *c);
-void lum_director_probe(struct lum_director *d, const struct lum_command *c);
-void lum_director_stats(struct lum_director *d, const struct lum_command *c);
+void lum_director_pick(struct lum_director *d, const struct lum_request *q);
+void lum_director_bounds(struct lum_director *d, const struct lum_request *q);
+void lum_director_probe(struct lum_director *d, const struct lum_request *q);
+void lum_director_stats(struct lum_director *d, const struct lum_request *q);
 
 #endif

@@ -12,22 +12,22 @@ static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
     return lum_json_add(o, key, cJSON_CreateDoubleArray(values, n));
 }
 
-/* What lies under the command's pixel. False: refused. */
-static bool pick(struct lum_director *d, const struct lum_command *c, struct lum_pick *ret_pick)
+/* What lies under the request's pixel. False: refused. */
+static bool pick(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick)
 {
     struct lum_proto_error err;
-    const struct lum_server_view *v = lum_director_find_view(d, c->session, c->view_id);
+    const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
     if (!v)
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", c->view_id);
-    else if (!(c->x >= 0.0 && c->x < v->settings.w))
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
+    else if (!(q->x >= 0.0 && q->x < v->settings.w))
         lum_proto_fail_range(&err, "x", 0.0, v->settings.w);
-    else if (!(c->y >= 0.0 && c->y < v->settings.h))
+    else if (!(q->y >= 0.0 && q->y < v->settings.h))
         lum_proto_fail_range(&err, "y", 0.0, v->settings.h);
     else {
-        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, c->x, c->y, ret_pick);
+        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
         return true;
     }
-    lum_director_refuse(d, c, &err);
+    lum_director_refuse(d, q, &err);
     return false;
 }
 
@@ -38,10 +38,10 @@ static bool add_point(cJSON *o, const struct lum_pick *p)
     return add_numbers(o, "point", point, 3) && add_numbers(o, "normal", normal, 3);
 }
 
-void lum_director_pick(struct lum_director *d, const struct lum_command *c)
+void lum_director_pick(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_pick p;
-    if (!pick(d, c, &p))
+    if (!pick(d, q, &p))
         return;
     cJSON *o = cJSON_CreateObject();
     if (p.hit) {
@@ -51,49 +51,49 @@ void lum_director_pick(struct lum_director *d, const struct lum_command *c)
     } else {
         lum_json_add(o, "id", cJSON_CreateNull());
     }
-    lum_director_reply(d, c, o);
+    lum_director_reply(d, q, o);
 }
 
-void lum_director_bounds(struct lum_director *d, const struct lum_command *c)
+void lum_director_bounds(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_box box;
     struct lum_proto_error err;
-    if (!lum_snapshot_bounds(d->world.snapshot, c->id, &box)) {
+    if (!lum_snapshot_bounds(d->world.snapshot, q->id, &box)) {
         char near[sizeof err.text / 2] = "";
-        if (!lum_document_find(d->world.doc, c->id))
-            lum_document_nearest(d->world.doc, LUM_RECORD_TYPE_COUNT, c->id, near, sizeof near);
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen%s", c->id,
+        if (!lum_document_find(d->world.doc, q->id))
+            lum_document_nearest(d->world.doc, LUM_RECORD_TYPE_COUNT, q->id, near, sizeof near);
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "nothing of \"%s\" is to be seen%s", q->id,
                        near);
-        lum_director_refuse(d, c, &err);
+        lum_director_refuse(d, q, &err);
         return;
     }
     const double lo[3] = {box.lo.x, box.lo.y, box.lo.z}, hi[3] = {box.hi.x, box.hi.y, box.hi.z};
     cJSON *o = cJSON_CreateObject();
     add_numbers(o, "min", lo, 3);
     add_numbers(o, "max", hi, 3);
-    lum_director_reply(d, c, o);
+    lum_director_reply(d, q, o);
 }
 
-void lum_director_probe(struct lum_director *d, const struct lum_command *c)
+void lum_director_probe(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_pick at = {.hit = true,
-                          .point_world = {c->point[0], c->point[1], c->point[2]},
-                          .normal = lum_v3((float)c->normal[0], (float)c->normal[1], (float)c->normal[2])};
+                          .point_world = {q->point[0], q->point[1], q->point[2]},
+                          .normal = lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])};
     struct lum_proto_error err;
-    if (!c->has_point && !pick(d, c, &at))
+    if (!q->has_point && !pick(d, q, &at))
         return;
     at.normal = lum_normalize(at.normal);
     if (!at.hit) {
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing under this pixel");
-        lum_director_refuse(d, c, &err);
+        lum_director_refuse(d, q, &err);
         return;
     }
     struct lum_probe probe;
     struct lum_error e;
     uint64_t rays = 0;
-    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, c->samples, 0, &probe, &rays, &e)) {
+    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, q->samples, 0, &probe, &rays, &e)) {
         lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
-        lum_director_refuse(d, c, &err);
+        lum_director_refuse(d, q, &err);
         return;
     }
     const double rgb[3] = {(double)probe.irradiance.r, (double)probe.irradiance.g, (double)probe.irradiance.b};
@@ -102,9 +102,9 @@ void lum_director_probe(struct lum_director *d, const struct lum_command *c)
     lum_json_add_number(o, "stderr_lx", probe.stderr_lx);
     add_numbers(o, "irradiance", rgb, 3);
     add_point(o, &at);
-    lum_json_add_number(o, "samples", c->samples);
+    lum_json_add_number(o, "samples", q->samples);
     lum_json_add_number(o, "rays", (double)rays);
-    lum_director_reply(d, c, o);
+    lum_director_reply(d, q, o);
 }
 
 /* ---- stats.get ---- */
@@ -174,7 +174,7 @@ static cJSON *methods_json(void)
     return list;
 }
 
-void lum_director_stats(struct lum_director *d, const struct lum_command *c)
+void lum_director_stats(struct lum_director *d, const struct lum_request *q)
 {
     cJSON *o = cJSON_CreateObject(), *views = cJSON_CreateArray();
     lum_json_add_string(o, "version", LUMEND_VERSION);
@@ -189,5 +189,5 @@ void lum_director_stats(struct lum_director *d, const struct lum_command *c)
     for (const struct lum_server_view *v = d->views; v; v = v->next)
         lum_json_add(views, NULL, view_json(d, v));
     lum_json_add(o, "views", views);
-    lum_director_reply(d, c, o);
+    lum_director_reply(d, q, o);
 }

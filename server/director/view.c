@@ -39,8 +39,8 @@ static bool resolve_camera(const struct lum_view_params *want, const struct lum_
 
 static bool fail_method(const char *name, struct lum_proto_error *err)
 {
-    char near[LUM_NAMES_BYTES];
-    lum_names_of_method(name, near);
+    char near[LUM_SUGGEST_BYTES];
+    lum_suggest_method(name, near);
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "method", "there is no method \"%s\"%s", name,
                           near);
 }
@@ -378,7 +378,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_en
                                   .display = display(v, film),
                                   .overlay = overlay(v),
                                   .header = frame_header(v, due == LUM_DUE_FINAL)};
-    struct lum_blob_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_blob_tile *));
+    struct lum_encoded_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_encoded_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
     enum lum_status st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);

@@ -60,8 +60,8 @@ static void read_effects(struct lum_json_reader *r, struct lum_view_params *p)
         enum lum_effect e;
         unsigned choice = 0;
         if (!lum_effect_find(m->string, strlen(m->string), &e)) {
-            char near[LUM_NAMES_BYTES];
-            lum_names_of_effect(m->string, near);
+            char near[LUM_SUGGEST_BYTES];
+            lum_suggest_effect(m->string, near);
             lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "unknown_field", m->string, "unknown effect \"%.64s\"%s",
                            m->string, near);
             lum_json_fail(&effects);

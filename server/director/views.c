@@ -28,26 +28,26 @@ struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lu
 }
 
 /* NULL: refused. */
-static struct lum_server_view *require_view(struct lum_director *d, const struct lum_command *c, uint32_t id)
+static struct lum_server_view *require_view(struct lum_director *d, const struct lum_request *q, uint32_t id)
 {
-    struct lum_server_view *v = lum_director_find_view(d, c->session, id);
+    struct lum_server_view *v = lum_director_find_view(d, q->session, id);
     if (!v) {
         struct lum_proto_error err;
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", id);
-        lum_director_refuse(d, c, &err);
+        lum_director_refuse(d, q, &err);
     }
     return v;
 }
 
-static bool has_room(const struct lum_director *d, const struct lum_command *c,
+static bool has_room(const struct lum_director *d, const struct lum_request *q,
                      const struct lum_server_view *instead_of, struct lum_proto_error *err)
 {
-    uint64_t n = 0, own = 0, pixels = (uint64_t)(c->view.size[0] * c->view.size[1]);
+    uint64_t n = 0, own = 0, pixels = (uint64_t)(q->view.size[0] * q->view.size[1]);
     for (const struct lum_server_view *v = d->views; v; v = v->next) {
         if (v == instead_of)
             continue;
         n++;
-        own += same_session(v->session, c->session);
+        own += same_session(v->session, q->session);
         pixels += (uint64_t)v->settings.w * v->settings.h;
     }
     if (own >= LUM_LIMIT_VIEWS_PER_SESSION)
@@ -62,15 +62,15 @@ static bool has_room(const struct lum_director *d, const struct lum_command *c,
     return true;
 }
 
-void lum_director_view_open(struct lum_director *d, const struct lum_command *c)
+void lum_director_view_open(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
     struct lum_server_view *v;
-    if (!has_room(d, c, NULL, &err) || !lum_server_view_create(&d->world, &c->view, d->next_view_id + 1, &v, &err)) {
-        lum_director_refuse(d, c, &err);
+    if (!has_room(d, q, NULL, &err) || !lum_server_view_create(&d->world, &q->view, d->next_view_id + 1, &v, &err)) {
+        lum_director_refuse(d, q, &err);
         return;
     }
-    v->session = c->session;
+    v->session = q->session;
     v->next = d->views;
     d->views = v;
     d->next_view_id++;
@@ -78,26 +78,26 @@ void lum_director_view_open(struct lum_director *d, const struct lum_command *c)
     pthread_mutex_lock(&d->lock);
     d->metrics.views = d->n_views;
     pthread_mutex_unlock(&d->lock);
-    lum_server_view_refresh(v, &d->world, c->received_ns, ++d->order);
-    lum_director_send_stream(d, c->session, lum_stream_ref(v->stream));
+    lum_server_view_refresh(v, &d->world, q->received_ns, ++d->order);
+    lum_director_send_stream(d, q->session, lum_stream_ref(v->stream));
     cJSON *result = cJSON_CreateObject();
     lum_json_add_number(result, "view_id", v->id);
-    lum_director_reply(d, c, result);
+    lum_director_reply(d, q, result);
 }
 
-void lum_director_view_update(struct lum_director *d, const struct lum_command *c)
+void lum_director_view_update(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
-    struct lum_server_view *v = require_view(d, c, c->view_id);
+    struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
         return;
-    if ((c->view.given & LUM_VIEW_BIT(SIZE) && !has_room(d, c, v, &err)) ||
-        !lum_server_view_update(v, &d->world, &c->view, &err)) {
-        lum_director_refuse(d, c, &err);
+    if ((q->view.given & LUM_VIEW_BIT(SIZE) && !has_room(d, q, v, &err)) ||
+        !lum_server_view_update(v, &d->world, &q->view, &err)) {
+        lum_director_refuse(d, q, &err);
         return;
     }
-    lum_server_view_refresh(v, &d->world, c->received_ns, ++d->order);
-    lum_director_reply(d, c, cJSON_CreateObject());
+    lum_server_view_refresh(v, &d->world, q->received_ns, ++d->order);
+    lum_director_reply(d, q, cJSON_CreateObject());
 }
 
 /* Takes the view at *at out of the list. */
@@ -113,16 +113,16 @@ static void close_view(struct lum_director *d, struct lum_server_view **at)
     pthread_mutex_unlock(&d->lock);
 }
 
-void lum_director_view_close(struct lum_director *d, const struct lum_command *c)
+void lum_director_view_close(struct lum_director *d, const struct lum_request *q)
 {
-    struct lum_server_view *v = require_view(d, c, c->view_id);
+    struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
         return;
     struct lum_server_view **at = &d->views;
     while (*at != v)
         at = &(*at)->next;
     close_view(d, at);
-    lum_director_reply(d, c, cJSON_CreateObject());
+    lum_director_reply(d, q, cJSON_CreateObject());
 }
 
 void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session)

@@ -47,7 +47,7 @@ static enum lum_status convert(struct lum_assimp *a, struct lum_error *err)
     if (!a->meshes || !a->n_shown || !a->materials)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory");
     lum_emit_progress(&a->im->emit, "build", 0.0);
-    enum lum_status status = lum_assimp_place_nodes(a, err);
+    enum lum_status status = lum_assimp_flatten_nodes(a, err);
     if (!status)
         status = lum_assimp_nodes(a, err);
     if (!status)
@@ -73,7 +73,7 @@ enum lum_status lum_assimp_import(struct lum_importer *im, const struct lum_byte
     lum_free(a.n_shown);
     lum_free(a.materials);
     lum_free(a.images);
-    lum_free(a.places);
+    lum_free(a.nodes);
     aiReleaseImport(a.scene);
     return status;
 }

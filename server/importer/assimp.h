@@ -23,7 +23,7 @@ struct lum_assimp_material {
     bool shines, evenly; /* it is a light; without a texture that says where */
 };
 
-struct lum_assimp_place {
+struct lum_assimp_node {
     const struct aiNode *node;
     struct lum_affined to_world;
 };
@@ -37,8 +37,8 @@ struct lum_assimp {
     struct lum_assimp_material *materials;
     struct lum_assimp_image *images;
     uint32_t n_images, images_cap;
-    struct lum_assimp_place *places; /* of all nodes, parents before children */
-    size_t n_places, places_cap;
+    struct lum_assimp_node *nodes; /* of all nodes, parents before children */
+    size_t n_nodes, nodes_cap;
     bool warned_units;
 };
 
@@ -57,7 +57,7 @@ LUM_MUST_USE enum lum_status lum_assimp_image(struct lum_assimp *a, const char *
                                               bool linear, lum_id ret_id, struct lum_error *err);
 
 /* ---- assimp_node.c, assimp_light.c ---- */
-LUM_MUST_USE enum lum_status lum_assimp_place_nodes(struct lum_assimp *a, struct lum_error *err); /* fills places */
+LUM_MUST_USE enum lum_status lum_assimp_flatten_nodes(struct lum_assimp *a, struct lum_error *err); /* fills nodes */
 LUM_MUST_USE enum lum_status lum_assimp_nodes(struct lum_assimp *a, struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_assimp_lights(struct lum_assimp *a, struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_assimp_cameras(struct lum_assimp *a, struct lum_error *err);

@@ -85,8 +85,8 @@ static enum lum_status send(struct lum_assimp *a, struct lum_assimp_image *image
     }
     const char *slash = strrchr(color_path, '/'), *back = strrchr(color_path, '\\');
     const char *name = back && (!slash || back > slash) ? back + 1 : slash ? slash + 1 : color_path;
-    struct lum_name_request request = {"image/", name, "image", a->n_images};
-    enum lum_status status = lum_names_make(&a->im->names, &request, image->id, err);
+    struct lum_id_request request = {"image/", name, "image", a->n_images};
+    enum lum_status status = lum_ids_make(&a->im->ids, &request, image->id, err);
     if (!status)
         status = lum_image_emit(a->im, image->id, &texels, linear, err);
     lum_free(texels.pixels);

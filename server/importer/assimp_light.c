@@ -15,11 +15,11 @@ void lum_assimp_warn_units(struct lum_assimp *a)
     a->warned_units = true;
 }
 
-static struct lum_affined place_of(const struct lum_assimp *a, const struct aiString *name)
+static struct lum_affined to_world_of(const struct lum_assimp *a, const struct aiString *name)
 {
-    for (size_t i = 0; i < a->n_places; i++)
-        if (strcmp(a->places[i].node->mName.data, name->data) == 0)
-            return a->places[i].to_world;
+    for (size_t i = 0; i < a->n_nodes; i++)
+        if (strcmp(a->nodes[i].node->mName.data, name->data) == 0)
+            return a->nodes[i].to_world;
     return lum_affined_identity();
 }
 
@@ -93,7 +93,7 @@ static bool put_quad(struct lum_op_text *op, const struct aiLight *l, const stru
     return true;
 }
 
-/* False: the light cannot be placed. */
+/* False: the light cannot be described. */
 static bool describe(struct lum_op_text *op, const struct aiLight *l, const char *kind, const struct lum_affined *m)
 {
     double p[3], d[3];
@@ -122,15 +122,15 @@ static enum lum_status send_light(struct lum_assimp *a, uint32_t i, struct lum_e
     const char *kind = kind_of(l->mType);
     double c[3] = {(double)l->mColorDiffuse.r, (double)l->mColorDiffuse.g, (double)l->mColorDiffuse.b};
     double y = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-    struct lum_affined place = place_of(a, &l->mName);
-    struct lum_name_request name = {"", l->mName.data, "light", i};
+    struct lum_affined to_world = to_world_of(a, &l->mName);
+    struct lum_id_request name = {"", l->mName.data, "light", i};
     struct lum_op_text op;
     lum_id id;
-    enum lum_status status = lum_names_make(&a->im->names, &name, id, err);
+    enum lum_status status = lum_ids_make(&a->im->ids, &name, id, err);
     if (status)
         return status;
     lum_op_begin(&op, "light", id);
-    if (!kind || !(y > 0.0) || y > 1e9 || !describe(&op, l, kind, &place)) {
+    if (!kind || !(y > 0.0) || y > 1e9 || !describe(&op, l, kind, &to_world)) {
         lum_emit_warning(&a->im->emit, "light %.60s is left out: its kind, colour or place is not usable",
                          l->mName.data);
         return LUM_OK;
@@ -159,12 +159,12 @@ enum lum_status lum_assimp_lights(struct lum_assimp *a, struct lum_error *err)
 static enum lum_status send_camera(struct lum_assimp *a, uint32_t i, struct lum_error *err)
 {
     const struct aiCamera *c = a->scene->mCameras[i];
-    struct lum_affined place = place_of(a, &c->mName);
+    struct lum_affined to_world = to_world_of(a, &c->mName);
     double p[3], d[3], up[3], target[3];
     double hfov = (double)c->mHorizontalFOV, aspect = c->mAspect > 0.0f ? (double)c->mAspect : 1.5;
     double vfov_deg = 2.0 * atan(tan(0.5 * hfov) / aspect) * DEG_PER_RAD;
-    if (!point_of(&place, &c->mPosition, p) || !direction_of(&place, &c->mLookAt, d) ||
-        !direction_of(&place, &c->mUp, up) || !(vfov_deg > 0.0)) {
+    if (!point_of(&to_world, &c->mPosition, p) || !direction_of(&to_world, &c->mLookAt, d) ||
+        !direction_of(&to_world, &c->mUp, up) || !(vfov_deg > 0.0)) {
         lum_emit_warning(&a->im->emit, "camera %.60s is left out: its angle or place is not usable", c->mName.data);
         return LUM_OK;
     }
@@ -175,10 +175,10 @@ static enum lum_status send_camera(struct lum_assimp *a, uint32_t i, struct lum_
     }
     for (int k = 0; k < 3; k++)
         target[k] = p[k] + d[k];
-    struct lum_name_request name = {"", c->mName.data, "camera", i};
+    struct lum_id_request name = {"", c->mName.data, "camera", i};
     struct lum_op_text op;
     lum_id id;
-    enum lum_status status = lum_names_make(&a->im->names, &name, id, err);
+    enum lum_status status = lum_ids_make(&a->im->ids, &name, id, err);
     if (status)
         return status;
     lum_op_begin(&op, "camera", id);

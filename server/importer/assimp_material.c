@@ -143,10 +143,10 @@ enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum
     struct maps maps = {0};
     aiGetMaterialString(m, AI_MATKEY_NAME, &label);
     read_look(m, &l);
-    struct lum_name_request name = {"material/", label.data, "material", i};
+    struct lum_id_request name = {"material/", label.data, "material", i};
     enum lum_status status = send_maps(a, &l, &maps, err);
     if (!status)
-        status = lum_names_make(&a->im->names, &name, a->materials[i].id, err);
+        status = lum_ids_make(&a->im->ids, &name, a->materials[i].id, err);
     if (status)
         return status;
     /* a picture stands for the colour: exporters leave black or arbitrary factors beside it */

@@ -69,7 +69,7 @@ static enum lum_status send_mesh(struct lum_assimp *a, uint32_t i, struct lum_er
         return LUM_OK;
     if (m->mNumVertices > LUM_LIMIT_VERTICES || m->mNumFaces > LUM_LIMIT_TRIANGLES)
         return lum_fail(err, LUM_ERR_LIMIT, "", "a mesh has more than %u vertices or triangles", LUM_LIMIT_VERTICES);
-    struct lum_name_request name = {"mesh/", m->mName.data, "mesh", i};
+    struct lum_id_request name = {"mesh/", m->mName.data, "mesh", i};
     enum lum_status status = LUM_OK;
     uint32_t n_lamps = material->shines && material->evenly ? a->n_shown[i] : 0;
     if (copy_arrays(m, &arrays))
@@ -91,37 +91,37 @@ static struct lum_affined from_matrix(const struct aiMatrix4x4 *m)
     }};
 }
 
-static bool add_place(struct lum_assimp *a, const struct aiNode *node, const struct lum_affined *parent)
+static bool add_node(struct lum_assimp *a, const struct aiNode *node, const struct lum_affined *parent)
 {
-    if (a->n_places == a->places_cap) {
-        size_t cap = a->places_cap ? 2 * a->places_cap : 64;
-        struct lum_assimp_place *grown = lum_calloc(cap, sizeof *grown);
+    if (a->n_nodes == a->nodes_cap) {
+        size_t cap = a->nodes_cap ? 2 * a->nodes_cap : 64;
+        struct lum_assimp_node *grown = lum_calloc(cap, sizeof *grown);
         if (!grown)
             return false;
-        if (a->n_places)
-            memcpy(grown, a->places, a->n_places * sizeof *grown);
-        lum_free(a->places);
-        a->places = grown;
-        a->places_cap = cap;
+        if (a->n_nodes)
+            memcpy(grown, a->nodes, a->n_nodes * sizeof *grown);
+        lum_free(a->nodes);
+        a->nodes = grown;
+        a->nodes_cap = cap;
     }
     struct lum_affined local = from_matrix(&node->mTransformation);
-    a->places[a->n_places++] = (struct lum_assimp_place){node, lum_affined_mul(parent, &local)};
+    a->nodes[a->n_nodes++] = (struct lum_assimp_node){node, lum_affined_mul(parent, &local)};
     return true;
 }
 
-enum lum_status lum_assimp_place_nodes(struct lum_assimp *a, struct lum_error *err)
+enum lum_status lum_assimp_flatten_nodes(struct lum_assimp *a, struct lum_error *err)
 {
     struct lum_affined world = lum_affined_identity();
-    bool ok = !a->scene->mRootNode || add_place(a, a->scene->mRootNode, &world);
-    for (size_t i = 0; ok && i < a->n_places; i++) {
-        const struct lum_assimp_place parent = a->places[i];
+    bool ok = !a->scene->mRootNode || add_node(a, a->scene->mRootNode, &world);
+    for (size_t i = 0; ok && i < a->n_nodes; i++) {
+        const struct lum_assimp_node parent = a->nodes[i];
         for (unsigned k = 0; ok && k < parent.node->mNumChildren; k++)
-            ok = add_place(a, parent.node->mChildren[k], &parent.to_world);
+            ok = add_node(a, parent.node->mChildren[k], &parent.to_world);
     }
     return ok ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for nodes");
 }
 
-static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp_place *v, uint32_t mesh, uint32_t part,
+static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp_node *v, uint32_t mesh, uint32_t part,
                                    struct lum_error *err)
 {
     const struct aiMesh *m = a->scene->mMeshes[mesh];
@@ -132,8 +132,8 @@ static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp
     memcpy(matrix, v->to_world.m, sizeof v->to_world.m);
     /* Formats without nodes give all meshes to one that is named after the file; their own names say more. */
     const char *label = v->node->mNumMeshes > 1 && m->mName.length ? m->mName.data : v->node->mName.data;
-    struct lum_name_request name = {"", label, "object", mesh};
-    enum lum_status status = lum_names_make(&a->im->names, &name, id, err);
+    struct lum_id_request name = {"", label, "object", mesh};
+    enum lum_status status = lum_ids_make(&a->im->ids, &name, id, err);
     if (status)
         return status;
     lum_op_begin(&op, "object", id);
@@ -145,12 +145,12 @@ static enum lum_status send_object(struct lum_assimp *a, const struct lum_assimp
     return lum_emit_op(&a->im->emit, &op, err);
 }
 
-static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_place *v, uint32_t mesh,
+static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_node *v, uint32_t mesh,
                                  struct lum_error *err)
 {
     if (mesh >= a->scene->mNumMeshes || a->scene->mMeshes[mesh]->mMaterialIndex >= a->scene->mNumMaterials)
         return lum_fail(err, LUM_ERR_INVALID, "", "a node names a mesh or material that is not there");
-    if (!lum_op_can_place(&v->to_world)) {
+    if (!lum_op_transform_fits(&v->to_world)) {
         lum_emit_warning(&a->im->emit, "%.60s is left out: its transform is not invertible or out of range",
                          v->node->mName.data);
         return LUM_OK;
@@ -165,20 +165,20 @@ static enum lum_status show_mesh(struct lum_assimp *a, const struct lum_assimp_p
 
 static void count_shown(struct lum_assimp *a)
 {
-    for (size_t i = 0; i < a->n_places; i++)
-        for (unsigned k = 0; k < a->places[i].node->mNumMeshes; k++)
-            if (a->places[i].node->mMeshes[k] < a->scene->mNumMeshes)
-                a->n_shown[a->places[i].node->mMeshes[k]]++;
+    for (size_t i = 0; i < a->n_nodes; i++)
+        for (unsigned k = 0; k < a->nodes[i].node->mNumMeshes; k++)
+            if (a->nodes[i].node->mMeshes[k] < a->scene->mNumMeshes)
+                a->n_shown[a->nodes[i].node->mMeshes[k]]++;
 }
 
 enum lum_status lum_assimp_nodes(struct lum_assimp *a, struct lum_error *err)
 {
     enum lum_status status = LUM_OK;
     count_shown(a);
-    for (size_t i = 0; i < a->n_places && !status; i++) {
-        const struct lum_assimp_place *place = &a->places[i];
-        for (unsigned k = 0; k < place->node->mNumMeshes && !status; k++)
-            status = show_mesh(a, place, place->node->mMeshes[k], err);
+    for (size_t i = 0; i < a->n_nodes && !status; i++) {
+        const struct lum_assimp_node *v = &a->nodes[i];
+        for (unsigned k = 0; k < v->node->mNumMeshes && !status; k++)
+            status = show_mesh(a, v, v->node->mMeshes[k], err);
     }
     return status;
 }

@@ -72,7 +72,7 @@ void lum_op_numbers(struct lum_op_text *o, const char *key, const double *values
     op_append(o, "]");
 }
 
-bool lum_op_can_place(const struct lum_affined *local_to_world)
+bool lum_op_transform_fits(const struct lum_affined *local_to_world)
 {
     struct lum_affined inverse;
     for (int i = 0; i < 12; i++)

@@ -35,7 +35,7 @@ void lum_op_object(struct lum_op_text *o, const char *key); /* opens {"key":{ ..
 void lum_op_close(struct lum_op_text *o);                   /* closes what lum_op_object opened */
 
 /* True for what an object may have as its transform: finite, invertible, within the coordinates' limit. */
-bool lum_op_can_place(const struct lum_affined *local_to_world);
+bool lum_op_transform_fits(const struct lum_affined *local_to_world);
 
 /* Sends bulk data of the op that follows, and writes {"key":{"blob":k}} into it. */
 void lum_emit_blob(struct lum_emit *e, struct lum_op_text *o, const char *key, const void *bytes, size_t n_bytes);

@@ -191,7 +191,7 @@ static bool read_file(struct lum_gltf *g, const struct lum_bytes *file)
     if (file->n >= 4 && load_u32(file->data) == GLB_MAGIC && !split_glb(g, file, &json))
         return false;
     return parse(g, json) && check_asset(g) && check_extensions(g) && index_arrays(g) && make_tables(g) &&
-           lum_gltf_place_nodes(g) && lum_gltf_emit_nodes(g);
+           lum_gltf_flatten_nodes(g) && lum_gltf_emit_nodes(g);
 }
 
 enum lum_status lum_gltf_import(struct lum_importer *im, const struct lum_bytes *file, struct lum_error *err)

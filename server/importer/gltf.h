@@ -145,7 +145,7 @@ bool lum_gltf_morph(struct lum_gltf *g, const cJSON *primitive, const cJSON *wei
 bool lum_gltf_skin(struct lum_gltf *g, const cJSON *primitive, uint32_t skin, struct lum_gltf_vertices *v);
 
 /* ---- gltf_node.c, gltf_light.c ---- */
-bool lum_gltf_place_nodes(struct lum_gltf *g); /* fills g->nodes */
+bool lum_gltf_flatten_nodes(struct lum_gltf *g); /* fills g->nodes */
 bool lum_gltf_emit_nodes(struct lum_gltf *g);
 bool lum_gltf_emit_light(struct lum_gltf *g, uint32_t light, uint32_t node);
 bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node);

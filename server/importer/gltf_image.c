@@ -48,10 +48,10 @@ static bool send_image(struct lum_gltf *g, uint32_t index, bool linear, struct l
     bool owned = false;
     if (!find_bytes(g, o, &bytes, &owned, err))
         return false;
-    struct lum_name_request name = {"image/", readable_name(g, o), "image", index};
+    struct lum_id_request name = {"image/", readable_name(g, o), "image", index};
     enum lum_status status = lum_image_decode(&bytes, &texels, err);
     if (!status)
-        status = lum_names_make(&g->im->names, &name, image->id, err);
+        status = lum_ids_make(&g->im->ids, &name, image->id, err);
     if (!status) {
         status = lum_image_emit(g->im, image->id, &texels, linear, err);
         if (status) /* the output is full or broken: the import cannot go on */

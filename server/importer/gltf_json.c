@@ -25,7 +25,7 @@ bool lum_gltf_ok(const struct lum_gltf *g)
 }
 
 /* "accessors[3]: ", or nothing at the top of the file. */
-static int place(const struct lum_gltf *g, char *text, size_t cap)
+static int locate(const struct lum_gltf *g, char *text, size_t cap)
 {
     if (g->at_kind == LUM_GLTF_KIND_COUNT)
         return 0;
@@ -37,7 +37,7 @@ bool lum_gltf_fail(struct lum_gltf *g, enum lum_status status, const char *fmt, 
     if (!lum_gltf_ok(g))
         return false;
     g->error.status = status;
-    int n = place(g, g->error.text, sizeof g->error.text);
+    int n = locate(g, g->error.text, sizeof g->error.text);
     va_list args;
     va_start(args, fmt);
     vsnprintf(g->error.text + n, sizeof g->error.text - (size_t)n, fmt, args);
@@ -48,7 +48,7 @@ bool lum_gltf_fail(struct lum_gltf *g, enum lum_status status, const char *fmt, 
 void lum_gltf_warn(struct lum_gltf *g, const char *fmt, ...)
 {
     char text[256];
-    int n = place(g, text, sizeof text);
+    int n = locate(g, text, sizeof text);
     va_list args;
     va_start(args, fmt);
     vsnprintf(text + n, sizeof text - (size_t)n, fmt, args);

@@ -67,13 +67,13 @@ bool lum_gltf_emit_light(struct lum_gltf *g, uint32_t light, uint32_t node)
         lum_gltf_warn(g, "its light is left out: the transform is not finite or out of range");
         return true;
     }
-    struct lum_name_request name = {"", lum_gltf_string(g, owner, "name"), "light", light};
+    struct lum_id_request name = {"", lum_gltf_string(g, owner, "name"), "light", light};
     if (!name.name || !name.name[0])
         name.name = lum_gltf_string(g, o, "name");
     lum_id id;
     struct lum_error err;
     struct lum_op_text op;
-    enum lum_status status = lum_names_make(&g->im->names, &name, id, &err);
+    enum lum_status status = lum_ids_make(&g->im->ids, &name, id, &err);
     if (!status) {
         lum_op_begin(&op, "light", id);
         lum_op_string(&op, "kind", l.kind);
@@ -118,13 +118,13 @@ bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node)
     read_up(&g->nodes[node].to_world, direction, up);
     for (int i = 0; i < 3; i++)
         target[i] = position[i] + direction[i];
-    struct lum_name_request name = {"", lum_gltf_string(g, owner, "name"), "camera", camera};
+    struct lum_id_request name = {"", lum_gltf_string(g, owner, "name"), "camera", camera};
     if (!name.name || !name.name[0])
         name.name = lum_gltf_string(g, o, "name");
     lum_id id;
     struct lum_error err;
     struct lum_op_text op;
-    enum lum_status status = lum_names_make(&g->im->names, &name, id, &err);
+    enum lum_status status = lum_ids_make(&g->im->ids, &name, id, &err);
     if (!status) {
         lum_op_begin(&op, "camera", id);
         lum_op_numbers(&op, "position", position, 3);

@@ -298,10 +298,10 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     material->uv_set = choose_uv_set(g, &look);
     material->shines = luminance_of(look.emission) > 0.0 && !look.unlit;
     material->evenly = !look.emission_texture.image;
-    struct lum_name_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
-                                    index};
+    struct lum_id_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
+                                  index};
     struct lum_error err;
-    enum lum_status status = lum_names_make(&g->im->names, &name, material->id, &err);
+    enum lum_status status = lum_ids_make(&g->im->ids, &name, material->id, &err);
     if (!status)
         status = send_look(g, material->id, &look, &err);
     if (status) {

@@ -156,7 +156,7 @@ static bool send_primitive(struct lum_gltf *g, uint32_t mesh, const cJSON *primi
     struct lum_gltf_vertices v = {0};
     struct triangles t = {0};
     struct lum_error err = {0};
-    struct lum_name_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
+    struct lum_id_request name = {"mesh/", lum_gltf_string(g, o, "name"), "mesh", mesh};
     bool ok = read_vertices(g, primitive, material->uv_set, &v) &&
               read_triangles(g, primitive, (enum mode)mode, v.n, &t) && deform(g, o, primitive, pose, &v);
     if (ok) {

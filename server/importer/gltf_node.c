@@ -111,7 +111,7 @@ static bool mark_scene(struct lum_gltf *g, const uint32_t *queue)
     return lum_gltf_ok(g);
 }
 
-bool lum_gltf_place_nodes(struct lum_gltf *g)
+bool lum_gltf_flatten_nodes(struct lum_gltf *g)
 {
     uint32_t n = g->arrays[LUM_GLTF_NODES].n;
     for (uint32_t i = 0; i < n; i++)
@@ -138,7 +138,7 @@ struct shown {
     bool hidden;
 };
 
-static bool send_object(struct lum_gltf *g, const struct lum_name_request *name, const struct shown *what,
+static bool send_object(struct lum_gltf *g, const struct lum_id_request *name, const struct shown *what,
                         const struct lum_affined *place)
 {
     lum_id id;
@@ -146,7 +146,7 @@ static bool send_object(struct lum_gltf *g, const struct lum_name_request *name,
     struct lum_op_text op;
     double m[16] = {[15] = 1.0};
     memcpy(m, place->m, sizeof place->m);
-    enum lum_status status = lum_names_make(&g->im->names, name, id, &err);
+    enum lum_status status = lum_ids_make(&g->im->ids, name, id, &err);
     if (!status) {
         lum_op_begin(&op, "object", id);
         lum_op_string(&op, "mesh", what->mesh);
@@ -161,7 +161,7 @@ static bool send_object(struct lum_gltf *g, const struct lum_name_request *name,
 }
 
 struct primitive_place {
-    const struct lum_name_request *name; /* of its node */
+    const struct lum_id_request *name; /* of its node */
     uint32_t node, mesh, primitive;
     const struct lum_affined *place;
 };
@@ -172,7 +172,7 @@ static bool emit_primitive(struct lum_gltf *g, const struct primitive_place *p, 
 {
     uint32_t index = lum_gltf_mesh_material(g, p->mesh, p->primitive);
     const struct lum_gltf_material *material = parts->n ? lum_gltf_material(g, index) : NULL;
-    struct lum_name_request name = *p->name;
+    struct lum_id_request name = *p->name;
     char of_material[LUM_LIMIT_ID_BYTES + 1];
     const char *its = lum_gltf_string(g, lum_gltf_item(g, LUM_GLTF_MATERIALS, index), "name");
     bool named = name.name && name.name[0], shines = material && material->shines;
@@ -198,13 +198,13 @@ static bool emit_mesh(struct lum_gltf *g, uint32_t node, uint32_t mesh_index)
     bool owned = false;
     if (!lum_gltf_ok(g))
         return false;
-    if (!lum_op_can_place(&place)) {
+    if (!lum_op_transform_fits(&place)) {
         lum_gltf_warn(g, "its mesh is left out: the transform is not invertible or out of range");
         return true;
     }
     if (!lum_gltf_mesh(g, mesh_index, &pose, &mesh, &owned))
         return false;
-    struct lum_name_request name = {"", lum_gltf_string(g, o, "name"), "node", node};
+    struct lum_id_request name = {"", lum_gltf_string(g, o, "name"), "node", node};
     if (!name.name || !name.name[0])
         name.name = lum_gltf_string(g, lum_gltf_item(g, LUM_GLTF_MESHES, mesh_index), "name");
     bool ok = true;

@@ -1,16 +1,16 @@
-/* What every reader gets: where ops go, where files come from, and the names given out so far. */
+/* What every reader gets: where ops go, where files come from, and the ids given out so far. */
 #ifndef LUM_SERVER_IMPORTER_IMPORTER_H
 #define LUM_SERVER_IMPORTER_IMPORTER_H
 
 #include "server/importer/bytes.h"
 #include "server/importer/emit.h"
 #include "server/importer/files.h"
-#include "server/importer/names.h"
+#include "server/importer/ids.h"
 
 struct lum_importer {
     struct lum_emit emit;
     struct lum_files files;
-    struct lum_names names;
+    struct lum_ids ids;
     const char *asset; /* file name: its ending says the format */
     uint32_t n_fixtures; /* of meshes that were sent fixture by fixture */
 };

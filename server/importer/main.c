@@ -99,7 +99,7 @@ int main(int argc, char **argv)
         return usage(stderr, 2);
     struct lum_importer im = {.emit = {.fd = 1}, .files = {FILE_SOCKET}, .asset = argv[2]};
     struct lum_error err = {0};
-    lum_names_init(&im.names, argv[3]);
+    lum_ids_init(&im.ids, argv[3]);
     enum lum_status status = lum_sandbox_enter(FILE_SOCKET, (unsigned)cpu_s, &err);
     if (!status)
         status = run(&im, argv[1], argv[3], &err);
@@ -109,6 +109,6 @@ int main(int argc, char **argv)
         lum_emit_error(&im.emit, error_code(status), err.text);
     else
         lum_emit_done(&im.emit);
-    lum_names_finish(&im.names);
+    lum_ids_finish(&im.ids);
     return status ? 1 : 0;
 }

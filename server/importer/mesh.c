@@ -109,14 +109,14 @@ static bool sort_triangles(struct split *s, uint32_t n_fixtures)
     return true;
 }
 
-static enum lum_status send_fixtures(struct lum_importer *im, const struct lum_name_request *name, struct split *s,
+static enum lum_status send_fixtures(struct lum_importer *im, const struct lum_id_request *name, struct split *s,
                                      struct lum_mesh_parts *parts, struct lum_error *err)
 {
     uint32_t at = 0;
     enum lum_status status = LUM_OK;
     for (uint32_t f = 0; f < parts->n && !status; f++) {
         extract(s, &at);
-        status = lum_names_make(&im->names, name, parts->ids[f], err);
+        status = lum_ids_make(&im->ids, name, parts->ids[f], err);
         if (!status)
             status = send_arrays(im, parts->ids[f], &s->part, err);
     }
@@ -137,7 +137,7 @@ static uint32_t find_fixtures(const struct lum_importer *im, struct split *s, ui
     return lum_fixtures_find(&q, s->fixture);
 }
 
-static enum lum_status send_apart(struct lum_importer *im, const struct lum_name_request *name,
+static enum lum_status send_apart(struct lum_importer *im, const struct lum_id_request *name,
                                   const struct lum_mesh_arrays *m, uint32_t n_lamps, struct lum_mesh_parts *ret_parts,
                                   struct lum_error *err)
 {
@@ -168,7 +168,7 @@ static enum lum_status send_apart(struct lum_importer *im, const struct lum_name
 
 /* ---- any mesh ---- */
 
-static enum lum_status send_whole(struct lum_importer *im, const struct lum_name_request *name,
+static enum lum_status send_whole(struct lum_importer *im, const struct lum_id_request *name,
                                   const struct lum_mesh_arrays *m, struct lum_mesh_parts *ret_parts,
                                   struct lum_error *err)
 {
@@ -176,11 +176,11 @@ static enum lum_status send_whole(struct lum_importer *im, const struct lum_name
     ret_parts->n = 1;
     if (!ret_parts->ids)
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for a mesh");
-    enum lum_status status = lum_names_make(&im->names, name, ret_parts->ids[0], err);
+    enum lum_status status = lum_ids_make(&im->ids, name, ret_parts->ids[0], err);
     return status ? status : send_arrays(im, ret_parts->ids[0], m, err);
 }
 
-enum lum_status lum_mesh_send(struct lum_importer *im, const struct lum_name_request *name,
+enum lum_status lum_mesh_send(struct lum_importer *im, const struct lum_id_request *name,
                               const struct lum_mesh_arrays *m, uint32_t n_lamps, struct lum_mesh_parts *ret_parts,
                               struct lum_error *err)
 {

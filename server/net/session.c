@@ -11,7 +11,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
-#include "server/director/methods.h"
+#include "server/director/read_request.h"
 #include "server/net/metrics.h"
 #include "server/net/text_queue.h"
 
@@ -33,7 +33,7 @@ struct lum_session {
     uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
     /* The message being sent: one of the two. */
     struct lum_text *sending_text;
-    struct lum_blob_tile *sending_tile;
+    struct lum_encoded_tile *sending_tile;
 };
 
 struct lum_sessions {
@@ -121,22 +121,22 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *
 static void forget_message(struct lum_session *s)
 {
     lum_text_unref(s->sending_text);
-    lum_blob_tile_unref(s->sending_tile);
+    lum_encoded_tile_unref(s->sending_tile);
     s->sending_text = NULL;
     s->sending_tile = NULL;
 }
 
-/* A command without reply. False when the inbox is full or memory is short. */
-static bool post_plain(struct lum_session *s, enum lum_command_kind kind)
+/* A request without reply. False when the inbox is full or memory is short. */
+static bool post_plain(struct lum_session *s, enum lum_request_kind kind)
 {
-    struct lum_command *c = lum_command_create(kind);
-    if (!c)
+    struct lum_request *q = lum_request_create(kind);
+    if (!q)
         return false;
-    c->session = s->ref;
-    strcpy(c->user, s->user);
-    if (lum_director_post(s->table->config.director, c))
+    q->session = s->ref;
+    strcpy(q->user, s->user);
+    if (lum_director_post(s->table->config.director, q))
         return true;
-    lum_command_destroy(c);
+    lum_request_destroy(q);
     return false;
 }
 
@@ -155,7 +155,7 @@ void lum_session_close(struct lum_session *s)
         return;
     s->table->n_greeted--;
     lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s left", s->user);
-    s->leaving = !post_plain(s, LUM_CMD_SESSION_CLOSED);
+    s->leaving = !post_plain(s, LUM_REQUEST_SESSION_CLOSED);
 }
 
 uint32_t lum_session_slot(const struct lum_session *s)
@@ -333,7 +333,7 @@ static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_pro
 static void wake_director(struct lum_session *s, struct lum_stream *stream)
 {
     if (lum_stream_wants_frame(stream))
-        (void)post_plain(s, LUM_CMD_WAKE);
+        (void)post_plain(s, LUM_REQUEST_WAKE);
 }
 
 static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
@@ -388,20 +388,20 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
 static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns, size_t n_bytes)
 {
     struct lum_proto_error err;
-    struct lum_command *c = lum_method_command(rpc, &err);
-    if (!c) {
+    struct lum_request *q = lum_request_read(rpc, &err);
+    if (!q) {
         refuse(s, rpc->id, &err);
         return;
     }
-    c->session = s->ref;
-    c->received_ns = now_ns;
-    c->n_bytes = n_bytes;
-    strcpy(c->user, s->user);
-    if (lum_director_post(s->table->config.director, c))
+    q->session = s->ref;
+    q->received_ns = now_ns;
+    q->n_bytes = n_bytes;
+    strcpy(q->user, s->user);
+    if (lum_director_post(s->table->config.director, q))
         return;
     lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "", "too many requests wait; try again");
-    refuse(s, c->rpc_id, &err);
-    lum_command_destroy(c);
+    refuse(s, q->rpc_id, &err);
+    lum_request_destroy(q);
 }
 
 static bool admit(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns, struct lum_proto_error *err)
@@ -500,7 +500,7 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].leaving)
-            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], LUM_CMD_SESSION_CLOSED);
+            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], LUM_REQUEST_SESSION_CLOSED);
     struct lum_out *out = lum_director_take_outbox(sessions->config.director);
     while (out) {
         struct lum_out *next = out->next;

@@ -1,8 +1,8 @@
 /* Sessions: what a connected client may say and what waits to be sent to it. Knows messages, no socket: the network layer
  * feeds it whole text messages and asks it what to send next, so a test or a fuzzer can do the same.
  *
- * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. A request becomes a
- * command for the director, whose answer comes back through its outbox; nothing here blocks. Outgoing text is one queue in
+ * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. A request goes to
+ * the director, whose answer comes back through its outbox; nothing here blocks. Outgoing text is one queue in
  * the order of events, bounded by LUM_LIMIT_CONTROL_QUEUE_BYTES, and goes before tiles; tiles are state (stream.h).
  *
  * Thread: the net thread, for everything. */

@@ -37,7 +37,7 @@ struct encode_run {
     const struct lum_picture *picture;
     struct lum_tile_state *states;
     struct lum_tile_state *next; /* becomes states when all tiles succeeded */
-    struct lum_blob_tile **tiles;
+    struct lum_encoded_tile **tiles;
     bool force;
     _Atomic int failed; /* enum lum_status */
 };
@@ -115,15 +115,15 @@ static void downscale_rgba8(uint8_t *pixels, uint32_t *w, uint32_t *h, uint32_t 
     *h = small_h;
 }
 
-static struct lum_blob_tile *blob_from(const void *bytes, size_t n)
+static struct lum_encoded_tile *blob_from(const void *bytes, size_t n)
 {
-    struct lum_blob_tile *blob = lum_blob_tile_create((uint32_t)n);
+    struct lum_encoded_tile *blob = lum_encoded_tile_create((uint32_t)n);
     if (blob)
         memcpy(blob->bytes, bytes, n);
     return blob;
 }
 
-static struct lum_blob_tile *encode_jpeg(struct scratch *s, uint32_t w, uint32_t h, int quality)
+static struct lum_encoded_tile *encode_jpeg(struct scratch *s, uint32_t w, uint32_t h, int quality)
 {
     int chroma = quality >= CHROMA_FULL_FROM ? TJSAMP_444 : TJSAMP_420;
     unsigned char *out = s->out;
@@ -134,7 +134,7 @@ static struct lum_blob_tile *encode_jpeg(struct scratch *s, uint32_t w, uint32_t
     return blob_from(out, n);
 }
 
-static struct lum_blob_tile *encode_png(struct scratch *s, uint32_t w, uint32_t h)
+static struct lum_encoded_tile *encode_png(struct scratch *s, uint32_t w, uint32_t h)
 {
     size_t n_pixels = (size_t)w * h, n;
     for (size_t i = 0; i < n_pixels; i++)
@@ -142,12 +142,12 @@ static struct lum_blob_tile *encode_png(struct scratch *s, uint32_t w, uint32_t 
     uint8_t *bytes;
     if (lum_png_encode(&(struct lum_png){s->rgb, w, h, PNG_LEVEL}, &bytes, &n, NULL))
         return NULL;
-    struct lum_blob_tile *blob = blob_from(bytes, n);
+    struct lum_encoded_tile *blob = blob_from(bytes, n);
     free(bytes);
     return blob;
 }
 
-static struct lum_blob_tile *encode_deflate(struct scratch *s, size_t n_bytes)
+static struct lum_encoded_tile *encode_deflate(struct scratch *s, size_t n_bytes)
 {
     uLongf n = s->out_size;
     if (compress2(s->out, &n, s->pixels, n_bytes, DEFLATE_LEVEL) != Z_OK)
@@ -155,7 +155,8 @@ static struct lum_blob_tile *encode_deflate(struct scratch *s, size_t n_bytes)
     return blob_from(s->out, n);
 }
 
-static struct lum_blob_tile *encode_pixels(struct scratch *s, const struct lum_frame_header *t, uint32_t w, uint32_t h)
+static struct lum_encoded_tile *encode_pixels(struct scratch *s, const struct lum_frame_header *t, uint32_t w,
+                                              uint32_t h)
 {
     switch (t->codec) {
     case LUM_CODEC_JPEG:
@@ -216,7 +217,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     uint64_t hash = hash_bytes(s->pixels, (size_t)w * h * (t.codec == LUM_CODEC_HALF_DEFLATE ? 8 : 4));
     if (!run->force && up_to_date(&run->states[i], &t, hash))
         return;
-    struct lum_blob_tile *blob = encode_pixels(s, &t, w, h);
+    struct lum_encoded_tile *blob = encode_pixels(s, &t, w, h);
     if (!blob) {
         atomic_store_explicit(&run->failed, LUM_ERR_NOMEM, memory_order_relaxed);
         return;
@@ -227,17 +228,17 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
     run->next[i] = (struct lum_tile_state){hash, t.codec, t.quality, t.downscale, true};
 }
 
-static void drop_tiles(struct lum_blob_tile **tiles, uint32_t n)
+static void drop_tiles(struct lum_encoded_tile **tiles, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++)
         if (tiles[i]) {
-            lum_blob_tile_unref(tiles[i]);
+            lum_encoded_tile_unref(tiles[i]);
             tiles[i] = NULL;
         }
 }
 
 enum lum_status lum_encoder_run(struct lum_encoder *e, const struct lum_picture *picture, struct lum_tile_state *states,
-                                struct lum_blob_tile **ret_tiles, struct lum_error *err)
+                                struct lum_encoded_tile **ret_tiles, struct lum_error *err)
 {
     uint32_t n = lum_tile_count(picture->film->w, picture->film->h), n_new = 0;
     memset(ret_tiles, 0, n * sizeof *ret_tiles);

@@ -42,7 +42,7 @@ uint32_t lum_tile_count(uint32_t w, uint32_t h);
  * frame reaches the client. states and ret_tiles have lum_tile_count elements; on failure ret_tiles holds NULLs and states is
  * as before. Thread: one at a time per pool. */
 LUM_MUST_USE enum lum_status lum_encoder_run(struct lum_encoder *encoder, const struct lum_picture *picture,
-                                             struct lum_tile_state *states, struct lum_blob_tile **ret_tiles,
+                                             struct lum_tile_state *states, struct lum_encoded_tile **ret_tiles,
                                              struct lum_error *err);
 
 /* Round to nearest even; over 65504 saturates, NaN gives 0. */

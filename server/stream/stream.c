@@ -7,9 +7,9 @@
 #include "protocol/base/limits.h"
 
 struct stream_slot {
-    struct lum_blob_tile *newest;  /* of the newest frame; NULL before the first */
-    struct lum_blob_tile *sending; /* taken by the cursor and not sent yet */
-    uint64_t sent_version;         /* what the client has; 0: nothing */
+    struct lum_encoded_tile *newest;  /* of the newest frame; NULL before the first */
+    struct lum_encoded_tile *sending; /* taken by the cursor and not sent yet */
+    uint64_t sent_version;            /* what the client has; 0: nothing */
 };
 
 struct lum_stream {
@@ -27,9 +27,9 @@ struct lum_stream {
     uint64_t skipped;
 };
 
-struct lum_blob_tile *lum_blob_tile_create(uint32_t n_bytes)
+struct lum_encoded_tile *lum_encoded_tile_create(uint32_t n_bytes)
 {
-    struct lum_blob_tile *b = lum_calloc(1, sizeof *b + n_bytes);
+    struct lum_encoded_tile *b = lum_calloc(1, sizeof *b + n_bytes);
     if (!b)
         return NULL;
     atomic_init(&b->refs, 1u);
@@ -37,13 +37,13 @@ struct lum_blob_tile *lum_blob_tile_create(uint32_t n_bytes)
     return b;
 }
 
-struct lum_blob_tile *lum_blob_tile_ref(struct lum_blob_tile *b)
+struct lum_encoded_tile *lum_encoded_tile_ref(struct lum_encoded_tile *b)
 {
     atomic_fetch_add_explicit(&b->refs, 1u, memory_order_relaxed);
     return b;
 }
 
-void lum_blob_tile_unref(struct lum_blob_tile *b)
+void lum_encoded_tile_unref(struct lum_encoded_tile *b)
 {
     /* release/acquire: every former owner's reads come before the free */
     if (b && atomic_fetch_sub_explicit(&b->refs, 1u, memory_order_acq_rel) == 1u)
@@ -53,8 +53,8 @@ void lum_blob_tile_unref(struct lum_blob_tile *b)
 static void slots_free(struct stream_slot *slots, uint32_t n)
 {
     for (uint32_t i = 0; slots && i < n; i++) {
-        lum_blob_tile_unref(slots[i].newest);
-        lum_blob_tile_unref(slots[i].sending);
+        lum_encoded_tile_unref(slots[i].newest);
+        lum_encoded_tile_unref(slots[i].sending);
     }
     lum_free(slots);
 }
@@ -109,7 +109,7 @@ bool lum_stream_wants_frame(struct lum_stream *s)
     return wants;
 }
 
-static bool publish_locked(struct lum_stream *s, uint64_t frame_seq, struct lum_blob_tile **tiles)
+static bool publish_locked(struct lum_stream *s, uint64_t frame_seq, struct lum_encoded_tile **tiles)
 {
     uint32_t first = 0;
     while (first < s->n_slots && !tiles[first])
@@ -123,21 +123,21 @@ static bool publish_locked(struct lum_stream *s, uint64_t frame_seq, struct lum_
     for (uint32_t i = first; i < s->n_slots; i++) {
         if (!tiles[i])
             continue;
-        struct lum_blob_tile *old = s->slots[i].newest;
+        struct lum_encoded_tile *old = s->slots[i].newest;
         s->slots[i].newest = tiles[i];
         tiles[i] = old; /* released by the caller, outside the lock */
     }
     return true;
 }
 
-bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_blob_tile **tiles)
+bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_encoded_tile **tiles)
 {
     pthread_mutex_lock(&s->lock);
     bool ok = publish_locked(s, frame_seq, tiles);
     pthread_mutex_unlock(&s->lock);
     /* Only this thread resizes, so n_slots stands still. */
     for (uint32_t i = 0; i < s->n_slots; i++)
-        lum_blob_tile_unref(tiles[i]);
+        lum_encoded_tile_unref(tiles[i]);
     return ok;
 }
 
@@ -171,7 +171,7 @@ static void begin_frame_locked(struct lum_stream *s)
     for (uint32_t i = 0; i < s->n_slots; i++) {
         struct stream_slot *slot = &s->slots[i];
         if (slot->newest && slot->newest->header.frame_seq > slot->sent_version) {
-            slot->sending = lum_blob_tile_ref(slot->newest);
+            slot->sending = lum_encoded_tile_ref(slot->newest);
             s->n_to_send++;
         }
     }

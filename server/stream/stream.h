@@ -22,15 +22,15 @@
 
 #include "protocol/message/frame.h"
 
-struct lum_blob_tile {
+struct lum_encoded_tile {
     _Atomic uint32_t refs;
     struct lum_frame_header header; /* flags: all but LAST_TILE */
     uint32_t n_bytes;
     uint8_t bytes[];
 };
-struct lum_blob_tile *lum_blob_tile_create(uint32_t n_bytes); /* NULL when memory is short; one reference */
-struct lum_blob_tile *lum_blob_tile_ref(struct lum_blob_tile *b);
-void lum_blob_tile_unref(struct lum_blob_tile *b); /* accepts NULL */
+struct lum_encoded_tile *lum_encoded_tile_create(uint32_t n_bytes); /* NULL when memory is short; one reference */
+struct lum_encoded_tile *lum_encoded_tile_ref(struct lum_encoded_tile *b);
+void lum_encoded_tile_unref(struct lum_encoded_tile *b); /* accepts NULL */
 
 struct lum_stream; /* refcounted: shared by the director's view and the session */
 struct lum_stream *lum_stream_create(uint32_t view_id, uint32_t n_tiles); /* NULL when memory is short; one reference */
@@ -43,13 +43,13 @@ bool lum_stream_wants_frame(struct lum_stream *s);
 /* tiles: n_tiles references that pass to the stream; NULL keeps the tile of the frame before. All headers carry the same
  * frame_seq. At least one tile is not NULL: when no pixel changed, a tile sent again is how the client learns the new
  * scene_rev. False when the frame is refused (no tile, or frame_seq does not grow): references are released. */
-bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_blob_tile **tiles);
+bool lum_stream_publish(struct lum_stream *s, uint64_t frame_seq, struct lum_encoded_tile **tiles);
 /* The view's size changed: forget everything sent. False when memory is short: nothing changed. */
 bool lum_stream_resize(struct lum_stream *s, uint32_t n_tiles);
 
 /* ---- net ---- */
 struct lum_stream_tile {
-    struct lum_blob_tile *blob; /* the caller owns the reference */
+    struct lum_encoded_tile *blob; /* the caller owns the reference */
     /* As the wire gets it: the blob's own place and coding, with the sequence, revision, camera and cost of the frame that
      * is being sent (a tile may be older than its frame), and LAST_TILE where it completes the frame. */
     struct lum_frame_header header;

@@ -292,8 +292,8 @@ enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_v
     const struct lum_record_render *r = &render->render;
     const struct lum_method *method = lum_method_find(r->method);
     if (!method) {
-        char near[LUM_NAMES_BYTES];
-        lum_names_of_method(r->method, near);
+        char near[LUM_SUGGEST_BYTES];
+        lum_suggest_method(r->method, near);
         return lum_fail(err, LUM_ERR_UNSUPPORTED, "method", "there is no method \"%s\"%s", r->method, near);
     }
     inout_settings->method = method;

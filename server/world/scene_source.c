@@ -104,8 +104,8 @@ bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_prot
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
                               "is a scene, not a replay (see: lumend scenes)");
     if (is_name(replay) && access(replay, F_OK) != 0) {
-        char near[LUM_NAMES_BYTES];
-        lum_names_of_source(replay, near);
+        char near[LUM_SUGGEST_BYTES];
+        lum_suggest_scene(replay, near);
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no such file or built-in replay%s", near);
     }
     return read_ops(replay, ret_ops, err);
@@ -286,8 +286,8 @@ static bool open_source(const char *scene, struct source *ret_source, struct lum
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
                               "is a replay, not a scene (see: lumend scenes)");
     if (is_name(scene)) {
-        char near[LUM_NAMES_BYTES];
-        lum_names_of_source(scene, near);
+        char near[LUM_SUGGEST_BYTES];
+        lum_suggest_scene(scene, near);
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "no built-in scene has this name%s", near);
     }
     ret_source->is_model = true;

@@ -9,8 +9,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t n)
     struct lum_importer im = {.emit = {.fd = -1}, .files = {-1}, .asset = "a.glb"};
     struct lum_bytes file = {(uint8_t *)(uintptr_t)data, n};
     struct lum_error err;
-    lum_names_init(&im.names, "m");
+    lum_ids_init(&im.ids, "m");
     enum lum_status status = lum_gltf_import(&im, &file, &err);
-    lum_names_finish(&im.names);
+    lum_ids_finish(&im.ids);
     return status == LUM_ERR_INTERNAL ? -1 : 0;
 }

@@ -9,7 +9,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "protocol/op/op.h"
-#include "server/director/methods.h"
+#include "server/director/read_request.h"
 
 static const char scene_text[] =
     "{\"lumend\":1,\"kind\":\"scene\"}\n"
@@ -105,17 +105,17 @@ int client_teardown(void **state)
     return 0;
 }
 
-struct lum_command *client_command(struct client *c, enum lum_command_kind kind)
+struct lum_request *client_request(struct client *c, enum lum_request_kind kind)
 {
-    struct lum_command *cmd = lum_command_create(kind);
-    assert_non_null(cmd);
-    cmd->session = c->session;
-    strcpy(cmd->user, "tester");
-    cmd->received_ns = lum_clock_ns();
+    struct lum_request *request = lum_request_create(kind);
+    assert_non_null(request);
+    request->session = c->session;
+    strcpy(request->user, "tester");
+    request->received_ns = lum_clock_ns();
     char id[24];
     snprintf(id, sizeof id, "%llu", (unsigned long long)++c->next_id);
-    cmd->rpc_id = strdup(id);
-    return cmd;
+    request->rpc_id = strdup(id);
+    return request;
 }
 
 /* Waits for the reply to request id; the whole message. */
@@ -134,22 +134,22 @@ static cJSON *wait_for_reply(struct client *c, uint64_t id)
     }
 }
 
-cJSON *client_ask(struct client *c, struct lum_command *cmd)
+cJSON *client_ask(struct client *c, struct lum_request *request)
 {
     uint64_t id = c->next_id;
-    assert_true(lum_director_post(c->director, cmd));
+    assert_true(lum_director_post(c->director, request));
     return wait_for_reply(c, id);
 }
 
-struct lum_command *client_edit(struct client *c, const char *ops)
+struct lum_request *client_edit(struct client *c, const char *ops)
 {
-    struct lum_command *cmd = client_command(c, LUM_CMD_SCENE_APPLY);
+    struct lum_request *request = client_request(c, LUM_REQUEST_SCENE_APPLY);
     struct lum_proto_error err;
     cJSON *json = cJSON_Parse(ops);
-    if (!json || !lum_ops_from_json(json, &cmd->ops, &err))
+    if (!json || !lum_ops_from_json(json, &request->ops, &err))
         fail_msg("%s: %s", ops, err.text);
     cJSON_Delete(json);
-    return cmd;
+    return request;
 }
 
 uint64_t scene_rev_of(cJSON *reply)
@@ -177,11 +177,11 @@ void assert_refused(cJSON *reply, const char *app, const char *path)
 
 uint32_t client_open_view(struct client *c, enum lum_codec codec)
 {
-    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CODEC), .size = {W, H}};
-    strcpy(cmd->view.codec, lum_codec_name(codec));
+    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CODEC), .size = {W, H}};
+    strcpy(request->view.codec, lum_codec_name(codec));
     uint32_t before = c->n_streams;
-    cJSON *reply = client_ask(c, cmd);
+    cJSON *reply = client_ask(c, request);
     assert_int_equal(c->n_streams, before + 1); /* the stream comes before the reply that names it */
     const cJSON *id = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "view_id");
     assert_non_null(id);
@@ -204,10 +204,10 @@ struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels)
             for (uint32_t y = 0; y < t.header.h; y++)
                 memcpy(pixels + ((size_t)(t.header.y + y) * W + t.header.x) * 4,
                        t.blob->bytes + (size_t)y * t.header.w * 4, (size_t)t.header.w * 4);
-        lum_blob_tile_unref(t.blob);
+        lum_encoded_tile_unref(t.blob);
         if (t.header.flags & LUM_FRAME_LAST_TILE) {
             lum_stream_ack(s, t.header.frame_seq);
-            assert_true(lum_director_post(c->director, lum_command_create(LUM_CMD_WAKE)));
+            assert_true(lum_director_post(c->director, lum_request_create(LUM_REQUEST_WAKE)));
             return t.header;
         }
     }

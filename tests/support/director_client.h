@@ -38,10 +38,10 @@ void client_wait(struct client *c);
 int client_setup_with(void **state, const char *importer);
 int client_setup(void **state);
 int client_teardown(void **state);
-struct lum_command *client_command(struct client *c, enum lum_command_kind kind);
+struct lum_request *client_request(struct client *c, enum lum_request_kind kind);
 /* The reply, whole; delete it. */
-cJSON *client_ask(struct client *c, struct lum_command *cmd);
-struct lum_command *client_edit(struct client *c, const char *ops);
+cJSON *client_ask(struct client *c, struct lum_request *request);
+struct lum_request *client_edit(struct client *c, const char *ops);
 uint64_t scene_rev_of(cJSON *reply);
 /* Checks that the reply is this error, and drops it. */
 void assert_refused(cJSON *reply, const char *app, const char *path);

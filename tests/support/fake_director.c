@@ -2,7 +2,7 @@
 
 #include "core/base/base.h"
 
-bool lum_director_post(struct lum_director *d, struct lum_command *c)
+bool lum_director_post(struct lum_director *d, struct lum_request *c)
 {
     if (d->n_posted == d->capacity)
         return false;
@@ -33,7 +33,7 @@ void fake_director_init(struct lum_director *d)
 void fake_director_forget(struct lum_director *d)
 {
     for (unsigned i = 0; i < d->n_posted; i++)
-        lum_command_destroy(d->posted[i]);
+        lum_request_destroy(d->posted[i]);
     d->n_posted = 0;
 }
 

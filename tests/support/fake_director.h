@@ -6,7 +6,7 @@
 #include "server/director/director.h"
 
 struct lum_director {
-    struct lum_command *posted[64]; /* owned */
+    struct lum_request *posted[64]; /* owned */
     unsigned n_posted, capacity;    /* capacity: how many posts are taken before the inbox is full */
     struct lum_out *first, **last;  /* what the next take_outbox gives */
 };

@@ -167,21 +167,21 @@ static void names_that_do_not_exist_are_answered_with_those_near(void **state)
 {
     (void)state;
     static const struct {
-        void (*names)(const char *name, char ret_text[LUM_NAMES_BYTES]);
+        void (*names)(const char *name, char ret_text[LUM_SUGGEST_BYTES]);
         const char *given, *want;
     } rows[] = {
-        {lum_names_of_method, "pth", ": did you mean \"path\"?"},
-        {lum_names_of_method, "ais_max", ": did you mean \"ais-max\"?"},
-        {lum_names_of_effect, "soft_shadows", ": did you mean \"soft_shadow\"?"},
-        {lum_names_of_effect, "q",
+        {lum_suggest_method, "pth", ": did you mean \"path\"?"},
+        {lum_suggest_method, "ais_max", ": did you mean \"ais-max\"?"},
+        {lum_suggest_effect, "soft_shadows", ": did you mean \"soft_shadow\"?"},
+        {lum_suggest_effect, "q",
          ": there are direct, soft_shadow, environment, indirect_diffuse, reflection, transmission, glossy, media, "
          "antialias"},
-        {lum_names_of_source, "officee", ": did you mean \"office\"?"},
-        {lum_names_of_source, "desk-movs", ": did you mean \"desk-moves\"?"},
-        {lum_names_of_source, "qqqqqqqq", " (see: lumend scenes)"},
+        {lum_suggest_scene, "officee", ": did you mean \"office\"?"},
+        {lum_suggest_scene, "desk-movs", ": did you mean \"desk-moves\"?"},
+        {lum_suggest_scene, "qqqqqqqq", " (see: lumend scenes)"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        char text[LUM_NAMES_BYTES];
+        char text[LUM_SUGGEST_BYTES];
         rows[i].names(rows[i].given, text);
         if (strcmp(text, rows[i].want) != 0)
             fail_msg("\"%s\"%s, expected %s", rows[i].given, text, rows[i].want);

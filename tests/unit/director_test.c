@@ -88,9 +88,9 @@ static void exposure_is_kept_from_the_first_frame_on(void **state)
 static void everybody_hears_of_an_edit(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd = client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
-    strcpy(cmd->op_id, "op-1");
-    scene_rev_of(client_ask(c, cmd));
+    struct lum_request *request = client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
+    strcpy(request->op_id, "op-1");
+    scene_rev_of(client_ask(c, request));
     for (;;) {
         client_listen(c);
         for (size_t i = 0; i < c->n_texts; i++) {
@@ -127,19 +127,19 @@ static void undo_and_redo_bring_the_picture_back(void **state)
         client_converged_frame(c, rev, moved);
         assert_memory_not_equal(first, moved, sizeof first);
         memcpy(undone, moved, sizeof undone);
-        client_converged_frame(c, scene_rev_of(client_ask(c, client_command(c, LUM_CMD_SCENE_UNDO))), undone);
+        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO))), undone);
         assert_memory_equal(first, undone, sizeof first);
         memcpy(redone, undone, sizeof redone);
-        client_converged_frame(c, scene_rev_of(client_ask(c, client_command(c, LUM_CMD_SCENE_REDO))), redone);
+        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_REDO))), redone);
         assert_memory_equal(moved, redone, sizeof moved);
-        assert_refused(client_ask(c, client_command(c, LUM_CMD_SCENE_REDO)), "not_found", NULL);
+        assert_refused(client_ask(c, client_request(c, LUM_REQUEST_SCENE_REDO)), "not_found", NULL);
         memcpy(first, moved, sizeof first);
     }
 }
 
 static char *scene_text_of(struct client *c)
 {
-    cJSON *reply = client_ask(c, client_command(c, LUM_CMD_SCENE_GET));
+    cJSON *reply = client_ask(c, client_request(c, LUM_REQUEST_SCENE_GET));
     char *text = cJSON_PrintUnformatted(cJSON_GetObjectItem(reply, "result"));
     cJSON_Delete(reply);
     assert_non_null(text);
@@ -165,7 +165,7 @@ static void edits_are_all_or_nothing(void **state)
     free(after);
     /* and the renderer still has the floor: a view shows it */
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
-    struct lum_command *pick = client_command(c, LUM_CMD_PICK);
+    struct lum_request *pick = client_request(c, LUM_REQUEST_PICK);
     pick->view_id = id;
     pick->x = W / 2;
     pick->y = H / 2;
@@ -178,20 +178,20 @@ static void edits_are_all_or_nothing(void **state)
 static void a_stale_base_revision_is_refused(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd = client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
-    cmd->has_base_rev = true;
-    cmd->base_rev = lum_director_scene_rev(c->director) + 1;
-    assert_refused(client_ask(c, cmd), "rev_conflict", "base_rev");
+    struct lum_request *request = client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]");
+    request->has_base_rev = true;
+    request->base_rev = lum_director_scene_rev(c->director) + 1;
+    assert_refused(client_ask(c, request), "rev_conflict", "base_rev");
 }
 
 static void the_inbox_is_limited_in_bytes(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd = client_command(c, LUM_CMD_SCENE_GET);
-    cmd->n_bytes = LUM_INBOX_MAX_BYTES + 1;
-    assert_false(lum_director_post(c->director, cmd));
-    cmd->n_bytes = LUM_INBOX_MAX_BYTES;
-    cJSON_Delete(client_ask(c, cmd));
+    struct lum_request *request = client_request(c, LUM_REQUEST_SCENE_GET);
+    request->n_bytes = LUM_INBOX_MAX_BYTES + 1;
+    assert_false(lum_director_post(c->director, request));
+    request->n_bytes = LUM_INBOX_MAX_BYTES;
+    cJSON_Delete(client_ask(c, request));
 }
 
 /* Names of users are not used again: what only they could undo would be kept for nobody. */
@@ -199,9 +199,9 @@ static void a_session_takes_its_history_along(void **state)
 {
     struct client *c = *state;
     scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]")));
-    struct lum_command *gone = client_command(c, LUM_CMD_SESSION_CLOSED);
+    struct lum_request *gone = client_request(c, LUM_REQUEST_SESSION_CLOSED);
     assert_true(lum_director_post(c->director, gone));
-    assert_refused(client_ask(c, client_command(c, LUM_CMD_SCENE_UNDO)), "not_found", NULL);
+    assert_refused(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO)), "not_found", NULL);
 }
 
 static void a_session_takes_its_views_along(void **state)
@@ -209,10 +209,10 @@ static void a_session_takes_its_views_along(void **state)
     struct client *c = *state;
     client_open_view(c, LUM_CODEC_JPEG);
     client_open_view(c, LUM_CODEC_JPEG);
-    struct lum_command *cmd = lum_command_create(LUM_CMD_SESSION_CLOSED);
-    cmd->session = c->session;
-    assert_true(lum_director_post(c->director, cmd));
-    cJSON *reply = client_ask(c, client_command(c, LUM_CMD_STATS_GET));
+    struct lum_request *request = lum_request_create(LUM_REQUEST_SESSION_CLOSED);
+    request->session = c->session;
+    assert_true(lum_director_post(c->director, request));
+    cJSON *reply = client_ask(c, client_request(c, LUM_REQUEST_STATS_GET));
     const cJSON *result = cJSON_GetObjectItem(reply, "result");
     assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(result, "views")), 0);
     assert_int_equal(cJSON_GetObjectItem(cJSON_GetObjectItem(result, "scene"), "light")->valueint, 1);
@@ -222,7 +222,7 @@ static void a_session_takes_its_views_along(void **state)
 static void views_are_limited(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd;
+    struct lum_request *request;
     for (uint32_t i = 0; i < MAX_STREAMS; i++)
         client_open_view(c, LUM_CODEC_JPEG);
     for (uint32_t i = MAX_STREAMS; i < LUM_LIMIT_VIEWS_PER_SESSION; i++) {
@@ -230,9 +230,9 @@ static void views_are_limited(void **state)
         lum_stream_unref(c->streams[c->n_streams]);
         client_open_view(c, LUM_CODEC_JPEG);
     }
-    cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE), .size = {8, 8}};
-    assert_refused(client_ask(c, cmd), "limit_exceeded", NULL);
+    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE), .size = {8, 8}};
+    assert_refused(client_ask(c, request), "limit_exceeded", NULL);
 }
 
 int main(void)

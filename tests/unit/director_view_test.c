@@ -5,15 +5,15 @@
 #include <string.h>
 
 #include "protocol/message/rpc.h"
-#include "server/director/methods.h"
+#include "server/director/read_request.h"
 #include "tests/support/director_client.h"
 
 static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)
 {
-    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view_id = view_id;
-    cmd->view = (struct lum_view_params){.given = LUM_VIEW_BIT(WHITE_BALANCE_K), .white_balance_k = kelvin};
-    cJSON_Delete(client_ask(c, cmd));
+    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    request->view_id = view_id;
+    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(WHITE_BALANCE_K), .white_balance_k = kelvin};
+    cJSON_Delete(client_ask(c, request));
 }
 
 static void white_balance_costs_no_ray(void **state)
@@ -47,17 +47,17 @@ static void the_latest_camera_wins(void **state)
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
     enum { MOVES = 200 };
     for (uint32_t i = 1; i <= MOVES; i++) {
-        struct lum_command *cmd = lum_command_create(LUM_CMD_VIEW_UPDATE);
-        assert_non_null(cmd);
-        cmd->session = c->session;
-        cmd->received_ns = lum_clock_ns();
-        cmd->view_id = id;
-        cmd->view = (struct lum_view_params){
+        struct lum_request *request = lum_request_create(LUM_REQUEST_VIEW_UPDATE);
+        assert_non_null(request);
+        request->session = c->session;
+        request->received_ns = lum_clock_ns();
+        request->view_id = id;
+        request->view = (struct lum_view_params){
             .given = LUM_VIEW_BIT(CAMERA) | LUM_VIEW_BIT(CAMERA_SEQ),
             .camera = {.position = {0.01 * i, 2, 4}, .up = {0, 1, 0}, .vfov_deg = 40},
             .camera_seq = i,
         };
-        assert_true(lum_director_post(c->director, cmd));
+        assert_true(lum_director_post(c->director, request));
     }
     uint32_t seq = 0;
     struct lum_frame_header h;
@@ -73,15 +73,15 @@ static void the_latest_camera_wins(void **state)
 static void a_larger_budget_resumes(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_params){
+    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request->view = (struct lum_view_params){
         .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(BUDGET), .size = {W, H}, .budget = {.error = {true, 10.0}}};
-    cJSON_Delete(client_ask(c, cmd));
+    cJSON_Delete(client_ask(c, request));
     struct lum_frame_header h = client_converged_frame(c, 0, NULL);
-    cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view_id = h.view_id;
-    cmd->view.given = LUM_VIEW_BIT(BUDGET); /* of nothing: the scene's 16 samples count again */
-    cJSON_Delete(client_ask(c, cmd));
+    request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    request->view_id = h.view_id;
+    request->view.given = LUM_VIEW_BIT(BUDGET); /* of nothing: the scene's 16 samples count again */
+    cJSON_Delete(client_ask(c, request));
     assert_true(h.spp < 16);
     while (h.spp < 16)
         h = client_next_frame(c, NULL);
@@ -98,12 +98,12 @@ static cJSON *update_view(struct client *c, const char *params)
     snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"view.update\",\"params\":%s}",
              (unsigned long long)++c->next_id, params);
     assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
-    struct lum_command *cmd = lum_method_command(&rpc, &err);
+    struct lum_request *request = lum_request_read(&rpc, &err);
     cJSON *reply = NULL;
-    if (cmd) {
-        cmd->session = c->session;
-        cmd->received_ns = lum_clock_ns();
-        reply = client_ask(c, cmd);
+    if (request) {
+        request->session = c->session;
+        request->received_ns = lum_clock_ns();
+        reply = client_ask(c, request);
     } else {
         char *error = lum_rpc_error(rpc.id, &err);
         reply = cJSON_Parse(error);
@@ -292,22 +292,22 @@ static void light_that_mirrors_send_on_is_told_at_rest(void **state)
 static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
-    struct lum_command *cmd = client_command(c, LUM_CMD_VIEW_UPDATE);
-    cmd->view_id = 99;
-    assert_refused(client_ask(c, cmd), "not_found", "view_id");
-    cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view =
+    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    request->view_id = 99;
+    assert_refused(client_ask(c, request), "not_found", "view_id");
+    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request->view =
         (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(METHOD), .size = {8, 8}, .method = "magic"};
-    assert_refused(client_ask(c, cmd), "invalid_value", "method");
-    cmd = client_command(c, LUM_CMD_VIEW_OPEN);
-    cmd->view = (struct lum_view_params){
+    assert_refused(client_ask(c, request), "invalid_value", "method");
+    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request->view = (struct lum_view_params){
         .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CAMERA_ID), .size = {8, 8}, .camera_id = "nobody"};
-    assert_refused(client_ask(c, cmd), "not_found", "camera_id");
+    assert_refused(client_ask(c, request), "not_found", "camera_id");
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
-    cmd = client_command(c, LUM_CMD_VIEW_CLOSE);
-    cmd->view_id = id;
-    cmd->session.generation++; /* somebody else's view */
-    assert_refused(client_ask(c, cmd), "not_found", "view_id");
+    request = client_request(c, LUM_REQUEST_VIEW_CLOSE);
+    request->view_id = id;
+    request->session.generation++; /* somebody else's view */
+    assert_refused(client_ask(c, request), "not_found", "view_id");
 }
 
 int main(void)

@@ -23,7 +23,7 @@ struct fixture {
     struct lum_film film;
     struct lum_picture picture;
     struct lum_tile_state states[TILES];
-    struct lum_blob_tile *tiles[TILES];
+    struct lum_encoded_tile *tiles[TILES];
 };
 
 static struct lum_rgb gradient(uint32_t x, uint32_t y)
@@ -52,7 +52,7 @@ static int setup(void **state)
 static void release(struct fixture *f)
 {
     for (int i = 0; i < TILES; i++) {
-        lum_blob_tile_unref(f->tiles[i]);
+        lum_encoded_tile_unref(f->tiles[i]);
         f->tiles[i] = NULL;
     }
 }
@@ -82,7 +82,7 @@ static int encode(struct fixture *f, uint8_t codec, uint8_t downscale)
 }
 
 /* The tile's pixels as RGB8. */
-static void decode(const struct lum_blob_tile *t, uint32_t w, uint32_t h, uint8_t *ret_rgb)
+static void decode(const struct lum_encoded_tile *t, uint32_t w, uint32_t h, uint8_t *ret_rgb)
 {
     if (t->header.codec == LUM_CODEC_JPEG) {
         tjhandle j = tjInitDecompress();

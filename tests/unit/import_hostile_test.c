@@ -17,9 +17,9 @@ static enum lum_status import_gltf(const uint8_t *data, size_t n, struct lum_err
 {
     struct lum_importer im = {.emit = {.fd = -1}, .files = {-1}, .asset = "a.glb"};
     struct lum_bytes file = {(uint8_t *)(uintptr_t)data, n};
-    lum_names_init(&im.names, "m");
+    lum_ids_init(&im.ids, "m");
     enum lum_status status = lum_gltf_import(&im, &file, err);
-    lum_names_finish(&im.names);
+    lum_ids_finish(&im.ids);
     return status;
 }
 

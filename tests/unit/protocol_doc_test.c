@@ -14,7 +14,7 @@
 
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
-#include "server/director/methods.h"
+#include "server/director/read_request.h"
 #include "tests/unit/protocol_util.h"
 
 static char *page; /* the whole of PROTOCOL.md; set once by main */
@@ -191,10 +191,10 @@ static void check_request(const char *line, size_t n)
     if (!lum_rpc_parse(line, n, &rpc, &err))
         fail_msg("%.*s: %s", (int)n, line, err.text);
     if (strcmp(rpc.method, "session.hello") != 0 && strcmp(rpc.method, "frame.ack") != 0) { /* the session's own */
-        struct lum_command *c = lum_method_command(&rpc, &err);
+        struct lum_request *c = lum_request_read(&rpc, &err);
         if (!c)
             fail_msg("%.*s: %s", (int)n, line, err.text);
-        lum_command_destroy(c);
+        lum_request_destroy(c);
     }
     lum_rpc_finish(&rpc);
 }

@@ -19,11 +19,11 @@
  * a reader can check that they belong together. */
 static bool publish(struct lum_stream *s, uint64_t seq, unsigned mask)
 {
-    struct lum_blob_tile *tiles[N_TILES] = {NULL};
+    struct lum_encoded_tile *tiles[N_TILES] = {NULL};
     for (uint32_t i = 0; i < N_TILES; i++) {
         if (!(mask & (1u << i)))
             continue;
-        tiles[i] = lum_blob_tile_create(8);
+        tiles[i] = lum_encoded_tile_create(8);
         assert_non_null(tiles[i]);
         tiles[i]->header = (struct lum_frame_header){.kind = LUM_FRAME_TILE,
                                                      .frame_seq = seq,
@@ -48,7 +48,7 @@ static unsigned read_frame(struct lum_stream *s, uint64_t *ret_seq)
         assert_int_equal(t.header.camera_seq, 7 * *ret_seq);
         mask |= 1u << t.header.x;
         bool last = t.header.flags & LUM_FRAME_LAST_TILE;
-        lum_blob_tile_unref(t.blob);
+        lum_encoded_tile_unref(t.blob);
         if (last)
             return mask;
     }
@@ -99,7 +99,7 @@ static void test_newer_frame_waits_for_the_end_of_the_one_begun(void **state)
     uint64_t seq;
     publish(s, 1, 0x3f);
     assert_true(lum_stream_next(s, &t));
-    lum_blob_tile_unref(t.blob);
+    lum_encoded_tile_unref(t.blob);
     publish(s, 2, 0x3f);
     assert_int_equal(read_frame(s, &seq), 0x3e);
     assert_int_equal(seq, 1);
@@ -155,7 +155,7 @@ static void test_an_ack_before_the_last_tile_counts(void **state)
             struct lum_stream_tile t;
             assert_true(lum_stream_next(s, &t));
             assert_false(t.header.flags & LUM_FRAME_LAST_TILE);
-            lum_blob_tile_unref(t.blob);
+            lum_encoded_tile_unref(t.blob);
         }
         assert_true(lum_stream_ack(s, seq));
         assert_false(lum_stream_ack(s, seq));
@@ -195,7 +195,7 @@ static void test_resize_after_an_early_ack(void **state)
     uint64_t got;
     publish(s, 1, 0x3f);
     assert_true(lum_stream_next(s, &t));
-    lum_blob_tile_unref(t.blob);
+    lum_encoded_tile_unref(t.blob);
     assert_true(lum_stream_ack(s, 1));
     assert_true(lum_stream_resize(s, N_TILES)); /* its credit came back already */
     for (uint64_t seq = 2; seq < 2 + LUM_LIMIT_UNACKED_FRAMES; seq++) {
@@ -217,7 +217,7 @@ static void test_resize_in_mid_frame(void **state)
     for (unsigned round = 0; round < 5; round++) { /* more rounds than credit: a cut frame must give its own back */
         assert_true(publish(s, ++seq, 0x3f));
         assert_true(lum_stream_next(s, &t));
-        lum_blob_tile_unref(t.blob);
+        lum_encoded_tile_unref(t.blob);
         assert_true(lum_stream_resize(s, N_TILES));
         assert_false(lum_stream_pending(s));
         assert_true(lum_stream_wants_frame(s));
@@ -256,13 +256,13 @@ static void test_out_of_memory(void **state)
     lum_alloc_fail_after(1);
     assert_false(lum_stream_resize(s, 2 * N_TILES));
     lum_alloc_fail_after(1);
-    assert_null(lum_blob_tile_create(10));
+    assert_null(lum_encoded_tile_create(10));
     lum_alloc_fail_after(0);
     uint64_t seq;
     assert_int_equal(read_frame(s, &seq), 0x3f);
     lum_stream_unref(s);
     lum_stream_unref(NULL);
-    lum_blob_tile_unref(NULL);
+    lum_encoded_tile_unref(NULL);
 }
 
 /* Against a model: after any interleaving the client's picture is, at each last tile, exactly the frame it names. */
@@ -292,7 +292,7 @@ static void test_random_interleaving_against_a_model(void **state)
                 last_ack = t.header.frame_seq;
                 assert_memory_equal(client, truth[last_ack], sizeof client);
             }
-            lum_blob_tile_unref(t.blob);
+            lum_encoded_tile_unref(t.blob);
         }
     }
     lum_stream_unref(s);

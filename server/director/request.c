@@ -1,0 +1,31 @@
+#include "server/director/request.h"
+
+#include <stdlib.h>
+
+#include "core/base/base.h"
+
+struct lum_request *lum_request_create(enum lum_request_kind kind)
+{
+    struct lum_request *q = lum_calloc(1, sizeof *q);
+    if (q)
+        q->kind = kind;
+    return q;
+}
+
+void lum_request_destroy(struct lum_request *q)
+{
+    if (!q)
+        return;
+    lum_ops_finish(&q->ops);
+    free(q->rpc_id);
+    lum_free(q);
+}
+
+void lum_out_destroy(struct lum_out *o)
+{
+    if (!o)
+        return;
+    lum_stream_unref(o->stream);
+    free(o->text);
+    lum_free(o);
+}
