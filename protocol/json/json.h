@@ -30,6 +30,21 @@ bool lum_json_add_number(struct cJSON *object, const char *key, double v);
 bool lum_json_add_string(struct cJSON *object, const char *key, const char *s);
 bool lum_json_add_bool(struct cJSON *object, const char *key, bool v);
 
+/* ---- values: what they must be, or err says so of `name` ---- */
+struct lum_json_range {
+    const char *name;
+    double min, max;
+    bool whole;
+};
+bool lum_json_to_number(const struct cJSON *json, const struct lum_json_range *range, double *ret, struct lum_proto_error *err);
+bool lum_json_to_numbers(const struct cJSON *json, const struct lum_json_range *range, unsigned n, double *ret,
+                         struct lum_proto_error *err);
+bool lum_json_to_bool(const struct cJSON *json, const char *name, bool *ret, struct lum_proto_error *err);
+bool lum_json_to_id(const struct cJSON *json, const char *name, lum_id ret, struct lum_proto_error *err);
+/* One word of "jpeg|png|webp"; *ret is its index in the list. */
+bool lum_json_to_choice(const struct cJSON *json, const char *name, const char *choices, unsigned *ret,
+                        struct lum_proto_error *err);
+
 /* ---- reading an object member by member ----
  *
  *   struct lum_json_reader r;

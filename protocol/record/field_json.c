@@ -1,8 +1,6 @@
 /* Field values from and to JSON; arrays in bulk are in field_bulk.c. */
 #include "protocol/record/field.h"
 
-#include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
@@ -16,51 +14,10 @@ static bool wrong(const struct lum_field *f, struct lum_proto_error *err, const 
 
 /* ---- reading ---- */
 
-static bool in_range(const struct lum_field *f, const cJSON *json)
+static struct lum_json_range range_of(const struct lum_field *f)
 {
-    return cJSON_IsNumber(json) && json->valuedouble >= f->min && json->valuedouble <= f->max;
-}
-
-static bool read_number(const struct lum_field *f, double *ret, const cJSON *json, struct lum_proto_error *err)
-{
-    if (!in_range(f, json))
-        return lum_proto_fail_range(err, f->name, f->min, f->max);
-    bool whole = f->kind == LUM_FIELD_INTEGER || f->kind == LUM_FIELD_U32;
-    if (whole && json->valuedouble != floor(json->valuedouble))
-        return wrong(f, err, "an integer");
-    *ret = json->valuedouble;
-    return true;
-}
-
-static bool read_vector(const struct lum_field *f, double *ret, const cJSON *json, struct lum_proto_error *err)
-{
-    char text[64];
-    unsigned i = 0;
-    if (!cJSON_IsArray(json) || cJSON_GetArraySize(json) != (int)f->n) {
-        snprintf(text, sizeof text, "an array of %u numbers", f->n);
-        return wrong(f, err, text);
-    }
-    for (const cJSON *c = json->child; c; c = c->next, i++) {
-        snprintf(text, sizeof text, "%s/%u", f->name, i);
-        if (!in_range(f, c))
-            return lum_proto_fail_range(err, text, f->min, f->max);
-        if ((f->flags & LUM_FIELD_WHOLE) && c->valuedouble != floor(c->valuedouble))
-            return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", text, "%s must be an integer", text);
-        ret[i] = c->valuedouble;
-    }
-    return true;
-}
-
-static bool is_word_of(const char *words, const char *s)
-{
-    size_t n = strlen(s);
-    for (const char *w = words; n && *w;) {
-        size_t length = strcspn(w, "|");
-        if (length == n && memcmp(w, s, n) == 0)
-            return true;
-        w += length + (w[length] == '|');
-    }
-    return false;
+    bool whole = f->kind == LUM_FIELD_INTEGER || f->kind == LUM_FIELD_U32 || f->flags & LUM_FIELD_WHOLE;
+    return (struct lum_json_range){f->name, f->min, f->max, whole};
 }
 
 /* A relative path that stays below its root; the server walks it without following links on top of this. */
@@ -81,21 +38,20 @@ static bool is_asset(const char *s)
     }
 }
 
+/* A string of the field's own alphabet. */
 static bool read_text(const struct lum_field *f, char *ret, const cJSON *json, struct lum_proto_error *err)
 {
     static const char name_charset[] = "abcdefghijklmnopqrstuvwxyz0123456789_-";
     const char *s = cJSON_IsString(json) ? json->valuestring : NULL;
     size_t n = s ? strlen(s) : 0;
     bool fits = s && n < f->n;
-    if (f->kind == LUM_FIELD_CHOICE && !(fits && is_word_of(f->text, s)))
-        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", f->name, "%s must be one of %s", f->name,
-                              f->text);
+    unsigned word;
+    if (f->kind == LUM_FIELD_CHOICE && !lum_json_to_choice(json, f->name, f->text, &word, err))
+        return false;
     if (f->kind == LUM_FIELD_NAME && !(fits && strspn(s, name_charset) == n))
         return wrong(f, err, "a short name of a-z 0-9 _ -");
     if (f->kind == LUM_FIELD_ASSET && !(fits && is_asset(s)))
         return wrong(f, err, "a relative path below the asset root, at most 255 bytes, without ..");
-    if ((f->kind == LUM_FIELD_ID || f->kind == LUM_FIELD_REF) && !(fits && lum_id_valid(s)))
-        return wrong(f, err, "an id: 1 to 64 of the characters A-Z a-z 0-9 _ . : / -");
     memset(ret, 0, f->n);
     memcpy(ret, s, n);
     return true;
@@ -132,12 +88,11 @@ static bool read_parts(const struct lum_field *f, void *base, const cJSON *json,
 static bool read_transform(const struct lum_field *f, struct lum_record_transform *t, const cJSON *json,
                            struct lum_proto_error *err)
 {
-    static const struct lum_field matrix = {
-        .name = "transform", .kind = LUM_FIELD_VECTOR, .n = 16, .min = -LUM_LIMIT_COORD_M, .max = LUM_LIMIT_COORD_M};
+    static const struct lum_json_range matrix = {"transform", -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, false};
     if (!cJSON_IsArray(json))
         return read_parts(f, t, json, err);
     t->is_matrix = true;
-    return read_vector(&matrix, t->matrix, json, err);
+    return lum_json_to_numbers(json, &matrix, 16, t->matrix, err);
 }
 
 static bool nullable(const struct lum_field *f)
@@ -164,6 +119,7 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
                     struct lum_proto_error *err)
 {
     void *p = (char *)base + f->offset;
+    const struct lum_json_range range = range_of(f);
     if (cJSON_IsNull(json) && nullable(f)) {
         lum_field_reset(f, base);
         return true;
@@ -171,30 +127,29 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
     switch (f->kind) {
     case LUM_FIELD_NUMBER:
     case LUM_FIELD_INTEGER:
-        return read_number(f, p, json, err);
+        return lum_json_to_number(json, &range, p, err);
     case LUM_FIELD_U32: {
         double v;
-        if (!read_number(f, &v, json, err))
+        if (!lum_json_to_number(json, &range, &v, err))
             return false;
         *(uint32_t *)p = (uint32_t)v;
         return true;
     }
     case LUM_FIELD_OPT:
         ((struct lum_opt *)p)->set = true;
-        return read_number(f, &((struct lum_opt *)p)->value, json, err);
+        return lum_json_to_number(json, &range, &((struct lum_opt *)p)->value, err);
     case LUM_FIELD_BOOL:
-        *(bool *)p = cJSON_IsTrue(json);
-        return cJSON_IsBool(json) || wrong(f, err, "true or false");
+        return lum_json_to_bool(json, f->name, p, err);
     case LUM_FIELD_VECTOR:
-        if (!read_vector(f, p, json, err))
-            return false;
-        return !(nullable(f) && lum_field_is_null(f, base)) || wrong(f, err, "null, or not all 0");
+        return lum_json_to_numbers(json, &range, f->n, p, err) &&
+               (!(nullable(f) && lum_field_is_null(f, base)) || wrong(f, err, "null, or not all 0"));
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
     case LUM_FIELD_ASSET:
+        return read_text(f, p, json, err);
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:
-        return read_text(f, p, json, err);
+        return lum_json_to_id(json, f->name, p, err);
     case LUM_FIELD_FLOATS:
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
