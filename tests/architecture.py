@@ -67,14 +67,14 @@ MUST_NOT_NEED = {
 }
 
 
-def tracked_sources():
+def tracked_names():
     out = subprocess.run(["git", "-C", source, "ls-files"], capture_output=True, text=True)
     if out.returncode == 0 and out.stdout:
         names = out.stdout.split()
     else:  # a source archive
         names = [os.path.relpath(os.path.join(d, f), source) for d, _, fs in os.walk(source) for f in fs]
         names = [n for n in names if not n.startswith(("build/", ".git/")) and "node_modules/" not in n]
-    return [n for n in names if n.endswith((".c", ".h")) and os.path.exists(os.path.join(source, n))]
+    return [n for n in names if os.path.exists(os.path.join(source, n))]
 
 
 def room_of(name):
@@ -139,14 +139,22 @@ def check_cycles(names):
         visit(name)
 
 
+def check_paths():
+    """The files of ours that comments and pages name are there."""
+    ours = r"(?<![\w/.-])((?:core|server|protocol|clients|tests|docker)/[\w/.-]*\.(?:c|h|py|md|jsonl|cmake))\b"
+    for name in tracked_names():
+        if name.endswith((".c", ".h", ".py", ".md", ".txt", ".cmake")):
+            with open(os.path.join(source, name), encoding="utf-8") as f:
+                for path in re.findall(ours, f.read()):
+                    if not os.path.exists(os.path.join(source, path)):
+                        failures.append(f"{name}: there is no {path}")
+
+
 def check_notes(names):
-    """What comments cite of core/NOTES.md is there, and so are the files that it names."""
+    """What comments cite of core/NOTES.md is there."""
     with open(os.path.join(source, "core/NOTES.md"), encoding="utf-8") as f:
         text = f.read()
     notes = set(re.findall(r"^(?:- \*\*|\| )([RH]\d+)\b", text, re.M))
-    for path in re.findall(r"`((?:core|tests)/[\w/]+\.\w+)`", text):
-        if not os.path.exists(os.path.join(source, path)):
-            failures.append(f"core/NOTES.md: there is no {path}")
     for name in names:
         with open(os.path.join(source, name), encoding="utf-8") as f:
             cited = re.findall(r"NOTES ([RH]\d+(?:, [RH]\d+)*)|\[(H\d+)\]", f.read())
@@ -223,12 +231,13 @@ def check_headers_stand_alone(names):
             failures.append(f"{name}: does not compile alone: {out.stderr.strip().splitlines()[0]}")
 
 
-names = tracked_sources()
+names = [n for n in tracked_names() if n.endswith((".c", ".h"))]
 if not names:
     failures.append("no source files found")
 for n in names:
     check_includes(n)
 check_cycles(names)
+check_paths()
 check_notes(names)
 check_pages()
 for lib, symbols in MUST_NOT_NEED.items():
