@@ -123,7 +123,7 @@ static void on_binary(struct player *p, const struct ws_event *e)
     struct lum_frame_header h;
     size_t offset;
     const char *reason;
-    if (!lum_frame_decode(e->bytes, e->n_bytes, &h, &offset)) {
+    if (!lum_frame_header_unpack(e->bytes, e->n_bytes, &h, &offset)) {
         fail(p, "a binary message without a valid header");
         return;
     }

@@ -47,7 +47,7 @@ static uint64_t get(const uint8_t *p, unsigned n_bytes)
     return v;
 }
 
-void lum_frame_encode(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FRAME_HEADER_BYTES])
+void lum_frame_header_pack(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FRAME_HEADER_BYTES])
 {
     uint8_t *b = ret_bytes;
     const uint16_t rect[6] = {h->x, h->y, h->w, h->h, h->full_w, h->full_h};
@@ -72,8 +72,8 @@ void lum_frame_encode(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FR
     put(b + AT_SPP, h->spp, 2);
 }
 
-bool lum_frame_decode(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header,
-                      size_t *ret_payload_offset)
+bool lum_frame_header_unpack(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header,
+                             size_t *ret_payload_offset)
 {
     const uint8_t *b = bytes;
     if (n_bytes < LUM_FRAME_HEADER_BYTES || memcmp(b + AT_MAGIC, magic, sizeof magic) != 0 ||

@@ -28,8 +28,8 @@ struct lum_frame_header {
     uint16_t spp;   /* saturating */
 };
 
-void lum_frame_encode(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FRAME_HEADER_BYTES]);
+void lum_frame_header_pack(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FRAME_HEADER_BYTES]);
 /* False for a wrong magic or version, a header_len below 64 or beyond n_bytes, or a payload_len that is not the rest. */
-bool lum_frame_decode(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header, size_t *ret_payload_offset);
+bool lum_frame_header_unpack(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header, size_t *ret_payload_offset);
 
 #endif

@@ -549,7 +549,7 @@ static bool next_tile(struct lum_session *s, struct lum_message *m)
             continue;
         s->next_stream = (s->next_stream + k + 1) % s->n_streams;
         tile.header.payload_len = tile.blob->n_bytes;
-        lum_frame_encode(&tile.header, m->head);
+        lum_frame_header_pack(&tile.header, m->head);
         m->binary = true;
         m->n_head = LUM_FRAME_HEADER_BYTES;
         m->body = tile.blob->bytes;

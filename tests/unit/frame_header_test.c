@@ -41,7 +41,7 @@ static void bytes_are_where_the_table_says(void **state)
     };
     uint8_t bytes[LUM_FRAME_HEADER_BYTES];
     (void)state;
-    lum_frame_encode(&sample, bytes);
+    lum_frame_header_pack(&sample, bytes);
     assert_memory_equal(bytes, want, sizeof want);
 }
 
@@ -51,10 +51,10 @@ static void decode_is_the_inverse(void **state)
     struct lum_frame_header h;
     size_t payload;
     (void)state;
-    lum_frame_encode(&sample, bytes);
-    assert_true(lum_frame_decode(bytes, sizeof bytes, &h, &payload));
+    lum_frame_header_pack(&sample, bytes);
+    assert_true(lum_frame_header_unpack(bytes, sizeof bytes, &h, &payload));
     assert_int_equal(payload, LUM_FRAME_HEADER_BYTES);
-    lum_frame_encode(&h, again);
+    lum_frame_header_pack(&h, again);
     assert_memory_equal(again, bytes, sizeof again);
     assert_true(h.frame_seq == sample.frame_seq && h.scene_rev == sample.scene_rev && h.view_id == sample.view_id &&
                 h.full_h == sample.full_h && h.server_us == sample.server_us && h.spp == sample.spp);
@@ -66,25 +66,25 @@ static void refusals(void **state)
     struct lum_frame_header h;
     size_t payload;
     (void)state;
-    lum_frame_encode(&sample, bytes);
+    lum_frame_header_pack(&sample, bytes);
     size_t n = LUM_FRAME_HEADER_BYTES + 5;
     for (size_t k = 0; k < n; k++)
-        assert_false(lum_frame_decode(bytes, k, &h, &payload));
-    assert_false(lum_frame_decode(bytes, n + 1, &h, &payload));
+        assert_false(lum_frame_header_unpack(bytes, k, &h, &payload));
+    assert_false(lum_frame_header_unpack(bytes, n + 1, &h, &payload));
     for (size_t i = 0; i < 5; i++) { /* magic and version */
         bytes[i] ^= 0x20;
-        assert_false(lum_frame_decode(bytes, n, &h, &payload));
+        assert_false(lum_frame_header_unpack(bytes, n, &h, &payload));
         bytes[i] ^= 0x20;
     }
     bytes[6] = 63;
-    assert_false(lum_frame_decode(bytes, n, &h, &payload));
+    assert_false(lum_frame_header_unpack(bytes, n, &h, &payload));
     bytes[6] = 69; /* all header, but payload_len says 5 */
-    assert_false(lum_frame_decode(bytes, n, &h, &payload));
+    assert_false(lum_frame_header_unpack(bytes, n, &h, &payload));
     bytes[6] = 72; /* a longer header of a later version of the protocol */
-    assert_true(lum_frame_decode(bytes, n + 8, &h, &payload));
+    assert_true(lum_frame_header_unpack(bytes, n + 8, &h, &payload));
     assert_int_equal(payload, 72);
     bytes[12] = bytes[13] = bytes[14] = bytes[15] = 255;
-    assert_false(lum_frame_decode(bytes, n, &h, &payload));
+    assert_false(lum_frame_header_unpack(bytes, n, &h, &payload));
 }
 
 int main(void)

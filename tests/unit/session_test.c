@@ -219,7 +219,7 @@ static uint32_t next_view(struct lum_session *s)
     assert_int_equal(m.n_body, 4);
     memcpy(bytes, m.head, sizeof m.head);
     memcpy(bytes + sizeof m.head, m.body, 4);
-    assert_true(lum_frame_decode(bytes, sizeof bytes, &header, &offset));
+    assert_true(lum_frame_header_unpack(bytes, sizeof bytes, &header, &offset));
     lum_session_sent(s);
     return header.view_id;
 }
