@@ -181,51 +181,28 @@ static bool needs_commit(const struct lum_request *q)
     }
 }
 
+/* How each is answered. Edits outlive their turn and are not here, nor is a wake, which never gets into the inbox. */
+static void (*const answers[])(struct lum_director *d, const struct lum_request *q) = {
+    [LUM_REQUEST_SCENE_GET] = lum_director_scene_get,
+    [LUM_REQUEST_VIEW_OPEN] = lum_director_view_open,
+    [LUM_REQUEST_VIEW_UPDATE] = lum_director_view_update,
+    [LUM_REQUEST_VIEW_CLOSE] = lum_director_view_close,
+    [LUM_REQUEST_PICK] = lum_director_pick,
+    [LUM_REQUEST_PROBE] = lum_director_probe,
+    [LUM_REQUEST_BOUNDS] = lum_director_bounds,
+    [LUM_REQUEST_STATS_GET] = lum_director_stats,
+    [LUM_REQUEST_SESSION_CLOSED] = lum_director_session_closed,
+};
+
 static void handle(struct lum_director *d, struct lum_request *q)
 {
-    switch (q->kind) {
-    case LUM_REQUEST_SCENE_APPLY:
-    case LUM_REQUEST_SCENE_UNDO:
-    case LUM_REQUEST_SCENE_REDO:
+    if (q->kind == LUM_REQUEST_SCENE_APPLY || q->kind == LUM_REQUEST_SCENE_UNDO || q->kind == LUM_REQUEST_SCENE_REDO) {
         lum_director_edit(d, q);
         return;
-    default:
-        break;
     }
     if (needs_commit(q))
         lum_director_commit(d);
-    switch (q->kind) {
-    case LUM_REQUEST_SCENE_GET:
-        lum_director_scene_get(d, q);
-        break;
-    case LUM_REQUEST_VIEW_OPEN:
-        lum_director_view_open(d, q);
-        break;
-    case LUM_REQUEST_VIEW_UPDATE:
-        lum_director_view_update(d, q);
-        break;
-    case LUM_REQUEST_VIEW_CLOSE:
-        lum_director_view_close(d, q);
-        break;
-    case LUM_REQUEST_SESSION_CLOSED:
-        lum_director_session_closed(d, q->session);
-        lum_document_forget_user(d->world.doc, q->user);
-        break;
-    case LUM_REQUEST_PICK:
-        lum_director_pick(d, q);
-        break;
-    case LUM_REQUEST_BOUNDS:
-        lum_director_bounds(d, q);
-        break;
-    case LUM_REQUEST_PROBE:
-        lum_director_probe(d, q);
-        break;
-    case LUM_REQUEST_STATS_GET:
-        lum_director_stats(d, q);
-        break;
-    default:
-        break;
-    }
+    answers[q->kind](d, q);
     lum_request_destroy(q);
 }
 

@@ -108,7 +108,7 @@ void lum_director_drop_imports(struct lum_director *d);
 void lum_director_view_open(struct lum_director *d, const struct lum_request *q);
 void lum_director_view_update(struct lum_director *d, const struct lum_request *q);
 void lum_director_view_close(struct lum_director *d, const struct lum_request *q);
-void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session);
+void lum_director_session_closed(struct lum_director *d, const struct lum_request *q);
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
 struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id);
 /* Sends every frame that is due now. Returns how long until the next one will be; INT64_MAX: none waits for time. */

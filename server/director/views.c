@@ -125,14 +125,15 @@ void lum_director_view_close(struct lum_director *d, const struct lum_request *q
     lum_director_reply(d, q, cJSON_CreateObject());
 }
 
-void lum_director_session_closed(struct lum_director *d, struct lum_session_ref session)
+void lum_director_session_closed(struct lum_director *d, const struct lum_request *q)
 {
     for (struct lum_server_view **at = &d->views; *at;) {
-        if (same_session((*at)->session, session))
+        if (same_session((*at)->session, q->session))
             close_view(d, at);
         else
             at = &(*at)->next;
     }
+    lum_document_forget_user(d->world.doc, q->user);
 }
 
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
