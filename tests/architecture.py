@@ -140,10 +140,10 @@ def check_cycles(names):
 
 
 def check_paths():
-    """The files of ours that comments and pages name are there."""
+    """The files of ours that comments name are there."""
     ours = r"(?<![\w/.-])((?:core|server|protocol|clients|tests|docker)/[\w/.-]*\.(?:c|h|py|md|jsonl|cmake))\b"
     for name in tracked_names():
-        if name.endswith((".c", ".h", ".py", ".md", ".txt", ".cmake")):
+        if name.endswith((".c", ".h", ".py", ".txt", ".cmake")):
             with open(os.path.join(source, name), encoding="utf-8") as f:
                 for path in re.findall(ours, f.read()):
                     if not os.path.exists(os.path.join(source, path)):
