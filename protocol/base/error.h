@@ -25,7 +25,7 @@ struct lum_proto_error {
 };
 
 bool lum_proto_fail(struct lum_proto_error *err, enum lum_proto_code code, const char *app, const char *path,
-                    const char *fmt, ...) __attribute__((format(printf, 5, 6))); /* returns false */
+                    const char *fmt, ...) __attribute__((format(printf, 5, 6)));                  /* returns false */
 bool lum_proto_fail_range(struct lum_proto_error *err, const char *path, double min, double max); /* returns false */
 bool lum_proto_fail_memory(struct lum_proto_error *err);                                          /* returns false */
 /* Puts "prefix/" before err->path, for callers that know where the failing part stands. Returns false. */

@@ -3,34 +3,36 @@
 #define LUM_PROTOCOL_BASE_LIMITS_H
 
 /* ---- text ---- */
-#define LUM_LIMIT_ID_BYTES 64      /* an id is a name for people; [A-Za-z0-9_.:/-] */
+#define LUM_LIMIT_ID_BYTES 64        /* an id is a name for people; [A-Za-z0-9_.:/-] */
 #define LUM_LIMIT_IMPORT_ID_BYTES 32 /* of an import: leaves 31 for the names of what it brings, "room/lamp" */
-#define LUM_LIMIT_ASSET_BYTES 255  /* one path below the asset root */
-#define LUM_LIMIT_PATH_BYTES 95    /* the deepest field path is under 40 */
+#define LUM_LIMIT_ASSET_BYTES 255    /* one path below the asset root */
+#define LUM_LIMIT_PATH_BYTES 95      /* the deepest field path is under 40 */
 #define LUM_LIMIT_STRING_BYTES 4096
 
 /* ---- JSON ---- */
-#define LUM_LIMIT_MESSAGE_BYTES (8u << 20)  /* a mesh edit of 100 k vertices fits; parsed on the net thread in < 100 ms */
-#define LUM_LIMIT_JSON_DEPTH 32             /* the deepest message is 8 */
-#define LUM_LIMIT_JSON_MEMBERS 64u          /* of one object: the largest record has 25 fields; keeps duplicate checks cheap */
-#define LUM_LIMIT_JSON_NUMBER_BYTES 63      /* digits of one number: the parser's own buffer */
-#define LUM_LIMIT_JSON_TOKENS 1200000u      /* numbers and strings of the largest message; cJSON takes 64 B each */
-#define LUM_LIMIT_SCENE_BYTES (1u << 30)    /* a scene file or journal */
+#define LUM_LIMIT_MESSAGE_BYTES                                                                                        \
+    (8u << 20)                     /* a mesh edit of 100 k vertices fits; parsed on the net thread in < 100 ms */
+#define LUM_LIMIT_JSON_DEPTH 32    /* the deepest message is 8 */
+#define LUM_LIMIT_JSON_MEMBERS 64u /* of one object: the largest record has 25 fields; keeps duplicate checks cheap */
+#define LUM_LIMIT_JSON_NUMBER_BYTES 63   /* digits of one number: the parser's own buffer */
+#define LUM_LIMIT_JSON_TOKENS 1200000u   /* numbers and strings of the largest message; cJSON takes 64 B each */
+#define LUM_LIMIT_SCENE_BYTES (1u << 30) /* a scene file or journal */
 #define LUM_LIMIT_OPS_PER_MESSAGE 4096u
 
 /* ---- scene ---- */
 #define LUM_LIMIT_RECORDS 200000u
 #define LUM_LIMIT_LIGHTS 4096u
-#define LUM_LIMIT_MEDIA 8u              /* every ray is cut by every one of them */
-#define LUM_LIMIT_VERTICES (64u << 20)  /* a mesh: u32 indices times 3 stay below 2^31 */
+#define LUM_LIMIT_MEDIA 8u             /* every ray is cut by every one of them */
+#define LUM_LIMIT_VERTICES (64u << 20) /* a mesh: u32 indices times 3 stay below 2^31 */
 #define LUM_LIMIT_TRIANGLES (64u << 20)
-#define LUM_LIMIT_SEGMENTS 2048u        /* built-in shapes: 2048^2 * 2 = 8 M triangles */
+#define LUM_LIMIT_SEGMENTS 2048u /* built-in shapes: 2048^2 * 2 = 8 M triangles */
 #define LUM_LIMIT_IMAGE_SIDE 16384u
 #define LUM_LIMIT_IMAGE_TEXELS (1u << 27)
-#define LUM_LIMIT_COORD_M 1e9           /* metres from the origin: an Earth's orbit of satellites is not a scene */
-#define LUM_LIMIT_UNDO 256u             /* transactions kept per user */
-#define LUM_LIMIT_UNDO_BYTES (1ull << 29) /* bulk data that one user's undone and undoable transactions may hold on to */
-#define LUM_LIMIT_UNDO_USERS 256u       /* users with a history; beyond, the one idle longest loses it */
+#define LUM_LIMIT_COORD_M 1e9 /* metres from the origin: an Earth's orbit of satellites is not a scene */
+#define LUM_LIMIT_UNDO 256u   /* transactions kept per user */
+#define LUM_LIMIT_UNDO_BYTES                                                                                           \
+    (1ull << 29)                  /* bulk data that one user's undone and undoable transactions may hold on to */
+#define LUM_LIMIT_UNDO_USERS 256u /* users with a history; beyond, the one idle longest loses it */
 
 /* ---- views ---- */
 #define LUM_LIMIT_VIEW_MIN 1u
@@ -41,32 +43,33 @@
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
 #define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
-#define LUM_LIMIT_DEPTH 64u /* and the default: roulette ends nearly all paths before */
+#define LUM_LIMIT_DEPTH 64u    /* and the default: roulette ends nearly all paths before */
 
-#define LUM_LIMIT_CACHES_BYTES (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
+#define LUM_LIMIT_CACHES_BYTES                                                                                         \
+    (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
 
 /* ---- network ---- */
 #define LUM_LIMIT_SESSIONS 64u           /* that said hello */
 #define LUM_LIMIT_CONNECTIONS 256u       /* TCP: a browser opens six for the page beside its session */
 #define LUM_LIMIT_CONNECTIONS_PER_IP 64u /* one address cannot shut out the others; a proxy in front is one address */
-#define LUM_LIMIT_HELLO_S 5            /* from connection to an accepted session.hello */
-#define LUM_LIMIT_MESSAGES_PER_S 240u  /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_HELLO_S 5              /* from connection to an accepted session.hello */
+#define LUM_LIMIT_MESSAGES_PER_S 240u    /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
-#define LUM_LIMIT_UNACKED_FRAMES 2u    /* W = 2: one in flight, one being drawn */
-#define LUM_LIMIT_TILE_SIDE 128u       /* a PNG tile stays below one socket write of 64 KiB */
+#define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
+#define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */
 #define LUM_LIMIT_PING_S 10
 #define LUM_LIMIT_HANGUP_S 25
 #define LUM_LIMIT_HTTP_HEADER_BYTES 4096u
 
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
-#define LUM_LIMIT_IMPORTS_WAITING 64u   /* with those that run: each holds on to its message, and may take minutes */
+#define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */
 #define LUM_LIMIT_IMPORT_CPU_S 120
 #define LUM_LIMIT_IMPORT_MEMORY_BYTES (4ull << 30)
 #define LUM_LIMIT_IMPORT_OUTPUT_BYTES (2ull << 30)
 #define LUM_LIMIT_IMPORT_FILE_BYTES (1ull << 30)
-#define LUM_LIMIT_IMPORT_WALL_S 300     /* a child that waits instead of working */
-#define LUM_LIMIT_IMPORT_FILES 4096u    /* buffers and images beside one asset */
-#define LUM_LIMIT_IMPORT_WARNINGS 65u   /* what the importer sends: 64 and a count */
+#define LUM_LIMIT_IMPORT_WALL_S 300   /* a child that waits instead of working */
+#define LUM_LIMIT_IMPORT_FILES 4096u  /* buffers and images beside one asset */
+#define LUM_LIMIT_IMPORT_WARNINGS 65u /* what the importer sends: 64 and a count */
 
 #endif

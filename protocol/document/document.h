@@ -1,8 +1,8 @@
 /* The document: the scene as records, with revisions, undo and redo. Pure data: no renderer, no socket.
  *
- * A transaction applies a list of ops all or nothing and yields the list of ids that changed, with the record before and
- * after; the server turns that list into renderer calls. The same list, reversed, is the undo. References are kept whole:
- * an object names an existing mesh and material, what is referred to cannot be removed.
+ * A transaction applies a list of ops all or nothing and yields the list of ids that changed, with the record before
+ * and after; the server turns that list into renderer calls. The same list, reversed, is the undo. References are kept
+ * whole: an object names an existing mesh and material, what is referred to cannot be removed.
  *
  * Thread: one (the director). */
 #ifndef LUM_PROTOCOL_DOCUMENT_DOCUMENT_H
@@ -27,17 +27,18 @@ void lum_document_destroy(struct lum_document *doc);
 
 uint64_t lum_document_rev(const struct lum_document *doc);
 const struct lum_record *lum_document_find(const struct lum_document *doc, const char *id);
-/* There is no such record of that type (LUM_RECORD_TYPE_COUNT: of any): which are near, ": did you mean \"a\" or \"b\"?", or else
- * which there are, as far as that fits. Empty when there are none, or many types. */
+/* There is no such record of that type (LUM_RECORD_TYPE_COUNT: of any): which are near, ": did you mean \"a\" or
+ * \"b\"?", or else which there are, as far as that fits. Empty when there are none, or many types. */
 void lum_document_nearest(const struct lum_document *doc, enum lum_record_type type, const char *id, char *ret_text,
                           size_t size);
-/* Calls fn for each record, what is referred to before what refers, then by id. False: memory is short, nothing called. */
+/* Calls fn for each record, what is referred to before what refers, then by id. False: memory is short, nothing called.
+ */
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);
 
-/* Applies ops as one transaction by `user` (who may undo it). Import ops must come expanded: children carries the records
- * that an import op of this transaction made, in op order; setting an import's transform later moves what is left of them.
- * On success the revision grows by 1 and *ret_changes is filled (the caller applies it, then frees it). On failure nothing
- * changed; err->path names "ops/N/...". */
+/* Applies ops as one transaction by `user` (who may undo it). Import ops must come expanded: children carries the
+ * records that an import op of this transaction made, in op order; setting an import's transform later moves what is
+ * left of them. On success the revision grows by 1 and *ret_changes is filled (the caller applies it, then frees it).
+ * On failure nothing changed; err->path names "ops/N/...". */
 struct lum_import_children {
     lum_id import_id;
     struct lum_record **records; /* as the file has them. Borrowed: the document sets their origin and places copies */
@@ -50,10 +51,12 @@ bool lum_document_apply(struct lum_document *doc, const char *user, const struct
 void lum_document_rollback(struct lum_document *doc, const struct lum_changes *changes);
 
 /* The user's own last transaction that is not undone yet. Fields that it did not touch keep later edits; where others
- * edited what it touched it fails with "conflict" and is forgotten, so that the next undo takes the one before. Each undo or
- * redo is a new revision. "not_found" when there is nothing to undo. */
-bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
-bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
+ * edited what it touched it fails with "conflict" and is forgotten, so that the next undo takes the one before. Each
+ * undo or redo is a new revision. "not_found" when there is nothing to undo. */
+bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes,
+                       struct lum_proto_error *err);
+bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes,
+                       struct lum_proto_error *err);
 
 /* The user will not come back: nothing of hers can be undone any more. Not between an edit and its rollback. */
 void lum_document_forget_user(struct lum_document *doc, const char *user);
@@ -62,8 +65,8 @@ void lum_document_forget_user(struct lum_document *doc, const char *user);
  * import op and, where they were edited since, as set or remove ops; expand: as add ops with bulk data elided. */
 /* {"ops":[...]}; NULL when memory is short. */
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand);
-/* The ops that lead from before to after, for scene.changed notifications: bulk data is elided, and what an import brings
- * or takes, and the objects that it moves, are left to the import's own op. An array. */
+/* The ops that lead from before to after, for scene.changed notifications: bulk data is elided, and what an import
+ * brings or takes, and the objects that it moves, are left to the import's own op. An array. */
 struct cJSON *lum_changes_to_json(const struct lum_changes *c);
 
 #endif

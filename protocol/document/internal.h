@@ -14,8 +14,8 @@ struct lum_txn {
     size_t n, capacity;
     struct lum_proto_error *err;
 };
-/* One step: checks references, limits and use, then changes the table. before is the record that stands there now, or NULL;
- * after passes no reference. */
+/* One step: checks references, limits and use, then changes the table. before is the record that stands there now, or
+ * NULL; after passes no reference. */
 bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_record *after);
 void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees the log */
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
@@ -26,7 +26,7 @@ bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
 struct lum_history_entry {
     struct lum_history_entry *next; /* older */
     struct lum_changes changes;
-    lum_id group; /* lum_ops.undo_group */
+    lum_id group;   /* lum_ops.undo_group */
     size_t n_bytes; /* of bulk data that it holds on to */
 };
 struct lum_history {

@@ -1,7 +1,7 @@
 /* The records of a document by id, with a count of who refers to each. Private to protocol/.
  *
- * Open addressing with linear probing; keyed hash, because ids are chosen by clients. Insertion after lum_table_reserve,
- * replacement and removal allocate nothing, so that a transaction can always be taken back. */
+ * Open addressing with linear probing; keyed hash, because ids are chosen by clients. Insertion after
+ * lum_table_reserve, replacement and removal allocate nothing, so that a transaction can always be taken back. */
 #ifndef LUM_PROTOCOL_DOCUMENT_TABLE_H
 #define LUM_PROTOCOL_DOCUMENT_TABLE_H
 
@@ -29,8 +29,8 @@ struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id)
  * The table takes its own reference. */
 void lum_table_change(struct lum_table *t, const struct lum_record *before, struct lum_record *after);
 
-/* Dependencies first, then by id: an order that does not depend on history. The records are borrowed; the caller frees the
- * array. False: memory is short. */
+/* Dependencies first, then by id: an order that does not depend on history. The records are borrowed; the caller frees
+ * the array. False: memory is short. */
 bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records);
 /* Place of a type in that order. */
 int lum_record_rank(enum lum_record_type type);

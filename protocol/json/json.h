@@ -23,8 +23,8 @@ struct cJSON *lum_json_parse(const char *text, size_t n_bytes, struct lum_proto_
  * (may be NULL) is its length. NULL when memory is short. */
 char *lum_json_print(const struct cJSON *json, size_t *ret_bytes);
 
-/* Adds an owned item to an object or (key NULL) an array; false, with the item freed, when it is NULL or memory is short.
- * Keys are copied. */
+/* Adds an owned item to an object or (key NULL) an array; false, with the item freed, when it is NULL or memory is
+ * short. Keys are copied. */
 bool lum_json_add(struct cJSON *parent, const char *key, struct cJSON *item);
 bool lum_json_add_number(struct cJSON *object, const char *key, double v);
 bool lum_json_add_string(struct cJSON *object, const char *key, const char *s);
@@ -36,7 +36,8 @@ struct lum_json_range {
     double min, max;
     bool whole;
 };
-bool lum_json_to_number(const struct cJSON *json, const struct lum_json_range *range, double *ret, struct lum_proto_error *err);
+bool lum_json_to_number(const struct cJSON *json, const struct lum_json_range *range, double *ret,
+                        struct lum_proto_error *err);
 bool lum_json_to_numbers(const struct cJSON *json, const struct lum_json_range *range, unsigned n, double *ret,
                          struct lum_proto_error *err);
 bool lum_json_to_bool(const struct cJSON *json, const char *name, bool *ret, struct lum_proto_error *err);
@@ -63,7 +64,8 @@ struct lum_json_reader {
     unsigned n_asked;
     bool failed;
 };
-void lum_json_begin(struct lum_json_reader *r, const struct cJSON *object, const char *prefix, struct lum_proto_error *err);
+void lum_json_begin(struct lum_json_reader *r, const struct cJSON *object, const char *prefix,
+                    struct lum_proto_error *err);
 bool lum_json_end(struct lum_json_reader *r);
 
 /* Fails the reader for its caller, who has filled err with the member's own path. Returns false. */

@@ -10,7 +10,13 @@
 
 enum lum_frame_kind { LUM_FRAME_TILE = 1, LUM_FRAME_HDR_TILE = 2, LUM_FRAME_FILE_CHUNK = 3 };
 enum lum_frame_flag { LUM_FRAME_LAST_TILE = 1, LUM_FRAME_LOSSLESS = 2, LUM_FRAME_CONVERGED = 4 };
-enum lum_codec { LUM_CODEC_RGBA8 = 0, LUM_CODEC_JPEG = 1, LUM_CODEC_PNG = 2, LUM_CODEC_WEBP = 3, LUM_CODEC_HALF_DEFLATE = 4 };
+enum lum_codec {
+    LUM_CODEC_RGBA8 = 0,
+    LUM_CODEC_JPEG = 1,
+    LUM_CODEC_PNG = 2,
+    LUM_CODEC_WEBP = 3,
+    LUM_CODEC_HALF_DEFLATE = 4
+};
 
 /* As view.open names them: "jpeg". False: there is no such codec. */
 bool lum_codec_find(const char *name, uint8_t *ret_codec);
@@ -29,7 +35,9 @@ struct lum_frame_header {
 };
 
 void lum_frame_header_pack(const struct lum_frame_header *h, uint8_t ret_bytes[LUM_FRAME_HEADER_BYTES]);
-/* False for a wrong magic or version, a header_len below 64 or beyond n_bytes, or a payload_len that is not the rest. */
-bool lum_frame_header_unpack(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header, size_t *ret_payload_offset);
+/* False for a wrong magic or version, a header_len below 64 or beyond n_bytes, or a payload_len that is not the rest.
+ */
+bool lum_frame_header_unpack(const uint8_t *bytes, size_t n_bytes, struct lum_frame_header *ret_header,
+                             size_t *ret_payload_offset);
 
 #endif

@@ -10,14 +10,14 @@
 struct cJSON;
 
 struct lum_rpc {
-    struct cJSON *root; /* owned */
-    char *id;           /* the request's id as JSON text, owned; NULL: a notification, which gets no reply */
-    const char *method; /* in root */
+    struct cJSON *root;         /* owned */
+    char *id;                   /* the request's id as JSON text, owned; NULL: a notification, which gets no reply */
+    const char *method;         /* in root */
     const struct cJSON *params; /* an object in root, or NULL */
 };
 
-/* On failure *ret_rpc holds the id if one could be read, so that the error can name it, and nothing else. Finish it either
- * way. The reply to a text whose id could not be read carries "id":null (lum_rpc_error with id NULL). */
+/* On failure *ret_rpc holds the id if one could be read, so that the error can name it, and nothing else. Finish it
+ * either way. The reply to a text whose id could not be read carries "id":null (lum_rpc_error with id NULL). */
 bool lum_rpc_parse(const char *text, size_t n_bytes, struct lum_rpc *ret_rpc, struct lum_proto_error *err);
 void lum_rpc_finish(struct lum_rpc *rpc);
 
@@ -37,7 +37,8 @@ struct lum_rpc_incoming {
     const struct cJSON *error;
     const struct cJSON *params;
 };
-bool lum_rpc_parse_incoming(const char *text, size_t n_bytes, struct lum_rpc_incoming *ret_in, struct lum_proto_error *err);
+bool lum_rpc_parse_incoming(const char *text, size_t n_bytes, struct lum_rpc_incoming *ret_in,
+                            struct lum_proto_error *err);
 void lum_rpc_incoming_finish(struct lum_rpc_incoming *in);
 
 #endif

@@ -20,27 +20,28 @@ enum lum_op_kind { LUM_OP_ADD, LUM_OP_SET, LUM_OP_REMOVE, LUM_OP_IMPORT };
 struct lum_op {
     enum lum_op_kind kind;
     lum_id id;
-    struct lum_record *record; /* add, import: owned */
+    struct lum_record *record;           /* add, import: owned */
     char path[LUM_LIMIT_PATH_BYTES + 1]; /* set: "/flux_lm", "/transform/translate", "/transform/translate/1" */
-    struct cJSON *value;       /* set: owned */
+    struct cJSON *value;                 /* set: owned */
 };
 
 struct lum_ops {
     struct lum_op *ops;
     size_t n;
-    double *t_ms; /* replay records: time of each op; NULL in scenes and messages */
-    uint32_t *lines; /* of a .jsonl text: where each op stands, from 1; else NULL */
+    double *t_ms;      /* replay records: time of each op; NULL in scenes and messages */
+    uint32_t *lines;   /* of a .jsonl text: where each op stands, from 1; else NULL */
     lum_id undo_group; /* a drag: successive transactions of one user with this name are one undo step; "": alone */
 };
 
 /* One op from a parsed JSON object. blobs NULL: blob references are refused (clients may not send them). */
-bool lum_op_from_json(const struct cJSON *json, const struct lum_blobs *blobs, struct lum_op *ret_op, struct lum_proto_error *err);
+bool lum_op_from_json(const struct cJSON *json, const struct lum_blobs *blobs, struct lum_op *ret_op,
+                      struct lum_proto_error *err);
 void lum_op_finish(struct lum_op *op);
 
 /* The "ops" array of scene.apply. The error path starts with "ops/3/...". */
 bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err);
-/* A .jsonl text: header line, then one op a line; blank lines and lines that start with # are skipped. The error text names
- * the line. */
+/* A .jsonl text: header line, then one op a line; blank lines and lines that start with # are skipped. The error text
+ * names the line. */
 bool lum_ops_from_jsonl(const char *text, size_t n_bytes, struct lum_ops *ret_ops, struct lum_proto_error *err);
 /* For a refusal after the reading: "ops/2/mesh" in the path becomes "mesh", and the text names the line. */
 void lum_ops_name_line(const struct lum_ops *ops, struct lum_proto_error *err);
@@ -55,6 +56,7 @@ struct cJSON *lum_op_to_json(const struct lum_op *op);
 
 /* Writes one field of *record from JSON value; the record's other fields keep their values. On failure it may be half
  * changed: work on a clone. */
-bool lum_record_set(struct lum_record *record, const char *path, const struct cJSON *value, struct lum_proto_error *err);
+bool lum_record_set(struct lum_record *record, const char *path, const struct cJSON *value,
+                    struct lum_proto_error *err);
 
 #endif

@@ -82,7 +82,8 @@ bool lum_field_read(const struct lum_field *f, void *base, const struct cJSON *j
                     struct lum_proto_error *err);
 bool lum_field_read_bulk(const struct lum_field *f, void *base, const struct cJSON *json, const struct lum_blobs *blobs,
                          struct lum_proto_error *err);
-/* The field's member of the reader's object. True when it is there and right; null counts as absent, but for LUM_FIELD_OPT. */
+/* The field's member of the reader's object. True when it is there and right; null counts as absent, but for
+ * LUM_FIELD_OPT. */
 bool lum_field_take(const struct lum_field *f, void *base, struct lum_json_reader *r);
 struct cJSON *lum_field_write(const struct lum_field *f, const void *base); /* NULL: memory is short */
 struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base);

@@ -1,7 +1,6 @@
-/* Records: what a scene is made of, as plain data with stable string ids.
- *
- * A scene file, a replay script, the journal and live edits are all the same ops over these records, through one parser
- * and one validator (op.h). One field table per type serves add, set, scene.get and the limits in PROTOCOL.md. */
+/* Records: what a scene is made of, as plain data with stable string ids. A scene file, a replay script, the journal
+ * and live edits are the same ops over them (op.h). One field table per type serves add, set, scene.get and
+ * PROTOCOL.md. */
 #ifndef LUM_PROTOCOL_RECORD_RECORD_H
 #define LUM_PROTOCOL_RECORD_RECORD_H
 
@@ -11,6 +10,8 @@
 #include <stdint.h>
 
 #include "protocol/base/value.h"
+#include "protocol/record/bulk.h"
+#include "protocol/record/transform.h"
 
 enum lum_record_type {
     LUM_RECORD_MESH,
@@ -26,27 +27,6 @@ enum lum_record_type {
 };
 extern const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT]; /* "mesh", ... */
 
-/* Numbers in bulk, owned. From a JSON array, or from a binary blob of an importer. */
-struct lum_floats {
-    double *f64; /* positions from JSON keep double precision */
-    float *f32;  /* else this; exactly one is set when n > 0 */
-    size_t n;
-};
-struct lum_indices {
-    uint32_t *u32;
-    size_t n;
-};
-
-/* Bulk arrays an importer sends beside the JSON: {"positions":{"blob":3}}. */
-struct lum_blob {
-    const uint8_t *bytes;
-    size_t n_bytes;
-};
-struct lum_blobs {
-    const struct lum_blob *blobs;
-    size_t n;
-};
-
 struct lum_record_mesh {
     char shape[24]; /* built-in shape, or "" for explicit arrays */
     double size[3];
@@ -60,7 +40,7 @@ struct lum_record_mesh {
 struct lum_record_image {
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* decoded by the importer; or "" when pixels are given */
     uint32_t width, height;
-    char texel[12]; /* "srgb8" "linear8" "rgb32f" */
+    char texel[12];  /* "srgb8" "linear8" "rgb32f" */
     uint8_t *pixels; /* owned; NULL until an asset is decoded */
     size_t n_bytes;
 };
@@ -81,19 +61,10 @@ struct lum_record_material {
     double emission_color[3];
     double emission_cd_m2;
     char emission_sides[8]; /* "both" "front" */
-    char alpha_mode[8]; /* "opaque" "mask" "blend" */
+    char alpha_mode[8];     /* "opaque" "mask" "blend" */
     double alpha, alpha_cutoff;
     bool unlit;
 };
-
-/* Either 16 numbers row-major, or translate / rotate_deg (XYZ Euler, applied X first) / scale; JSON form is kept. */
-struct lum_record_transform {
-    bool is_matrix;
-    double matrix[16];
-    double translate[3], rotate_deg[3], scale[3];
-};
-/* row-major 3x4 of either form */
-void lum_record_transform_affine(const struct lum_record_transform *t, double ret_m[3][4]);
 
 struct lum_record_object {
     lum_id mesh, material;
@@ -102,7 +73,7 @@ struct lum_record_object {
     /* the light of its surface, where that differs from the material's */
     bool on;
     struct lum_opt flux_lm, luminance_cd_m2; /* one at most */
-    double color[3]; /* 0 0 0: none */
+    double color[3];                         /* 0 0 0: none */
     struct lum_opt cct_k;
     lum_id group;
 };
@@ -110,7 +81,7 @@ struct lum_record_object {
 struct lum_record_light {
     char kind[16]; /* point spot directional quad disc sphere environment */
     double position[3], direction[3], u[3], v[3], radius;
-    double inner_cone_deg, outer_cone_deg; /* spot: half angles */
+    double inner_cone_deg, outer_cone_deg;                                 /* spot: half angles */
     struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx; /* exactly one is set */
     double color[3];
     struct lum_opt cct_k; /* set: replaces color */
@@ -118,11 +89,6 @@ struct lum_record_light {
     double rotation_deg;
     lum_id group;
     bool on, camera_visible;
-};
-
-struct lum_record_box {
-    bool set; /* null: everywhere */
-    double min[3], max[3];
 };
 
 struct lum_record_medium {
@@ -148,9 +114,9 @@ struct lum_record_render {
 struct lum_record_import {
     char asset[LUM_LIMIT_ASSET_BYTES + 1];
     struct lum_record_transform transform;
-    /* What the import made, as the model file has it: not placed by the transform yet. Moving the import places it anew, and
-     * scene.get compares with it to find later edits. Filled once by the document, before the record is shared. Owned
-     * references. */
+    /* What the import made, as the model file has it: not placed by the transform yet. Moving the import places it
+     * anew, and scene.get compares with it to find later edits. Filled once by the document, before the record is
+     * shared. Owned references. */
     struct lum_record **made;
     size_t n_made;
 };

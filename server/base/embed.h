@@ -5,12 +5,12 @@
 #include <stddef.h>
 
 struct lum_embedded {
-    const char *key; /* NULL ends the table */
+    const char *key;            /* NULL ends the table */
     const unsigned char *bytes; /* n bytes and a terminating 0 */
     size_t n;
 };
-extern const struct lum_embedded lum_embedded_scenes[]; /* key: "cornell.jsonl" */
+extern const struct lum_embedded lum_embedded_scenes[];  /* key: "cornell.jsonl" */
 extern const struct lum_embedded lum_embedded_replays[]; /* key: "cornell-moves.jsonl" */
-extern const struct lum_embedded lum_embedded_web[];    /* key: "index.html", "assets/app-1a2b.js" ... */
+extern const struct lum_embedded lum_embedded_web[];     /* key: "index.html", "assets/app-1a2b.js" ... */
 
 #endif

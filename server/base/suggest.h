@@ -1,4 +1,5 @@
-/* Ends of messages about names of what is built in: which are near to one that does not exist, or else all there are. */
+/* Ends of messages about names of what is built in: which are near to one that does not exist, or else all there are.
+ */
 #ifndef LUM_SERVER_BASE_SUGGEST_H
 #define LUM_SERVER_BASE_SUGGEST_H
 

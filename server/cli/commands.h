@@ -1,5 +1,5 @@
-/* The subcommands of lumend. Each parses its own arguments (argv[0] is the subcommand's name) and returns the exit status.
- * A result goes to stdout, a failure is one line on stderr that says what and where. */
+/* The subcommands of lumend. Each parses its own arguments (argv[0] is the subcommand's name) and returns the exit
+ * status. A result goes to stdout, a failure is one line on stderr that says what and where. */
 #ifndef LUM_SERVER_CLI_COMMANDS_H
 #define LUM_SERVER_CLI_COMMANDS_H
 

@@ -18,14 +18,15 @@ struct lum_exr_output {
     const struct lum_rgb *beauty;
     struct lum_aovs aovs;
     const uint8_t *guidance[LUM_EFFECT_COUNT]; /* lum_view_guidance; NULL: none */
-    const struct lum_layer *layers; /* light groups */
+    const struct lum_layer *layers;            /* light groups */
     uint32_t n_layers;
     const struct lum_exr_attribute *attributes;
     uint32_t n_attributes;
 };
-/* Float channels R G B, layers NAME.R .G .B, albedo.R .G .B, N.X .Y .Z, Z (metres, +inf: background), id (1 + index of the
- * object in id order, 0: background), and guidance.EFFECT (how often the pixel's samples were refined). */
-LUM_MUST_USE enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *output, struct lum_error *err);
+/* Float channels R G B, layers NAME.R .G .B, albedo.R .G .B, N.X .Y .Z, Z (metres, +inf: background), id (1 + index of
+ * the object in id order, 0: background), and guidance.EFFECT (how often the pixel's samples were refined). */
+LUM_MUST_USE enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *output,
+                                           struct lum_error *err);
 
 /* The film's mean as an array; released with lum_free. NULL when memory is short. */
 struct lum_rgb *lum_film_pixels(const struct lum_film *film);

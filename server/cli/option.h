@@ -1,5 +1,5 @@
-/* Options as rows of a table: one row gives an option's name, kind, limits, default and help text; the parser, --help and the
- * messages come from it. */
+/* Options as rows of a table: one row gives an option's name, kind, limits, default and help text; the parser, --help
+ * and the messages come from it. */
 #ifndef LUM_SERVER_CLI_OPTION_H
 #define LUM_SERVER_CLI_OPTION_H
 
@@ -30,8 +30,8 @@ struct lum_option_row {
     const char *help; /* lines of at most 96 bytes, apart by \n */
 };
 
-/* Calls take with the row and the value ("1" of a switch) of each option in argv[1] and after, in order; stops when it fails.
- * Names are written out: an abbreviation would change its meaning with every name added later. */
+/* Calls take with the row and the value ("1" of a switch) of each option in argv[1] and after, in order; stops when it
+ * fails. Names are written out: an abbreviation would change its meaning with every name added later. */
 LUM_MUST_USE enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
                                               enum lum_status (*take)(void *user, size_t row, const char *text,
                                                                       struct lum_error *err),
@@ -42,17 +42,18 @@ LUM_MUST_USE enum lum_status lum_option_read(const struct lum_option_row *row, c
 void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out);
 
 /* A LUM_OPTION_OTHER: the name of a method, kept as text. */
-enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text, void *options,
-                                       struct lum_error *err);
+enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text,
+                                       void *options, struct lum_error *err);
 /* A LUM_OPTION_OTHER: an instruction set of the ray tracing, kept as text. */
-enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char *given, const char *text, void *options,
-                                    struct lum_error *err);
+enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char *given, const char *text,
+                                    void *options, struct lum_error *err);
 
 /* ---- with getopt_long ---- */
 
 /* Of the option that getopt_long has just returned: is it written out? */
 bool lum_option_is_whole(char **argv, const char *name);
-/* arg ("--treads=3") is none of options, which end with a row of zeros. Says which of them was meant, if one is near. */
+/* arg ("--treads=3") is none of options, which end with a row of zeros. Says which of them was meant, if one is near.
+ */
 enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err);
 
 #endif

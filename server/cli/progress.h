@@ -1,4 +1,5 @@
-/* When a batch command says how far it is: often on a terminal, where a line replaces the one before; seldom in a log. */
+/* When a batch command says how far it is: often on a terminal, where a line replaces the one before; seldom in a log.
+ */
 #ifndef LUM_SERVER_CLI_PROGRESS_H
 #define LUM_SERVER_CLI_PROGRESS_H
 

@@ -11,22 +11,22 @@
 struct lum_render_options {
     /* as given, borrowed from argv; NULL: not given */
     const char *scene, *edits, *out, *method, *camera, *assets, *stats, *isa;
-    uint32_t w, h;         /* 0: the default */
-    uint32_t n_frames;     /* 0: not given: one frame, after all edits */
+    uint32_t w, h;     /* 0: the default */
+    uint32_t n_frames; /* 0: not given: one frame, after all edits */
     double fps;
-    uint32_t spp;          /* 0: not given */
-    double time_s, error;  /* 0: not given */
+    uint32_t spp;         /* 0: not given */
+    double time_s, error; /* 0: not given */
     bool light_groups, has_seed, has_storage, deterministic, help;
-    bool exr;              /* out is .exr, else .png */
-    uint32_t threads;      /* 0: all */
+    bool exr;         /* out is .exr, else .png */
+    uint32_t threads; /* 0: all */
     uint32_t seed;
     uint32_t effects_off, effects_on; /* bits LUM_EFFECT_BIT */
     uint32_t vpls;                    /* 0: the scene's */
     enum lum_storage storage;
-    double cache_accuracy;            /* 0: the scene's */
-    bool has_exposure;                /* of a .png; else the scene's */
-    struct lum_opt exposure_ev;       /* not set: automatic */
-    const char *tone_map;             /* of a .png; NULL: the scene's */
+    double cache_accuracy;      /* 0: the scene's */
+    bool has_exposure;          /* of a .png; else the scene's */
+    struct lum_opt exposure_ev; /* not set: automatic */
+    const char *tone_map;       /* of a .png; NULL: the scene's */
 };
 
 /* A failure here is a usage error; err->field names the option. */

@@ -15,15 +15,16 @@
 #include "server/director/request.h"
 
 struct lum_director_config {
-    const char *scene;       /* built-in name or file */
-    const char *assets_dir;  /* root of import assets; NULL: imports refused */
-    const char *importer;    /* path of lumend-import */
-    const char *method;      /* default method; NULL: the scene's */
-    const char *isa;         /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
+    const char *scene;      /* built-in name or file */
+    const char *assets_dir; /* root of import assets; NULL: imports refused */
+    const char *importer;   /* path of lumend-import */
+    const char *method;     /* default method; NULL: the scene's */
+    const char *isa;        /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
     uint32_t threads;
     bool deterministic;
     struct lum_log log;
-    /* Called from the director's threads when the outbox or a stream has something new; must only wake the net thread. */
+    /* Called from the director's threads when the outbox or a stream has something new; must only wake the net thread.
+     */
     void (*wake_net)(void *user);
     void *wake_user;
 };
@@ -31,8 +32,8 @@ struct lum_director_config {
 struct lum_director;
 
 /* Loads the scene (blocking), then starts the thread. */
-LUM_MUST_USE enum lum_status lum_director_create(const struct lum_director_config *config, struct lum_director **ret_director,
-                                                 struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_director_create(const struct lum_director_config *config,
+                                                 struct lum_director **ret_director, struct lum_error *err);
 /* Stops rendering, joins, frees. Accepts NULL. Nobody may post any more. */
 void lum_director_destroy(struct lum_director *director);
 
@@ -47,7 +48,8 @@ bool lum_director_alive(const struct lum_director *director);
 
 /* Counters for /metrics; any thread. */
 struct lum_director_metrics {
-    uint64_t passes, frames_published, tiles_encoded, tile_bytes, rays, edits, edits_refused, imports, imports_failed, nonfinite;
+    uint64_t passes, frames_published, tiles_encoded, tile_bytes, rays, edits, edits_refused, imports, imports_failed,
+        nonfinite;
     uint64_t views, triangles, lights;
     double last_pass_ms;
 };

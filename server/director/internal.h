@@ -5,8 +5,8 @@
  *   -> send the frames that are due -> one pass of the view that needs it most -> its frame
  * and when no view needs a pass and no frame waits for its time, sleep until something is posted.
  *
- * Import threads (at most LUM_LIMIT_IMPORTS_AT_ONCE) turn an edit's assets into records; the edit joins the loop when its
- * thread is done, and other edits go on meanwhile. They touch only their own job, the outbox, and the bell. */
+ * Import threads (at most LUM_LIMIT_IMPORTS_AT_ONCE) turn an edit's assets into records; the edit joins the loop when
+ * its thread is done, and other edits go on meanwhile. They touch only their own job, the outbox, and the bell. */
 #ifndef LUM_SERVER_DIRECTOR_INTERNAL_H
 #define LUM_SERVER_DIRECTOR_INTERNAL_H
 
@@ -19,7 +19,7 @@
 
 struct cJSON;
 
-#define LUM_INBOX_MAX 4096u            /* a few messages from each session, or all of one burst */
+#define LUM_INBOX_MAX 4096u              /* a few messages from each session, or all of one burst */
 #define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
 
 /* An edit that is applied and not committed yet. */
@@ -57,9 +57,9 @@ struct lum_director {
     struct lum_encoder *encoder;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
-    uint64_t order; /* counts changes */
+    uint64_t order;                 /* counts changes */
     struct lum_staged_edit *staged; /* newest first */
-    struct lum_import_job *jobs; /* oldest first */
+    struct lum_import_job *jobs;    /* oldest first */
     pthread_t thread;
     bool has_thread;
 

@@ -33,21 +33,21 @@ struct lum_request {
     enum lum_request_kind kind;
     struct lum_session_ref session;
     char user[LUM_LIMIT_ID_BYTES + 1];
-    char *rpc_id;       /* the request's id as JSON text; NULL: a notification, no reply. Owned */
+    char *rpc_id;        /* the request's id as JSON text; NULL: a notification, no reply. Owned */
     int64_t received_ns; /* lum_clock_ns at receipt: server_us counts from here */
     size_t n_bytes;      /* of the message: what waits is bounded in bytes too */
-    struct lum_ops ops; /* apply; owned */
+    struct lum_ops ops;  /* apply; owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
     bool has_base_rev;
     uint64_t base_rev;
-    bool expand;        /* scene.get */
+    bool expand;                 /* scene.get */
     struct lum_view_params view; /* open, update */
-    uint32_t view_id;   /* update, close, pick, probe */
-    double x, y;        /* pick, probe: pixel of the view */
-    bool has_point;     /* probe: point and normal instead of a pixel */
+    uint32_t view_id;            /* update, close, pick, probe */
+    double x, y;                 /* pick, probe: pixel of the view */
+    bool has_point;              /* probe: point and normal instead of a pixel */
     double point[3], normal[3];
-    uint32_t samples;   /* probe */
-    lum_id id;          /* bounds */
+    uint32_t samples; /* probe */
+    lum_id id;        /* bounds */
 };
 struct lum_request *lum_request_create(enum lum_request_kind kind); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);

@@ -1,4 +1,5 @@
-/* The statistics of frames as JSON: the same members in the file of --stats, in frame.stats, and in the EXR attribute. */
+/* The statistics of frames as JSON: the same members in the file of --stats, in frame.stats, and in the EXR attribute.
+ */
 #ifndef LUM_SERVER_DIRECTOR_STATS_JSON_H
 #define LUM_SERVER_DIRECTOR_STATS_JSON_H
 
@@ -12,7 +13,7 @@ struct lum_frame_stats {
     uint64_t frame;
     uint32_t w, h;
     uint32_t n_passes;
-    struct lum_pass_stats sum; /* counters and times added up; the rest is of the last pass */
+    struct lum_pass_stats sum;          /* counters and times added up; the rest is of the last pass */
     struct lum_caustic_report caustics; /* set before it is told */
 };
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame);
@@ -29,8 +30,8 @@ struct lum_run_stats {
 /* An object without "frames", which the caller adds. */
 struct cJSON *lum_run_stats_json(const struct lum_run_stats *s);
 
-/* Relative error with 95 % confidence, for n_pixels independent pairs: the sum of squared differences is chi-squared, so
- * its root has the relative standard deviation 1 / sqrt(2 n). NAN when rel is. */
+/* Relative error with 95 % confidence, for n_pixels independent pairs: the sum of squared differences is chi-squared,
+ * so its root has the relative standard deviation 1 / sqrt(2 n). NAN when rel is. */
 double lum_error_bound(double rel, double n_pixels);
 
 #endif

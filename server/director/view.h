@@ -28,27 +28,28 @@ struct lum_server_view {
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
     uint8_t codec; /* enum lum_codec */
-    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look dimmer. */
+    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look
+     * dimmer. */
     double auto_ev;
     bool auto_settled;
-    uint32_t n_instances; /* that it was settled for */
+    uint32_t n_instances;         /* that it was settled for */
     struct lum_versions versions; /* of the snapshot last resolved against */
     bool only_background;
-    uint64_t scene_rev;           /* that the picture stands for */
+    uint64_t scene_rev; /* that the picture stands for */
     /* progress */
-    bool stale;    /* changed, and no pass has run since */
-    bool complete; /* nothing left to do */
-    bool failed;   /* a pass failed: waits for the next change */
-    uint64_t change_order;  /* greater: changed later */
-    int64_t newest_ns;      /* receipt of the newest edit or camera that the settings contain */
-    int64_t last_pass_ns;   /* when the last pass ended */
-    double rendered_ms;     /* since the last change */
-    double full_pass_ms;    /* of the last pass that gave every pixel a sample; 0: none yet */
+    bool stale;            /* changed, and no pass has run since */
+    bool complete;         /* nothing left to do */
+    bool failed;           /* a pass failed: waits for the next change */
+    uint64_t change_order; /* greater: changed later */
+    int64_t newest_ns;     /* receipt of the newest edit or camera that the settings contain */
+    int64_t last_pass_ns;  /* when the last pass ended */
+    double rendered_ms;    /* since the last change */
+    double full_pass_ms;   /* of the last pass that gave every pixel a sample; 0: none yet */
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;
     uint32_t n_tiles;
-    bool unsent;      /* the film or its display changed since the last frame */
+    bool unsent; /* the film or its display changed since the last frame */
     bool final_sent;
     uint32_t sent_spp; /* 0: nothing since the last change */
     int64_t sent_ns;
@@ -65,9 +66,10 @@ void lum_server_view_destroy(struct lum_server_view *v); /* accepts NULL */
 bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_params *params,
                             struct lum_proto_error *err);
 
-/* After any change of the scene or the request: finds out what is stale. A camera or method that is gone is replaced by one
- * that exists. */
-void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns, uint64_t order);
+/* After any change of the scene or the request: finds out what is stale. A camera or method that is gone is replaced by
+ * one that exists. */
+void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
+                             uint64_t order);
 
 bool lum_server_view_needs_pass(const struct lum_server_view *v);
 /* LUM_ERR_CANCELLED is no failure. */
@@ -75,8 +77,8 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
                                      const _Atomic bool *cancel, struct lum_error *err);
 
 enum lum_frame_due { LUM_DUE_NONE, LUM_DUE_FRAME, LUM_DUE_FINAL };
-/* Which frame to send now, if the stream wants one. *ret_wait_ns (may be NULL): after how long to ask again; INT64_MAX: not
- * before something changes. */
+/* Which frame to send now, if the stream wants one. *ret_wait_ns (may be NULL): after how long to ask again; INT64_MAX:
+ * not before something changes. */
 enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t now_ns, int64_t *ret_wait_ns);
 
 /* What there is to see, so that an empty picture can be explained. */

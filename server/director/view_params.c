@@ -22,7 +22,8 @@ static const struct lum_fields budget_fields = {budget_rows, COUNT(budget_rows)}
 
 /* clang-format off */
 static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
-    [LUM_VIEW_SIZE] = {ROW(size, VECTOR), .n = 2, .flags = LUM_FIELD_WHOLE, .min = LUM_LIMIT_VIEW_MIN, .max = LUM_LIMIT_VIEW_SIDE},
+    [LUM_VIEW_SIZE] = {ROW(size, VECTOR), .n = 2, .flags = LUM_FIELD_WHOLE,
+                       .min = LUM_LIMIT_VIEW_MIN, .max = LUM_LIMIT_VIEW_SIDE},
     [LUM_VIEW_CAMERA] = {ROW(camera, PARTS), BYTES(camera), .parts = &lum_camera_fields, .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_ID] = {ROW(camera_id, ID), BYTES(camera_id), .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_SEQ] = {ROW(camera_seq, U32), .max = UINT32_MAX},

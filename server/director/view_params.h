@@ -1,5 +1,5 @@
-/* What a client may say about a view in view.open and view.update: one row of a field table for each member, as records have
- * them (protocol/record/field.h). A row serves reading, limits, messages, defaults and merging. */
+/* What a client may say about a view in view.open and view.update: one row of a field table for each member, as records
+ * have them (protocol/record/field.h). A row serves reading, limits, messages, defaults and merging. */
 #ifndef LUM_SERVER_DIRECTOR_VIEW_PARAMS_H
 #define LUM_SERVER_DIRECTOR_VIEW_PARAMS_H
 
@@ -50,7 +50,8 @@ struct lum_view_params {
     char overlay[32];
     struct lum_view_budget budget;
     bool stats; /* wants frame.stats */
-    /* By effect, not by row; bits LUM_EFFECT_BIT: what something is said of, and of that what to force. The rest is "auto". */
+    /* By effect, not by row; bits LUM_EFFECT_BIT: what something is said of, and of that what to force. The rest is
+     * "auto". */
     uint32_t effects_named, effects_off, effects_on;
 };
 

@@ -1,5 +1,5 @@
-/* The parent's side of one run of lumend-import: starting it, handing it files, reading its stream under limits, and saying
- * how it ended. */
+/* The parent's side of one run of lumend-import: starting it, handing it files, reading its stream under limits, and
+ * saying how it ended. */
 #ifndef LUM_SERVER_IMPORT_CHILD_H
 #define LUM_SERVER_IMPORT_CHILD_H
 
@@ -7,15 +7,15 @@
 #include "server/import/wire.h"
 
 struct lum_import_run {
-    const char *importer;   /* path of lumend-import */
+    const char *importer; /* path of lumend-import */
     const char *assets_dir;
-    const char *kind;       /* "model" or "image" */
+    const char *kind; /* "model" or "image" */
     const char *asset, *id;
     uint32_t cpu_s;
     const _Atomic bool *cancel; /* may be NULL */
     const struct lum_log *log;
-    /* Called for each op, blob, progress and warning chunk. bytes are the callee's to free() when it returns true and the kind is
-     * LUM_CHUNK_BLOB. False stops the run; the callee has filled err. */
+    /* Called for each op, blob, progress and warning chunk. bytes are the callee's to free() when it returns true and
+     * the kind is LUM_CHUNK_BLOB. False stops the run; the callee has filled err. */
     bool (*chunk)(void *user, enum lum_import_chunk kind, uint8_t *bytes, size_t n_bytes, struct lum_proto_error *err);
     void *user;
 };

@@ -18,7 +18,8 @@ bool lum_ops_need_import(const struct lum_ops *ops);
 
 struct lum_expand_context {
     const struct lum_import_config *config;
-    void (*progress)(void *user, const char *id, const char *stage, double fraction); /* may be NULL; the calling thread */
+    void (*progress)(void *user, const char *id, const char *stage,
+                     double fraction); /* may be NULL; the calling thread */
     void *user;
     const _Atomic bool *cancel; /* may be NULL */
 };

@@ -8,15 +8,22 @@
  *   5 done      empty; without it the import failed
  *   6 error     {"code":"unsupported","text":"..."}
  *
- * The child opens no file: over a socket on fd 3 it asks for one below the asset's directory and gets an open descriptor.
- * Request (one SEQPACKET datagram): u8 flags (1: any letter case), then the name, '/' separated. Reply: struct
- * lum_file_reply, with the descriptor attached when status is LUM_OK. */
+ * The child opens no file: over a socket on fd 3 it asks for one below the asset's directory and gets an open
+ * descriptor. Request (one SEQPACKET datagram): u8 flags (1: any letter case), then the name, '/' separated. Reply:
+ * struct lum_file_reply, with the descriptor attached when status is LUM_OK. */
 #ifndef LUM_SERVER_IMPORT_WIRE_H
 #define LUM_SERVER_IMPORT_WIRE_H
 
 #include <stdint.h>
 
-enum lum_import_chunk { LUM_CHUNK_OP = 1, LUM_CHUNK_BLOB, LUM_CHUNK_PROGRESS, LUM_CHUNK_WARNING, LUM_CHUNK_DONE, LUM_CHUNK_ERROR };
+enum lum_import_chunk {
+    LUM_CHUNK_OP = 1,
+    LUM_CHUNK_BLOB,
+    LUM_CHUNK_PROGRESS,
+    LUM_CHUNK_WARNING,
+    LUM_CHUNK_DONE,
+    LUM_CHUNK_ERROR
+};
 
 #define LUM_FILE_ANY_CASE 1u
 #define LUM_FILE_NAME_BYTES 1024u

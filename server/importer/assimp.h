@@ -1,7 +1,7 @@
 /* The reader of every format but glTF, inside. Assimp parses; these files turn its scene into records.
  *
- * Such files rarely say what their light units are. One rule, and a warning: 1 is one watt (per steradian and square metre,
- * as the quantity has it), at 179 lm/W, Radiance's efficacy of white light. */
+ * Such files rarely say what their light units are. One rule, and a warning: 1 is one watt (per steradian and square
+ * metre, as the quantity has it), at 179 lm/W, Radiance's efficacy of white light. */
 #ifndef LUM_SERVER_IMPORTER_ASSIMP_H
 #define LUM_SERVER_IMPORTER_ASSIMP_H
 
@@ -19,7 +19,7 @@ struct lum_assimp_image {
 };
 
 struct lum_assimp_material {
-    lum_id id; /* "": not sent yet */
+    lum_id id;           /* "": not sent yet */
     bool shines, evenly; /* it is a light; without a texture that says where */
 };
 
@@ -45,14 +45,16 @@ struct lum_assimp {
 /* ---- assimp_io.c ---- */
 /* Assimp's way to files: through the parent, read only. user: struct lum_assimp. */
 struct aiFileIO lum_assimp_io(struct lum_assimp *a);
-/* "textures\Wood.JPG" or "C:\x\Wood.JPG" to bytes: as named, else the last part beside the asset; letter case does not matter. */
+/* "textures\Wood.JPG" or "C:\x\Wood.JPG" to bytes: as named, else the last part beside the asset; letter case does not
+ * matter. */
 LUM_MUST_USE enum lum_status lum_assimp_read(struct lum_assimp *a, const char *path, struct lum_bytes *ret_bytes,
                                              struct lum_error *err);
 
 /* ---- assimp_material.c, assimp_image.c ---- */
 /* Sends material i at its first use. */
 LUM_MUST_USE enum lum_status lum_assimp_material(struct lum_assimp *a, uint32_t i, struct lum_error *err);
-/* Sends the picture of a base colour, its alpha from the opacity map (may be ""). ret_id "": left out, with a warning. */
+/* Sends the picture of a base colour, its alpha from the opacity map (may be ""). ret_id "": left out, with a warning.
+ */
 LUM_MUST_USE enum lum_status lum_assimp_image(struct lum_assimp *a, const char *color_path, const char *opacity_path,
                                               bool linear, lum_id ret_id, struct lum_error *err);
 

@@ -1,6 +1,6 @@
-/* The importer's only way to a file: it asks its parent, over a socket, for one below the asset's directory and gets an open
- * descriptor back. So the sandbox forbids opening altogether, and even code injected into this process reaches nothing
- * else. What is said on it: server/import/wire.h. */
+/* The importer's only way to a file: it asks its parent, over a socket, for one below the asset's directory and gets an
+ * open descriptor back. So the sandbox forbids opening altogether, and even code injected into this process reaches
+ * nothing else. What is said on it: server/import/wire.h. */
 #ifndef LUM_SERVER_IMPORTER_FILES_H
 #define LUM_SERVER_IMPORTER_FILES_H
 

@@ -1,9 +1,9 @@
 /* The glTF 2.0 reader, inside. One struct lum_gltf lives for one import.
  *
  * Errors are sticky: the first failure is kept in g->error with the place it was found at, later reads return harmless
- * defaults, and each step ends with `return lum_gltf_ok(g)`. Every number from the file passes one of the getters below,
- * which check type, finiteness and range. Numbers that only shape the look (colours, roughness) are clamped with a warning;
- * numbers that address memory are refused. */
+ * defaults, and each step ends with `return lum_gltf_ok(g)`. Every number from the file passes one of the getters
+ * below, which check type, finiteness and range. Numbers that only shape the look (colours, roughness) are clamped with
+ * a warning; numbers that address memory are refused. */
 #ifndef LUM_SERVER_IMPORTER_GLTF_H
 #define LUM_SERVER_IMPORTER_GLTF_H
 
@@ -39,7 +39,7 @@ struct lum_gltf_array {
 struct lum_gltf_material {
     bool done;
     lum_id id;
-    uint32_t uv_set; /* the TEXCOORD_n its textures use */
+    uint32_t uv_set;     /* the TEXCOORD_n its textures use */
     bool shines, evenly; /* it is a light; without a texture that says where */
 };
 
@@ -61,15 +61,15 @@ struct lum_gltf_node {
 
 struct lum_gltf {
     struct lum_importer *im;
-    struct lum_error error; /* status LUM_OK: none yet */
+    struct lum_error error;     /* status LUM_OK: none yet */
     enum lum_gltf_kind at_kind; /* what is being read, for messages */
     uint32_t at_index;
     cJSON *root;
     struct lum_gltf_array arrays[LUM_GLTF_KIND_COUNT];
-    struct lum_bytes glb_bin; /* borrowed from the file */
-    struct lum_bytes *buffers;  /* by buffer; data NULL: not loaded yet */
-    struct lum_bytes *decoded;  /* by buffer view: what EXT_meshopt_compression unpacked */
-    struct lum_gltf_image (*images)[2]; /* by image: read as sRGB, as linear */
+    struct lum_bytes glb_bin;            /* borrowed from the file */
+    struct lum_bytes *buffers;           /* by buffer; data NULL: not loaded yet */
+    struct lum_bytes *decoded;           /* by buffer view: what EXT_meshopt_compression unpacked */
+    struct lum_gltf_image (*images)[2];  /* by image: read as sRGB, as linear */
     struct lum_gltf_material *materials; /* n + 1: the last is the default material */
     struct lum_gltf_mesh *meshes;
     uint32_t *n_shown; /* by mesh: nodes that show it */
@@ -111,13 +111,16 @@ struct lum_gltf_view {
 };
 bool lum_gltf_view(struct lum_gltf *g, uint32_t index, struct lum_gltf_view *ret_view);
 /* Bytes of a "data:" URI (owned, lum_free), or of a file beside the asset. */
-enum lum_status lum_gltf_load_uri(struct lum_gltf *g, const char *uri, struct lum_bytes *ret_bytes, struct lum_error *err);
+enum lum_status lum_gltf_load_uri(struct lum_gltf *g, const char *uri, struct lum_bytes *ret_bytes,
+                                  struct lum_error *err);
 
 /* ---- gltf_accessor.c ---- */
-/* n_components floats an element, freed by lum_free; sparse and normalised values resolved, all finite. An accessor with more
- * components gives its first ones. */
-bool lum_gltf_floats(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, float **ret_values, uint32_t *ret_count);
-bool lum_gltf_uints(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, uint32_t **ret_values, uint32_t *ret_count);
+/* n_components floats an element, freed by lum_free; sparse and normalised values resolved, all finite. An accessor
+ * with more components gives its first ones. */
+bool lum_gltf_floats(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, float **ret_values,
+                     uint32_t *ret_count);
+bool lum_gltf_uints(struct lum_gltf *g, uint32_t accessor, uint32_t n_components, uint32_t **ret_values,
+                    uint32_t *ret_count);
 
 /* ---- gltf_material.c, gltf_image.c ---- */
 /* Sends the material (LUM_GLTF_NONE: the default one) at its first use; NULL: refused. */

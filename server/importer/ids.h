@@ -14,12 +14,13 @@ void lum_ids_init(struct lum_ids *ids, const char *import_id);
 void lum_ids_finish(struct lum_ids *ids);
 
 /* prefix + group + name, with characters outside [A-Za-z0-9_.:-] replaced by '_', shortened to LUM_LIMIT_ID_BYTES, and
- * "-2", "-3" appended when taken. name NULL or without a usable character: fallback and number. group: "" or "mesh/". */
+ * "-2", "-3" appended when taken. name NULL or without a usable character: fallback and number. group: "" or "mesh/".
+ */
 struct lum_id_request {
     const char *group, *name, *fallback;
     uint32_t number;
 };
 LUM_MUST_USE enum lum_status lum_ids_make(struct lum_ids *ids, const struct lum_id_request *r, char *ret_id,
-                                            struct lum_error *err);
+                                          struct lum_error *err);
 
 #endif

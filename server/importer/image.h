@@ -1,4 +1,5 @@
-/* Image files to texels. All readers are total over arbitrary bytes, and check sizes from the header before allocating. */
+/* Image files to texels. All readers are total over arbitrary bytes, and check sizes from the header before allocating.
+ */
 #ifndef LUM_SERVER_IMPORTER_IMAGE_H
 #define LUM_SERVER_IMPORTER_IMAGE_H
 

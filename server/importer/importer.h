@@ -11,7 +11,7 @@ struct lum_importer {
     struct lum_emit emit;
     struct lum_files files;
     struct lum_ids ids;
-    const char *asset; /* file name: its ending says the format */
+    const char *asset;   /* file name: its ending says the format */
     uint32_t n_fixtures; /* of meshes that were sent fixture by fixture */
 };
 

@@ -17,9 +17,10 @@ struct lum_mesh_parts {
 };
 void lum_mesh_parts_finish(struct lum_mesh_parts *parts);
 
-/* n_lamps: objects that show it, if it shines evenly, so that its fixtures are sent apart; else 0. On failure ret_parts is empty. */
+/* n_lamps: objects that show it, if it shines evenly, so that its fixtures are sent apart; else 0. On failure ret_parts
+ * is empty. */
 LUM_MUST_USE enum lum_status lum_mesh_send(struct lum_importer *im, const struct lum_id_request *name,
-                                           const struct lum_mesh_arrays *m, uint32_t n_lamps, struct lum_mesh_parts *ret_parts,
-                                           struct lum_error *err);
+                                           const struct lum_mesh_arrays *m, uint32_t n_lamps,
+                                           struct lum_mesh_parts *ret_parts, struct lum_error *err);
 
 #endif

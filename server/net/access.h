@@ -1,8 +1,8 @@
 /* Which Host and Origin headers are answered: what keeps other sites' pages in a user's browser away from this server.
  *
- * Host: an attacker can point a DNS name at 127.0.0.1 (rebinding), but not make a browser send an address or "localhost" for
- * it. So addresses and localhost are fine, names must be listed. Origin: must be this server itself, or listed; absent
- * (scripts, not browsers) is fine, because the token is asked for anyway. */
+ * Host: an attacker can point a DNS name at 127.0.0.1 (rebinding), but not make a browser send an address or
+ * "localhost" for it. So addresses and localhost are fine, names must be listed. Origin: must be this server itself, or
+ * listed; absent (scripts, not browsers) is fine, because the token is asked for anyway. */
 #ifndef LUM_SERVER_NET_ACCESS_H
 #define LUM_SERVER_NET_ACCESS_H
 

@@ -1,4 +1,5 @@
-/* What the daemon answers to plain HTTP: the web client out of the binary, health, readiness, metrics. No socket here. */
+/* What the daemon answers to plain HTTP: the web client out of the binary, health, readiness, metrics. No socket here.
+ */
 #ifndef LUM_SERVER_NET_HTTP_H
 #define LUM_SERVER_NET_HTTP_H
 

@@ -29,7 +29,7 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
  * a few seconds). sessions and director outlive the call. */
 void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director);
 
-void lum_net_wake(void *net); /* thread: any. The director or a stream has something new */
+void lum_net_wake(void *net);           /* thread: any. The director or a stream has something new */
 void lum_net_stop(struct lum_net *net); /* thread: any */
 
 const char *lum_net_library(void); /* "libwebsockets 4.1.6" */

@@ -1,5 +1,5 @@
-/* Sessions: what a connected client may say and what waits to be sent to it. Knows messages, no socket: the network layer
- * feeds it whole text messages and asks it what to send next, so a test or a fuzzer can do the same.
+/* Sessions: what a connected client may say and what waits to be sent to it. Knows messages, no socket: the network
+ * layer feeds it whole text messages and asks it what to send next, so a test or a fuzzer can do the same.
  *
  * Life of a session: open; session.hello with the token, within LUM_LIMIT_HELLO_S; then requests. A request goes to
  * the director, whose answer comes back through its outbox; nothing here blocks. Outgoing text is one queue in
@@ -46,7 +46,7 @@ void lum_sessions_begin_drain(struct lum_sessions *sessions);
 
 /* peer: its address, for the log. NULL when there are LUM_LIMIT_CONNECTIONS already. */
 struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer);
-void lum_session_close(struct lum_session *s); /* the connection is gone; accepts NULL */
+void lum_session_close(struct lum_session *s);          /* the connection is gone; accepts NULL */
 uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
 bool lum_session_greeted(const struct lum_session *s);
 /* The longest message accepted now: small before hello, LUM_LIMIT_MESSAGE_BYTES after. */

@@ -25,8 +25,8 @@ struct lum_text_queue {
     size_t n_bytes;
 };
 
-/* Queues a reference of its own. LUM_ERR_NOMEM, also without a text; LUM_ERR_LIMIT when more than max_bytes would wait, of more
- * than one text. */
+/* Queues a reference of its own. LUM_ERR_NOMEM, also without a text; LUM_ERR_LIMIT when more than max_bytes would wait,
+ * of more than one text. */
 LUM_MUST_USE enum lum_status lum_text_queue_push(struct lum_text_queue *q, struct lum_text *t, size_t max_bytes);
 /* The caller owns a reference to what it gets. NULL: the queue is empty. */
 struct lum_text *lum_text_queue_pop(struct lum_text_queue *q);

@@ -1,7 +1,7 @@
 /* From a view's film to encoded tiles, in parallel over the worker pool.
  *
- * A picture is cut into tiles of LUM_LIMIT_TILE_SIDE. Each is tone mapped, hashed, and encoded only when its pixels differ
- * from what the tile showed last, or when it was lossy and is now wanted lossless.
+ * A picture is cut into tiles of LUM_LIMIT_TILE_SIDE. Each is tone mapped, hashed, and encoded only when its pixels
+ * differ from what the tile showed last, or when it was lossy and is now wanted lossless.
  *
  * Payloads: RGBA8 raw rows; one JPEG, or one PNG file; half-float deflate: a zlib stream of RGBA half floats,
  * little-endian, rows from the top, absolute linear Rec.709 (cd/m2), values over 65504 saturated.
@@ -18,7 +18,8 @@
 
 struct lum_encoder; /* JPEG handles and scratch memory, one set a worker */
 
-LUM_MUST_USE enum lum_status lum_encoder_create(struct lum_pool *pool, struct lum_encoder **ret_encoder, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_encoder_create(struct lum_pool *pool, struct lum_encoder **ret_encoder,
+                                                struct lum_error *err);
 void lum_encoder_destroy(struct lum_encoder *encoder); /* accepts NULL */
 
 /* What a tile showed when it was last encoded; zero: nothing yet. */
@@ -39,8 +40,8 @@ struct lum_picture {
 uint32_t lum_tile_count(uint32_t w, uint32_t h);
 
 /* ret_tiles[i]: a new blob, or NULL where tile i shows already what it should. At least one is not NULL, so that every
- * frame reaches the client. states and ret_tiles have lum_tile_count elements; on failure ret_tiles holds NULLs and states is
- * as before. Thread: one at a time per pool. */
+ * frame reaches the client. states and ret_tiles have lum_tile_count elements; on failure ret_tiles holds NULLs and
+ * states is as before. Thread: one at a time per pool. */
 LUM_MUST_USE enum lum_status lum_encoder_run(struct lum_encoder *encoder, const struct lum_picture *picture,
                                              struct lum_tile_state *states, struct lum_encoded_tile **ret_tiles,
                                              struct lum_error *err);

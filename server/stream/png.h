@@ -13,7 +13,8 @@ struct lum_png {
     int level; /* zlib, 1 fast .. 9 small */
 };
 /* *ret_bytes is released with free(). Thread: any. */
-LUM_MUST_USE enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n,
+                                            struct lum_error *err);
 /* Writes beside the target and renames, so that a reader never sees half a file. */
 LUM_MUST_USE enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err);
 

@@ -9,10 +9,10 @@
 #include "protocol/document/document.h"
 
 /* Puts and removes what the changes say, in order, all or nothing: when the renderer refuses one, those before it are
- * taken back, *ret_failed (may be NULL) is its index, and the scene is as before. LUM_ERR_INTERNAL: taking back failed too
- * (memory), the scene must be made anew from the document. Does not commit. */
-LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const struct lum_changes *changes, size_t *ret_failed,
-                                               struct lum_error *err);
+ * taken back, *ret_failed (may be NULL) is its index, and the scene is as before. LUM_ERR_INTERNAL: taking back failed
+ * too (memory), the scene must be made anew from the document. Does not commit. */
+LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const struct lum_changes *changes,
+                                               size_t *ret_failed, struct lum_error *err);
 /* Takes all of them back, last first. */
 LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const struct lum_changes *changes,
                                                struct lum_error *err);
@@ -21,15 +21,16 @@ LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const st
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 
 /* The conversions on their own. Strings of the result are borrowed from the record. */
-LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_desc *ret_light, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_desc *ret_light,
+                                             struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, struct lum_material_desc *ret_material,
                                                 struct lum_error *err);
 struct lum_camera lum_apply_camera(const struct lum_record_camera *c);
 struct lum_medium_desc lum_apply_medium(const struct lum_record *r);
-/* What the render record says of method, samples, depth, seed, virtual point lights, caches and antialiasing; camera and size
- * stay. */
-LUM_MUST_USE enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_view_settings *inout_settings,
-                                                struct lum_error *err);
+/* What the render record says of method, samples, depth, seed, virtual point lights, caches and antialiasing; camera
+ * and size stay. */
+LUM_MUST_USE enum lum_status lum_apply_settings(const struct lum_record *render,
+                                                struct lum_view_settings *inout_settings, struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_apply_tone_map(const char *name, enum lum_tone_map *ret_tone, struct lum_error *err);
 
 /* The renderer's refusal as the wire shows it; path: where the op is ("ops/3"), or "". Returns false. */

@@ -1,6 +1,8 @@
-/* Light groups: what each set of lights alone contributes. Light is linear, so the pictures of all groups sum to the whole.
+/* Light groups: what each set of lights alone contributes. Light is linear, so the pictures of all groups sum to the
+ * whole.
  *
- * A group is what lights and objects that shine name in "group" (else their own id), and each unlit material is a group by its id. */
+ * A group is what lights and objects that shine name in "group" (else their own id), and each unlit material is a group
+ * by its id. */
 #ifndef LUM_SERVER_WORLD_LIGHT_GROUPS_H
 #define LUM_SERVER_WORLD_LIGHT_GROUPS_H
 
@@ -14,8 +16,8 @@ LUM_MUST_USE enum lum_status lum_light_groups_list(const struct lum_world *world
                                                    struct lum_error *err);
 void lum_light_groups_finish(struct lum_light_groups *groups);
 
-/* Lets only this group shine in the renderer's scene, NULL: all as the document says; and commits. The document stays as it
- * is. After a failure call it with NULL. */
+/* Lets only this group shine in the renderer's scene, NULL: all as the document says; and commits. The document stays
+ * as it is. After a failure call it with NULL. */
 LUM_MUST_USE enum lum_status lum_light_groups_solo(struct lum_world *world, const char *group, struct lum_error *err);
 
 #endif

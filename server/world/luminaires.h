@@ -9,8 +9,9 @@ struct cJSON;
 /* Adds "emits" to the "add" ops of objects that shine in the snapshot. ops: an array. False: memory is short. */
 bool lum_luminaires_describe(const struct lum_snapshot *s, struct cJSON *ops);
 
-/* What is otherwise in `now`: by id of the object the members of "emits" that changed, all of one that is new, and null for one
- * that shines no more. NULL: nothing, or memory is short. was: NULL before the first snapshot. The caller owns it. */
+/* What is otherwise in `now`: by id of the object the members of "emits" that changed, all of one that is new, and null
+ * for one that shines no more. NULL: nothing, or memory is short. was: NULL before the first snapshot. The caller owns
+ * it. */
 struct cJSON *lum_luminaires_changes(const struct lum_snapshot *was, const struct lum_snapshot *now);
 
 #endif

@@ -15,9 +15,9 @@ const struct lum_embedded *lum_replay_builtin(const char *name);
 /* Ops for --edits: of a built-in replay, or of a file. Whole in memory. The caller names it in front of err->text. */
 bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_proto_error *err);
 
-/* Fills an empty world and commits. Assets of a .jsonl are below import->assets_dir, or beside the file when that is NULL.
- * Views of a model file start with its first camera; one without any gets "main", and one without any light "default-sky";
- * the log says so. Blocking. The caller names the scene in front of err->text. */
+/* Fills an empty world and commits. Assets of a .jsonl are below import->assets_dir, or beside the file when that is
+ * NULL. Views of a model file start with its first camera; one without any gets "main", and one without any light
+ * "default-sky"; the log says so. Blocking. The caller names the scene in front of err->text. */
 bool lum_scene_load(struct lum_world *world, const char *scene, const struct lum_import_config *import,
                     struct lum_proto_error *err);
 

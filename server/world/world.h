@@ -1,8 +1,8 @@
 /* A scene as the server keeps it: the document, and the renderer's copy of it, always in step. The daemon and the batch
  * renderer edit through this alone.
  *
- * Edits do not show until lum_world_commit publishes them as a snapshot: a drag's many edits cost one commit. Until then
- * they can be taken back, last first.
+ * Edits do not show until lum_world_commit publishes them as a snapshot: a drag's many edits cost one commit. Until
+ * then they can be taken back, last first.
  *
  * Thread: one (the director). Snapshots taken from it may be read by any. */
 #ifndef LUM_SERVER_WORLD_WORLD_H
@@ -21,7 +21,8 @@ struct lum_world {
     struct lum_caches *caches; /* what all views of the scene share */
     struct lum_scene *scene;
     struct lum_document *doc;
-    bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by the owner */
+    bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by
+                           the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
     struct lum_caustics caustics;        /* lum_world_caustics */
     struct lum_log log;
@@ -41,8 +42,10 @@ struct lum_edit {
 /* All or nothing: the document's revision grows by one, or nothing changed and err says which op was refused. */
 bool lum_world_apply(struct lum_world *world, const struct lum_edit *edit, struct lum_changes *ret_changes,
                      struct lum_proto_error *err);
-bool lum_world_undo(struct lum_world *world, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
-bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes, struct lum_proto_error *err);
+bool lum_world_undo(struct lum_world *world, const char *user, struct lum_changes *ret_changes,
+                    struct lum_proto_error *err);
+bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes,
+                    struct lum_proto_error *err);
 
 /* Takes the last edit back, as if it had not been. Called for several, last first: the users' histories forget only the
  * newest, and an undo of one of the others answers "conflict". */
@@ -51,14 +54,14 @@ void lum_world_rollback(struct lum_world *world, const struct lum_changes *chang
 /* Publishes. On failure the former snapshot stays, and the edits since are still pending. */
 LUM_MUST_USE enum lum_status lum_world_commit(struct lum_world *world, struct lum_error *err);
 
-/* A camera of the published scene: `id`, or NULL for the one that a picture starts with: what the settings name, else `main`,
- * else the first by id, else one that frames everything. Always fills *ret_camera; an error (the id is not there) says which
- * are near. */
+/* A camera of the published scene: `id`, or NULL for the one that a picture starts with: what the settings name, else
+ * `main`, else the first by id, else one that frames everything. Always fills *ret_camera; an error (the id is not
+ * there) says which are near. */
 LUM_MUST_USE bool lum_world_camera(const struct lum_world *world, const char *id, struct lum_camera *ret_camera,
                                    struct lum_proto_error *err);
 
-/* What mirrors and glass focus in the published scene. At rest it is made if it has to be, which takes rays; else it may be that of an
- * earlier revision, or not known. n_rays: that this call took. */
+/* What mirrors and glass focus in the published scene. At rest it is made if it has to be, which takes rays; else it
+ * may be that of an earlier revision, or not known. n_rays: that this call took. */
 struct lum_caustic_report lum_world_caustics(struct lum_world *world, bool at_rest);
 
 /* The settings record; never NULL. */
