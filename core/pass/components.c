@@ -16,7 +16,7 @@ void lum_components_finish(struct lum_components *c)
         finish_buffer(&c->buffer[i]);
     lum_free(c->radiance);
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        lum_free(c->done[i]);
+        lum_memo_finish(&c->made[i]);
     *c = (struct lum_components){0};
 }
 
@@ -65,7 +65,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
             return false;
     }
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        if (!c->done[i] && !(c->done[i] = lum_calloc(c->n_tiles, 1)))
+        if (!lum_memo_reserve(&c->made[i], pass->tiling.n))
             return false;
     return reserve_radiance(c, pass->on[LUM_EFFECT_ANTIALIAS]);
 }
@@ -73,7 +73,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
 static void forget(struct lum_components *c, enum lum_fate fate)
 {
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        memset(c->done[i], 0, c->n_tiles);
+        lum_memo_forget(&c->made[i]);
     for (int i = 0; i < LUM_COMPONENT_COUNT; i++) {
         struct lum_component_buffer *b = &c->buffer[i];
         if (!b->raw)
@@ -112,7 +112,6 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
         lum_components_finish(c);
         c->w = pass->tiling.w;
         c->h = pass->tiling.h;
-        c->n_tiles = pass->tiling.n;
     }
     if (!reserve(c, pass)) {
         lum_components_finish(c);
@@ -128,10 +127,7 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
 
 bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile)
 {
-    uint8_t *done = &pass->components->done[stage][tile];
-    bool was = *done;
-    *done = 1;
-    return was;
+    return !lum_memo_advance(&pass->components->made[stage], tile, 0);
 }
 
 struct lum_guide lum_components_guide(const struct lum_pass *pass)

@@ -31,8 +31,7 @@ struct lum_components {
     struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
-    uint8_t *done[LUM_STAGE_COUNT]; /* by stage, and cell or tile: nothing left to do there */
-    uint32_t n_tiles;
+    struct lum_memo made[LUM_STAGE_COUNT]; /* by stage, and cell or tile: how far it is */
     uint32_t sparse, lasting; /* bits of components: as estimators of the pass say (struct lum_estimator) */
     /* what they show */
     struct lum_basis basis;

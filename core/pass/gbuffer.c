@@ -3,7 +3,7 @@
 static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_gbuffer *g = pass->gbuffer;
-    if (g->done[tile])
+    if (lum_memo_step(&g->made, tile))
         return;
     struct lum_rays rays;
     lum_tile_center_rays(pass, tile, &rays);
@@ -16,7 +16,7 @@ static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     lum_trace_closest(&trace, &rays, &g->tiles[tile]);
     if (compare)
         lum_motion_mask_compare(pass->motion_mask, &pass->tiling, tile, &before, &g->tiles[tile]);
-    g->done[tile] = 1;
+    lum_memo_set(&g->made, tile, 1);
 }
 
 const struct lum_estimator lum_stage_gbuffer = {.name = "gbuffer", .stage = LUM_STAGE_GBUFFER, .tile = gbuffer_tile};

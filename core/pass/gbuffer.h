@@ -3,13 +3,14 @@
 #define LUM_CORE_PASS_GBUFFER_H
 
 #include "core/pass/basis.h"
+#include "core/pass/memo.h"
 #include "core/pass/surfaces.h"
 
 /* First hits through pixel centres, one batch per tile. */
 struct lum_gbuffer {
     struct lum_hits *tiles;
-    uint8_t *done;  /* per tile */
-    uint64_t stamp; /* changes with what the buffer shows, but for what lum_motion_mask.changed says */
+    struct lum_memo made; /* by tile */
+    uint64_t stamp;       /* changes with what the buffer shows, but for what lum_motion_mask.changed says */
     struct lum_basis basis;
 };
 

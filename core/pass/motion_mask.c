@@ -120,7 +120,7 @@ static void find_blocks(struct lum_motion_mask *motion_mask, const struct lum_pa
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     for (uint32_t y = r.y / LUM_MOTION_BLOCK_SIDE; y * LUM_MOTION_BLOCK_SIDE < r.y + r.h; y++)
         for (uint32_t x = r.x / LUM_MOTION_BLOCK_SIDE; x * LUM_MOTION_BLOCK_SIDE < r.x + r.w; x++) {
-            if (surfaces->done[tile])
+            if (lum_memo_step(&surfaces->made, tile))
                 find_block(motion_mask, pass, surfaces, y * motion_mask->blocks.nx + x, reach);
             else /* a pass was cancelled: the surfaces there are older yet */
                 motion_mask->changed[y * motion_mask->blocks.nx + x] = LUM_MOTION_CHANGED;

@@ -2,52 +2,44 @@
 
 void lum_surfaces_finish(struct lum_surfaces *s)
 {
-    lum_free(s->p);
-    lum_free(s->n);
-    lum_free(s->ng);
-    lum_free(s->albedo);
-    lum_free(s->depth);
-    lum_free(s->kind);
-    lum_free(s->object);
-    lum_free(s->history_p);
-    lum_free(s->history_n);
-    lum_free(s->done);
+    lum_arena_finish(&s->arena);
+    lum_memo_finish(&s->made);
     *s = (struct lum_surfaces){.version = s->version};
 }
 
-static bool reserve(struct lum_surfaces *s, size_t n, uint32_t n_tiles)
+static void lay_out(struct lum_surfaces *s, size_t n)
 {
-    if (s->p)
-        return true;
-    s->p = lum_calloc(n, sizeof *s->p);
-    s->n = lum_calloc(n, sizeof *s->n);
-    s->ng = lum_calloc(n, sizeof *s->ng);
-    s->albedo = lum_calloc(n, sizeof *s->albedo);
-    s->depth = lum_calloc(n, sizeof *s->depth);
-    s->kind = lum_calloc(n, 1);
-    s->object = lum_calloc(n, sizeof *s->object);
-    s->done = lum_calloc(n_tiles, 1);
-    return s->p && s->n && s->ng && s->albedo && s->depth && s->kind && s->object && s->done;
+    s->p = lum_arena_take(&s->arena, n, sizeof *s->p);
+    s->n = lum_arena_take(&s->arena, n, sizeof *s->n);
+    s->ng = lum_arena_take(&s->arena, n, sizeof *s->ng);
+    s->albedo = lum_arena_take(&s->arena, n, sizeof *s->albedo);
+    s->depth = lum_arena_take(&s->arena, n, sizeof *s->depth);
+    s->kind = lum_arena_take(&s->arena, n, 1);
+    s->object = lum_arena_take(&s->arena, n, sizeof *s->object);
+    s->history_p = lum_arena_take(&s->arena, n, sizeof *s->history_p);
+    s->history_n = lum_arena_take(&s->arena, n, sizeof *s->history_n);
+}
+
+static bool reserve(struct lum_surfaces *s, const struct lum_pass *pass)
+{
+    size_t n = (size_t)pass->tiling.w * pass->tiling.h;
+    if (!s->arena.memory) {
+        lay_out(s, n);
+        if (!lum_arena_reserve(&s->arena))
+            return false;
+        lay_out(s, n);
+    }
+    return lum_memo_reserve(&s->made, pass->tiling.n);
 }
 
 /* The eye has moved: what it saw becomes what it saw before. */
-static bool step_back(struct lum_surfaces *s, const struct lum_pass *pass)
+static void step_back(struct lum_surfaces *s)
 {
-    size_t n = (size_t)pass->tiling.w * pass->tiling.h;
-    if (!pass->settings->reproject_shadows)
-        return true;
-    if (!s->history_p)
-        s->history_p = lum_calloc(n, sizeof *s->history_p);
-    if (!s->history_n)
-        s->history_n = lum_calloc(n, sizeof *s->history_n);
-    if (!s->history_p || !s->history_n)
-        return false;
     struct lum_vec3 *p = s->p, *normal = s->n;
     s->p = s->history_p;
     s->n = s->history_n;
     s->history_p = p;
     s->history_n = normal;
-    return true;
 }
 
 enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass, struct lum_error *err)
@@ -56,18 +48,19 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
     uint32_t edits = lum_basis_renew(&s->basis, pass);
     if (s->stamp == stamp && !lum_is_stale(edits, LUM_PRODUCT_SURFACES))
         return LUM_OK;
-    if (!reserve(s, (size_t)pass->tiling.w * pass->tiling.h, pass->tiling.n) ||
-        (s->stamp != stamp && !step_back(s, pass))) {
+    if (!reserve(s, pass)) {
         lum_surfaces_finish(s);
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the surfaces of %u x %u pixels", pass->tiling.w,
                         pass->tiling.h);
     }
+    if (s->stamp != stamp && pass->settings->reproject_shadows)
+        step_back(s);
     bool moved_only =
         s->stamp == stamp && !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_SURFACES);
     bool partly = moved_only && lum_motion_mask_is_known(pass->motion_mask);
     for (uint32_t t = 0; t < pass->tiling.n; t++)
         if (!partly || lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t))
-            s->done[t] = 0;
+            lum_memo_set(&s->made, t, 0);
     s->stamp = stamp;
     s->version++;
     return LUM_OK;
@@ -117,7 +110,7 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     (void)counters;
-    if (pass->surfaces->done[tile])
+    if (lum_memo_step(&pass->surfaces->made, tile))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     struct lum_rays rays;
@@ -125,7 +118,7 @@ static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     for (uint32_t i = 0; i < rays.n; i++)
         fill_pixel(pass, &pass->gbuffer->tiles[tile], i, lum_rays_direction(&rays, i),
                    (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w);
-    pass->surfaces->done[tile] = 1;
+    lum_memo_set(&pass->surfaces->made, tile, 1);
 }
 
 const struct lum_estimator lum_stage_surfaces = {

@@ -2,7 +2,9 @@
 #ifndef LUM_CORE_PASS_SURFACES_H
 #define LUM_CORE_PASS_SURFACES_H
 
+#include "core/base/arena.h"
 #include "core/pass/basis.h"
+#include "core/pass/memo.h"
 
 /* What the eye sees, ready to shade and to guide filters: one entry per pixel, row by row of the picture. Made from the
  * G-buffer without a ray, for methods that ask for it. */
@@ -20,10 +22,10 @@ struct lum_surfaces {
     float *depth;                /* distance from the eye, scene units; INFINITY: background */
     uint8_t *kind;               /* LUM_PIXEL_ bits */
     uint32_t *object;            /* as in struct lum_hits */
-    struct lum_vec3 *history_p,
-        *history_n; /* p and n before the eye last moved; NULL: settings->reproject_shadows is off */
-    uint8_t *done;  /* per tile */
-    uint64_t stamp; /* of the G-buffer that they show */
+    struct lum_vec3 *history_p, *history_n; /* p and n before the eye last moved; settings->reproject_shadows */
+    struct lum_arena arena;                 /* of all of the above */
+    struct lum_memo made;                   /* by tile */
+    uint64_t stamp;                         /* of the G-buffer that they show */
     struct lum_basis basis;
     uint64_t version; /* changes with what they show */
 };

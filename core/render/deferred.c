@@ -7,7 +7,7 @@
 static void finish_gbuffer(struct lum_gbuffer *g)
 {
     lum_free(g->tiles);
-    lum_free(g->done);
+    lum_memo_finish(&g->made);
     *g = (struct lum_gbuffer){.stamp = g->stamp};
 }
 
@@ -36,17 +36,10 @@ void lum_deferred_forget(struct lum_deferred *d)
 enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass, struct lum_error *err)
 {
     struct lum_gbuffer *g = pass->gbuffer = &d->gbuffer;
-    if (!g->tiles) {
-        struct lum_hits *tiles = lum_calloc(pass->tiling.n, sizeof *tiles);
-        uint8_t *done = lum_calloc(pass->tiling.n, 1);
-        if (!tiles || !done) {
-            lum_free(tiles);
-            lum_free(done);
-            return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the G-buffer");
-        }
-        g->tiles = tiles;
-        g->done = done;
-    }
+    if (!g->tiles)
+        g->tiles = lum_calloc(pass->tiling.n, sizeof *g->tiles);
+    if (!g->tiles || !lum_memo_reserve(&g->made, pass->tiling.n))
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the G-buffer");
     uint32_t edits = lum_basis_renew(&g->basis, pass);
     if (!lum_is_stale(edits, LUM_PRODUCT_GBUFFER))
         return LUM_OK;
@@ -54,10 +47,10 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
     if (moved_only && lum_motion_mask_is_known(pass->motion_mask)) {
         for (uint32_t t = 0; t < pass->tiling.n; t++)
             if (lum_motion_mask_tile(pass->motion_mask, &pass->tiling, t))
-                g->done[t] = 0;
+                lum_memo_set(&g->made, t, 0);
         return LUM_OK;
     }
-    memset(g->done, 0, pass->tiling.n);
+    lum_memo_forget(&g->made);
     g->stamp++;
     return LUM_OK;
 }

@@ -528,7 +528,7 @@ static void moves_without_memory_are_seen_later(void **state)
         rig_assert_as_fresh(&r, what);
         rig_end(&r);
     }
-    assert_true(n_failed > 5);
+    assert_true(n_failed > 1); /* of its own, and of the buffers of the lamp */
 }
 
 int main(void)

@@ -108,12 +108,7 @@ float lum_area_around_ratio(const struct lum_area_around *a, uint32_t x, uint32_
 
 bool lum_around_settled(const struct lum_pass *pass, const struct lum_area_visibility *area, uint32_t tile)
 {
-    const struct lum_tiling *t = &pass->tiling;
-    uint32_t x0 = tile % t->nx, y0 = tile / t->nx, told = 0;
-    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < t->ny; y++)
-        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < t->nx; x++)
-            told = area->told[y * t->nx + x] > told ? area->told[y * t->nx + x] : told;
-    return area->settled[tile] > 0 && area->settled[tile] >= told;
+    return area->settled[tile] > 0 && area->settled[tile] >= lum_latest_around(area->told, &pass->tiling, tile);
 }
 _Static_assert(2 * LUM_AREA_SIDE <= LUM_TILE_SIDE, "within the tiles that touch it");
 

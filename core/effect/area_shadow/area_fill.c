@@ -60,13 +60,7 @@ static bool drop_where_agreed(const struct lum_pass *pass, struct lum_area_visib
 /* True when the cell was filled since it was last asked, and since one that touches it last said something new. */
 static bool is_filled(const struct lum_pass *pass, const struct lum_area_visibility *s, uint32_t cell)
 {
-    uint32_t x0 = cell % pass->cells.nx, y0 = cell / pass->cells.nx, news = s->asked[cell];
-    for (uint32_t y = y0 > 0 ? y0 - 1 : 0; y <= y0 + 1 && y < pass->cells.ny; y++)
-        for (uint32_t x = x0 > 0 ? x0 - 1 : 0; x <= x0 + 1 && x < pass->cells.nx; x++) {
-            uint32_t at = y * pass->cells.nx + x;
-            news = s->changed[at] > news ? s->changed[at] : news;
-        }
-    return s->filled[cell] >= news;
+    return s->filled[cell] >= s->asked[cell] && s->filled[cell] >= lum_latest_around(s->changed, &pass->cells, cell);
 }
 
 static void fill_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)

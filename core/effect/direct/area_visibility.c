@@ -103,71 +103,54 @@ static void redo(struct lum_area_visibility *s, const struct lum_pass *pass)
         s->unshadowed[i] = LUM_AREA_UNKNOWN;
 }
 
+static void lay_out(struct lum_area_visibility *s, const struct lum_pass *pass)
+{
+    struct lum_arena *a = &s->arena;
+    size_t n = (size_t)pass->tiling.w * pass->tiling.h, n_slots = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
+    size_t n_subsets = lum_area_tiling(pass).n, n_cells = pass->cells.n, n_tiles = pass->tiling.n;
+    s->visibility = lum_arena_take(a, n, sizeof *s->visibility);
+    s->history = pass->settings->reproject_shadows ? lum_arena_take(a, n, sizeof *s->history) : NULL;
+    s->ratio = lum_arena_take(a, n, sizeof *s->ratio);
+    s->direct = lum_arena_take(a, n_slots, sizeof *s->direct);
+    s->tally = lum_arena_take(a, n_subsets, sizeof *s->tally);
+    s->hashes = lum_arena_take(a, n_subsets, sizeof *s->hashes);
+    s->ratio_hashes = lum_arena_take(a, n_subsets, sizeof *s->ratio_hashes);
+    s->shared = lum_arena_take(a, n_subsets, sizeof *s->shared);
+    s->resolved = lum_arena_take(a, n_subsets, sizeof *s->resolved);
+    s->unshadowed = lum_arena_take(a, n_subsets, sizeof *s->unshadowed);
+    s->first = lum_arena_take(a, n_subsets, 1);
+    s->all_asked = lum_arena_take(a, n_subsets, 1);
+    s->goal = lum_arena_take(a, n_subsets, 1);
+    s->open = lum_arena_take(a, n_subsets, 1);
+    s->begun = lum_arena_take(a, n_cells, 1);
+    s->asked = lum_arena_take(a, n_cells, sizeof *s->asked);
+    s->changed = lum_arena_take(a, n_cells, sizeof *s->changed);
+    s->filled = lum_arena_take(a, n_cells, sizeof *s->filled);
+    s->told = lum_arena_take(a, n_tiles, sizeof *s->told);
+    s->settled = lum_arena_take(a, n_tiles, sizeof *s->settled);
+}
+
 bool lum_area_visibility_init(struct lum_area_visibility *ret_visibility, const struct lum_pass *pass, uint32_t salt)
 {
-    size_t n = (size_t)pass->tiling.w * pass->tiling.h, n_slots = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
-    size_t n_subsets = lum_area_tiling(pass).n;
-    struct lum_area_visibility s = {
-        .salt = salt,
-        .visibility = lum_calloc(n, sizeof *s.visibility),
-        .history = pass->settings->reproject_shadows ? lum_calloc(n, sizeof *s.history) : NULL,
-        .direct = lum_calloc(n_slots, sizeof *s.direct),
-        .tally = lum_calloc(n_subsets, sizeof *s.tally),
-        .hashes = lum_calloc(n_subsets, sizeof *s.hashes),
-        .unshadowed = lum_calloc(n_subsets, sizeof *s.unshadowed),
-        .first = lum_calloc(n_subsets, 1),
-        .all_asked = lum_calloc(n_subsets, 1),
-        .goal = lum_calloc(n_subsets, 1),
-        .open = lum_calloc(n_subsets, 1),
-        .begun = lum_calloc(pass->cells.n, 1),
-        .asked = lum_calloc(pass->cells.n, sizeof *s.asked),
-        .changed = lum_calloc(pass->cells.n, sizeof *s.changed),
-        .filled = lum_calloc(pass->cells.n, sizeof *s.filled),
-        .told = lum_calloc(pass->tiling.n, sizeof *s.told),
-        .settled = lum_calloc(pass->tiling.n, sizeof *s.settled),
-        .ratio = lum_calloc(n, sizeof *s.ratio),
-        .ratio_hashes = lum_calloc(n_subsets, sizeof *s.ratio_hashes),
-        .shared = lum_calloc(n_subsets, sizeof *s.shared),
-        .resolved = lum_calloc(n_subsets, sizeof *s.resolved),
-    };
-    draw_points(&s, pass);
-    *ret_visibility = s;
-    if (s.visibility && (s.history || !pass->settings->reproject_shadows) && s.direct && s.tally && s.hashes &&
-        s.unshadowed && s.first && s.all_asked && s.goal && s.open && s.begun && s.asked && s.changed && s.filled &&
-        s.told && s.settled && s.ratio && s.ratio_hashes && s.shared && s.resolved) {
-        redo(ret_visibility, pass);
-        return true;
+    *ret_visibility = (struct lum_area_visibility){.salt = salt};
+    lay_out(ret_visibility, pass);
+    if (!lum_arena_reserve(&ret_visibility->arena)) {
+        lum_area_visibility_finish(ret_visibility);
+        return false;
     }
-    lum_area_visibility_finish(ret_visibility);
-    return false;
+    lay_out(ret_visibility, pass);
+    draw_points(ret_visibility, pass);
+    redo(ret_visibility, pass);
+    return true;
 }
 
 void lum_area_visibility_finish(struct lum_area_visibility *s)
 {
-    lum_free(s->visibility);
-    lum_free(s->history);
+    lum_arena_finish(&s->arena);
     lum_free(s->left);
     lum_free(s->history_left);
     lum_free(s->dimmed);
     lum_free(s->place);
-    lum_free(s->direct);
-    lum_free(s->tally);
-    lum_free(s->hashes);
-    lum_free(s->unshadowed);
-    lum_free(s->first);
-    lum_free(s->all_asked);
-    lum_free(s->goal);
-    lum_free(s->open);
-    lum_free(s->begun);
-    lum_free(s->asked);
-    lum_free(s->changed);
-    lum_free(s->filled);
-    lum_free(s->told);
-    lum_free(s->settled);
-    lum_free(s->ratio);
-    lum_free(s->ratio_hashes);
-    lum_free(s->shared);
-    lum_free(s->resolved);
     *s = (struct lum_area_visibility){0};
 }
 

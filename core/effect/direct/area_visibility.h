@@ -7,6 +7,7 @@
 #ifndef LUM_CORE_EFFECT_DIRECT_AREA_VISIBILITY_H
 #define LUM_CORE_EFFECT_DIRECT_AREA_VISIBILITY_H
 
+#include "core/base/arena.h"
 #include "core/light/light.h"
 #include "core/pass/pass.h"
 
@@ -42,45 +43,56 @@ enum lum_area_begun {
 
 #define LUM_AREA_UNKNOWN (-1.0f)
 
-/* Tiles of the pattern are `across` by `down`, row by row. */
+/* A stamp is lum_layers.n_passes at the time; 0: never. */
 struct lum_area_visibility {
     uint32_t salt; /* with the seed: of the points */
     struct lum_vec2 point[LUM_AREA_POINTS];
-    struct lum_emitter_point
-        *place;  /* LUM_AREA_STRATUM_POINTS in the stratum of each point; NULL: the light is no disc or mesh */
+    /* bits of four points that are a net of their own: pixels that begin with one of these, one in each 2 x 2 block,
+     * are asked first, the others only where these do not agree */
+    uint16_t first_points;
+    /* LUM_AREA_STRATUM_POINTS in the stratum of each point; NULL: the light is no disc or mesh */
+    struct lum_emitter_point *place;
     bool placed; /* these are the scene's, and of these points */
-    uint16_t first_points; /* bits of four that are a net of their own: pixels that begin with one of these, one in each
-                            * 2 x 2 block, are asked first, the others only where these do not agree */
-    struct lum_visibility *visibility; /* w * h, row by row of the picture; NULL: the layer is not soft */
-    uint32_t *left, *history_left;     /* as visibility and history: what panes leave (lum_transmittance_pack) of the
-                                        * stratum that the pixel begins with, or where that is not visible of the first that
-                                        * is; else 0. NULL: there are none */
-    struct lum_visibility *history;    /* same, before the eye last moved; NULL: settings->reproject_shadows is off */
+
+    struct lum_arena arena; /* of all that follows but what panes leave */
+
+    /* by pixel, row by row of the picture */
+    struct lum_visibility *visibility; /* NULL: the layer is not one of an area light */
+    struct lum_visibility *history;    /* before the eye last moved; NULL: settings->reproject_shadows is off */
+    /* what panes leave (lum_transmittance_pack) of the stratum that the pixel begins with, or where that is not visible
+     * of the first that is; else 0. NULL: there are none */
+    uint32_t *left, *history_left;
+    float *ratio;           /* of the light that the window around the pixel gets; lights with a closed form */
     struct lum_rgb *direct; /* the light's response but for emission and mirrors; tile by tile, as lum_layer.response */
-    struct lum_visibility_tally *tally; /* per tile of the pattern */
-    uint64_t *hashes;                   /* same: hash of what its pixels know */
-    float *unshadowed;                  /* same: luminance that the light brings at power 1, with nothing in the way, or
-                                         * LUM_AREA_UNKNOWN until its surfaces have been looked at */
-    uint8_t *dimmed;                    /* same: 1: `left` of any of its pixels is not 0; NULL: likewise */
-    uint8_t *first;     /* same: LUM_AREA_ bits of the pixels that are asked first, by that stratum alone */
-    uint8_t *all_asked; /* same: 1: these do not agree with those around, so that every pixel has its first stratum */
-    uint8_t *goal;      /* same: strata that its pixels shall know after this pass; 0: no more than they do */
-    uint8_t *open; /* same: 1: something was forgotten, or who is asked changed, since it was last refined; others learn
-                    * no more until the scene rests, so that nothing flickers where an edit changes nothing */
-    uint8_t *begun;  /* per cell: enum lum_area_begun */
-    uint32_t *asked; /* same: lum_layers.n_passes when its first pixels were last asked; 0: never, as in the next two */
-    uint32_t *changed;        /* same: when something in `first` last changed */
-    uint32_t *filled;         /* same: when the others were last looked at, and asked where all_asked says so */
-    uint32_t *told, *settled; /* per tile of the picture: lum_layers.n_passes when what its pixels know last changed,
-                               * and when direct was last up to date; 0: never */
-    float *ratio; /* as seen: which share of the light the window around a pixel gets; lights with a closed form */
-    uint64_t
-        *ratio_hashes; /* per tile of the pattern: hash of share and of what its pixels know, where there is a share */
-    uint64_t *shared, *resolved; /* same: hash of the hashes, or of the ratio_hashes, around when share, or direct, was
-                                  * made; 0: it is stale */
+
+    /* by tile of the pattern, row by row */
+    struct lum_visibility_tally *tally;
+    uint64_t *hashes;       /* of what its pixels know */
+    uint64_t *ratio_hashes; /* of ratio and of what its pixels know, where there is a ratio */
+    uint64_t *shared;       /* of the hashes around when ratio was made; 0: it is stale */
+    uint64_t *resolved;     /* of the ratio_hashes around when direct was made; 0: it is stale */
+    float *unshadowed;      /* luminance that the light brings at power 1, with nothing in the way, or
+                             * LUM_AREA_UNKNOWN until its surfaces have been looked at */
+    uint8_t *first;         /* LUM_AREA_ bits of the pixels that are asked first, by that stratum alone */
+    uint8_t *all_asked;     /* 1: these do not agree with those around, so that every pixel has its first stratum */
+    uint8_t *goal;          /* strata that its pixels shall know after this pass; 0: no more than they do */
+    /* 1: something was forgotten, or who is asked changed, since it was last refined; others learn no more until the
+     * scene rests, so that nothing flickers where an edit changes nothing */
+    uint8_t *open;
+    uint8_t *dimmed; /* 1: `left` of any of its pixels is not 0; NULL as that */
+
+    /* by cell */
+    uint8_t *begun;    /* enum lum_area_begun */
+    uint32_t *asked;   /* stamp: its first pixels were last asked */
+    uint32_t *changed; /* stamp: something in `first` last changed */
+    uint32_t *filled;  /* stamp: the others were last looked at, and asked where all_asked says so */
+
+    /* by tile of the picture */
+    uint32_t *told;    /* stamp: what its pixels know last changed */
+    uint32_t *settled; /* stamp: direct was last up to date */
 };
 
-/* salt: names the light. False: memory is short, and *ret_soft is as if finished. */
+/* salt: names the light. False: memory is short, and *ret_visibility is as if finished. */
 bool lum_area_visibility_init(struct lum_area_visibility *ret_visibility, const struct lum_pass *pass, uint32_t salt);
 void lum_area_visibility_finish(struct lum_area_visibility *s);
 /* Makes or drops what is kept of panes: those of which pixels know something came or went. False: memory is short. */

@@ -488,7 +488,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     count_lights(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER));
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
         lower(&l->shared, pass, LUM_LAYER_EMPTY);
-        lum_many_lights_relight(&l->many_lights, pass);
+        lum_many_lights_relight(&l->many_lights);
         l->many_lights.moved = l->many_lights.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
     }
     for (uint32_t k = 0; lum_is_stale(edits, LUM_PRODUCT_PLACES) && k < l->n_layers; k++)

@@ -16,10 +16,9 @@ static bool reserve_pixels(struct lum_many_lights *c, const struct lum_pass *pas
     for (uint32_t part = 0; part < LUM_MANY_LIGHTS_PARTS; part++)
         for (uint32_t k = 0; k < LUM_MANY_LIGHTS_WINDOWS; k++)
             whole = (c->sum[part][k] = lum_calloc(n, sizeof *c->sum[part][k])) && whole;
-    c->done = lum_calloc(pass->tiling.n, 1);
-    c->joined = lum_calloc(pass->cells.n, 1);
+    whole = lum_memo_reserve(&c->summed, pass->tiling.n) && lum_memo_reserve(&c->joined, pass->cells.n) && whole;
     c->cut = lum_calloc(pass->tiling.n, 1);
-    if (!whole || !c->done || !c->joined || !c->cut)
+    if (!whole || !c->cut)
         return false;
     memset(c->cut, LUM_CUT_FORGOTTEN, pass->tiling.n);
     return true;
@@ -37,7 +36,7 @@ static bool reserve_lights(struct lum_many_lights *c, const struct lum_pass *pas
     c->visibility = bytes <= LUM_MANY_LIGHTS_BYTES ? lum_calloc(bytes, 1) : NULL;
     c->n_lights = n;
     c->moved = true;
-    lum_many_lights_relight(c, pass);
+    lum_many_lights_relight(c);
     memset(c->cut, LUM_CUT_FORGOTTEN, pass->tiling.n);
     return c->lights && (c->visibility || bytes > LUM_MANY_LIGHTS_BYTES);
 }
@@ -119,27 +118,27 @@ void lum_many_lights_finish(struct lum_many_lights *c)
     for (uint32_t part = 0; part < LUM_MANY_LIGHTS_PARTS; part++)
         for (uint32_t k = 0; k < LUM_MANY_LIGHTS_WINDOWS; k++)
             lum_free(c->sum[part][k]);
-    lum_free(c->done);
-    lum_free(c->joined);
+    lum_memo_finish(&c->summed);
+    lum_memo_finish(&c->joined);
     lum_free(c->cut);
     lum_free(c->lights);
     lum_free(c->visibility);
     *c = (struct lum_many_lights){0};
 }
 
-void lum_many_lights_relight(struct lum_many_lights *c, const struct lum_pass *pass)
+void lum_many_lights_relight(struct lum_many_lights *c)
 {
     if (!c->cut)
         return;
-    memset(c->done, 0, pass->tiling.n);
-    memset(c->joined, 0, pass->cells.n);
+    lum_memo_forget(&c->summed);
+    lum_memo_forget(&c->joined);
     for (uint32_t k = 0; k < LUM_MANY_LIGHTS_WINDOWS; k++)
         c->used[k] = false;
 }
 
 void lum_many_lights_forget(struct lum_many_lights *c, const struct lum_pass *pass)
 {
-    lum_many_lights_relight(c, pass);
+    lum_many_lights_relight(c);
     if (c->cut)
         memset(c->cut, LUM_CUT_FORGOTTEN, pass->tiling.n);
     if (c->lights)
@@ -149,7 +148,7 @@ void lum_many_lights_forget(struct lum_many_lights *c, const struct lum_pass *pa
 
 void lum_many_lights_reshade(struct lum_many_lights *c, const struct lum_pass *pass)
 {
-    lum_many_lights_relight(c, pass);
+    lum_many_lights_relight(c);
     if (c->cut && c->lights)
         plan_anew(c, pass);
 }

@@ -46,8 +46,8 @@ struct lum_many_lights {
      */
     struct lum_rgb *sum[LUM_MANY_LIGHTS_PARTS][LUM_MANY_LIGHTS_WINDOWS];
     _Atomic bool used[LUM_MANY_LIGHTS_WINDOWS]; /* some sample is in it */
-    uint8_t *done;                              /* per tile: its samples are in the sums */
-    uint8_t *joined;                            /* per cell: steps of joining that it has gone through */
+    struct lum_memo summed;                     /* by tile: its samples are in the sums */
+    struct lum_memo joined;                     /* by cell: steps of joining that it has gone through */
     uint8_t *cut; /* per tile: octaves of lights that are sampled (many_lights_trace.c), or LUM_CUT_ */
     struct lum_sampled_light *lights; /* by light of the snapshot */
     uint8_t *visibility;              /* by tile, light and pixel, two bits: asked, visible. NULL: there is no room */
@@ -68,7 +68,7 @@ void lum_many_lights_finish(struct lum_many_lights *many_lights);
 /* Nothing is known any more, not even which lights there are. */
 void lum_many_lights_forget(struct lum_many_lights *many_lights, const struct lum_pass *pass);
 /* What is known is added up anew: at other powers alone; or planned anew, too. */
-void lum_many_lights_relight(struct lum_many_lights *many_lights, const struct lum_pass *pass);
+void lum_many_lights_relight(struct lum_many_lights *many_lights);
 void lum_many_lights_reshade(struct lum_many_lights *many_lights, const struct lum_pass *pass);
 /* The same after what pass->motion_mask says, which is known: of what may have changed it is forgotten, and who sees
  * which light. */

@@ -20,7 +20,7 @@ _Static_assert(LUM_CELL_SIDE % LUM_AIRLIGHT_SIDE == 0, "a packet is made of whol
 /* About 110 KiB: lives on a worker's stack. */
 struct airlight {
     const struct lum_pass *pass;
-    const struct lum_airlights *kept;
+    struct lum_airlights *kept;
     struct lum_counters *counters;
     struct lum_tile_rect r;
     struct lum_airlight_pair pair; /* at hand */
@@ -240,13 +240,13 @@ static bool trace_first(struct airlight *a, uint32_t cell)
     memset(a->n_points, 1, sizeof a->n_points);
     memset(a->fresh, 0, sizeof a->fresh);
     for (uint32_t i = 0; lum_airlight_next(a->pass, i, &pair); i++) {
-        if (*lum_airlight_state(a->pass, pair.slot, cell) && !a->fresh[pair.slot])
+        if (lum_memo_step(&a->kept->made, lum_airlight_item(a->kept, pair.slot, cell)) && !a->fresh[pair.slot])
             continue;
         begin_pair(a, &pair);
         memset(a->sum, 0, sizeof a->sum);
         take_points(a, 0);
         keep_first(a);
-        *lum_airlight_state(a->pass, pair.slot, cell) = LUM_AIRLIGHT_TRACED;
+        lum_memo_set(&a->kept->made, lum_airlight_item(a->kept, pair.slot, cell), LUM_AIRLIGHT_TRACED);
         any = a->fresh[pair.slot] = true;
     }
     return any;
@@ -254,10 +254,8 @@ static bool trace_first(struct airlight *a, uint32_t cell)
 
 static void trace_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
-    if (*done != LUM_AIRLIGHT_UNTRACED)
+    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_UNTRACED))
         return;
-    *done = LUM_AIRLIGHT_TRACED;
     if (pass->settings->max_depth == 0) /* and what is kept is black */
         return;
     struct airlight a;

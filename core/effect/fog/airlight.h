@@ -45,9 +45,10 @@ struct lum_airlight {
 /* What a view keeps of it. */
 struct lum_airlights {
     struct lum_airlight *kept; /* by slot and pixel */
-    uint8_t *traced; /* by slot and cell: it holds points of the present scene, and what they say is resolved */
-    uint32_t n;      /* slots */
-    bool shared;     /* there are more pairs: the last slot holds their sum, at their present power */
+    struct lum_memo
+        made;    /* by slot and cell, LUM_AIRLIGHT_: it holds points of the present scene; what they say is resolved */
+    uint32_t n;  /* slots */
+    bool shared; /* there are more pairs: the last slot holds their sum, at their present power */
     size_t n_pixels;
     uint32_t n_cells;
 };
@@ -55,6 +56,10 @@ extern const struct lum_state_kind lum_airlights_kind;
 static inline struct lum_airlights *lum_airlights_of(const struct lum_pass *pass)
 {
     return lum_pass_state(pass, &lum_airlights_kind);
+}
+static inline uint32_t lum_airlight_item(const struct lum_airlights *lights, uint32_t slot, uint32_t cell)
+{
+    return slot * lights->n_cells + cell;
 }
 static inline struct lum_airlight *lum_airlight_at(const struct lum_airlights *lights, uint32_t slot, size_t pixel)
 {
@@ -72,8 +77,6 @@ bool lum_airlight_next(const struct lum_pass *pass, uint32_t i, struct lum_airli
 /* What its points are made with, and what they are multiplied by. */
 const struct lum_snapshot *lum_airlight_snapshot(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
 struct lum_rgb lum_airlight_power(const struct lum_pass *pass, const struct lum_airlight_pair *pair);
-/* What the slot holds of the cell. */
-uint8_t *lum_airlight_state(const struct lum_pass *pass, uint32_t slot, uint32_t cell);
 
 /* The ray through the middle of a pixel, up to its surface. */
 struct lum_scatter_query lum_airlight_query(const struct lum_pass *pass, const struct lum_airlight_pair *pair,

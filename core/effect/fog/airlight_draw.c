@@ -32,11 +32,6 @@ struct lum_rgb lum_airlight_power(const struct lum_pass *pass, const struct lum_
     return pair->alone ? pass->snapshot->lights.lights[pair->light].power : lum_grey(1.0f);
 }
 
-uint8_t *lum_airlight_state(const struct lum_pass *pass, uint32_t slot, uint32_t cell)
-{
-    return &lum_airlights_of(pass)->traced[(size_t)slot * pass->cells.n + cell];
-}
-
 /* ---- along one ray ---- */
 
 struct lum_scatter_query lum_airlight_query(const struct lum_pass *pass, const struct lum_airlight_pair *pair,

@@ -7,7 +7,7 @@ static void finish(void *state)
 {
     struct lum_airlights *a = state;
     lum_free(a->kept);
-    lum_free(a->traced);
+    lum_memo_finish(&a->made);
     *a = (struct lum_airlights){0};
 }
 
@@ -32,11 +32,9 @@ static bool reserve(void *state, const struct lum_pass *pass)
     if (n == a->n)
         return true;
     lum_free(a->kept);
-    lum_free(a->traced);
     a->kept = n ? lum_calloc((size_t)n * a->n_pixels, sizeof *a->kept) : NULL;
-    a->traced = n ? lum_calloc((size_t)n * a->n_cells, 1) : NULL;
     a->n = n;
-    return n == 0 || (a->kept && a->traced);
+    return n == 0 || (a->kept && lum_memo_reserve(&a->made, n * a->n_cells));
 }
 
 /* Dimming leaves those that do not hold a sum at present power. */
@@ -48,7 +46,8 @@ static void invalidate(void *state, const struct lum_pass *pass, const struct lu
     if (outcome->light == LUM_FATE_SAME || first == a->n)
         return;
     memset(lum_airlight_at(a, first, 0), 0, (a->n - first) * a->n_pixels * sizeof *a->kept);
-    memset(a->traced + (size_t)first * a->n_cells, 0, (size_t)(a->n - first) * a->n_cells);
+    for (uint32_t item = first * a->n_cells; item < a->made.n; item++)
+        lum_memo_set(&a->made, item, 0);
 }
 
 const struct lum_state_kind lum_airlights_kind = {sizeof(struct lum_airlights), reserve, invalidate, finish};

@@ -145,7 +145,7 @@ struct slots {
     struct lum_airlight_pair pairs[LUM_AIRLIGHTS_MAX], stale[LUM_AIRLIGHTS_MAX];
 };
 
-static struct slots slots_of(const struct lum_pass *pass, uint32_t cell)
+static struct slots slots_of(const struct lum_pass *pass, const struct lum_airlights *kept, uint32_t cell)
 {
     struct slots s = {.n = 0};
     struct lum_airlight_pair pair;
@@ -153,7 +153,7 @@ static struct slots slots_of(const struct lum_pass *pass, uint32_t cell)
         if (s.n > 0 && s.pairs[s.n - 1].slot == pair.slot)
             continue;
         s.pairs[s.n++] = pair;
-        if (*lum_airlight_state(pass, pair.slot, cell) == LUM_AIRLIGHT_TRACED)
+        if (lum_memo_step(&kept->made, lum_airlight_item(kept, pair.slot, cell)) == LUM_AIRLIGHT_TRACED)
             s.stale[s.n_stale++] = pair;
     }
     return s;
@@ -178,13 +178,11 @@ static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t
 static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
-    if (*done != LUM_AIRLIGHT_TRACED)
+    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_TRACED))
         return;
-    *done = LUM_AIRLIGHT_RESOLVED;
-    const struct lum_airlights *kept = lum_airlights_of(pass);
+    struct lum_airlights *kept = lum_airlights_of(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
-    struct slots slots = slots_of(pass, cell);
+    struct slots slots = slots_of(pass, kept, cell);
     struct around around;
     look_around(&around, pass, r, 1);
     for (uint32_t y = r.y; y < r.y + r.h; y++)
@@ -199,7 +197,7 @@ static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_
             sum_pixel(pass, &slots, pixel);
         }
     for (uint32_t i = 0; i < slots.n_stale; i++)
-        *lum_airlight_state(pass, slots.stale[i].slot, cell) = LUM_AIRLIGHT_RESOLVED;
+        lum_memo_set(&kept->made, lum_airlight_item(kept, slots.stale[i].slot, cell), LUM_AIRLIGHT_RESOLVED);
 }
 
 static bool any_even(const struct lum_pass *pass)
@@ -220,11 +218,7 @@ static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_cou
 {
     (void)counters;
     struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_MEDIA];
-    uint8_t *done = &pass->components->done[LUM_STAGE_MEDIA][cell];
-    if (*done != LUM_AIRLIGHT_RESOLVED)
-        return;
-    *done = LUM_AIRLIGHT_JOINED;
-    if (!any_even(pass))
+    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_RESOLVED) || !any_even(pass))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     struct around around;

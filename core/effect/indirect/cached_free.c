@@ -137,7 +137,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
             continue;
         if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
             (is_cancelled(run) || !make_record(run, pixel, counters, &irradiance))) {
-            pass->components->done[LUM_STAGE_INDIRECT][tile] = 0; /* see run_freely */
+            lum_memo_set(&pass->components->made[LUM_STAGE_INDIRECT], tile, 0); /* see run_freely */
             return;
         }
         smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
@@ -146,10 +146,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
 
 static bool is_done(const struct lum_pass *pass)
 {
-    for (uint32_t t = 0; t < pass->tiling.n; t++)
-        if (!pass->components->done[LUM_STAGE_INDIRECT][t])
-            return false;
-    return true;
+    return lum_memo_is_whole(&pass->components->made[LUM_STAGE_INDIRECT]);
 }
 
 static void all_tiles(void *ctx, uint32_t job, struct lum_counters *counters)

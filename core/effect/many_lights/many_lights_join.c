@@ -49,10 +49,7 @@ static void pass_on(const struct lum_pass *pass, uint32_t cell, const struct lum
 static bool enter(const struct lum_pass *pass, uint32_t cell, uint32_t step)
 {
     struct lum_many_lights *c = &pass->layers->many_lights;
-    if (!c->on || c->joined[cell] > step)
-        return false;
-    c->joined[cell]++;
-    return true;
+    return c->on && lum_memo_advance(&c->joined, cell, step);
 }
 
 static void widen_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
@@ -77,17 +74,17 @@ static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_cou
                 false);
 }
 
-const struct lum_estimator lum_many_lights_widen = {.name = "crowd, 16 to 8",
+const struct lum_estimator lum_many_lights_widen = {.name = "many lights, 16 to 8",
                                                     .stage = LUM_STAGE_FILTER,
                                                     .tile = widen_cell,
                                                     .cells = true,
                                                     .surfaces = true,
                                                     .then = &lum_many_lights_narrow};
-const struct lum_estimator lum_many_lights_narrow = {.name = "crowd, 8 to 4",
+const struct lum_estimator lum_many_lights_narrow = {.name = "many lights, 8 to 4",
                                                      .stage = LUM_STAGE_FILTER,
                                                      .tile = narrow_cell,
                                                      .cells = true,
                                                      .surfaces = true,
                                                      .then = &lum_many_lights_join};
 const struct lum_estimator lum_many_lights_join = {
-    .name = "crowd, join", .stage = LUM_STAGE_FILTER, .tile = join_cell, .cells = true, .surfaces = true};
+    .name = "many lights, join", .stage = LUM_STAGE_FILTER, .tile = join_cell, .cells = true, .surfaces = true};

@@ -450,7 +450,7 @@ static bool fill_vertices(struct tile_job *t)
 static void trace_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     struct lum_many_lights *c = &pass->layers->many_lights;
-    if (!c->on || c->done[tile])
+    if (!c->on || lum_memo_step(&c->summed, tile))
         return;
     if (c->cut[tile] == LUM_CUT_FORGOTTEN && c->visibility)
         memset(c->visibility + (size_t)tile * c->n_lights * LUM_MANY_LIGHTS_TILE_BYTES, 0,
@@ -476,8 +476,11 @@ static void trace_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
             if (t.used[k])
                 c->used[k] = true;
     }
-    c->done[tile] = 1;
+    lum_memo_set(&c->summed, tile, 1);
 }
 
-const struct lum_estimator lum_many_lights_trace = {
-    .name = "crowd", .stage = LUM_STAGE_REFINE, .tile = trace_tile, .surfaces = true, .then = &lum_many_lights_widen};
+const struct lum_estimator lum_many_lights_trace = {.name = "many lights",
+                                                    .stage = LUM_STAGE_REFINE,
+                                                    .tile = trace_tile,
+                                                    .surfaces = true,
+                                                    .then = &lum_many_lights_widen};
