@@ -34,8 +34,8 @@ struct strip {
     struct row rows[2 * BORDER_MAX + 1]; /* a ring, by row number */
 };
 
-/* The pixel that stands for position at in 0 .. size - 1: beyond an edge the one of the same set a period further in.
- * False when there is none. */
+/* The pixel that stands for position at in 0 .. size - 1: beyond an edge the one of the same subset a period further
+ * in. False when there is none. */
 static bool inside(int64_t at, uint32_t size, uint32_t side, uint32_t *ret_at)
 {
     if (at < 0)

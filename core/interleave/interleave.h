@@ -1,8 +1,8 @@
-/* Interleaved sampling (Keller & Heidrich 2001): neighbouring pixels use disjoint sets of samples, in a pattern that
- * repeats every `side` pixels, and a filter as large as the pattern puts the sets together again.
+/* Interleaved sampling (Keller & Heidrich 2001): neighbouring pixels use disjoint subsets of samples, in a pattern that
+ * repeats every `side` pixels, and a filter as large as the pattern puts the subsets together again.
  *
  * A work cell is LUM_CELL_SIDE x LUM_CELL_SIDE pixels: patterns of 3 and of 4 and the ray batch tiles of 16 divide
- * it, and all its pixels at one place of a pattern of 3 are one ray batch. Packets at the right and lower edge are
+ * it, and all its pixels at one place of a pattern of 3 are one ray batch. Cells at the right and lower edge are
  * smaller.
  *
  * Everything here works on plain arrays, one entry per pixel, row by row of the picture. Thread: any; a cell is written
@@ -30,16 +30,17 @@ struct lum_guide {
 
 /* ---- the pattern ---- */
 
-/* Which of the side * side sets pixel (x, y) begins with; side 1 .. LUM_PATTERN_MAX. Neighbours get sets that lie far
- * apart in their sequence (an ordered dither). */
+/* Which of the side * side subsets pixel (x, y) begins with; side 1 .. LUM_PATTERN_MAX. Neighbours get subsets that lie
+ * far apart in their sequence (an ordered dither). */
 uint32_t lum_pattern_subset(uint32_t side, uint32_t x, uint32_t y);
-/* The pixel of the pattern that begins with a set. */
-void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *ret_y);
-/* The set of the pixel in an iteration (0: the first, set itself): all side * side sets once, and each iteration again
- * a permutation of the pattern, so that the tile as a whole has taken each set equally often after each of them. */
-uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration);
+/* The pixel of the pattern that begins with a subset. */
+void lum_pattern_pixel(uint32_t side, uint32_t subset, uint32_t *ret_x, uint32_t *ret_y);
+/* The subset of the pixel in an iteration (0: the first, subset itself): all side * side subsets once, and each
+ * iteration again a permutation of the pattern, so that the tile as a whole has taken each subset equally often after
+ * each of them. */
+uint32_t lum_pattern_next(uint32_t side, uint32_t subset, uint32_t iteration);
 /* What windows see of one axis of the picture, n positions from `first` on with `border` more on either side. Beyond an
- * edge of the picture stands the position of the same set a period further in; LUM_NOWHERE: the picture is too small
+ * edge of the picture stands the position of the same subset a period further in; LUM_NOWHERE: the picture is too small
  * for it. */
 #define LUM_NOWHERE UINT32_MAX
 void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t period, uint32_t size,
@@ -47,8 +48,9 @@ void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t
 
 /* ---- guidance (listings 5.2 to 5.4): how many further iterations a tile of the pattern gets ----
  *
- * All return 0 .. max - 1, where max counts the first iteration too: there are max disjoint sets, and one is used up.
- * The listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (NOTES R3). */
+ * All return 0 .. max - 1, where max counts the first iteration too: there are max disjoint subsets, and one is used
+ * up. The listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (NOTES R3).
+ */
 
 /* Listing 5.2. sampled, missed: by pixel of the tile, VPLs that were tried and those of them that were occluded. refine
  * is the mean over the pixels of missed / sampled; a pixel without samples misses nothing. */
@@ -114,10 +116,10 @@ static inline uint32_t lum_filter_size(uint32_t full, uint32_t step)
 }
 
 /* The discontinuity buffer of Wald et al. 2002: each pixel becomes the mean over the side x side window around it of
- * those pixels that lie on the same smooth surface. Such a window holds each sample set once, so that on one surface
+ * those pixels that lie on the same smooth surface. Such a window holds each sample subset once, so that on one surface
  * the structured noise of the pattern cancels. For even sides the window is side + 1 wide with half weights at both
  * ends, which keeps that property and is centred; what lies beyond the edge of the picture is replaced by the pixel of
- * the same set one period further in. Pixels that do not take part are copied. Writes the pixels of rect (of the
+ * the same subset one period further in. Pixels that do not take part are copied. Writes the pixels of rect (of the
  * picture that is filtered), row after row, pitch apart; reads around it as well. */
 void lum_filter_box(const struct lum_filter *f, const struct lum_filter_rect *rect, struct lum_rgb *out, size_t pitch);
 
@@ -134,7 +136,7 @@ uint8_t lum_upsample_taps(const struct lum_filter *f, uint32_t x, uint32_t y);
 void lum_filter_by_taps(const struct lum_filter *f, const uint8_t *taps, const struct lum_filter_rect *rect,
                         struct lum_rgb *out);
 
-#define LUM_GUIDANCE_MAX 9u /* iterations of the thesis' pattern, the first one included: all its sample sets */
+#define LUM_GUIDANCE_MAX 9u /* iterations of the thesis' pattern, the first one included: all its sample subsets */
 /* Colours of such a map, linear: blue where a tile of the pattern was not refined, red the more often it was (5.3). */
 struct lum_rgb lum_guidance_color(uint32_t iterations, uint32_t max);
 

@@ -13,10 +13,10 @@ uint32_t lum_pattern_subset(uint32_t side, uint32_t x, uint32_t y)
     return dither[side - 1][y % side * side + x % side];
 }
 
-void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *ret_y)
+void lum_pattern_pixel(uint32_t side, uint32_t subset, uint32_t *ret_x, uint32_t *ret_y)
 {
     uint32_t at = 0;
-    while (dither[side - 1][at] != set)
+    while (dither[side - 1][at] != subset)
         at++;
     *ret_x = at % side;
     *ret_y = at / side;
@@ -26,10 +26,10 @@ void lum_pattern_place(uint32_t side, uint32_t set, uint32_t *ret_x, uint32_t *r
  */
 static const uint8_t stride[LUM_PATTERN_MAX] = {1, 3, 5, 9};
 
-uint32_t lum_pattern_next(uint32_t side, uint32_t set, uint32_t iteration)
+uint32_t lum_pattern_next(uint32_t side, uint32_t subset, uint32_t iteration)
 {
     uint32_t n = side * side;
-    return (set + iteration % n * stride[side - 1]) % n;
+    return (subset + iteration % n * stride[side - 1]) % n;
 }
 
 void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t period, uint32_t size,

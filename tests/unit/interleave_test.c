@@ -38,7 +38,7 @@ static void places_are_those_of_their_sets(void **state)
     for (uint32_t side = 1; side <= LUM_PATTERN_MAX; side++)
         for (uint32_t set = 0; set < side * side; set++) {
             uint32_t x, y;
-            lum_pattern_place(side, set, &x, &y);
+            lum_pattern_pixel(side, set, &x, &y);
             assert_true(x < side && y < side && lum_pattern_subset(side, x, y) == set);
         }
 }

@@ -2,12 +2,11 @@
  * of which it is an extension: one implementation, whose parameters make it the methods `igi`, `ais` and `ais-max`.
  *
  * Every component follows listing 5.1: an initial pass over all pixels of a tile of the pattern, a guidance that looks
- * at what it found, and further passes over the tiles that need them, each pass with sample sets that the pixel has not
- * used yet:
- *   ais_shadow.c    SS  listing 5.3: lights with an area and the environment, one by one
- *   ais_indirect.c  ID  listing 5.2: subsets of the virtual point lights, at a quarter of the resolution (5.2.4)
- *   ais_media.c     PM  listing 5.4: ray marching through homogeneous media
- *   ais_filter.c    the discontinuity buffer, component by component, after a barrier
+ * at what it found, and further passes over the tiles that need them, each pass with sample subsets that the pixel has
+ * not used yet: ais_shadow.c    SS  listing 5.3: lights with an area and the environment, one by one ais_indirect.c  ID
+ * listing 5.2: subsets of the virtual point lights, at a quarter of the resolution (5.2.4) ais_media.c     PM
+ * listing 5.4: ray marching through homogeneous media ais_filter.c    the discontinuity buffer, component by component,
+ * after a barrier
  *
  * A work cell is a square of tiles. Its pixels at one place of the pattern use the same subset, and are visited one
  * after the other: their rays are neighbours and end in one place, which packet tracing needs. */
@@ -72,7 +71,7 @@ struct lum_ais_list {
 };
 void lum_ais_list_pixels(const struct lum_ais_cell *p, uint32_t place, uint32_t iteration,
                          struct lum_ais_list *ret_list);
-/* The set that they use. */
+/* The subset that they use. */
 static inline uint32_t lum_ais_subset(uint32_t place, uint32_t iteration)
 {
     return lum_pattern_next(LUM_AIS_SIDE, lum_pattern_subset(LUM_AIS_SIDE, place % LUM_AIS_SIDE, place / LUM_AIS_SIDE),

@@ -1,9 +1,9 @@
 /* Single scattering in homogeneous media (thesis 5.3.4, listing 5.4), by interleaved ray marching.
  *
- * A ray's stay in a medium is cut into STEPS steps. A step is divided among the sets of the pattern, and each of these
- * parts among the iterations, so that all pixels of a tile in all iterations march at offsets of their own, evenly
- * spaced. The middle part comes first: then the first iteration alone is a midpoint rule, and in the order of the
- * others no few of them lie to one side. */
+ * A ray's stay in a medium is cut into STEPS steps. A step is divided among the subsets of the pattern, and each of
+ * these parts among the iterations, so that all pixels of a tile in all iterations march at offsets of their own,
+ * evenly spaced. The middle part comes first: then the first iteration alone is a midpoint rule, and in the order of
+ * the others no few of them lie to one side. */
 #include "core/effect/ais/ais.h"
 #include "core/math/sampler.h"
 
@@ -144,18 +144,18 @@ static void sample_light(struct march *m, const struct point *pt, uint32_t index
     m->pixel[r] = (uint16_t)pt->pixel;
 }
 
-/* contrib(getSample(pixel)) of listing 5.1: one march, at the offset that belongs to the set and the iteration. */
-static void march_pixel(struct march *m, uint32_t pixel, uint32_t set)
+/* contrib(getSample(pixel)) of listing 5.1: one march, at the offset that belongs to the subset and the iteration. */
+static void march_pixel(struct march *m, uint32_t pixel, uint32_t subset)
 {
     const struct lum_pass *pass = m->pass;
     uint32_t max = lum_ais_of(pass)->max, part = (max / 2 + m->iteration * (max / 2 + 1)) % max;
-    float offset = ((float)set + ((float)part + 0.5f) / (float)max) / LUM_AIS_SUBSETS;
+    float offset = ((float)subset + ((float)part + 0.5f) / (float)max) / LUM_AIS_SUBSETS;
     struct stay stay;
     if (!find_stay(m, lum_ais_pixel(&m->cell, pixel), &stay))
         return;
     struct point pt = {.d = stay.d, .pixel = pixel};
     pt.sampler = (struct lum_sampler){lum_sampler_at(0, 0, 0, pass->settings->seed).pixel_seed,
-                                      LUM_AIS_SUBSETS * m->iteration + set};
+                                      LUM_AIS_SUBSETS * m->iteration + subset};
     const struct lum_light_table *lights = &pass->snapshot->lights;
     for (pt.step = 0; pt.step < STEPS; pt.step++) {
         float t = stay.t0 + ((float)pt.step + offset) * stay.step;

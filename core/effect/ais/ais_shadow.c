@@ -1,8 +1,8 @@
 /* Soft shadows (thesis 5.3.3, listing 5.3): lights that have an area, and the environment.
  *
  * A light's samples are the first LUM_AIS_SUBSETS * max points of one low-discrepancy sequence, the same for all pixels
- * and frames: iteration j takes points LUM_AIS_SUBSETS j and following, one for each place of the pattern. So the sets
- * of the iterations are disjoint, each of them is spread over the light by itself, and any number of iterations
+ * and frames: iteration j takes points LUM_AIS_SUBSETS j and following, one for each place of the pattern. So the
+ * subsets of the iterations are disjoint, each of them is spread over the light by itself, and any number of iterations
  * together are the beginning of the sequence. Lights take turns, with a guidance of their own (lum_guidance_shadow says
  * why).
  *

@@ -189,7 +189,7 @@ static bool sum_first(const struct lum_pass *pass, struct lum_area_visibility *s
         first[i] = edges->in[i] ? LUM_AREA_LIT | LUM_AREA_DARK : 0;
     for (uint32_t left = s->first_points; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left), dx, dy;
-        lum_pattern_place(LUM_AREA_SIDE, k, &dx, &dy);
+        lum_pattern_pixel(LUM_AREA_SIDE, k, &dx, &dy);
         for (uint32_t y = dy; y < r.h; y += LUM_AREA_SIDE)
             for (uint32_t x = dx; x < r.w; x += LUM_AREA_SIDE) {
                 struct lum_visibility visibility = s->visibility[(size_t)(r.y + y) * pass->tiling.w + r.x + x];

@@ -91,7 +91,7 @@ static void trace_stratum(struct lum_area_batch *b, struct lum_tile_rect r, uint
                           const struct lum_area_subsets *subsets)
 {
     uint32_t dx, dy;
-    lum_pattern_place(LUM_AREA_SIDE, k, &dx, &dy);
+    lum_pattern_pixel(LUM_AREA_SIDE, k, &dx, &dy);
     for (uint32_t y = dy; y < r.h; y += LUM_AREA_SIDE)
         for (uint32_t x = dx; x < r.w; x += LUM_AREA_SIDE)
             if (subsets->in[lum_area_subset_at(x, y)])

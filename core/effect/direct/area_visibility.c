@@ -34,7 +34,7 @@ static uint32_t spread(const uint32_t k[4])
     uint32_t columns = 0, rows = 0;
     for (uint32_t i = 0; i < 4; i++) {
         uint32_t x, y;
-        lum_pattern_place(LUM_AREA_SIDE, k[i], &x, &y);
+        lum_pattern_pixel(LUM_AREA_SIDE, k[i], &x, &y);
         columns |= 1u << x;
         rows |= 1u << y;
     }

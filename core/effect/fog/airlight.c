@@ -103,11 +103,11 @@ static uint32_t tile_of(uint32_t pixel)
     return pixel / LUM_CELL_SIDE / LUM_AIRLIGHT_SIDE * TILES_SIDE + pixel % LUM_CELL_SIDE / LUM_AIRLIGHT_SIDE;
 }
 
-/* The stratum of a set of the pattern. Sets of a 2 x 2 block differ in their upper two bits: reversed, a block holds
- * four strata in a row, and the pixels that lie alike in their blocks every fourth one. */
-static uint32_t stratum_of(uint32_t set)
+/* The stratum of a subset of the pattern. Subsets of a 2 x 2 block differ in their upper two bits: reversed, a block
+ * holds four strata in a row, and the pixels that lie alike in their blocks every fourth one. */
+static uint32_t stratum_of(uint32_t subset)
 {
-    return (set & 1u) << 3 | (set & 2u) << 1 | (set & 4u) >> 1 | (set & 8u) >> 3;
+    return (subset & 1u) << 3 | (subset & 2u) << 1 | (subset & 4u) >> 1 | (subset & 8u) >> 3;
 }
 
 /* Of all pixels of tiles that want more points than `iteration`; those in the same stratum one after the other. */
@@ -115,12 +115,12 @@ static void take_points(struct airlight *a, uint32_t iteration)
 {
     for (uint32_t at = 0; at < N_SUBSETS; at++) {
         uint32_t dx = at % LUM_AIRLIGHT_SIDE, dy = at / LUM_AIRLIGHT_SIDE;
-        uint32_t set = lum_pattern_next(LUM_AIRLIGHT_SIDE, lum_pattern_subset(LUM_AIRLIGHT_SIDE, dx, dy), iteration);
+        uint32_t subset = lum_pattern_next(LUM_AIRLIGHT_SIDE, lum_pattern_subset(LUM_AIRLIGHT_SIDE, dx, dy), iteration);
         for (uint32_t y = dy; y < a->r.h; y += LUM_AIRLIGHT_SIDE)
             for (uint32_t x = dx; x < a->r.w; x += LUM_AIRLIGHT_SIDE) {
                 uint32_t pixel = y * LUM_CELL_SIDE + x, n = a->n_points[tile_of(pixel)];
                 if (n > iteration)
-                    sample_pixel(a, pixel, stratum_of(set), iteration, n);
+                    sample_pixel(a, pixel, stratum_of(subset), iteration, n);
             }
     }
     flush(a);
