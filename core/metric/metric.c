@@ -30,3 +30,19 @@ struct lum_metric_result lum_metric_compare(const struct lum_metric_input *in)
     }
     return result;
 }
+
+enum lum_status lum_metric_require_finite(const float *const *planes, uint32_t n, uint32_t w, uint32_t h,
+                                          const char *which, struct lum_error *err)
+{
+    size_t first = SIZE_MAX, n_nonfinite = 0;
+    for (uint32_t k = 0; k < n; k++)
+        for (size_t i = 0; i < (size_t)w * h; i++)
+            if (!isfinite(planes[k][i])) {
+                n_nonfinite++;
+                first = i < first ? i : first;
+            }
+    if (n_nonfinite == 0)
+        return LUM_OK;
+    return lum_fail(err, LUM_ERR_INVALID, "", "%s has %zu values that are not finite, the first at pixel %zu, %zu", which,
+                    n_nonfinite, first % w, first / w);
+}

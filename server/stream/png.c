@@ -7,6 +7,8 @@
 
 #include <spng.h>
 
+#define CHUNK_BYTES (4u << 20) /* ancillary chunks: colour profiles are under 1 MiB */
+
 enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err)
 {
     spng_ctx *ctx = spng_ctx_new(SPNG_CTX_ENCODER);
@@ -77,4 +79,42 @@ enum lum_status lum_png_write(const char *path, const struct lum_png *png, struc
 done:
     free(bytes);
     return st;
+}
+
+/* ret_image: filled but for what a failure leaves out. */
+static int decode(spng_ctx *ctx, FILE *f, uint32_t max_side, struct lum_png_image *ret_image)
+{
+    struct spng_ihdr head;
+    size_t n = 0;
+    int failed;
+    spng_set_image_limits(ctx, max_side, max_side);
+    spng_set_chunk_limits(ctx, CHUNK_BYTES, 2 * CHUNK_BYTES);
+    spng_set_crc_action(ctx, SPNG_CRC_ERROR, SPNG_CRC_DISCARD);
+    if ((failed = spng_set_png_file(ctx, f)) || (failed = spng_get_ihdr(ctx, &head)) ||
+        (failed = spng_decoded_image_size(ctx, SPNG_FMT_RGB8, &n)))
+        return failed;
+    ret_image->w = head.width;
+    ret_image->h = head.height;
+    ret_image->rgb = lum_calloc(n, 1);
+    return ret_image->rgb ? spng_decode_image(ctx, ret_image->rgb, n, SPNG_FMT_RGB8, 0) : SPNG_EMEM;
+}
+
+enum lum_status lum_png_read(const char *path, uint32_t max_side, struct lum_png_image *ret_image,
+                             struct lum_error *err)
+{
+    struct lum_png_image image = {0};
+    FILE *f = fopen(path, "rb");
+    if (!f)
+        return lum_fail(err, LUM_ERR_IO, "", "cannot read %s: %s", path, strerror(errno));
+    spng_ctx *ctx = spng_ctx_new(0);
+    int failed = ctx ? decode(ctx, f, max_side, &image) : SPNG_EMEM;
+    spng_ctx_free(ctx);
+    fclose(f);
+    if (!failed) {
+        *ret_image = image;
+        return LUM_OK;
+    }
+    lum_free(image.rgb);
+    return lum_fail(err, failed == SPNG_EMEM ? LUM_ERR_NOMEM : LUM_ERR_INVALID, "", "%s: %s", path,
+                    spng_strerror(failed));
 }
