@@ -55,6 +55,7 @@ ONLY_IN = {
     r"embree\d?/": r"core/accel/",
     r"libwebsockets\.h": r"server/net/net\.c|clients/replay/ws\.c",
     r"openexr\.h|OpenEXR/": r"core/image/",
+    r"kiss_fft": r"core/metric/fft\.c",
     r"cjson/": r"protocol/|server/|clients/|tests/",
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",

@@ -26,5 +26,14 @@ static const struct golden_flip golden_hdrflip[] = {
     {"box_4.exr", "box_400.exr", 0.172415, 0.217622, 0.848651},
     {"box_16.exr", "box_400.exr", 0.093032, 0.116203, 0.562903},
 };
+/* Against box_400.exr: luminance as it is, in cd/m2; 29.7877 pixels per degree. */
+struct golden_hdrvdp {
+    const char *x;
+    double p75_percent, p95_percent, mean;
+};
+static const struct golden_hdrvdp golden_hdrvdp[] = {
+    {"box_4.exr", 58.30, 38.89, 0.72117},
+    {"box_16.exr", 5.385, 1.484, 0.22035},
+};
 
 #endif
