@@ -1,256 +1,60 @@
 /* lumend compare: how far one picture is from another. */
-#define _GNU_SOURCE /* getopt_long */
 #include "server/cli/commands.h"
 
-#include <getopt.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
 
-#include "core/image/exr.h"
-#include "core/math/vec.h"
-#include "core/metric/blocks.h"
-#include "core/metric/metric.h"
-#include "protocol/base/nearest.h"
 #include "protocol/json/json.h"
-#include "server/cli/option.h"
+#include "server/cli/compare_options.h"
+#include "server/cli/compare_page.h"
 #include "server/stream/png.h"
 
-#define MAX_SIDE 32768u
+/* ---- pictures ---- */
 
-static const char help[] =
-    "usage: lumend compare A.exr B.exr [--metric LIST] [--second C.exr] [--heatmap F.png]\n"
-    "  How far A is from B, the reference, over R, G and B; JSON on stdout.\n"
-    "  relmse is mean((a - b)^2 / (b^2 + 0.01)): noise where B is black makes it huge; smape stays within 0 and 1.\n"
-    "  blocks is A over B by mean luminance of squares of 1/24 of the width (25 x 25 pixels at 600 x 400): bias shows "
-    "there,\n"
-    "  noise does not. mean is that of the whole pictures; median, percentiles, lowest and highest are those of the "
-    "squares;\n"
-    "  dark counts squares left out, below 1/512 of the mean of B. stderr is the relative standard error that B itself "
-    "has,\n"
-    "  of its mean and of its squares (median, 95 %): at most, from differences of neighbours, or with --second as it "
-    "is.\n"
-    "  --metric LIST    of relmse, rmse, smape, blocks, comma separated (default: the first three)\n"
-    "  --second C.exr   the same picture as B, independent of it (another seed, as many samples): the reference is the "
-    "mean\n"
-    "                   of both, and what they differ by says how much noise it has\n"
-    "  --heatmap F.png  relative squared error of each pixel: black 0.0001 and less, white 1 and more\n";
-
-enum metric { METRIC_RELMSE, METRIC_RMSE, METRIC_SMAPE, METRIC_BLOCKS, METRIC_COUNT };
-static const char *const metric_names[METRIC_COUNT] = {"relmse", "rmse", "smape", "blocks"};
-static const char *const later_names[] = {"flip", "hdrflip", "hdrvdp"};
-
-struct picture {
-    const char *path;
-    struct lum_exr_image image;
-    uint32_t rgb[3]; /* channel indices */
-};
-enum { PICTURE_A, PICTURE_B, PICTURE_SECOND, PICTURE_COUNT };
-
-struct compare {
-    struct picture pictures[PICTURE_COUNT]; /* path NULL: not given */
-    const char *heatmap;
-    bool wanted[METRIC_COUNT], help;
-};
-
-/* ---- arguments ---- */
-
-static enum lum_status want_metric(struct compare *c, const char *name, size_t n, struct lum_error *err)
+static enum lum_status check_kind(const struct lum_comparison *c, const struct lum_compared *p, struct lum_error *err)
 {
-    for (int i = 0; i < METRIC_COUNT; i++)
-        if (strlen(metric_names[i]) == n && memcmp(name, metric_names[i], n) == 0) {
-            c->wanted[i] = true;
-            return LUM_OK;
-        }
-    for (size_t i = 0; i < LUM_ARRAY_LEN(later_names); i++)
-        if (strlen(later_names[i]) == n && memcmp(name, later_names[i], n) == 0)
-            return lum_fail(err, LUM_ERR_UNSUPPORTED, "metric", "the metric %s is not in this version", later_names[i]);
-    char given[41], near[128];
-    snprintf(given, sizeof given, "%.*s", (int)n, name);
-    lum_nearest_among(given, metric_names, METRIC_COUNT, near, sizeof near);
-    return lum_fail(err, LUM_ERR_INVALID, "metric", "there is no metric \"%s\"%s", given, near);
+    const struct lum_compared *a = &c->pictures[LUM_COMPARE_A];
+    if (p->w != a->w || p->h != a->h)
+        return lum_fail(err, LUM_ERR_INVALID, "", "the sizes differ: %u x %u and %u x %u", a->w, a->h, p->w, p->h);
+    if (p->is_png != a->is_png)
+        return lum_fail(err, LUM_ERR_INVALID, "",
+                        "one picture is a PNG, the other holds light: compare two EXR files, or what was made of both");
+    for (int m = LUM_COMPARE_HDRFLIP; m <= LUM_COMPARE_HDRVDP; m++)
+        if (p->is_png && c->wanted[m])
+            return lum_fail(err, LUM_ERR_UNSUPPORTED, "metric",
+                            "%s needs light, and %.100s holds what a display shows: give EXR files, or take flip",
+                            lum_compare_names[m], p->path);
+    if (p->is_png && p == &c->pictures[LUM_COMPARE_SECOND])
+        return lum_fail(err, LUM_ERR_UNSUPPORTED, "second", "--second is for EXR files");
+    return LUM_OK;
 }
 
-static enum lum_status want_metrics(struct compare *c, const char *list, struct lum_error *err)
+static enum lum_status load(const struct lum_compare_options *o, struct lum_comparison *c, struct lum_error *err)
 {
-    for (;;) {
-        size_t n = strcspn(list, ",");
-        enum lum_status st = want_metric(c, list, n, err);
-        if (st || !list[n])
+    for (int i = 0; i < LUM_COMPARE_PICTURES && o->paths[i]; i++) {
+        enum lum_status st = lum_compared_read(o->paths[i], &c->pictures[i], err);
+        if (st || (st = check_kind(c, &c->pictures[i], err)))
             return st;
-        list += n + 1;
-    }
-}
-
-static enum lum_status parse(int argc, char **argv, struct compare *c, struct lum_error *err)
-{
-    static const struct option options[] = {{"metric", required_argument, NULL, 'm'},
-                                            {"second", required_argument, NULL, 's'},
-                                            {"heatmap", required_argument, NULL, 'h'},
-                                            {"help", no_argument, NULL, '?' + 256},
-                                            {0}};
-    const char *metrics = "relmse,rmse,smape";
-    optind = 0;
-    opterr = 0;
-    for (int code, i = 0; (code = getopt_long(argc, argv, ":", options, &i)) != -1;) {
-        if (code != '?' && code != ':' && !lum_option_is_whole(argv, options[i].name))
-            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", options[i].name);
-        if (code == 'm')
-            metrics = optarg;
-        else if (code == 's')
-            c->pictures[PICTURE_SECOND].path = optarg;
-        else if (code == 'h')
-            c->heatmap = optarg;
-        else if (code == '?' + 256)
-            c->help = true;
-        else if (code == '?')
-            return lum_option_unknown(argv[optind - 1], options, err);
-        else
-            return lum_fail(err, LUM_ERR_INVALID, "", "%.60s needs a value", argv[optind - 1]);
-    }
-    if (c->help)
-        return LUM_OK;
-    if (argc - optind != 2)
-        return lum_fail(err, LUM_ERR_INVALID, "", "two EXR files are needed, %d given (see: lumend compare --help)",
-                        argc - optind);
-    c->pictures[PICTURE_A].path = argv[optind];
-    c->pictures[PICTURE_B].path = argv[optind + 1];
-    return want_metrics(c, metrics, err);
-}
-
-/* ---- work ---- */
-
-static enum lum_status find_rgb(struct picture *p, struct lum_error *err)
-{
-    static const char *const names[3] = {"R", "G", "B"};
-    for (int k = 0; k < 3; k++) {
-        uint32_t i = 0;
-        while (i < p->image.n_channels && strcmp(p->image.names[i], names[k]) != 0)
-            i++;
-        if (i == p->image.n_channels)
-            return lum_fail(err, LUM_ERR_UNSUPPORTED, "", "%s has no channel %s", p->path, names[k]);
-        p->rgb[k] = i;
     }
     return LUM_OK;
 }
 
-static enum lum_status load(struct compare *c, struct lum_error *err)
+static enum lum_status write_heatmap(const struct lum_compare_options *o, const struct lum_comparison *c,
+                                     struct lum_error *err)
 {
-    const struct lum_exr_image *first = &c->pictures[0].image;
-    for (int i = 0; i < PICTURE_COUNT && c->pictures[i].path; i++) {
-        struct picture *p = &c->pictures[i];
-        enum lum_status st = lum_exr_read(p->path, MAX_SIDE, MAX_SIDE, &p->image, err);
-        if (!st)
-            st = find_rgb(p, err);
-        if (st)
-            return st;
-        if (p->image.w != first->w || p->image.h != first->h)
-            return lum_fail(err, LUM_ERR_INVALID, "", "the sizes differ: %u x %u and %u x %u", first->w, first->h,
-                            p->image.w, p->image.h);
-    }
-    return LUM_OK;
-}
-
-static size_t pixel_count(const struct compare *c)
-{
-    return (size_t)c->pictures[0].image.w * c->pictures[0].image.h;
-}
-
-static float *channel(const struct compare *c, int picture, int k)
-{
-    const struct picture *p = &c->pictures[picture];
-    return p->image.pixels + (size_t)p->rgb[k] * pixel_count(c);
-}
-
-static void find_luminance(const struct compare *c, int picture, float *ret_luminance)
-{
-    for (size_t i = 0; i < pixel_count(c); i++)
-        ret_luminance[i] =
-            lum_luminance(lum_rgb(channel(c, picture, 0)[i], channel(c, picture, 1)[i], channel(c, picture, 2)[i]));
-}
-
-/* From here on B is the reference: with a second one their mean. */
-static void join_references(struct compare *c)
-{
-    for (int k = 0; k < 3; k++)
-        for (size_t i = 0; i < pixel_count(c); i++)
-            channel(c, PICTURE_B, k)[i] = 0.5f * (channel(c, PICTURE_B, k)[i] + channel(c, PICTURE_SECOND, k)[i]);
-}
-
-/* Joins the references. */
-static enum lum_status measure_blocks(struct compare *c, struct lum_blocks_result *ret_blocks, struct lum_error *err)
-{
-    const size_t n = pixel_count(c);
-    float *values = lum_calloc(4 * n, sizeof *values);
-    if (!values)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the luminance of %zu pixels", n);
-    struct lum_blocks_input in = {c->pictures[0].image.w, c->pictures[0].image.h, values, values + n, {NULL, NULL}};
-    find_luminance(c, PICTURE_A, values);
-    if (c->pictures[PICTURE_SECOND].path) {
-        find_luminance(c, PICTURE_B, values + 2 * n);
-        find_luminance(c, PICTURE_SECOND, values + 3 * n);
-        in.r_halves[0] = values + 2 * n;
-        in.r_halves[1] = values + 3 * n;
-        join_references(c);
-    }
-    find_luminance(c, PICTURE_B, values + n);
-    enum lum_status st = lum_blocks_compare(&in, NULL, ret_blocks, err);
-    lum_free(values);
-    return st;
-}
-
-/* Over the three channels: each has as many values, so the mean of the means is the mean of all, but for values that
- * are not finite; the root is taken last. */
-static struct lum_metric_result measure(const struct compare *c)
-{
-    struct lum_metric_result sum = {0};
-    for (int k = 0; k < 3; k++) {
-        struct lum_metric_input in = {channel(c, PICTURE_A, k), channel(c, PICTURE_B, k), pixel_count(c),
-                                      LUM_METRIC_EPSILON};
-        struct lum_metric_result m = lum_metric_compare(&in);
-        sum.rmse += m.rmse * m.rmse / 3.0;
-        sum.relmse += m.relmse / 3.0;
-        sum.smape += m.smape / 3.0;
-        sum.n_nonfinite += m.n_nonfinite;
-    }
-    sum.rmse = sqrt(sum.rmse);
-    return sum;
-}
-
-/* Black body colours over four decades; a pixel that is not finite is cyan. */
-static void heat_pixel(double square, uint8_t ret_rgb[3])
-{
-    if (!isfinite(square)) {
-        memcpy(ret_rgb, (uint8_t[]){0, 255, 255}, 3);
-        return;
-    }
-    double t = square > 0.0 ? fmin(fmax(log10(square) / 4.0 + 1.0, 0.0), 1.0) : 0.0;
-    for (int k = 0; k < 3; k++)
-        ret_rgb[k] = (uint8_t)(255.0 * fmin(fmax(3.0 * t - k, 0.0), 1.0) + 0.5);
-}
-
-static enum lum_status write_heatmap(const struct compare *c, struct lum_error *err)
-{
-    size_t n = pixel_count(c);
-    uint8_t *rgb = lum_calloc(n, 3);
+    const struct lum_compared *a = &c->pictures[LUM_COMPARE_A];
+    uint8_t *rgb = lum_compare_paint(c, lum_compare_map_of(o->first));
     if (!rgb)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the heat map");
-    for (size_t i = 0; i < n; i++) {
-        double square = 0.0;
-        for (int k = 0; k < 3; k++)
-            square += lum_metric_relative_square((double)channel(c, PICTURE_A, k)[i],
-                                                 (double)channel(c, PICTURE_B, k)[i], LUM_METRIC_EPSILON) /
-                      3.0;
-        heat_pixel(square, rgb + 3 * i);
-    }
-    enum lum_status st =
-        lum_png_write(c->heatmap, &(struct lum_png){rgb, c->pictures[0].image.w, c->pictures[0].image.h, 6}, err);
+    enum lum_status st = lum_png_write(o->heatmap, &(struct lum_png){rgb, a->w, a->h, 6}, err);
     lum_free(rgb);
     return st;
 }
+
+/* ---- the result ---- */
 
 static cJSON *pair(double a, double b)
 {
@@ -287,54 +91,129 @@ static cJSON *blocks_json(const struct lum_blocks_result *m)
     return NULL;
 }
 
-static enum lum_status print_result(const struct compare *c, const struct lum_metric_result *m,
-                                    const struct lum_blocks_result *blocks, struct lum_error *err)
+static cJSON *object_of(const char *const *names, const double *values, size_t n)
 {
-    const double values[METRIC_BLOCKS] = {m->relmse, m->rmse, m->smape};
     cJSON *o = cJSON_CreateObject();
-    bool ok =
-        lum_json_add_string(o, "a", c->pictures[PICTURE_A].path) &&
-        lum_json_add_string(o, "b", c->pictures[PICTURE_B].path) &&
-        (!c->pictures[PICTURE_SECOND].path || lum_json_add_string(o, "second", c->pictures[PICTURE_SECOND].path)) &&
-        lum_json_add(o, "size", pair(c->pictures[0].image.w, c->pictures[0].image.h)) &&
-        lum_json_add_number(o, "nonfinite", (double)m->n_nonfinite);
-    for (int i = 0; ok && i < METRIC_BLOCKS; i++)
-        ok = !c->wanted[i] || lum_json_add_number(o, metric_names[i], values[i]);
-    ok = ok && (!c->wanted[METRIC_BLOCKS] || lum_json_add(o, "blocks", blocks_json(blocks)));
+    if (add_numbers(o, names, values, n))
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+static double pixels_per_degree(const struct lum_comparison *c, double usual)
+{
+    return c->pixels_per_degree > 0.0 ? c->pixels_per_degree : usual;
+}
+
+static cJSON *flip_json(const struct lum_comparison *c)
+{
+    static const char *const names[] = {"mean", "weighted_median", "max", "pixels_per_degree", "ev100"};
+    const double values[] = {c->flip.mean, c->flip.weighted_median, c->flip.max,
+                             pixels_per_degree(c, LUM_FLIP_PIXELS_PER_DEGREE), c->ev100};
+    bool is_png = c->pictures[LUM_COMPARE_B].is_png; /* then there is no exposure */
+    return object_of(names, values, LUM_ARRAY_LEN(values) - is_png);
+}
+
+static cJSON *hdrflip_json(const struct lum_comparison *c)
+{
+    static const char *const names[] = {"mean",           "weighted_median", "max",      "pixels_per_degree",
+                                        "start_exposure", "stop_exposure",   "exposures"};
+    const double values[] = {c->hdrflip.mean,    c->hdrflip.weighted_median,
+                             c->hdrflip.max,     pixels_per_degree(c, LUM_FLIP_PIXELS_PER_DEGREE),
+                             c->exposures.start, c->exposures.stop,
+                             c->exposures.n};
+    return object_of(names, values, LUM_ARRAY_LEN(values));
+}
+
+static cJSON *hdrvdp_json(const struct lum_comparison *c)
+{
+    static const char *const names[] = {"p75_percent", "p95_percent", "mean_p",    "pixels_per_degree",
+                                        "multiplier",  "mean_cd_m2",  "peak_cd_m2"};
+    const double values[] = {100.0 * c->hdrvdp.p75, 100.0 * c->hdrvdp.p95,
+                             c->hdrvdp.mean,        pixels_per_degree(c, LUM_HDRVDP_PIXELS_PER_DEGREE),
+                             c->multiplier,         c->mean_cd_m2,
+                             c->peak_cd_m2};
+    return object_of(names, values, LUM_ARRAY_LEN(values));
+}
+
+static bool add_metric(cJSON *o, const struct lum_comparison *c, enum lum_compare_metric metric)
+{
+    const char *name = lum_compare_names[metric];
+    switch (metric) {
+    case LUM_COMPARE_RELMSE:
+        return lum_json_add_number(o, name, c->relative.relmse);
+    case LUM_COMPARE_RMSE:
+        return lum_json_add_number(o, name, c->relative.rmse);
+    case LUM_COMPARE_SMAPE:
+        return lum_json_add_number(o, name, c->relative.smape);
+    case LUM_COMPARE_FLIP:
+        return lum_json_add(o, name, flip_json(c));
+    case LUM_COMPARE_HDRFLIP:
+        return lum_json_add(o, name, hdrflip_json(c));
+    case LUM_COMPARE_HDRVDP:
+        return lum_json_add(o, name, hdrvdp_json(c));
+    case LUM_COMPARE_BLOCKS:
+        return lum_json_add(o, name, blocks_json(&c->blocks));
+    case LUM_COMPARE_METRICS:
+        break;
+    }
+    return false;
+}
+
+/* free() it; NULL when memory is short. */
+static char *result_text(const struct lum_comparison *c)
+{
+    const struct lum_compared *p = c->pictures;
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_string(o, "a", p[LUM_COMPARE_A].path) &&
+              lum_json_add_string(o, "b", p[LUM_COMPARE_B].path) &&
+              (!p[LUM_COMPARE_SECOND].path || lum_json_add_string(o, "second", p[LUM_COMPARE_SECOND].path)) &&
+              lum_json_add(o, "size", pair(p->w, p->h)) &&
+              lum_json_add_number(o, "nonfinite", (double)c->relative.n_nonfinite);
+    for (int i = 0; ok && i < LUM_COMPARE_METRICS; i++)
+        ok = !c->wanted[i] || add_metric(o, c, (enum lum_compare_metric)i);
     char *text = ok ? lum_json_print(o, NULL) : NULL;
     cJSON_Delete(o);
+    return text;
+}
+
+static enum lum_status run(const struct lum_compare_options *o, struct lum_comparison *c, struct lum_error *err)
+{
+    enum lum_status st = load(o, c, err);
+    if (st || (st = lum_compare_measure(c, err)))
+        return st;
+    char *text = result_text(c);
     if (!text)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the result");
     puts(text);
+    if (o->heatmap)
+        st = write_heatmap(o, c, err);
+    if (!st && o->html)
+        st = lum_compare_page_write(o->html, c, text, err);
     free(text);
-    return LUM_OK;
+    return st;
 }
 
 int lum_cmd_compare(int argc, char **argv)
 {
-    struct compare c = {0};
-    struct lum_blocks_result blocks = {0};
+    struct lum_compare_options o;
     struct lum_error err;
-    if (parse(argc, argv, &c, &err)) {
+    if (lum_compare_options_parse(argc, argv, &o, &err)) {
         fprintf(stderr, "lumend compare: %s\n", err.text);
         return LUM_EXIT_USAGE;
     }
-    if (c.help) {
-        fputs(help, stdout);
+    if (o.help) {
+        lum_compare_options_help(stdout);
         return LUM_EXIT_OK;
     }
-    enum lum_status st = load(&c, &err);
-    if (!st)
-        st = measure_blocks(&c, &blocks, &err);
-    if (!st) {
-        struct lum_metric_result m = measure(&c);
-        st = print_result(&c, &m, &blocks, &err);
-    }
-    if (!st && c.heatmap)
-        st = write_heatmap(&c, &err);
+    struct lum_comparison c = {.maps_wanted = o.heatmap || o.html,
+                               .shown_wanted = o.html,
+                               .pixels_per_degree = o.pixels_per_degree,
+                               .multiplier = o.multiplier};
+    memcpy(c.wanted, o.wanted, sizeof c.wanted);
+    enum lum_status st = run(&o, &c, &err);
     if (st)
         fprintf(stderr, "lumend compare: %s\n", err.text);
-    for (int i = 0; i < PICTURE_COUNT; i++)
-        lum_exr_finish(&c.pictures[i].image);
+    lum_comparison_finish(&c);
     return st ? LUM_EXIT_FAILED : LUM_EXIT_OK;
 }

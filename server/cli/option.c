@@ -11,7 +11,6 @@
 #include "server/base/suggest.h"
 
 #define HELP_INDENT 27
-#define MAX_ROWS 64u /* of one table; the tables are ours */
 
 /* ---- reading values ---- */
 
@@ -88,37 +87,35 @@ enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char
 /* ---- the command line ---- */
 
 /* arg: "--treads=3". Says which of the names was meant, if one is near. */
-static enum lum_status fail_unknown(const char *arg, const char *const *names, size_t n, struct lum_error *err)
+static enum lum_status unknown(const char *arg, size_t n_name, const struct lum_option_row *rows, size_t n_rows,
+                               struct lum_error *err)
 {
-    const char *rest = strncmp(arg, "--", 2) == 0 ? arg + 2 : arg;
     char name[LUM_LIMIT_ID_BYTES + 2]; /* longer ones are near to nothing */
-    snprintf(name, sizeof name, "%.*s", (int)strcspn(rest, "="), rest);
+    snprintf(name, sizeof name, "%.*s", (int)n_name, arg + 2);
     struct lum_nearest near = {.given = name};
-    for (size_t i = 0; i < n; i++)
-        lum_nearest_offer(&near, names[i]);
+    for (size_t i = 0; i < n_rows; i++) {
+        if (n_name > 0 && strncmp(rows[i].name, arg + 2, n_name) == 0)
+            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", rows[i].name);
+        lum_nearest_offer(&near, rows[i].name);
+    }
     return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s'%s%s%s", arg, near.n ? ": did you mean --" : "",
                     near.n ? near.names[0] : "", near.n ? "?" : "");
 }
 
-static enum lum_status unknown(const char *arg, size_t n_name, const struct lum_option_row *rows, size_t n_rows,
-                               struct lum_error *err)
-{
-    const char *names[MAX_ROWS];
-    for (size_t i = 0; i < n_rows; i++) {
-        names[i] = rows[i].name;
-        if (n_name > 0 && strncmp(names[i], arg + 2, n_name) == 0)
-            return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", names[i]);
-    }
-    return fail_unknown(arg, names, n_rows, err);
-}
-
 enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
+                                 struct lum_option_words *words,
                                  enum lum_status (*take)(void *user, size_t row, const char *text,
                                                          struct lum_error *err),
                                  void *user, struct lum_error *err)
 {
     for (int k = 1; k < argc; k++) {
         const char *arg = argv[k];
+        if (words && arg[0] != '-') {
+            if (words->n < LUM_ARRAY_LEN(words->list))
+                words->list[words->n] = arg;
+            words->n++;
+            continue;
+        }
         if (strncmp(arg, "--", 2) != 0)
             return lum_fail(err, LUM_ERR_INVALID, "", "unexpected argument '%.60s'", arg);
         size_t n_name = strcspn(arg + 2, "="), i = 0;
@@ -157,23 +154,4 @@ void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out
             fprintf(out, " [%s]", row->fallback);
         fputc('\n', out);
     }
-}
-
-/* ---- with getopt_long ---- */
-
-bool lum_option_is_whole(char **argv, const char *name)
-{
-    const char *arg = argv[optind - 1];
-    if (arg == optarg) /* "--spp 3"; in "--spp=3" the value is a part of it */
-        arg = argv[optind - 2];
-    return strncmp(arg, "--", 2) == 0 && strlen(name) == strcspn(arg + 2, "=");
-}
-
-enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err)
-{
-    const char *names[MAX_ROWS];
-    size_t n = 0;
-    for (; options[n].name && n < MAX_ROWS; n++)
-        names[n] = options[n].name;
-    return fail_unknown(arg, names, n, err);
 }

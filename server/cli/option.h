@@ -3,7 +3,6 @@
 #ifndef LUM_SERVER_CLI_OPTION_H
 #define LUM_SERVER_CLI_OPTION_H
 
-#include <getopt.h>
 #include <stdio.h>
 
 #include "core/base/base.h"
@@ -30,9 +29,17 @@ struct lum_option_row {
     const char *help; /* lines of at most 96 bytes, apart by \n */
 };
 
+/* Arguments that are no options; borrowed. n also counts those that list has no room for. */
+struct lum_option_words {
+    const char *list[4];
+    size_t n;
+};
+
 /* Calls take with the row and the value ("1" of a switch) of each option in argv[1] and after, in order; stops when it
- * fails. Names are written out: an abbreviation would change its meaning with every name added later. */
+ * fails. Names are written out: an abbreviation would change its meaning with every name added later. words, which
+ * start all zero, are added to; NULL: arguments that are no options are refused. */
 LUM_MUST_USE enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_row *rows, size_t n_rows,
+                                              struct lum_option_words *words,
                                               enum lum_status (*take)(void *user, size_t row, const char *text,
                                                                       struct lum_error *err),
                                               void *user, struct lum_error *err);
@@ -47,13 +54,5 @@ enum lum_status lum_option_read_method(const struct lum_option_row *row, const c
 /* A LUM_OPTION_OTHER: an instruction set of the ray tracing, kept as text. */
 enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char *given, const char *text,
                                     void *options, struct lum_error *err);
-
-/* ---- with getopt_long ---- */
-
-/* Of the option that getopt_long has just returned: is it written out? */
-bool lum_option_is_whole(char **argv, const char *name);
-/* arg ("--treads=3") is none of options, which end with a row of zeros. Says which of them was meant, if one is near.
- */
-enum lum_status lum_option_unknown(const char *arg, const struct option *options, struct lum_error *err);
 
 #endif

@@ -206,7 +206,7 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
                                          struct lum_error *err)
 {
     struct lum_render_options o = {.fps = 30.0};
-    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), take, &o, err);
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
     if (!st && !o.help)
         st = check(&o, err);
     if (!st)

@@ -110,7 +110,7 @@ enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_
 {
     struct lum_serve_options o = {0};
     take_environment(&o);
-    enum lum_status status = lum_option_parse(argc, argv, rows, LUM_SERVE_COUNT, take_flag, &o, err);
+    enum lum_status status = lum_option_parse(argc, argv, rows, LUM_SERVE_COUNT, NULL, take_flag, &o, err);
     for (int i = 0; i < LUM_SERVE_COUNT && !status; i++)
         if (o.value[i])
             status = lum_option_read(&rows[i], o.given[i], o.value[i], &o, err);

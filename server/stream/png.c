@@ -7,6 +7,8 @@
 
 #include <spng.h>
 
+#include "server/base/write_file.h"
+
 #define CHUNK_BYTES (4u << 20) /* ancillary chunks: colour profiles are under 1 MiB */
 
 enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, size_t *ret_n, struct lum_error *err)
@@ -40,22 +42,6 @@ enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, s
     return LUM_OK;
 }
 
-/* path: the final name, for the message. */
-static enum lum_status write_file(const char *part, const char *path, const uint8_t *bytes, size_t n,
-                                  struct lum_error *err)
-{
-    FILE *f = fopen(part, "wb");
-    if (!f)
-        return lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
-    bool ok = fwrite(bytes, 1, n, f) == n;
-    int saved_errno = errno;
-    if (fclose(f) != 0 && ok) {
-        ok = false;
-        saved_errno = errno;
-    }
-    return ok ? LUM_OK : lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(saved_errno));
-}
-
 enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err)
 {
     uint8_t *bytes;
@@ -63,20 +49,7 @@ enum lum_status lum_png_write(const char *path, const struct lum_png *png, struc
     enum lum_status st = lum_png_encode(png, &bytes, &n, err);
     if (st)
         return st;
-    size_t path_size = strlen(path) + sizeof ".part";
-    char *part = lum_calloc(path_size, 1);
-    if (!part) {
-        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
-        goto done;
-    }
-    snprintf(part, path_size, "%s.part", path);
-    st = write_file(part, path, bytes, n, err);
-    if (!st && rename(part, path) != 0)
-        st = lum_fail(err, LUM_ERR_IO, "", "cannot write %s: %s", path, strerror(errno));
-    if (st)
-        remove(part);
-    lum_free(part);
-done:
+    st = lum_write_file(path, bytes, n, err);
     free(bytes);
     return st;
 }

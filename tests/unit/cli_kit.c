@@ -45,7 +45,7 @@ char *cli_in_dir(const char *name)
 
 int cli_run(int (*command)(int, char **), const char *line)
 {
-    char text[512], *argv[MAX_ARGS + 1], owned[MAX_ARGS][128];
+    char text[2048], *argv[MAX_ARGS + 1], owned[MAX_ARGS][512];
     int argc = 0;
     snprintf(text, sizeof text, "%s", line);
     for (char *word = strtok(text, " "); word && argc < MAX_ARGS; word = strtok(NULL, " ")) {

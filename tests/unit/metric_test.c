@@ -7,6 +7,9 @@
 
 #include <cmocka.h>
 
+#include "core/math/color.h"
+#include "core/metric/heat.h"
+#include "core/metric/lab.h"
 #include "core/metric/metric.h"
 
 enum { N = 1000 };
@@ -68,6 +71,32 @@ static void test_nonfinite_is_counted(void **state)
     assert_true(isnan(m.rmse) && isnan(m.relmse) && isnan(m.smape));
 }
 
+/* Each step is as much lighter as the others: 98 / 255 of L*, but for 8 bits, whose steps are at most 0.6 where it is
+ * dark and each of three channels half a step off. Inside the gamut nothing was cut: the table's a and b come back. */
+static void test_heat_is_even_in_lightness(void **state)
+{
+    (void)state;
+    struct lum_heat heat;
+    uint8_t c[3];
+    lum_heat_init(&heat);
+    for (uint32_t i = 0; i < LUM_HEAT_COLORS; i++) {
+        float rgb[3];
+        for (int k = 0; k < 3; k++)
+            rgb[k] = lum_srgb8_to_linear[heat.srgb[i][k]];
+        struct lum_lab lab = lum_lab_of(rgb);
+        double t = i / 255.0, chroma = 65.0 * pow(sin(3.14159265358979324 * t), 0.75);
+        assert_near((double)lab.l, 98.0 * t, 0.6);
+        assert_near(hypot((double)lab.a, (double)lab.b), chroma, 2.0);
+    }
+    lum_heat_color(&heat, -1.0, c);
+    assert_memory_equal(c, heat.srgb[0], 3);
+    lum_heat_color(&heat, 2.0, c);
+    assert_memory_equal(c, heat.srgb[LUM_HEAT_COLORS - 1], 3);
+    lum_heat_color(&heat, (double)NAN, c);
+    for (uint32_t i = 0; i < LUM_HEAT_COLORS; i++)
+        assert_memory_not_equal(c, heat.srgb[i], 3);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -75,6 +104,7 @@ int main(void)
         cmocka_unit_test(test_constant_offset),
         cmocka_unit_test(test_black_reference),
         cmocka_unit_test(test_nonfinite_is_counted),
+        cmocka_unit_test(test_heat_is_even_in_lightness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
