@@ -220,6 +220,24 @@ static void page_is_whole(void **state)
     assert_int_equal(status, LUM_EXIT_FAILED);
 }
 
+/* Memory that is short anywhere ends the command with a message and no more, until there is enough. */
+static void short_of_memory(void **state)
+{
+    (void)state;
+    int status = LUM_EXIT_FAILED;
+    uint64_t n = 0;
+    write_exr("r.exr", 2.0f);
+    write_exr("x.exr", 2.5f);
+    while (status != LUM_EXIT_OK) {
+        lum_alloc_fail_after(++n);
+        cJSON_Delete(
+            compare("compare @x.exr @r.exr --metric flip,hdrflip,hdrvdp --heatmap @h.png --html @p.html", &status));
+        assert_true(status == LUM_EXIT_OK || status == LUM_EXIT_FAILED);
+    }
+    lum_alloc_fail_after(0);
+    assert_true(n > 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -230,6 +248,7 @@ int main(void)
         cmocka_unit_test(not_finite),
         cmocka_unit_test(heat_map_of_the_first_metric),
         cmocka_unit_test(page_is_whole),
+        cmocka_unit_test(short_of_memory),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }
