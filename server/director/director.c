@@ -2,98 +2,18 @@
 #include "server/director/director.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include <cjson/cJSON.h>
 
-#include "protocol/message/rpc.h"
-#include "server/base/log.h"
 #include "server/director/internal.h"
 #include "server/world/apply.h"
 #include "server/world/scene_source.h"
 
 #define ALIVE_WITHIN_NS 10000000000ll
 
-/* ---- outgoing messages ---- */
-
-static void send_out(struct lum_director *d, struct lum_out *o)
-{
-    pthread_mutex_lock(&d->lock);
-    *d->outbox_tail = o;
-    d->outbox_tail = &o->next;
-    pthread_mutex_unlock(&d->lock);
-    d->config.wake_net(d->config.wake_user);
-}
-
-static struct lum_out *out_create(enum lum_out_kind kind, struct lum_session_ref to)
-{
-    struct lum_out *o = lum_calloc(1, sizeof *o);
-    if (o) {
-        o->kind = kind;
-        o->session = to;
-    }
-    return o;
-}
-
-void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text)
-{
-    struct lum_out *o = text ? out_create(kind, to) : NULL;
-    if (!o) {
-        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "no memory for a message to a client, ignoring");
-        free(text);
-        return;
-    }
-    o->text = text;
-    o->n_bytes = strlen(text);
-    send_out(d, o);
-}
-
-void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream)
-{
-    struct lum_out *o = out_create(LUM_OUT_VIEW_OPENED, to);
-    if (!o) {
-        lum_stream_unref(stream);
-        return;
-    }
-    o->stream = stream;
-    o->view_id = lum_stream_view_id(stream);
-    send_out(d, o);
-}
-
-void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id)
-{
-    struct lum_out *o = out_create(LUM_OUT_VIEW_CLOSED, to);
-    if (!o)
-        return;
-    o->view_id = view_id;
-    send_out(d, o);
-}
-
-void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result)
-{
-    if (q->rpc_id)
-        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_result(q->rpc_id, result));
-    else
-        cJSON_Delete(result);
-}
-
-void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err)
-{
-    if (q->rpc_id)
-        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_error(q->rpc_id, err));
-}
-
 /* ---- the inbox ---- */
-
-void lum_director_ring(struct lum_director *d)
-{
-    pthread_mutex_lock(&d->lock);
-    d->rung = true;
-    pthread_cond_signal(&d->bell);
-    pthread_mutex_unlock(&d->lock);
-}
 
 /* Does this make the running pass obsolete? Whatever the client of that view asks for that is not a drag does so at
  * once: it may be its way out of a method that is too slow. Edits and cameras leave a shielded pass alone. */
@@ -102,26 +22,18 @@ static bool outdates_locked(const struct lum_director *d, const struct lum_reque
     const struct lum_server_view *v = d->rendering;
     bool own = q->session.slot == v->session.slot && q->session.generation == v->session.generation;
     bool shielded = lum_clock_ns() < d->shielded_until_ns;
-    switch (q->kind) {
-    case LUM_REQUEST_SCENE_APPLY:
-    case LUM_REQUEST_SCENE_UNDO:
-    case LUM_REQUEST_SCENE_REDO:
-    case LUM_REQUEST_VIEW_OPEN: /* a new client waits for its first picture */
+    if (q->type->edits || q->type == &lum_request_view_open) /* a new client waits for its first picture */
         return !shielded;
-    case LUM_REQUEST_VIEW_UPDATE:
+    if (q->type == &lum_request_view_update)
         return own && q->view_id == v->id && (!shielded || q->view.given & (LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(SIZE)));
-    case LUM_REQUEST_VIEW_CLOSE:
+    if (q->type == &lum_request_view_close)
         return own && q->view_id == v->id;
-    case LUM_REQUEST_SESSION_CLOSED:
-        return own;
-    default:
-        return false;
-    }
+    return q->type == &lum_request_session_closed && own;
 }
 
 bool lum_director_post(struct lum_director *d, struct lum_request *q)
 {
-    if (q->kind == LUM_REQUEST_WAKE) {
+    if (q->type == &lum_request_wake) {
         lum_request_destroy(q);
         lum_director_ring(d);
         return true;
@@ -129,7 +41,7 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
     bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES) ||
-              q->kind == LUM_REQUEST_SESSION_CLOSED;
+              q->type == &lum_request_session_closed;
     if (ok) {
         q->next = NULL;
         *d->inbox_tail = q;
@@ -171,38 +83,20 @@ static struct lum_request *take_inbox(struct lum_director *d)
  * session's end forgets history, and an edit that may still be taken back needs its own. */
 static bool needs_commit(const struct lum_request *q)
 {
-    switch (q->kind) {
-    case LUM_REQUEST_VIEW_UPDATE:
+    if (q->type == &lum_request_view_update)
         return q->view.given & LUM_VIEW_BIT(CAMERA_ID);
-    case LUM_REQUEST_VIEW_CLOSE:
-        return false;
-    default:
-        return true;
-    }
+    return q->type != &lum_request_view_close;
 }
-
-/* How each is answered. Edits outlive their turn and are not here, nor is a wake, which never gets into the inbox. */
-static void (*const answers[])(struct lum_director *d, const struct lum_request *q) = {
-    [LUM_REQUEST_SCENE_GET] = lum_director_scene_get,
-    [LUM_REQUEST_VIEW_OPEN] = lum_director_view_open,
-    [LUM_REQUEST_VIEW_UPDATE] = lum_director_view_update,
-    [LUM_REQUEST_VIEW_CLOSE] = lum_director_view_close,
-    [LUM_REQUEST_PICK] = lum_director_pick,
-    [LUM_REQUEST_PROBE] = lum_director_probe,
-    [LUM_REQUEST_BOUNDS] = lum_director_bounds,
-    [LUM_REQUEST_STATS_GET] = lum_director_stats,
-    [LUM_REQUEST_SESSION_CLOSED] = lum_director_session_closed,
-};
 
 static void handle(struct lum_director *d, struct lum_request *q)
 {
-    if (q->kind == LUM_REQUEST_SCENE_APPLY || q->kind == LUM_REQUEST_SCENE_UNDO || q->kind == LUM_REQUEST_SCENE_REDO) {
+    if (q->type->edits) {
         lum_director_edit(d, q);
         return;
     }
     if (needs_commit(q))
         lum_director_commit(d);
-    answers[q->kind](d, q);
+    q->type->answer(d, q);
     lum_request_destroy(q);
 }
 

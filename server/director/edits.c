@@ -11,6 +11,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/read_request.h"
 #include "server/world/apply.h"
 #include "server/world/luminaires.h"
 
@@ -36,14 +37,11 @@ static void refuse_edit(struct lum_director *d, struct lum_request *q, const str
 static bool change_world(struct lum_director *d, const struct lum_request *q, const struct lum_expansion *e,
                          struct lum_changes *ret_changes, struct lum_proto_error *err)
 {
-    switch (q->kind) {
-    case LUM_REQUEST_SCENE_UNDO:
+    if (q->type == &lum_request_scene_undo)
         return lum_world_undo(&d->world, q->user, ret_changes, err);
-    case LUM_REQUEST_SCENE_REDO:
+    if (q->type == &lum_request_scene_redo)
         return lum_world_redo(&d->world, q->user, ret_changes, err);
-    default:
-        return lum_world_apply(&d->world, &(struct lum_edit){q->user, &q->ops, e->children, e->n}, ret_changes, err);
-    }
+    return lum_world_apply(&d->world, &(struct lum_edit){q->user, &q->ops, e->children, e->n}, ret_changes, err);
 }
 
 /* Takes the request and the expansion over. */
@@ -98,7 +96,7 @@ static void start_import(struct lum_director *d, struct lum_request *q)
 void lum_director_edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
-    if (q->kind == LUM_REQUEST_SCENE_APPLY && lum_ops_need_import(&q->ops)) {
+    if (q->type == &lum_request_scene_apply && lum_ops_need_import(&q->ops)) {
         if (d->config.assets_dir) {
             start_import(d, q);
             return;
@@ -111,6 +109,29 @@ void lum_director_edit(struct lum_director *d, struct lum_request *q)
     }
     apply(d, q, &none);
 }
+
+static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
+{
+    lum_id undo_group = "";
+    lum_json_id(r, "op_id", q->op_id);
+    lum_json_id(r, "undo_group", undo_group);
+    q->has_base_rev = lum_json_u64(r, "base_rev", &q->base_rev);
+    bool has_ops = lum_json_require(r, "ops");
+    const struct cJSON *ops = lum_json_member(r, "ops");
+    if (!lum_json_end(r) || !has_ops || !lum_ops_from_json(ops, &q->ops, r->err))
+        return false;
+    memcpy(q->ops.undo_group, undo_group, sizeof undo_group);
+    return true;
+}
+
+const struct lum_request_type lum_request_scene_apply = {
+    .name = "scene.apply", .read = read_scene_apply, .edits = true};
+
+const struct lum_request_type lum_request_scene_undo = {
+    .name = "scene.undo", .read = lum_request_read_nothing, .edits = true};
+
+const struct lum_request_type lum_request_scene_redo = {
+    .name = "scene.redo", .read = lum_request_read_nothing, .edits = true};
 
 /* ---- imports ---- */
 
@@ -299,7 +320,13 @@ void lum_director_commit(struct lum_director *d)
     lum_director_refresh_views(d, received_ns);
 }
 
-void lum_director_scene_get(struct lum_director *d, const struct lum_request *q)
+static bool read_scene_get(struct lum_json_reader *r, struct lum_request *q)
+{
+    lum_json_bool(r, "expand", &q->expand);
+    return lum_json_end(r);
+}
+
+static void scene_get(struct lum_director *d, const struct lum_request *q)
 {
     cJSON *result = lum_document_to_json(d->world.doc, q->expand);
     bool whole =
@@ -310,3 +337,6 @@ void lum_director_scene_get(struct lum_director *d, const struct lum_request *q)
     }
     lum_director_reply(d, q, result);
 }
+
+const struct lum_request_type lum_request_scene_get = {
+    .name = "scene.get", .read = read_scene_get, .answer = scene_get};

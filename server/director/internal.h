@@ -83,7 +83,7 @@ struct lum_director {
     _Atomic uint64_t scene_rev;
 };
 
-/* ---- director.c ---- */
+/* ---- send.c ---- */
 void lum_director_ring(struct lum_director *d); /* any thread */
 /* Any thread. text and stream pass over; text NULL (memory) drops it. */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
@@ -93,10 +93,9 @@ void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to,
 void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result);
 void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err);
 
-/* ---- director_scene.c ---- */
+/* ---- edits.c ---- */
 /* Takes the request over. */
 void lum_director_edit(struct lum_director *d, struct lum_request *q);
-void lum_director_scene_get(struct lum_director *d, const struct lum_request *q);
 /* Takes in finished imports, starts waiting ones. */
 void lum_director_turn_imports(struct lum_director *d);
 /* Publishes pending edits, answers them, and refreshes the views. */
@@ -104,22 +103,12 @@ void lum_director_commit(struct lum_director *d);
 /* Ends all imports and drops what waits. */
 void lum_director_drop_imports(struct lum_director *d);
 
-/* ---- director_views.c ---- */
-void lum_director_view_open(struct lum_director *d, const struct lum_request *q);
-void lum_director_view_update(struct lum_director *d, const struct lum_request *q);
-void lum_director_view_close(struct lum_director *d, const struct lum_request *q);
-void lum_director_session_closed(struct lum_director *d, const struct lum_request *q);
+/* ---- views.c ---- */
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);
 struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id);
 /* Sends every frame that is due now. Returns how long until the next one will be; INT64_MAX: none waits for time. */
 int64_t lum_director_publish_due(struct lum_director *d);
 struct lum_server_view *lum_director_choose_view(struct lum_director *d);
 void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
-
-/* ---- director_query.c ---- */
-void lum_director_pick(struct lum_director *d, const struct lum_request *q);
-void lum_director_bounds(struct lum_director *d, const struct lum_request *q);
-void lum_director_probe(struct lum_director *d, const struct lum_request *q);
-void lum_director_stats(struct lum_director *d, const struct lum_request *q);
 
 #endif

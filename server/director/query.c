@@ -6,14 +6,25 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
+#include "server/director/read_request.h"
+
+#define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
+#define SAMPLES_DEFAULT 256u
 
 static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
 {
     return lum_json_add(o, key, cJSON_CreateDoubleArray(values, n));
 }
 
+static bool read_pixel(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_request_read_view_id(r, q) && lum_json_require(r, "x") && lum_json_require(r, "y") &&
+           lum_json_number(r, "x", 0.0, LUM_LIMIT_VIEW_SIDE, &q->x) &&
+           lum_json_number(r, "y", 0.0, LUM_LIMIT_VIEW_SIDE, &q->y);
+}
+
 /* What lies under the request's pixel. False: refused. */
-static bool pick(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick)
+static bool pick_pixel(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick)
 {
     struct lum_proto_error err;
     const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
@@ -38,10 +49,15 @@ static bool add_point(cJSON *o, const struct lum_pick *p)
     return add_numbers(o, "point", point, 3) && add_numbers(o, "normal", normal, 3);
 }
 
-void lum_director_pick(struct lum_director *d, const struct lum_request *q)
+static bool read_pick(struct lum_json_reader *r, struct lum_request *q)
+{
+    return read_pixel(r, q) && lum_json_end(r);
+}
+
+static void pick(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_pick p;
-    if (!pick(d, q, &p))
+    if (!pick_pixel(d, q, &p))
         return;
     cJSON *o = cJSON_CreateObject();
     if (p.hit) {
@@ -54,7 +70,14 @@ void lum_director_pick(struct lum_director *d, const struct lum_request *q)
     lum_director_reply(d, q, o);
 }
 
-void lum_director_bounds(struct lum_director *d, const struct lum_request *q)
+const struct lum_request_type lum_request_pick = {.name = "pick", .read = read_pick, .answer = pick};
+
+static bool read_bounds(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_json_require(r, "id") && lum_json_id(r, "id", q->id) && lum_json_end(r);
+}
+
+static void bounds(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_box box;
     struct lum_proto_error err;
@@ -74,13 +97,30 @@ void lum_director_bounds(struct lum_director *d, const struct lum_request *q)
     lum_director_reply(d, q, o);
 }
 
-void lum_director_probe(struct lum_director *d, const struct lum_request *q)
+const struct lum_request_type lum_request_bounds = {.name = "bounds", .read = read_bounds, .answer = bounds};
+
+/* {view_id, x, y} or {point, normal}, and samples. */
+static bool read_probe(struct lum_json_reader *r, struct lum_request *q)
+{
+    q->samples = SAMPLES_DEFAULT;
+    lum_json_u32(r, "samples", 1, SAMPLES_MAX, &q->samples);
+    q->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, q->point);
+    if (!q->has_point)
+        return read_pixel(r, q) && lum_json_end(r);
+    if (!lum_json_require(r, "normal") || !lum_json_numbers(r, "normal", 3, -1.0, 1.0, q->normal) || !lum_json_end(r))
+        return false;
+    if (lum_length(lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])) > 0.0f)
+        return true;
+    return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "normal", "normal must not be zero");
+}
+
+static void probe(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_pick at = {.hit = true,
                           .point_world = {q->point[0], q->point[1], q->point[2]},
                           .normal = lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])};
     struct lum_proto_error err;
-    if (!q->has_point && !pick(d, q, &at))
+    if (!q->has_point && !pick_pixel(d, q, &at))
         return;
     at.normal = lum_normalize(at.normal);
     if (!at.hit) {
@@ -106,6 +146,8 @@ void lum_director_probe(struct lum_director *d, const struct lum_request *q)
     lum_json_add_number(o, "rays", (double)rays);
     lum_director_reply(d, q, o);
 }
+
+const struct lum_request_type lum_request_probe = {.name = "probe", .read = read_probe, .answer = probe};
 
 /* ---- stats.get ---- */
 
@@ -174,7 +216,7 @@ static cJSON *methods_json(void)
     return list;
 }
 
-void lum_director_stats(struct lum_director *d, const struct lum_request *q)
+static void stats_get(struct lum_director *d, const struct lum_request *q)
 {
     cJSON *o = cJSON_CreateObject(), *views = cJSON_CreateArray();
     lum_json_add_string(o, "version", LUMEND_VERSION);
@@ -191,3 +233,6 @@ void lum_director_stats(struct lum_director *d, const struct lum_request *q)
     lum_json_add(o, "views", views);
     lum_director_reply(d, q, o);
 }
+
+const struct lum_request_type lum_request_stats_get = {
+    .name = "stats.get", .read = lum_request_read_nothing, .answer = stats_get};

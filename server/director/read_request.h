@@ -1,12 +1,17 @@
-/* Requests for the director: one table of method names, each with the function that reads its params. */
+/* Messages of clients made requests: the table of what can be asked is here, and what several readers share. */
 #ifndef LUM_SERVER_DIRECTOR_READ_REQUEST_H
 #define LUM_SERVER_DIRECTOR_READ_REQUEST_H
 
 #include "server/director/request.h"
 
+struct lum_json_reader;
 struct lum_rpc;
 
 /* A request with everything but the session filled in. NULL: err says what is wrong. Takes over rpc->id. */
 struct lum_request *lum_request_read(struct lum_rpc *rpc, struct lum_proto_error *err);
+
+/* For lum_request_type.read: no params; the member view_id. */
+bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q);
+bool lum_request_read_view_id(struct lum_json_reader *r, struct lum_request *q);
 
 #endif

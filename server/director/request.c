@@ -4,11 +4,13 @@
 
 #include "core/base/base.h"
 
-struct lum_request *lum_request_create(enum lum_request_kind kind)
+const struct lum_request_type lum_request_wake = {0};
+
+struct lum_request *lum_request_create(const struct lum_request_type *type)
 {
     struct lum_request *q = lum_calloc(1, sizeof *q);
     if (q)
-        q->kind = kind;
+        q->type = type;
     return q;
 }
 

@@ -12,25 +12,29 @@ struct lum_session_ref {
     uint32_t slot, generation;
 };
 
-enum lum_request_kind {
-    LUM_REQUEST_SCENE_GET,
-    LUM_REQUEST_SCENE_APPLY,
-    LUM_REQUEST_SCENE_UNDO,
-    LUM_REQUEST_SCENE_REDO,
-    LUM_REQUEST_VIEW_OPEN,
-    LUM_REQUEST_VIEW_UPDATE,
-    LUM_REQUEST_VIEW_CLOSE,
-    LUM_REQUEST_PICK,
-    LUM_REQUEST_PROBE,
-    LUM_REQUEST_BOUNDS,
-    LUM_REQUEST_STATS_GET,
-    LUM_REQUEST_SESSION_CLOSED, /* closes the session's views and forgets the user's history; no reply */
-    LUM_REQUEST_WAKE,           /* a stream wants a frame; no reply */
+struct lum_director;
+struct lum_json_reader;
+struct lum_request;
+
+/* What can be asked. Each is defined beside its answer (edits.c, views.c, query.c). */
+struct lum_request_type {
+    const char *name; /* the method of JSON-RPC; NULL: a note of the net thread, which no client can send */
+    /* Params into q. False: r->err says what is wrong. Thread: net. */
+    bool (*read)(struct lum_json_reader *r, struct lum_request *q);
+    /* Ends in lum_director_reply or lum_director_refuse (internal.h). Thread: director. */
+    void (*answer)(struct lum_director *d, const struct lum_request *q);
+    bool edits; /* instead of answer: lum_director_edit takes the request over, and lum_director_commit answers it */
 };
+extern const struct lum_request_type lum_request_scene_get, lum_request_scene_apply, lum_request_scene_undo,
+    lum_request_scene_redo, lum_request_view_open, lum_request_view_update, lum_request_view_close, lum_request_pick,
+    lum_request_bounds, lum_request_probe, lum_request_stats_get;
+/* Notes of the net thread, without a reply. */
+extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */
+    lum_request_wake;                                            /* a stream wants a frame; never in the inbox */
 
 struct lum_request {
     struct lum_request *next;
-    enum lum_request_kind kind;
+    const struct lum_request_type *type;
     struct lum_session_ref session;
     char user[LUM_LIMIT_ID_BYTES + 1];
     char *rpc_id;        /* the request's id as JSON text; NULL: a notification, no reply. Owned */
@@ -49,7 +53,7 @@ struct lum_request {
     uint32_t samples; /* probe */
     lum_id id;        /* bounds */
 };
-struct lum_request *lum_request_create(enum lum_request_kind kind); /* zeroed; NULL when memory is short */
+struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);
 
 /* What the director sends to the net thread. */

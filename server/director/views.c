@@ -8,6 +8,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/read_request.h"
 
 #define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
 #define WAITED_LONG_NS 250000000ll /* a view that others keep from rendering for so long goes first */
@@ -62,7 +63,12 @@ static bool has_room(const struct lum_director *d, const struct lum_request *q,
     return true;
 }
 
-void lum_director_view_open(struct lum_director *d, const struct lum_request *q)
+static bool read_view_open(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_json_require(r, "size") && lum_view_params_read(r, &q->view) && lum_json_end(r);
+}
+
+static void view_open(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
     struct lum_server_view *v;
@@ -85,7 +91,15 @@ void lum_director_view_open(struct lum_director *d, const struct lum_request *q)
     lum_director_reply(d, q, result);
 }
 
-void lum_director_view_update(struct lum_director *d, const struct lum_request *q)
+const struct lum_request_type lum_request_view_open = {
+    .name = "view.open", .read = read_view_open, .answer = view_open};
+
+static bool read_view_update(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_request_read_view_id(r, q) && lum_view_params_read(r, &q->view) && lum_json_end(r);
+}
+
+static void view_update(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_proto_error err;
     struct lum_server_view *v = require_view(d, q, q->view_id);
@@ -100,6 +114,9 @@ void lum_director_view_update(struct lum_director *d, const struct lum_request *
     lum_director_reply(d, q, cJSON_CreateObject());
 }
 
+const struct lum_request_type lum_request_view_update = {
+    .name = "view.update", .read = read_view_update, .answer = view_update};
+
 /* Takes the view at *at out of the list. */
 static void close_view(struct lum_director *d, struct lum_server_view **at)
 {
@@ -113,7 +130,12 @@ static void close_view(struct lum_director *d, struct lum_server_view **at)
     pthread_mutex_unlock(&d->lock);
 }
 
-void lum_director_view_close(struct lum_director *d, const struct lum_request *q)
+static bool read_view_close(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_request_read_view_id(r, q) && lum_json_end(r);
+}
+
+static void view_close(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
@@ -125,7 +147,10 @@ void lum_director_view_close(struct lum_director *d, const struct lum_request *q
     lum_director_reply(d, q, cJSON_CreateObject());
 }
 
-void lum_director_session_closed(struct lum_director *d, const struct lum_request *q)
+const struct lum_request_type lum_request_view_close = {
+    .name = "view.close", .read = read_view_close, .answer = view_close};
+
+static void session_closed(struct lum_director *d, const struct lum_request *q)
 {
     for (struct lum_server_view **at = &d->views; *at;) {
         if (same_session((*at)->session, q->session))
@@ -135,6 +160,8 @@ void lum_director_session_closed(struct lum_director *d, const struct lum_reques
     }
     lum_document_forget_user(d->world.doc, q->user);
 }
+
+const struct lum_request_type lum_request_session_closed = {.answer = session_closed};
 
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 {

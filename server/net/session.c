@@ -127,9 +127,9 @@ static void forget_message(struct lum_session *s)
 }
 
 /* A request without reply. False when the inbox is full or memory is short. */
-static bool post_plain(struct lum_session *s, enum lum_request_kind kind)
+static bool post_plain(struct lum_session *s, const struct lum_request_type *type)
 {
-    struct lum_request *q = lum_request_create(kind);
+    struct lum_request *q = lum_request_create(type);
     if (!q)
         return false;
     q->session = s->ref;
@@ -155,7 +155,7 @@ void lum_session_close(struct lum_session *s)
         return;
     s->table->n_greeted--;
     lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s left", s->user);
-    s->leaving = !post_plain(s, LUM_REQUEST_SESSION_CLOSED);
+    s->leaving = !post_plain(s, &lum_request_session_closed);
 }
 
 uint32_t lum_session_slot(const struct lum_session *s)
@@ -333,7 +333,7 @@ static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_pro
 static void wake_director(struct lum_session *s, struct lum_stream *stream)
 {
     if (lum_stream_wants_frame(stream))
-        (void)post_plain(s, LUM_REQUEST_WAKE);
+        (void)post_plain(s, &lum_request_wake);
 }
 
 static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
@@ -500,7 +500,7 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].leaving)
-            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], LUM_REQUEST_SESSION_CLOSED);
+            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], &lum_request_session_closed);
     struct lum_out *out = lum_director_take_outbox(sessions->config.director);
     while (out) {
         struct lum_out *next = out->next;

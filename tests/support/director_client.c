@@ -105,9 +105,9 @@ int client_teardown(void **state)
     return 0;
 }
 
-struct lum_request *client_request(struct client *c, enum lum_request_kind kind)
+struct lum_request *client_request(struct client *c, const struct lum_request_type *type)
 {
-    struct lum_request *request = lum_request_create(kind);
+    struct lum_request *request = lum_request_create(type);
     assert_non_null(request);
     request->session = c->session;
     strcpy(request->user, "tester");
@@ -143,7 +143,7 @@ cJSON *client_ask(struct client *c, struct lum_request *request)
 
 struct lum_request *client_edit(struct client *c, const char *ops)
 {
-    struct lum_request *request = client_request(c, LUM_REQUEST_SCENE_APPLY);
+    struct lum_request *request = client_request(c, &lum_request_scene_apply);
     struct lum_proto_error err;
     cJSON *json = cJSON_Parse(ops);
     if (!json || !lum_ops_from_json(json, &request->ops, &err))
@@ -177,7 +177,7 @@ void assert_refused(cJSON *reply, const char *app, const char *path)
 
 uint32_t client_open_view(struct client *c, enum lum_codec codec)
 {
-    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    struct lum_request *request = client_request(c, &lum_request_view_open);
     request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CODEC), .size = {W, H}};
     strcpy(request->view.codec, lum_codec_name(codec));
     uint32_t before = c->n_streams;
@@ -207,7 +207,7 @@ struct lum_frame_header client_next_frame(struct client *c, uint8_t *pixels)
         lum_encoded_tile_unref(t.blob);
         if (t.header.flags & LUM_FRAME_LAST_TILE) {
             lum_stream_ack(s, t.header.frame_seq);
-            assert_true(lum_director_post(c->director, lum_request_create(LUM_REQUEST_WAKE)));
+            assert_true(lum_director_post(c->director, lum_request_create(&lum_request_wake)));
             return t.header;
         }
     }

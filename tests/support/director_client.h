@@ -38,7 +38,7 @@ void client_wait(struct client *c);
 int client_setup_with(void **state, const char *importer);
 int client_setup(void **state);
 int client_teardown(void **state);
-struct lum_request *client_request(struct client *c, enum lum_request_kind kind);
+struct lum_request *client_request(struct client *c, const struct lum_request_type *type);
 /* The reply, whole; delete it. */
 cJSON *client_ask(struct client *c, struct lum_request *request);
 struct lum_request *client_edit(struct client *c, const char *ops);

@@ -82,7 +82,7 @@ static void an_import_joins_the_scene(void **state)
     for (size_t i = 0; i < c->n_texts; i++)
         told = told || strstr(c->texts[i], "\"import.progress\"");
     assert_true(told);
-    scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO)));
+    scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_undo)));
     lum_director_metrics(c->director, &m);
     assert_int_equal(m.triangles, 2);
 }

@@ -33,7 +33,7 @@ static void assert_near(double got, double want)
 /* "emits" of the object, as scene.get tells it now; delete the reply. */
 static const cJSON *emits_now(struct client *c, const char *id, cJSON **ret_reply)
 {
-    struct lum_request *get = client_request(c, LUM_REQUEST_SCENE_GET);
+    struct lum_request *get = client_request(c, &lum_request_scene_get);
     get->expand = true;
     *ret_reply = client_ask(c, get);
     const cJSON *op;
@@ -104,11 +104,11 @@ static void edits_are_the_objects_own_and_undone(void **state)
     assert_flux(c, "twin", FULL_LM);
     rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"panel\",\"path\":\"/luminance_cd_m2\",\"value\":10}]");
     assert_flux(c, "panel", FULL_LM / 10); /* it replaces the flux */
-    scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO)));
+    scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_undo)));
     assert_flux(c, "panel", 50);
-    scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO)));
+    scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_undo)));
     assert_flux(c, "panel", FULL_LM);
-    scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_REDO)));
+    scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_redo)));
     assert_flux(c, "panel", 50);
     rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"glow\",\"path\":\"/emission_cd_m2\",\"value\":30}]");
     told = emits_of_change(c, rev); /* of its own flux it keeps that */

@@ -127,19 +127,19 @@ static void undo_and_redo_bring_the_picture_back(void **state)
         client_converged_frame(c, rev, moved);
         assert_memory_not_equal(first, moved, sizeof first);
         memcpy(undone, moved, sizeof undone);
-        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO))), undone);
+        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_undo))), undone);
         assert_memory_equal(first, undone, sizeof first);
         memcpy(redone, undone, sizeof redone);
-        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, LUM_REQUEST_SCENE_REDO))), redone);
+        client_converged_frame(c, scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_redo))), redone);
         assert_memory_equal(moved, redone, sizeof moved);
-        assert_refused(client_ask(c, client_request(c, LUM_REQUEST_SCENE_REDO)), "not_found", NULL);
+        assert_refused(client_ask(c, client_request(c, &lum_request_scene_redo)), "not_found", NULL);
         memcpy(first, moved, sizeof first);
     }
 }
 
 static char *scene_text_of(struct client *c)
 {
-    cJSON *reply = client_ask(c, client_request(c, LUM_REQUEST_SCENE_GET));
+    cJSON *reply = client_ask(c, client_request(c, &lum_request_scene_get));
     char *text = cJSON_PrintUnformatted(cJSON_GetObjectItem(reply, "result"));
     cJSON_Delete(reply);
     assert_non_null(text);
@@ -165,7 +165,7 @@ static void edits_are_all_or_nothing(void **state)
     free(after);
     /* and the renderer still has the floor: a view shows it */
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
-    struct lum_request *pick = client_request(c, LUM_REQUEST_PICK);
+    struct lum_request *pick = client_request(c, &lum_request_pick);
     pick->view_id = id;
     pick->x = W / 2;
     pick->y = H / 2;
@@ -187,7 +187,7 @@ static void a_stale_base_revision_is_refused(void **state)
 static void the_inbox_is_limited_in_bytes(void **state)
 {
     struct client *c = *state;
-    struct lum_request *request = client_request(c, LUM_REQUEST_SCENE_GET);
+    struct lum_request *request = client_request(c, &lum_request_scene_get);
     request->n_bytes = LUM_INBOX_MAX_BYTES + 1;
     assert_false(lum_director_post(c->director, request));
     request->n_bytes = LUM_INBOX_MAX_BYTES;
@@ -199,9 +199,9 @@ static void a_session_takes_its_history_along(void **state)
 {
     struct client *c = *state;
     scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/on\",\"value\":false}]")));
-    struct lum_request *gone = client_request(c, LUM_REQUEST_SESSION_CLOSED);
+    struct lum_request *gone = client_request(c, &lum_request_session_closed);
     assert_true(lum_director_post(c->director, gone));
-    assert_refused(client_ask(c, client_request(c, LUM_REQUEST_SCENE_UNDO)), "not_found", NULL);
+    assert_refused(client_ask(c, client_request(c, &lum_request_scene_undo)), "not_found", NULL);
 }
 
 static void a_session_takes_its_views_along(void **state)
@@ -209,10 +209,10 @@ static void a_session_takes_its_views_along(void **state)
     struct client *c = *state;
     client_open_view(c, LUM_CODEC_JPEG);
     client_open_view(c, LUM_CODEC_JPEG);
-    struct lum_request *request = lum_request_create(LUM_REQUEST_SESSION_CLOSED);
+    struct lum_request *request = lum_request_create(&lum_request_session_closed);
     request->session = c->session;
     assert_true(lum_director_post(c->director, request));
-    cJSON *reply = client_ask(c, client_request(c, LUM_REQUEST_STATS_GET));
+    cJSON *reply = client_ask(c, client_request(c, &lum_request_stats_get));
     const cJSON *result = cJSON_GetObjectItem(reply, "result");
     assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(result, "views")), 0);
     assert_int_equal(cJSON_GetObjectItem(cJSON_GetObjectItem(result, "scene"), "light")->valueint, 1);
@@ -230,7 +230,7 @@ static void views_are_limited(void **state)
         lum_stream_unref(c->streams[c->n_streams]);
         client_open_view(c, LUM_CODEC_JPEG);
     }
-    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request = client_request(c, &lum_request_view_open);
     request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE), .size = {8, 8}};
     assert_refused(client_ask(c, request), "limit_exceeded", NULL);
 }

@@ -10,7 +10,7 @@
 
 static void balance(struct client *c, uint32_t view_id, struct lum_opt kelvin)
 {
-    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    struct lum_request *request = client_request(c, &lum_request_view_update);
     request->view_id = view_id;
     request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(WHITE_BALANCE_K), .white_balance_k = kelvin};
     cJSON_Delete(client_ask(c, request));
@@ -47,7 +47,7 @@ static void the_latest_camera_wins(void **state)
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
     enum { MOVES = 200 };
     for (uint32_t i = 1; i <= MOVES; i++) {
-        struct lum_request *request = lum_request_create(LUM_REQUEST_VIEW_UPDATE);
+        struct lum_request *request = lum_request_create(&lum_request_view_update);
         assert_non_null(request);
         request->session = c->session;
         request->received_ns = lum_clock_ns();
@@ -73,12 +73,12 @@ static void the_latest_camera_wins(void **state)
 static void a_larger_budget_resumes(void **state)
 {
     struct client *c = *state;
-    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    struct lum_request *request = client_request(c, &lum_request_view_open);
     request->view = (struct lum_view_params){
         .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(BUDGET), .size = {W, H}, .budget = {.error = {true, 10.0}}};
     cJSON_Delete(client_ask(c, request));
     struct lum_frame_header h = client_converged_frame(c, 0, NULL);
-    request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    request = client_request(c, &lum_request_view_update);
     request->view_id = h.view_id;
     request->view.given = LUM_VIEW_BIT(BUDGET); /* of nothing: the scene's 16 samples count again */
     cJSON_Delete(client_ask(c, request));
@@ -292,19 +292,19 @@ static void light_that_mirrors_send_on_is_told_at_rest(void **state)
 static void requests_that_name_nothing_are_refused(void **state)
 {
     struct client *c = *state;
-    struct lum_request *request = client_request(c, LUM_REQUEST_VIEW_UPDATE);
+    struct lum_request *request = client_request(c, &lum_request_view_update);
     request->view_id = 99;
     assert_refused(client_ask(c, request), "not_found", "view_id");
-    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request = client_request(c, &lum_request_view_open);
     request->view =
         (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(METHOD), .size = {8, 8}, .method = "magic"};
     assert_refused(client_ask(c, request), "invalid_value", "method");
-    request = client_request(c, LUM_REQUEST_VIEW_OPEN);
+    request = client_request(c, &lum_request_view_open);
     request->view = (struct lum_view_params){
         .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(CAMERA_ID), .size = {8, 8}, .camera_id = "nobody"};
     assert_refused(client_ask(c, request), "not_found", "camera_id");
     uint32_t id = client_open_view(c, LUM_CODEC_JPEG);
-    request = client_request(c, LUM_REQUEST_VIEW_CLOSE);
+    request = client_request(c, &lum_request_view_close);
     request->view_id = id;
     request->session.generation++; /* somebody else's view */
     assert_refused(client_ask(c, request), "not_found", "view_id");

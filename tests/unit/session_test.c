@@ -124,7 +124,7 @@ static void test_requests_become_commands(void **state)
             "{\"jsonrpc\":\"2.0\",\"id\":\"a\",\"method\":\"pick\",\"params\":{\"view_id\":7,\"x\":3,\"y\":4.5}}");
     assert_int_equal(f->director.n_posted, 1);
     const struct lum_request *c = f->director.posted[0];
-    assert_int_equal(c->kind, LUM_REQUEST_PICK);
+    assert_ptr_equal(c->type, &lum_request_pick);
     assert_int_equal(c->view_id, 7);
     assert_true(c->x == 3.0 && c->y == 4.5);
     assert_string_equal(c->rpc_id, "\"a\"");
@@ -158,7 +158,7 @@ static void test_the_director_learns_of_a_close_even_when_it_was_full(void **sta
     f->director.capacity = 64;
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
-    assert_int_equal(f->director.posted[0]->kind, LUM_REQUEST_SESSION_CLOSED);
+    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_closed);
     assert_int_equal(f->director.posted[0]->session.generation, f->ref.generation);
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
@@ -256,7 +256,7 @@ static void test_acknowledgements_wake_the_director(void **state)
     assert_int_equal(f->director.n_posted, 0);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");
     assert_int_equal(f->director.n_posted, 1);
-    assert_int_equal(f->director.posted[0]->kind, LUM_REQUEST_WAKE);
+    assert_ptr_equal(f->director.posted[0]->type, &lum_request_wake);
     receive(f->s, "{\"jsonrpc\":\"2.0\",\"method\":\"frame.ack\",\"params\":{\"view_id\":10,\"frame_seq\":1}}");
     assert_int_equal(f->director.n_posted, 1);
     assert_null(next_text(f->s));

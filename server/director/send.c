@@ -1,0 +1,85 @@
+/* What the director sends, and its bell. Apart from director.c, so that tests can link requests without the thread. */
+#include "server/director/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/message/rpc.h"
+#include "server/base/log.h"
+
+static void send_out(struct lum_director *d, struct lum_out *o)
+{
+    pthread_mutex_lock(&d->lock);
+    *d->outbox_tail = o;
+    d->outbox_tail = &o->next;
+    pthread_mutex_unlock(&d->lock);
+    d->config.wake_net(d->config.wake_user);
+}
+
+static struct lum_out *out_create(enum lum_out_kind kind, struct lum_session_ref to)
+{
+    struct lum_out *o = lum_calloc(1, sizeof *o);
+    if (o) {
+        o->kind = kind;
+        o->session = to;
+    }
+    return o;
+}
+
+void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text)
+{
+    struct lum_out *o = text ? out_create(kind, to) : NULL;
+    if (!o) {
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "no memory for a message to a client, ignoring");
+        free(text);
+        return;
+    }
+    o->text = text;
+    o->n_bytes = strlen(text);
+    send_out(d, o);
+}
+
+void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream)
+{
+    struct lum_out *o = out_create(LUM_OUT_VIEW_OPENED, to);
+    if (!o) {
+        lum_stream_unref(stream);
+        return;
+    }
+    o->stream = stream;
+    o->view_id = lum_stream_view_id(stream);
+    send_out(d, o);
+}
+
+void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id)
+{
+    struct lum_out *o = out_create(LUM_OUT_VIEW_CLOSED, to);
+    if (!o)
+        return;
+    o->view_id = view_id;
+    send_out(d, o);
+}
+
+void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result)
+{
+    if (q->rpc_id)
+        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_result(q->rpc_id, result));
+    else
+        cJSON_Delete(result);
+}
+
+void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err)
+{
+    if (q->rpc_id)
+        lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_error(q->rpc_id, err));
+}
+
+void lum_director_ring(struct lum_director *d)
+{
+    pthread_mutex_lock(&d->lock);
+    d->rung = true;
+    pthread_cond_signal(&d->bell);
+    pthread_mutex_unlock(&d->lock);
+}
