@@ -14,29 +14,6 @@ static bool emit(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, stru
     return true;
 }
 
-/* ---- points ---- */
-
-static float spot_flux(const struct lum_light *l)
-{
-    return 2.0f * LUM_PI * (2.0f * l->omc_inner + l->omc_outer) / 3.0f;
-}
-
-/* In proportion to intensity: evenly in the inner cone, whose share of the flux is 3 inner / (2 inner + outer), and by
- * the inverse of the ramp's integral, a cube, outside. */
-static bool emit_spot(const struct lum_light *l, struct lum_vec2 u, struct lum_light_ray *ret)
-{
-    float inner = l->omc_inner, outer = l->omc_outer, all = 2.0f * inner + outer;
-    if (!(all > 0.0f))
-        return false;
-    float share = 3.0f * inner / all;
-    float omc = u.x < share ? u.x / share * inner
-                            : outer - (outer - inner) * cbrtf(lum_clamp((1.0f - u.x) / (1.0f - share), 0.0f, 1.0f));
-    float s = sqrtf(lum_max(omc * (2.0f - omc), 0.0f)), phi = 2.0f * LUM_PI * u.y;
-    struct lum_frame f = lum_frame_from_normal(l->n);
-    struct lum_vec3 d = lum_frame_to_scene(&f, lum_v3(s * cosf(phi), s * sinf(phi), 1.0f - omc));
-    return emit(l->p, d, lum_grey(spot_flux(l)), ret);
-}
-
 /* ---- surfaces ---- */
 
 static bool emit_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, struct lum_rgb flux,
@@ -153,9 +130,7 @@ bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_
     struct lum_vec3 n;
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return emit(l->p, lum_warp_cone(u_direction, 2.0f), lum_grey(4.0f * LUM_PI), ret_shot);
-    case LUM_EMIT_SPOT:
-        return emit_spot(l, u_direction, ret_shot);
+        return emit(l->p, lum_falloff_draw(l, u_direction), lum_grey((float)lum_falloff_flux(l)), ret_shot);
     case LUM_EMIT_DIRECTIONAL:
         return emit_parallel(s, l->n, lum_grey(1.0f), u_position, ret_shot);
     case LUM_EMIT_QUAD:
@@ -187,9 +162,7 @@ double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo,
     float d[3] = {l->n.x, l->n.y, l->n.z}, area[3];
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return 4.0 * LUM_PI_D;
-    case LUM_EMIT_SPOT:
-        return (double)spot_flux(l);
+        return lum_falloff_flux(l);
     case LUM_EMIT_DIRECTIONAL:
         seen_faces(&b, d, area);
         return (double)(area[0] + area[1] + area[2]);

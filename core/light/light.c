@@ -24,35 +24,13 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
     return t->active[i];
 }
 
-float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos)
-{
-    if (one_minus_cos <= spot->omc_inner)
-        return 1.0f;
-    if (!(one_minus_cos < spot->omc_outer))
-        return 0.0f;
-    float ramp = (spot->omc_outer - one_minus_cos) / (spot->omc_outer - spot->omc_inner);
-    return ramp * ramp;
-}
-
-/* 1 - cos of the angle between -a and b, both unit, without cancellation: half the square of the chord. */
-static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
-{
-    struct lum_vec3 chord = lum_v3_add(minus_a, b);
-    return 0.5f * lum_dot(chord, chord);
-}
-
-float lum_light_point_share(const struct lum_light *l, struct lum_vec3 wi)
-{
-    return l->kind == LUM_EMIT_SPOT ? lum_spot_falloff(l, one_minus_cos_between(wi, l->n)) : 1.0f;
-}
-
 static bool sample_point(const struct lum_light *l, struct lum_vec3 p, struct lum_light_sample *ret)
 {
     struct lum_vec3 d = lum_v3_sub(l->p, p), wi = lum_normalize(d);
     float r = lum_length(d);
     if (!(r > 0.0f))
         return false;
-    float share = lum_light_point_share(l, wi);
+    float share = lum_falloff_towards(l, wi);
     if (!(share > 0.0f))
         return false;
     float near = lum_max(r, LUM_POINT_LIGHT_NEAR);
@@ -296,7 +274,6 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
     const struct lum_light *l = &s->lights.lights[i];
     switch (l->kind) {
     case LUM_EMIT_POINT:
-    case LUM_EMIT_SPOT:
         return sample_point(l, p, ret_sample);
     case LUM_EMIT_DIRECTIONAL:
         *ret_sample = (struct lum_light_sample){lum_v3_neg(l->n), INFINITY, l->power, 0.0f};
@@ -431,7 +408,6 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
                 .kind = LUM_TARGET_DIRECTION, .wi = ls.wi, .pdf_sa = ls.pdf_sa, .radiance = ls.radiance};
         return;
     case LUM_EMIT_POINT:
-    case LUM_EMIT_SPOT:
     case LUM_EMIT_DIRECTIONAL:
     case LUM_EMIT_SPHERE:
         ret->kind = LUM_TARGET_EACH;
@@ -459,7 +435,6 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     struct lum_rect_view view;
     switch (l->kind) {
     case LUM_EMIT_POINT:
-    case LUM_EMIT_SPOT:
     case LUM_EMIT_DIRECTIONAL:
         return 0.0f;
     case LUM_EMIT_QUAD:
@@ -505,8 +480,8 @@ bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
 {
     if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
         return false;
-    return a->kind == b->kind && same_v3(a->p, b->p) && same_v3(a->n, b->n) && same_v3(a->u, b->u) &&
-           same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area && a->omc_inner == b->omc_inner &&
-           a->omc_outer == b->omc_outer && a->instance == b->instance && a->shape == b->shape &&
-           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
+    return a->kind == b->kind && a->falloff == b->falloff && same_v3(a->p, b->p) && same_v3(a->n, b->n) &&
+           same_v3(a->u, b->u) && same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area &&
+           a->omc_inner == b->omc_inner && a->omc_outer == b->omc_outer && a->instance == b->instance &&
+           a->shape == b->shape && a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
 }

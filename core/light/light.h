@@ -3,6 +3,7 @@
 #define LUM_CORE_LIGHT_LIGHT_H
 
 #include "core/base/base.h"
+#include "core/light/falloff.h"
 #include "core/light/rect.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
@@ -12,8 +13,7 @@ struct lum_snapshot;
 struct lum_env_map; /* luminance distribution of an environment image (light/environment.c) */
 
 enum lum_emitter {
-    LUM_EMIT_POINT,
-    LUM_EMIT_SPOT,
+    LUM_EMIT_POINT, /* with a falloff: point, spot */
     LUM_EMIT_DIRECTIONAL,
     LUM_EMIT_QUAD,
     LUM_EMIT_DISC,
@@ -24,13 +24,14 @@ enum lum_emitter {
 
 struct lum_light {
     enum lum_emitter kind;
-    struct lum_rgb power;       /* cd * scale^2 (point, spot), lx (directional), cd/m2 (area, mesh, environment tint) */
-    struct lum_vec3 p;          /* centre */
-    struct lum_vec3 n;          /* unit: where light goes (spot, directional, quad, disc) */
-    struct lum_vec3 u, v;       /* quad: half edges */
-    float radius, area;         /* scene units */
-    float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
-    struct lum_frame env_frame; /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
+    enum lum_falloff falloff;      /* point */
+    struct lum_rgb power;          /* cd * scale^2 (point), lx (directional), cd/m2 (area, mesh, environment tint) */
+    struct lum_vec3 p;             /* centre */
+    struct lum_vec3 n;             /* unit: where light goes (spot, directional, quad, disc) */
+    struct lum_vec3 u, v;          /* quad: half edges */
+    float radius, area;            /* scene units */
+    float omc_inner, omc_outer;    /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
+    struct lum_frame env_frame;    /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
     const struct lum_env_map *env; /* environment image, or NULL: constant */
     uint32_t instance;             /* mesh emitter: its instance */
     const float *tri_cdf;          /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
@@ -39,7 +40,7 @@ struct lum_light {
     bool both_sides;   /* mesh emitter: shines from both; else from the side that its triangles wind around */
     uint32_t shape;    /* index among the accel shapes, or LUM_NO_OBJECT */
     bool on, camera_visible;
-    bool delta; /* point, spot, directional: cannot be hit */
+    bool delta; /* point, directional: cannot be hit */
     char id[LUM_ID_MAX + 1], group[LUM_ID_MAX + 1];
 };
 
@@ -62,12 +63,6 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
 /* A point light nearer than this, in scene units, shines as from this far: the scale of lum_ray_offset, below which its
  * side of the surface is not known. Keeps 1 / r^2 finite. */
 #define LUM_POINT_LIGHT_NEAR 0x1p-16f
-
-/* Share of a spot's intensity at an angle from its axis, given as 1 - cos: 1 in the inner cone, 0 outside the outer,
- * and between them the square of a ramp in the cosine (glTF KHR_lights_punctual). */
-float lum_spot_falloff(const struct lum_light *spot, float one_minus_cos);
-/* Of what a point or a spot light sends, the share that goes to where wi points to it from. */
-float lum_light_point_share(const struct lum_light *l, struct lum_vec3 wi);
 
 struct lum_light_sample {
     struct lum_vec3 wi;      /* unit, from the point to the light */

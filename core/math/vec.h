@@ -160,6 +160,16 @@ static inline struct lum_vec3 lum_affine_vector(const struct lum_affine *a, stru
                   a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z);
 }
 
+static inline double lum_v3d_length(struct lum_vec3d v)
+{
+    return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+/* Of the cross product. */
+static inline double lum_v3d_cross_length(struct lum_vec3d a, struct lum_vec3d b)
+{
+    return lum_v3d_length((struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x});
+}
+
 /* Double-precision placement maths (math/affine.c). */
 struct lum_affined lum_affined_identity(void);
 struct lum_affined lum_affined_mul(const struct lum_affined *a, const struct lum_affined *b); /* a after b */

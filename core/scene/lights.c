@@ -1,5 +1,6 @@
 /* Lights as a renderer reads them: light entries by id, then emissive instances by object id; their emitter shapes; the
  * table from which one is picked. */
+#include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
 #include <string.h>
@@ -213,24 +214,17 @@ static float one_minus_cos(double angle)
 static void resolve_light(struct lum_light *l, const struct lum_light_entry *entry,
                           const struct lum_normalisation *norm)
 {
-    static const enum lum_emitter kinds[] = {
-        [LUM_LIGHT_POINT] = LUM_EMIT_POINT,
-        [LUM_LIGHT_SPOT] = LUM_EMIT_SPOT,
-        [LUM_LIGHT_DIRECTIONAL] = LUM_EMIT_DIRECTIONAL,
-        [LUM_LIGHT_QUAD] = LUM_EMIT_QUAD,
-        [LUM_LIGHT_DISC] = LUM_EMIT_DISC,
-        [LUM_LIGHT_SPHERE] = LUM_EMIT_SPHERE,
-        [LUM_LIGHT_ENVIRONMENT] = LUM_EMIT_ENVIRONMENT,
-    };
     const struct lum_light_desc *d = &entry->desc;
-    l->kind = kinds[d->kind];
-    l->delta = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL;
-    bool in_candela = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT;
+    const struct lum_light_kind_row *row = &lum_light_kinds[d->kind];
+    bool in_candela = row->emitter == LUM_EMIT_POINT;
+    l->kind = row->emitter;
+    l->falloff = row->falloff;
+    l->delta = row->emitter == LUM_EMIT_POINT || row->emitter == LUM_EMIT_DIRECTIONAL;
     l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
     l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
     if (d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT)
         l->p = lum_world_to_scene(norm, d->position);
-    if (d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC)
+    if (row->aimed)
         l->n = unit(d->direction);
     if (d->kind == LUM_LIGHT_SPOT) {
         l->omc_inner = one_minus_cos(d->inner_cone_rad);

@@ -1,14 +1,9 @@
 /* Materials, objects, lights, cameras and media: checked, then stored. */
+#include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
 #include <stdio.h>
 #include <string.h>
-
-/* Luminance, intensity and illuminance: the sun's disc is 1.6e9 cd/m2; the square of a scene scale still fits a float.
- */
-#define POWER_MAX 1e12
-
-static const double pi = 3.14159265358979323846;
 
 /* ---- materials ---- */
 
@@ -46,7 +41,7 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
         {"specular", (double)d->specular, 0, 1},
         {"transmission", (double)d->transmission, 0, 1},
         {"normal_scale", (double)d->normal_scale, -100, 100},
-        {"emission_cd_m2", d->emission_cd_m2, 0, POWER_MAX},
+        {"emission_cd_m2", d->emission_cd_m2, 0, LUM_POWER_MAX},
         {"alpha", (double)d->alpha, 0, 1},
         {"alpha_cutoff", (double)d->alpha_cutoff, 0, 1000},
     };
@@ -165,7 +160,7 @@ static enum lum_status check_shine(const struct lum_shine *s, struct lum_error *
     static const char *const fields[] = {"emission", "flux_lm", "luminance_cd_m2"};
     if ((unsigned)s->unit > LUM_SHINE_LUMINANCE)
         return lum_fail(err, LUM_ERR_INVALID, "emission", "is not a unit of light");
-    enum lum_status status = lum_check_range(fields[s->unit], s->amount, 0.0, POWER_MAX, err);
+    enum lum_status status = lum_check_range(fields[s->unit], s->amount, 0.0, LUM_POWER_MAX, err);
     if (status == LUM_OK && s->has_color)
         status = lum_check_rgb("color", s->color, 100.0f, err);
     return status == LUM_OK ? check_group(s->group, err) : status;
@@ -203,66 +198,15 @@ enum lum_status lum_scene_put_object(struct lum_scene *scene, const char *id, co
 
 /* ---- lights ---- */
 
-static double length_d(struct lum_vec3d v)
-{
-    return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-}
-
-static double cross_length_d(struct lum_vec3d a, struct lum_vec3d b)
-{
-    return length_d((struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x});
-}
-
-static enum lum_status check_cone(const struct lum_light_desc *d, struct lum_error *err)
-{
-    enum lum_status status = lum_check_range("outer_cone_rad", d->outer_cone_rad, 1e-3, 0.5 * pi, err);
-    if (status == LUM_OK)
-        status = lum_check_range("inner_cone_rad", d->inner_cone_rad, 0.0, d->outer_cone_rad, err);
-    return status;
-}
-
-/* What the shape of this kind of light needs. */
-static enum lum_status check_light_shape(const struct lum_light_desc *d, struct lum_error *err)
-{
-    bool placed = d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT;
-    bool directed = d->kind == LUM_LIGHT_SPOT || d->kind == LUM_LIGHT_DIRECTIONAL || d->kind == LUM_LIGHT_DISC;
-    bool round = d->kind == LUM_LIGHT_DISC || d->kind == LUM_LIGHT_SPHERE;
-    enum lum_status status = LUM_OK;
-    if (placed)
-        status = lum_check_vec("position", d->position, LUM_LENGTH_MAX, err);
-    if (status == LUM_OK && directed) {
-        status = lum_check_vec("direction", d->direction, LUM_LENGTH_MAX, err);
-        if (status == LUM_OK && !(length_d(d->direction) > 0.0))
-            return lum_fail(err, LUM_ERR_INVALID, "direction", "must not be the zero vector");
-    }
-    if (status == LUM_OK && round)
-        status = lum_check_range("radius_m", d->radius_m, 1e-12, LUM_LENGTH_MAX, err);
-    if (status == LUM_OK && d->kind == LUM_LIGHT_SPOT)
-        status = check_cone(d, err);
-    if (status == LUM_OK && d->kind == LUM_LIGHT_QUAD) {
-        status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
-        if (status == LUM_OK)
-            status = lum_check_vec("v", d->v, LUM_LENGTH_MAX, err);
-        /* the sine of the angle between the edges: below, the area and the normal are mostly rounding */
-        if (status == LUM_OK && !(cross_length_d(d->u, d->v) > 1e-6 * length_d(d->u) * length_d(d->v)))
-            return lum_fail(err, LUM_ERR_INVALID, "u", "u and v must span an area");
-    }
-    if (status == LUM_OK && d->kind == LUM_LIGHT_ENVIRONMENT)
-        status = lum_check_range("rotation_rad", d->rotation_rad, -1e3, 1e3, err);
-    return status;
-}
-
 static enum lum_status check_light(const struct lum_light_desc *d, struct lum_error *err)
 {
-    if ((unsigned)d->kind > LUM_LIGHT_ENVIRONMENT)
-        return lum_fail(err, LUM_ERR_INVALID, "kind", "is not a kind of light");
     enum lum_status status = check_group(d->group, err);
     if (status == LUM_OK)
-        status = check_light_shape(d, err);
+        status = lum_light_kind_check(d, err);
     if (status == LUM_OK)
         status = lum_check_rgb("color", d->color, 100.0f, err);
     if (status == LUM_OK)
-        status = lum_check_range("intensity", d->intensity, 0.0, POWER_MAX, err);
+        status = lum_check_range("intensity", d->intensity, 0.0, LUM_POWER_MAX, err);
     return status;
 }
 
@@ -288,50 +232,6 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
     return LUM_OK;
 }
 
-/* Integral of the glTF spot falloff over the sphere, per unit of axial intensity: with t = (c - co) / (ci - co), the
- * falloff is t^2 between the cones, so 2 pi ((1 - ci) + (ci - co) / 3) = 2 pi (2 (1 - ci) + (1 - co)) / 3. */
-static double spot_solid_angle(const struct lum_light_desc *d)
-{
-    double si = sin(0.5 * d->inner_cone_rad), so = sin(0.5 * d->outer_cone_rad); /* 1 - cos = 2 sin^2 of the half */
-    return 4.0 * pi * (2.0 * si * si + so * so) / 3.0;
-}
-
-enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm, double *ret_intensity,
-                                    struct lum_error *err)
-{
-    enum lum_status status = check_light_shape(light, err);
-    if (status == LUM_OK)
-        status = lum_check_range("flux_lm", flux_lm, 0.0, POWER_MAX, err);
-    if (status != LUM_OK)
-        return status;
-    double r2 = light->radius_m * light->radius_m, per_intensity = 0.0; /* flux of intensity 1 */
-    switch (light->kind) {
-    case LUM_LIGHT_POINT:
-        per_intensity = 4.0 * pi;
-        break;
-    case LUM_LIGHT_SPOT:
-        per_intensity = spot_solid_angle(light);
-        break;
-    case LUM_LIGHT_QUAD:
-        per_intensity = pi * cross_length_d(light->u, light->v);
-        break;
-    case LUM_LIGHT_DISC:
-        per_intensity = pi * pi * r2;
-        break;
-    case LUM_LIGHT_SPHERE:
-        per_intensity = 4.0 * pi * pi * r2;
-        break;
-    case LUM_LIGHT_DIRECTIONAL:
-    case LUM_LIGHT_ENVIRONMENT:
-        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
-    }
-    if (!(flux_lm <= POWER_MAX * per_intensity))
-        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "must be from 0 to %g of so small a light, not %g",
-                        POWER_MAX * per_intensity, flux_lm);
-    *ret_intensity = flux_lm > 0.0 ? flux_lm / per_intensity : 0.0;
-    return LUM_OK;
-}
-
 /* ---- cameras ---- */
 
 enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, const struct lum_camera *camera,
@@ -347,9 +247,9 @@ enum lum_status lum_scene_put_camera(struct lum_scene *scene, const char *id, co
     if (status != LUM_OK)
         return status;
     struct lum_vec3d p = camera->position, t = camera->target, gaze = {t.x - p.x, t.y - p.y, t.z - p.z};
-    if (!(length_d(gaze) > 0.0))
+    if (!(lum_v3d_length(gaze) > 0.0))
         return lum_fail(err, LUM_ERR_INVALID, "target", "must differ from the position");
-    if (!(cross_length_d(gaze, camera->up) > 1e-9 * length_d(gaze) * length_d(camera->up)))
+    if (!(lum_v3d_cross_length(gaze, camera->up) > 1e-9 * lum_v3d_length(gaze) * lum_v3d_length(camera->up)))
         return lum_fail(err, LUM_ERR_INVALID, "up", "must not be parallel to the line of sight");
     struct lum_table *table = &scene->tables[LUM_ENTITY_CAMERA];
     struct lum_entry *base = NULL;

@@ -100,6 +100,7 @@ enum lum_light_kind {
     LUM_LIGHT_DISC,
     LUM_LIGHT_SPHERE,
     LUM_LIGHT_ENVIRONMENT,
+    LUM_LIGHT_KIND_COUNT
 };
 struct lum_light_desc {
     enum lum_light_kind kind;

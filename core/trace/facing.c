@@ -176,7 +176,6 @@ static bool is_outside(const struct lum_light *l, const struct box *b)
         half = lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
         break;
     case LUM_EMIT_POINT:
-    case LUM_EMIT_SPOT:
         half = lum_v3(0.0f, 0.0f, 0.0f);
         break;
     case LUM_EMIT_DISC:

@@ -99,35 +99,60 @@ static bool validate_image(const struct lum_record_image *m, struct lum_proto_er
 
 /* ---- lights ---- */
 
-struct photometric {
+enum { FLUX = 1, INTENSITY = 2, LUMINANCE = 4, ILLUMINANCE = 8 };
+
+static const struct {
     const char *name;
+    unsigned bit;
     size_t offset;
-    const char *kinds; /* for which it is natural; PROTOCOL.md has the table */
+} photometrics[] = {
+    {"flux_lm", FLUX, offsetof(struct lum_record_light, flux_lm)},
+    {"intensity_cd", INTENSITY, offsetof(struct lum_record_light, intensity_cd)},
+    {"luminance_cd_m2", LUMINANCE, offsetof(struct lum_record_light, luminance_cd_m2)},
+    {"illuminance_lx", ILLUMINANCE, offsetof(struct lum_record_light, illuminance_lx)},
 };
 
-static const struct photometric photometrics[] = {
-    {"flux_lm", offsetof(struct lum_record_light, flux_lm), " point spot quad disc sphere "},
-    {"intensity_cd", offsetof(struct lum_record_light, intensity_cd), " point spot "},
-    {"luminance_cd_m2", offsetof(struct lum_record_light, luminance_cd_m2), " quad disc sphere environment "},
-    {"illuminance_lx", offsetof(struct lum_record_light, illuminance_lx), " directional "},
+/* PROTOCOL.md has the same table. */
+struct light_kind {
+    const char *name;
+    unsigned takes; /* photometric quantities, of which one must be given */
+    bool aimed;     /* has a direction */
 };
+/* clang-format off */
+static const struct light_kind light_kinds[] = {
+    {"point", FLUX | INTENSITY, false},
+    {"spot", FLUX | INTENSITY, true},
+    {"directional", ILLUMINANCE, true},
+    {"quad", FLUX | LUMINANCE, false},
+    {"disc", FLUX | LUMINANCE, true},
+    {"sphere", FLUX | LUMINANCE, false},
+    {"environment", LUMINANCE, false},
+};
+/* clang-format on */
 
-static bool validate_photometric(const struct lum_record_light *l, struct lum_proto_error *err)
+static const struct light_kind *light_kind_of(const struct lum_record_light *l)
 {
-    char kind[sizeof l->kind + 2], wanted[64] = "";
+    for (size_t i = 0; i < sizeof light_kinds / sizeof light_kinds[0]; i++)
+        if (strcmp(light_kinds[i].name, l->kind) == 0)
+            return &light_kinds[i];
+    return NULL;
+}
+
+static bool validate_photometric(const struct lum_record_light *l, unsigned takes, struct lum_proto_error *err)
+{
+    char wanted[64] = "";
     const char *given = NULL, *first = NULL;
     bool natural = false;
-    snprintf(kind, sizeof kind, " %s ", l->kind);
     for (size_t i = 0; i < sizeof photometrics / sizeof photometrics[0]; i++) {
-        const struct photometric *p = &photometrics[i];
-        bool fits = strstr(p->kinds, kind) != NULL;
+        const char *name = photometrics[i].name;
+        bool fits = takes & photometrics[i].bit;
         if (fits) {
             size_t n = strlen(wanted);
-            snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", p->name);
-            first = first ? first : p->name;
+            snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", name);
+            first = first ? first : name;
         }
-        if (((const struct lum_opt *)((const char *)l + p->offset))->set) {
-            given = p->name;
+        if (((const struct lum_opt *)((const char *)l + photometrics[i].offset))->set) {
+            given = name;
             natural = fits;
         }
     }
@@ -140,10 +165,12 @@ static bool validate_photometric(const struct lum_record_light *l, struct lum_pr
 static bool validate_light(const struct lum_record_light *l, struct lum_proto_error *err)
 {
     bool spot = strcmp(l->kind, "spot") == 0, disc = strcmp(l->kind, "disc") == 0;
-    bool aimed = spot || disc || strcmp(l->kind, "directional") == 0;
-    if (!validate_photometric(l, err))
+    const struct light_kind *kind = light_kind_of(l);
+    if (!kind)
+        return invalid(err, "kind", "lights of this kind are not in this version");
+    if (!validate_photometric(l, kind->takes, err))
         return false;
-    if (aimed && norm(l->direction) == 0.0)
+    if (kind->aimed && norm(l->direction) == 0.0)
         return invalid(err, "direction", "direction must not be 0 0 0");
     if (strcmp(l->kind, "quad") == 0 && norm_of_cross(l->u, l->v) == 0.0)
         return invalid(err, "u", "the edges u and v must span an area");

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "server/base/suggest.h"
 
@@ -178,24 +179,11 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
 
 /* ---- lights ---- */
 
-static const struct {
-    const char *name;
-    enum lum_light_kind kind;
-} light_kinds[] = {
-    {"point", LUM_LIGHT_POINT},
-    {"spot", LUM_LIGHT_SPOT},
-    {"directional", LUM_LIGHT_DIRECTIONAL},
-    {"quad", LUM_LIGHT_QUAD},
-    {"disc", LUM_LIGHT_DISC},
-    {"sphere", LUM_LIGHT_SPHERE},
-    {"environment", LUM_LIGHT_ENVIRONMENT},
-};
-
 static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_kind, struct lum_error *err)
 {
-    for (size_t i = 0; i < LUM_ARRAY_LEN(light_kinds); i++)
-        if (strcmp(name, light_kinds[i].name) == 0) {
-            *ret_kind = light_kinds[i].kind;
+    for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++)
+        if (strcmp(name, lum_light_kinds[k].name) == 0) {
+            *ret_kind = (enum lum_light_kind)k;
             return LUM_OK;
         }
     return lum_fail(err, LUM_ERR_UNSUPPORTED, "kind", "lights of kind %s are not in this version", name);
@@ -208,9 +196,10 @@ static enum lum_status light_intensity(const struct lum_record_light *l, const s
 {
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
-    const struct lum_opt *natural = d->kind == LUM_LIGHT_POINT || d->kind == LUM_LIGHT_SPOT ? &l->intensity_cd
-                                    : d->kind == LUM_LIGHT_DIRECTIONAL                      ? &l->illuminance_lx
-                                                                                            : &l->luminance_cd_m2;
+    enum lum_emitter emitter = lum_light_kinds[d->kind].emitter;
+    const struct lum_opt *natural = emitter == LUM_EMIT_POINT         ? &l->intensity_cd
+                                    : emitter == LUM_EMIT_DIRECTIONAL ? &l->illuminance_lx
+                                                                      : &l->luminance_cd_m2;
     if (!natural->set)
         return lum_fail(err, LUM_ERR_INVALID, "kind", "a %s light needs a size in a unit of its kind", l->kind);
     *ret_intensity = natural->value;

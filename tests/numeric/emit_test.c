@@ -177,7 +177,7 @@ static void spot_follows_its_ramp(void **state)
     for (int i = 0; i < rings; i++) { /* integral of the falloff over the ring, by midpoints */
         double sum = 0.0, width = (double)l->omc_outer / rings;
         for (int k = 0; k < 1000; k++)
-            sum += (double)lum_spot_falloff(l, (float)((i + (k + 0.5) / 1000) * width)) * width / 1000;
+            sum += (double)lum_falloff_at(l, (float)((i + (k + 0.5) / 1000) * width)) * width / 1000;
         for (int k = 0; k < sectors; k++)
             cell[i * sectors + k] = (struct chi2_cell){sum / total / sectors * n, 0.0};
     }

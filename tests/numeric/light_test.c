@@ -164,14 +164,14 @@ static void constant_environment_gives_pi(void **state)
 static void spot_ramps_as_in_gltf(void **state)
 {
     (void)state;
-    struct lum_light l = light(LUM_EMIT_SPOT);
+    struct lum_light l = spot();
     l.omc_inner = 0.125f, l.omc_outer = 0.5f;
-    assert_true(lum_spot_falloff(&l, 0.0625f) == 1.0f && lum_spot_falloff(&l, 0.125f) == 1.0f);
-    assert_true(fabsf(lum_spot_falloff(&l, 0.3125f) - 0.25f) < 1e-6f);
-    assert_true(lum_spot_falloff(&l, 0.5f) == 0.0f && lum_spot_falloff(&l, 2.0f) == 0.0f);
+    assert_true(lum_falloff_at(&l, 0.0625f) == 1.0f && lum_falloff_at(&l, 0.125f) == 1.0f);
+    assert_true(fabsf(lum_falloff_at(&l, 0.3125f) - 0.25f) < 1e-6f);
+    assert_true(lum_falloff_at(&l, 0.5f) == 0.0f && lum_falloff_at(&l, 2.0f) == 0.0f);
     l.omc_inner = l.omc_outer = 0.5f; /* a hard edge */
-    assert_true(lum_spot_falloff(&l, 0.5f) == 1.0f && lum_spot_falloff(&l, 0.5001f) == 0.0f);
-    assert_true(lum_spot_falloff(&l, NAN) == 0.0f);
+    assert_true(lum_falloff_at(&l, 0.5f) == 1.0f && lum_falloff_at(&l, 0.5001f) == 0.0f);
+    assert_true(lum_falloff_at(&l, NAN) == 0.0f);
 }
 
 /* Half way to the edge of a cone that has no inner one, the falloff is (1 - 1/4)^2: 1 - cos goes with the square of a
@@ -182,7 +182,7 @@ static void narrow_spots_keep_their_edge(void **state)
     (void)state;
     const double angles[] = {1e-3, 2e-3, 5e-3, 2e-2};
     for (size_t i = 0; i < LUM_ARRAY_LEN(angles); i++) {
-        struct lum_light l = light(LUM_EMIT_SPOT);
+        struct lum_light l = spot();
         l.n = lum_normalize(lum_v3(0.3f, -1.0f, 0.2f));
         l.power = lum_grey(64.0f);
         l.omc_outer = (float)(2.0 * sin(0.5 * angles[i]) * sin(0.5 * angles[i]));
@@ -236,7 +236,7 @@ static void flux_is_kept(void **state)
                                    .color = {1, 1, 1}};
         double intensity = 0.0;
         assert_int_equal(lum_light_from_flux(&d, 800.0, &intensity, NULL), LUM_OK);
-        struct lum_light lights[] = {light(LUM_EMIT_POINT), light(LUM_EMIT_SPOT),
+        struct lum_light lights[] = {light(LUM_EMIT_POINT), spot(),
                                      quad(lum_v3(0, 0, 0), lum_v3(0, 0.25f, 0), lum_v3(0.125f, 0, 0)),
                                      disc(lum_v3(0, 0, 0), lum_v3(0, 0, -1), 0.3f), sphere(lum_v3(0, 0, 0), 0.3f)};
         struct lum_light *l = &lights[i];
@@ -307,7 +307,7 @@ static void nothing_reaches_from_behind_or_from_no_area(void **state)
         sphere(lum_v3(0, 0, 0.5f), 1.0f), /* the point is inside */
         sphere(o, 1.0f),
         light(LUM_EMIT_POINT), /* at the point */
-        light(LUM_EMIT_SPOT),
+        spot(),
     };
     lights[10].delta = lights[11].delta = true;
     for (size_t i = 0; i < LUM_ARRAY_LEN(lights); i++) {

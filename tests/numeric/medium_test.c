@@ -405,8 +405,9 @@ static void many_distances_are_each_alone(void **state)
     uint32_t lit = 0;
     for (int i = 0; i < 20000; i++) {
         struct lum_scatter_query q = {r.snapshot, i % 2, 0, origin_of(&r), {0, 0, -1}, INFINITY};
-        enum lum_emitter kind = i % 4 < 2 ? LUM_EMIT_POINT : LUM_EMIT_SPOT;
-        while (r.snapshot->lights.lights[q.light].kind != kind)
+        enum lum_falloff falloff = i % 4 < 2 ? LUM_FALLOFF_EVEN : LUM_FALLOFF_SPOT;
+        const struct lum_light *lights = r.snapshot->lights.lights;
+        while (lights[q.light].kind != LUM_EMIT_POINT || lights[q.light].falloff != falloff)
             q.light++;
         if (i % 8)
             q.d = lum_normalize(lum_v3((float)rng_unit(&rng) - 0.5f, (float)rng_unit(&rng) - 0.5f, -1.0f));
@@ -424,7 +425,7 @@ static void many_distances_are_each_alone(void **state)
             struct lum_rgb want = lum_grey(0.0f);
             if (lum_medium_scatter_at(&q, t[k], pdf[k], (struct lum_vec2){0.5f, 0.5f}, &s))
                 want = s.radiance;
-            float share = want.g > 0.0f ? lum_light_point_share(&r.snapshot->lights.lights[q.light], s.wi) : 0.0f;
+            float share = want.g > 0.0f ? lum_falloff_towards(&r.snapshot->lights.lights[q.light], s.wi) : 0.0f;
             if (share > 0.0f && share < 0.05f)
                 continue;
             lit += want.g > 0.0f;

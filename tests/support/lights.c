@@ -19,6 +19,13 @@ struct lum_light light(enum lum_emitter kind)
     return (struct lum_light){.kind = kind, .power = {1.0f, 1.0f, 1.0f}, .on = true, .n = {0.0f, 0.0f, -1.0f}};
 }
 
+struct lum_light spot(void)
+{
+    struct lum_light l = light(LUM_EMIT_POINT);
+    l.falloff = LUM_FALLOFF_SPOT;
+    return l;
+}
+
 struct lum_light quad(struct lum_vec3 centre, struct lum_vec3 u, struct lum_vec3 v)
 {
     struct lum_light l = light(LUM_EMIT_QUAD);

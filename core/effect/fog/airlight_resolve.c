@@ -105,7 +105,7 @@ static struct lum_rgb open_light(const struct lum_pass *pass, const struct lum_a
 static bool is_sharp(const struct lum_pass *pass, const struct lum_airlight_pair *pair)
 {
     enum lum_emitter kind = pass->snapshot->lights.lights[pair->light].kind;
-    return pair->alone && (kind == LUM_EMIT_POINT || kind == LUM_EMIT_SPOT || kind == LUM_EMIT_SPHERE);
+    return pair->alone && (kind == LUM_EMIT_POINT || kind == LUM_EMIT_SPHERE);
 }
 
 /* Mean over the window of what the pair's points see, and of what they would see if nothing were in the way. */

@@ -58,7 +58,7 @@ static float bound_of(const struct lum_light *l, const struct lum_sampled_light 
     struct lum_vec3 d = {outside(own->p.x, e->lo.x, e->hi.x), outside(own->p.y, e->lo.y, e->hi.y),
                          outside(own->p.z, e->lo.z, e->hi.z)};
     bool flat = l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC, sphere = l->kind == LUM_EMIT_SPHERE;
-    bool point = l->kind == LUM_EMIT_POINT || l->kind == LUM_EMIT_SPOT, mesh = l->kind == LUM_EMIT_MESH;
+    bool point = l->kind == LUM_EMIT_POINT, mesh = l->kind == LUM_EMIT_MESH;
     if (!(own->reference > 0.0f))
         return 0.0f;
     if (!flat && !sphere && !point && !mesh)
