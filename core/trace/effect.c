@@ -20,17 +20,11 @@ bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effec
     return false;
 }
 
-const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT] = {
-    [LUM_RAY_PRIMARY] = "primary",
-    [LUM_RAY_DIRECT] = "direct",
-    [LUM_RAY_SOFT_SHADOW] = "soft_shadow",
-    [LUM_RAY_ENVIRONMENT] = "environment",
-    [LUM_RAY_INDIRECT_DIFFUSE] = "indirect_diffuse",
-    [LUM_RAY_REFLECTION] = "reflection",
-    [LUM_RAY_TRANSMISSION] = "transmission",
-    [LUM_RAY_GLOSSY] = "glossy",
-    [LUM_RAY_MEDIA] = "media",
-    [LUM_RAY_ANTIALIAS] = "antialias",
-    [LUM_RAY_VPL] = "vpl",
-    [LUM_RAY_PROBE] = "probe",
-};
+const char *lum_ray_kind_name(enum lum_ray_kind kind)
+{
+    if (kind == LUM_RAY_PRIMARY)
+        return "primary";
+    if (kind < LUM_RAY_VPL)
+        return lum_effect_names[kind - LUM_RAY_DIRECT];
+    return kind == LUM_RAY_VPL ? "vpl" : "probe";
+}

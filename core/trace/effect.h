@@ -39,14 +39,14 @@ enum lum_ray_kind {
     LUM_RAY_PROBE,
     LUM_RAY_KIND_COUNT
 };
-extern const char *const lum_ray_kind_names[LUM_RAY_KIND_COUNT];
+const char *lum_ray_kind_name(enum lum_ray_kind kind); /* that of an effect is the effect's */
 
 /* The kind of ray that serves an effect: both enumerations are in the same order but for primary rays. */
 static inline enum lum_ray_kind lum_effect_ray_kind(enum lum_effect e)
 {
     return (enum lum_ray_kind)((int)e + LUM_RAY_DIRECT);
 }
-_Static_assert((int)LUM_RAY_ANTIALIAS - LUM_RAY_DIRECT == (int)LUM_EFFECT_ANTIALIAS, "effects and ray kinds in step");
+_Static_assert((int)LUM_RAY_VPL == (int)LUM_RAY_DIRECT + LUM_EFFECT_COUNT, "a kind of ray for each effect");
 
 /* The effect that the light of an emitter belongs to. */
 static inline enum lum_effect lum_light_effect(const struct lum_light *l)

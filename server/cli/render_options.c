@@ -123,8 +123,7 @@ static const struct lum_option_row rows[] = {
     {"time", "S", POSITIVE(time_s), .help = "stop each frame after S seconds"},
     {"error", "E", POSITIVE(error), .help = "stop each frame at this relative error"},
     {"effects-off", "A,B", OTHER(read_effects, effects_off), .help =
-        "effects to leave out, of: direct, soft_shadow, environment, indirect_diffuse, reflection,\n"
-        "transmission, glossy, media, antialias"},
+        "effects to leave out, of those named below"},
     {"effects-on", "A,B", OTHER(read_effects, effects_on), .help =
         "effects to compute although nothing in the scene calls for them"},
     {"vpls", "N", WHOLE(vpls, 1, LUM_VPL_MAX), .help =
@@ -218,6 +217,10 @@ void lum_render_options_help(FILE *out)
 {
     fputs("usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n", out);
     lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
+    fputs("effects:", out);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        fprintf(out, "%s %s", e > 0 ? "," : "", lum_effect_names[e]);
+    fputc('\n', out);
 }
 
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path)

@@ -65,7 +65,7 @@ static struct cJSON *rays_json(const struct lum_pass_stats *p)
 {
     cJSON *o = cJSON_CreateObject();
     for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
-        lum_json_add_number(o, lum_ray_kind_names[i], (double)p->rays[i]);
+        lum_json_add_number(o, lum_ray_kind_name((enum lum_ray_kind)i), (double)p->rays[i]);
     return o;
 }
 

@@ -299,7 +299,6 @@ static const struct lum_bench_column frame_columns[] = {
     {"cpu_ms", NULL, 4},           {"relmse", NULL, 9},      {"smape", NULL, 9},   {"reference_spp", NULL, 0},
     {"reference_relmse", NULL, 9}, LUM_BENCH_RAY_COLUMNS(0),
 };
-_Static_assert(LUM_ARRAY_LEN(frame_columns) == 9 + LUM_RAY_KIND_COUNT, "a column for each kind of ray");
 
 static void put_frames(const struct ais_study *study, struct lum_bench_table *t)
 {

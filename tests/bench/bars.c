@@ -17,8 +17,14 @@
 #define PER_LEGEND_ROW 5u
 
 /* Okabe & Ito's, as in plot.c, and greys for what is not of one effect. */
-static const char *const colors[LUM_BARS_PARTS] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
-                                                   "#56b4e9", "#222222", "#b08a3c", "#7a5195", "#c3c7cc"};
+static const char *const colors[LUM_BARS_PARTS] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9",
+                                                   "#222222", "#b08a3c", "#7a5195", "#f0e442", "#8c2d04", "#c3c7cc"};
+
+/* The last part is what is left over: grey. */
+static const char *color_of(const struct lum_bars *b, size_t part)
+{
+    return colors[part + 1 == b->n_parts ? LUM_BARS_PARTS - 1 : part];
+}
 
 static double total_of(const struct lum_bars *b, const struct lum_bars_row *row)
 {
@@ -40,7 +46,7 @@ static void write_legend(FILE *f, const struct lum_bars *b)
         fprintf(f,
                 "<rect x=\"%.1f\" y=\"%.1f\" width=\"11\" height=\"11\" fill=\"%s\"/>"
                 "<text x=\"%.1f\" y=\"%.1f\">%s</text>\n",
-                x, y - 10.0, colors[i], x + 16.0, y, b->parts[i]);
+                x, y - 10.0, color_of(b, i), x + 16.0, y, b->parts[i]);
     }
 }
 
@@ -55,7 +61,7 @@ static void write_row(FILE *f, const struct lum_bars *b, size_t r, double scale)
             fprintf(f,
                     "<rect x=\"%.2f\" y=\"%.1f\" width=\"%.2f\" height=\"%.1f\" fill=\"%s\"><title>%s: %.4g %s"
                     "</title></rect>\n",
-                    x, y, w, BAR, colors[i], b->parts[i], row->parts[i], b->unit);
+                    x, y, w, BAR, color_of(b, i), b->parts[i], row->parts[i], b->unit);
         x += w;
     }
     fprintf(f, "<text x=\"%.1f\" y=\"%.1f\">%.3g %s</text>\n", x + 6.0, y + 12.5, total_of(b, row), b->unit);

@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-#define LUM_BARS_PARTS 10u
+#define LUM_BARS_PARTS 12u
 
 struct lum_bars_row {
     char label[64];
@@ -15,7 +15,7 @@ struct lum_bars_row {
 struct lum_bars {
     const char *title, *subtitle;
     const char *axis, *unit; /* what is measured, along the bars */
-    const char *const *parts; /* names, for the legend */
+    const char *const *parts; /* names, for the legend; the last is what is left over */
     size_t n_parts;           /* at most LUM_BARS_PARTS */
     const struct lum_bars_row *rows;
     size_t n_rows;

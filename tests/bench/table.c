@@ -3,10 +3,27 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/trace/effect.h"
+
+static bool has_rays(const struct lum_bench_table *t)
+{
+    return !t->columns[t->n_columns - 1].key;
+}
+
+static size_t n_cells(const struct lum_bench_table *t) /* in a row */
+{
+    return has_rays(t) ? t->n_columns - 1 + LUM_RAY_KIND_COUNT : t->n_columns;
+}
+
+static const struct lum_bench_column *column_at(const struct lum_bench_table *t, size_t c)
+{
+    return &t->columns[c < t->n_columns ? c : t->n_columns - 1];
+}
+
 static void put_cell(struct lum_bench_table *t, const char *text)
 {
     if (t->n == t->capacity) {
-        size_t capacity = t->capacity ? 2 * t->capacity : 64 * t->n_columns;
+        size_t capacity = t->capacity ? 2 * t->capacity : 64 * n_cells(t);
         struct lum_bench_cell *cells = lum_calloc(capacity, sizeof *cells);
         if (!cells) {
             t->failed = true;
@@ -30,7 +47,7 @@ void lum_bench_table_number(struct lum_bench_table *t, double value)
 {
     char text[sizeof(struct lum_bench_cell)] = "";
     if (isfinite(value))
-        snprintf(text, sizeof text, "%.*f", t->columns[t->n % t->n_columns].digits, value);
+        snprintf(text, sizeof text, "%.*f", column_at(t, t->n % n_cells(t))->digits, value);
     put_cell(t, text);
 }
 
@@ -58,12 +75,20 @@ void lum_bench_table_median(struct lum_bench_table *t, struct lum_bench_median m
 
 static size_t n_rows(const struct lum_bench_table *t)
 {
-    return t->n / t->n_columns;
+    return t->n / n_cells(t);
 }
 
 static const char *cell_at(const struct lum_bench_table *t, size_t row, size_t column)
 {
-    return t->cells[row * t->n_columns + column].text;
+    return t->cells[row * n_cells(t) + column].text;
+}
+
+static void put_key(const struct lum_bench_table *t, size_t c, FILE *f)
+{
+    if (column_at(t, c)->key)
+        fputs(column_at(t, c)->key, f);
+    else
+        fprintf(f, "rays_%s", lum_ray_kind_name((enum lum_ray_kind)(c - (t->n_columns - 1))));
 }
 
 /* Cells padded to the column's width, so that the source reads well too. */
@@ -109,12 +134,15 @@ static void put_csv_text(FILE *f, const char *text)
 
 static void write_csv(const struct lum_bench_table *t, FILE *f)
 {
-    for (size_t c = 0; c < t->n_columns; c++)
-        fprintf(f, "%s%c", t->columns[c].key, c + 1 < t->n_columns ? ',' : '\n');
+    size_t n = n_cells(t);
+    for (size_t c = 0; c < n; c++) {
+        put_key(t, c, f);
+        fputc(c + 1 < n ? ',' : '\n', f);
+    }
     for (size_t r = 0; r < n_rows(t); r++)
-        for (size_t c = 0; c < t->n_columns; c++) {
+        for (size_t c = 0; c < n; c++) {
             put_csv_text(f, cell_at(t, r, c));
-            fputc(c + 1 < t->n_columns ? ',' : '\n', f);
+            fputc(c + 1 < n ? ',' : '\n', f);
         }
 }
 
@@ -133,10 +161,12 @@ static void write_json(const struct lum_bench_table *t, FILE *f)
 {
     fputs("[\n", f);
     for (size_t r = 0; r < n_rows(t); r++) {
-        for (size_t c = 0; c < t->n_columns; c++) {
+        for (size_t c = 0; c < n_cells(t); c++) {
             const char *text = cell_at(t, r, c);
-            fprintf(f, "%s\"%s\": ", c == 0 ? "  {" : ", ", t->columns[c].key);
-            if (t->columns[c].digits == LUM_BENCH_TEXT)
+            fputs(c == 0 ? "  {\"" : ", \"", f);
+            put_key(t, c, f);
+            fputs("\": ", f);
+            if (column_at(t, c)->digits == LUM_BENCH_TEXT)
                 put_json_text(f, text);
             else
                 fputs(text[0] ? text : "null", f);

@@ -14,15 +14,8 @@ struct lum_bench_column {
     int digits;        /* after the point; LUM_BENCH_TEXT: the cells are texts */
 };
 
-/* One for each kind of ray, in the order of enum lum_ray_kind. */
-#define LUM_BENCH_RAY_COLUMNS(digits)                                                                                  \
-    LUM_BENCH_RAY_COLUMN("primary", digits), LUM_BENCH_RAY_COLUMN("direct", digits),                                   \
-        LUM_BENCH_RAY_COLUMN("soft_shadow", digits), LUM_BENCH_RAY_COLUMN("environment", digits),                      \
-        LUM_BENCH_RAY_COLUMN("indirect_diffuse", digits), LUM_BENCH_RAY_COLUMN("reflection", digits),                  \
-        LUM_BENCH_RAY_COLUMN("transmission", digits), LUM_BENCH_RAY_COLUMN("glossy", digits),                          \
-        LUM_BENCH_RAY_COLUMN("media", digits), LUM_BENCH_RAY_COLUMN("antialias", digits),                              \
-        LUM_BENCH_RAY_COLUMN("vpl", digits), LUM_BENCH_RAY_COLUMN("probe", digits)
-#define LUM_BENCH_RAY_COLUMN(name, digits) {"rays_" name, NULL, digits}
+/* The last column may stand for one of each kind of ray, in the order of enum lum_ray_kind. */
+#define LUM_BENCH_RAY_COLUMNS(digits) {NULL, NULL, digits}
 
 struct lum_bench_cell {
     char text[64];

@@ -116,8 +116,8 @@ static void assert_same(const struct picture *a, const struct picture *b, struct
         FAIL_AT(at, "pixel %zu is %.9g, not %.9g", i, (double)a->pixels[i].g, (double)b->pixels[i].g);
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         if (a->rays[k] != b->rays[k])
-            FAIL_AT(at, "%llu %s rays, not %llu", (unsigned long long)a->rays[k], lum_ray_kind_names[k],
-                    (unsigned long long)b->rays[k]);
+            FAIL_AT(at, "%llu %s rays, not %llu", (unsigned long long)a->rays[k],
+                    lum_ray_kind_name((enum lum_ray_kind)k), (unsigned long long)b->rays[k]);
     if (a->bytes != b->bytes)
         FAIL_AT(at, "%llu bytes, not %llu", (unsigned long long)a->bytes, (unsigned long long)b->bytes);
 }

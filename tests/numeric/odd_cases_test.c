@@ -58,7 +58,7 @@ static void assert_idle(const struct odd *o)
     for (int k = LUM_RAY_PRIMARY + 1; k < LUM_RAY_KIND_COUNT; k++)
         if (o->rays[k] && k != LUM_RAY_ANTIALIAS)
             fail_msg("%s, %s: %llu %s rays", o->method->name, o->what, (unsigned long long)o->rays[k],
-                     lum_ray_kind_names[k]);
+                     lum_ray_kind_name((enum lum_ray_kind)k));
 }
 
 static void sizes(struct odd *o)

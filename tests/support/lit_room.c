@@ -40,7 +40,7 @@ void assert_no_rays(const struct lum_pass_stats *s, const char *what)
 {
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         if (s->rays[k] != 0)
-            fail_msg("%s: %llu %s rays", what, (unsigned long long)s->rays[k], lum_ray_kind_names[k]);
+            fail_msg("%s: %llu %s rays", what, (unsigned long long)s->rays[k], lum_ray_kind_name((enum lum_ray_kind)k));
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (s->effects[e].rays || s->effects[e].tiles || s->effects[e].ns)
             fail_msg("%s: the effect %s did something", what, lum_effect_names[e]);

@@ -96,7 +96,7 @@ static void stats_hold_what_the_design_names(void **state)
     assert_int_equal(cli_member(frame, "bad_rays")->valueint, 0);
     const cJSON *rays = cli_member(frame, "rays"), *effects = cli_member(frame, "effects");
     for (int i = 0; i < LUM_RAY_KIND_COUNT; i++)
-        cli_member(rays, lum_ray_kind_names[i]);
+        cli_member(rays, lum_ray_kind_name((enum lum_ray_kind)i));
     assert_int_equal(cli_member(rays, "primary")->valueint, 40 * 30); /* one a pixel */
     assert_true(cli_member(rays, "soft_shadow")->valuedouble > 0.0);
     for (int i = 0; i < LUM_EFFECT_COUNT; i++) {

@@ -128,9 +128,10 @@ static void every_row_holds(const char *method, uint32_t effects_off, uint32_t e
         for (int k = 0; k < LUM_RAY_KIND_COUNT; k++) {
             unsigned long long n = stats.rays[k];
             if (rows[i].free & ~excused & 1u << k && n > 0)
-                fail_msg("%s: %s: %llu rays of kind %s", method, rows[i].edit, n, lum_ray_kind_names[k]);
+                fail_msg("%s: %s: %llu rays of kind %s", method, rows[i].edit, n,
+                         lum_ray_kind_name((enum lum_ray_kind)k));
             if (rows[i].some & 1u << k && first.rays[k] > 0 && n == 0)
-                fail_msg("%s: %s: no ray of kind %s", method, rows[i].edit, lum_ray_kind_names[k]);
+                fail_msg("%s: %s: no ray of kind %s", method, rows[i].edit, lum_ray_kind_name((enum lum_ray_kind)k));
         }
     }
     end(&s);
