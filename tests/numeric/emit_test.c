@@ -4,11 +4,33 @@
 #include "core/light/light.h"
 #include "core/math/warp.h"
 #include "core/pass/pass.h"
+#include "core/scene/light_kind.h"
 #include "tests/numeric/stats.h"
 
-static const char *const kinds[] = {"point",  "spot",     "directional", "quad", "disc",
-                                    "sphere", "constant", "image",       "mesh"};
-enum { CONSTANT = 6, IMAGE = 7, MESH = 8, N_KINDS = 9 };
+/* All kinds of light (enum lum_light_kind), and two more. */
+enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, N_KINDS };
+
+static const char *name_of(int kind)
+{
+    return kind < IMAGE ? lum_light_kinds[kind].name : kind == IMAGE ? "image" : "mesh";
+}
+
+static struct lum_light_desc lamp_of(int kind)
+{
+    return (struct lum_light_desc){.kind = kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT,
+                                   .position = {-0.3, 0.2, 0.1},
+                                   .direction = {0.3, -1, 0.4},
+                                   .u = {0.5, 0.2, 0},
+                                   .v = {0, 0.1, 0.7},
+                                   .radius_m = 0.3,
+                                   .inner_cone_rad = 0.4,
+                                   .outer_cone_rad = 1.1,
+                                   .color = lum_grey(1),
+                                   .intensity = 1,
+                                   .image = kind == IMAGE ? "sky" : NULL,
+                                   .rotation_rad = 0.7,
+                                   .on = true};
+}
 
 /* A box of 4 x 3 x 4 m around nothing but a light. */
 static void scene_with(struct rig *r, int kind)
@@ -27,21 +49,9 @@ static void scene_with(struct rig *r, int kind)
         rig_mesh(r, "bulb", p, 4, i, 4);
         rig_object(r, "bulb", "bulb", "glow", rig_v(-0.3, 0.2, 0.1));
     } else {
-        struct lum_light_desc l = {.kind = kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT,
-                                   .position = {-0.3, 0.2, 0.1},
-                                   .direction = {0.3, -1, 0.4},
-                                   .u = {0.5, 0.2, 0},
-                                   .v = {0, 0.1, 0.7},
-                                   .radius_m = 0.3,
-                                   .inner_cone_rad = 0.4,
-                                   .outer_cone_rad = 1.1,
-                                   .color = lum_grey(1),
-                                   .intensity = 1,
-                                   .rotation_rad = 0.7,
-                                   .on = true};
+        struct lum_light_desc l = lamp_of(kind);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 4, 2, pixels};
         RIG_OK(lum_scene_put_image(r->scene, "sky", &sky, &err));
-        l.image = kind == IMAGE ? "sky" : NULL;
         rig_light(r, "lamp", &l);
     }
     rig_commit(r);
@@ -74,15 +84,34 @@ static void flux_is_the_lights(void **state)
             bool shone = lum_light_emit(r.snapshot, 0, u_position, u_direction, &shot);
             mean_add(&mean, shone ? (double)shot.flux_unit.g : 0.0);
             if (shone && kind != IMAGE && !(fabs((double)shot.flux_unit.g / want - 1.0) < 1e-5))
-                fail_msg("%s: %g, expected %g", kinds[kind], (double)shot.flux_unit.g, want);
+                fail_msg("%s: %g, expected %g", name_of(kind), (double)shot.flux_unit.g, want);
             if (shone && !(lum_v3_finite(shot.o) && fabsf(lum_length(shot.d) - 1.0f) < 1e-5f))
-                fail_msg("%s: shot %d leaves its range", kinds[kind], i);
+                fail_msg("%s: shot %d leaves its range", name_of(kind), i);
         }
         if (kind ==
             IMAGE) /* lum_light_flux_unit takes the box as equally large from all sides: 4 x 3 x 4 is, to a tenth */
             assert_true(fabs(mean.mean / want - 1.0) < 0.1);
         else
             assert_true(fabs(mean.mean / want - 1.0) < 1e-5);
+        rig_end(&r);
+    }
+}
+
+/* The scene says the same of a kind, in its own units, as its light at render time. */
+static void flux_is_as_the_scene_says(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < LUM_LIGHT_KIND_COUNT; kind++) {
+        const struct lum_light_kind_row *row = &lum_light_kinds[kind];
+        if (!row->flux)
+            continue;
+        struct rig r;
+        scene_with(&r, kind);
+        struct lum_light_desc d = lamp_of(kind);
+        double s = row->emitter == LUM_EMIT_POINT ? 1.0 : r.snapshot->norm.scale; /* areas are in scene units */
+        double want = row->flux(&d) * s * s, got = flux_unit(&r);
+        if (!(fabs(got / want - 1.0) < 1e-6)) /* a few roundings to float */
+            fail_msg("%s: %g lm, expected %g", row->name, got, want);
         rig_end(&r);
     }
 }
@@ -156,7 +185,7 @@ static void shots_go_where_light_is_received(void **state)
             n_lit += shots.mean > 0.0;
             /* both means of 1e5: normal */
             if (err > 0.0 ? erfc(z / sqrt(2.0)) < level : shots.mean != sampled.mean)
-                fail_msg("%s, target %d: %g +- %g, received %g +- %g", kinds[kind], k, shots.mean, e1, sampled.mean,
+                fail_msg("%s, target %d: %g +- %g, received %g +- %g", name_of(kind), k, shots.mean, e1, sampled.mean,
                          e2);
         }
         assert_true(n_lit > 0);
@@ -234,7 +263,7 @@ static void shots_leave_their_light(void **state)
                 bool room = hits.object[i] < r.snapshot->n_instances &&
                             strcmp(r.snapshot->instances[hits.object[i]].id, "room") == 0;
                 if (!room && outward[i])
-                    fail_msg("%s: shot %u hits its own light at %g", kinds[kind], i, (double)hits.t[i]);
+                    fail_msg("%s: shot %u hits its own light at %g", name_of(kind), i, (double)hits.t[i]);
                 n_inside += !room;
             }
         }
@@ -249,6 +278,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(flux_is_the_lights),
+        cmocka_unit_test(flux_is_as_the_scene_says),
         cmocka_unit_test(shots_go_where_light_is_received),
         cmocka_unit_test(spot_follows_its_ramp),
         cmocka_unit_test(shots_leave_their_light),

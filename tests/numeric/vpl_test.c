@@ -1,4 +1,5 @@
 /* Virtual point lights against closed forms and against path tracing. */
+#include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/vpls.h"
@@ -316,25 +317,32 @@ static void court(struct rig *r, float albedo)
     rig_object(r, "crate", "crate", "red", rig_v(0.3, 0.31, -0.2));
 }
 
-static const char *const kinds[] = {"point", "spot",       "directional",      "quad",
-                                    "disc",  "sphere",     "constant",         "image",
-                                    "mesh",  "point, fog", "directional, fog", "constant, fog"};
+/* All kinds of light (enum lum_light_kind), an image of a sky, a mesh, and three of the kinds in fog. */
+enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, IN_FOG, N_LIGHTS = IN_FOG + 3 };
+static const enum lum_light_kind in_fog[] = {LUM_LIGHT_POINT, LUM_LIGHT_DIRECTIONAL, LUM_LIGHT_ENVIRONMENT};
+
+static const char *name_of(size_t kind)
+{
+    if (kind < IMAGE)
+        return lum_light_kinds[kind].name;
+    return kind == IMAGE ? "image" : kind == MESH ? "mesh" : "in fog";
+}
 
 static void court_with_light(struct rig *r, size_t kind, bool white)
 {
     static const float sky_pixels[3 * 4] = {0, 0, 0, 4, 4, 1, 0.5f, 0.5f, 2, 1, 0, 0};
     rig_begin(r, 2);
     court(r, white ? 0.6f : 0.0f);
-    if (kind >= 9) { /* a haze that absorbs, box and all around */
+    if (kind >= IN_FOG) { /* a haze that absorbs, box and all around */
         struct lum_medium_desc fog = {.sigma_a = {0.5f, 1.0f, 2.0f}, .lo = {-2, 0.5, -2}, .hi = {2, 2.5, 2}};
         RIG_OK(lum_scene_put_medium(r->scene, "fog", &fog, &err));
-        kind = (const size_t[]){0, 2, 6}[kind - 9];
+        kind = in_fog[kind - IN_FOG];
     }
-    if (kind < 8) {
-        struct lum_light_desc l = light_of_kind(kind < 7 ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT);
+    if (kind != MESH) {
+        struct lum_light_desc l = light_of_kind(kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 2, 2, sky_pixels};
         RIG_OK(lum_scene_put_image(r->scene, "sky", &sky, &err));
-        l.image = kind == 7 ? "sky" : NULL;
+        l.image = kind == IMAGE ? "sky" : NULL;
         rig_light(r, "lamp", &l);
     } else {
         struct lum_material_desc glow = rig_diffuse(white ? 0.3f : 0.0f);
@@ -386,7 +394,7 @@ static void all_lights_as_the_path_tracer(void **state)
     const struct lum_vec3d at = {-0.1, 0.9,
                                  0.1}; /* in the air, looking down: most of what it sees is lit by light itself */
     const struct lum_vec3 down = {0.48f, -0.8f, 0.36f};
-    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+    for (size_t k = 0; k < N_LIGHTS; k++) {
         struct rig r;
         court_with_light(&r, k, false);
         struct estimate direct = path_traced(&r, at, down);
@@ -397,10 +405,10 @@ static void all_lights_as_the_path_tracer(void **state)
         for (uint32_t tries = 1; tries <= 8; tries += 7) { /* choosing among paths changes no expectation */
             struct estimate vpls = gathered(&r, at, down, tries);
             double tolerance = 4.0 * sqrt(direct.err * direct.err + all.err * all.err + vpls.err * vpls.err);
-            print_message("%-16s indirect %8.4f +- %.4f, path traced %8.4f +- %.4f; direct %8.4f\n", kinds[k],
+            print_message("%-16s indirect %8.4f +- %.4f, path traced %8.4f +- %.4f; direct %8.4f\n", name_of(k),
                           vpls.value, vpls.err, want, all.err, direct.value);
             if (!(fabs(vpls.value - want) < tolerance) || !(tolerance < 0.15 * want))
-                fail_msg("%s, %u tries: %g, path traced %g, tolerance %g", kinds[k], tries, vpls.value, want,
+                fail_msg("%s, %u tries: %g, path traced %g, tolerance %g", name_of(k), tries, vpls.value, want,
                          tolerance);
         }
         rig_end(&r);

@@ -39,7 +39,7 @@ static void photometric_quantities(void **state)
                  {"environment", " luminance_cd_m2 "}};
     static const char *const names[] = {"flux_lm", "intensity_cd", "luminance_cd_m2", "illuminance_lx"};
     (void)state;
-    for (size_t k = 0; k < 7; k++) {
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         char text[200], path[40];
         snprintf(text, sizeof text, "{'op':'add','type':'light','id':'x','kind':'%s'}", kinds[k].kind);
         sscanf(kinds[k].natural, "%39s", path);
