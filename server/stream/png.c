@@ -44,8 +44,8 @@ enum lum_status lum_png_encode(const struct lum_png *png, uint8_t **ret_bytes, s
 
 enum lum_status lum_png_write(const char *path, const struct lum_png *png, struct lum_error *err)
 {
-    uint8_t *bytes;
-    size_t n;
+    uint8_t *bytes = NULL;
+    size_t n = 0;
     enum lum_status st = lum_png_encode(png, &bytes, &n, err);
     if (st)
         return st;
