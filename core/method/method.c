@@ -156,6 +156,11 @@ const struct lum_method *lum_method_find(const char *name)
     return NULL;
 }
 
+bool lum_method_adds_samples(const struct lum_method *method)
+{
+    return method->progressive || method->refines;
+}
+
 bool lum_method_counts_vpls(const struct lum_method *method)
 {
     const struct lum_estimator *indirect = method->serves[LUM_EFFECT_INDIRECT_DIFFUSE];

@@ -44,6 +44,7 @@ struct batch {
     bool caustics_told;
     const char *reading; /* the file that an error is about; NULL: none */
     bool line_open;      /* on the terminal */
+    bool refused;        /* options ask for what the scene's method cannot do: a usage error */
 };
 
 static void log_to_stderr(void *user, int level, const char *component, const char *text)
@@ -112,6 +113,9 @@ static void tell_unused(const struct lum_render_options *o, const struct lum_met
     if ((o->has_storage || o->cache_accuracy > 0.0) && !method->cache)
         fprintf(stderr, "lumend render: method %s has no cache: --storage and --cache-accuracy have no effect\n",
                 method->name);
+    if ((o->spp || o->time_s > 0.0) && !lum_method_adds_samples(method))
+        fprintf(stderr, "lumend render: method %s makes a frame in one pass: --spp and --time have no effect\n",
+                method->name);
 }
 
 static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
@@ -142,6 +146,10 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
         return false;
+    if (lum_render_options_allow(o, s.method, &e)) { /* the scene's method, which may change from frame to frame */
+        b->refused = true;
+        return core_failed(&e, err);
+    }
     tell_unused(o, s.method);
     b->settings = s;
     return true;
@@ -442,5 +450,5 @@ int lum_cmd_render(int argc, char **argv)
     lum_view_destroy(b.view);
     lum_ops_finish(&b.edits);
     lum_world_finish(&b.world);
-    return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+    return ok ? LUM_EXIT_OK : b.refused ? LUM_EXIT_USAGE : LUM_EXIT_FAILED;
 }

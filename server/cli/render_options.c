@@ -118,10 +118,13 @@ static const struct lum_option_row rows[] = {
     {"frames", "N", WHOLE(n_frames, 1, 1000000), .help = "a sequence; --out then holds %04d"},
     {"fps", "F", POSITIVE(fps), .help = "frames per second of the sequence (default 30)"},
     {"spp", "N", WHOLE(spp, 1, LUM_LIMIT_SPP), .help =
-        "samples a pixel (default 64, or as many as --time or --error take); of live the first is\n"
-        "its fast frame, which path traced ones then refine"},
-    {"time", "S", POSITIVE(time_s), .help = "stop each frame after S seconds"},
-    {"error", "E", POSITIVE(error), .help = "stop each frame at this relative error"},
+        "samples a pixel, of path and live (default 64, or as many as --time or --error take); of\n"
+        "live the first is its fast frame, which path traced ones then refine. Other methods make a\n"
+        "frame in one pass: --spp and --time have no effect on them"},
+    {"time", "S", POSITIVE(time_s), .help =
+        "of path and live: begin no sample of a frame after S seconds; the first is always made"},
+    {"error", "E", POSITIVE(error), .help =
+        "of path and live: stop each frame at this relative error. Other methods refuse it"},
     {"effects-off", "A,B", OTHER(read_effects, effects_off), .help =
         "effects to leave out, of those named below"},
     {"effects-on", "A,B", OTHER(read_effects, effects_on), .help =
@@ -174,6 +177,18 @@ static enum lum_status check_effects(const struct lum_render_options *o, struct 
     return LUM_OK;
 }
 
+enum lum_status lum_render_options_allow(const struct lum_render_options *o, const struct lum_method *method,
+                                         struct lum_error *err)
+{
+    char able[LUM_SUGGEST_BYTES];
+    if (!(o->error > 0.0) || lum_method_adds_samples(method))
+        return LUM_OK;
+    lum_suggest_sampling_methods(able);
+    return lum_fail(err, LUM_ERR_INVALID, "error",
+                    "method %s adds no samples and does not know its error: --error needs one of %s", method->name,
+                    able);
+}
+
 static enum lum_status check(struct lum_render_options *o, struct lum_error *err)
 {
     if (!o->scene)
@@ -191,7 +206,8 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     if (o->exr && (o->has_exposure || o->tone_map))
         return lum_fail(err, LUM_ERR_INVALID, "out", "--%s needs a .png as --out: an .exr holds light itself",
                         o->tone_map ? "tone-map" : "exposure");
-    return check_effects(o, err);
+    enum lum_status st = check_effects(o, err);
+    return st || !o->method ? st : lum_render_options_allow(o, lum_method_find(o->method), err);
 }
 
 static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)

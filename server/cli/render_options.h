@@ -6,6 +6,7 @@
 
 #include "core/base/base.h"
 #include "core/cache/caches.h"
+#include "core/method/method.h"
 #include "protocol/record/record.h"
 
 struct lum_render_options {
@@ -28,6 +29,11 @@ struct lum_render_options {
     struct lum_opt exposure_ev; /* not set: automatic */
     const char *tone_map;       /* of a .png; NULL: the scene's */
 };
+
+/* LUM_ERR_INVALID when the options promise what the method cannot keep: the picture's error is known, and can be made
+ * less, only where samples are added. A usage error. */
+LUM_MUST_USE enum lum_status lum_render_options_allow(const struct lum_render_options *options,
+                                                      const struct lum_method *method, struct lum_error *err);
 
 /* A failure here is a usage error; err->field names the option. */
 LUM_MUST_USE enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,

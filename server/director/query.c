@@ -210,6 +210,7 @@ static cJSON *methods_json(void)
         lum_json_add_string(m, "name", table[i].name);
         lum_json_add_string(m, "summary", table[i].summary);
         lum_json_add_bool(m, "progressive", table[i].progressive);
+        lum_json_add_bool(m, "refines", table[i].refines);
         lum_json_add(m, "effects", served_json(&table[i]));
         lum_json_add(list, NULL, m);
     }

@@ -72,7 +72,7 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     r->settings.effects_on = want->effects_on;
     if (gives(want, LUM_VIEW_SPP))
         r->settings.max_spp = want->spp;
-    if (r->settings.max_spp == 0 || want->budget.error.set || want->budget.time_ms.set)
+    else if (r->settings.max_spp == 0 || want->budget.error.set || want->budget.time_ms.set)
         r->settings.max_spp = LUM_LIMIT_SPP;
     r->exposure_ev = gives(want, LUM_VIEW_EXPOSURE_EV) ? want->exposure_ev : render->render.exposure_ev;
     r->white_balance_k = want->white_balance_k;
@@ -82,6 +82,21 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     if (lum_apply_tone_map(tone, &r->tone, &e))
         ok = lum_apply_error(&e, "", err);
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
+}
+
+/* A request that makes the view promise an error that its method does not know. What others do to the scene's method is
+ * no fault of the view's: then its budget has no effect. */
+static bool allow_budget(const struct lum_view_params *params, const struct lum_view_params *want,
+                         const struct lum_method *method, struct lum_proto_error *err)
+{
+    char able[LUM_SUGGEST_BYTES];
+    bool asked = gives(params, LUM_VIEW_BUDGET) || gives(params, LUM_VIEW_METHOD);
+    if (!asked || !want->budget.error.set || lum_method_adds_samples(method))
+        return true;
+    lum_suggest_sampling_methods(able);
+    return lum_proto_fail(
+        err, LUM_PROTO_BAD_PARAMS, "unsupported", gives(params, LUM_VIEW_BUDGET) ? "budget/error" : "method",
+        "method %s adds no samples and does not know its error: a budget of error needs one of %s", method->name, able);
 }
 
 /* A grid of rays, ended by the first that meets something: mostly one. */
@@ -155,7 +170,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_param
     struct lum_view_params want = lum_view_params_default();
     lum_view_params_merge(&want, params);
     struct resolved r;
-    if (!resolve(&want, world, &r, err))
+    if (!resolve(&want, world, &r, err) || !allow_budget(params, &want, r.settings.method, err))
         return false;
     struct lum_server_view *v = lum_calloc(1, sizeof *v);
     if (!v)
@@ -196,6 +211,8 @@ void lum_server_view_destroy(struct lum_server_view *v)
 static bool budget_spent(const struct lum_server_view *v)
 {
     const struct lum_view_params *w = &v->want;
+    if (v->last_pass.spp == 0) /* a rough picture is none to stop at */
+        return false;
     return (w->budget.time_ms.set && v->rendered_ms >= w->budget.time_ms.value) ||
            (w->budget.error.set && v->last_pass.error_rel <= w->budget.error.value);
 }
@@ -206,7 +223,7 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     struct lum_view_params want = v->want;
     lum_view_params_merge(&want, params);
     struct resolved r;
-    if (!resolve(&want, world, &r, err))
+    if (!resolve(&want, world, &r, err) || !allow_budget(params, &want, r.settings.method, err))
         return false;
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
     if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))

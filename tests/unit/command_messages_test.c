@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "core/method/method.h"
 #include "core/trace/effect.h"
 #include "protocol/json/json.h"
 #include "server/base/suggest.h"
@@ -128,6 +129,7 @@ static void mistakes_are_told_apart(void **state)
         {"render --scene cornell --out @x.png --spp 1e3", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --frames 2", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --wat", LUM_EXIT_USAGE},
+        {"render --scene cornell --out @x.png --method tic --error 0.1", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --sp 3", LUM_EXIT_USAGE}, /* no abbreviations */
         {"render --scene cornell --out @x.png --sp=3", LUM_EXIT_USAGE},
         {"render --scene cornell --out @x.png --spp", LUM_EXIT_USAGE},
@@ -162,6 +164,54 @@ static void mistakes_are_told_apart(void **state)
     for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++)
         if (cli_run(lum_cmd_render, cases[i].line) != cases[i].status)
             fail_msg("\"%s\" did not end with status %d", cases[i].line, cases[i].status);
+}
+
+/* Every method keeps what --error says, or refuses it before it renders and names those that keep it. It makes no
+ * difference who chose the method: the option, or the scene. */
+static void an_error_is_kept_or_refused(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t m = 0; m < n; m++)
+        for (int by_scene = 0; by_scene < 2; by_scene++) {
+            char line[256], edit[160];
+            int status = LUM_EXIT_OK;
+            snprintf(edit, sizeof edit,
+                     "{\"lumend\":1,\"kind\":\"replay\"}\n"
+                     "{\"t_ms\":0,\"op\":\"set\",\"id\":\"render\",\"path\":\"/method\",\"value\":\"%s\"}\n",
+                     methods[m].name);
+            cli_write_text(cli_in_dir("m.jsonl"), edit);
+            snprintf(line, sizeof line, "render --scene furnace --size 16x16 --error 0.5 --out @kept.png %s%s",
+                     by_scene ? "--edits @m.jsonl" : "--method ", by_scene ? "" : methods[m].name);
+            if (lum_method_adds_samples(&methods[m])) {
+                assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+                assert_int_equal(remove(cli_in_dir("kept.png")), 0);
+                continue;
+            }
+            char *said = cli_said(line, &status);
+            bool made = remove(cli_in_dir("kept.png")) == 0;
+            if (status != LUM_EXIT_USAGE || made || !strstr(said, methods[m].name) || !strstr(said, "live, path"))
+                fail_msg("%s: status %d, %s; it said: %s", line, status, made ? "a picture" : "no picture", said);
+            free(said);
+        }
+}
+
+/* What has no effect is told, and not refused: a script may go through all methods with the same options. */
+static void what_has_no_effect_is_told(void **state)
+{
+    (void)state;
+    static const char *const options[] = {"--spp 4", "--time 1"};
+    for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+        char line[160];
+        int status;
+        snprintf(line, sizeof line, "render --scene cornell --method whitted --size 16x16 --out @x.png %s", options[i]);
+        char *said = cli_said(line, &status);
+        assert_int_equal(status, LUM_EXIT_OK);
+        if (!strstr(said, "--spp and --time have no effect"))
+            fail_msg("%s: it said: %s", line, said);
+        free(said);
+    }
 }
 
 static void names_that_do_not_exist_are_answered_with_those_near(void **state)
@@ -219,6 +269,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refusals_name_their_place),
         cmocka_unit_test(mistakes_are_told_apart),
+        cmocka_unit_test(an_error_is_kept_or_refused),
+        cmocka_unit_test(what_has_no_effect_is_told),
         cmocka_unit_test(names_that_do_not_exist_are_answered_with_those_near),
         cmocka_unit_test(light_that_is_in_no_picture_is_told),
         cmocka_unit_test(progress_is_told_seldom_in_a_log),

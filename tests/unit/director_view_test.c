@@ -152,6 +152,56 @@ static void effects_are_forced_and_given_back(void **state)
     assert_memory_equal(pixels, first, sizeof first);
 }
 
+/* A method whose one pass is the whole answer does not know its error: neither is it given such a budget, nor does a
+ * view with one get such a method. Taking the budget back in the same request is fine, and a time is no promise. */
+static void a_budget_that_cannot_be_kept_is_refused(void **state)
+{
+    struct client *c = *state;
+    struct lum_request *request = client_request(c, &lum_request_view_open);
+    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(BUDGET),
+                                             .size = {W, H},
+                                             .method = "tic",
+                                             .budget = {.error = {true, 0.1}}};
+    assert_refused(client_ask(c, request), "unsupported", "budget/error");
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1}}"));
+    cJSON *reply = update_view(c, "{\"view_id\":1,\"method\":\"whitted\"}");
+    const char *text = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "error"), "message")->valuestring;
+    assert_non_null(strstr(text, "whitted"));
+    assert_non_null(strstr(text, "live, path"));
+    assert_refused(reply, "unsupported", "method");
+    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"time_ms\":5},\"method\":\"whitted\"}"));
+    assert_refused(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1}}"), "unsupported", "budget/error");
+    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1},\"method\":\"live\"}"));
+    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{},\"method\":\"ic\"}"));
+}
+
+/* The shortest time ends a picture after its first whole pass, and not with the rough one before it. */
+static void a_spent_time_leaves_a_whole_picture(void **state)
+{
+    struct client *c = *state;
+    struct lum_request *request = client_request(c, &lum_request_view_open);
+    request->view = (struct lum_view_params){
+        .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(BUDGET), .size = {W, H}, .budget = {.time_ms = {true, 1e-6}}};
+    cJSON_Delete(client_ask(c, request));
+    struct lum_frame_header h = client_converged_frame(c, 0, NULL);
+    assert_int_equal(h.spp, 1);
+}
+
+/* A view's own number of samples holds beside a budget, which else may take as many as there are. */
+static void samples_end_what_a_budget_does_not(void **state)
+{
+    struct client *c = *state;
+    struct lum_request *request = client_request(c, &lum_request_view_open);
+    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(BUDGET) | LUM_VIEW_BIT(SPP),
+                                             .size = {W, H},
+                                             .spp = 3,
+                                             .budget = {.error = {true, 1e-4}}};
+    cJSON_Delete(client_ask(c, request));
+    struct lum_frame_header h = client_converged_frame(c, 0, NULL);
+    assert_int_equal(h.spp, 3);
+}
+
 static void effects_that_do_not_exist_are_refused(void **state)
 {
     struct client *c = *state;
@@ -317,6 +367,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_latest_camera_wins, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_larger_budget_resumes, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_budget_that_cannot_be_kept_is_refused, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_spent_time_leaves_a_whole_picture, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(samples_end_what_a_budget_does_not, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, client_setup, client_teardown),
