@@ -78,26 +78,11 @@ struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y
     return lum_rgb((float)((a[0] + b[0]) / n), (float)((a[1] + b[1]) / n), (float)((a[2] + b[2]) / n));
 }
 
-/* Rec.709 luminance of three sums, in double. */
-static double luminance_of(const double *sum)
+double lum_film_mean_luminance(const struct lum_film *film)
 {
-    return 0.2126 * sum[0] + 0.7152 * sum[1] + 0.0722 * sum[2];
-}
-
-double lum_film_error_rel(const struct lum_film *film)
-{
-    size_t n = (size_t)film->w * film->h;
-    double squares = 0.0, mean = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        double na = (double)film->n[0][i], nb = (double)film->n[1][i];
-        if (!(na > 0.0) || !(nb > 0.0))
-            return (double)NAN;
-        double a = luminance_of(&film->half[0][3 * i]), b = luminance_of(&film->half[1][3 * i]);
-        /* Var(A/na - B/nb) = s2 (na + nb) / (na nb) for samples of variance s2; the mean of all has s2 / (na + nb).
-         * With na = nb this is the (A - B)^2 / 4 of the header. */
-        double d = a / na - b / nb;
-        squares += d * d * na * nb / ((na + nb) * (na + nb));
-        mean += (a + b) / (na + nb);
-    }
-    return mean > 0.0 ? sqrt(squares / (double)n) / (mean / (double)n) : 0.0;
+    double sum = 0.0;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            sum += (double)lum_luminance(lum_film_mean(film, x, y));
+    return sum / ((double)film->w * film->h);
 }

@@ -31,9 +31,20 @@ void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb 
 /* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);
 
-/* Relative root mean square of the standard error, estimated from the halves: sqrt(mean((A-B)^2 / 4)) / mean, over
- * luminance; NAN until each pixel has a sample in both halves. */
-double lum_film_error_rel(const struct lum_film *film);
+double lum_film_mean_luminance(const struct lum_film *film); /* cd/m2, over the picture */
+
+/* How far a picture is off in luminance: root mean square error over mean luminance of the picture. NAN: unknown. */
+struct lum_film_error {
+    double rel;   /* an estimate, whose square is right in the mean */
+    double bound; /* the error is no larger than this, with 95 % confidence */
+};
+#define LUM_FILM_ERROR_UNKNOWN ((struct lum_film_error){(double)NAN, (double)NAN})
+#define LUM_SURE 1.645 /* deviations: less than so much above its mean is a normal variable in 95 % of all cases */
+
+/* Of the mean of both halves; unknown until each pixel has a sample in both. Asks only that the halves are independent
+ * of each other, and squares of 8 x 8 pixels: the noise in them may be of any kind, alike in near pixels, and rare.
+ * Light that no sample has found yet is not in it. */
+struct lum_film_error lum_film_error(const struct lum_film *film);
 
 enum lum_tone_map { LUM_TONE_AGX, LUM_TONE_ACES, LUM_TONE_REINHARD, LUM_TONE_NONE };
 extern const char *const lum_tone_map_names[]; /* "agx", "aces", "reinhard", "none"; NULL-terminated */

@@ -3,6 +3,7 @@
 #define LUM_CORE_PASS_STATS_H
 
 #include "core/cache/caches.h"
+#include "core/film/film.h"
 #include "core/trace/demand.h"
 
 /* In the order in which they run. */
@@ -48,7 +49,7 @@ struct lum_pass_stats {
     uint64_t nonfinite, bad_rays; /* must be 0 */
     double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
     uint32_t spp;                 /* least samples of any pixel so far */
-    double error_rel;             /* NAN: unknown */
+    struct lum_film_error error;  /* of the picture */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
     bool changed;                 /* the film differs from before the pass */
     bool complete;                /* nothing left to do for this snapshot and these settings */

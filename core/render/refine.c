@@ -26,13 +26,10 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
 
 #define FIRST_SPP 1u
 
-/* Deviations of the estimate that are added to it: the error is less in 95 % of all cases. */
-#define SURE 1.645
-
 void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
-    r->error_rel = (double)NAN;
+    r->error = LUM_FILM_ERROR_UNKNOWN;
     r->taken = r->owed = false;
     r->next_spp = FIRST_SPP;
 }
@@ -52,6 +49,16 @@ bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t ma
     return halves && (spp >= r->next_spp || last);
 }
 
+/* The estimate of a squared error may be below 0. */
+static struct lum_film_error error_of(const struct lum_residual *job)
+{
+    double n = (double)job->picture->w * job->picture->h, square = fmax(job->error, 0.0);
+    if (!(job->mean > 0.0))
+        return (struct lum_film_error){0.0, 0.0};
+    return (struct lum_film_error){sqrt(square * n) / job->mean,
+                                   sqrt((square + LUM_SURE * job->doubt) * n) / job->mean};
+}
+
 enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,
                                  float per_pixel, struct lum_film *film, const struct lum_stage_runner *runner)
 {
@@ -68,11 +75,8 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
     if (status != LUM_OK)
         return LUM_OK;
     runner->counters[0].nonfinite += job.nonfinite;
-    double n = (double)film->w * film->h;
-    double at_most = fmax(job.error, 0.0) + SURE * job.doubt;
-    if (spp < 2) /* the halves are of pixels side by side: of edges nothing is known */
-        r->error_rel = (double)NAN;
-    else
-        r->error_rel = job.mean > 0.0 ? sqrt(at_most / n) / (job.mean / n) : 0.0;
+    r->error = LUM_FILM_ERROR_UNKNOWN;
+    if (spp >= 2) /* before, the halves are of pixels side by side: of edges nothing is known */
+        r->error = error_of(&job);
     return LUM_OK;
 }

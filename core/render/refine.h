@@ -13,7 +13,7 @@ struct lum_refinement {
     uint32_t next_spp;     /* samples at which the picture is next made of both */
     bool owed;             /* it is due, and not made: that was cut short */
     struct lum_residual_memory *memory;
-    double error_rel; /* of that picture: root mean square error over mean luminance, at most, by 95 %; NAN: unknown */
+    struct lum_film_error error; /* of that picture */
 };
 
 LUM_MUST_USE enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tiling *tiling,

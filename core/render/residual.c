@@ -430,16 +430,6 @@ static void add_up(struct lum_residual *r, const struct lum_residual_memory *m, 
     r->nonfinite = all.nonfinite;
 }
 
-/* Mean luminance of the samples. */
-static double mean_of_samples(const struct lum_residual *r)
-{
-    double sum = 0.0;
-    for (uint32_t y = 0; y < r->truth->h; y++)
-        for (uint32_t x = 0; x < r->truth->w; x++)
-            sum += (double)lum_luminance(lum_film_mean(r->truth, x, y));
-    return sum / ((double)r->truth->w * r->truth->h);
-}
-
 enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_memory **memory,
                                    const struct lum_stage_runner *runner, struct lum_error *err)
 {
@@ -450,7 +440,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     struct step step = {.r = r, .m = m, .runner = runner, .scale = 1.0f, .centre = CENTRE};
     status = run_step(&step, guide_row);
     if (status == LUM_OK) {
-        double mean = mean_of_samples(r);
+        double mean = lum_film_mean_luminance(r->truth);
         step.scale = mean > 0.0 ? (float)mean : 1.0f;
         status = run_step(&step, residual_row);
     }

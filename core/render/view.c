@@ -29,7 +29,7 @@ struct lum_view {
     bool previewed; /* the rough pass of the present picture has run */
     bool relit; /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes
                    at once */
-    double error_rel; /* when the halves were last even */
+    struct lum_film_error error; /* when the halves were last even */
     struct lum_versions versions;
     struct lum_view_settings settings;
     struct lum_demand demand; /* of versions */
@@ -186,7 +186,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         v->relit = power_alone && (v->relit || least_spp(v->tile_spp, v->tiling.n) > 0);
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
-        v->error_rel = (double)NAN;
+        v->error = LUM_FILM_ERROR_UNKNOWN;
     }
     v->versions = *now;
     v->settings = *pass->settings;
@@ -300,7 +300,7 @@ static enum lum_status run_frame(struct lum_view *v, struct lum_pass *pass, cons
     if (status != LUM_OK && status != LUM_ERR_CANCELLED) /* it may have got as far as the film */
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
     runner->stats->changed = true;
-    v->error_rel = (double)NAN;
+    v->error = LUM_FILM_ERROR_UNKNOWN;
     return status;
 }
 
@@ -334,7 +334,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     if (!r->owed)
         return status;
     status = lum_refine_apply(r, spp, &v->deferred.surfaces, pass.eye.per_pixel, &v->film, runner);
-    v->error_rel = r->error_rel;
+    v->error = r->error;
     runner->stats->changed = status == LUM_OK;
     return status;
 }
@@ -344,9 +344,9 @@ static enum lum_status run_progressive(struct lum_view *v, struct lum_pass *pass
     enum lum_status status = run_path(v, pass, runner);
     uint32_t spp = least_spp(v->tile_spp, v->tiling.n);
     if (spp < 2)
-        v->error_rel = (double)NAN;
+        v->error = LUM_FILM_ERROR_UNKNOWN;
     else if (spp % 2 == 0) /* the halves are of equal size: the estimate is at its best */
-        v->error_rel = lum_film_error_rel(&v->film);
+        v->error = lum_film_error(&v->film);
     runner->stats->changed = true;
     return status;
 }
@@ -453,7 +453,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     stats.spp = spp;
     owed = method->refines && spp > 0 && view->refinement.owed;
     stats.complete = max_spp > 0 && spp >= max_spp && !owed;
-    stats.error_rel = view->error_rel;
+    stats.error = view->error;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
     *ret_stats = stats;

@@ -14,6 +14,7 @@
 #include "server/cli/image_output.h"
 #include "server/cli/progress.h"
 #include "server/cli/render_options.h"
+#include "server/director/budget.h"
 #include "server/director/caustic_notice.h"
 #include "server/director/stats_json.h"
 #include "server/import/expand.h"
@@ -168,33 +169,30 @@ static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass
     if (b->settings.max_spp < LUM_LIMIT_SPP)
         fprintf(stderr, " of %u", b->settings.max_spp);
     fprintf(stderr, " samples");
-    if (isfinite(pass->error_rel))
-        fprintf(stderr, ", relative error %.4f", pass->error_rel);
+    if (isfinite(pass->error.bound))
+        fprintf(stderr, ", relative error below %.4f", pass->error.bound);
     fprintf(stderr, ", %.0f s%s", (double)(now - b->progress.start_ns) * 1e-9, b->progress.tty ? "   " : "\n");
 }
 
-static bool enough(const struct batch *b, const struct lum_pass_stats *pass, int64_t frame_start_ns)
+static struct lum_view_budget budget_of(const struct lum_render_options *o)
 {
-    const struct lum_render_options *o = &b->options;
-    if (pass->complete)
-        return true;
-    if (o->time_s > 0.0 && (double)(lum_clock_ns() - frame_start_ns) * 1e-9 >= o->time_s)
-        return true;
-    return o->error > 0.0 && pass->error_rel <= o->error;
+    return (struct lum_view_budget){.time_ms = {o->time_s > 0.0, o->time_s * 1e3}, .error = {o->error > 0.0, o->error}};
 }
 
-/* Passes until there are enough; adds to the frame's statistics. */
-static enum lum_status render_passes(struct batch *b, uint32_t frame, struct lum_error *err)
+/* Passes until there are enough; adds to the frame's statistics. ret_last: of the picture that they left. */
+static enum lum_status render_passes(struct batch *b, uint32_t frame, const struct lum_view_budget *budget,
+                                     struct lum_pass_stats *ret_last, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
-    struct lum_pass_stats pass;
     do {
-        enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, &pass, err);
+        enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, ret_last, err);
         if (st)
             return st;
-        lum_frame_stats_add(&b->frame_stats, &pass);
-        show_progress(b, frame, &pass);
-    } while (!enough(b, &pass, start));
+        lum_frame_stats_add(&b->frame_stats, ret_last);
+        show_progress(b, frame, ret_last);
+        b->frame_stats.stopped_by =
+            lum_budget_stop(budget, b->settings.method, ret_last, (double)(lum_clock_ns() - start) * 1e-6);
+    } while (!b->frame_stats.stopped_by);
     return LUM_OK;
 }
 
@@ -209,14 +207,47 @@ static void drop_frame(struct batch *b)
     b->beauty = NULL;
 }
 
-/* Renders one group alone and adds it to the beauty. */
-static enum lum_status render_layer(struct batch *b, uint32_t frame, const char *group, struct lum_error *err)
+/* What the layers so far come to. Their errors are added up as if all were off in the same way: they share random
+ * numbers, so that what is known of them does not say otherwise; a sum is never further off. */
+struct layer_sum {
+    struct lum_film_error error; /* times the mean luminance */
+    double mean;
+    uint32_t spp;
+    const char *stopped_by;
+};
+
+static void add_up(struct layer_sum *sum, const struct lum_film *film, const struct lum_pass_stats *last,
+                   const char *stopped_by)
 {
+    double mean = lum_film_mean_luminance(film);
+    sum->error.rel += last->error.rel * mean;
+    sum->error.bound += last->error.bound * mean;
+    sum->mean += mean;
+    sum->spp = last->spp < sum->spp ? last->spp : sum->spp;
+    if (!sum->stopped_by || strcmp(stopped_by, "error") != 0) /* that is said when it is true of all */
+        sum->stopped_by = stopped_by;
+}
+
+static void tell_sum(struct lum_frame_stats *stats, const struct layer_sum *sum)
+{
+    double mean = sum->mean > 0.0 ? sum->mean : 1.0; /* a black picture is not off, nor one of no groups */
+    stats->sum.error = (struct lum_film_error){sum->error.rel / mean, sum->error.bound / mean};
+    stats->sum.spp = sum->spp;
+    stats->stopped_by = sum->stopped_by;
+}
+
+/* Renders one group alone and adds it to the beauty. */
+static enum lum_status render_layer(struct batch *b, uint32_t frame, const char *group,
+                                    const struct lum_view_budget *budget, struct layer_sum *inout_sum,
+                                    struct lum_error *err)
+{
+    struct lum_pass_stats last;
     enum lum_status st = lum_light_groups_solo(&b->world, group, err);
     if (!st)
-        st = render_passes(b, frame, err);
+        st = render_passes(b, frame, budget, &last, err);
     if (st)
         return st;
+    add_up(inout_sum, lum_view_film(b->view), &last, b->frame_stats.stopped_by);
     struct lum_layer *layer = &b->layers[b->n_layers];
     layer->pixels = lum_film_pixels(lum_view_film(b->view));
     if (!layer->pixels)
@@ -228,10 +259,13 @@ static enum lum_status render_layer(struct batch *b, uint32_t frame, const char 
     return LUM_OK;
 }
 
-/* The beauty is the sum of the layers: exactly, and with the noise of each. */
+/* The beauty is the sum of the layers: exactly, and with the noise of each. A layer gets its part of the time; where
+ * each keeps to a relative error, so does their sum. */
 static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum_error *err)
 {
     struct lum_light_groups groups;
+    struct lum_view_budget budget = budget_of(&b->options);
+    struct layer_sum sum = {.spp = UINT32_MAX};
     enum lum_status st = lum_light_groups_list(&b->world, &groups, err);
     if (st)
         return st;
@@ -239,8 +273,13 @@ static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum
     b->layers = lum_calloc(groups.n, sizeof *b->layers);
     if (!b->beauty || !b->layers)
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %zu layers", groups.n);
+    budget.time_ms.value /= groups.n > 0 ? (double)groups.n : 1.0;
     for (size_t i = 0; i < groups.n && !st; i++)
-        st = render_layer(b, frame, groups.names[i], err);
+        st = render_layer(b, frame, groups.names[i], &budget, &sum, err);
+    if (groups.n == 0)
+        sum = (struct layer_sum){.stopped_by = "whole"};
+    if (!st)
+        tell_sum(&b->frame_stats, &sum);
     lum_light_groups_finish(&groups);
     return st ? st : lum_light_groups_solo(&b->world, NULL, err);
 }
@@ -256,15 +295,34 @@ static void tell_caustics(struct batch *b)
     fprintf(stderr, "lumend render: %s. %s\n", notice.why, notice.mend);
 }
 
+/* What was asked for and is not so. */
+static void tell_missed_error(const struct batch *b, uint32_t frame)
+{
+    const struct lum_frame_stats *s = &b->frame_stats;
+    if (!(b->options.error > 0.0) || s->sum.error.bound <= b->options.error)
+        return;
+    fprintf(stderr, "lumend render: frame %u is not within --error %g: ", frame + 1, b->options.error);
+    if (isfinite(s->sum.error.bound))
+        fprintf(stderr, "its relative error is known to be below %.4f", s->sum.error.bound);
+    else
+        fprintf(stderr, "its error is not known");
+    fprintf(stderr, " after %u samples, which is all that --%s allows\n", s->sum.spp, s->stopped_by);
+}
+
 static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     struct lum_error e;
     lum_frame_stats_begin(&b->frame_stats, frame);
     b->frame_stats.w = b->settings.w;
     b->frame_stats.h = b->settings.h;
-    enum lum_status st = b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &e);
-    if (!st)
+    struct lum_view_budget budget = budget_of(&b->options);
+    struct lum_pass_stats last;
+    enum lum_status st =
+        b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &budget, &last, &e);
+    if (!st) {
+        tell_missed_error(b, frame);
         tell_caustics(b);
+    }
     return !st || core_failed(&e, err);
 }
 

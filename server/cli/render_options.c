@@ -124,7 +124,8 @@ static const struct lum_option_row rows[] = {
     {"time", "S", POSITIVE(time_s), .help =
         "of path and live: begin no sample of a frame after S seconds; the first is always made"},
     {"error", "E", POSITIVE(error), .help =
-        "of path and live: stop each frame at this relative error. Other methods refuse it"},
+        "of path and live: stop each frame once its relative error is below E with 95 % confidence,\n"
+        "or tell that it is not when --spp or --time end it first. Other methods refuse it"},
     {"effects-off", "A,B", OTHER(read_effects, effects_off), .help =
         "effects to leave out, of those named below"},
     {"effects-on", "A,B", OTHER(read_effects, effects_on), .help =

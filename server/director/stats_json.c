@@ -12,7 +12,22 @@ void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)
 {
     memset(s, 0, sizeof *s);
     s->frame = frame;
-    s->sum.error_rel = (double)NAN;
+    s->sum.error = LUM_FILM_ERROR_UNKNOWN;
+}
+
+void lum_frame_stats_next(struct lum_frame_stats *s, uint64_t frame)
+{
+    struct lum_pass_stats picture = {.scene_rev = s->sum.scene_rev,
+                                     .demand = s->sum.demand,
+                                     .n_vpls = s->sum.n_vpls,
+                                     .cache.records = s->sum.cache.records,
+                                     .spp = s->sum.spp,
+                                     .error = s->sum.error,
+                                     .preview = s->sum.preview};
+    memcpy(picture.served, s->sum.served, sizeof picture.served);
+    s->frame = frame;
+    s->n_passes = 0;
+    s->sum = picture;
 }
 
 /* How many records there are is of the last pass. */
@@ -46,11 +61,6 @@ void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats 
         sum->effects[i].tiles += before.effects[i].tiles;
         sum->effects[i].ns += before.effects[i].ns;
     }
-}
-
-double lum_error_bound(double rel, double n_pixels)
-{
-    return rel * (1.0 + 1.645 / sqrt(2.0 * n_pixels));
 }
 
 static struct cJSON *stages_json(const struct lum_pass_stats *p)
@@ -137,13 +147,13 @@ static struct cJSON *caustics_json(const struct lum_caustic_report *r)
 
 static struct cJSON *error_json(const struct lum_frame_stats *s)
 {
-    double rel = s->sum.error_rel, n = (double)s->w * s->h;
-    if (!isfinite(rel))
+    const struct lum_film_error *e = &s->sum.error;
+    if (!isfinite(e->bound))
         return cJSON_CreateNull();
     cJSON *o = cJSON_CreateObject();
-    lum_json_add_number(o, "rel", rel);
-    lum_json_add_number(o, "bound", lum_error_bound(rel, n));
-    lum_json_add_number(o, "probes", n);
+    lum_json_add_number(o, "rel", e->rel);
+    lum_json_add_number(o, "bound", e->bound);
+    lum_json_add_number(o, "probes", (double)s->w * s->h);
     return o;
 }
 
@@ -159,7 +169,9 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add(o, "cache", cache_json(&p->cache)) && lum_json_add(o, "vpls", vpls_json(p)) &&
               lum_json_add(o, "caustics", caustics_json(&s->caustics)) &&
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
-              lum_json_add_number(o, "bad_rays", (double)p->bad_rays) && lum_json_add(o, "error", error_json(s));
+              lum_json_add_number(o, "bad_rays", (double)p->bad_rays) &&
+              lum_json_add(o, "error", error_json(s)) &&
+              lum_json_add(o, "stopped_by", s->stopped_by ? cJSON_CreateString(s->stopped_by) : cJSON_CreateNull());
     if (ok)
         return o;
     cJSON_Delete(o);

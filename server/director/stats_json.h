@@ -13,10 +13,14 @@ struct lum_frame_stats {
     uint64_t frame;
     uint32_t w, h;
     uint32_t n_passes;
-    struct lum_pass_stats sum;          /* counters and times added up; the rest is of the last pass */
-    struct lum_caustic_report caustics; /* set before it is told */
+    struct lum_pass_stats sum; /* counters and times added up; the rest is of the last pass */
+    /* set before they are told */
+    const char *stopped_by; /* why the picture is refined no further (budget.h); NULL: it goes on */
+    struct lum_caustic_report caustics;
 };
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame);
+/* What is of the picture stays, should no pass come before the next frame; counters and times begin at 0. */
+void lum_frame_stats_next(struct lum_frame_stats *s, uint64_t frame);
 void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats *pass);
 /* NULL when memory is short. */
 struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s);
@@ -29,9 +33,5 @@ struct lum_run_stats {
 };
 /* An object without "frames", which the caller adds. */
 struct cJSON *lum_run_stats_json(const struct lum_run_stats *s);
-
-/* Relative error with 95 % confidence, for n_pixels independent pairs: the sum of squared differences is chi-squared,
- * so its root has the relative standard deviation 1 / sqrt(2 n). NAN when rel is. */
-double lum_error_bound(double rel, double n_pixels);
 
 #endif

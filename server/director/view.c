@@ -5,6 +5,7 @@
 
 #include "core/math/color.h"
 #include "server/base/suggest.h"
+#include "server/director/budget.h"
 #include "server/world/apply.h"
 
 enum { EVERY_PASS_BELOW_SPP = 8 };
@@ -208,13 +209,9 @@ void lum_server_view_destroy(struct lum_server_view *v)
     lum_free(v);
 }
 
-static bool budget_spent(const struct lum_server_view *v)
+const char *lum_server_view_stopped_by(const struct lum_server_view *v)
 {
-    const struct lum_view_params *w = &v->want;
-    if (v->last_pass.spp == 0) /* a rough picture is none to stop at */
-        return false;
-    return (w->budget.time_ms.set && v->rendered_ms >= w->budget.time_ms.value) ||
-           (w->budget.error.set && v->last_pass.error_rel <= w->budget.error.value);
+    return lum_budget_stop(&v->want.budget, v->settings.method, &v->last_pass, v->rendered_ms);
 }
 
 bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_params *params,
@@ -231,7 +228,7 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     v->want = want;
-    if (gives(params, LUM_VIEW_BUDGET) && !budget_spent(v))
+    if (gives(params, LUM_VIEW_BUDGET) && !lum_server_view_stopped_by(v))
         v->complete = false; /* a larger budget than the one that ended it */
     return true;
 }
@@ -267,7 +264,7 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;
     v->unsent = v->unsent || pass.changed || v->sent_spp == 0;
-    v->complete = pass.complete || budget_spent(v);
+    v->complete = lum_server_view_stopped_by(v) != NULL;
     return LUM_OK;
 }
 
@@ -302,7 +299,7 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
 
 static uint16_t error_field(const struct lum_server_view *v)
 {
-    double bound = lum_error_bound(v->last_pass.error_rel, (double)v->settings.w * v->settings.h);
+    double bound = v->last_pass.error.bound;
     if (!isfinite(bound))
         return 65535;
     return (uint16_t)fmin(bound * 10000.0, 65534.0);

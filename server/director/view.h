@@ -71,6 +71,9 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
                              uint64_t order);
 
+/* Of a picture that is complete: why it is (budget.h). */
+const char *lum_server_view_stopped_by(const struct lum_server_view *v);
+
 bool lum_server_view_needs_pass(const struct lum_server_view *v);
 /* LUM_ERR_CANCELLED is no failure. */
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,

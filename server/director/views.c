@@ -174,6 +174,7 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
+    v->frame.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
     v->frame.caustics = lum_world_caustics(&d->world, final || v->last_pass.spp > 1);
     cJSON *o = lum_frame_stats_json(&v->frame);
     bool ok =
@@ -210,9 +211,7 @@ static void publish(struct lum_director *d, struct lum_server_view *v, enum lum_
         tell_stats(d, v, &p, due == LUM_DUE_FINAL);
     else
         d->config.wake_net(d->config.wake_user);
-    struct lum_demand demand = v->frame.sum.demand;
-    lum_frame_stats_begin(&v->frame, v->frame_seq);
-    v->frame.sum.demand = demand; /* what the next frame's effects are, should no pass come before it */
+    lum_frame_stats_next(&v->frame, v->frame_seq);
 }
 
 static int64_t publish_if_due(struct lum_director *d, struct lum_server_view *v)

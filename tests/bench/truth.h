@@ -24,7 +24,7 @@ struct truth_row {
     struct lum_blocks_result blocks;
     struct lum_bench_error error;
     double error_rms;           /* of luminance, over its mean; without the noise of the reference. NAN: below that */
-    double error_said;          /* the same by the method itself; NAN: unknown */
+    double error_said;          /* the bound of it by the method itself; NAN: unknown */
     uint64_t rays[LUM_RAY_KIND_COUNT]; /* to this picture; of moving ones the mean of a frame */
     uint32_t reference_spp;
 };

@@ -191,7 +191,7 @@ static bool take_picture(struct truth_rig *rig, struct rest *r, const struct lum
     r->row.own_s = r->time.own_s;
     r->row.wall_s = r->time.wall_s;
     r->row.spp = stats->spp;
-    r->row.error_said = stats->error_rel;
+    r->row.error_said = stats->error.bound;
     lum_bench_picture_of(r->view.view, r->shown);
     return !first || truth_tell_picture(rig, &rig->reference, &r->row, r->shown, !r->view.settings.method->progressive);
 }

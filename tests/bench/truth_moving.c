@@ -170,7 +170,7 @@ static bool move(struct truth_rig *rig, struct mover *movers, uint32_t n_poses)
 static bool tell(struct truth_rig *rig, struct mover *mover, const struct lum_method *method, uint32_t n_poses,
                  struct truth_reference *truth)
 {
-    struct truth_row row = {.method = method->name, .when = "moving", .error_said = mover->stats.error_rel};
+    struct truth_row row = {.method = method->name, .when = "moving", .error_said = mover->stats.error.bound};
     snprintf(row.scene, sizeof row.scene, "%s", rig->scene);
     row.own_s = lum_bench_median_of(mover->own_s, n_poses);
     row.wall_s = lum_bench_median_of(mover->wall_s, n_poses);

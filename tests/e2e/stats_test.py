@@ -69,6 +69,8 @@ class StatsOnThePage(unittest.TestCase):
                 ws.notify("frame.ack", {"view_id": view, "frame_seq": stats["frame_seq"]})
                 sent += members(stats)
                 final = stats["converged"]
+                self.assertEqual(stats["stopped_by"], "spp" if stats["spp"] == 4 else None)
+            self.assertLess(stats["error"]["rel"], stats["error"]["bound"])
             self.assertEqual(stats["frame"], stats["frame_seq"] - 1)
             self.assertEqual([light["id"] for light in stats["caustics"]["lights"]], ["bulb"])
             self.check(sent, rows("frame") | rows("view"))

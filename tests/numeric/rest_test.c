@@ -152,7 +152,7 @@ static void the_error_of_edges_is_said(void **state)
             double y = luminance_at(picture, i);
             is += (y - luminance_at(reference[0], i)) * (y - luminance_at(reference[1], i)) / ((double)n * mean * mean);
         }
-        said += stats.error_rel * stats.error_rel;
+        said += stats.error.bound * stats.error.bound;
         lum_free(picture);
     }
     print_message("relative squared error %g, %g is said\n", is / draws, said / draws);

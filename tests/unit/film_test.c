@@ -31,7 +31,7 @@ static void gate_drops_and_counts(void **state)
     assert_true(m.r == 3 && m.g == 6 && m.b == 9);
     m = lum_film_mean(&f, 0, 0);
     assert_true(m.r == 0 && m.g == 0 && m.b == 0);
-    assert_true(isnan(lum_film_error_rel(&f)));
+    assert_true(isnan(lum_film_error(&f).bound));
     lum_film_set(&f, 1, 1, lum_rgb(1, 2, 3), &bad);
     m = lum_film_mean(&f, 1, 1);
     assert_true(m.r == 1 && m.g == 2 && m.b == 3 && f.n[0][4] == 1 && f.n[1][4] == 0 && f.half[1][3 * 4] == 0);
@@ -93,7 +93,7 @@ static void halves_measure_the_error(void **state)
     /* Each pixel's (A-B)^2/4 is nearly chi^2 with one degree of freedom: its mean over N pixels has relative deviation
      * sqrt(2/N), its root half of that; four of those. */
     double tolerance = 4.0 * 0.5 * sqrt(2.0 / (SIDE * SIDE));
-    double got = lum_film_error_rel(&f);
+    double got = lum_film_error(&f).rel;
     if (!(fabs(got / truth - 1.0) < tolerance))
         fail_msg("estimated %g, true %g, relative tolerance %g", got, truth, tolerance);
     lum_film_finish(&f);

@@ -6,9 +6,12 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
+#include "protocol/json/json.h"
 #include "server/cli/commands.h"
 #include "tests/unit/cli_kit.h"
 
@@ -106,12 +109,81 @@ static void light_groups_of_caches_sum_up(void **state)
     }
 }
 
+struct said {
+    double rel, bound, mean; /* luminance */
+    char stopped_by[8];
+};
+
+/* What a frame says of its error, and how bright it is. */
+static struct said render(const char *options)
+{
+    char line[200];
+    struct said said = {0};
+    struct lum_proto_error err;
+    snprintf(line, sizeof line, "render --scene cornell --size 40x30 --out @e.exr --stats @e.json %s", options);
+    assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+    struct lum_exr_image im = cli_read_exr("e.exr");
+    const float *r = cli_channel(&im, "R"), *g = cli_channel(&im, "G"), *b = cli_channel(&im, "B");
+    for (size_t i = 0; i < 40 * 30; i++)
+        said.mean += (0.2126 * (double)r[i] + 0.7152 * (double)g[i] + 0.0722 * (double)b[i]) / (40 * 30);
+    lum_exr_finish(&im);
+    char *text = cli_read_text(cli_in_dir("e.json"));
+    cJSON *o = lum_json_parse(text, strlen(text), &err);
+    const cJSON *frame = cJSON_GetArrayItem(cli_member(o, "frames"), 0), *error = cli_member(frame, "error");
+    said.rel = cli_member(error, "rel")->valuedouble;
+    said.bound = cli_member(error, "bound")->valuedouble;
+    snprintf(said.stopped_by, sizeof said.stopped_by, "%s", cli_member(frame, "stopped_by")->valuestring);
+    cJSON_Delete(o);
+    free(text);
+    return said;
+}
+
+/* The error of the sum is that of the groups, each rendered by itself, added up. Single floats round the light of 1200
+ * pixels, of which the mean is made: some 1e-7 of it. */
+static void the_error_is_that_of_the_sum(void **state)
+{
+    (void)state;
+    static const char *const off[] = {"globe", "ceiling-panel"};
+    double rel = 0.0, bound = 0.0, mean = 0.0;
+    for (size_t i = 0; i < 2; i++) {
+        char edit[160];
+        snprintf(edit, sizeof edit,
+                 "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                 "{\"op\":\"set\",\"id\":\"%s\",\"path\":\"/on\",\"value\":false}\n",
+                 off[i]);
+        cli_write_text(cli_in_dir("off.jsonl"), edit);
+        struct said one = render("--method path --spp 4 --edits @off.jsonl");
+        rel += one.rel * one.mean;
+        bound += one.bound * one.mean;
+        mean += one.mean;
+    }
+    struct said sum = render("--method path --spp 4 --light-groups");
+    if (!(fabs(sum.rel / (rel / mean) - 1.0) < 1e-5 && fabs(sum.bound / (bound / mean) - 1.0) < 1e-5))
+        fail_msg("%g, at most %g; of the groups %g and %g", sum.rel, sum.bound, rel / mean, bound / mean);
+}
+
+/* Where each group keeps to an error, so does the sum; where one does not, it is not said. */
+static void an_error_holds_for_the_sum(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"path", "live"};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        char line[128];
+        snprintf(line, sizeof line, "--method %s --light-groups --error 1", methods[m]);
+        struct said kept = render(line);
+        assert_true(kept.rel < kept.bound && kept.bound <= 1.0);
+        assert_string_equal(kept.stopped_by, "error");
+        snprintf(line, sizeof line, "--method %s --light-groups --error 1e-3 --spp 3", methods[m]);
+        assert_string_equal(render(line).stopped_by, "spp");
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(light_groups_sum_to_the_whole),
-        cmocka_unit_test(surfaces_that_shine_have_groups),
-        cmocka_unit_test(light_groups_of_caches_sum_up),
+        cmocka_unit_test(light_groups_sum_to_the_whole), cmocka_unit_test(surfaces_that_shine_have_groups),
+        cmocka_unit_test(light_groups_of_caches_sum_up), cmocka_unit_test(the_error_is_that_of_the_sum),
+        cmocka_unit_test(an_error_holds_for_the_sum),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }

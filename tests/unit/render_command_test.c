@@ -89,7 +89,7 @@ static void stats_hold_what_the_design_names(void **state)
     cli_member(o, "setup_ms");
     const cJSON *frame = cJSON_GetArrayItem(cli_member(o, "frames"), 0);
     static const char *const members[] = {"frame", "scene_rev", "ms",       "cpu_ms", "stage_ms",
-                                          "cache", "vpls",      "caustics", "error"};
+                                          "cache", "vpls",      "caustics", "error",  "stopped_by"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(members); i++)
         cli_member(frame, members[i]);
     assert_int_equal(cli_member(frame, "nonfinite")->valueint, 0);
@@ -107,6 +107,60 @@ static void stats_hold_what_the_design_names(void **state)
     }
     cJSON_Delete(o);
     free(text);
+}
+
+/* The first frame of the file s.json; free *ret_root. */
+static const cJSON *first_frame(cJSON **ret_root)
+{
+    char *text = cli_read_text(cli_in_dir("s.json"));
+    struct lum_proto_error err;
+    *ret_root = lum_json_parse(text, strlen(text), &err);
+    free(text);
+    return cJSON_GetArrayItem(cli_member(*ret_root, "frames"), 0);
+}
+
+/* A frame says what ended it, whatever that is, and an error that was not reached is told. */
+static void frames_say_what_stopped_them(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *options, *stopped_by;
+        bool missed;
+    } rows[] = {
+        {"--method path --spp 3", "spp", false},
+        {"--method path --error 3", "error", false},
+        {"--method path --error 1e-4 --spp 4", "spp", true},
+        {"--method path --error 1e-4 --spp 1", "spp", true}, /* too few to know */
+        {"--method path --error 1e-4 --time 1e-6", "time", true},
+        {"--method live --error 3", "error", false},
+        {"--method live --error 1e-4 --spp 5", "spp", true},
+        {"--method live --time 1e-6", "time", false},
+        {"--method tic", "whole", false},
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
+        char line[200];
+        cJSON *root;
+        int status;
+        snprintf(line, sizeof line, "render --scene cornell --size 32x32 %s --out @s.png --stats @s.json",
+                 rows[i].options);
+        if (rows[i].missed) {
+            char *said = cli_said(line, &status);
+            if (status != LUM_EXIT_OK || !strstr(said, "frame 1 is not within --error 0.0001"))
+                fail_msg("%s: status %d; it said: %s", line, status, said);
+            free(said);
+        } else {
+            assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+        }
+        const cJSON *frame = first_frame(&root), *error = cli_member(frame, "error");
+        assert_string_equal(cli_member(frame, "stopped_by")->valuestring, rows[i].stopped_by);
+        if (cJSON_IsObject(error)) {
+            double bound = cli_member(error, "bound")->valuedouble;
+            assert_true(bound > cli_member(error, "rel")->valuedouble);
+            if (strcmp(rows[i].stopped_by, "error") == 0)
+                assert_true(bound <= 3.0);
+        }
+        cJSON_Delete(root);
+    }
 }
 
 /* What is forced off has no rays and says why; --help lists the names that the options take. */
@@ -257,8 +311,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
-        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
-        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(one_shadow_ray_passes_a_rod),
+        cmocka_unit_test(frames_say_what_stopped_them),     cmocka_unit_test(a_png_is_exposed_as_asked),
+        cmocka_unit_test(a_built_in_replay_is_rendered),    cmocka_unit_test(edits_follow_the_timeline),
+        cmocka_unit_test(one_shadow_ray_passes_a_rod),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }

@@ -123,7 +123,7 @@ static void rough_passes_come_first_and_leave_no_trace(void **state)
         assert_int_equal(s.rays[LUM_RAY_PRIMARY], columns * rows);
         assert_int_equal(s.preview, side);
         assert_int_equal(s.spp, 0);
-        assert_true(s.changed && !s.complete && isnan(s.error_rel));
+        assert_true(s.changed && !s.complete && isnan(s.error.bound));
         s = rig_pass(&r);
         assert_int_equal(s.preview, 0);
         assert_int_equal(s.spp, 1);
@@ -170,7 +170,7 @@ static void progress_stops_and_starts_over(void **state)
         struct lum_pass_stats s = rig_pass(&r);
         assert_int_equal(s.spp, i);
         assert_true(s.complete == (i == 3));
-        assert_true(isnan(s.error_rel) == (i < 2));
+        assert_true(isnan(s.error.bound) == (i < 2));
     }
     struct lum_pass_stats s = rig_pass(&r);
     assert_no_rays(&s, "complete");

@@ -1,0 +1,15 @@
+#include "server/director/budget.h"
+
+const char *lum_budget_stop(const struct lum_view_budget *budget, const struct lum_method *method,
+                            const struct lum_pass_stats *pass, double spent_ms)
+{
+    if (pass->spp == 0)
+        return NULL;
+    if (!lum_method_adds_samples(method))
+        return pass->complete ? "whole" : NULL;
+    if (budget->error.set && pass->error.bound <= budget->error.value)
+        return "error";
+    if (pass->complete)
+        return "spp";
+    return budget->time_ms.set && spent_ms >= budget->time_ms.value ? "time" : NULL;
+}

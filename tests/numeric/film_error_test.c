@@ -1,0 +1,238 @@
+/* What a film says of its error, against the error: for noise of many kinds, and for path traced pictures. */
+#include "tests/numeric/stats.h"
+#include "tests/support/built_in.h"
+#include "tests/support/rig.h"
+
+#define SURE_SHARE 0.93 /* of readings, the least that the error must be under its bound of 95 % in */
+
+/* ---- made-up noise ---- */
+
+enum { W = 96, H = 64, N = W * H, DRAWS = 200 };
+#define TRUTH 10.0
+
+static double normal(struct rng *r)
+{
+    return sqrt(-2.0 * log(1.0 - rng_unit(r))) * cos(2.0 * (double)LUM_PI * rng_unit(r));
+}
+
+/* All of mean 0. */
+static double gaussian(struct rng *r)
+{
+    return normal(r);
+}
+
+static double log_normal(struct rng *r)
+{
+    return exp(2.0 * normal(r)) - exp(2.0);
+}
+
+/* Of infinite fourth moment, barely of finite variance: exponent 2.5, mean 2.5 / 1.5. */
+static double pareto(struct rng *r)
+{
+    return pow(1.0 - rng_unit(r), -1.0 / 2.5) - 2.5 / 1.5;
+}
+
+/* One sample in so many has all the light. */
+#define FIREFLY_ONE_IN 200
+
+static double firefly(struct rng *r)
+{
+    return (rng_unit(r) * FIREFLY_ONE_IN < 1.0 ? FIREFLY_ONE_IN : 0.0) - 1.0;
+}
+
+struct kind {
+    double (*draw)(struct rng *r);
+    uint32_t side, shift; /* pixels of a square of this side have the same noise; squares begin so many pixels aside */
+    uint32_t spp;
+};
+
+/* One draw of a picture: what is said, and what is. */
+static bool is_covered(const struct kind *k, struct lum_film *f, struct rng *rng, double *inout_over)
+{
+    static double of_square[H + 32][W + 32];
+    double square = 0.0, light = 0.0;
+    uint64_t bad = 0;
+    for (uint32_t i = 0; i < N; i++)
+        lum_film_reset_pixel(f, i % W, i / W);
+    for (uint32_t s = 0; s < k->spp; s++)
+        for (uint32_t y = 0; y < H; y++)
+            for (uint32_t x = 0; x < W; x++) {
+                uint32_t cx = (x + k->shift) / k->side, cy = (y + k->shift) / k->side;
+                if (((x + k->shift) % k->side == 0 || x == 0) && ((y + k->shift) % k->side == 0 || y == 0))
+                    of_square[cy][cx] = k->draw(rng);
+                /* in the half that the sample's number alone says: samples of squares are alike over columns */
+                lum_film_add(f, x, y, s ^ (x & 1u), lum_grey((float)(TRUTH + of_square[cy][cx])), &bad);
+            }
+    for (uint32_t i = 0; i < N; i++) {
+        double y = (double)lum_film_mean(f, i % W, i / W).g;
+        square += (y - TRUTH) * (y - TRUTH) / N;
+        light += y / N;
+    }
+    struct lum_film_error said = lum_film_error(f);
+    *inout_over += said.bound / (sqrt(square) / light) / DRAWS;
+    return sqrt(square) / TRUTH <= said.bound;
+}
+
+static void it_covers_any_noise(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double (*draw)(struct rng *r);
+    } noises[] = {{"gaussian", gaussian}, {"log-normal", log_normal}, {"pareto", pareto}, {"fireflies", firefly}};
+    static const uint32_t sides[][2] = {{1, 0}, {3, 0}, {4, 2}, {5, 2}, {8, 0}}, spps[] = {2, 4};
+    struct lum_film f;
+    assert_int_equal(lum_film_init(&f, W, H, NULL), LUM_OK);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(noises) * LUM_ARRAY_LEN(sides) * LUM_ARRAY_LEN(spps); k++) {
+        const uint32_t *side = sides[k / 2 % LUM_ARRAY_LEN(sides)], spp = spps[k % 2], n_noise = (uint32_t)k / 10;
+        struct kind kind = {noises[n_noise].draw, side[0], side[1], spp};
+        struct rng rng = {.state = k};
+        uint32_t n_covered = 0;
+        double over = 0.0;
+        if (kind.draw == firefly && N / (side[0] * side[0]) * spp < 10 * FIREFLY_ONE_IN)
+            continue; /* light that no sample has found */
+        for (uint32_t draw = 0; draw < DRAWS; draw++)
+            n_covered += is_covered(&kind, &f, &rng, &over);
+        print_message("%s, alike in squares of %u + %u, %u samples: covered %.3f, bound over error %.2f\n",
+                      noises[n_noise].name, side[0], side[1], spp, (double)n_covered / DRAWS, over);
+        if (n_covered < SURE_SHARE * DRAWS)
+            fail_msg("the error is covered in %u of %u draws", n_covered, DRAWS);
+    }
+    lum_film_finish(&f);
+}
+
+/* Of n squares of 64 pixels each, with Gaussian noise that no two share, E[Y^2] = E[Y]^2 (1 + 2 / 64), and the bound is
+ * exp(1.645 sqrt(2 (1 + 2 / 64) / n) / 2) above the error. Of draws, the roots of sums over N pixels, said and true,
+ * are off by 1 / sqrt(2 N) each: 0.0009 in the mean of 200; four of those, with both. */
+static void it_is_not_far_above_plain_noise(void **state)
+{
+    (void)state;
+    struct kind kind = {gaussian, 1, 0, 2};
+    struct rng rng = {.state = 7};
+    struct lum_film f;
+    double over = 0.0, n = N / 64.0;
+    assert_int_equal(lum_film_init(&f, W, H, NULL), LUM_OK);
+    for (uint32_t draw = 0; draw < DRAWS; draw++)
+        is_covered(&kind, &f, &rng, &over);
+    assert_true(fabs(over / exp(0.5 * LUM_SURE * sqrt(2.0 * (1.0 + 2.0 / 64.0) / n)) - 1.0) < 4.0 * 0.0009 * sqrt(2.0));
+    lum_film_finish(&f);
+}
+
+/* ---- path traced pictures ---- */
+
+enum { SEEDS = 30, REFERENCE_SPP = 256 };
+
+struct scene {
+    struct built_in *built_in;
+    struct lum_view *view;
+    struct lum_view_settings settings;
+    double *reference;  /* luminance */
+    double mean, noise; /* of it: mean, and square error per pixel */
+};
+
+static double luminance(const struct lum_film *f, size_t i)
+{
+    return (double)lum_luminance(lum_film_mean(f, (uint32_t)(i % f->w), (uint32_t)(i / f->w)));
+}
+
+static struct lum_pass_stats pass(struct scene *s)
+{
+    struct lum_pass_stats stats;
+    RIG_OK(lum_view_pass(s->view, built_in_snapshot(s->built_in), &s->settings, NULL, &stats, &err));
+    assert_int_equal(stats.nonfinite + stats.bad_rays, 0);
+    return stats;
+}
+
+static void scene_begin(struct scene *s, const char *name)
+{
+    *s = (struct scene){.built_in = built_in_open(name, 2), .settings = lum_view_settings_default()};
+    s->settings.method = lum_method_find("path");
+    s->settings.w = 48;
+    s->settings.h = 32;
+    s->settings.seed = 1000;
+    RIG_OK(lum_view_create(built_in_pool(s->built_in), &s->view, &err));
+    RIG_OK(lum_snapshot_camera(built_in_snapshot(s->built_in), NULL, &s->settings.camera, &err));
+    struct lum_pass_stats stats;
+    do
+        stats = pass(s);
+    while (stats.spp < REFERENCE_SPP);
+    const struct lum_film *f = lum_view_film(s->view);
+    size_t n = (size_t)f->w * f->h;
+    s->reference = lum_calloc(n, sizeof *s->reference);
+    assert_non_null(s->reference);
+    for (size_t i = 0; i < n; i++) {
+        s->reference[i] = luminance(f, i);
+        s->mean += s->reference[i] / (double)n;
+    }
+    s->noise = stats.error.rel * stats.error.rel * s->mean * s->mean;
+}
+
+static void scene_end(struct scene *s)
+{
+    lum_free(s->reference);
+    lum_view_destroy(s->view);
+    built_in_close(s->built_in);
+}
+
+/* The relative error of the picture; without the reference's noise, which is independent of it. */
+static double error_of(const struct scene *s)
+{
+    const struct lum_film *f = lum_view_film(s->view);
+    size_t n = (size_t)f->w * f->h;
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double d = luminance(f, i) - s->reference[i];
+        sum += d * d / (double)n;
+    }
+    return sqrt(fmax(sum - s->noise, 0.0)) / s->mean;
+}
+
+/* Thirty pictures of each scene, each refined until its bound is below `error`, as --error does: each reading on the
+ * way counts, and so does the end, which is a reading that was waited for. */
+static void pictures(const char *name, double error)
+{
+    struct scene s;
+    uint32_t n_read = 0, n_covered = 0, n_kept = 0, spp = 0;
+    double over = 0.0;
+    scene_begin(&s, name);
+    for (uint32_t seed = 0; seed < SEEDS; seed++) {
+        struct lum_pass_stats stats;
+        s.settings.seed = seed;
+        do {
+            stats = pass(&s);
+            if (stats.spp % 2)
+                continue;
+            double is = error_of(&s);
+            n_read++;
+            n_covered += is <= stats.error.bound;
+            over += stats.error.bound / is;
+        } while (!(stats.error.bound <= error));
+        n_kept += error_of(&s) <= error;
+        spp += stats.spp;
+    }
+    print_message("%s: covered in %u of %u readings, bound over error %.2f; an error of %g kept in %u of %u pictures, "
+                  "with %.1f samples; of the reference %.4f\n",
+                  name, n_covered, n_read, over / n_read, error, n_kept, SEEDS, (double)spp / SEEDS,
+                  sqrt(s.noise) / s.mean);
+    assert_true(n_covered >= SURE_SHARE * n_read);
+    assert_true(n_kept >= SURE_SHARE * SEEDS);
+    scene_end(&s);
+}
+
+static void it_covers_path_traced_pictures(void **state)
+{
+    (void)state;
+    lum_thread_init_fp();
+    pictures("cornell", 0.6);
+    pictures("office", 1.2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(it_covers_any_noise),
+        cmocka_unit_test(it_is_not_far_above_plain_noise),
+        cmocka_unit_test(it_covers_path_traced_pictures),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
