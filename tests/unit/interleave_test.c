@@ -7,7 +7,6 @@
 #include <cmocka.h>
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -519,26 +518,6 @@ static void taps_say_the_same(void **state)
     }
 }
 
-/* Not a check: what the filter costs, for the log. */
-static void measure(void **state)
-{
-    (void)state;
-    struct picture *pic = make_wall(W_MAX, H_MAX);
-    for (uint32_t side = 3; side <= 4; side++) {
-        int64_t begin = lum_cpu_clock_ns();
-        for (int k = 0; k < 10; k++)
-            filter(pic, side, 1, NEED);
-        print_message("box filter, side %u: %.1f ns a pixel\n", side,
-                      (double)(lum_cpu_clock_ns() - begin) / (10.0 * W_MAX * H_MAX));
-    }
-    int64_t begin = lum_cpu_clock_ns();
-    for (int k = 0; k < 10; k++)
-        upsample(pic, 3);
-    print_message("box filter, side 3, at a quarter and upsampled: %.1f ns a pixel\n",
-                  (double)(lum_cpu_clock_ns() - begin) / (10.0 * W_MAX * H_MAX));
-    free(pic);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -562,7 +541,6 @@ int main(void)
         cmocka_unit_test(lenient_upsampling_serves_all),
         cmocka_unit_test(constants_are_upsampled),
         cmocka_unit_test(upsampling_stops_at_edges),
-        cmocka_unit_test(measure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
