@@ -109,7 +109,7 @@ struct lum_rays {
     uint32_t n;
 };
 
-#define LUM_NO_OBJECT UINT32_MAX
+#define LUM_NO_OBJECT UINT32_MAX /* what Embree writes for a miss */
 /* object: index of the instance, or n_instances + index of the shape, or LUM_NO_OBJECT for a miss. u, v: barycentric
  * for triangles; 0..1 over the whole quad; disc: offset from the centre in radii along the axes of
  * lum_frame_from_normal(n); sphere: unused. ng: geometric normal by winding, in the object's local space for instances,

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#define WIDTH 16
+#define WIDTH 16 /* rays of the widest packet that Embree takes */
 
 struct filter_context {
 #if RTC_VERSION_MAJOR >= 4

@@ -65,7 +65,7 @@
  * 1.007 and 1.028 of what it was. */
 #define PIXELS_FULL 16.0f
 
-#define WORDS_MAX ((LUM_VPL_SLOTS_MAX + 63u) / 64u)
+#define WORDS_MAX ((LUM_VPL_SLOTS_MAX + 63u) / 64u) /* a bit for each slot */
 
 struct live_record {
     struct lum_cache_record base;

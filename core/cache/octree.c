@@ -5,6 +5,7 @@
 
 /* ---- memory ---- */
 
+/* Allocated at a time: nodes and pages, of 256 and 192 bytes, are cut from it. */
 enum { BLOCK_BYTES = 1 << 16 };
 
 struct lum_octree_block {

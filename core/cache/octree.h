@@ -10,7 +10,7 @@
 
 #include "core/cache/slab.h"
 
-#define LUM_OCTREE_LANES 8u
+#define LUM_OCTREE_LANES 8u /* records of a page, tested together: floats of an AVX register */
 /* Levels below the root: cells down to 1/65536 of the root. Smaller records lie in the smallest cells. The centre of
  * each cell is exact in a float (octree.c). */
 #define LUM_OCTREE_DEPTH 16u

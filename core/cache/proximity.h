@@ -4,7 +4,7 @@
 
 #include "core/cache/vpl_sum.h"
 
-#define LUM_PROXIMITY_RAYS 16u
+#define LUM_PROXIMITY_RAYS 16u                                    /* of a point: one packet of Embree */
 #define LUM_PROXIMITY_POINTS (LUM_RAY_BATCH / LUM_PROXIMITY_RAYS) /* at a time */
 
 /* Harmonic mean of the distances that LUM_PROXIMITY_RAYS rays find, spread over the hemisphere of each point; at most

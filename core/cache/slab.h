@@ -9,8 +9,8 @@
 
 #include "core/cache/store.h"
 
-#define LUM_SLAB_CHUNK 64u
-#define LUM_SLAB_NONE UINT32_MAX
+#define LUM_SLAB_CHUNK 64u       /* records: one word tells which are free */
+#define LUM_SLAB_NONE UINT32_MAX /* no chunk yet */
 
 struct lum_octree_page;
 /* Where in the octree a record is. */

@@ -56,8 +56,8 @@ struct lum_store_config {
     uint32_t capacity;         /* records at most, 1 .. LUM_STORE_MAX */
     struct lum_budget *budget; /* borrowed; NULL: none. Where it is used up, memory is short */
 };
-#define LUM_STORE_MAX (1u << 22)
-#define LUM_STORE_WORKERS_MAX 1024u
+#define LUM_STORE_MAX (1u << 22)    /* half as many as the largest view has pixels */
+#define LUM_STORE_WORKERS_MAX 1024u /* more than machines have: what is above it is a mistake of the caller */
 
 LUM_MUST_USE enum lum_status lum_store_create(const struct lum_store_config *config, struct lum_store **ret_store,
                                               struct lum_error *err);

@@ -17,8 +17,8 @@
 
 #include "core/vpl/vpl.h"
 
-#define LUM_SUM_LANES 16u
-#define LUM_SUM_BLOCK 256u
+#define LUM_SUM_LANES 16u  /* an AVX-512 register, or two of AVX2 */
+#define LUM_SUM_BLOCK 256u /* 16 additions in each lane: floats lose no more than 16 roundings */
 
 /* A point of a surface, as in struct lum_gather_points. */
 struct lum_receiver {

@@ -13,7 +13,7 @@ struct lum_weighting {
     float per_chord; /* HATS: 1 / width of the tent over |n - n'|, which is the angle for small ones */
 };
 
-#define LUM_ACCURACY_MIN 1e-3f
+#define LUM_ACCURACY_MIN 1e-3f    /* a tenth of LUM_CACHE_ACCURACY_MIN, the least that a view may ask for */
 #define LUM_TENT_ANGLE 0.1745329f /* 10 degrees */
 /* HATS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres the
  * distance along the sum of both normals is 0. */

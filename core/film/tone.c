@@ -12,7 +12,7 @@ const char *const lum_tone_map_names[] = {"agx", "aces", "reinhard", "none", NUL
 
 /* Over this every map is at its limit in 8 bits; bounding here keeps the rational fits finite. */
 #define EXPOSED_MAX 1e9f
-#define MIDDLE_GREY 0.18
+#define MIDDLE_GREY 0.18  /* what a grey card reflects, and the mean of a picture is exposed to */
 #define EXPOSURE_BLOCK 8u /* pixels a side */
 
 double lum_exposure_white(double ev100)

@@ -7,7 +7,7 @@
 #include <OpenEXR/OpenEXRConfig.h>
 #include <OpenEXR/openexr.h>
 
-#define HALF_MAX 65504.0f
+#define HALF_MAX 65504.0f /* the largest finite half float */
 #define CHANNELS_MAX 1024 /* of a file that is read: 64 light groups times a few AOVs fit many times over */
 
 /* OpenEXRCore reports through a callback on the calling thread, with the context's user data only for streams; the text

@@ -15,8 +15,8 @@
 #include "core/base/base.h"
 #include "core/math/vec.h"
 
-#define LUM_CELL_SIDE 48u
-#define LUM_PATTERN_MAX 4u
+#define LUM_CELL_SIDE 48u  /* pixels: the least common multiple of 3, 4 and 16, see above */
+#define LUM_PATTERN_MAX 4u /* pixels a side */
 
 /* What a first hit looks like to filters: borrowed arrays, w * h. */
 struct lum_guide {
@@ -105,7 +105,7 @@ struct lum_filter {
     const struct lum_rgb *in;
     bool lenient; /* upsampling: a pixel on whose surface no sample lies takes from those that are most like it */
 };
-#define LUM_FILTER_BORDER_MAX 8u
+#define LUM_FILTER_BORDER_MAX 8u   /* places 8 pixels apart, the widest in use (many_lights_join.c) */
 #define LUM_LENIENT_SHARE 0x1p-10f /* of such a sample, against one on the pixel's own surface */
 struct lum_filter_rect {
     uint32_t x, y, w, h;

@@ -5,7 +5,7 @@
 
 #include "core/math/angle.h"
 
-#define POINT_LIKE_SR 1e-8
+#define POINT_LIKE_SR 1e-8 /* smaller lights are points: the error is a hundred-millionth of their light */
 
 static struct lum_vec3d vec(struct lum_vec3 a)
 {

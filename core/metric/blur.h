@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#define LUM_BLUR_RADIUS_MAX 64
+#define LUM_BLUR_RADIUS_MAX 64 /* pixels; the widest kernel is FLIP's at LUM_FLIP_PIXELS_PER_DEGREE_MAX, 55 */
 
 struct lum_kernel {
     int radius;
@@ -13,8 +13,8 @@ struct lum_kernel {
 
 /* exp(-(x / sigma)^2 / 2), sum 1. Returns the sum it had before. */
 double lum_kernel_gauss(double sigma_px, int radius, struct lum_kernel *ret_kernel);
-/* Its first (order 1) and second (order 2) derivative; weights above 0 sum to 1, those below to -1, so that a step and a
- * line of height 1 answer with 1, whatever sigma is. */
+/* Its first (order 1) and second (order 2) derivative; weights above 0 sum to 1, those below to -1, so that a step and
+ * a line of height 1 answer with 1, whatever sigma is. */
 void lum_kernel_gauss_derivative(double sigma_px, int order, int radius, struct lum_kernel *ret_kernel);
 
 /* along: x, then y. work: w * h; ret may be in, not work. */

@@ -33,7 +33,7 @@ void lum_ycxcz_to_rgb(struct lum_lab c, float ret_rgb[3])
     multiply(to_rgb, (float[3]){y + c.a / 500.0f, y, y - c.b / 200.0f}, ret_rgb);
 }
 
-#define DELTA (6.0f / 29.0f)
+#define DELTA (6.0f / 29.0f) /* CIE 15: where the line meets the cube root */
 
 /* A cube root, with a straight line for what is dark, and the way back. */
 static float compress(float t)

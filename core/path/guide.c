@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#define FACES 6u
+#define FACES 6u   /* which way a surface looks, by the largest component of its normal: a tree for each */
 #define BLOCK 128u /* cells that are allocated together */
 
 /* An outlier must not own a cell: what is heard at once counts at most LOUDEST / PARTS means, in integers of 1 / PARTS:

@@ -54,6 +54,7 @@ struct lum_path_segments {
     uint32_t n_lost; /* for which there was no room */
 };
 
+/* Beyond, one is picked by its flux. In an office by day that picked its lamps once in a hundred paths: blotches. */
 #define LUM_WAVE_LIGHTS 8u
 #define LUM_WAVE_PAIR_PIXEL 0u /* sampler pair that paths leave to whoever starts them at the eye */
 

@@ -24,7 +24,7 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory to refine a picture of %u x %u", t->w, t->h);
 }
 
-#define FIRST_SPP 1u
+#define FIRST_SPP 1u /* the first sample corrects the frame already */
 
 void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {

@@ -4,7 +4,7 @@
 
 /* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
 #define SHEEN_FLOOR 0.05f
-#define MATTE_FLOOR 1e-3f
+#define MATTE_FLOOR 1e-3f /* of what has no such part: black can still be divided by */
 /* Another object, or another kind of surface, has its light only where nothing alike is near. */
 #define UNLIKE 1e-3f
 /* Below this weight the four nearest pixels are no neighbours, and those around them are asked. */

@@ -18,7 +18,7 @@
 #include "core/base/pool.h"
 #include "core/scene/snapshot.h"
 
-#define LUM_CAUSTIC_PATHS 4096u
+#define LUM_CAUSTIC_PATHS 4096u  /* whole batches; a share of a half is known to sqrt(1/4 / 4096) = 0.8 % */
 #define LUM_CAUSTIC_SEGMENTS 16u /* of a path, at most: light that goes on between mirrors is then left out */
 
 struct lum_caustic_amount {
@@ -29,7 +29,7 @@ struct lum_caustic_amount {
 double lum_caustic_share(const struct lum_caustic_amount *amount);
 double lum_caustic_share_stderr(const struct lum_caustic_amount *amount);
 
-#define LUM_CAUSTIC_LIGHTS 8u
+#define LUM_CAUSTIC_LIGHTS 8u /* told by name: those that are focused most */
 struct lum_caustic_report {
     bool known;                    /* false: never made */
     uint64_t scene_rev;            /* that it is of */

@@ -29,7 +29,7 @@
 
 /* Rays that ask whether there is anything to shine on. What none of them meets may be there all the same. */
 enum { PROBES = 2 };
-#define LEAST 0.03f
+#define LEAST 0.03f /* so a try of which no ray meets anything is still taken, once for 33 of those that light much */
 _Static_assert(LUM_VPL_TRIES_MAX *PROBES <= LUM_RAY_BATCH, "the tries of a slot are one batch");
 
 /* Tries around: of the same light, in the same cell of the scene, of which there are so many along its longest side,

@@ -242,6 +242,7 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 
 /* ---- spacing ---- */
 
+/* The k-th nearest tells an area to 1 / sqrt(k) of it: 35 %. The median of at most QUERIES of them, to 3 %. */
 enum { NEIGHBOURS = 8, QUERIES = 256 };
 
 /* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2; and how

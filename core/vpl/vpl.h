@@ -32,10 +32,10 @@
 
 struct lum_counters;
 
-#define LUM_VPL_MAX 65536u
-#define LUM_VPL_DEFAULT 256u
-#define LUM_VPL_TRIES_MAX 8u
-#define LUM_VPL_SKY 256u /* slots for a sky: half of them lie above a horizon */
+#define LUM_VPL_MAX 65536u   /* lists of all of them lie on workers' stacks, 256 KiB each */
+#define LUM_VPL_DEFAULT 256u /* the thesis' number (5.4) */
+#define LUM_VPL_TRIES_MAX 8u /* TRIES of core/cache/live.c, which has the figures */
+#define LUM_VPL_SKY 256u     /* slots for a sky: half of them lie above a horizon */
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
 
 struct lum_vpl_share;

@@ -110,7 +110,7 @@ static struct gift mix(struct gift a, struct gift b, float t)
     return (struct gift){a.kept + (b.kept - a.kept) * t, a.cut + (b.cut - a.cut) * t};
 }
 
-enum { GIFTS = LUM_CELL_SIDE / LUM_TILE_SIDE + 2 };
+enum { GIFTS = LUM_CELL_SIDE / LUM_TILE_SIDE + 2 }; /* tiles of a cell each way, and one on either side */
 
 void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *pass, const struct lum_tile_rect *r,
                          struct lum_rgb *smooth)
@@ -137,6 +137,8 @@ void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *p
 
 /* ---- at any power ---- */
 
+/* Room of a tile on a worker's stack, 20 and 84 KiB. Where there are more gains the tile is traced at the present
+ * power, where there are more segments its paths are traced anew after a move: pictures stay the same. */
 #define GAINS_MAX (4u * LUM_TILE_PIXELS)
 #define SEGMENTS_MAX (12u * LUM_TILE_PIXELS)
 

@@ -6,7 +6,7 @@
 #include "core/cache/weight.h"
 #include "core/pass/pass.h"
 
-#define LUM_PIXEL_MASK_WORDS (LUM_TILE_PIXELS / 64)
+#define LUM_PIXEL_MASK_WORDS (LUM_TILE_PIXELS / 64) /* a bit for each pixel */
 /* Records that are found at once. Where there are more, the points are looked up one by one. */
 #define LUM_TILE_RECORDS 4096u
 

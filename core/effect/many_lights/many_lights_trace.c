@@ -11,9 +11,9 @@
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
 
-#define PAIR_MANY_LIGHTS 0x50000000u
-#define CULL_SHARE (1.0f / 512) /* of a tile's brightness: half a step of 8 bits */
-#define OCTAVES 64              /* that bounds are told apart by, from the brightest */
+#define PAIR_MANY_LIGHTS 0x50000000u /* sampler pair of points on lights: no other effect's */
+#define CULL_SHARE (1.0f / 512)      /* of a tile's brightness: half a step of 8 bits */
+#define OCTAVES 64                   /* that bounds are told apart by, from the brightest */
 _Static_assert(OCTAVES < LUM_CUT_FORGOTTEN, "a tile's cut is a number of octaves");
 
 /* ---- what a light can bring to a tile ---- */
@@ -122,7 +122,7 @@ static void keep(struct tile_job *t, uint32_t i, uint32_t window, struct lum_rgb
     *g = lum_rgb_add(*g, gloss);
 }
 
-enum { ASKED = 1, VISIBLE = 2 };
+enum { ASKED = 1, VISIBLE = 2 }; /* bits that are kept of a sample */
 
 /* Where the bits of a sample are, and by how much they are shifted; NULL: they are not kept. */
 static uint8_t *bits_of(const struct tile_job *t, uint32_t light, uint32_t i, uint32_t *ret_shift)

@@ -279,7 +279,7 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
 
 /* Per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them. */
 #define FOG_POINTS 4u
-#define PAIR_FOG 0x20000000u
+#define PAIR_FOG 0x20000000u /* sampler pairs: from here on, two for each medium and light */
 
 static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
 {
