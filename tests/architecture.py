@@ -141,9 +141,17 @@ def check_cycles(names):
 
 
 def check_paths():
-    """The files of ours that comments name are there."""
+    """The files of ours that comments name are there, by path or, of C, by name alone."""
     ours = r"(?<![\w/.-])((?:core|server|protocol|clients|tests|docker)/[\w/.-]*\.(?:c|h|py|md|jsonl|cmake))\b"
-    for name in tracked_names():
+    tracked = tracked_names()
+    by_name = {os.path.basename(n) for n in tracked}
+    for name in tracked:
+        if name.endswith((".c", ".h")):
+            with open(os.path.join(source, name), encoding="utf-8") as f:
+                for comment in re.findall(r"/\*.*?\*/", f.read(), re.S):
+                    for other in re.findall(r"(?<![\w/.*-])([a-z]\w*\.c)\b", comment):
+                        if other not in by_name:
+                            failures.append(f"{name}: there is no {other}")
         if name.endswith((".c", ".h", ".py", ".txt", ".cmake")):
             with open(os.path.join(source, name), encoding="utf-8") as f:
                 for path in re.findall(ours, f.read()):
@@ -173,13 +181,12 @@ def check_pages():
     files = [n for n in out.stdout.split() if os.path.exists(os.path.join(source, n))]
     if not files:  # a source archive
         return
-    by_name = {os.path.basename(n) for n in files}
-    code = ""
+    contents = {}
     for name in files:
         if name.endswith((".c", ".h")):
             with open(os.path.join(source, name), encoding="utf-8") as f:
-                code += f.read()
-    words = set(re.findall(r"\b[Ll][Uu][Mm]_\w+", code))
+                contents[name] = f.read()
+    words = set(re.findall(r"\b[Ll][Uu][Mm]_\w+", "\n".join(contents.values())))
     for page in PAGES:
         with open(os.path.join(source, page), encoding="utf-8") as f:
             text = f.read()
@@ -191,9 +198,13 @@ def check_pages():
         for path in links:
             if not os.path.exists(os.path.join(source, path)):
                 failures.append(f"{page}: there is no {path}")
-        for name in re.findall(r"(?<![\w./-])(\w+\.(?:c|h|py|ts))\b", text):
-            if name not in by_name:
+        for name in re.findall(r"(?<![\w./-])((?:[\w-]+/)*\w+\.(?:c|h|py|ts))\b", text):
+            if not any(("/" + f).endswith("/" + name) for f in files):
                 failures.append(f"{page}: there is no {name}")
+        for functions, path in re.findall(r"((?:`\w+`(?:, | and )?)+) in `([\w/]+\.[ch])`", text):
+            for function in re.findall(r"\w+", functions.replace(" and ", " ")):
+                if not re.search(rf"\b{function}\b", contents.get(path, "")):
+                    failures.append(f"{page}: {path} has no {function}")
         for word in re.findall(r"\b[Ll][Uu][Mm]_\w+", text):
             if word not in words and not any(w.startswith(word) for w in words):
                 failures.append(f"{page}: nothing is called {word}")
