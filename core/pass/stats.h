@@ -47,7 +47,7 @@ struct lum_pass_stats {
                                       pass before */
     struct lum_cache_counts cache;
     uint64_t nonfinite, bad_rays; /* must be 0 */
-    double culled_bound;          /* light that was left out of any tile, at most, over the tile's own; below 1/512 */
+    double culled_bound;          /* of lamps that were left out of any tile, at most, over the tile's own light */
     uint32_t spp;                 /* least samples of any pixel so far */
     struct lum_film_error error;  /* of the picture */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */

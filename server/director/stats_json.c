@@ -50,6 +50,7 @@ void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats 
     sum->cpu_ms += before.cpu_ms;
     sum->nonfinite += before.nonfinite;
     sum->bad_rays += before.bad_rays;
+    sum->culled_bound = fmax(sum->culled_bound, before.culled_bound);
     add_cache(&sum->cache, &before.cache);
     sum->changed = sum->changed || before.changed;
     for (int i = 0; i < LUM_STAGE_COUNT; i++)
@@ -170,7 +171,7 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add(o, "caustics", caustics_json(&s->caustics)) &&
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
               lum_json_add_number(o, "bad_rays", (double)p->bad_rays) &&
-              lum_json_add(o, "error", error_json(s)) &&
+              lum_json_add_number(o, "culled_bound", p->culled_bound) && lum_json_add(o, "error", error_json(s)) &&
               lum_json_add(o, "stopped_by", s->stopped_by ? cJSON_CreateString(s->stopped_by) : cJSON_CreateNull());
     if (ok)
         return o;

@@ -163,6 +163,24 @@ static void frames_say_what_stopped_them(void **state)
     }
 }
 
+/* Of a thousand lamps the dimmest are left out, of two none; later passes of the frame do not hide it. */
+static void light_that_is_left_out_is_told(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"cornell", "many-lights"};
+    for (int many = 0; many < 2; many++) {
+        char line[200];
+        cJSON *root;
+        snprintf(line, sizeof line, "render --scene %s --method live --spp 3 --size 96x64 --out @s.png --stats @s.json",
+                 scenes[many]);
+        assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+        double share = cli_member(first_frame(&root), "culled_bound")->valuedouble;
+        if (many ? !(share > 0.0 && share <= 1.0 / 512.0) : share != 0.0)
+            fail_msg("%s: %g", scenes[many], share);
+        cJSON_Delete(root);
+    }
+}
+
 /* What is forced off has no rays and says why; --help lists the names that the options take. */
 static void effects_are_forced(void **state)
 {
@@ -311,9 +329,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
         cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
-        cmocka_unit_test(frames_say_what_stopped_them),     cmocka_unit_test(a_png_is_exposed_as_asked),
-        cmocka_unit_test(a_built_in_replay_is_rendered),    cmocka_unit_test(edits_follow_the_timeline),
-        cmocka_unit_test(one_shadow_ray_passes_a_rod),
+        cmocka_unit_test(light_that_is_left_out_is_told),   cmocka_unit_test(frames_say_what_stopped_them),
+        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
+        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(one_shadow_ray_passes_a_rod),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }
