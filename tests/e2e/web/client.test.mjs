@@ -460,6 +460,29 @@ test('what the picture was said to be goes with the setting that it had', async 
     assert.equal(words[0], 'updating', `first of ${words.join(' | ')}`);
 });
 
+test('refinement stops at the error that is chosen, by keyboard, and not with a method that has none', async () => {
+    const stop = page.getByLabel('Stop refining at');
+    await page.getByLabel('Method').selectOption('live');
+    await settled(tab);
+    await stop.focus();
+    await page.keyboard.press('1'); // the first option that begins so
+    assert.equal(await stop.inputValue(), '10 % error');
+    const stopped = () => tab.watch.stats.at(-1);
+    await assertEventually(
+        async () => stopped().converged && stopped().stopped_by === 'error' && stopped().error.bound <= 0.1,
+        () => JSON.stringify({ error: stopped().error, stopped_by: stopped().stopped_by }),
+    );
+    await page.getByLabel('Method').selectOption('whitted');
+    await settled(tab);
+    assert.ok(await stop.isDisabled());
+    await page.locator('#stop-hint').getByText('does not know its error').waitFor();
+    await assertEventually(async () => stopped().stopped_by === 'whole', () => stopped().stopped_by);
+    await page.getByLabel('Method').selectOption('path');
+    await settled(tab);
+    await stop.selectOption('Never');
+    assert.deepEqual(tab.watch.errors, []);
+});
+
 test('ais is chosen, and shows where it refined', async () => {
     const legend = page.getByRole('complementary', { name: 'Legend' });
     await page.getByLabel('Method').selectOption('ais');

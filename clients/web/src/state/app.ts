@@ -32,6 +32,8 @@ const BRIGHTEST_LM = UNITS.flux_lm.max;
 export interface Method {
     name: string;
     summary: string;
+    /** A picture at rest gets better, and its error is known. */
+    addsSamples: boolean;
 }
 
 /** The meter says something at once, and more precisely for as long as nothing changes. */
@@ -68,6 +70,11 @@ export class App {
         if (chosen) return chosen.auto ? { auto: true, ev: measured } : chosen;
         return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
     });
+    /** Of this view: its own choice, else the scene's. */
+    readonly method = computed(() => {
+        const name = this.view.settings.value.method ?? this.scene.record('render')?.method;
+        return this.methods.value.find((m) => m.name === name);
+    });
     private readonly link: Connection;
     private user = '';
     private rpc: Rpc | null = null;
@@ -82,7 +89,7 @@ export class App {
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
-        this.view = new ViewLink(call, onError);
+        this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts } = this;
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.link = new Connection(url, token, {
@@ -400,7 +407,11 @@ function visible(): Promise<void> {
 
 function methodsIn(list: Json | undefined): Method[] {
     const rows = Array.isArray(list) ? list.filter(isObject) : [];
-    return rows.map((m) => ({ name: stringOr(m.name, ''), summary: stringOr(m.summary, '') }));
+    return rows.map((m) => ({
+        name: stringOr(m.name, ''),
+        summary: stringOr(m.summary, ''),
+        addsSamples: m.progressive === true || m.refines === true,
+    }));
 }
 
 function poseOf(camera: SceneRecord | undefined): CameraPose {

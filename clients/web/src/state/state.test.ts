@@ -8,7 +8,7 @@ import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp,
 import { Meter } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
-import { viewSize } from './view';
+import { STOPS, ViewLink, viewSize } from './view';
 
 const OPS: Json[] = [
     { op: 'add', type: 'camera', id: 'main', position: [0, 0, 5], target: [0, 0, 0] },
@@ -168,6 +168,27 @@ test('solo switches the others off, and a second time brings back what was', () 
     const back = solo.toggle(['c'], [light('a', false), light('b', false), light('c', true)]);
     assert.deepEqual(back.map((o) => [o.id, (o as { value: Json }).value]), [['a', true]]);
     assert.equal(solo.isSoloed('c'), false);
+});
+
+test('a view is held to an error by methods that know theirs, and by no other', async () => {
+    let addsSamples = true;
+    const asked: JsonObject[] = [];
+    const call = (_method: string, params: JsonObject): Promise<JsonObject> => {
+        asked.push(params);
+        return Promise.resolve({ view_id: 1 });
+    };
+    const view = new ViewLink(call, assert.ifError, () => addsSamples);
+    for (const stop of Object.keys(STOPS) as (keyof typeof STOPS)[]) {
+        view.settings.value = { ...view.settings.value, stop };
+        await view.open();
+    }
+    assert.deepEqual(
+        asked.map((params) => params.budget),
+        [0.1, 0.05, 0.02, 0.01, 0.005].map((error) => ({ error })).concat([{} as { error: number }]),
+    );
+    addsSamples = false;
+    await view.open();
+    assert.deepEqual(asked.at(-1)!.budget, {}, 'it takes back what the server would refuse');
 });
 
 test('a view has whole pixels, the window’s shape, and stays within the budget', () => {

@@ -29,6 +29,17 @@ export const STREAMS = {
 } as const;
 export type Stream = keyof typeof STREAMS;
 
+/** The error at which refinement of a picture at rest ends; null: it goes on to the scene's number of samples. */
+export const STOPS = {
+    '10 % error': 0.1,
+    '5 % error': 0.05,
+    '2 % error': 0.02,
+    '1 % error': 0.01,
+    '0.5 % error': 0.005,
+    Never: null,
+} as const;
+export type Stop = keyof typeof STOPS;
+
 /** Maps that the server lays over the picture: where an adaptive method refined its samples. */
 export const OVERLAYS = {
     none: 'Off',
@@ -52,6 +63,7 @@ export interface ViewSettings {
     /** By name; those not named are automatic. */
     effects: Readonly<Record<string, Force>>;
     overlay: OverlayName;
+    stop: Stop;
     resolution: Resolution;
     stream: Stream;
 }
@@ -68,6 +80,7 @@ function rememberedSettings(): ViewSettings {
         whiteBalance: null,
         effects: {},
         overlay: 'none',
+        stop: 'Never',
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };
@@ -116,6 +129,8 @@ export class ViewLink {
     constructor(
         private readonly call: (method: string, params: JsonObject) => Promise<JsonObject>,
         private readonly onError: (error: Error) => void,
+        /** False: the method makes a picture in one pass, and the server refuses to hold it to an error. */
+        private readonly addsSamples: () => boolean,
     ) {}
 
     moveTo(orbit: Orbit): void {
@@ -227,7 +242,9 @@ export class ViewLink {
     private settingParams(): JsonObject {
         const s = this.settings.value;
         const { codec, quality } = STREAMS[s.stream];
-        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay };
+        const error = STOPS[s.stop];
+        const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
+        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;

@@ -4,16 +4,25 @@ interface ChoiceProps {
     options: [string, string][];
     /** What an option means, where its name does not say it. */
     titles?: ReadonlyMap<string, string>;
+    disabled?: boolean;
+    /** The id of a sentence about it. */
+    describedBy?: string;
     onChange(value: string): void;
 }
 
 /** A list to choose from, under its name. */
-export function Choice({ label, value, options, titles, onChange }: ChoiceProps) {
+export function Choice({ label, value, options, titles, disabled, describedBy, onChange }: ChoiceProps) {
     const known = options.some(([key]) => key === value);
     return (
         <label class="choice">
             <span class="field-label">{label}</span>
-            <select value={value} title={titles?.get(value)} onChange={(e) => onChange(e.currentTarget.value)}>
+            <select
+                value={value}
+                title={titles?.get(value)}
+                disabled={disabled}
+                aria-describedby={describedBy}
+                onChange={(e) => onChange(e.currentTarget.value)}
+            >
                 {!known && <option value={value}>{value || 'default'}</option>}
                 {options.map(([key, name]) => (
                     <option key={key} value={key} title={titles?.get(key)}>

@@ -59,7 +59,7 @@ function Converged() {
     // The numbers are of the picture that is about to go.
     if (app.view.pending.value || app.scene.rev.value > frame.sceneRev) return <span class="quality">updating</span>;
     return (
-        <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel (spp), and how far the picture is off: root mean square error by mean luminance">
+        <span class={`quality ${frame.converged ? 'is-converged' : ''}`} title="Samples per pixel (spp), and how far the picture is off at most, with 95 % confidence: root mean square error by mean luminance">
             <span class="quality-mark" aria-hidden="true" />
             <span class="quality-word">{word(frame)}</span>
             {!frame.rough && <b>{number(frame.spp)} spp</b>}
