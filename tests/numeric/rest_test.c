@@ -146,7 +146,7 @@ static void the_error_of_edges_is_said(void **state)
         struct lum_pass_stats stats;
         do
             stats = rig_pass(&r);
-        while (stats.spp < 9);
+        while (stats.spp < 11);
         struct lum_rgb *picture = rig_picture(&r);
         for (size_t i = 0; i < n; i++) {
             double y = luminance_at(picture, i);

@@ -173,7 +173,7 @@ static void an_error_holds_for_the_sum(void **state)
         struct said kept = render(line);
         assert_true(kept.rel < kept.bound && kept.bound <= 1.0);
         assert_string_equal(kept.stopped_by, "error");
-        snprintf(line, sizeof line, "--method %s --light-groups --error 1e-3 --spp 3", methods[m]);
+        snprintf(line, sizeof line, "--method %s --light-groups --error 1e-3 --spp 12", methods[m]);
         assert_string_equal(render(line).stopped_by, "spp");
     }
 }
