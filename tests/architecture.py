@@ -189,7 +189,7 @@ def check_pages():
     words = set(re.findall(r"\b[Ll][Uu][Mm]_\w+", "\n".join(contents.values())))
     for page in PAGES:
         with open(os.path.join(source, page), encoding="utf-8") as f:
-            text = f.read()
+            text = re.sub(r"^```diff\n.*?^```\n", "", f.read(), flags=re.M | re.S)  # of changes that were not kept
         paths = re.findall(r"\b(?:core|protocol|server|clients|tests|docker)/[\w./-]+\.(?:c|h|py|md|ts|tsx|mjs|jpg|png)\b", text)
         links = [os.path.join(os.path.dirname(page), link) for link in re.findall(r"\]\(([^):#]+)\)", text)]
         for path in paths:
