@@ -12,8 +12,14 @@ WIDTH, HEIGHT = 320, 240
 if len(sys.argv) != 5:
     sys.exit(__doc__)
 url, out, lamp, lumens = sys.argv[1:]
-host, port, token = re.fullmatch(r"http://(.+):(\d+)/(?:#t=(.*))?", url).groups()
-line = socket.create_connection((host, int(port)))
+parts = re.fullmatch(r"http://(.+):(\d+)/(?:#t=(.*))?", url)
+if not parts:
+    sys.exit(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
+host, port, token = parts.groups()
+try:
+    line = socket.create_connection((host, int(port)))
+except OSError as error:
+    sys.exit(f"{url}: {error.strerror}: does lumend run there?")
 incoming = line.makefile("rb")
 
 

@@ -224,8 +224,8 @@ int main(int argc, char **argv)
     if (!ok)
         fprintf(stderr, "lumend-replay: %s\n", reason);
     else if (report.refused)
-        fprintf(stderr, "lumend-replay: %llu edits were refused, the first: %s\n", (unsigned long long)report.refused,
-                report.first_refusal);
+        fprintf(stderr, "lumend-replay: %llu edits were refused, the first: %s%s\n", (unsigned long long)report.refused,
+                report.first_refusal, report.refused == report.edits ? " (is the replay for another scene?)" : "");
     ok = ok && report.refused == 0;
     if (report.frames > 0 && !print_report(&report, a.json))
         ok = false;

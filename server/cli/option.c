@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/accel/accel.h"
 #include "core/method/method.h"
@@ -86,6 +87,25 @@ enum lum_status lum_option_read_isa(const struct lum_option_row *row, const char
 
 /* ---- the command line ---- */
 
+/* The only option whose value is called so: "port", of --listen HOST:PORT. NULL: there is none, or several. */
+static const struct lum_option_row *by_value(const char *word, const struct lum_option_row *rows, size_t n_rows)
+{
+    static const char capitals[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    const struct lum_option_row *found = NULL;
+    size_t n = strlen(word);
+    for (size_t i = 0; i < n_rows; i++)
+        for (const char *at = rows[i].arg; at && *at;) {
+            size_t n_word = strspn(at, capitals);
+            if (n_word == n && n > 1 && strncasecmp(at, word, n) == 0) {
+                if (found)
+                    return NULL;
+                found = &rows[i];
+            }
+            at += n_word ? n_word : 1;
+        }
+    return found;
+}
+
 /* arg: "--treads=3". Says which of the names was meant, if one is near. */
 static enum lum_status unknown(const char *arg, size_t n_name, const struct lum_option_row *rows, size_t n_rows,
                                struct lum_error *err)
@@ -98,6 +118,10 @@ static enum lum_status unknown(const char *arg, size_t n_name, const struct lum_
             return lum_fail(err, LUM_ERR_INVALID, "", "an option is abbreviated: write --%s", rows[i].name);
         lum_nearest_offer(&near, rows[i].name);
     }
+    const struct lum_option_row *value = by_value(name, rows, n_rows);
+    if (value)
+        return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s': did you mean --%s %s?", arg, value->name,
+                        value->arg);
     return lum_fail(err, LUM_ERR_INVALID, "", "unknown option '%.60s'%s%s%s", arg, near.n ? ": did you mean --" : "",
                     near.n ? near.names[0] : "", near.n ? "?" : "");
 }

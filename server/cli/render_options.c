@@ -193,9 +193,9 @@ enum lum_status lum_render_options_allow(const struct lum_render_options *o, con
 static enum lum_status check(struct lum_render_options *o, struct lum_error *err)
 {
     if (!o->scene)
-        return lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing");
+        return lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend render --help)");
     if (!o->out)
-        return lum_fail(err, LUM_ERR_INVALID, "out", "--out FILE.exr|.png is missing");
+        return lum_fail(err, LUM_ERR_INVALID, "out", "--out FILE.exr|.png is missing (see: lumend render --help)");
     const char *dot = strrchr(o->out, '.'), *end;
     o->exr = dot && strcmp(dot, ".exr") == 0;
     if (!o->exr && !(dot && strcmp(dot, ".png") == 0))

@@ -32,7 +32,7 @@ static enum lum_status read_log(const struct lum_option_row *row, const char *gi
 /* clang-format off */
 static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
     [LUM_SERVE_SCENE] = {"scene", "NAME|FILE", .fallback = "cornell", TEXT(scene),
-        .help = "a built-in scene (see `lumend scenes`) or a .jsonl, .gltf, .glb, .obj file"},
+        .help = "a built-in scene (see `lumend scenes`), a model (glTF, GLB, OBJ, FBX and others), or a .jsonl file"},
     [LUM_SERVE_LISTEN] = {"listen", "HOST:PORT", .fallback = "127.0.0.1:9460", OTHER(read_listen),
         .help = "where to accept connections; port 0 picks a free one"},
     [LUM_SERVE_TOKEN_FILE] = {"token-file", "FILE", TEXT(token_file),

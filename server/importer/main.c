@@ -76,9 +76,8 @@ static enum lum_status run(struct lum_importer *im, const char *kind, const char
 static int usage(FILE *out, int status)
 {
     fputs("usage: lumend-import --to-jsonl FILE\n"
-          "          prints a model file (.gltf, .glb, .obj) as a .jsonl scene, which lumend --scene takes: to see "
-          "what an\n"
-          "          import brings, or to edit it by hand\n"
+          "          prints a model (glTF, GLB, OBJ, FBX and others) as a .jsonl scene, which lumend --scene takes: to\n"
+          "          see what an import brings, or to edit it by hand\n"
           "   or: lumend-import model|image NAME ID CPU_S\n"
           "          run by lumend, which hands out files on descriptor 3\n"
           "   or: lumend-import --help | --version\n",

@@ -512,7 +512,10 @@ enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_n
     net->vhost = lws_create_vhost(net->context, &info);
     if (!net->vhost) {
         status = lum_fail(err, LUM_ERR_IO, "listen", "cannot listen on %s port %u: %s", config->address.host,
-                          config->address.port, errno ? strerror(errno) : "the address is taken or not ours");
+                          config->address.port,
+                          errno == EADDRINUSE ? "another program does (port 0 picks a free one)"
+                          : errno             ? strerror(errno)
+                                              : "the address is taken or not ours");
         goto fail;
     }
     *ret_net = net;

@@ -219,7 +219,7 @@ class Start(unittest.TestCase):
 
     def test_taken_port(self):
         with Daemon() as daemon:
-            with self.assertRaisesRegex(AssertionError, f"cannot listen on 127.0.0.1 port {daemon.port}"):
+            with self.assertRaisesRegex(AssertionError, f"cannot listen on 127.0.0.1 port {daemon.port}: another program does"):
                 Daemon(listen=f"127.0.0.1:{daemon.port}")
             daemon.assert_well()
 

@@ -162,6 +162,9 @@ class CommandLine(unittest.TestCase):
                                  (["render", "--isa", "mmx"], "--isa must be one of sse2, "),
                                  (["--no-auth", "--token-file", "f"], "exclude each other"),
                                  (["--treads=3"], "unknown option '--treads=3': did you mean --threads?"),
+                                 (["--port", "80"], "unknown option '--port': did you mean --listen HOST:PORT?"),
+                                 (["--name", "x"], "unknown option '--name'\n"),  # several take one
+                                 (["render"], "--scene NAME|FILE is missing (see: lumend render --help)"),
                                  (["--method", "foo"], "--method must be a method, not 'foo': there are whitted, "),
                                  (["render", "--method", "foo"], "not 'foo': there are whitted, "),
                                  (["render", "--thread", "3"], "abbreviated: write --threads"),

@@ -96,6 +96,10 @@ class Minimal(unittest.TestCase):
             self.assertIn("token", done.stderr)
             self.assertFalse(os.path.exists(self.out))
             daemon.assert_well()
+        done = run_client(daemon, self.out)  # that has stopped
+        self.assertRegex(done.stderr, r"^http://\S+: Connection refused: does lumend run there\?\n$")
+        done = subprocess.run([sys.executable, CLIENT, daemon.token, self.out, LAMP, "1"], capture_output=True, text=True)
+        self.assertRegex(done.stderr, r"^\S+ is not a URL")
 
 
 if __name__ == "__main__":
