@@ -67,7 +67,7 @@ extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box
 /* The sub-table of what has one; else NULL. */
 const struct lum_fields *lum_field_parts(const struct lum_field *f);
 const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *name);
-/* Fills err with "unknown_field" and the nearest name; returns false. */
+/* Fills err with "unknown_field" and the nearest name, or what became of a field that there was once; returns false. */
 bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err);
 
 /* The struct that the offsets of a record's fields count from. */

@@ -166,7 +166,6 @@ static const struct lum_field render[] = {
             "65536 in all, and asks its choice of them"),
     NUMBER(render, cache_accuracy, 0.01, 1, 0.2, "",
            "error that records of a cache may have: less is finer and slower"),
-    CHOICE(render, storage, 0, "waitfree|lock|local|serial", "how threads share the records of a cache"),
     BOOL(render, antialias, 1,
          "smooth edges of surfaces and, in `live`, of hard shadows; false: rays through pixel centres"),
     OPT(render, exposure_ev, -30, 30, 0, "EV100", "higher is darker; null: automatic"),
@@ -232,8 +231,21 @@ const struct lum_field *lum_fields_find(const struct lum_fields *t, const char *
     return NULL;
 }
 
+/* Fields that there were once: old files may name them. */
+static const struct {
+    enum lum_record_type type;
+    const char *name, *text;
+} gone[] = {
+    {LUM_RECORD_RENDER, "storage",
+     "storage is no field of a scene any more: leave it out. It never changed a picture, but how threads share the "
+     "records of a cache, which is an option of lumend render now"},
+};
+
 bool lum_fields_unknown(const struct lum_fields *t, const char *name, struct lum_proto_error *err)
 {
+    for (size_t i = 0; i < sizeof gone / sizeof gone[0]; i++)
+        if (t == lum_fields_of(gone[i].type) && strcmp(name, gone[i].name) == 0)
+            return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "unknown_field", name, "%s", gone[i].text);
     const char *names[LUM_LIMIT_JSON_MEMBERS];
     char text[sizeof err->text / 2];
     for (size_t i = 0; i < t->n; i++)

@@ -103,7 +103,6 @@ struct lum_record_camera {
 struct lum_record_render {
     char method[16];
     double spp, max_depth, shadow_samples, seed, vpls, cache_accuracy;
-    char storage[12]; /* waitfree lock local serial */
     bool antialias;
     struct lum_opt exposure_ev; /* EV100: higher is darker; null: automatic */
     char tone_map[12];          /* agx aces reinhard none */

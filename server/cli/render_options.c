@@ -135,7 +135,8 @@ static const struct lum_option_row rows[] = {
     {"cache-accuracy", "A", .kind = LUM_OPTION_NUMBER, AT(cache_accuracy), .min = 0.01, .max = 1, .help =
         "error that records of a cache may have, 0.01 to 1: less is finer (default: the scene's)"},
     {"storage", "S", OTHER(read_storage, storage), .help =
-        "how threads share the records of a cache: serial, lock, local, waitfree (default: the scene's)"},
+        "for study, how threads share the records of a cache: serial, lock, local or waitfree (the\n"
+        "default)"},
     {"exposure", "EV", OTHER(read_exposure, exposure_ev), .help =
         "of a PNG: EV100 from -40 to 40, higher is darker, or auto (default: the scene's)"},
     {"tone-map", "T", OTHER(read_tone_map, tone_map), .help =

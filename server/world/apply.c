@@ -293,8 +293,6 @@ enum lum_status lum_apply_settings(const struct lum_record *render, struct lum_v
     inout_settings->antialias = r->antialias;
     inout_settings->n_vpls = (uint32_t)r->vpls;
     inout_settings->cache_accuracy = (float)r->cache_accuracy;
-    if (!lum_storage_find(r->storage, &inout_settings->storage))
-        return lum_fail(err, LUM_ERR_UNSUPPORTED, "storage", "there is no storage %s in this version", r->storage);
     return LUM_OK;
 }
 

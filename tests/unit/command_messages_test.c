@@ -67,6 +67,20 @@ static void refusals_name_their_place(void **state)
                    "both name media");
 }
 
+/* A file from before. */
+static void fields_that_are_gone_are_told(void **state)
+{
+    (void)state;
+    cli_write_text(cli_in_dir("old.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"set\",\"id\":\"render\",\"path\":\"/storage\",\"value\":\"lock\"}\n");
+    expect_message("render --scene @old.jsonl --out @x.png", "line 2: storage is no field of a scene any more");
+    cli_write_text(cli_in_dir("old.jsonl"),
+                   "{\"lumend\":1,\"kind\":\"scene\"}\n"
+                   "{\"op\":\"set\",\"id\":\"render\",\"path\":\"\",\"value\":{\"seed\":1,\"storage\":\"lock\"}}\n");
+    expect_message("render --scene @old.jsonl --out @x.png", "an option of lumend render now");
+}
+
 /* A bulb of which a mirror sends a fifth elsewhere: told once, with what to do, and in the statistics of each frame. */
 static void light_that_is_in_no_picture_is_told(void **state)
 {
@@ -272,6 +286,7 @@ int main(void)
         cmocka_unit_test(an_error_is_kept_or_refused),
         cmocka_unit_test(what_has_no_effect_is_told),
         cmocka_unit_test(names_that_do_not_exist_are_answered_with_those_near),
+        cmocka_unit_test(fields_that_are_gone_are_told),
         cmocka_unit_test(light_that_is_in_no_picture_is_told),
         cmocka_unit_test(progress_is_told_seldom_in_a_log),
     };
