@@ -7,45 +7,23 @@ Hashes hold for one machine and one compiler. Exit status 1: some differ, by nam
 import argparse
 import hashlib
 import os
-import struct
-import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "support"))
+from exr import Exr  # noqa: E402
+from renders import listed, render  # noqa: E402
 
 SIZE, SAMPLES, FRAMES = "96x64", "3", "4"
 
 
-def pixels_of(path):
-    """The scanline blocks of an EXR file: the header, which has times in it, and the table of offsets left out."""
-    with open(path, "rb") as file:
-        data = file.read()
-    at, window = 8, None
-    while data[at]:
-        name_end = data.index(0, at)
-        type_end = data.index(0, name_end + 1)
-        size = struct.unpack_from("<i", data, type_end + 1)[0]
-        if data[at:name_end] == b"dataWindow":
-            window = struct.unpack_from("<4i", data, type_end + 5)
-        at = type_end + 5 + size
-    first_block = struct.unpack_from("<Q", data, at + 1)[0]
-    assert window and first_block < len(data), path
-    return data[first_block:]
-
-
-def listed(lumend, what):
-    lines = subprocess.run([lumend, what], check=True, capture_output=True, text=True).stdout.splitlines()
-    return [line.split()[0] for line in lines if line.strip()]
-
-
-def render(lumend, folder, scene, method, threads, edits):
-    """Hash of all frames of one run."""
-    command = [lumend, "render", "--scene", scene, "--method", method, "--size", SIZE, "--deterministic",
-               "--threads", str(threads), "--out", os.path.join(folder, "%04d.exr" if edits else "one.exr")]
-    command += ["--edits", edits, "--frames", FRAMES, "--spp", "1"] if edits else ["--spp", SAMPLES]
-    subprocess.run(command, check=True, capture_output=True)
+def hash_of(lumend, folder, scene, method, threads, edits):
+    """Of all frames of one run."""
+    more = ["--edits", edits, "--frames", FRAMES, "--spp", "1"] if edits else ["--spp", SAMPLES]
+    render(lumend, (scene, method), SIZE, threads, os.path.join(folder, "%04d.exr" if edits else "one.exr"), more)
     digest = hashlib.sha256()
     for name in sorted(os.listdir(folder)):
-        digest.update(pixels_of(os.path.join(folder, name)))
+        digest.update(Exr(os.path.join(folder, name)).block_bytes())
         os.remove(os.path.join(folder, name))
     return digest.hexdigest()
 
@@ -72,7 +50,7 @@ def main():
             case = f"{edits or scene}:{method}"
             if options.only not in case:
                 continue
-            one, three = (render(options.lumend, folder, scene, method, n, edits) for n in (1, 3))
+            one, three = (hash_of(options.lumend, folder, scene, method, n, edits) for n in (1, 3))
             now[case] = one
             told = "" if one == three else "differs with the number of threads"
             if options.compare and before.get(case) != one:
