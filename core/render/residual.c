@@ -10,10 +10,10 @@
 #define GRAIN 4.0f
 
 /* Levels of a pixel are chosen by its neighbours' errors, not by its own: else the error that is stated would be the
- * least of several that are wrong by chance, a half to all of the true one too small. With no neighbour its own count.
- */
-#define ALONE 1e-6f
-#define CENTRE 4.0f /* of the filter */
+ * least of several that are wrong by chance, a half to all of the true one too small. This share of its own counts, for
+ * where it has no neighbour. */
+#define ALONE 1e-3f
+#define CENTRE 4.0f /* of the filter: a pixel's own weight */
 
 /* Errors below this share of the largest level's are all alike: the estimate is no better. */
 #define ERROR_FLOOR 1e-3f
@@ -40,6 +40,7 @@ void lum_residual_finish(struct lum_residual_memory *m)
     lum_free(m->first);
     lum_free(m->from);
     lum_free(m->to);
+    lum_free(m->own);
     lum_free(m->by_level);
     lum_free(m->blend);
     lum_free(m->blocks);
@@ -57,12 +58,14 @@ static bool allocate(struct lum_residual_memory *m)
     m->first = lum_calloc(n, sizeof *m->first);
     m->from = lum_calloc(n, sizeof *m->from);
     m->to = lum_calloc(n, sizeof *m->to);
+    m->own = lum_calloc(n, sizeof *m->own);
     m->by_level = lum_calloc(n, sizeof *m->by_level);
     m->blend = lum_calloc(n, sizeof *m->blend);
     m->blocks = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->blocks);
     m->rates = lum_calloc((size_t)(m->grid_w + 1) * (m->grid_h + 1) * CLASSES, sizeof *m->rates);
     m->sums = lum_calloc((size_t)m->grid_w * m->grid_h, sizeof *m->sums);
-    return guided && m->first && m->from && m->to && m->by_level && m->blend && m->blocks && m->rates && m->sums;
+    return guided && m->first && m->from && m->to && m->own && m->by_level && m->blend && m->blocks && m->rates &&
+           m->sums;
 }
 
 static enum lum_status reserve(struct lum_residual_memory **memory, uint32_t w, uint32_t h, struct lum_error *err)
@@ -235,9 +238,9 @@ static void filter_row(const struct step *step, uint32_t y)
         size_t row = (size_t)y * m->w + x;
         for (uint32_t i = 0; i < n; i++) {
             struct lanes sum = step->in[row + i];
-            float all = step->centre;
+            float all = CENTRE;
             for (uint32_t k = 0; k < LANES; k++)
-                sum.v[k] *= step->centre;
+                sum.v[k] *= CENTRE;
             for (uint32_t j = 0; j < n_near; j++) {
                 int32_t at = (int32_t)(x + i) + near[j].shift;
                 const struct lanes *in = step->in + near[j].row + (size_t)(at < 0 ? 0 : at > last ? last : at);
@@ -248,6 +251,7 @@ static void filter_row(const struct step *step, uint32_t y)
             }
             for (uint32_t k = 0; k < LANES; k++)
                 m->to[row + i].v[k] = sum.v[k] / all;
+            m->own[row + i] *= CENTRE / all;
         }
     }
 }
@@ -265,12 +269,9 @@ static enum lum_status filter(struct step *step, const struct lanes *in, uint32_
     return status;
 }
 
-/* alone: what a pixel itself weighs in what is known around it. */
-static enum lum_status smooth(struct step *step, const struct lanes *in, float alone)
+static enum lum_status smooth(struct step *step, const struct lanes *in)
 {
-    step->centre = alone;
     enum lum_status status = filter(step, in, 0);
-    step->centre = CENTRE;
     for (uint32_t k = 1; k < SMOOTH_STEPS && status == LUM_OK; k++)
         status = filter(step, step->m->from, k);
     return status;
@@ -301,6 +302,7 @@ static void error_row(const struct step *step, uint32_t y)
         if (in_both(first))
             measure(lum_luminance(take(first, A)), lum_luminance(take(first, B)), a, b, &error, &noise);
         errors[step->level] = error + (GRAIN - 1.0f) * noise;
+        m->own[i] = 1.0f; /* before they are smoothed */
         if (step->level == LEVELS)
             errors[NONE] = in_both(first) ? error - noise + a * b : 0.0f;
     }
@@ -323,10 +325,15 @@ static void weigh(const float error[CHOICES], float ret_weight[CHOICES])
         ret_weight[k] /= sum;
 }
 
+/* A pixel's own error is taken off again of what is smoothed. Were it left out in the first step, whose neighbours are
+ * next to it, those that are 2, 4 and 8 pixels away would miss it, too: every second pixel of every second row would
+ * choose otherwise than the rest, and show as a lattice of specks. */
 static void weight_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
+        for (uint32_t k = 0; k < CHOICES; k++)
+            m->from[i].v[k] -= (1.0f - ALONE) * m->own[i] * m->by_level[i].v[k];
         weigh(m->from[i].v, m->by_level[i].v);
         m->blend[i] = (struct lanes){{0}};
     }
@@ -437,7 +444,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status != LUM_OK)
         return status;
     struct lum_residual_memory *m = *memory;
-    struct step step = {.r = r, .m = m, .runner = runner, .scale = 1.0f, .centre = CENTRE};
+    struct step step = {.r = r, .m = m, .runner = runner, .scale = 1.0f};
     status = run_step(&step, guide_row);
     if (status == LUM_OK) {
         double mean = lum_film_mean_luminance(r->truth);
@@ -445,7 +452,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
         status = run_step(&step, residual_row);
     }
     if (status == LUM_OK)
-        status = smooth(&step, m->from, CENTRE);
+        status = smooth(&step, m->from);
     if (status == LUM_OK)
         status = lum_stage_loop(runner, m->grid_w * m->grid_h, lum_outliers_limit, &step);
     if (status == LUM_OK)
@@ -454,7 +461,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
         status = run_levels(&step, error_row);
     if (status != LUM_OK)
         return status;
-    status = smooth(&step, m->by_level, ALONE);
+    status = smooth(&step, m->by_level);
     if (status == LUM_OK)
         status = run_step(&step, weight_row);
     if (status == LUM_OK)

@@ -74,6 +74,7 @@ struct lum_residual_memory {
     float *guide[GUIDES];
     struct lanes *first;      /* residuals as they are, but for outliers */
     struct lanes *from, *to;  /* what the last filter step made, and room for the next */
+    float *own;               /* what a pixel itself weighs in what filter steps made of it */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
     struct square *blocks;    /* of a grid: outliers */
@@ -88,7 +89,6 @@ struct step {
     const struct lum_stage_runner *runner;
     void (*row)(const struct step *step, uint32_t y);
     uint32_t level;         /* of a filter step: neighbours are 2^level pixels away */
-    float centre;           /* and this is the pixel's own weight */
     const struct lanes *in; /* of a filter step */
     float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
 };
