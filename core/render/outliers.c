@@ -96,8 +96,7 @@ struct place {
     float by_class[2], by_corner[4];
 };
 
-/* How much the frame lights it: number of the class, and how far it is towards the next. */
-static float class_of(const struct step *step, size_t i)
+float lum_outliers_class(const struct step *step, size_t i)
 {
     float white = white_at(step, i);
     float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)LIT_CLASSES;
@@ -108,7 +107,7 @@ static float class_of(const struct step *step, size_t i)
 
 static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
 {
-    float lit = class_of(step, (size_t)y * step->m->w + x), next = lit - floorf(lit);
+    float lit = step->m->guide[GUIDE_LIT][(size_t)y * step->m->w + x], next = lit - floorf(lit);
     float u = ((float)(x % SPREAD_SIDE) + 0.5f) / (float)SPREAD_SIDE;
     float v = ((float)(y % SPREAD_SIDE) + 0.5f) / (float)SPREAD_SIDE;
     return (struct place){.lit = (uint32_t)lit,

@@ -116,6 +116,7 @@ static void guide_row(const struct step *step, uint32_t y)
             g[GUIDE_PER_TOLERANCE] = 1.0f / (PLANE_PIXELS * s->depth[i] * step->r->per_pixel + LUM_RAY_OFFSET);
             g[GUIDE_KIND] = (float)(s->kind[i] & (LUM_PIXEL_SURFACE | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES));
         }
+        g[GUIDE_LIT] = lum_outliers_class(step, i);
         for (uint32_t k = 0; k < GUIDES; k++)
             step->m->guide[k][i] = g[k];
     }
@@ -123,15 +124,17 @@ static void guide_row(const struct step *step, uint32_t y)
 
 #define RUN 64u /* pixels of a row that are filtered together */
 
-/* How much of n pixels from o on goes into those from c on: same kind, same plane, same direction. */
+/* How much of n pixels from o on goes into those from c on: same kind, same plane, same direction, lit alike. per_step:
+ * 1 / (how far away they are); per_class: 1, or 0 if they need not be lit alike. */
 static void compare(const struct lum_residual_memory *m, size_t c, size_t o, uint32_t n, float per_step,
-                    float ret_weight[RUN])
+                    float per_class, float ret_weight[RUN])
 {
     float *const *g = m->guide;
     const float *cn[3] = {g[0] + c, g[1] + c, g[2] + c}, *cp[3] = {g[3] + c, g[4] + c, g[5] + c};
     const float *on[3] = {g[0] + o, g[1] + o, g[2] + o}, *op[3] = {g[3] + o, g[4] + o, g[5] + o};
     const float *ct = g[GUIDE_PER_TOLERANCE] + c, *ot = g[GUIDE_PER_TOLERANCE] + o;
     const float *ck = g[GUIDE_KIND] + c, *ok = g[GUIDE_KIND] + o;
+    const float *cl = g[GUIDE_LIT] + c, *ol = g[GUIDE_LIT] + o;
     for (uint32_t i = 0; i < n; i++) {
         float dx = op[0][i] - cp[0][i], dy = op[1][i] - cp[1][i], dz = op[2][i] - cp[2][i];
         float off = (dx * cn[0][i] + dy * cn[1][i] + dz * cn[2][i]) * ct[i] * per_step;
@@ -142,7 +145,8 @@ static void compare(const struct lum_residual_memory *m, size_t c, size_t o, uin
         same *= same;
         same *= same;
         same *= same; /* cos^16 */
-        ret_weight[i] = ck[i] == ok[i] ? flat * same : 0.0f;
+        float classes = (ol[i] - cl[i]) * per_class, lit = lum_max(1.0f - classes * classes, 0.0f);
+        ret_weight[i] = ck[i] == ok[i] ? flat * same * lit : 0.0f;
     }
 }
 
@@ -154,7 +158,7 @@ static size_t source_of(const struct step *step, size_t i, int half)
     float alike[RUN];
     if (n[i] > 0 || (x ^ 1) >= step->m->w || n[beside] == 0)
         return i;
-    compare(step->m, i, beside, 1, 1.0f, alike);
+    compare(step->m, i, beside, 1, 1.0f, 1.0f, alike);
     return alike[0] > BESIDE_ALIKE ? beside : i;
 }
 
@@ -220,7 +224,7 @@ static uint32_t find_neighbours(const struct step *step, uint32_t x, uint32_t y,
         near->shift = shift;
         memset(near->weight, 0, sizeof near->weight);
         compare(m, (size_t)y * m->w + (size_t)from, near->row + (size_t)(from + shift), (uint32_t)(to - from),
-                1.0f / (float)d, near->weight + ((uint32_t)from - x));
+                1.0f / (float)d, step->per_class, near->weight + ((uint32_t)from - x));
         for (uint32_t i = 0; i < RUN; i++)
             near->weight[i] *= kernel;
     }
@@ -269,8 +273,10 @@ static enum lum_status filter(struct step *step, const struct lanes *in, uint32_
     return status;
 }
 
+/* Along surfaces, however they are lit: what the noise around is, and which levels are right. */
 static enum lum_status smooth(struct step *step, const struct lanes *in)
 {
+    step->per_class = 0.0f;
     enum lum_status status = filter(step, in, 0);
     for (uint32_t k = 1; k < SMOOTH_STEPS && status == LUM_OK; k++)
         status = filter(step, step->m->from, k);
@@ -364,6 +370,7 @@ static void blend_row(const struct step *step, uint32_t y)
 static enum lum_status run_levels(struct step *step, void (*row)(const struct step *step, uint32_t y))
 {
     struct lum_residual_memory *m = step->m;
+    step->per_class = 1.0f;
     step->level = 0;
     enum lum_status status = run_step(step, row);
     for (uint32_t k = 1; k <= LEVELS && status == LUM_OK; k++) {
@@ -444,13 +451,11 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status != LUM_OK)
         return status;
     struct lum_residual_memory *m = *memory;
-    struct step step = {.r = r, .m = m, .runner = runner, .scale = 1.0f};
+    double mean = lum_film_mean_luminance(r->truth);
+    struct step step = {.r = r, .m = m, .runner = runner, .scale = mean > 0.0 ? (float)mean : 1.0f};
     status = run_step(&step, guide_row);
-    if (status == LUM_OK) {
-        double mean = lum_film_mean_luminance(r->truth);
-        step.scale = mean > 0.0 ? (float)mean : 1.0f;
+    if (status == LUM_OK)
         status = run_step(&step, residual_row);
-    }
     if (status == LUM_OK)
         status = smooth(&step, m->from);
     if (status == LUM_OK)

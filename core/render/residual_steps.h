@@ -11,9 +11,9 @@
 /* Side of the squares over which outliers are shared out, pixels. */
 #define SPREAD_SIDE 48u
 
-/* They go to pixels that are lit about as much by the frame: of classes of light, two neighbours of which a pixel
- * belongs to. In powers of 2 of what a white surface would show, over the picture's mean. One more is of what does not
- * reflect, such as fog before the sky; the one after it is empty. */
+/* What the frame is wrong by goes with how much it lights a place: neither residuals nor outliers go to pixels that it
+ * lights otherwise. Of classes of light a pixel is between two. In powers of 2 of what a white surface would show, over
+ * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. */
 #define LIT_CLASSES 8u
 #define CLASSES (LIT_CLASSES + 2u)
 #define CLASS_POWERS 1.5f
@@ -32,6 +32,7 @@ enum {
     GUIDE_PZ,
     GUIDE_PER_TOLERANCE, /* 1 / (distance off the plane that still counts as the same surface, for neighbours) */
     GUIDE_KIND,          /* only the same kind is mixed */
+    GUIDE_LIT,           /* class of light: no residuals are mixed of what the frame lights otherwise by one class */
     GUIDES
 };
 
@@ -89,6 +90,7 @@ struct step {
     const struct lum_stage_runner *runner;
     void (*row)(const struct step *step, uint32_t y);
     uint32_t level;         /* of a filter step: neighbours are 2^level pixels away */
+    float per_class;        /* 1: of pixels that are lit alike; 0: of others, too */
     const struct lanes *in; /* of a filter step */
     float scale; /* the picture's mean luminance: residuals are in units of it, so that no square of them overflows */
 };
@@ -165,6 +167,8 @@ struct sampled {
     struct lum_rgb share;  /* of what is shared out what the pixel gets */
 };
 
+/* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
+float lum_outliers_class(const struct step *step, size_t pixel);
 /* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
  * is a step. */
 void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);

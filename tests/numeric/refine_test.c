@@ -254,6 +254,34 @@ static void a_fine_texture_is_as_bright_as_its_samples(void **state)
     }
 }
 
+/* Every fourth column of a wall is a hundred times as bright as the others. There the frame has 30 % too much and
+ * samples have more noise than that, so that what is taken off is filtered. The dark columns, which are right, pay for
+ * none of it: they show no more error than their own two samples may have, which are uniform with a deviation of 0.1.
+ * The bright ones keep that of their sum, 0.5 / sqrt(2 N / 4); four of its deviations. */
+static void the_dark_pays_for_nothing(void **state)
+{
+    (void)state;
+    struct stage s;
+    double bright = 0.0;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        double truth = i % 4 == 0 ? TRUTH : 0.01 * TRUTH;
+        s.frame[i] = lum_grey((float)(i % 4 == 0 ? 1.3 * truth : truth));
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, truth * (1.0 + (i % 4 == 0 ? 0.5 : 0.1) * noise(i, k)));
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        if (i % 4 == 0)
+            bright += shown(&s, i) / TRUTH / (N / 4.0);
+        else if (!(fabs(shown(&s, i) / (0.01 * TRUTH) - 1.0) < 0.1 * sqrt(3.0)))
+            fail_msg("%g is shown of %g at (%u, %u)", shown(&s, i), 0.01 * TRUTH, i % W, i / W);
+    }
+    if (!(fabs(bright - 1.0) < 4.0 * 0.5 / sqrt(2.0 * N / 4.0)))
+        fail_msg("%g of the bright columns", bright);
+    stage_end(&s);
+}
+
 /* The samples know nothing of it. */
 static void a_spot_of_the_frame_goes(void **state)
 {
@@ -358,6 +386,7 @@ int main(void)
         cmocka_unit_test(bias_goes_on_each_wall),
         cmocka_unit_test(detail_comes_with_the_samples),
         cmocka_unit_test(noise_of_every_second_pixel_is_filtered),
+        cmocka_unit_test(the_dark_pays_for_nothing),
         cmocka_unit_test(it_ends_at_the_samples),
         cmocka_unit_test(the_error_is_what_it_says),
         cmocka_unit_test(the_error_is_covered),
