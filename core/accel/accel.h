@@ -12,6 +12,8 @@
 #define LUM_CORE_ACCEL_ACCEL_H
 
 #include "core/base/base.h"
+#include "core/math/affine.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 struct lum_device;     /* one Embree device */

@@ -23,6 +23,7 @@
 
 #include "core/base/base.h"
 #include "core/cache/caches.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 struct lum_cache_record {

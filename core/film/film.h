@@ -7,7 +7,7 @@
 #define LUM_CORE_FILM_FILM_H
 
 #include "core/base/base.h"
-#include "core/math/vec.h"
+#include "core/math/rgb.h"
 
 struct lum_film {
     uint32_t w, h;

@@ -13,6 +13,7 @@
 #include <math.h>
 
 #include "core/base/base.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 #define LUM_CELL_SIDE 48u  /* pixels: the least common multiple of 3, 4 and 16, see above */

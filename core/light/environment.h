@@ -11,6 +11,7 @@
 #define LUM_CORE_LIGHT_ENVIRONMENT_H
 
 #include "core/base/base.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 struct lum_image;

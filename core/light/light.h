@@ -5,6 +5,7 @@
 #include "core/base/base.h"
 #include "core/light/falloff.h"
 #include "core/light/rect.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
 

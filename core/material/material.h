@@ -16,6 +16,7 @@
 
 #include "core/base/base.h"
 #include "core/material/ggx.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
 

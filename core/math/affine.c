@@ -1,4 +1,4 @@
-#include "core/math/vec.h"
+#include "core/math/affine.h"
 
 struct lum_affined lum_affined_identity(void)
 {

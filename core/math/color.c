@@ -1,5 +1,7 @@
 #include "core/math/color.h"
 
+#include "core/math/affine.h"
+
 /* CIE daylight locus, CIE 15:2004 eq. 3.2 to 3.4. Valid 4000..25000 K. */
 static struct lum_vec2 daylight(double t)
 {

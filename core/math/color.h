@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 #define LUM_CCT_MIN 1000.0 /* K; lower and higher values are clamped */

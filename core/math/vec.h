@@ -1,4 +1,4 @@
-/* Vectors and affine transforms. Float for rendering, double where the scene is placed.
+/* Vectors, and frames of them. Float for rendering, double where the scene is placed.
  * Spaces: p_local (a mesh's own), p_world (the user's metres), p_scene (normalised: what Embree sees). */
 #ifndef LUM_CORE_MATH_VEC_H
 #define LUM_CORE_MATH_VEC_H
@@ -19,19 +19,6 @@ struct lum_vec3 {
 struct lum_vec3d {
     double x, y, z;
 };
-/* Linear Rec.709 colour. As radiance its luminance is in cd/m2, as irradiance in lx. */
-struct lum_rgb {
-    float r, g, b;
-};
-
-/* Affine map, row-major 3x4: p' = m[:, 0:3] p + m[:, 3]. */
-struct lum_affine {
-    float m[3][4];
-};
-struct lum_affined {
-    double m[3][4];
-};
-
 /* One instruction each, where fminf and fmaxf are calls. b when either is NaN. */
 static inline float lum_min(float a, float b)
 {
@@ -101,65 +88,6 @@ static inline bool lum_v3_finite(struct lum_vec3 a)
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-static inline struct lum_rgb lum_rgb(float r, float g, float b)
-{
-    return (struct lum_rgb){r, g, b};
-}
-static inline struct lum_rgb lum_grey(float v)
-{
-    return (struct lum_rgb){v, v, v};
-}
-static inline struct lum_rgb lum_rgb_add(struct lum_rgb a, struct lum_rgb b)
-{
-    return lum_rgb(a.r + b.r, a.g + b.g, a.b + b.b);
-}
-static inline struct lum_rgb lum_rgb_mul(struct lum_rgb a, struct lum_rgb b)
-{
-    return lum_rgb(a.r * b.r, a.g * b.g, a.b * b.b);
-}
-static inline struct lum_rgb lum_rgb_div(struct lum_rgb a, struct lum_rgb b)
-{
-    return lum_rgb(a.r / b.r, a.g / b.g, a.b / b.b);
-}
-static inline struct lum_rgb lum_rgb_scale(struct lum_rgb a, float s)
-{
-    return lum_rgb(a.r * s, a.g * s, a.b * s);
-}
-static inline struct lum_rgb lum_rgb_mad(struct lum_rgb a, struct lum_rgb b, float s)
-{
-    return lum_rgb(a.r + b.r * s, a.g + b.g * s, a.b + b.b * s);
-}
-static inline float lum_rgb_max(struct lum_rgb a)
-{
-    return lum_max(a.r, lum_max(a.g, a.b));
-}
-static inline bool lum_rgb_black(struct lum_rgb a)
-{
-    return !(a.r > 0.0f || a.g > 0.0f || a.b > 0.0f);
-}
-static inline bool lum_rgb_finite(struct lum_rgb a)
-{
-    return isfinite(a.r) && isfinite(a.g) && isfinite(a.b);
-}
-/* Luminance of linear Rec.709 (IEC 61966-2-1), so that Y of a radiance is cd/m2. */
-static inline float lum_luminance(struct lum_rgb c)
-{
-    return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
-}
-
-static inline struct lum_vec3 lum_affine_point(const struct lum_affine *a, struct lum_vec3 p)
-{
-    return lum_v3(a->m[0][0] * p.x + a->m[0][1] * p.y + a->m[0][2] * p.z + a->m[0][3],
-                  a->m[1][0] * p.x + a->m[1][1] * p.y + a->m[1][2] * p.z + a->m[1][3],
-                  a->m[2][0] * p.x + a->m[2][1] * p.y + a->m[2][2] * p.z + a->m[2][3]);
-}
-static inline struct lum_vec3 lum_affine_vector(const struct lum_affine *a, struct lum_vec3 v)
-{
-    return lum_v3(a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
-                  a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
-                  a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z);
-}
-
 static inline double lum_v3d_length(struct lum_vec3d v)
 {
     return sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
@@ -169,14 +97,6 @@ static inline double lum_v3d_cross_length(struct lum_vec3d a, struct lum_vec3d b
 {
     return lum_v3d_length((struct lum_vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x});
 }
-
-/* Double-precision placement maths (math/affine.c). */
-struct lum_affined lum_affined_identity(void);
-struct lum_affined lum_affined_mul(const struct lum_affined *a, const struct lum_affined *b); /* a after b */
-struct lum_vec3d lum_affined_point(const struct lum_affined *a, struct lum_vec3d p);
-/* False when the map is singular to working precision: not finite, or |M M^-1 - I| >= 1e-6 (NOTES H5). */
-bool lum_affined_invert(const struct lum_affined *a, struct lum_affined *ret_inverse);
-struct lum_affine lum_affine_from_double(const struct lum_affined *a);
 
 /* Orthonormal frame around unit n (Duff et al. 2017): t, b, n right-handed. */
 struct lum_frame {

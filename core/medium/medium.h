@@ -13,6 +13,7 @@
 #define LUM_CORE_MEDIUM_MEDIUM_H
 
 #include "core/base/base.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 struct lum_light;

@@ -11,6 +11,8 @@
 
 #include "core/accel/accel.h"
 #include "core/base/base.h"
+#include "core/math/affine.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 
 struct lum_scene;

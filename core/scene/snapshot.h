@@ -9,6 +9,8 @@
 #include "core/accel/accel.h"
 #include "core/light/light.h"
 #include "core/material/material.h"
+#include "core/math/affine.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/medium/medium.h"
 #include "core/scene/scene.h"

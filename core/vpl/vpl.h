@@ -27,6 +27,7 @@
 
 #include "core/accel/accel.h"
 #include "core/base/pool.h"
+#include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/scene/snapshot.h"
 

@@ -8,7 +8,7 @@
 #include <assimp/cfileio.h>
 #include <assimp/scene.h>
 
-#include "core/math/vec.h"
+#include "core/math/affine.h"
 #include "server/importer/mesh.h"
 
 #define LUM_LUMENS_PER_WATT 179.0

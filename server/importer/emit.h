@@ -6,7 +6,7 @@
 #define LUM_SERVER_IMPORTER_EMIT_H
 
 #include "core/base/base.h"
-#include "core/math/vec.h"
+#include "core/math/affine.h"
 
 #define LUM_EMIT_WARNINGS 64u /* later ones are counted, not sent */
 

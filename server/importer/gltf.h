@@ -9,7 +9,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "core/math/vec.h"
+#include "core/math/affine.h"
 #include "server/importer/mesh.h"
 
 #define LUM_GLTF_NONE UINT32_MAX
