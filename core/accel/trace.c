@@ -1,8 +1,10 @@
 /* Batches of rays through Embree, 16 at a time. The structure-of-arrays batch has Embree's own packet layout in runs of
  * 16 lanes, so packing is ten 64-byte copies; lanes past the end of the batch are copied too and switched off. */
-#include "core/accel/embree.h"
+#include "core/accel/trace.h"
 
 #include <string.h>
+
+#include "core/accel/embree.h"
 
 #define WIDTH 16 /* rays of the widest packet that Embree takes */
 
@@ -408,7 +410,7 @@ static void trace_any(const struct lum_trace *trace, struct filter_context *cont
 void lum_trace_any(const struct lum_trace *trace, const struct lum_rays *rays, uint8_t ret_occluded[LUM_RAY_BATCH])
 {
     struct filter_context context;
-    filter_context_init(&context, trace, NULL, false); /* coherent occlusion: see accel.h */
+    filter_context_init(&context, trace, NULL, false); /* coherent occlusion: see trace.h */
     trace_any(trace, &context, rays, ret_occluded);
 }
 

@@ -1,7 +1,7 @@
 /* Where along a ray to look for scattered light, and what is there. */
 #include <string.h>
 
-#include "core/accel/accel.h"
+#include "core/accel/trace.h"
 #include "core/medium/medium.h"
 #include "core/scene/snapshot.h"
 

@@ -2,7 +2,7 @@
 #ifndef LUM_CORE_PASS_TILING_H
 #define LUM_CORE_PASS_TILING_H
 
-#include "core/accel/accel.h"
+#include "core/accel/trace.h"
 
 /* A tile is one ray batch: up to 16 x 16 pixels, row by row. Tiles at the right and lower edge are smaller. */
 #define LUM_TILE_SIDE 16u

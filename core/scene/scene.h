@@ -9,12 +9,12 @@
 #ifndef LUM_CORE_SCENE_SCENE_H
 #define LUM_CORE_SCENE_SCENE_H
 
-#include "core/accel/accel.h"
 #include "core/base/base.h"
 #include "core/math/affine.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 
+struct lum_device;
 struct lum_scene;
 struct lum_snapshot;
 

@@ -7,6 +7,7 @@
 #define LUM_CORE_SCENE_SNAPSHOT_H
 
 #include "core/accel/accel.h"
+#include "core/accel/trace.h"
 #include "core/light/light.h"
 #include "core/material/material.h"
 #include "core/math/affine.h"

@@ -25,7 +25,7 @@
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
-#include "core/accel/accel.h"
+#include "core/accel/trace.h"
 #include "core/base/pool.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
