@@ -7,7 +7,6 @@
 #include "core/light/rect.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
-#include "core/scene/scene.h"
 
 struct lum_instance;
 struct lum_snapshot;

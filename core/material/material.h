@@ -18,7 +18,7 @@
 #include "core/material/ggx.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
-#include "core/scene/scene.h"
+#include "core/scene/desc.h"
 
 struct lum_surface;
 

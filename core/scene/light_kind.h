@@ -3,6 +3,7 @@
 #define LUM_CORE_SCENE_LIGHT_KIND_H
 
 #include "core/light/light.h"
+#include "core/scene/desc.h"
 
 /* Luminance, intensity and illuminance: the sun's disc is 1.6e9 cd/m2; the square of a scene scale still fits a float.
  */

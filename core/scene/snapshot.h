@@ -14,7 +14,7 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/medium/medium.h"
-#include "core/scene/scene.h"
+#include "core/scene/desc.h"
 
 /* p_scene = (p_world - centre) * scale, in double. A scene is placed anew when a surface would lie beyond
  * LUM_SCENE_REACH on any axis. */

@@ -6,6 +6,7 @@
 #ifndef LUM_CORE_SCENE_TABLES_H
 #define LUM_CORE_SCENE_TABLES_H
 
+#include "core/scene/desc.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
 

@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "core/scene/scene.h"
 #include "protocol/json/json.h"
 #include "server/director/read_request.h"
 

@@ -1,11 +1,12 @@
 /* From records to the renderer: the only file that sees protocol records and the core scene.
  *
  * Here colours become chromaticities of luminance 1, colour temperatures become colours, degrees become radians, and
- * whatever photometric size a light was given in becomes the one natural to its kind (core/scene/scene.h). */
+ * whatever photometric size a light was given in becomes the one natural to its kind (core/scene/desc.h). */
 #ifndef LUM_SERVER_WORLD_APPLY_H
 #define LUM_SERVER_WORLD_APPLY_H
 
 #include "core/render/view.h"
+#include "core/scene/scene.h"
 #include "protocol/document/document.h"
 
 /* Puts and removes what the changes say, in order, all or nothing: when the renderer refuses one, those before it are

@@ -10,7 +10,7 @@
 
 #include "core/base/pool.h"
 #include "core/cache/caches.h"
-#include "core/scene/scene.h"
+#include "core/scene/desc.h"
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
 #include "protocol/document/document.h"

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "core/scene/scene.h"
+
 enum { SPHERE = 5 }; /* the object's index: three meshes, then the emitters by id */
 
 static struct lum_rays rays;

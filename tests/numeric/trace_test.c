@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/scene/scene.h"
+
 static struct lum_rays rays;
 static struct lum_hits hits;
 

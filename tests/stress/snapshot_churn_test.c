@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "core/base/pool.h"
+#include "core/scene/scene.h"
 
 enum { READERS = 3, COMMITS = 2000, KEPT = 4, SIDE = 8 };
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "core/render/view.h"
+#include "core/scene/desc.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
 #include "tests/support/isa.h"

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/base/pool.h"
+#include "core/scene/scene.h"
 #include "tests/support/isa.h"
 
 static int setup(void **state, const char *isa)

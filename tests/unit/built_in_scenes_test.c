@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "core/render/view.h"
+#include "core/scene/scene.h"
 #include "server/world/scene_source.h"
 
 static void load(struct lum_world *world, const char *scene)

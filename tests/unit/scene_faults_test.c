@@ -1,4 +1,5 @@
 /* Allocations that fail: the scene stays what it was. */
+#include "core/scene/scene.h"
 #include "tests/support/scene_fixture.h"
 
 /* Every allocation of the call fails in turn; after each failure the scene must commit to what it was before. */

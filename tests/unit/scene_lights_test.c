@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/scene/scene.h"
 #include "tests/support/scene_fixture.h"
 
 static uint32_t light_index(const struct lum_snapshot *s, const char *id)

@@ -1,6 +1,7 @@
 /* The scene's tables and what they refuse; cameras, bounds, placement, meshes that deform. */
 #include <string.h>
 
+#include "core/scene/scene.h"
 #include "tests/support/scene_fixture.h"
 
 /* ---- ids and references ---- */

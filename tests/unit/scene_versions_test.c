@@ -1,6 +1,7 @@
 /* What a commit counts as changed, and what it shares with the one before. */
 #include <string.h>
 
+#include "core/scene/scene.h"
 #include "tests/support/scene_fixture.h"
 
 static void dim_key(struct lum_scene *scene)
