@@ -3,7 +3,7 @@
  * Sampling: what is cosine-shaped (base, multiple scattering) with probability diffuse_prob, else a facet of the
  * interface, which then reflects or transmits in proportion to what it does there. lum_bsdf_eval gives the pdf of the
  * whole mixture, so that every sampled weight is f |cos| / pdf by construction. */
-#include "core/material/material.h"
+#include "core/material/bsdf.h"
 
 #include "core/math/warp.h"
 

@@ -9,6 +9,8 @@
 
 #include "core/math/vec.h"
 
+#define LUM_ALPHA_MIN 1e-3f /* below: delta lobe (pbrt's threshold, NOTES H18) */
+
 /* Density of facet normals h (unit, h.z >= 0). The denominator is alpha^2 cos^2 + sin^2 with sin^2 taken from x and y:
  * no cancellation near the peak. */
 static inline float lum_ggx_d(struct lum_vec3 h, float alpha)

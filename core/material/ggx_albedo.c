@@ -3,8 +3,6 @@
 
 #include <stddef.h>
 
-#include "core/material/material.h"
-
 /* Nodes: alpha = 10^(-3 + 3 j / 23), from LUM_ALPHA_MIN to 1; cos = (i / 23)^4. Near grazing the albedo is a function
  * of cos / alpha, so both axes are dense where their value is small. */
 #define NODES 24

@@ -1,6 +1,8 @@
 /* From a material's parameters and textures to the BSDF at a point. */
 #include "core/material/material.h"
 
+#include "core/material/bsdf.h"
+#include "core/material/ggx.h"
 #include "core/scene/snapshot.h"
 
 /* Indices of refraction closer to 1 than this count as equal: the half vector of refraction, whose length is about
@@ -126,7 +128,7 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
     return true;
 }
 
-/* The mix of metal, coated base and glass; each share times its own parameters (material.h). */
+/* The mix of metal, coated base and glass; each share times its own parameters (bsdf.h). */
 static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
 {
     struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);

@@ -1,3 +1,4 @@
+#include "core/material/bsdf.h"
 #include "core/pass/pass.h"
 
 void lum_surfaces_finish(struct lum_surfaces *s)

@@ -17,6 +17,7 @@
 
 #include "core/base/pool.h"
 #include "core/film/film.h"
+#include "core/material/bsdf.h"
 #include "core/trace/rays.h"
 
 #define LUM_PATH_GUIDE_BYTES                                                                                           \

@@ -2,6 +2,7 @@
 #include "core/render/aov.h"
 
 #include "core/base/pool.h"
+#include "core/material/bsdf.h"
 
 void lum_aov_finish(struct lum_aov_buffers *aov)
 {

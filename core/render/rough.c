@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "core/material/bsdf.h"
+
 /* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
 #define SHEEN_FLOOR 0.05f
 #define MATTE_FLOOR 1e-3f /* of what has no such part: black can still be divided by */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 
 const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *s)

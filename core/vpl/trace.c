@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "core/material/bsdf.h"
+#include "core/material/ggx.h"
 #include "core/trace/rays.h"
 #include "core/trace/stale.h"
 #include "core/vpl/share.h"

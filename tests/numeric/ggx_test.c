@@ -6,8 +6,8 @@
 
 #include <cmocka.h>
 
+#include "core/base/base.h"
 #include "core/material/ggx.h"
-#include "core/material/material.h"
 #include "core/math/sampler.h"
 #include "tests/numeric/stats.h"
 

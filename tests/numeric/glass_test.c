@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/material/bsdf.h"
 #include "core/pass/pass.h"
 #include "tests/support/rig.h"
 

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "core/material/bsdf.h"
 #include "core/material/material.h"
 #include "core/scene/snapshot.h"
 

@@ -6,6 +6,8 @@
 
 #include <cmocka.h>
 
+#include "core/material/bsdf.h"
+#include "core/material/ggx.h"
 #include "core/material/material.h"
 #include "core/math/color.h"
 #include "core/scene/snapshot.h"

@@ -14,6 +14,7 @@
 
 #include <stdlib.h>
 
+#include "core/material/bsdf.h"
 #include "core/pass/components.h"
 #include "core/light/irradiance.h"
 #include "core/math/color.h"

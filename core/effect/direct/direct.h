@@ -3,6 +3,7 @@
 #define LUM_CORE_EFFECT_DIRECT_DIRECT_H
 
 #include "core/effect/direct/layers.h"
+#include "core/material/bsdf.h"
 
 /* Shading points: where, with which BSDF, seen from where. About 70 KiB: lives on a worker's stack. */
 struct lum_vertices {

@@ -1,0 +1,110 @@
+/* The BSDF that a material makes at a point.
+ *
+ * The model is glTF 2.0's metallic-roughness with KHR_materials_specular, _ior, _transmission, _volume and _unlit: a
+ * mix of a metal, of a dielectric coat over a diffuse base, and of glass. roughness^2 = alpha; alpha below
+ * LUM_ALPHA_MIN is a perfect mirror (delta). Reflection is GGX with height-correlated Smith and visible-normal
+ * sampling, Fresnel by Schlick; glass has the exact dielectric Fresnel, and refracts as Walter et al. 2007 (a solid) or
+ * passes straight on (thin). Thin glass has two faces, and what is reflected to and fro between them is in what it
+ * reflects and transmits: of clear glass 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
+ *
+ * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
+ * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
+ * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
+ * coat (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
+#ifndef LUM_CORE_MATERIAL_BSDF_H
+#define LUM_CORE_MATERIAL_BSDF_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "core/material/ggx.h"
+#include "core/math/rgb.h"
+#include "core/math/vec.h"
+
+struct lum_material;
+struct lum_surface;
+
+enum lum_lobe { LUM_LOBE_DIFFUSE, LUM_LOBE_GLOSSY, LUM_LOBE_REFLECT, LUM_LOBE_TRANSMIT, LUM_LOBE_GLOSSY_TRANSMIT };
+
+/* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
+struct lum_bsdf {
+    struct lum_frame frame;  /* around ns, bent so that wo is above it */
+    struct lum_vec3 ng;      /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
+    struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat; black where the surface has none */
+    struct lum_rgb f0;       /* metal and coat: reflectance at normal incidence (Schlick), black: none */
+    float f90;               /* and at grazing */
+    struct lum_rgb transmit; /* glass: its share of the surface times its tint; black: none */
+    struct lum_rgb glass_f0; /* glass: reflectance at normal incidence */
+    float glass_f90;         /* and at grazing and beyond the critical angle */
+    float glass;             /* share of the surface that is glass */
+    struct lum_rgb multi;    /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
+    float coat[3];      /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
+    float coat_norm;    /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
+    float diffuse_prob; /* probability that a sample is of the base or of multi: cosine-shaped */
+    float alpha;        /* GGX roughness; 0: delta */
+    struct lum_ggx_row row; /* of alpha */
+    float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
+    bool thin;
+    bool straight;           /* transmission is delta, and bends nothing */
+    struct lum_rgb emission; /* towards wo */
+};
+
+/* wo: unit, away from the surface, on surface->ng's side (if not, the surface is turned). */
+void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
+                   struct lum_vec3 wo);
+
+/* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. wo as given
+ * to lum_bsdf_init. Black and 0 where wi lies on different sides of the shading and of the geometric normal (light
+ * leaks, else). Transmission is of radiance: it includes eta^2. */
+struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float *ret_pdf_sa);
+
+/* The same in two parts: of the cosine-shaped lobes (diffuse base, light from several facets), and the rest. */
+struct lum_bsdf_value {
+    struct lum_rgb diffuse, gloss;
+    float pdf_sa;       /* of the whole mixture */
+    float gloss_pdf_sa; /* of lum_bsdf_gloss alone */
+};
+struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi);
+
+/* gloss and gloss_pdf_sa of that, for n directions. */
+void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
+                         struct lum_rgb *ret_gloss, float *ret_pdf_sa);
+
+/* Albedo of the cosine-shaped lobes for light that arrives at a cosine: their f |cos| is this times cos_i / pi. */
+struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
+
+/* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
+struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
+
+/* What glossy reflection sends on of light from wo; of delta lobes and of glass nothing. */
+struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
+
+/* The BSDF without its cosine-shaped lobes: for estimators that sample the rest alone. */
+struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b);
+
+struct lum_bsdf_sample {
+    struct lum_vec3 wi;
+    struct lum_rgb weight; /* f |cos| / pdf */
+    float pdf_sa;          /* 0 for a delta lobe */
+    enum lum_lobe lobe;
+};
+/* u: picks the direction, u_lobe: picks the lobe. False: absorbed. */
+bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
+                     struct lum_bsdf_sample *ret_sample);
+
+/* All delta lobes at once, for methods that follow every branch: weights are of the lobes themselves, not divided by
+ * the probability of choosing one. Returns how many. */
+uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2]);
+
+/* What is left of light that goes straight on through the surface to wo: of a pane, the weight of that delta lobe; else
+ * black. */
+struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
+
+/* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At
+ * most 1. */
+struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);
+
+/* Fresnel reflectance of a dielectric, cos_i in [0,1], eta = n_i / n_t. 1 at total internal reflection. */
+float lum_fresnel_dielectric(float cos_i, float eta);
+
+#endif
