@@ -1,6 +1,9 @@
 /* Sampling what lights emit. */
+#include "core/light/emit.h"
+
 #include "core/light/environment.h"
 #include "core/light/light.h"
+#include "core/light/sample.h"
 #include "core/math/warp.h"
 #include "core/scene/snapshot.h"
 

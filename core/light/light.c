@@ -5,6 +5,7 @@
 #include "core/light/environment.h"
 #include "core/light/irradiance.h"
 #include "core/light/rect.h"
+#include "core/light/sample.h"
 #include "core/material/material.h"
 #include "core/math/cdf.h"
 #include "core/math/warp.h"

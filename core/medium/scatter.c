@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "core/accel/trace.h"
+#include "core/light/sample.h"
 #include "core/medium/medium.h"
 #include "core/scene/snapshot.h"
 

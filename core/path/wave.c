@@ -20,6 +20,7 @@
 
 #include <string.h>
 
+#include "core/light/sample.h"
 #include "core/math/warp.h"
 #include "core/path/guide.h"
 

@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#include "core/light/emit.h"
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 
 struct light_build {

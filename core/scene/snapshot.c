@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 

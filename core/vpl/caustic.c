@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 #include "core/trace/rays.h"

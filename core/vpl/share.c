@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "core/light/emit.h"
 #include "core/math/sampler.h"
 #include "core/scene/snapshot.h"
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "core/accel/embree.h"
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/pass/pass.h"

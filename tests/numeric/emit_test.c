@@ -1,7 +1,9 @@
 /* Light that leaves lights: flux, and that it goes where lum_light_sample_at says it comes from. */
 #include "tests/support/rig.h"
 
+#include "core/light/emit.h"
 #include "core/light/light.h"
+#include "core/light/sample.h"
 #include "core/math/warp.h"
 #include "core/pass/pass.h"
 #include "core/scene/light_kind.h"

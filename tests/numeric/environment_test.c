@@ -8,6 +8,7 @@
 
 #include "core/light/environment.h"
 #include "core/light/light.h"
+#include "core/light/sample.h"
 #include "core/material/material.h"
 #include "core/math/sampler.h"
 #include "core/scene/snapshot.h"

@@ -1,6 +1,7 @@
 /* Samples of lights follow their densities, and shine as their points do. */
 #include <math.h>
 
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/lights.h"

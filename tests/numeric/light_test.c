@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/light/rect.h"
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/lights.h"

@@ -1,7 +1,7 @@
 /* Surfaces that shine, as lamps: their flux is what leaves them, from one side or both, through textures and holes;
  * each object is dimmed, coloured and switched for itself, without a ray in `live`, and then the picture is a new
  * one's. */
-#include "core/light/light.h"
+#include "core/light/emit.h"
 #include "core/math/color.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/rig.h"

@@ -2,6 +2,7 @@
  * in a slab; the samplers against their pdfs and against plain sampling. */
 #include "tests/numeric/fog.h"
 
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 #include "tests/numeric/stats.h"
 

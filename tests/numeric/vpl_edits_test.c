@@ -1,4 +1,5 @@
 /* What an edit may move of virtual point lights, and what it costs. */
+#include "core/light/emit.h"
 #include "tests/support/vpls.h"
 
 static void dimming_traces_nothing(void **state)

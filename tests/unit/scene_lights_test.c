@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/light/sample.h"
 #include "core/scene/scene.h"
 #include "tests/support/scene_fixture.h"
 

@@ -5,6 +5,7 @@
  * evenly spaced. The middle part comes first: then the first iteration alone is a midpoint rule, and in the order of
  * the others no few of them lie to one side. */
 #include "core/effect/ais/ais.h"
+#include "core/light/sample.h"
 #include "core/math/sampler.h"
 
 #include <string.h>

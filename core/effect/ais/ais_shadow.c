@@ -11,6 +11,7 @@
  * What the diffuse base reflects is kept as if the surface were white; everything else goes to the gloss component,
  * where it is wanted: the lobes of coats and metals, and what a coat lets through differently from its mean. */
 #include "core/effect/ais/ais.h"
+#include "core/light/sample.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 

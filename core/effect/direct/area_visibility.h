@@ -8,7 +8,7 @@
 #define LUM_CORE_EFFECT_DIRECT_AREA_VISIBILITY_H
 
 #include "core/base/arena.h"
-#include "core/light/light.h"
+#include "core/light/sample.h"
 #include "core/pass/pass.h"
 
 #define LUM_AREA_POINTS 16u
