@@ -82,6 +82,9 @@ struct lum_accel_panes {
     const void *user;
 };
 
+/* Number of an object: index of the instance, or n_instances + index of the shape. */
+#define LUM_NO_OBJECT UINT32_MAX /* what Embree writes for a miss */
+
 LUM_MUST_USE enum lum_status lum_accel_top_create(struct lum_device *device, const struct lum_accel_instance *instances,
                                                   uint32_t n_instances, const struct lum_accel_shape *shapes,
                                                   uint32_t n_shapes, struct lum_accel_top **ret_top,

@@ -8,8 +8,6 @@
 
 #include <string.h>
 
-#include "core/accel/trace.h"
-
 _Static_assert(LUM_NO_OBJECT == RTC_INVALID_GEOMETRY_ID, "a miss must read as LUM_NO_OBJECT without a test");
 
 /* ---- emitter shapes ---- */

@@ -30,12 +30,10 @@ struct lum_rays {
     uint32_t n;
 };
 
-#define LUM_NO_OBJECT UINT32_MAX /* what Embree writes for a miss */
-/* object: index of the instance, or n_instances + index of the shape, or LUM_NO_OBJECT for a miss. u, v: barycentric
- * for triangles; 0..1 over the whole quad; disc: offset from the centre in radii along the axes of
- * lum_frame_from_normal(n); sphere: unused. ng: geometric normal by winding, in the object's local space for instances,
- * scene space for shapes (sphere: outward); not unit. Only t < tfar hits are reported; the fields of a miss other than
- * object are undefined. */
+/* object: as numbered in accel.h, or LUM_NO_OBJECT for a miss. u, v: barycentric for triangles; 0..1 over the whole
+ * quad; disc: offset from the centre in radii along the axes of lum_frame_from_normal(n); sphere: unused. ng: geometric
+ * normal by winding, in the object's local space for instances, scene space for shapes (sphere: outward); not unit.
+ * Only t < tfar hits are reported; the fields of a miss other than object are undefined. */
 struct lum_hits {
     _Alignas(64) float t[LUM_RAY_BATCH];
     float u[LUM_RAY_BATCH], v[LUM_RAY_BATCH];

@@ -1,6 +1,7 @@
 /* Sampling what lights emit. */
 #include "core/light/emit.h"
 
+#include "core/accel/trace.h"
 #include "core/light/environment.h"
 #include "core/light/light.h"
 #include "core/light/sample.h"

@@ -3,7 +3,7 @@
 
 #include "core/material/bsdf.h"
 #include "core/material/ggx.h"
-#include "core/scene/snapshot.h"
+#include "core/scene/surface.h"
 
 /* Indices of refraction closer to 1 than this count as equal: the half vector of refraction, whose length is about
  * |1 - eta|, would be wrong by more than LUM_ALPHA_MIN. */

@@ -1,6 +1,6 @@
 /* Which part of a ray a light can shine on. */
+#include "core/light/light.h"
 #include "core/medium/medium.h"
-#include "core/scene/snapshot.h"
 
 /* Keeps the part of [t0, t1] where at + t slope > 0. */
 static bool clip_half(double at, double slope, float *inout_t0, float *inout_t1)

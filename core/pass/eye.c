@@ -2,6 +2,8 @@
 
 #include "core/pass/eye.h"
 
+#include "core/accel/trace.h"
+
 static struct lum_vec3d sub(struct lum_vec3d a, struct lum_vec3d b)
 {
     return (struct lum_vec3d){a.x - b.x, a.y - b.y, a.z - b.z};

@@ -3,7 +3,7 @@
 #define LUM_CORE_PASS_SETTINGS_H
 
 #include "core/cache/caches.h"
-#include "core/scene/snapshot.h"
+#include "core/scene/desc.h"
 #include "core/trace/effect.h"
 
 struct lum_method;

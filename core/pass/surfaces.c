@@ -1,5 +1,6 @@
 #include "core/material/bsdf.h"
 #include "core/pass/pass.h"
+#include "core/scene/surface.h"
 
 void lum_surfaces_finish(struct lum_surfaces *s)
 {

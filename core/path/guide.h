@@ -15,6 +15,7 @@
 #ifndef LUM_CORE_PATH_GUIDE_H
 #define LUM_CORE_PATH_GUIDE_H
 
+#include "core/accel/trace.h"
 #include "core/base/pool.h"
 #include "core/film/film.h"
 #include "core/material/bsdf.h"

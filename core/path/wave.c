@@ -23,6 +23,7 @@
 #include "core/light/sample.h"
 #include "core/math/warp.h"
 #include "core/path/guide.h"
+#include "core/scene/surface.h"
 
 #define ROULETTE_DEPTH 3u /* bounces before roulette starts: the first ones carry most of the energy */
 

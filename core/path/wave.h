@@ -2,6 +2,7 @@
 #ifndef LUM_CORE_PATH_WAVE_H
 #define LUM_CORE_PATH_WAVE_H
 
+#include "core/accel/trace.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 #include "core/trace/rays.h"

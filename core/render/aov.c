@@ -3,6 +3,7 @@
 
 #include "core/base/pool.h"
 #include "core/material/bsdf.h"
+#include "core/scene/surface.h"
 
 void lum_aov_finish(struct lum_aov_buffers *aov)
 {

@@ -1,6 +1,7 @@
 /* What is under a pixel. */
 #include "core/pass/pass.h"
 #include "core/render/view.h"
+#include "core/scene/surface.h"
 
 void lum_pick_at(const struct lum_snapshot *s, const struct lum_camera *camera, uint32_t w, uint32_t h, double x,
                  double y, struct lum_pick *ret_pick)

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/material/bsdf.h"
+#include "core/scene/surface.h"
 
 /* Added to albedos before they are divided by: what is not in proportion to them (gloss, mirrors, black surfaces). */
 #define SHEEN_FLOOR 0.05f

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "core/scene/parts.h"
+
 /* A snapshot in the making. */
 struct commit {
     struct lum_scene *scene;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/light/environment.h"
+#include "core/scene/parts.h"
 
 struct lum_image *lum_image_ref(struct lum_image *image)
 {

@@ -8,6 +8,7 @@
 #include "core/light/emit.h"
 #include "core/light/sample.h"
 #include "core/math/sampler.h"
+#include "core/scene/parts.h"
 
 struct light_build {
     const struct lum_light_input *in;

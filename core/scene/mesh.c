@@ -8,6 +8,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "core/scene/parts.h"
+
 /* What one put works on. */
 struct mesh_build {
     const struct lum_mesh_desc *desc;

@@ -7,8 +7,9 @@
 
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/math/sampler.h"
-#include "core/scene/tables.h"
+#include "core/scene/parts.h"
 
 #define NOWHERE ((struct lum_bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}})
 

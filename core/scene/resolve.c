@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/math/sampler.h"
+#include "core/scene/parts.h"
 
 /* ---- materials ---- */
 

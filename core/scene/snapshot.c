@@ -1,10 +1,12 @@
-#include "core/scene/tables.h"
 
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/scene/parts.h"
+#include "core/scene/surface.h"
 
 const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *s)
 {

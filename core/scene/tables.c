@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/scene/parts.h"
+
 /* ---- tables ---- */
 
 uint32_t lum_table_lower_bound(const struct lum_table *table, const char *id)

@@ -2,6 +2,7 @@
 #ifndef LUM_CORE_TRACE_RAYS_H
 #define LUM_CORE_TRACE_RAYS_H
 
+#include "core/accel/trace.h"
 #include "core/scene/snapshot.h"
 #include "core/trace/effect.h"
 

@@ -7,6 +7,7 @@
 #include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/scene/surface.h"
 #include "core/trace/rays.h"
 #include "core/trace/stale.h"
 #include "core/vpl/share.h"

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/accel/accel.h"
 #include "server/stream/png.h"
 
 enum { PNG_FILE_LEVEL = 6 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/medium/medium.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
 #include "server/base/suggest.h"

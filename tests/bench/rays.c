@@ -18,6 +18,7 @@
 #include "core/math/warp.h"
 #include "core/pass/pass.h"
 #include "core/render/view.h"
+#include "core/scene/surface.h"
 #include "tests/bench/table.h"
 
 #define SIDE 512u

@@ -16,6 +16,7 @@
  * renderer's pool, with a batch per job, so that waking the workers counts, as it does for a frame. */
 #include "tests/bench/stride.h"
 
+#include "core/scene/surface.h"
 #include "tests/bench/table.h"
 
 /* Batches that secondary rays are stored for at a time: 9 MB, far more than L2, read in order. */

@@ -10,6 +10,7 @@
 
 #include "core/material/bsdf.h"
 #include "core/pass/pass.h"
+#include "core/scene/surface.h"
 #include "tests/support/rig.h"
 
 enum { SIDE = 16, SPP = 64 };

@@ -1,6 +1,7 @@
 /* Guided paths: the histogram is a density and samples follow it, what is guided has the mean of what is not and less
  * noise, and pictures do not depend on the number of threads, on cut passes, or on memory that is short. */
 #include "core/path/guide.h"
+#include "core/scene/surface.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/cut_short.h"
 

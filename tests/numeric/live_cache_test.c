@@ -7,6 +7,7 @@
 #include "core/cache/cache.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
+#include "core/scene/surface.h"
 
 #define N_VPLS 100u /* not a multiple of 16, nor of 64 */
 #define N_RECORDS 96u

@@ -3,7 +3,6 @@
 
 #include "core/cache/cache.h"
 #include "core/pass/pass.h"
-#include "core/scene/snapshot.h"
 
 #define SKY_CD_M2 100.0
 

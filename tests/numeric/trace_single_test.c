@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/scene/scene.h"
 
 enum { SPHERE = 5 }; /* the object's index: three meshes, then the emitters by id */

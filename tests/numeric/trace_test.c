@@ -5,7 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/scene/scene.h"
+#include "core/scene/surface.h"
 
 static struct lum_rays rays;
 static struct lum_hits hits;

@@ -9,8 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/base/pool.h"
 #include "core/scene/scene.h"
+#include "core/scene/surface.h"
 
 enum { READERS = 3, COMMITS = 2000, KEPT = 4, SIDE = 8 };
 

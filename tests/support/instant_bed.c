@@ -1,6 +1,7 @@
 #include "tests/support/instant_bed.h"
 
 #include "core/math/sampler.h"
+#include "core/scene/surface.h"
 
 struct lum_cache_key instant_key(const struct lum_cache_kind *kind, uint32_t n_vpls, uint32_t max_bounces)
 {

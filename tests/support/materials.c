@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "core/accel/accel.h"
+
 struct lum_material plain(float roughness)
 {
     return (struct lum_material){

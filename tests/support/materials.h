@@ -11,7 +11,7 @@
 
 #include "core/material/bsdf.h"
 #include "core/material/material.h"
-#include "core/scene/snapshot.h"
+#include "core/scene/surface.h"
 
 struct lum_material plain(float roughness);
 struct lum_material matte(void);

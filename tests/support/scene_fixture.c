@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "core/accel/trace.h"
 #include "core/base/pool.h"
 #include "core/scene/scene.h"
 #include "tests/support/isa.h"

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "core/accel/trace.h"
 #include "core/scene/shapes.h"
 #include "core/scene/snapshot.h"
 

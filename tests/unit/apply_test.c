@@ -9,6 +9,8 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "core/material/material.h"
+#include "core/scene/snapshot.h"
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
 #include "server/world/apply.h"

@@ -10,7 +10,7 @@
 #include "core/material/ggx.h"
 #include "core/material/material.h"
 #include "core/math/color.h"
-#include "core/scene/snapshot.h"
+#include "core/scene/surface.h"
 
 static bool near(float a, float b, float tolerance)
 {

@@ -4,7 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/math/sampler.h"
+#include "core/scene/parts.h"
+#include "core/scene/surface.h"
 #include "core/scene/tables.h"
 #include "tests/support/scene_fixture.h"
 

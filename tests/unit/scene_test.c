@@ -1,7 +1,9 @@
 /* The scene's tables and what they refuse; cameras, bounds, placement, meshes that deform. */
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/scene/scene.h"
+#include "core/scene/surface.h"
 #include "tests/support/scene_fixture.h"
 
 /* ---- ids and references ---- */

@@ -14,6 +14,7 @@
 #include "core/light/sample.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/scene/surface.h"
 
 #include <string.h>
 

@@ -13,6 +13,7 @@
 
 #include "core/effect/antialias/antialias.h"
 #include "core/math/color.h"
+#include "core/scene/surface.h"
 
 #define POINTS LUM_LAYER_INNER_POINTS
 

@@ -19,6 +19,7 @@
 #include "core/light/irradiance.h"
 #include "core/math/color.h"
 #include "core/math/warp.h"
+#include "core/scene/surface.h"
 
 #define GLOSS_POINTS 4u
 

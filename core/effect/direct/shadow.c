@@ -2,6 +2,7 @@
  * from everything that has an area, at a fixed number of samples. Also what shines itself, and the background. */
 #include "core/effect/direct/direct.h"
 #include "core/math/sampler.h"
+#include "core/scene/surface.h"
 
 /* First hit of pixel `slot`: emission goes to the layers, the surface, if it scatters with spread, to the vertices. */
 static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_vec3 d,

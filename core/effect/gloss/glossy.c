@@ -9,6 +9,7 @@
 #include "core/effect/direct/layers.h"
 #include "core/math/sampler.h"
 #include "core/path/wave.h"
+#include "core/scene/surface.h"
 
 #include <string.h>
 

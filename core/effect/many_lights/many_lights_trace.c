@@ -10,6 +10,7 @@
 #include "core/math/sampler.h"
 #include "core/math/warp.h"
 #include "core/medium/medium.h"
+#include "core/scene/surface.h"
 
 #define PAIR_MANY_LIGHTS 0x50000000u /* sampler pair of points on lights: no other effect's */
 #define CULL_SHARE (1.0f / 512)      /* of a tile's brightness: half a step of 8 bits */

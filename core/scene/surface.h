@@ -1,0 +1,34 @@
+/* What a ray found, ready to shade. */
+#ifndef LUM_CORE_SCENE_SURFACE_H
+#define LUM_CORE_SCENE_SURFACE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "core/math/rgb.h"
+#include "core/math/vec.h"
+
+struct lum_hits;
+struct lum_snapshot;
+
+struct lum_surface {
+    struct lum_vec3 p;      /* barycentric hit point, scene space */
+    struct lum_vec3 ng, ns; /* unit, both on the side the ray came from; ns: interpolated vertex normals */
+    struct lum_vec2 uv;
+    uint32_t instance; /* LUM_NO_OBJECT for an emitter shape */
+    uint32_t material;
+    uint32_t light; /* emitter hit, or LUM_NO_OBJECT */
+    uint32_t prim;
+    bool backface;               /* hit from behind the winding (entering or leaving a solid) */
+    struct lum_rgb vertex_color; /* white when the mesh has none */
+    struct lum_rgb emission; /* of a surface that is a light: towards where the ray came from, but for its texture */
+    /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where
+     * the material has no normal map. lum_bsdf_init applies those: ns here is the interpolated vertex normal. */
+    struct lum_vec3 dpdu, dpdv;
+};
+
+/* Fills *ret_surface for hit i of a batch whose ray had direction d. The caller checked object != LUM_NO_OBJECT. */
+void lum_snapshot_surface(const struct lum_snapshot *, const struct lum_hits *hits, uint32_t i, struct lum_vec3 d,
+                          struct lum_surface *ret_surface);
+
+#endif
