@@ -5,6 +5,7 @@
 
 #include "core/math/color.h"
 #include "core/trace/rays.h"
+#include "core/vpl/gather.h"
 
 /* Terms that are asked for at once, by slot and record; 64 KiB of a worker's stack. */
 #define CHUNK 256u

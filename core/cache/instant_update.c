@@ -13,9 +13,11 @@
 
 #include <string.h>
 
+#include "core/base/pool.h"
 #include "core/cache/since.h"
 #include "core/math/color.h"
 #include "core/trace/rays.h"
+#include "core/vpl/gather.h"
 
 struct state {
     struct lum_since_ring *ring;

@@ -23,6 +23,7 @@
 #include "core/cache/vpl_sum.h"
 #include "core/math/color.h"
 #include "core/trace/rays.h"
+#include "core/vpl/gather.h"
 
 /* `lift` of vpl_sum.h, in radii of the area that a VPL stands for: with 1 it gives no point more than the disc of that
  * area would. Less is noise, hot spots on slats and in corners; more is blur, and loses light behind what is near. Of

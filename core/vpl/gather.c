@@ -3,13 +3,14 @@
  * VPL by VPL: geometry terms of all points in one vector loop, then the rays of those points that get light from it.
  * Rays are traced when a batch is full, whichever VPLs they belong to; what comes back is added in the order of `slots`
  * for each point, however batches fell. */
-#include "core/vpl/vpl.h"
+#include "core/vpl/gather.h"
 
 #include <string.h>
 
 #include "core/math/color.h"
 #include "core/trace/rays.h"
 #include "core/vpl/lobe.h"
+#include "core/vpl/vpl.h"
 
 /* The points as the loop reads them, and the rays under way. About 35 KiB: lives on a worker's stack. */
 struct gathering {

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "core/base/pool.h"
 #include "core/light/emit.h"
 #include "core/material/bsdf.h"
 #include "core/material/ggx.h"

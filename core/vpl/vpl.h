@@ -18,28 +18,26 @@
  * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
  * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
  *   E = F * power / pi * cos_vpl * cos_point / r^2 * V,
- * its geometry term bounded as struct lum_bound says.
+ * its geometry term bounded as struct lum_bound (gather.h) says.
  *
  * On request there are several paths for each slot to choose from, so that few are spent on what nobody sees
  * (choose.c); and the direct light of an even sky is in the set too, as n_sky VPLs behind the others (sky.c). */
 #ifndef LUM_CORE_VPL_VPL_H
 #define LUM_CORE_VPL_VPL_H
 
-#include "core/accel/trace.h"
-#include "core/base/pool.h"
-#include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/scene/snapshot.h"
+#include "core/trace/effect.h"
 
 struct lum_counters;
+struct lum_pool;
+struct lum_vpl_share;
 
 #define LUM_VPL_MAX 65536u   /* lists of all of them lie on workers' stacks, 256 KiB each */
 #define LUM_VPL_DEFAULT 256u /* the thesis' number (5.4) */
 #define LUM_VPL_TRIES_MAX 8u /* TRIES of core/cache/live.c, which has the figures */
 #define LUM_VPL_SKY 256u     /* slots for a sky: half of them lie above a horizon */
 #define LUM_VPL_SLOTS_MAX (LUM_VPL_MAX + LUM_VPL_SKY)
-
-struct lum_vpl_share;
 
 /* Structure of arrays, by slot; every array is padded to a multiple of 16 with black VPLs. Zeroed: empty. */
 struct lum_vpl_set {
@@ -128,66 +126,5 @@ struct lum_vpl_request {
  * director; splits its work over the pool. */
 LUM_MUST_USE enum lum_status lum_vpl_update(struct lum_vpl_set *set, const struct lum_vpl_request *request,
                                             struct lum_error *err);
-
-/* How the geometry term g = cos cos / r^2 is kept from growing without limit near a VPL. */
-enum lum_bound_kind {
-    LUM_BOUND_NONE,
-    LUM_BOUND_THESIS, /* equations 6.2.2 and 6.2.3: fades to 0 below 0.8 min_distance (NOTES R1) */
-    LUM_BOUND_CLAMP,  /* min(g, 1 / min_distance^2) */
-    LUM_BOUND_SMOOTH, /* 1 / (r^2 + min_distance^2) */
-};
-struct lum_bound {
-    enum lum_bound_kind kind;
-    float min_distance; /* scene units */
-};
-
-/* What methods use. The thesis bounds the geometry term by a constant (min(g, 1 / d^2), "as in [PH04]") that it does
- * not give. Here d is a multiple of the radius of the area that one VPL stands for: it falls as their number grows, and
- * the sum converges. Of 1/2, 1 and 2 the last had the least error on the built-in scenes with 256. */
-static inline struct lum_bound lum_vpl_bound(float spacing)
-{
-    return (struct lum_bound){LUM_BOUND_CLAMP, 2.0f * spacing};
-}
-
-/* Points that gather: at most LUM_RAY_BATCH. n: the shading normal; ng: geometric, on the viewer's side. */
-struct lum_gather_points {
-    uint32_t n_points;
-    struct lum_vec3 p[LUM_RAY_BATCH], n[LUM_RAY_BATCH], ng[LUM_RAY_BATCH];
-};
-struct lum_gather {
-    const struct lum_snapshot *snapshot;
-    const struct lum_vpl_set *set;
-    const uint32_t *slots; /* the VPLs to gather from */
-    uint32_t n_slots;
-    struct lum_bound bound;
-    bool media; /* light is dimmed by the snapshot's media between VPL and point */
-    bool panes; /* and by its panes; else they hide the VPL */
-    const struct lum_gather_points *points;
-    struct lum_rgb *irradiance; /* by point: added to, and not scaled: the sum over `slots` */
-    uint16_t *sampled, *missed; /* by point: added to; NULL: not wanted. sampled: VPLs that could contribute; missed:
-                                 * those of them that are occluded (NOTES R3, listing 5.2) */
-    float *terms; /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
-                   * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
-    uint32_t
-        *left; /* likewise, with terms > 0: what panes leave on the way (lum_transmittance_pack). NULL: not wanted */
-    struct lum_counters *counters; /* rays as LUM_RAY_INDIRECT_DIFFUSE */
-};
-#define LUM_VPL_UNKNOWN (-INFINITY)
-/* All points against each VPL in turn, so that a packet's rays end in one place. Thread: any. */
-void lum_vpl_gather(const struct lum_gather *job);
-
-/* Nearer than this there is no room for an occluder between the two ends, each of which is moved off its surface by
- * LUM_RAY_OFFSET: the ray would run backwards. */
-#define LUM_VPL_TOUCHING (4.0f * LUM_RAY_OFFSET)
-
-/* Ray of visibility from a point to a VPL, both moved off their surfaces: 0 <= t <= 1. */
-static inline void lum_vpl_push_ray(struct lum_rays *rays, struct lum_vec3 from, struct lum_vec3 target)
-{
-    uint32_t r = rays->n++;
-    rays->ox[r] = from.x, rays->oy[r] = from.y, rays->oz[r] = from.z;
-    rays->dx[r] = target.x - from.x, rays->dy[r] = target.y - from.y, rays->dz[r] = target.z - from.z;
-    rays->tnear[r] = 0.0f;
-    rays->tfar[r] = 1.0f;
-}
 
 #endif

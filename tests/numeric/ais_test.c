@@ -3,6 +3,7 @@
 #include "tests/support/rig.h"
 
 #include "core/effect/ais/ais.h"
+#include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 
 static const char *const names[] = {"igi", "ais", "ais-max"};

@@ -1,4 +1,5 @@
 /* Instant caching: records are direct sums of their VPLs, and light that changes traces no ray. */
+#include "core/vpl/gather.h"
 #include "tests/support/built_in.h"
 #include "tests/support/instant_bed.h"
 

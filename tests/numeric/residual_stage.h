@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "core/base/pool.h"
 #include "core/math/sampler.h"
 #include "core/render/residual.h"
 

@@ -3,6 +3,7 @@
 #define LUM_TESTS_SUPPORT_VPLS_H
 
 #include "core/pass/pass.h"
+#include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 #include "tests/support/rig.h"
 

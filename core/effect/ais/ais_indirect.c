@@ -11,6 +11,7 @@
 
 #include <string.h>
 
+#include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 
 /* About 320 KiB, most of it the slots: lives on a worker's stack. */

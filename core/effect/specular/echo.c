@@ -2,7 +2,9 @@
 
 #include <string.h>
 
+#include "core/accel/trace.h"
 #include "core/math/color.h"
+#include "core/vpl/gather.h"
 
 void lum_echo_destroy(struct lum_echo *tiles, uint32_t n)
 {

@@ -13,6 +13,7 @@
 #include "core/pass/components.h"
 #include "core/path/wave.h"
 #include "core/scene/surface.h"
+#include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 
 #define BRANCH_DEPTH 30u        /* segments, as many as fit branch.path; a glass ball in a mirror room takes 8 */
