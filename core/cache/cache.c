@@ -1,6 +1,7 @@
 /* The registry of a scene's caches, and how an edit reaches them. */
 #include "core/cache/cache.h"
 
+#include "core/scene/motion.h"
 #include "core/trace/stale.h"
 
 /* A cache and who holds it. */

@@ -1,11 +1,9 @@
 /* The shared irradiance cache: records of indirect irradiance on surfaces, made where somebody looks, found again by
  * every later frame of every view, and brought up to date when the scene changes.
  *
- * A *kind* says how records are made and kept true: `irrcache` samples the hemisphere (chapter 7), `ic` and `tic` sum
- * virtual point lights (chapter 6), `live` does so with visibility bits. A kind is one row and one file. Where records
- * are placed, how they are stored, found and interpolated is the same for all.
- *
- * A struct lum_caches (caches.h) holds the caches of a scene by what they depend on besides it (struct lum_cache_key).
+ * A kind (kind.h) says how records are made and kept true. Where they are placed, how they are stored, found and
+ * interpolated is the same for all. A struct lum_caches (caches.h) holds the caches of a scene by what they depend on
+ * besides it (struct lum_cache_key).
  *
  * data flow of a pass: lum_cache_update (what did the edit make stale?) -> rounds of (request: pixels that no record
  * serves; place: sorted and thinned; build) and refresh (stale records that somebody looks at) -> interpolate. Each
@@ -16,59 +14,12 @@
 #define LUM_CORE_CACHE_CACHE_H
 
 #include "core/cache/caches.h"
+#include "core/cache/kind.h"
 #include "core/cache/store.h"
-#include "core/scene/motion.h"
+#include "core/math/vec.h"
 #include "core/vpl/vpl.h"
 
-struct lum_cache;
 struct lum_counters;
-
-/* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
- *   WARD  Ward 1988: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a; so radius = a R, with Ward's R. The
- * thesis' 6.2.5 is the same with R = 1 m everywhere. HATS  tents over distance, angle and step, multiplied: reaches 0
- * at the edge, so that nothing pops. The tent over the angle is 10 degrees + a wide (as in Radiance). */
-enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_TENTS };
-
-/* Some records of one cache, for one worker. */
-struct lum_cache_job {
-    struct lum_cache *cache;
-    const struct lum_snapshot *snapshot;
-    struct lum_cache_record *const *records;
-    uint32_t n;
-    float pixel; /* size of a pixel at distance 1 from the eye: no finer than needed */
-    struct lum_vec3 eye;
-    uint32_t worker;
-    struct lum_counters *counters;
-};
-
-struct lum_cache_update;
-struct lum_cache_kind {
-    const char *name;
-    enum lum_metric metric;
-    bool vpls;      /* sums virtual point lights */
-    bool sky;       /* and takes the diffuse light of an even sky with them */
-    uint32_t tries; /* of struct lum_vpl_request */
-    uint32_t spare; /* the set has so many VPLs for each that settings ask for, of which each record looks at its own
-                       choice; 0: one */
-    bool gloss;     /* of struct lum_cache_key */
-    bool lasting;   /* false: forgets all records whenever the scene changes (`ic`, `irrcache`) */
-    size_t (*record_bytes)(uint32_t n_vpls);
-    bool left; /* keeps what panes leave on the way to each VPL, where there are any (lum_cache_left) */
-    /* Fills new records whose p, n, ng and object are set: radius, irradiance, gradient, and all that is its own.
-     * Thread: any worker. */
-    void (*build)(const struct lum_cache_job *job);
-    /* Brings records up to date that lum_cache_is_stale. NULL: never stale. Records that can no longer be trusted are
-     * removed. */
-    void (*refresh)(const struct lum_cache_job *job);
-    /* The scene changed: cache->snapshot -> update->snapshot, with motion between them; the VPLs are already new
-     * (moved: bit by slot), and so is the epoch. Not called when motion is everything: then all records are gone.
-     * Powers, fluxes and media may have changed too: versions of both snapshots tell. Decides what is stale; must not
-     * trace more than the immediate update of the thesis does. NULL: lasting is false. Thread: the director, no pass is
-     * under way; may use update->pool. */
-    void (*change)(struct lum_cache *cache, const struct lum_cache_update *update, const struct lum_motion *motion);
-    void (*finish)(struct lum_cache *cache); /* frees cache->kind_state; NULL: lum_free does */
-};
-extern const struct lum_cache_kind lum_cache_irradiance, lum_cache_instant, lum_cache_temporal, lum_cache_live;
 
 struct lum_cache_key {
     const struct lum_cache_kind *kind;
@@ -155,11 +106,6 @@ void lum_cache_clear(struct lum_cache *cache);
 /* A store had no room. True: something gave way, so that it is worth another try; from a try to the next inout_cleared
  * tells what was done, and is false at first. Thread: as lum_cache_update. */
 bool lum_cache_make_room(struct lum_cache *cache, bool *inout_cleared);
-
-/* What a record counts at a point with normal n: above 0, finite; 0: it does not serve it. HATS also rejects records
- * that lie in front of or behind the point's surface (Ward 1988). */
-float lum_cache_record_weight(const struct lum_cache_record *record, enum lum_metric metric, float accuracy,
-                              struct lum_vec3 p, struct lum_vec3 n);
 
 /* True when the record may not be what it would be if it were built now: whoever wants to use it refreshes it first. */
 static inline bool lum_cache_is_stale(const struct lum_cache *cache, const struct lum_cache_record *record)

@@ -1,5 +1,5 @@
 /* What those outside see of the shared irradiance caches: how threads share records, the caches of a scene as a whole,
- * and what a pass did with them. What is in a cache: cache.h and tables.h. */
+ * and what a pass did with them. What is in a cache: cache.h and store.h. */
 #ifndef LUM_CORE_CACHE_CACHES_H
 #define LUM_CORE_CACHE_CACHES_H
 

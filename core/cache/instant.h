@@ -12,6 +12,7 @@
 #define LUM_CORE_CACHE_INSTANT_H
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 
 struct lum_instant_record {
     struct lum_cache_record base;

@@ -10,6 +10,8 @@
  * noise varies as slowly over a surface as what its points see, and does not show as blotches. So a record is also the
  * same whoever builds it, in whatever company. */
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
+#include "core/cache/weight.h"
 #include "core/math/sampler.h"
 #include "core/path/wave.h"
 

@@ -18,9 +18,11 @@
 #include <string.h>
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/cache/proximity.h"
 #include "core/cache/since.h"
 #include "core/cache/vpl_sum.h"
+#include "core/cache/weight.h"
 #include "core/math/color.h"
 #include "core/trace/rays.h"
 #include "core/vpl/gather.h"

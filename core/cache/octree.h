@@ -1,4 +1,4 @@
-/* The octree of a store (tables.h), without the records: nodes, their entries, and the memory of both.
+/* The octree of a store (store.h), without the records: nodes, their entries, and the memory of both.
  *
  * A node holds the entries of its cell in pages of eight: the position and the squared radius of each lie beside the
  * index of its record, so that a search touches no record that does not serve. The first page is part of the node.

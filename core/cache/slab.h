@@ -1,4 +1,4 @@
-/* The memory of a store's records (tables.h): chunks of 64 that stay where they are, and who may use which.
+/* The memory of a store's records (store.h): chunks of 64 that stay where they are, and who may use which.
  *
  * A word per chunk has a bit for each free record. Each worker takes records from a chunk of its own, the lowest free
  * one first, and goes on to the next chunk that no other worker has; when all are taken, from any that has one left, so

@@ -1,22 +1,28 @@
-/* What a record counts at a point: the arithmetic of lum_cache_record_weight, inline, so that it can stand in loops
- * over many points at once. No branch, and no value of any input makes it anything but 0 or finite and positive, as
- * long as LUM_ACCURACY_MIN <= accuracy. */
+/* What a record counts at a point. Inline, so that it can stand in loops over many points at once. No branch, and no
+ * value of any input makes it anything but 0 or finite and positive, as long as LUM_ACCURACY_MIN <= accuracy. */
 #ifndef LUM_CORE_CACHE_WEIGHT_H
 #define LUM_CORE_CACHE_WEIGHT_H
 
-#include "core/cache/cache.h"
+#include "core/cache/store.h"
+#include "core/math/vec.h"
+
+/* How near a record is to a point at distance d, and what it counts there. a: the accuracy, the error that is let pass.
+ * WARD: 1 / e with e = a d / radius + sqrt(1 - n.n'), valid for e < a (Ward 1988); so radius = a R, with Ward's R. The
+ * thesis' 6.2.5 is the same with R = 1 m everywhere. TENTS: tents over distance, angle and step, multiplied: reaches 0
+ * at the edge, so that nothing pops. The tent over the angle is 10 degrees + a wide (as in Radiance). */
+enum lum_metric { LUM_METRIC_WARD, LUM_METRIC_TENTS };
 
 /* Of a metric with its constants. */
 struct lum_weighting {
     float accuracy;
     float nearest;   /* WARD: least e, so that a record has the weight 1e4 / a where it lies */
-    float per_chord; /* HATS: 1 / width of the tent over |n - n'|, which is the angle for small ones */
+    float per_chord; /* TENTS: 1 / width of the tent over |n - n'|, which is the angle for small ones */
 };
 
 #define LUM_ACCURACY_MIN 1e-3f    /* a tenth of LUM_CACHE_ACCURACY_MIN, the least that a view may ask for */
 #define LUM_TENT_ANGLE 0.1745329f /* 10 degrees */
-/* HATS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres the
- * distance along the sum of both normals is 0. */
+/* TENTS: of the radius; how far behind or in front of the surface a record may lie. On planes, cylinders and spheres
+ * the distance along the sum of both normals is 0. */
 #define LUM_TENT_STEP 0.1f
 
 static inline struct lum_weighting lum_weighting_of(float accuracy)
@@ -44,7 +50,8 @@ static inline float lum_weight_tents(const struct lum_weighting *w, float per_ra
            lum_max(level, 0.0f); /* gcc 12 does not vectorise it joined by & */
 }
 
-/* Of one record at one point. */
+/* Of one record at one point with normal n: above 0, finite; 0: it does not serve it. TENTS also rejects records that
+ * lie in front of or behind the point's surface (Ward 1988). */
 static inline float lum_weight_of(const struct lum_weighting *w, enum lum_metric metric,
                                   const struct lum_cache_record *record, struct lum_vec3 p, struct lum_vec3 n)
 {

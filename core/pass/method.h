@@ -6,7 +6,7 @@
 
 struct lum_estimator;  /* pass/pass.h */
 struct lum_ais;        /* effect/ais/ais.h */
-struct lum_cache_kind; /* cache/cache.h */
+struct lum_cache_kind; /* cache/kind.h */
 
 struct lum_method {
     const char *name, *summary;

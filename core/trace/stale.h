@@ -6,7 +6,7 @@
  * Exposure, tone map and false colour are no edits: the core makes radiance, and knows nothing of them.
  *
  * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of
- * VPLs the mask of those that did (vpl.h); of records what their kind finds that motion met (cache.h). */
+ * VPLs the mask of those that did (vpl.h); of records what their kind finds that motion met (core/cache/kind.h). */
 #ifndef LUM_CORE_TRACE_STALE_H
 #define LUM_CORE_TRACE_STALE_H
 

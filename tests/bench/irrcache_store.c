@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/math/sampler.h"
 #include "core/render/view.h"
 #include "tests/bench/irrcache.h"

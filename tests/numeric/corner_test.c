@@ -4,6 +4,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/pass/pass.h"
 #include "tests/numeric/stats.h"
 

@@ -9,7 +9,7 @@
 
 #include <stdatomic.h>
 
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/pass/pass.h"
 
 /* ---- memory: every lum_calloc of the renderer comes by here (linked with --wrap) ---- */

@@ -1,6 +1,7 @@
 /* Nothing flickers: a scene at rest shows the same picture again, and where an object moves, nothing changes but what
  * its light paths reach. */
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
+#include "core/vpl/vpl.h"
 #include "tests/support/rig.h"
 
 static const char *const methods[] = {"tic", "live"};

@@ -2,6 +2,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/pass/pass.h"
 #include "core/path/wave.h"
 #include "core/scene/shapes.h"

@@ -5,6 +5,8 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
+#include "core/cache/weight.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
 #include "core/scene/surface.h"
@@ -400,6 +402,7 @@ static void no_light_through_a_thin_wall(void **state)
     rig_bulb(r, "bulb", rig_v(1.5, 2, 0.3), 40);
     bed_commit(&b);
     uint32_t n_dark = 0;
+    const struct lum_weighting weighting = lum_weighting_of(0.5f);
     for (int k = 0; k < 3; k++)
         bed_place(&b);
     for (uint32_t i = 0; i < N_RECORDS; i++) {
@@ -410,8 +413,7 @@ static void no_light_through_a_thin_wall(void **state)
         assert_true(lum_rgb_black(record->irradiance));
         for (uint32_t k = 0; k < N_RECORDS; k++)
             if (b.records[k] && b.records[k]->p.x > 0.0f)
-                assert_true(lum_cache_record_weight(b.records[k], LUM_METRIC_TENTS, 0.5f, record->p, record->n) ==
-                                0.0f ||
+                assert_true(lum_weight_of(&weighting, LUM_METRIC_TENTS, b.records[k], record->p, record->n) == 0.0f ||
                             lum_rgb_black(b.records[k]->irradiance) || fabsf(record->n.x) < 0.5f);
     }
     assert_true(n_dark > 0);

@@ -1,6 +1,6 @@
 /* Every method against closed forms (NOTES H17, H21, H39, H40), and those with virtual point lights against path
  * tracing, which they converge to. rig_pass asserts that no sample was dropped and no ray refused. */
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/scene/shapes.h"
 #include "tests/support/rig.h"
 

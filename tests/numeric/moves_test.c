@@ -2,7 +2,7 @@
  * in other ways - elsewhere, in other units, in another order, by other numbers of threads, with other kernels - makes
  * the same picture by every method; bit for bit, unless said. rig_pass asserts that no sample was dropped and no ray
  * refused. */
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/effect/ais/ais.h"
 #include "tests/support/rig.h"
 

@@ -2,6 +2,7 @@
 #include "tests/support/rig.h"
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/pass/pass.h"
 
 #define SKY_CD_M2 100.0

@@ -1,14 +1,14 @@
-/* Kinds of cache whose records are closed forms of where they lie: what placement and interpolation do to them can be told
- * exactly. And methods that use them. */
+/* Kinds of cache whose records are closed forms of where they lie: what placement and interpolation do to them can be
+ * told exactly. And methods that use them. */
 #ifndef LUM_TESTS_SUPPORT_CLOSED_KIND_H
 #define LUM_TESTS_SUPPORT_CLOSED_KIND_H
 
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/method/method.h"
 
 /* WAVY: irradiance and radius vary over the scene, no gradient. LINEAR: irradiance is linear in p, with its gradient.
- * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. PIXELS: as LINEAR, without
- * the gradient; records reach CLOSED_PIXELS pixels of the picture that they are made for. */
+ * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. PIXELS: as LINEAR,
+ * without the gradient; records reach CLOSED_PIXELS pixels of the picture that they are made for. */
 enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_PIXELS_KIND, CLOSED_KIND_COUNT };
 #define CLOSED_PIXELS 3.0f
 extern const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT];

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/pass/pass.h"
 #include "tests/support/effort.h"
 #include "tests/support/rig.h"

@@ -1,6 +1,8 @@
 /* Records that are gone are made again: a view that was told that all of its records are there is told when they are
  * not. */
 #include "core/cache/cache.h"
+#include "core/cache/kind.h"
+#include "core/cache/weight.h"
 #include "core/effect/indirect/records.h"
 #include "tests/support/house.h"
 

@@ -1,5 +1,4 @@
 /* A limit for the records of all caches together: who gives way, and that every picture is what it would be without. */
-#include "core/cache/cache.h"
 #include "core/cache/slab.h"
 #include "core/pass/pass.h"
 #include "tests/support/rig.h"

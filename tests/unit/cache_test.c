@@ -3,6 +3,7 @@
  */
 #include "core/cache/cache.h"
 
+#include "core/cache/kind.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
 #include "tests/support/rig.h"

@@ -5,6 +5,13 @@
 
 static const enum lum_metric metrics[] = {LUM_METRIC_WARD, LUM_METRIC_TENTS};
 
+static float weight_of(const struct lum_cache_record *record, enum lum_metric metric, float accuracy, struct lum_vec3 p,
+                       struct lum_vec3 n)
+{
+    struct lum_weighting w = lum_weighting_of(accuracy);
+    return lum_weight_of(&w, metric, record, p, n);
+}
+
 static struct lum_cache_record floor_record(float radius)
 {
     return (struct lum_cache_record){.n = {0, 1, 0}, .ng = {0, 1, 0}, .radius = radius};
@@ -16,20 +23,18 @@ static void a_record_counts_most_where_it_lies(void **state)
     struct lum_cache_record r = floor_record(0.5f);
     r.p = lum_v3(0.3f, 0.7f, -0.2f);
     for (size_t m = 0; m < LUM_ARRAY_LEN(metrics); m++) {
-        float most = lum_cache_record_weight(&r, metrics[m], 0.2f, r.p, r.n);
+        float most = weight_of(&r, metrics[m], 0.2f, r.p, r.n);
         assert_true(most > 0.0f && isfinite(most));
         float last = most;
         for (int k = 1; k < 50; k++) { /* along the floor, and by turning the normal: less and less */
-            float w =
-                lum_cache_record_weight(&r, metrics[m], 0.2f, lum_v3(r.p.x + 0.01f * (float)k, r.p.y, r.p.z), r.n);
+            float w = weight_of(&r, metrics[m], 0.2f, lum_v3(r.p.x + 0.01f * (float)k, r.p.y, r.p.z), r.n);
             assert_true(w < last && w > 0.0f);
             last = w;
         }
         last = most;
         for (int k = 1; k < 11;
-             k++) { /* WARD ends at sqrt(2) asin(0.2 / sqrt 2) .. : 0.28 rad, HATS at 10 degrees + 0.2 */
-            float a = 0.025f * (float)k,
-                  w = lum_cache_record_weight(&r, metrics[m], 0.2f, r.p, lum_v3(sinf(a), cosf(a), 0));
+             k++) { /* WARD ends at sqrt(2) asin(0.2 / sqrt 2) .. : 0.28 rad, TENTS at 10 degrees + 0.2 */
+            float a = 0.025f * (float)k, w = weight_of(&r, metrics[m], 0.2f, r.p, lum_v3(sinf(a), cosf(a), 0));
             assert_true(w < last && w > 0.0f);
             last = w;
         }
@@ -41,18 +46,17 @@ static void its_reach_is_the_radius(void **state)
     (void)state;
     struct lum_cache_record r = floor_record(0.25f);
     for (size_t m = 0; m < LUM_ARRAY_LEN(metrics); m++) {
-        assert_true(lum_cache_record_weight(&r, metrics[m], 0.3f, lum_v3(0.249f, 0, 0), r.n) > 0.0f);
-        assert_true(lum_cache_record_weight(&r, metrics[m], 0.3f, lum_v3(0.251f, 0, 0), r.n) == 0.0f);
-        assert_true(lum_cache_record_weight(&r, metrics[m], 0.3f, r.p, lum_v3(1, 0, 0)) == 0.0f);
-        assert_true(lum_cache_record_weight(&r, metrics[m], 0.3f, r.p, lum_v3_neg(r.n)) == 0.0f);
+        assert_true(weight_of(&r, metrics[m], 0.3f, lum_v3(0.249f, 0, 0), r.n) > 0.0f);
+        assert_true(weight_of(&r, metrics[m], 0.3f, lum_v3(0.251f, 0, 0), r.n) == 0.0f);
+        assert_true(weight_of(&r, metrics[m], 0.3f, r.p, lum_v3(1, 0, 0)) == 0.0f);
+        assert_true(weight_of(&r, metrics[m], 0.3f, r.p, lum_v3_neg(r.n)) == 0.0f);
     }
     /* Ward by hand: e = 0.3 * 0.1 / 0.25 = 0.12 */
-    assert_float_equal(lum_cache_record_weight(&r, LUM_METRIC_WARD, 0.3f, lum_v3(0.1f, 0, 0), r.n), 1.0f / 0.12f,
-                       1e-5f);
+    assert_float_equal(weight_of(&r, LUM_METRIC_WARD, 0.3f, lum_v3(0.1f, 0, 0), r.n), 1.0f / 0.12f, 1e-5f);
     /* a step: above or below the floor by more than a tenth of the radius */
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.026f, 0), r.n) == 0.0f);
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, -0.026f, 0), r.n) == 0.0f);
-    assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.02f, 0), r.n) > 0.0f);
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.026f, 0), r.n) == 0.0f);
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, -0.026f, 0), r.n) == 0.0f);
+    assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, lum_v3(0.1f, 0.02f, 0), r.n) > 0.0f);
 }
 
 /* On a sphere the chord is at right angles to the sum of the normals: no step. */
@@ -63,7 +67,7 @@ static void curvature_is_no_step(void **state)
     for (int k = 0; k < 30; k++) {
         float a = 0.01f * (float)k;
         struct lum_vec3 p = lum_v3(sinf(a), cosf(a), 0);
-        assert_true(lum_cache_record_weight(&r, LUM_METRIC_TENTS, 0.3f, p, p) > 0.0f);
+        assert_true(weight_of(&r, LUM_METRIC_TENTS, 0.3f, p, p) > 0.0f);
     }
 }
 
@@ -97,7 +101,7 @@ static void weights_are_finite(void **state)
         struct lum_vec3 n = same ? r.n : any_vector(&random);
         float accuracy = LUM_ACCURACY_MIN + 2.0f * (float)random_double(&random);
         for (size_t m = 0; m < LUM_ARRAY_LEN(metrics); m++) {
-            float w = lum_cache_record_weight(&r, metrics[m], accuracy, same && k % 2 ? r.p : p, n);
+            float w = weight_of(&r, metrics[m], accuracy, same && k % 2 ? r.p : p, n);
             if (!(w >= 0.0f) || !isfinite(w))
                 fail_msg("query %u, metric %zu: weight %g", k, m, (double)w);
         }

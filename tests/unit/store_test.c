@@ -97,7 +97,7 @@ static struct lum_cache_record *add(struct model *m, uint32_t worker, struct lum
     return r;
 }
 
-/* The same operations on floats as tables.h's "nearer than its radius" needs: what a search returns must agree bit for
+/* The same operations on floats as store.h's "nearer than its radius" needs: what a search returns must agree bit for
  * bit. */
 static bool meets(const struct lum_cache_record *r, struct lum_vec3 lo, struct lum_vec3 hi)
 {

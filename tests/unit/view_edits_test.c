@@ -1,7 +1,7 @@
 /* Random edits: after each, the picture of a view that has been there all along equals one made from nothing, bit for
  * bit. A kind of edit that raises no counter, or a stage that forgets what it depends on, shows here as stale pixels.
  */
-#include "core/cache/cache.h"
+#include "core/cache/kind.h"
 #include "core/interleave/interleave.h"
 #include "core/scene/shapes.h"
 #include "tests/support/effort.h"

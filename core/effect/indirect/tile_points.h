@@ -3,6 +3,7 @@
 #ifndef LUM_CORE_EFFECT_INDIRECT_TILE_POINTS_H
 #define LUM_CORE_EFFECT_INDIRECT_TILE_POINTS_H
 
+#include "core/cache/cache.h"
 #include "core/cache/weight.h"
 #include "core/pass/pass.h"
 
