@@ -3,6 +3,9 @@
  * among pixels around that the frame lights as much. At the edge of an object samples see it or what is behind, often
  * one by far brighter: there a part of it stays, and of the rest what one half alone has is shared out, as far as it is
  * more than chance in the whole picture. */
+#include "core/render/outliers.h"
+
+#include "core/render/residual_lanes.h"
 #include "core/render/residual_steps.h"
 
 /* Of a half's residual only what is within so many robust deviations from the robust mean around is filtered. For

@@ -2,6 +2,9 @@
 
 #include <string.h>
 
+#include "core/render/outliers.h"
+#include "core/render/residual_lanes.h"
+
 #define ROWS 8u /* of a job */
 /* Filter steps over which the errors of levels, and the spread of samples, are averaged: 15 x 15 pixels and more. */
 #define SMOOTH_STEPS 4u

@@ -1,0 +1,62 @@
+/* Outliers of residuals: what samples say beyond the limits is shared out over a square of pixels. Internal to
+ * residual.c and outliers.c. */
+#ifndef LUM_CORE_RENDER_OUTLIERS_H
+#define LUM_CORE_RENDER_OUTLIERS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/math/rgb.h"
+
+struct lum_counters;
+struct lum_residual_memory;
+struct step;
+
+/* Side of the squares over which outliers are shared out, pixels. */
+#define SPREAD_SIDE 48u
+
+/* What the frame is wrong by goes with how much it lights a place: neither residuals nor outliers go to pixels that it
+ * lights otherwise. Of classes of light a pixel is between two. In powers of 2 of what a white surface would show, over
+ * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. */
+#define LIT_CLASSES 8u
+#define CLASSES (LIT_CLASSES + 2u)
+#define CLASS_POWERS 1.5f
+
+/* Of outliers what is shared out, and the sum of the portions of those who get it. */
+struct shared {
+    struct lum_rgb rest, portions;
+    struct lum_rgb edge; /* at edges what one half alone has beyond the limits: a part of it is shared out, too */
+};
+
+/* What is beyond the limits at edges, in units of the picture's mean. */
+struct edges {
+    double square, noise;  /* sums of squares: of the mean of the halves, and of half their difference */
+    double sum, sum_noise; /* of what one half alone has, and the variance of that */
+};
+
+/* What its pixels bring, by class, to the four corners of a square. */
+struct square {
+    struct shared corner[4][CLASSES]; /* bit 0: on the right, bit 1: below */
+    struct edges edges[CLASSES];
+};
+
+/* What samples say at a pixel, as light: all of it, by half, and what of it is beyond the limits. */
+struct sampled {
+    float a, b;            /* luminance */
+    struct lum_rgb beyond; /* mean of the halves */
+    float beyond_apart;    /* half their difference, luminance */
+    float part;            /* of what is beyond, what stays where it is */
+    struct lum_rgb share;  /* of what is shared out what the pixel gets */
+};
+
+/* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
+float lum_outliers_class(const struct step *step, size_t pixel);
+/* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
+ * is a step. */
+void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
+/* Once all squares are limited. */
+void lum_outliers_settle(struct lum_residual_memory *m);
+/* Afterwards. */
+struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y);
+
+#endif
