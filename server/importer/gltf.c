@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "protocol/base/limits.h"
+#include "server/importer/gltf_json.h"
 
 #define GLB_MAGIC 0x46546c67u
 #define GLB_JSON 0x4e4f534au

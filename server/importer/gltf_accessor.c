@@ -5,6 +5,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 enum component { I8 = 5120, U8 = 5121, I16 = 5122, U16 = 5123, U32 = 5125, F32 = 5126 };
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 /* ---- morph targets ---- */
 

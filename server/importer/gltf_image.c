@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 #include "server/importer/image.h"
 
 static bool find_bytes(struct lum_gltf *g, const cJSON *o, struct lum_bytes *ret_bytes, bool *ret_owned,

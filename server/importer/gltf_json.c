@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 static const char *const kind_names[LUM_GLTF_KIND_COUNT] = {
     [LUM_GLTF_ACCESSORS] = "accessors", [LUM_GLTF_BUFFERS] = "buffers", [LUM_GLTF_BUFFER_VIEWS] = "bufferViews",

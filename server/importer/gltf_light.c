@@ -4,6 +4,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 #define DEG_PER_RAD 57.295779513082320877
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 static const double unit_range[2] = {0.0, 1.0};
 

@@ -4,6 +4,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 enum mode { POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, STRIP, FAN };
 

@@ -7,6 +7,7 @@
 
 #include "protocol/base/limits.h"
 #include "server/importer/gltf.h"
+#include "server/importer/gltf_json.h"
 
 /* ---- places ---- */
 
