@@ -1,6 +1,5 @@
-/* Records: what a scene is made of, as plain data with stable string ids. A scene file, a replay script, the journal
- * and live edits are the same ops over them (op.h). One field table per type serves add, set, scene.get and
- * PROTOCOL.md. */
+/* Records: what a scene is made of, as plain data with stable string ids. Scene files, replay scripts, the journal and
+ * live edits are the same ops over them (op.h). A field table per type serves add, set, scene.get and PROTOCOL.md. */
 #ifndef LUM_PROTOCOL_RECORD_RECORD_H
 #define LUM_PROTOCOL_RECORD_RECORD_H
 
@@ -29,9 +28,7 @@ extern const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT]; /* "mesh"
 
 struct lum_record_mesh {
     char shape[24]; /* built-in shape, or "" for explicit arrays */
-    double size[3];
-    double segments[2];
-    double param[4];
+    double size[3], segments[2], param[4];
     struct lum_floats positions, normals, uvs, colors;
     struct lum_indices indices;
     bool deforming;
@@ -58,8 +55,7 @@ struct lum_record_material {
     bool thin;
     double attenuation_color[3];
     struct lum_opt attenuation_distance; /* metres; null: clear */
-    double emission_color[3];
-    double emission_cd_m2;
+    double emission_color[3], emission_cd_m2;
     char emission_sides[8]; /* "both" "front" */
     char alpha_mode[8];     /* "opaque" "mask" "blend" */
     double alpha, alpha_cutoff;
