@@ -64,8 +64,6 @@ struct lum_material_desc {
     float alpha, alpha_cutoff;
     bool unlit; /* shown as base_color * 1 cd/m2 ... reflects nothing */
 };
-/* Defaults: white diffuse, roughness 1, ior 1.5, specular 1, no texture. */
-struct lum_material_desc lum_material_default(void);
 
 /* What an object changes of the light that its surface gives: all zero is as its material says. An object with an
  * amount shines whether or not its material does. */

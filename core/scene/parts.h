@@ -18,7 +18,6 @@ struct lum_env_part {
     struct lum_image *image;
     struct lum_env_map *map;
 };
-struct lum_env_part *lum_env_part_ref(struct lum_env_part *env);
 void lum_env_part_unref(struct lum_env_part *env);
 
 struct lum_instance_part {

@@ -108,7 +108,8 @@ bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, co
 
 /* ---- ids below imports ---- */
 
-bool lum_id_is_below(const char *id, const char *import_id)
+/* "room/lamp" is below "room". */
+static bool is_below(const char *id, const char *import_id)
 {
     size_t n = strlen(import_id);
     return strncmp(id, import_id, n) == 0 && id[n] == '/';
@@ -193,7 +194,7 @@ static const struct lum_import_children *children_of(const struct lum_import_chi
 static bool any_below(const struct lum_table *table, const char *id)
 {
     for (size_t i = 0; i < table->capacity; i++)
-        if (table->slots[i].record && lum_id_is_below(table->slots[i].record->id, id))
+        if (table->slots[i].record && is_below(table->slots[i].record->id, id))
             return true;
     return false;
 }
@@ -219,7 +220,7 @@ static struct lum_record *import_record(const struct lum_op *op, const struct lu
 
 static bool add_child(struct lum_txn *t, const struct lum_record *import, struct lum_record *local)
 {
-    if (!lum_id_is_below(local->id, import->id) || lum_table_find(&t->doc->table, local->id))
+    if (!is_below(local->id, import->id) || lum_table_find(&t->doc->table, local->id))
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
                               "the import brought \"%s\", which is outside its name or there twice", local->id);
     struct lum_record *placed = lum_import_apply_transform(&import->import.transform, local, t->err);

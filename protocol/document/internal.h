@@ -56,7 +56,4 @@ void lum_history_settle(struct lum_document *doc);
 bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes);
 void lum_history_finish(struct lum_document *doc);
 
-/* Names of an import and of what it made. */
-bool lum_id_is_below(const char *id, const char *import_id); /* "room/lamp" is below "room" */
-
 #endif

@@ -186,7 +186,8 @@ static bool write_elided(cJSON *object, const struct lum_field *f, const struct 
     return true;
 }
 
-bool lum_record_write_fields(struct cJSON *object, const struct lum_record *r, bool elide_bulk)
+/* All fields that are not null into object. False when memory is short. */
+static bool write_fields(struct cJSON *object, const struct lum_record *r, bool elide_bulk)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
     struct lum_record *fresh = lum_record_create(r->type, r->id);
@@ -207,7 +208,7 @@ static cJSON *render_to_json(const struct lum_record *r)
 {
     cJSON *op = cJSON_CreateObject(), *value = cJSON_CreateObject();
     bool ok = op && value && lum_json_add_string(op, "op", "set") && lum_json_add_string(op, "id", r->id) &&
-              lum_json_add_string(op, "path", "") && lum_record_write_fields(value, r, false);
+              lum_json_add_string(op, "path", "") && write_fields(value, r, false);
     if (!ok) {
         cJSON_Delete(value);
         value = NULL;
@@ -226,7 +227,7 @@ struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk)
     bool import = r->type == LUM_RECORD_IMPORT;
     bool ok = lum_json_add_string(op, "op", import ? "import" : "add") &&
               (import || lum_json_add_string(op, "type", lum_record_type_names[r->type])) &&
-              lum_json_add_string(op, "id", r->id) && lum_record_write_fields(op, r, elide_bulk);
+              lum_json_add_string(op, "id", r->id) && write_fields(op, r, elide_bulk);
     if (ok)
         return op;
     cJSON_Delete(op);

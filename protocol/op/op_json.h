@@ -11,7 +11,4 @@ bool lum_op_record_from_json(const struct cJSON *json, enum lum_record_type type
                              const struct lum_blobs *blobs, struct lum_record **ret_record,
                              struct lum_proto_error *err);
 
-/* All fields that are not null into object. False when memory is short. */
-bool lum_record_write_fields(struct cJSON *object, const struct lum_record *r, bool elide_bulk);
-
 #endif

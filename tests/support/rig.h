@@ -16,6 +16,7 @@
 #include "core/scene/desc.h"
 #include "core/scene/scene.h"
 #include "core/scene/snapshot.h"
+#include "tests/support/default_material.h"
 #include "tests/support/isa.h"
 
 struct rig {

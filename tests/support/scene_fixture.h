@@ -12,6 +12,7 @@
 #include "core/accel/trace.h"
 #include "core/scene/shapes.h"
 #include "core/scene/snapshot.h"
+#include "tests/support/default_material.h"
 
 #define CHECK_OK(call)                                                                                                 \
     do {                                                                                                               \
