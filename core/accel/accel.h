@@ -24,9 +24,8 @@ LUM_MUST_USE enum lum_status lum_isa_check(const char *what, const char *isa, st
  * machines. */
 LUM_MUST_USE enum lum_status lum_device_create(uint32_t n_threads, const char *isa, struct lum_device **ret_device,
                                                struct lum_error *err);
-void lum_device_destroy(struct lum_device *device); /* accepts NULL; every accel must be gone */
-const char *
-lum_device_isa(const struct lum_device *device); /* "avx512", "avx2", ...: what was asked for, else the widest */
+void lum_device_destroy(struct lum_device *device);          /* accepts NULL; every accel must be gone */
+const char *lum_device_isa(const struct lum_device *device); /* "avx512", ...: as asked for, else the widest */
 /* From now on rays are traced one by one, or 16 at a time again: for studies of what packets gain. The same hits, bit
  * for bit, except that t on spheres may differ by rounding. Not while rays are traced. */
 void lum_device_trace_singly(struct lum_device *device, bool singly);

@@ -69,8 +69,7 @@ static inline float lum_cache_footprint(float pixel, struct lum_vec3 eye, struct
 
 /* A record, and what follows it. */
 size_t lum_cache_record_bytes(const struct lum_cache *cache);
-/* By VPL that the record sees: what panes on the way leave of its light (lum_transmittance_pack). NULL: there are none.
- */
+/* By VPL that the record sees: what panes leave of its light (lum_transmittance_pack). NULL: there are none. */
 uint32_t *lum_cache_left(const struct lum_cache *cache, struct lum_cache_record *record);
 
 /* Records of a cache take at most this. */

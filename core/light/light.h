@@ -38,21 +38,19 @@ struct lum_light {
     const struct lum_env_map *env; /* environment image, or NULL: constant */
     uint32_t instance;             /* mesh emitter: its instance */
     const float *tri_cdf;          /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
-    float
-        mean_emission; /* mesh emitter: mean luminance over its area of what its texture and its holes leave of power */
-    bool both_sides;   /* mesh emitter: shines from both; else from the side that its triangles wind around */
-    uint32_t shape;    /* index among the accel shapes, or LUM_NO_OBJECT */
+    float mean_emission;           /* mesh: mean luminance over its area of what texture and holes leave of power */
+    bool both_sides; /* mesh emitter: shines from both; else from the side that its triangles wind around */
+    uint32_t shape;  /* index among the accel shapes, or LUM_NO_OBJECT */
     bool on, camera_visible;
     bool delta; /* point, directional: cannot be hit */
     char id[LUM_ID_MAX + 1], group[LUM_ID_MAX + 1];
 };
 
-/* Lights that are on and have power > 0 are in [0, n_active) of the order table; the CDF over them is by emitted flux.
- */
+/* active: lights that are on and have power > 0. Their CDF is by emitted flux. */
 struct lum_light_table {
     const struct lum_light *lights;
     uint32_t n_lights;
-    const uint32_t *active;  /* indices of lights that emit */
+    const uint32_t *active;  /* indices of them */
     const float *active_cdf; /* inclusive, last = 1 */
     const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
     uint32_t n_active;

@@ -91,8 +91,7 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
 
 /* A place on a disc or a mesh, whose samples lie evenly over the area: the same from wherever it is seen. */
 struct lum_emitter_point {
-    struct lum_vec3 p,
-        n; /* n: unit, of a mesh by winding, of one that shines from one side towards it; 0: nothing shines there */
+    struct lum_vec3 p, n;     /* n: unit, of a mesh by winding, or towards its one shining side; 0: nothing shines */
     struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
 };
 /* False: of other kinds of light, and in see-through places of a mesh. */

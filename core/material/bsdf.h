@@ -96,12 +96,10 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
  * the probability of choosing one. Returns how many. */
 uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2]);
 
-/* What is left of light that goes straight on through the surface to wo: of a pane, the weight of that delta lobe; else
- * black. */
+/* What is left of light that goes straight on through the surface to wo: of a pane its delta lobe's weight, else 0. */
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
 
-/* Rough albedo for AOVs and demodulation: diffuse base, reflectance at normal incidence and tint of transmission. At
- * most 1. */
+/* Rough albedo for AOVs and demodulation: base, reflectance at normal incidence, tint of transmission. At most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);
 
 /* Fresnel reflectance of a dielectric, cos_i in [0,1], eta = n_i / n_t. 1 at total internal reflection. */

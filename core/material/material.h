@@ -63,8 +63,7 @@ bool lum_material_is_pane(const struct lum_material *m);
 /* An index of refraction that is 1 but for rounding: no interface, nothing is reflected or bent there. */
 bool lum_ior_is_matched(float ior);
 
-/* What is left of light after distance scene units inside a solid of this material (Beer-Lambert); white if it has no
- * inside. */
+/* What is left of light after distance scene units inside a solid of it (Beer-Lambert); white if it has no inside. */
 struct lum_rgb lum_material_transmittance(const struct lum_material *m, float distance);
 
 /* Radiance that the surface emits at uv, given that of white texels (lum_surface.emission); an unlit material: its

@@ -13,8 +13,7 @@
 
 #define LEVELS 6u /* filtered ones: the widest has a standard deviation of 26 pixels */
 
-/* Added to the albedo that residuals are divided by: what is not in proportion to it (gloss, mirrors, black surfaces).
- */
+/* Added to the albedo that residuals are divided by, for what is not in proportion to it: gloss, mirrors, black. */
 #define ALBEDO_FLOOR 0.05f
 
 /* How pixels lie in the scene, structure of arrays. */

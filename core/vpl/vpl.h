@@ -1,19 +1,18 @@
 /* Virtual point lights (Keller 1997): light paths are emitted by the lights, and where they meet a surface that
- * reflects diffusely, a point light is left that sends on what the surface reflects. Their sum over the visible ones is
- * the indirect diffuse light of a point.
+ * reflects diffusely, a point light is left that sends on what the surface reflects. The sum of those that a point sees
+ * is its indirect diffuse light.
  *
  * Quasi-Monte Carlo with stable indices. The first half of the slots are first bounces, half of the rest second
- * bounces, and so on for four levels: instead of chance, the slots end half of the paths at each bounce, and those that
- * go on weigh twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a
+ * bounces, and so on for four levels: not chance but the slots end half of the paths at each bounce, and those that go
+ * on weigh twice. What is left is all further bounces, each slot one of them, drawn with known probability. Within a
  * level the slots belong to the lights in turn, as many to each as its share of the flux; slot j of a light's run is
  * always the same bounce of the light's path number j, drawn with numbers that depend on the light's id, j and the seed
  * alone. So a VPL only moves when something on its own path does, and no edit of one light moves another's as long as
  * the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy sequence: subsets that take
  * every m-th slot cover all lights and bounces.
  *
- * The expectation over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated
- * surface reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much
- * arrives.
+ * The mean over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated surface
+ * reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much arrives.
  *
  * Flux is per unit of its light's power (light.h), so that a dimmed light is another factor and no ray. In scene units:
  * a VPL of flux F (already reflected, colour of the surface included) gives a point at distance r the irradiance
