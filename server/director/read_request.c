@@ -8,22 +8,8 @@
 #include "protocol/message/rpc.h"
 #include "server/base/suggest.h"
 
-/* All that clients can ask for. */
-/* clang-format off */
-static const struct lum_request_type *const types[] = {
-    &lum_request_scene_get,
-    &lum_request_scene_apply,
-    &lum_request_scene_undo,
-    &lum_request_scene_redo,
-    &lum_request_view_open,
-    &lum_request_view_update,
-    &lum_request_view_close,
-    &lum_request_pick,
-    &lum_request_bounds,
-    &lum_request_probe,
-    &lum_request_stats_get,
-};
-/* clang-format on */
+#define ADDRESS(name) &lum_request_##name,
+static const struct lum_request_type *const types[] = {LUM_REQUESTS(ADDRESS)};
 
 bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q)
 {

@@ -25,9 +25,21 @@ struct lum_request_type {
     void (*answer)(struct lum_director *d, const struct lum_request *q);
     bool edits; /* instead of answer: lum_director_edit takes the request over, and lum_director_commit answers it */
 };
-extern const struct lum_request_type lum_request_scene_get, lum_request_scene_apply, lum_request_scene_undo,
-    lum_request_scene_redo, lum_request_view_open, lum_request_view_update, lum_request_view_close, lum_request_pick,
-    lum_request_bounds, lum_request_probe, lum_request_stats_get;
+/* All that clients can ask for: X(scene_get) stands for the row lum_request_scene_get. */
+#define LUM_REQUESTS(X)                                                                                                \
+    X(scene_get)                                                                                                       \
+    X(scene_apply)                                                                                                     \
+    X(scene_undo)                                                                                                      \
+    X(scene_redo)                                                                                                      \
+    X(view_open)                                                                                                       \
+    X(view_update)                                                                                                     \
+    X(view_close)                                                                                                      \
+    X(pick)                                                                                                            \
+    X(bounds)                                                                                                          \
+    X(probe)                                                                                                           \
+    X(stats_get)
+#define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;
+LUM_REQUESTS(LUM_REQUEST_DECLARE)
 /* Notes of the net thread, without a reply. */
 extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */
     lum_request_wake;                                            /* a stream wants a frame; never in the inbox */

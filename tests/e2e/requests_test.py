@@ -1,5 +1,7 @@
 """Every request with missing, extra, wrong, huge and hostile params: the right error, and the connection lives."""
 import json
+import os
+import re
 import unittest
 
 from daemon import Daemon
@@ -115,6 +117,11 @@ class Requests(unittest.TestCase):
             self.fails(method, {}, -32601, "unsupported")
 
     # ---- params ----
+
+    def test_every_request_of_the_page_is_here(self):
+        with open(os.path.join(os.path.dirname(__file__), "..", "..", "protocol", "PROTOCOL.md"), encoding="utf-8") as page:
+            sent = set(re.findall(r'^\u2192 \{"jsonrpc":"2\.0",(?:"id":\d+,)?"method":"([^"]+)"', page.read(), re.M))
+        self.assertEqual(sent - {"session.hello", "frame.ack"}, set(FORMS))  # those two are the session's own
 
     def test_missing_fields_are_named(self):
         for method, names in REQUIRED.items():

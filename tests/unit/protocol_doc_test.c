@@ -1,5 +1,6 @@
-/* PROTOCOL.md against the code: every request of its examples is accepted, every file of its examples applies, and the
- * tables of fields are those of the code.   protocol_doc_test --write   writes the tables anew. */
+/* PROTOCOL.md against the code: every request of its examples is accepted, every file of its examples applies, the
+ * tables of fields are those of the code, and every request of the code has a section.   protocol_doc_test --write
+ * writes the tables anew. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -182,6 +183,33 @@ static void members_of_views_are_those_of_the_code(void **state)
     }
 }
 
+/* ---- requests ---- */
+
+/* True when a heading has the word: one heading may be of several requests. */
+static bool has_section(const char *word)
+{
+    size_t n = strlen(word);
+    for (const char *at = page; (at = strstr(at, "\n### ")); at++)
+        for (const char *w = at + 4; w[0] == ' '; w += 1 + strcspn(w + 1, " \n"))
+            if (strncmp(w + 1, word, n) == 0 && strchr(",\n", w[1 + n]))
+                return true;
+    return false;
+}
+
+static void every_request_has_a_section_and_an_example(void **state)
+{
+#define ADDRESS(name) &lum_request_##name,
+    static const struct lum_request_type *const types[] = {LUM_REQUESTS(ADDRESS)};
+    (void)state;
+    assert_true(has_section("session.hello") && has_section("scene.redo") && !has_section("scene"));
+    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++) {
+        char example[80];
+        snprintf(example, sizeof example, "\"method\":\"%s\"", types[i]->name);
+        if (!has_section(types[i]->name) || !strstr(page, example))
+            fail_msg("PROTOCOL.md has no section of %s, or no example", types[i]->name);
+    }
+}
+
 /* ---- examples ---- */
 
 static void check_request(const char *line, size_t n)
@@ -264,6 +292,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tables_are_those_of_the_code),
         cmocka_unit_test(members_of_views_are_those_of_the_code),
+        cmocka_unit_test(every_request_has_a_section_and_an_example),
         cmocka_unit_test(examples_are_accepted),
         cmocka_unit_test(files_apply),
     };
