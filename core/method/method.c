@@ -142,6 +142,19 @@ static const struct lum_method methods[] = {
     },
 };
 
+#define ROW(NAME, name) &lum_effect_##name,
+const struct lum_effect_row *const lum_effect_rows[LUM_EFFECT_COUNT] = {LUM_EFFECTS(ROW)};
+
+void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *ret_demand)
+{
+    struct lum_sights sights = lum_sights_of(snapshot);
+    struct lum_demand d = {0};
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        if (lum_effect_rows[e]->demand)
+            lum_effect_rows[e]->demand(&sights, &d);
+    *ret_demand = d;
+}
+
 const struct lum_method *lum_methods(size_t *ret_n)
 {
     *ret_n = LUM_ARRAY_LEN(methods);

@@ -1,24 +1,15 @@
 /* Effect by effect buffers of a deferred view: the component pipeline of the thesis (5.2).
  *
- * Estimators write `raw`, pixel by pixel or at a quarter of the resolution, from interleaved samples; the method's
- * filter makes `smooth` of it; the composite multiplies albedo in: L = sum of layers + albedo (shadow + indirect) +
- * gloss, dimmed by media on its way to the eye, + media. Buffers exist only for effects that are on. They hold the sum
- * over the lights at their present power: any change of what the eye or the lights see makes all of them anew. What a
- * change of power alone leaves as it was, estimators keep for themselves (state.h). */
+ * The buffer of an effect may be filled by estimators of others, too: gloss has what mirrors show. They write `raw`,
+ * pixel by pixel or at a quarter of the resolution, from interleaved samples; the method's filter makes `smooth` of it;
+ * the composite adds it to the picture as the effect's row says (enum lum_adds). Buffers exist only for effects that
+ * are on. They hold the sum over the lights at their present power: any change of what the eye or the lights see makes
+ * all of them anew. What a change of power alone leaves as it was, estimators keep for themselves (state.h). */
 #ifndef LUM_CORE_PASS_COMPONENTS_H
 #define LUM_CORE_PASS_COMPONENTS_H
 
 #include "core/interleave/interleave.h"
 #include "core/pass/pass.h"
-
-enum lum_component {
-    LUM_COMPONENT_SHADOW, /* direct light of emitters that are sampled: radiance of a white surface (irradiance / pi) */
-    LUM_COMPONENT_INDIRECT, /* indirect light: the same */
-    LUM_COMPONENT_GLOSS,    /* radiance reflected otherwise than by the diffuse base */
-    LUM_COMPONENT_MEDIA,    /* radiance scattered towards the eye */
-    LUM_COMPONENT_COUNT
-};
-#define LUM_COMPONENT_BIT(c) (1u << (c))
 
 struct lum_component_buffer {
     /* w * h, row by row; NULL: nothing calls for it. raw has room for (w + 1) * (h + 1): it may be used for up to two
@@ -28,11 +19,11 @@ struct lum_component_buffer {
 };
 
 struct lum_components {
-    struct lum_component_buffer buffer[LUM_COMPONENT_COUNT];
+    struct lum_component_buffer buffer[LUM_EFFECT_COUNT];
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
     struct lum_memo made[LUM_STAGE_COUNT]; /* by stage, and cell or tile: how far it is */
-    uint32_t sparse, lasting; /* bits of components: as estimators of the pass say (struct lum_estimator) */
+    uint32_t sparse, lasting; /* bits LUM_EFFECT_BIT: as estimators of the pass say (struct lum_estimator) */
     /* what they show */
     struct lum_basis basis;
     uint64_t surfaces; /* version of the surfaces */
@@ -49,7 +40,7 @@ LUM_MUST_USE enum lum_status lum_components_update(struct lum_components *c, con
 bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile);
 
 /* Adds radiance to a pixel of a raw buffer; nothing if the buffer does not exist. */
-static inline void lum_component_add(struct lum_components *c, enum lum_component which, size_t pixel,
+static inline void lum_component_add(struct lum_components *c, enum lum_effect which, size_t pixel,
                                      struct lum_rgb value)
 {
     struct lum_rgb *raw = c->buffer[which].raw;
@@ -59,8 +50,5 @@ static inline void lum_component_add(struct lum_components *c, enum lum_componen
 
 /* What guides filters: the surfaces of the pass. */
 struct lum_guide lum_components_guide(const struct lum_pass *pass);
-
-/* Adds what the components of a pixel contribute to its radiance: called by the composite. */
-struct lum_rgb lum_components_radiance(const struct lum_pass *pass, size_t pixel, struct lum_rgb layers);
 
 #endif

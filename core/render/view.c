@@ -5,6 +5,7 @@
 
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
+#include "core/method/method.h"
 #include "core/path/guide.h"
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
@@ -114,13 +115,10 @@ const struct lum_film *lum_view_film(const struct lum_view *view)
 
 const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect effect)
 {
-    static const int8_t component[LUM_EFFECT_COUNT] = {[LUM_EFFECT_SOFT_SHADOW] = LUM_COMPONENT_SHADOW + 1,
-                                                       [LUM_EFFECT_INDIRECT_DIFFUSE] = LUM_COMPONENT_INDIRECT + 1,
-                                                       [LUM_EFFECT_MEDIA] = LUM_COMPONENT_MEDIA + 1};
     const struct lum_components *c = &view->deferred.components;
-    if (!view->rendered || !component[effect] || c->basis.settings.method != view->settings.method)
+    if (!view->rendered || !lum_effect_rows[effect]->guided || c->basis.settings.method != view->settings.method)
         return NULL;
-    return c->buffer[component[effect] - 1].iterations;
+    return c->buffer[effect].iterations;
 }
 
 /* ---- what is stale ---- */

@@ -2,13 +2,8 @@
 
 #include <string.h>
 
-const char *const lum_effect_names[LUM_EFFECT_COUNT] = {
-    [LUM_EFFECT_DIRECT] = "direct",           [LUM_EFFECT_SOFT_SHADOW] = "soft_shadow",
-    [LUM_EFFECT_ENVIRONMENT] = "environment", [LUM_EFFECT_INDIRECT_DIFFUSE] = "indirect_diffuse",
-    [LUM_EFFECT_REFLECTION] = "reflection",   [LUM_EFFECT_TRANSMISSION] = "transmission",
-    [LUM_EFFECT_GLOSSY] = "glossy",           [LUM_EFFECT_MEDIA] = "media",
-    [LUM_EFFECT_ANTIALIAS] = "antialias",
-};
+#define TEXT(NAME, name) #name,
+const char *const lum_effect_names[LUM_EFFECT_COUNT] = {LUM_EFFECTS(TEXT)};
 
 bool lum_effect_find(const char *name, size_t n_name, enum lum_effect *ret_effect)
 {
@@ -25,6 +20,6 @@ const char *lum_ray_kind_name(enum lum_ray_kind kind)
     if (kind == LUM_RAY_PRIMARY)
         return "primary";
     if (kind < LUM_RAY_VPL)
-        return lum_effect_names[kind - LUM_RAY_DIRECT];
+        return lum_effect_names[kind - LUM_RAY_PRIMARY - 1];
     return kind == LUM_RAY_VPL ? "vpl" : "probe";
 }

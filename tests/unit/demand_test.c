@@ -1,5 +1,6 @@
 /* What a scene calls for, and why. The rule that indirect light takes two surfaces that see each other is conservative:
  * every doubtful case here must say that they do. */
+#include "core/method/method.h"
 #include "core/scene/shapes.h"
 #include "core/trace/facing.h"
 #include "tests/support/rig.h"

@@ -13,7 +13,7 @@ struct lum_filter lum_ais_upsampling(const struct lum_pass *pass, const struct l
                                .side = LUM_AIS_SIDE,
                                .apart = 1,
                                .step = lum_ais_of(pass)->step,
-                               .in = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw,
+                               .in = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].raw,
                                .lenient = true};
 }
 
@@ -91,7 +91,7 @@ uint32_t lum_ais_last_iteration(const struct lum_ais_cell *p)
     return last;
 }
 
-void lum_ais_note(const struct lum_ais_cell *p, enum lum_component component)
+void lum_ais_note(const struct lum_ais_cell *p, enum lum_effect component)
 {
     if (lum_ais_last_iteration(p) == 0)
         return;

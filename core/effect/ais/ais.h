@@ -81,7 +81,7 @@ static inline uint32_t lum_ais_subset(uint32_t place, uint32_t iteration)
 uint32_t lum_ais_last_iteration(const struct lum_ais_cell *p);
 /* Notes in the guidance map of a component how often the cell's tiles are refined, where it is more than noted before.
  */
-void lum_ais_note(const struct lum_ais_cell *p, enum lum_component component);
+void lum_ais_note(const struct lum_ais_cell *p, enum lum_effect component);
 
 extern const struct lum_estimator lum_estimator_ais_shadow;   /* SS: soft_shadow, environment */
 extern const struct lum_estimator lum_estimator_ais_gloss;    /* what glossy surfaces reflect of the same samples */

@@ -4,7 +4,7 @@
  * smoother; the filter being linear, and the same for both, it makes no difference to the picture. */
 #include "core/effect/ais/ais.h"
 
-static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_component which, uint8_t need)
+static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_effect which, uint8_t need)
 {
     const struct lum_component_buffer *buffer = &pass->components->buffer[which];
     if (!buffer->raw)
@@ -13,7 +13,7 @@ static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_componen
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     struct lum_filter_rect rect = {r.x, r.y, r.w, r.h};
     struct lum_filter f = {&guide, need, LUM_AIS_SIDE, 1, 1, buffer->raw, false};
-    if (which == LUM_COMPONENT_INDIRECT)
+    if (which == LUM_EFFECT_INDIRECT_DIFFUSE)
         f = lum_ais_upsampling(pass, &guide);
     if (f.step > 1)
         lum_filter_upsampled(&f, &rect, buffer->smooth);
@@ -26,10 +26,10 @@ static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_c
     (void)counters;
     if (lum_components_enter(pass, LUM_STAGE_FILTER, cell))
         return;
-    filter(pass, cell, LUM_COMPONENT_SHADOW, LUM_PIXEL_DIFFUSE);
-    filter(pass, cell, LUM_COMPONENT_INDIRECT, LUM_PIXEL_DIFFUSE);
-    filter(pass, cell, LUM_COMPONENT_GLOSS, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
-    filter(pass, cell, LUM_COMPONENT_MEDIA, 0);
+    filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
+    filter(pass, cell, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_PIXEL_DIFFUSE);
+    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
+    filter(pass, cell, LUM_EFFECT_MEDIA, 0);
 }
 
 const struct lum_estimator lum_filter_ais = {

@@ -169,7 +169,7 @@ static void add_to_component(const struct indirect *s)
             if (!p->wanted[i])
                 continue;
             float weight = LUM_INV_PI * LUM_AIS_SUBSETS / (float)(1 + p->further[lum_ais_tile(p, i)]);
-            lum_component_add(s->pass->components, joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT,
+            lum_component_add(s->pass->components, joined ? LUM_EFFECT_SOFT_SHADOW : LUM_EFFECT_INDIRECT_DIFFUSE,
                               (size_t)(p->y0 + y) * w + p->x0 + x, lum_rgb_scale(s->sum[i], weight));
         }
 }
@@ -178,7 +178,7 @@ static void add_to_component(const struct indirect *s)
 
 static void finish_pixels(struct indirect *s, const size_t *at)
 {
-    struct lum_component_buffer *buffer = &s->pass->components->buffer[LUM_COMPONENT_INDIRECT];
+    struct lum_component_buffer *buffer = &s->pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE];
     uint32_t n = s->points.n_points;
     gather(s, list_subset(s, 0, 1));
     for (uint32_t k = 0; k < n; k++) {
@@ -225,7 +225,7 @@ static void indirect_cell(const struct lum_pass *pass, uint32_t cell, struct lum
         if (lum_ais_last_iteration(&s.cell) > 0)
             take_further_samples(&s);
         add_to_component(&s);
-        lum_ais_note(&s.cell, ais->joined ? LUM_COMPONENT_SHADOW : LUM_COMPONENT_INDIRECT);
+        lum_ais_note(&s.cell, ais->joined ? LUM_EFFECT_SOFT_SHADOW : LUM_EFFECT_INDIRECT_DIFFUSE);
     }
     if (ais->step > 1)
         compute_unserved(&s, cell);
@@ -236,7 +236,7 @@ const struct lum_estimator lum_estimator_ais_indirect = {
     .stage = LUM_STAGE_INDIRECT,
     .tile = indirect_cell,
     .cells = true,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
     .vpls = true,
 };
 
@@ -245,6 +245,6 @@ const struct lum_estimator lum_estimator_igi_indirect = {
     .stage = LUM_STAGE_INDIRECT,
     .tile = indirect_cell,
     .cells = true,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_SHADOW),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
     .vpls = true,
 };

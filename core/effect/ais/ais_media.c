@@ -209,7 +209,7 @@ static void add_to_component(const struct march *m)
         for (uint32_t x = 0; x < p->w; x++) {
             uint32_t i = y * LUM_CELL_SIDE + x;
             float weight = 1.0f / (float)(1 + p->further[lum_ais_tile(p, i)]);
-            lum_component_add(m->pass->components, LUM_COMPONENT_MEDIA, lum_ais_pixel(p, i),
+            lum_component_add(m->pass->components, LUM_EFFECT_MEDIA, lum_ais_pixel(p, i),
                               lum_rgb_scale(m->sum[i], weight));
         }
 }
@@ -227,7 +227,7 @@ static void march_medium(struct march *m)
     for (uint32_t iteration = 1; iteration <= last; iteration++)
         take_samples(m, iteration);
     add_to_component(m);
-    lum_ais_note(&m->cell, LUM_COMPONENT_MEDIA);
+    lum_ais_note(&m->cell, LUM_EFFECT_MEDIA);
 }
 
 static void media_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
@@ -253,5 +253,5 @@ const struct lum_estimator lum_estimator_ais_media = {
     .stage = LUM_STAGE_MEDIA,
     .tile = media_cell,
     .cells = true,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
 };

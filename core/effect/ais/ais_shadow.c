@@ -330,8 +330,8 @@ static void add_to_components(const struct shadow *s)
                 continue;
             size_t at = lum_ais_pixel(p, i);
             float weight = 1.0f / (float)(1 + p->further[lum_ais_tile(p, i)]);
-            lum_component_add(s->pass->components, LUM_COMPONENT_SHADOW, at, lum_rgb_scale(s->sum[i].white, weight));
-            lum_component_add(s->pass->components, LUM_COMPONENT_GLOSS, at, lum_rgb_scale(s->sum[i].gloss, weight));
+            lum_component_add(s->pass->components, LUM_EFFECT_SOFT_SHADOW, at, lum_rgb_scale(s->sum[i].white, weight));
+            lum_component_add(s->pass->components, LUM_EFFECT_GLOSSY, at, lum_rgb_scale(s->sum[i].gloss, weight));
         }
 }
 
@@ -348,7 +348,7 @@ static void shadow_of_light(struct shadow *s)
     for (uint32_t iteration = 1; iteration <= last; iteration++)
         take_samples(s, iteration);
     add_to_components(s);
-    lum_ais_note(&s->cell, LUM_COMPONENT_SHADOW);
+    lum_ais_note(&s->cell, LUM_EFFECT_SOFT_SHADOW);
 }
 
 static void shadow_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
@@ -382,7 +382,7 @@ const struct lum_estimator lum_estimator_ais_shadow = {
     .stage = LUM_STAGE_SHADOW,
     .tile = shadow_cell,
     .cells = true,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_SHADOW),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
 };
 
 /* Calls for the buffer; what goes there is found by the shadow rays. */
@@ -398,5 +398,5 @@ const struct lum_estimator lum_estimator_ais_gloss = {
     .stage = LUM_STAGE_SHADOW,
     .tile = gloss_cell,
     .cells = true,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
 };

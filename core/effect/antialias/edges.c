@@ -228,3 +228,5 @@ const struct lum_estimator lum_estimator_edges = {.name = "edges",
                                                   .tile = edges_tile,
                                                   .state = &neighbours_kind,
                                                   .then = &lum_shadow_edges};
+
+const struct lum_effect_row lum_effect_antialias = {.demand = NULL};

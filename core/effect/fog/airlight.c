@@ -224,7 +224,7 @@ static void refine_pair(struct airlight *a)
         for (uint32_t x = 0; x < a->r.w; x++) {
             uint32_t pixel = y * LUM_CELL_SIDE + x, n = a->n_points[tile_of(pixel)];
             struct lum_airlight *kept = kept_at(a, x, y);
-            uint8_t *noted = &a->pass->components->buffer[LUM_COMPONENT_MEDIA]
+            uint8_t *noted = &a->pass->components->buffer[LUM_EFFECT_MEDIA]
                                   .iterations[(size_t)(a->r.y + y) * a->pass->tiling.w + a->r.x + x];
             kept->seen = lum_rgb_scale(lum_rgb_add(kept->seen, a->sum[pixel].seen), 1.0f / (float)n);
             kept->open = (kept->open + a->sum[pixel].open) / (float)n;
@@ -287,8 +287,22 @@ const struct lum_estimator lum_estimator_airlight = {
     .tile = trace_cell,
     .cells = true,
     .state = &lum_airlights_kind,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),
-    .lasting = LUM_COMPONENT_BIT(LUM_COMPONENT_MEDIA),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
+    .lasting = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA),
     .surfaces = true,
     .then = &lum_airlight_resolve,
 };
+
+/* Black stays black in fog: without any light there is nothing to dim or to scatter. */
+static void demand_media(const struct lum_sights *see, struct lum_demand *d)
+{
+    const struct lum_snapshot *s = see->snapshot;
+    bool anything = see->lit;
+    for (uint32_t i = 0; i < s->n_instances && !anything; i++)
+        anything = s->materials[s->instances[i].material].unlit;
+    for (uint32_t i = 0; i < s->n_media && anything; i++)
+        lum_demand_call(d, LUM_EFFECT_MEDIA, s->media[i].id,
+                        lum_rgb_black(s->media[i].sigma_s) ? "absorbs light" : "scatters light");
+    lum_demand_refuse(d, LUM_EFFECT_MEDIA, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
+}
+const struct lum_effect_row lum_effect_media = {.demand = demand_media, .adds = LUM_ADDS_AIR, .guided = true};

@@ -163,7 +163,7 @@ static struct slots slots_of(const struct lum_pass *pass, const struct lum_airli
 static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t pixel)
 {
     const struct lum_airlights *kept = lum_airlights_of(pass);
-    const struct lum_component_buffer *media = &pass->components->buffer[LUM_COMPONENT_MEDIA];
+    const struct lum_component_buffer *media = &pass->components->buffer[LUM_EFFECT_MEDIA];
     struct lum_rgb sum[2] = {lum_grey(0.0f), lum_grey(0.0f)};
     for (uint32_t i = 0; i < s->n; i++) {
         const struct lum_airlight_pair *pair = &s->pairs[i];
@@ -217,7 +217,7 @@ _Static_assert(JOIN_STEP <= STEP_MAX, "windows fit");
 static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_MEDIA];
+    struct lum_component_buffer *b = &pass->components->buffer[LUM_EFFECT_MEDIA];
     if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_RESOLVED) || !any_even(pass))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);

@@ -4,7 +4,7 @@
 static void gloss_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_COMPONENT_GLOSS];
+    const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_EFFECT_GLOSSY];
     if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, cell))
         return;
     struct lum_guide guide = lum_components_guide(pass);

@@ -300,8 +300,8 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
         trace_at_present_power(pass, tile, counters, radiance);
     tame(kept, radiance, r.w * r.h);
     for (uint32_t i = 0; i < r.w * r.h; i++)
-        lum_component_add(pass->components, LUM_COMPONENT_GLOSS,
-                          (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w, radiance[i]);
+        lum_component_add(pass->components, LUM_EFFECT_GLOSSY, (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w,
+                          radiance[i]);
 }
 
 static void glossy_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
@@ -321,6 +321,13 @@ const struct lum_estimator lum_estimator_glossy = {
     .tile = glossy_cell,
     .cells = true,
     .state = &lum_gloss_kind,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),
-    .sparse = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+    .sparse = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
 };
+
+static void demand_glossy(const struct lum_sights *see, struct lum_demand *d)
+{
+    lum_demand_by_surface(see, d, LUM_EFFECT_GLOSSY, LUM_SCATTER_GLOSS, see->each_other || see->shining,
+                          "reflects with a gloss", "no object reflects with a gloss");
+}
+const struct lum_effect_row lum_effect_glossy = {.demand = demand_glossy, .adds = LUM_ADDS_SURFACE};

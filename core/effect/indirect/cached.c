@@ -1,4 +1,4 @@
-/* Indirect diffuse light from the records of a cache, into component INDIRECT: the radiance of a white surface. */
+/* Indirect diffuse light from the records of a cache, into its component: the radiance of a white surface. */
 #include "core/effect/indirect/records.h"
 #include "core/effect/indirect/interpolated.h"
 #include "core/pass/components.h"
@@ -129,8 +129,8 @@ static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_c
     struct lum_pixel_mask all = lum_interpolated_all(mask);
     if (lum_pixel_mask_none(&all))
         return;
-    struct lum_rgb *raw = pass->components->buffer[LUM_COMPONENT_INDIRECT].raw;
-    struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
+    struct lum_rgb *raw = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].raw;
+    struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
     struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, counters->worker);
     struct lum_candidates list;
     bool quarter = is_quarter(pass);
@@ -145,8 +145,16 @@ const struct lum_estimator lum_estimator_cached = {
     .stage = LUM_STAGE_INDIRECT,
     .tile = cached_tile,
     .state = &lum_interpolated_kind,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
     .surfaces = true,
     .cache = true,
     .then = &lum_stage_records,
 };
+
+static void demand_indirect(const struct lum_sights *see, struct lum_demand *d)
+{
+    lum_demand_by_surface(see, d, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_SCATTER_DIFFUSE, see->each_other,
+                          "passes its light on to other surfaces", "no object is matte and not black");
+}
+const struct lum_effect_row lum_effect_indirect_diffuse = {
+    .demand = demand_indirect, .adds = LUM_ADDS_WHITE, .guided = true};

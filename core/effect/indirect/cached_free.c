@@ -126,7 +126,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
     const struct lum_pass *pass = run->pass;
     uint32_t tile = (uint32_t)((uint64_t)job * run->stride % pass->tiling.n);
     const struct lum_surfaces *s = pass->surfaces;
-    struct lum_rgb *smooth = pass->components->buffer[LUM_COMPONENT_INDIRECT].smooth;
+    struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
         return;
@@ -223,7 +223,7 @@ const struct lum_estimator lum_estimator_cached_free = {
     .stage = LUM_STAGE_INDIRECT,
     .run = run_stage,
     .state = &lum_interpolated_kind,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_INDIRECT),
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
     .surfaces = true,
     .cache = true,
 };

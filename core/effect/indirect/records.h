@@ -49,7 +49,7 @@ void lum_records_create(struct lum_cache_record *record, const struct lum_pass *
 bool lum_records_are_sound(const struct lum_cache_record *record);
 
 extern const struct lum_estimator lum_stage_records; /* lum_records_run, as a stage */
-/* Component INDIRECT, interpolated at every pixel; in methods that filter by lum_stage_upsample, at one pixel in four.
+/* Indirect light, interpolated at every pixel; in methods that filter by lum_stage_upsample, at one pixel in four.
  */
 extern const struct lum_estimator lum_estimator_cached;
 extern const struct lum_estimator lum_stage_upsample; /* filter: to full resolution */

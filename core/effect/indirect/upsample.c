@@ -6,7 +6,7 @@
 static void upsample_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    struct lum_component_buffer *b = &pass->components->buffer[LUM_COMPONENT_INDIRECT];
+    struct lum_component_buffer *b = &pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE];
     if (!b->raw || lum_components_enter(pass, LUM_STAGE_UPSAMPLE, cell))
         return;
     struct lum_guide guide = lum_components_guide(pass);

@@ -128,7 +128,7 @@ static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job 
                          const struct lum_echo_point *points, const struct lum_rgb *irradiance)
 {
     for (uint32_t k = 0; k < job->n_points; k++)
-        lum_component_add(pass->components, LUM_COMPONENT_GLOSS, points[k].pixel,
+        lum_component_add(pass->components, LUM_EFFECT_GLOSSY, points[k].pixel,
                           lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
 }
 
@@ -287,7 +287,7 @@ static void add_fog(struct tree *t, uint32_t slot, struct lum_rgb value)
 {
     struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
     size_t pixel = (size_t)(r.y + slot / r.w) * t->pass->tiling.w + r.x + slot % r.w;
-    lum_component_add(t->pass->components, LUM_COMPONENT_GLOSS, pixel, value);
+    lum_component_add(t->pass->components, LUM_EFFECT_GLOSSY, pixel, value);
 }
 
 static void flush_fog(struct tree *t)
@@ -461,5 +461,22 @@ const struct lum_estimator lum_estimator_specular = {
     .stage = LUM_STAGE_SPECULAR,
     .tile = specular_tile,
     .state = &echoes_kind,
-    .components = LUM_COMPONENT_BIT(LUM_COMPONENT_GLOSS), /* indirect light and fog behind mirrors and glass */
+    .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY), /* indirect light and fog behind mirrors and glass */
 };
+
+/* ---- the effects ---- */
+
+static void demand_reflection(const struct lum_sights *see, struct lum_demand *d)
+{
+    lum_demand_by_surface(see, d, LUM_EFFECT_REFLECTION, LUM_SCATTER_MIRROR,
+                          see->each_other || see->shining || see->glowing, "is a mirror", "no object is a mirror");
+}
+const struct lum_effect_row lum_effect_reflection = {.demand = demand_reflection};
+
+static void demand_transmission(const struct lum_sights *see, struct lum_demand *d)
+{
+    lum_demand_by_surface(see, d, LUM_EFFECT_TRANSMISSION, LUM_SCATTER_THROUGH,
+                          see->each_other || see->shining || see->glowing, "lets light through",
+                          "no object lets light through");
+}
+const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmission};
