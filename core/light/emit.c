@@ -134,7 +134,7 @@ bool lum_light_emit(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u_
     struct lum_vec3 n;
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return emit(l->p, lum_falloff_draw(l, u_direction), lum_grey((float)lum_falloff_flux(l)), ret_shot);
+        return emit(l->p, l->falloff->draw(l, u_direction), lum_grey((float)l->falloff->flux(l)), ret_shot);
     case LUM_EMIT_DIRECTIONAL:
         return emit_parallel(s, l->n, lum_grey(1.0f), u_position, ret_shot);
     case LUM_EMIT_QUAD:
@@ -166,7 +166,7 @@ double lum_light_flux_unit(const struct lum_light *l, struct lum_vec3 bounds_lo,
     float d[3] = {l->n.x, l->n.y, l->n.z}, area[3];
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return lum_falloff_flux(l);
+        return l->falloff->flux(l);
     case LUM_EMIT_DIRECTIONAL:
         seen_faces(&b, d, area);
         return (double)(area[0] + area[1] + area[2]);

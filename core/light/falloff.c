@@ -23,6 +23,8 @@ static struct lum_vec3 even_draw(const struct lum_light *l, struct lum_vec2 u)
     return lum_warp_cone(u, 2.0f);
 }
 
+const struct lum_falloff lum_falloff_even = {even_share, even_flux, even_draw, .cone = false};
+
 /* ---- spot ---- */
 
 /* Between the cones the square of a ramp in the cosine (glTF KHR_lights_punctual). */
@@ -53,21 +55,9 @@ static struct lum_vec3 spot_draw(const struct lum_light *l, struct lum_vec2 u)
     return lum_frame_to_scene(&f, lum_v3(s * cosf(phi), s * sinf(phi), 1.0f - omc));
 }
 
+const struct lum_falloff lum_falloff_spot = {spot_share, spot_flux, spot_draw, .cone = true};
+
 /* ---- all ---- */
-
-static const struct {
-    float (*share)(const struct lum_light *l, float one_minus_cos);
-    double (*flux)(const struct lum_light *l);
-    struct lum_vec3 (*draw)(const struct lum_light *l, struct lum_vec2 u);
-} falloffs[] = {
-    [LUM_FALLOFF_EVEN] = {even_share, even_flux, even_draw},
-    [LUM_FALLOFF_SPOT] = {spot_share, spot_flux, spot_draw},
-};
-
-float lum_falloff_at(const struct lum_light *l, float one_minus_cos)
-{
-    return falloffs[l->falloff].share(l, one_minus_cos);
-}
 
 /* 1 - cos of the angle between -a and b, both unit, without cancellation: half the square of the chord. */
 static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
@@ -78,15 +68,5 @@ static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
 
 float lum_falloff_towards(const struct lum_light *l, struct lum_vec3 wi)
 {
-    return lum_falloff_at(l, one_minus_cos_between(wi, l->n));
-}
-
-double lum_falloff_flux(const struct lum_light *l)
-{
-    return falloffs[l->falloff].flux(l);
-}
-
-struct lum_vec3 lum_falloff_draw(const struct lum_light *l, struct lum_vec2 u)
-{
-    return falloffs[l->falloff].draw(l, u);
+    return l->falloff->share(l, one_minus_cos_between(wi, l->n));
 }

@@ -27,7 +27,7 @@ enum lum_emitter {
 
 struct lum_light {
     enum lum_emitter kind;
-    enum lum_falloff falloff;      /* point */
+    const struct lum_falloff *falloff; /* point */
     struct lum_rgb power;          /* cd * scale^2 (point), lx (directional), cd/m2 (area, mesh, environment tint) */
     struct lum_vec3 p;             /* centre */
     struct lum_vec3 n;             /* unit: where light goes (spot, directional, quad, disc) */

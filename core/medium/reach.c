@@ -47,7 +47,7 @@ bool lum_light_reaches(const struct lum_light *l, struct lum_segment *inout)
 {
     switch (l->kind) {
     case LUM_EMIT_POINT:
-        return l->falloff != LUM_FALLOFF_SPOT || clip_cone(l, inout, &inout->t0, &inout->t1);
+        return !l->falloff->cone || clip_cone(l, inout, &inout->t0, &inout->t1);
     case LUM_EMIT_QUAD:
     case LUM_EMIT_DISC:
         return clip_half((double)lum_dot(lum_v3_sub(inout->o, l->p), l->n), (double)lum_dot(inout->d, l->n), &inout->t0,

@@ -84,16 +84,17 @@ struct lum_object_desc {
     struct lum_shine shine;
 };
 
-enum lum_light_kind {
-    LUM_LIGHT_POINT,
-    LUM_LIGHT_SPOT,
-    LUM_LIGHT_DIRECTIONAL,
-    LUM_LIGHT_QUAD,
-    LUM_LIGHT_DISC,
-    LUM_LIGHT_SPHERE,
-    LUM_LIGHT_ENVIRONMENT,
-    LUM_LIGHT_KIND_COUNT
-};
+/* Every kind of light; what tells it apart is its row (light_kind.h). */
+#define LUM_LIGHT_KINDS(X)                                                                                             \
+    X(POINT, point)                                                                                                    \
+    X(SPOT, spot)                                                                                                      \
+    X(DIRECTIONAL, directional)                                                                                        \
+    X(QUAD, quad)                                                                                                      \
+    X(DISC, disc)                                                                                                      \
+    X(SPHERE, sphere)                                                                                                  \
+    X(ENVIRONMENT, environment)
+#define LUM_LIGHT_KIND_MEMBER(NAME, name) LUM_LIGHT_##NAME,
+enum lum_light_kind { LUM_LIGHT_KINDS(LUM_LIGHT_KIND_MEMBER) LUM_LIGHT_KIND_COUNT };
 struct lum_light_desc {
     enum lum_light_kind kind;
     struct lum_vec3d position;             /* point, spot, disc, sphere: centre; quad: centre */

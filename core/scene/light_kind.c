@@ -2,6 +2,21 @@
 
 #include "core/scene/tables.h"
 
+/* ---- vectors ---- */
+
+static struct lum_vec3 vector_to_scene(struct lum_vec3d v, double scale)
+{
+    return lum_v3((float)(v.x * scale), (float)(v.y * scale), (float)(v.z * scale));
+}
+
+static struct lum_vec3 unit(struct lum_vec3d v)
+{
+    double m = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+    struct lum_vec3d s = {v.x / m, v.y / m, v.z / m};
+    double length = sqrt(s.x * s.x + s.y * s.y + s.z * s.z);
+    return vector_to_scene(s, 1.0 / length);
+}
+
 /* ---- points ---- */
 
 static double flux_of_point(const struct lum_light_desc *d)
@@ -26,6 +41,28 @@ static double flux_of_spot(const struct lum_light_desc *d)
     return 4.0 * LUM_PI_D * (2.0 * si * si + so * so) / 3.0;
 }
 
+static float one_minus_cos(double angle)
+{
+    double s = sin(0.5 * angle);
+    return (float)(2.0 * s * s);
+}
+
+static void resolve_spot(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    (void)scale;
+    l->omc_inner = one_minus_cos(d->inner_cone_rad);
+    l->omc_outer = one_minus_cos(d->outer_cone_rad);
+}
+
+const struct lum_light_kind_row lum_light_kind_point = {
+    .emitter = LUM_EMIT_POINT, .falloff = &lum_falloff_even, .flux = flux_of_point};
+const struct lum_light_kind_row lum_light_kind_spot = {.emitter = LUM_EMIT_POINT,
+                                                       .falloff = &lum_falloff_spot,
+                                                       .aimed = true,
+                                                       .check = check_cone,
+                                                       .resolve = resolve_spot,
+                                                       .flux = flux_of_spot};
+
 /* ---- areas: Lambertian, pi times area ---- */
 
 static enum lum_status check_edges(const struct lum_light_desc *d, struct lum_error *err)
@@ -44,9 +81,39 @@ static double flux_of_quad(const struct lum_light_desc *d)
     return LUM_PI_D * lum_v3d_cross_length(d->u, d->v);
 }
 
+static struct lum_vec3d half_quad(const struct lum_light_desc *d)
+{
+    return (struct lum_vec3d){0.5 * (fabs(d->u.x) + fabs(d->v.x)), 0.5 * (fabs(d->u.y) + fabs(d->v.y)),
+                              0.5 * (fabs(d->u.z) + fabs(d->v.z))};
+}
+
+static void resolve_quad(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    struct lum_vec3d n = {d->u.y * d->v.z - d->u.z * d->v.y, d->u.z * d->v.x - d->u.x * d->v.z,
+                          d->u.x * d->v.y - d->u.y * d->v.x};
+    l->n = unit(n);
+    l->u = vector_to_scene(d->u, 0.5 * scale);
+    l->v = vector_to_scene(d->v, 0.5 * scale);
+    l->area = 4.0f * lum_length(lum_cross(l->u, l->v));
+}
+
+const struct lum_light_kind_row lum_light_kind_quad = {
+    .emitter = LUM_EMIT_QUAD, .check = check_edges, .half = half_quad, .resolve = resolve_quad, .flux = flux_of_quad};
+
 static enum lum_status check_radius(const struct lum_light_desc *d, struct lum_error *err)
 {
     return lum_check_range("radius_m", d->radius_m, 1e-12, LUM_LENGTH_MAX, err);
+}
+
+static struct lum_vec3d half_round(const struct lum_light_desc *d)
+{
+    return (struct lum_vec3d){d->radius_m, d->radius_m, d->radius_m};
+}
+
+static void resolve_disc(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    l->radius = (float)(d->radius_m * scale);
+    l->area = LUM_PI * l->radius * l->radius;
 }
 
 static double flux_of_disc(const struct lum_light_desc *d)
@@ -54,37 +121,93 @@ static double flux_of_disc(const struct lum_light_desc *d)
     return LUM_PI_D * LUM_PI_D * (d->radius_m * d->radius_m);
 }
 
+const struct lum_light_kind_row lum_light_kind_disc = {.emitter = LUM_EMIT_DISC,
+                                                       .aimed = true,
+                                                       .check = check_radius,
+                                                       .half = half_round,
+                                                       .resolve = resolve_disc,
+                                                       .flux = flux_of_disc};
+
+static void resolve_sphere(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    l->radius = (float)(d->radius_m * scale);
+    l->area = 4.0f * LUM_PI * l->radius * l->radius;
+}
+
 static double flux_of_sphere(const struct lum_light_desc *d)
 {
     return 4.0 * LUM_PI_D * LUM_PI_D * (d->radius_m * d->radius_m);
 }
 
+const struct lum_light_kind_row lum_light_kind_sphere = {.emitter = LUM_EMIT_SPHERE,
+                                                         .check = check_radius,
+                                                         .half = half_round,
+                                                         .resolve = resolve_sphere,
+                                                         .flux = flux_of_sphere};
+
 /* ---- from afar ---- */
+
+const struct lum_light_kind_row lum_light_kind_directional = {.emitter = LUM_EMIT_DIRECTIONAL, .aimed = true};
 
 static enum lum_status check_rotation(const struct lum_light_desc *d, struct lum_error *err)
 {
     return lum_check_range("rotation_rad", d->rotation_rad, -1e3, 1e3, err);
 }
 
+/* Rotation about +Y, as the images of local +X, +Y, +Z (light/environment.h). */
+static void resolve_environment(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    (void)scale;
+    float c = (float)cos(d->rotation_rad), s = (float)sin(d->rotation_rad);
+    l->env_frame = (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
+}
+
+const struct lum_light_kind_row lum_light_kind_environment = {
+    .emitter = LUM_EMIT_ENVIRONMENT, .check = check_rotation, .resolve = resolve_environment};
+
 /* ---- all ---- */
 
-const struct lum_light_kind_row lum_light_kinds[LUM_LIGHT_KIND_COUNT] = {
-    [LUM_LIGHT_POINT] = {"point", LUM_EMIT_POINT, LUM_FALLOFF_EVEN, .flux = flux_of_point},
-    [LUM_LIGHT_SPOT] = {"spot", LUM_EMIT_POINT, LUM_FALLOFF_SPOT, .aimed = true, check_cone, flux_of_spot},
-    [LUM_LIGHT_DIRECTIONAL] = {"directional", LUM_EMIT_DIRECTIONAL, .aimed = true},
-    [LUM_LIGHT_QUAD] = {"quad", LUM_EMIT_QUAD, .check = check_edges, .flux = flux_of_quad},
-    [LUM_LIGHT_DISC] = {"disc", LUM_EMIT_DISC, .aimed = true, .check = check_radius, .flux = flux_of_disc},
-    [LUM_LIGHT_SPHERE] = {"sphere", LUM_EMIT_SPHERE, .check = check_radius, .flux = flux_of_sphere},
-    [LUM_LIGHT_ENVIRONMENT] = {"environment", LUM_EMIT_ENVIRONMENT, .check = check_rotation},
-};
+#define TEXT(NAME, name) #name,
+const char *const lum_light_kind_names[LUM_LIGHT_KIND_COUNT] = {LUM_LIGHT_KINDS(TEXT)};
+#define ADDRESS(NAME, name) &lum_light_kind_##name,
+const struct lum_light_kind_row *const lum_light_kinds[LUM_LIGHT_KIND_COUNT] = {LUM_LIGHT_KINDS(ADDRESS)};
+
+/* Bounds candela in scene units so that 1 / r^2 at LUM_POINT_LIGHT_NEAR (2^32) stays 2^32 inside the range of float,
+ * for sharp lobes and rare picks. Nothing real reaches it: 1e9 cd, an arc searchlight, does in a scene of 0.5 mm. */
+static float bounded_power(float power)
+{
+    return lum_min(power, 0x1p64f);
+}
+
+static bool from_afar(const struct lum_light_kind_row *row)
+{
+    return row->emitter == LUM_EMIT_DIRECTIONAL || row->emitter == LUM_EMIT_ENVIRONMENT;
+}
+
+void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_normalisation *norm, struct lum_light *l)
+{
+    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
+    bool in_candela = row->emitter == LUM_EMIT_POINT;
+    l->kind = row->emitter;
+    l->falloff = row->falloff;
+    l->delta = row->emitter == LUM_EMIT_POINT || row->emitter == LUM_EMIT_DIRECTIONAL;
+    l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
+    l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
+    if (!from_afar(row))
+        l->p = lum_world_to_scene(norm, d->position);
+    if (row->aimed)
+        l->n = unit(d->direction);
+    if (row->resolve)
+        row->resolve(d, norm->scale, l);
+}
 
 enum lum_status lum_light_kind_check(const struct lum_light_desc *d, struct lum_error *err)
 {
     if ((unsigned)d->kind >= LUM_LIGHT_KIND_COUNT)
         return lum_fail(err, LUM_ERR_INVALID, "kind", "is not a kind of light");
-    const struct lum_light_kind_row *row = &lum_light_kinds[d->kind];
+    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
     enum lum_status status = LUM_OK;
-    if (row->emitter != LUM_EMIT_DIRECTIONAL && row->emitter != LUM_EMIT_ENVIRONMENT)
+    if (!from_afar(row))
         status = lum_check_vec("position", d->position, LUM_LENGTH_MAX, err);
     if (status == LUM_OK && row->aimed) {
         status = lum_check_vec("direction", d->direction, LUM_LENGTH_MAX, err);
@@ -102,7 +225,7 @@ enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double f
         status = lum_check_range("flux_lm", flux_lm, 0.0, LUM_POWER_MAX, err);
     if (status != LUM_OK)
         return status;
-    const struct lum_light_kind_row *row = &lum_light_kinds[light->kind];
+    const struct lum_light_kind_row *row = lum_light_kinds[light->kind];
     if (!row->flux)
         return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
     double per_intensity = row->flux(light);

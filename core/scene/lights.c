@@ -171,76 +171,11 @@ static float mean_emission(const struct light_build *b, const struct lum_light *
 
 /* ---- lights ---- */
 
-static struct lum_vec3 vector_to_scene(struct lum_vec3d v, double scale)
-{
-    return lum_v3((float)(v.x * scale), (float)(v.y * scale), (float)(v.z * scale));
-}
-
-static struct lum_vec3 unit(struct lum_vec3d v)
-{
-    double m = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
-    struct lum_vec3d s = {v.x / m, v.y / m, v.z / m};
-    double length = sqrt(s.x * s.x + s.y * s.y + s.z * s.z);
-    return vector_to_scene(s, 1.0 / length);
-}
-
-static void place_quad(struct lum_light *l, const struct lum_light_desc *d, double scale)
-{
-    struct lum_vec3d n = {d->u.y * d->v.z - d->u.z * d->v.y, d->u.z * d->v.x - d->u.x * d->v.z,
-                          d->u.x * d->v.y - d->u.y * d->v.x};
-    l->n = unit(n);
-    l->u = vector_to_scene(d->u, 0.5 * scale);
-    l->v = vector_to_scene(d->v, 0.5 * scale);
-    l->area = 4.0f * lum_length(lum_cross(l->u, l->v));
-}
-
-/* Rotation about +Y, as the images of local +X, +Y, +Z (light/environment.h). */
-static struct lum_frame env_frame(double rotation_rad)
-{
-    float c = (float)cos(rotation_rad), s = (float)sin(rotation_rad);
-    return (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
-}
-
-/* Bounds candela in scene units so that 1 / r^2 at LUM_POINT_LIGHT_NEAR (2^32) stays 2^32 inside the range of float,
- * for sharp lobes and rare picks. Nothing real reaches it: 1e9 cd, an arc searchlight, does in a scene of 0.5 mm. */
-static float bounded_power(float power)
-{
-    return lum_min(power, 0x1p64f);
-}
-
-static float one_minus_cos(double angle)
-{
-    double s = sin(0.5 * angle);
-    return (float)(2.0 * s * s);
-}
-
 static void resolve_light(struct lum_light *l, const struct lum_light_entry *entry,
                           const struct lum_normalisation *norm)
 {
     const struct lum_light_desc *d = &entry->desc;
-    const struct lum_light_kind_row *row = &lum_light_kinds[d->kind];
-    bool in_candela = row->emitter == LUM_EMIT_POINT;
-    l->kind = row->emitter;
-    l->falloff = row->falloff;
-    l->delta = row->emitter == LUM_EMIT_POINT || row->emitter == LUM_EMIT_DIRECTIONAL;
-    l->power = lum_rgb_scale(d->color, (float)(d->intensity * (in_candela ? norm->scale * norm->scale : 1.0)));
-    l->power = lum_rgb(bounded_power(l->power.r), bounded_power(l->power.g), bounded_power(l->power.b));
-    if (d->kind != LUM_LIGHT_DIRECTIONAL && d->kind != LUM_LIGHT_ENVIRONMENT)
-        l->p = lum_world_to_scene(norm, d->position);
-    if (row->aimed)
-        l->n = unit(d->direction);
-    if (d->kind == LUM_LIGHT_SPOT) {
-        l->omc_inner = one_minus_cos(d->inner_cone_rad);
-        l->omc_outer = one_minus_cos(d->outer_cone_rad);
-    }
-    if (d->kind == LUM_LIGHT_QUAD)
-        place_quad(l, d, norm->scale);
-    if (d->kind == LUM_LIGHT_DISC || d->kind == LUM_LIGHT_SPHERE) {
-        l->radius = (float)(d->radius_m * norm->scale);
-        l->area = (d->kind == LUM_LIGHT_SPHERE ? 4.0f : 1.0f) * LUM_PI * l->radius * l->radius;
-    }
-    if (d->kind == LUM_LIGHT_ENVIRONMENT)
-        l->env_frame = env_frame(d->rotation_rad);
+    lum_light_kind_resolve(d, norm, l);
     l->instance = l->shape = LUM_NO_OBJECT;
     l->on = d->on;
     l->camera_visible = d->camera_visible;

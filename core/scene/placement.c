@@ -3,6 +3,7 @@
  * Centre and scale are chosen from the bounds of everything that has a surface, so that the largest extent
  * becomes 32..64 units around the origin. They are kept while the scene still fits, so that an edit does not move
  * everything else: an earlier placement serves while all lies within 128 units and the extent is at least 8. */
+#include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
 #include <math.h>
@@ -33,12 +34,10 @@ static void grow_by_object(struct bounds *b, const struct lum_object_entry *o)
 
 static void grow_by_light(struct bounds *b, const struct lum_light_desc *d)
 {
-    struct lum_vec3d c = d->position, half = {d->radius_m, d->radius_m, d->radius_m};
-    if (d->kind == LUM_LIGHT_QUAD)
-        half = (struct lum_vec3d){0.5 * (fabs(d->u.x) + fabs(d->v.x)), 0.5 * (fabs(d->u.y) + fabs(d->v.y)),
-                                  0.5 * (fabs(d->u.z) + fabs(d->v.z))};
-    else if (d->kind != LUM_LIGHT_DISC && d->kind != LUM_LIGHT_SPHERE)
+    const struct lum_light_kind_row *row = lum_light_kinds[d->kind];
+    if (!row->half)
         return;
+    struct lum_vec3d c = d->position, half = row->half(d);
     grow(b, (struct lum_vec3d){c.x - half.x, c.y - half.y, c.z - half.z});
     grow(b, (struct lum_vec3d){c.x + half.x, c.y + half.y, c.z + half.z});
 }

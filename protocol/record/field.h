@@ -53,6 +53,7 @@ struct lum_field {
     double min, max;
     double def[3];    /* vector: def[2] repeats */
     const char *text; /* choice: the words; name: the default */
+    const char *only; /* of lights: the kinds that have it, "spot|disc"; NULL: all */
     const struct lum_fields *parts;
     const char *unit, *doc;
 };

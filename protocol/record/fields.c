@@ -12,21 +12,21 @@
 #define ROW(s, m, k) .name = #m, .kind = LUM_FIELD_##k, .offset = offsetof(struct lum_record_##s, m)
 
 /* clang-format off */
-/* s: struct, m: member and JSON name, d: default, u: unit, t: one line for PROTOCOL.md */
-#define NUMBER(s, m, lo, hi, d, u, t) {ROW(s, m, NUMBER), .min = lo, .max = hi, .def = {d}, .unit = u, .doc = t}
+/* s: struct, m: member and JSON name, d: default, u: unit, t: one line for PROTOCOL.md, and more members */
+#define NUMBER(s, m, lo, hi, d, u, ...) {ROW(s, m, NUMBER), .min = lo, .max = hi, .def = {d}, .unit = u, .doc = __VA_ARGS__}
 #define INTEGER(s, m, lo, hi, d, t) {ROW(s, m, INTEGER), .min = lo, .max = hi, .def = {d}, .unit = "", .doc = t}
 #define U32(s, m, hi, u, t) {ROW(s, m, U32), .max = hi, .unit = u, .doc = t}
-#define OPT(s, m, lo, hi, g, u, t) {ROW(s, m, OPT), .min = lo, .max = hi, .group = g, .unit = u, .doc = t}
-#define BOOL(s, m, d, t) {ROW(s, m, BOOL), .def = {d}, .unit = "", .doc = t}
+#define OPT(s, m, lo, hi, g, u, ...) {ROW(s, m, OPT), .min = lo, .max = hi, .group = g, .unit = u, .doc = __VA_ARGS__}
+#define BOOL(s, m, d, ...) {ROW(s, m, BOOL), .def = {d}, .unit = "", .doc = __VA_ARGS__}
 #define XYZ(x, y, z) x, y, z
 #define NUMBERS(s, m) .n = sizeof((struct lum_record_##s *)0)->m / sizeof(double)
 #define CHARS(s, m) .n = sizeof((struct lum_record_##s *)0)->m
-#define VECTOR(s, m, f, lo, hi, d, u, t) \
-    {ROW(s, m, VECTOR), NUMBERS(s, m), .flags = f, .min = lo, .max = hi, .def = {d}, .unit = u, .doc = t}
+#define VECTOR(s, m, f, lo, hi, d, u, ...) \
+    {ROW(s, m, VECTOR), NUMBERS(s, m), .flags = f, .min = lo, .max = hi, .def = {d}, .unit = u, .doc = __VA_ARGS__}
 #define CHOICE(s, m, f, words, t) {ROW(s, m, CHOICE), CHARS(s, m), .flags = f, .text = words, .unit = "", .doc = t}
 #define NAME(s, m, d, t) {ROW(s, m, NAME), CHARS(s, m), .text = d, .unit = "", .doc = t}
 #define ASSET(s, m, f, t) {ROW(s, m, ASSET), CHARS(s, m), .flags = f, .unit = "", .doc = t}
-#define REF(s, m, f, r, t) {ROW(s, m, REF), CHARS(s, m), .flags = f, .ref = LUM_RECORD_##r, .unit = "", .doc = t}
+#define REF(s, m, f, r, ...) {ROW(s, m, REF), CHARS(s, m), .flags = f, .ref = LUM_RECORD_##r, .unit = "", .doc = __VA_ARGS__}
 #define FLOATS(s, m, f, k, lo, hi, u, t) \
     {ROW(s, m, FLOATS), .n = k, .flags = f, .min = lo, .max = hi, .unit = u, .doc = t}
 #define TEXTURE(s, m, t) {ROW(s, m, TEXTURE), .unit = "", .doc = t}
@@ -117,27 +117,28 @@ static const struct lum_field object[] = {
     {ROW(object, group, ID), CHARS(object, group), .unit = "", .doc = "mixing group of its light; null: its own id"},
 };
 
+#define FOR(kinds) .only = kinds
 static const struct lum_field light[] = {
     CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|directional|quad|disc|sphere|environment", ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
-    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes: spot, directional, disc"),
-    VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "quad: full edge; it emits towards u x v"),
-    VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "quad: full edge"),
-    NUMBER(light, radius, 0, COORD, 0.1, "m", "disc, sphere"),
-    NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "spot: half angle of full intensity"),
-    NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "spot: half angle where it ends"),
-    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits: point, spot, quad, disc, sphere"),
-    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "point, spot"),
-    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "quad, disc, sphere, environment"),
-    OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx", "directional: on a facing plane"),
+    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR("spot|directional|disc")),
+    VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge; it emits towards u x v", FOR("quad")),
+    VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR("quad")),
+    NUMBER(light, radius, 0, COORD, 0.1, "m", "", FOR("disc|sphere")),
+    NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR("spot")),
+    NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR("spot")),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR("point|spot|quad|disc|sphere")),
+    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR("point|spot")),
+    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "", FOR("quad|disc|sphere|environment")),
+    OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx", "on a facing plane", FOR("directional")),
     {ROW(light, color, VECTOR), .n = 3, .group = LUM_GROUP_COLOR, .max = 1e6, .def = {1, 1, 1}, .unit = "",
      .doc = "linear, normalised to luminance 1 when used; excludes cct_k"},
     OPT(light, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature; excludes color"),
-    REF(light, image, 0, IMAGE, "environment: equirectangular picture, scaled by luminance_cd_m2"),
-    NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "environment: about +Y"),
+    REF(light, image, 0, IMAGE, "equirectangular picture, scaled by luminance_cd_m2", FOR("environment")),
+    NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "about +Y", FOR("environment")),
     {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
     BOOL(light, on, 1, ""),
-    BOOL(light, camera_visible, 1, "quad, disc, sphere, environment: seen directly"),
+    BOOL(light, camera_visible, 1, "seen directly", FOR("quad|disc|sphere|environment")),
 };
 
 static const struct lum_field medium[] = {

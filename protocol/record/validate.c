@@ -99,60 +99,38 @@ static bool validate_image(const struct lum_record_image *m, struct lum_proto_er
 
 /* ---- lights ---- */
 
-enum { FLUX = 1, INTENSITY = 2, LUMINANCE = 4, ILLUMINANCE = 8 };
-
-static const struct {
-    const char *name;
-    unsigned bit;
-    size_t offset;
-} photometrics[] = {
-    {"flux_lm", FLUX, offsetof(struct lum_record_light, flux_lm)},
-    {"intensity_cd", INTENSITY, offsetof(struct lum_record_light, intensity_cd)},
-    {"luminance_cd_m2", LUMINANCE, offsetof(struct lum_record_light, luminance_cd_m2)},
-    {"illuminance_lx", ILLUMINANCE, offsetof(struct lum_record_light, illuminance_lx)},
-};
-
-/* PROTOCOL.md has the same table. */
-struct light_kind {
-    const char *name;
-    unsigned takes; /* photometric quantities, of which one must be given */
-    bool aimed;     /* has a direction */
-};
-/* clang-format off */
-static const struct light_kind light_kinds[] = {
-    {"point", FLUX | INTENSITY, false},
-    {"spot", FLUX | INTENSITY, true},
-    {"directional", ILLUMINANCE, true},
-    {"quad", FLUX | LUMINANCE, false},
-    {"disc", FLUX | LUMINANCE, true},
-    {"sphere", FLUX | LUMINANCE, false},
-    {"environment", LUMINANCE, false},
-};
-/* clang-format on */
-
-static const struct light_kind *light_kind_of(const struct lum_record_light *l)
+/* True when the kind is among those that have the field. */
+static bool is_for(const struct lum_field *f, const char *kind)
 {
-    for (size_t i = 0; i < sizeof light_kinds / sizeof light_kinds[0]; i++)
-        if (strcmp(light_kinds[i].name, l->kind) == 0)
-            return &light_kinds[i];
-    return NULL;
+    size_t n = strlen(kind);
+    for (const char *w = f->only; w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL)
+        if (strncmp(w, kind, n) == 0 && (w[n] == '|' || w[n] == '\0'))
+            return true;
+    return !f->only;
 }
 
-static bool validate_photometric(const struct lum_record_light *l, unsigned takes, struct lum_proto_error *err)
+static bool has(const struct lum_record_light *l, const char *field)
 {
+    return is_for(lum_fields_find(lum_fields_of(LUM_RECORD_LIGHT), field), l->kind);
+}
+
+static bool validate_photometric(const struct lum_record_light *l, struct lum_proto_error *err)
+{
+    const struct lum_fields *fields = lum_fields_of(LUM_RECORD_LIGHT);
     char wanted[64] = "";
     const char *given = NULL, *first = NULL;
     bool natural = false;
-    for (size_t i = 0; i < sizeof photometrics / sizeof photometrics[0]; i++) {
-        const char *name = photometrics[i].name;
-        bool fits = takes & photometrics[i].bit;
+    for (const struct lum_field *f = fields->fields; f < fields->fields + fields->n; f++) {
+        if (f->group != LUM_GROUP_PHOTOMETRIC)
+            continue;
+        bool fits = is_for(f, l->kind);
         if (fits) {
             size_t n = strlen(wanted);
-            snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", name);
-            first = first ? first : name;
+            snprintf(wanted + n, sizeof wanted - n, "%s%s", first ? " or " : "", f->name);
+            first = first ? first : f->name;
         }
-        if (((const struct lum_opt *)((const char *)l + photometrics[i].offset))->set) {
-            given = name;
+        if (((const struct lum_opt *)((const char *)l + f->offset))->set) {
+            given = f->name;
             natural = fits;
         }
     }
@@ -164,23 +142,19 @@ static bool validate_photometric(const struct lum_record_light *l, unsigned take
 
 static bool validate_light(const struct lum_record_light *l, struct lum_proto_error *err)
 {
-    bool spot = strcmp(l->kind, "spot") == 0, disc = strcmp(l->kind, "disc") == 0;
-    const struct light_kind *kind = light_kind_of(l);
-    if (!kind)
-        return invalid(err, "kind", "lights of this kind are not in this version");
-    if (!validate_photometric(l, kind->takes, err))
+    if (!validate_photometric(l, err))
         return false;
-    if (kind->aimed && norm(l->direction) == 0.0)
+    if (has(l, "direction") && norm(l->direction) == 0.0)
         return invalid(err, "direction", "direction must not be 0 0 0");
-    if (strcmp(l->kind, "quad") == 0 && norm_of_cross(l->u, l->v) == 0.0)
+    if (has(l, "u") && norm_of_cross(l->u, l->v) == 0.0)
         return invalid(err, "u", "the edges u and v must span an area");
-    if ((disc || strcmp(l->kind, "sphere") == 0) && l->radius == 0.0)
+    if (has(l, "radius") && l->radius == 0.0)
         return invalid(err, "radius", "radius must be more than 0");
-    if (spot && l->inner_cone_deg > l->outer_cone_deg)
+    if (has(l, "inner_cone_deg") && l->inner_cone_deg > l->outer_cone_deg)
         return invalid(err, "inner_cone_deg", "inner_cone_deg must not be more than outer_cone_deg");
     if (black(l->color))
         return invalid(err, "color", "color gives a hue: it must not be black; use on or the photometric quantity");
-    if (l->image[0] != '\0' && strcmp(l->kind, "environment") != 0)
+    if (l->image[0] != '\0' && !has(l, "image"))
         return invalid(err, "image", "only an environment light takes an image");
     return true;
 }

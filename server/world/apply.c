@@ -183,7 +183,7 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
 static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_kind, struct lum_error *err)
 {
     for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++)
-        if (strcmp(name, lum_light_kinds[k].name) == 0) {
+        if (strcmp(name, lum_light_kind_names[k]) == 0) {
             *ret_kind = (enum lum_light_kind)k;
             return LUM_OK;
         }
@@ -197,7 +197,7 @@ static enum lum_status light_intensity(const struct lum_record_light *l, const s
 {
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
-    enum lum_emitter emitter = lum_light_kinds[d->kind].emitter;
+    enum lum_emitter emitter = lum_light_kinds[d->kind]->emitter;
     const struct lum_opt *natural = emitter == LUM_EMIT_POINT         ? &l->intensity_cd
                                     : emitter == LUM_EMIT_DIRECTIONAL ? &l->illuminance_lx
                                                                       : &l->luminance_cd_m2;

@@ -167,12 +167,12 @@ static void spot_ramps_as_in_gltf(void **state)
     (void)state;
     struct lum_light l = spot();
     l.omc_inner = 0.125f, l.omc_outer = 0.5f;
-    assert_true(lum_falloff_at(&l, 0.0625f) == 1.0f && lum_falloff_at(&l, 0.125f) == 1.0f);
-    assert_true(fabsf(lum_falloff_at(&l, 0.3125f) - 0.25f) < 1e-6f);
-    assert_true(lum_falloff_at(&l, 0.5f) == 0.0f && lum_falloff_at(&l, 2.0f) == 0.0f);
+    assert_true(lum_falloff_spot.share(&l, 0.0625f) == 1.0f && lum_falloff_spot.share(&l, 0.125f) == 1.0f);
+    assert_true(fabsf(lum_falloff_spot.share(&l, 0.3125f) - 0.25f) < 1e-6f);
+    assert_true(lum_falloff_spot.share(&l, 0.5f) == 0.0f && lum_falloff_spot.share(&l, 2.0f) == 0.0f);
     l.omc_inner = l.omc_outer = 0.5f; /* a hard edge */
-    assert_true(lum_falloff_at(&l, 0.5f) == 1.0f && lum_falloff_at(&l, 0.5001f) == 0.0f);
-    assert_true(lum_falloff_at(&l, NAN) == 0.0f);
+    assert_true(lum_falloff_spot.share(&l, 0.5f) == 1.0f && lum_falloff_spot.share(&l, 0.5001f) == 0.0f);
+    assert_true(lum_falloff_spot.share(&l, NAN) == 0.0f);
 }
 
 /* Half way to the edge of a cone that has no inner one, the falloff is (1 - 1/4)^2: 1 - cos goes with the square of a

@@ -406,7 +406,7 @@ static void many_distances_are_each_alone(void **state)
     uint32_t lit = 0;
     for (int i = 0; i < 20000; i++) {
         struct lum_scatter_query q = {r.snapshot, i % 2, 0, origin_of(&r), {0, 0, -1}, INFINITY};
-        enum lum_falloff falloff = i % 4 < 2 ? LUM_FALLOFF_EVEN : LUM_FALLOFF_SPOT;
+        const struct lum_falloff *falloff = i % 4 < 2 ? &lum_falloff_even : &lum_falloff_spot;
         const struct lum_light *lights = r.snapshot->lights.lights;
         while (lights[q.light].kind != LUM_EMIT_POINT || lights[q.light].falloff != falloff)
             q.light++;

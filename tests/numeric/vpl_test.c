@@ -324,7 +324,7 @@ static const enum lum_light_kind in_fog[] = {LUM_LIGHT_POINT, LUM_LIGHT_DIRECTIO
 static const char *name_of(size_t kind)
 {
     if (kind < IMAGE)
-        return lum_light_kinds[kind].name;
+        return lum_light_kind_names[kind];
     return kind == IMAGE ? "image" : kind == MESH ? "mesh" : "in fog";
 }
 

@@ -16,13 +16,14 @@ struct lum_snapshot snapshot_of(const struct lum_light *l)
 
 struct lum_light light(enum lum_emitter kind)
 {
-    return (struct lum_light){.kind = kind, .power = {1.0f, 1.0f, 1.0f}, .on = true, .n = {0.0f, 0.0f, -1.0f}};
+    return (struct lum_light){
+        .kind = kind, .falloff = &lum_falloff_even, .power = {1.0f, 1.0f, 1.0f}, .on = true, .n = {0.0f, 0.0f, -1.0f}};
 }
 
 struct lum_light spot(void)
 {
     struct lum_light l = light(LUM_EMIT_POINT);
-    l.falloff = LUM_FALLOFF_SPOT;
+    l.falloff = &lum_falloff_spot;
     return l;
 }
 

@@ -4,15 +4,18 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
 #include "core/material/material.h"
+#include "core/scene/light_kind.h"
 #include "core/scene/snapshot.h"
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
+#include "protocol/record/field.h"
 #include "server/world/apply.h"
 
 #define PI 3.14159265358979323846
@@ -81,17 +84,28 @@ static void spot_flux_fills_its_cone(void **state)
 static void natural_units_pass_through(void **state)
 {
     (void)state;
-    assert_near(
-        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"point\",\"intensity_cd\":80}").intensity,
-        80.0, 0.0);
-    assert_near(light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"directional\",\"direction\":[0,-1,0],"
-                      "\"illuminance_lx\":90000}")
-                    .intensity,
-                90000.0, 0.0);
-    assert_near(
-        light("{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"environment\",\"luminance_cd_m2\":5000}")
-            .intensity,
-        5000.0, 0.0);
+    for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++) {
+        enum lum_emitter emitter = lum_light_kinds[k]->emitter;
+        char text[128];
+        snprintf(text, sizeof text, "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"%s\",\"%s\":80}",
+                 lum_light_kind_names[k],
+                 emitter == LUM_EMIT_POINT         ? "intensity_cd"
+                 : emitter == LUM_EMIT_DIRECTIONAL ? "illuminance_lx"
+                                                   : "luminance_cd_m2");
+        struct lum_light_desc d = light(text);
+        assert_int_equal(d.kind, k);
+        assert_near(d.intensity, 80.0, 0.0);
+    }
+}
+
+/* The protocol knows no renderer: it lists the kinds again. */
+static void kinds_of_light_are_those_of_the_protocol(void **state)
+{
+    (void)state;
+    char text[256] = "";
+    for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++)
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", k ? "|" : "", lum_light_kind_names[k]);
+    assert_string_equal(lum_fields_find(lum_fields_of(LUM_RECORD_LIGHT), "kind")->text, text);
 }
 
 /* Three floats rounded: 3 * 2^-24 of their sum. */
@@ -214,7 +228,7 @@ int main(void)
         cmocka_unit_test(spot_flux_fills_its_cone),    cmocka_unit_test(natural_units_pass_through),
         cmocka_unit_test(colours_have_luminance_one),  cmocka_unit_test(black_emission_needs_no_colour),
         cmocka_unit_test(errors_name_their_op),        cmocka_unit_test(settings_check_the_method),
-        cmocka_unit_test(media_pass_through),
+        cmocka_unit_test(media_pass_through),          cmocka_unit_test(kinds_of_light_are_those_of_the_protocol),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

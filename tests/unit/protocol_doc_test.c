@@ -99,6 +99,14 @@ static void put_number(struct text *t, double v)
     put(t, "%.10g", v);
 }
 
+/* "spot, disc: ..." */
+static void put_doc(struct text *t, const struct lum_field *f)
+{
+    for (const char *w = f->only; w && *w; w++)
+        put(t, "%.*s", *w == '|' ? 2 : 1, *w == '|' ? ", " : w);
+    put(t, "%s%s", f->only && f->doc[0] ? ": " : "", f->doc);
+}
+
 static char *table_of(const struct lum_fields *fields)
 {
     struct text t = {calloc(1, 1 << 16), 0, 1 << 16};
@@ -115,7 +123,9 @@ static char *table_of(const struct lum_fields *fields)
             put(&t, " to ");
             put_number(&t, f->max);
         }
-        put(&t, " | %s | %s |\n", f->unit, f->doc);
+        put(&t, " | %s | ", f->unit);
+        put_doc(&t, f);
+        put(&t, " |\n");
     }
     return t.s;
 }
