@@ -1,7 +1,7 @@
 /* But for lum_quad_far all is in double: the integrals are small differences of angles when the
  * light is small. The error is about 2^-52 absolute, so that a light of 10^-8 sr is still right to 10^-7; smaller ones
  * are taken as points, whose relative error is their solid angle. */
-#include "core/light/irradiance.h"
+#include "core/light/emitter.h"
 
 #include "core/math/angle.h"
 
@@ -336,32 +336,44 @@ static struct lum_irradiance sphere(const struct lum_light *l, struct lum_vec3d 
     return (struct lum_irradiance){(float)a, (float)fmin(a / (LUM_PI_D * sin2), 1.0)};
 }
 
-bool lum_light_has_irradiance(const struct lum_light *l)
+/* ---- rows ---- */
+
+void lum_quad_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                         const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
-    return l->kind == LUM_EMIT_QUAD || l->kind == LUM_EMIT_DISC || l->kind == LUM_EMIT_SPHERE ||
-           (l->kind == LUM_EMIT_ENVIRONMENT && !l->env);
+    for (uint32_t i = 0; i < n_points; i += POINTS)
+        quads(l, n_points - i < POINTS ? n_points - i : POINTS, p + i, n + i, ret + i);
 }
 
-static struct lum_irradiance irradiance_of(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+void lum_disc_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                         const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
-    switch (l->kind) {
-    case LUM_EMIT_DISC:
-        return disc(l, p, n);
-    case LUM_EMIT_SPHERE:
-        return sphere(l, p, n);
-    default: /* an even environment */
-        return (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
-    }
+    for (uint32_t i = 0; i < n_points; i++)
+        ret[i] = disc(l, vec(p[i]), vec(n[i]));
+}
+
+void lum_sphere_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                           const struct lum_vec3 *n, struct lum_irradiance *ret)
+{
+    for (uint32_t i = 0; i < n_points; i++)
+        ret[i] = sphere(l, vec(p[i]), vec(n[i]));
+}
+
+void lum_even_sky_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                             const struct lum_vec3 *n, struct lum_irradiance *ret)
+{
+    (void)l, (void)p, (void)n;
+    for (uint32_t i = 0; i < n_points; i++)
+        ret[i] = (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
+}
+
+bool lum_light_has_irradiance(const struct lum_light *l)
+{
+    return lum_emitters[l->kind]->irradiance && !l->env;
 }
 
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
                           const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
-    if (l->kind == LUM_EMIT_QUAD) {
-        for (uint32_t i = 0; i < n_points; i += POINTS)
-            quads(l, n_points - i < POINTS ? n_points - i : POINTS, p + i, n + i, ret + i);
-        return;
-    }
-    for (uint32_t i = 0; i < n_points; i++)
-        ret[i] = irradiance_of(l, vec(p[i]), vec(n[i]));
+    lum_emitters[l->kind]->irradiance(l, n_points, p, n, ret);
 }

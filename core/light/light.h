@@ -11,15 +11,17 @@ struct lum_instance;
 struct lum_snapshot;
 struct lum_env_map; /* luminance distribution of an environment image (light/environment.c) */
 
-enum lum_emitter {
-    LUM_EMIT_POINT, /* with a falloff: point, spot */
-    LUM_EMIT_DIRECTIONAL,
-    LUM_EMIT_QUAD,
-    LUM_EMIT_DISC,
-    LUM_EMIT_SPHERE,
-    LUM_EMIT_MESH,
-    LUM_EMIT_ENVIRONMENT,
-};
+/* What lights are at render time; what tells them apart is a row (emitter.h). */
+#define LUM_EMITTERS(X)                                                                                                \
+    X(POINT, point) /* with a falloff: point, spot */                                                                  \
+    X(DIRECTIONAL, directional)                                                                                        \
+    X(QUAD, quad)                                                                                                      \
+    X(DISC, disc)                                                                                                      \
+    X(SPHERE, sphere)                                                                                                  \
+    X(MESH, mesh)                                                                                                      \
+    X(ENVIRONMENT, environment)
+#define LUM_EMITTER_MEMBER(NAME, name) LUM_EMIT_##NAME,
+enum lum_emitter { LUM_EMITTERS(LUM_EMITTER_MEMBER) LUM_EMITTER_COUNT };
 
 /* A point light nearer than this, in scene units, shines as from this far: the scale of lum_ray_offset, below which its
  * side of the surface is not known. Keeps 1 / r^2 finite. */

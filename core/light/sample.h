@@ -90,15 +90,15 @@ struct lum_light_target {
 void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, struct lum_light_target *ret_target);
 
 /* A place on a disc or a mesh, whose samples lie evenly over the area: the same from wherever it is seen. */
-struct lum_emitter_point {
+struct lum_light_place {
     struct lum_vec3 p, n;     /* n: unit, of a mesh by winding, or towards its one shining side; 0: nothing shines */
     struct lum_rgb per_power; /* radiance per unit of power: the emission texture */
 };
 /* False: of other kinds of light, and in see-through places of a mesh. */
-bool lum_emitter_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                       struct lum_emitter_point *ret_place);
+bool lum_light_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                     struct lum_light_place *ret_place);
 /* lum_light_sample_at of the u that led to this place. */
-bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_emitter_point *place,
+bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const struct lum_light_place *place,
                             struct lum_light_sample *ret_sample);
 
 #endif

@@ -1,5 +1,5 @@
 /* Which part of a ray a light can shine on. */
-#include "core/light/light.h"
+#include "core/light/emitter.h"
 #include "core/medium/medium.h"
 
 /* Keeps the part of [t0, t1] where at + t slope > 0. */
@@ -45,14 +45,10 @@ static bool clip_cone(const struct lum_light *l, const struct lum_segment *s, fl
 
 bool lum_light_reaches(const struct lum_light *l, struct lum_segment *inout)
 {
-    switch (l->kind) {
-    case LUM_EMIT_POINT:
-        return !l->falloff->cone || clip_cone(l, inout, &inout->t0, &inout->t1);
-    case LUM_EMIT_QUAD:
-    case LUM_EMIT_DISC:
-        return clip_half((double)lum_dot(lum_v3_sub(inout->o, l->p), l->n), (double)lum_dot(inout->d, l->n), &inout->t0,
-                         &inout->t1);
-    default:
+    if (l->falloff && l->falloff->cone)
+        return clip_cone(l, inout, &inout->t0, &inout->t1);
+    if (!lum_emitters[l->kind]->flat)
         return true;
-    }
+    return clip_half((double)lum_dot(lum_v3_sub(inout->o, l->p), l->n), (double)lum_dot(inout->d, l->n), &inout->t0,
+                     &inout->t1);
 }

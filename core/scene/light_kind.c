@@ -1,4 +1,5 @@
 #include "core/scene/light_kind.h"
+#include "core/light/emitter.h"
 
 #include "core/scene/tables.h"
 
@@ -181,7 +182,7 @@ static float bounded_power(float power)
 
 static bool from_afar(const struct lum_light_kind_row *row)
 {
-    return row->emitter == LUM_EMIT_DIRECTIONAL || row->emitter == LUM_EMIT_ENVIRONMENT;
+    return lum_emitters[row->emitter]->from_afar;
 }
 
 void lum_light_kind_resolve(const struct lum_light_desc *d, const struct lum_normalisation *norm, struct lum_light *l)

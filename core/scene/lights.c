@@ -148,8 +148,8 @@ static float find_mean(const struct light_build *b, const struct lum_light *l)
     double sum = 0.0;
     for (uint32_t k = 0; k < MEAN_PLACES; k++) {
         struct lum_sampler sampler = {0x6d65616e, k};
-        struct lum_emitter_point place;
-        if (lum_emitter_point(&s, l, lum_sampler_2d(&sampler, 0), &place))
+        struct lum_light_place place;
+        if (lum_light_place(&s, l, lum_sampler_2d(&sampler, 0), &place))
             sum += (double)lum_luminance(place.per_power);
     }
     return fmaxf((float)(sum / MEAN_PLACES), MEAN_LEAST);

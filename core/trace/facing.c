@@ -1,6 +1,7 @@
 /* Surfaces that see no other: those in one plane, and those of a convex solid that is lit from outside. Surfaces
  * reflect on both sides, so an open shell or a room sees itself. */
 #include "core/trace/facing.h"
+#include "core/light/emitter.h"
 
 #include <string.h>
 
@@ -165,23 +166,10 @@ static struct box box_of(const struct lum_instance *o)
 /* False: it may be inside. */
 static bool is_outside(const struct lum_light *l, const struct box *b)
 {
-    struct lum_vec3 half = lum_v3(l->radius, l->radius, l->radius);
-    switch (l->kind) {
-    case LUM_EMIT_DIRECTIONAL:
-    case LUM_EMIT_ENVIRONMENT:
-        return true;
-    case LUM_EMIT_MESH: /* shines from both sides */
-        return false;
-    case LUM_EMIT_QUAD:
-        half = lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
-        break;
-    case LUM_EMIT_POINT:
-        half = lum_v3(0.0f, 0.0f, 0.0f);
-        break;
-    case LUM_EMIT_DISC:
-    case LUM_EMIT_SPHERE:
-        break;
-    }
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    if (row->from_afar || !row->half)
+        return row->from_afar;
+    struct lum_vec3 half = row->half(l);
     return l->p.x + half.x < b->lo.x || l->p.x - half.x > b->hi.x || l->p.y + half.y < b->lo.y ||
            l->p.y - half.y > b->hi.y || l->p.z + half.z < b->lo.z || l->p.z - half.z > b->hi.z;
 }

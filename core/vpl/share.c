@@ -3,6 +3,7 @@
  * offset. Level b is bounce b, but for the last level, which is all further bounces: each of its slots is one of them,
  * drawn from TAILS. */
 #include "core/vpl/share.h"
+#include "core/light/emitter.h"
 
 #include <string.h>
 
@@ -178,7 +179,7 @@ void lum_vpl_plan_init(struct lum_vpl_plan *ret_plan, struct lum_vpl_set *set)
             most = n > most ? n : most;
         }
         enum lum_emitter kind = set->shares[i].kind;
-        bool from_afar = kind == LUM_EMIT_DIRECTIONAL || kind == LUM_EMIT_ENVIRONMENT;
+        bool from_afar = lum_emitters[kind]->from_afar;
         set->shares[i].tries = from_afar ? plan.tries : (plan.tries + 1) / 2;
         set->shares[i].first_path = plan.n_paths;
         plan.n_paths += most * set->shares[i].tries;

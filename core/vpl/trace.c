@@ -1,5 +1,6 @@
 /* Light paths, and the VPLs they leave. */
 #include "core/math/sampler.h"
+#include "core/light/emitter.h"
 #include "core/vpl/vpl.h"
 
 #include <string.h>
@@ -143,7 +144,7 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
 
 static bool comes_from_afar(const struct lum_light *l)
 {
-    return l->kind == LUM_EMIT_DIRECTIONAL || l->kind == LUM_EMIT_ENVIRONMENT;
+    return lum_emitters[l->kind]->from_afar;
 }
 
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */

@@ -85,8 +85,8 @@ bool lum_area_find_stratum_points(struct lum_area_visibility *s, const struct lu
         uint32_t in_stratum = i % LUM_AREA_STRATUM_POINTS;
         struct lum_vec2 u =
             lum_area_scramble(s->point[i / LUM_AREA_STRATUM_POINTS], in_stratum % 8 << 9, in_stratum / 8 << 9);
-        if (!lum_emitter_point(snapshot, light, u, &s->place[i]))
-            s->place[i] = (struct lum_emitter_point){0};
+        if (!lum_light_place(snapshot, light, u, &s->place[i]))
+            s->place[i] = (struct lum_light_place){0};
     }
     return s->placed = true;
 }

@@ -51,7 +51,7 @@ struct lum_area_visibility {
      * are asked first, the others only where these do not agree */
     uint16_t first_points;
     /* LUM_AREA_STRATUM_POINTS in the stratum of each point; NULL: the light is no disc or mesh */
-    struct lum_emitter_point *place;
+    struct lum_light_place *place;
     bool placed; /* these are the scene's, and of these points */
 
     struct lum_arena arena; /* of all that follows but what panes leave */

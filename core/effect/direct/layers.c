@@ -187,7 +187,7 @@ static size_t layer_bytes(const struct lum_pass *pass, bool area)
 {
     size_t n = (size_t)pass->tiling.n * LUM_TILE_PIXELS;
     size_t places =
-        area ? LUM_AREA_POINTS * LUM_AREA_STRATUM_POINTS * sizeof(struct lum_emitter_point) : 0; /* if it has any */
+        area ? LUM_AREA_POINTS * LUM_AREA_STRATUM_POINTS * sizeof(struct lum_light_place) : 0; /* if it has any */
     return n * (sizeof(struct lum_rgb) + (area ? lum_area_visibility_bytes() : sizeof(struct lum_visibility) + 1)) +
            places;
 }

@@ -1,5 +1,6 @@
 /* Pairs of medium and light, and where along a ray their points are drawn. */
 #include "core/effect/fog/airlight.h"
+#include "core/light/emitter.h"
 #include "core/math/warp.h"
 
 /* Nearer to the ray than this, relative to the ray's length in the medium, and for less optical depth than this, a
@@ -63,7 +64,7 @@ static float least_sigma(const struct lum_medium *m)
 
 static bool has_place(const struct lum_light *l)
 {
-    return l->kind != LUM_EMIT_DIRECTIONAL && l->kind != LUM_EMIT_ENVIRONMENT && l->kind != LUM_EMIT_MESH;
+    return lum_emitters[l->kind]->half != NULL;
 }
 
 /* Towards the light the way to it gets shorter: light is dimmed by exp(-sigma (s + r(s))), of which the exponent grows

@@ -200,7 +200,7 @@ struct shot {
     uint8_t window;
     float times;
     struct lum_vec2 u;
-    struct lum_emitter_point place; /* that u leads to */
+    struct lum_light_place place; /* that u leads to */
     bool placed;                    /* it is the same from wherever it is seen */
 };
 
@@ -260,7 +260,7 @@ static void sample_light(struct tile_job *t, uint32_t light, uint32_t of)
     for (uint32_t set = first % sets; set < LUM_AREA_POINTS; set += sets) {
         sampler.sample = set;
         shot.u = lum_sampler_2d(&sampler, PAIR_MANY_LIGHTS);
-        shot.placed = lum_emitter_point(t->pass->snapshot, l, shot.u, &shot.place);
+        shot.placed = lum_light_place(t->pass->snapshot, l, shot.u, &shot.place);
         for (uint32_t at = of < LUM_AREA_POINTS ? set : first; at < LUM_TILE_PIXELS; at += places)
             if (t->vertex_at[at] != NOWHERE)
                 ask(t, &shot, t->vertex_at[at]);

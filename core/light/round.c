@@ -1,0 +1,109 @@
+/* Discs and spheres. */
+#include "core/light/emitter.h"
+
+#include "core/math/warp.h"
+
+/* ---- disc ---- */
+
+static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    struct lum_vec2 d = lum_warp_disc(u);
+    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static bool place_on_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                          struct lum_light_place *ret)
+{
+    (void)s;
+    *ret = (struct lum_light_place){disc_point(l, u), l->n, lum_grey(1.0f)};
+    return true;
+}
+
+static float pdf_of_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
+                         struct lum_vec3 ng_light)
+{
+    if (!lum_emitter_in_front(l, p))
+        return 0.0f;
+    return lum_emitter_area_pdf(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
+}
+
+static bool emit_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                      struct lum_vec2 u_direction, struct lum_light_ray *ret)
+{
+    (void)s;
+    return lum_emit_surface(disc_point(l, u_position), l->n, u_direction, lum_grey(LUM_PI * l->area), ret);
+}
+
+static struct lum_vec3 half_round(const struct lum_light *l)
+{
+    return lum_v3(l->radius, l->radius, l->radius);
+}
+
+const struct lum_emitter_row lum_emitter_disc = {.sample = lum_emitter_sample_by_place,
+                                                 .pdf = pdf_of_disc,
+                                                 .aim = lum_emitter_aim_at_place,
+                                                 .place = place_on_disc,
+                                                 .emit = emit_disc,
+                                                 .flux = lum_emitter_area_flux,
+                                                 .irradiance = lum_disc_irradiance,
+                                                 .half = half_round,
+                                                 .flat = true};
+
+/* ---- sphere ---- */
+
+/* 1 - cos of the half angle of a sphere's cone, without cancellation; 0 when p is inside. */
+static float sphere_one_minus_cos(const struct lum_light *l, struct lum_vec3 p)
+{
+    float sin_max = l->radius / lum_length(lum_v3_sub(l->p, p)), sin2 = sin_max * sin_max;
+    return sin2 < 1.0f ? sin2 / (1.0f + sqrtf(1.0f - sin2)) : 0.0f;
+}
+
+static float sphere_pdf(float one_minus_cos)
+{
+    float pdf = 1.0f / (2.0f * LUM_PI * one_minus_cos);
+    return isfinite(pdf) ? pdf : 0.0f;
+}
+
+static bool sample_sphere(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
+                          struct lum_light_sample *ret)
+{
+    (void)s;
+    float omc = sphere_one_minus_cos(l, p), pdf = sphere_pdf(omc);
+    if (!(pdf > 0.0f))
+        return false;
+    struct lum_vec3 d = lum_v3_sub(l->p, p), w = lum_warp_cone(u, omc);
+    struct lum_frame f = lum_frame_from_normal(lum_normalize(d));
+    float c = lum_length(d), beside = c * c * (w.x * w.x + w.y * w.y);
+    float distance = c * w.z - sqrtf(lum_max(l->radius * l->radius - beside, 0.0f));
+    *ret = (struct lum_light_sample){lum_frame_to_scene(&f, w), lum_max(distance, 0.0f), l->power, pdf};
+    return true;
+}
+
+static float even_pdf_of_sphere(const struct lum_light *l, struct lum_vec3 p)
+{
+    return sphere_pdf(sphere_one_minus_cos(l, p));
+}
+
+static float pdf_of_sphere(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
+                           struct lum_vec3 ng_light)
+{
+    (void)wi, (void)p_light, (void)ng_light;
+    return even_pdf_of_sphere(l, p);
+}
+
+static bool emit_sphere(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                        struct lum_vec2 u_direction, struct lum_light_ray *ret)
+{
+    (void)s;
+    struct lum_vec3 n = lum_warp_cone(u_position, 2.0f);
+    return lum_emit_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, lum_grey(LUM_PI * l->area), ret);
+}
+
+const struct lum_emitter_row lum_emitter_sphere = {.sample = sample_sphere,
+                                                   .pdf = pdf_of_sphere,
+                                                   .even_pdf = even_pdf_of_sphere,
+                                                   .emit = emit_sphere,
+                                                   .flux = lum_emitter_area_flux,
+                                                   .irradiance = lum_sphere_irradiance,
+                                                   .half = half_round};
