@@ -37,6 +37,11 @@ struct lum_emitter_row {
                        struct lum_irradiance *ret);
     /* Half the box that it fills around p. NULL: it is from afar, or shines from inside other things, too. */
     struct lum_vec3 (*half)(const struct lum_light *l);
+    /* Of what rays can meet; across NULL: of nothing. How wide it is at its narrowest, as what it is traced, and the
+     * point of a hit, of which ng is the normal there (any length; it becomes a unit). */
+    float (*across)(const struct lum_light *l);
+    enum lum_accel_shape_kind shape;
+    struct lum_vec3 (*at)(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng);
     bool from_afar; /* it is nowhere */
     bool flat;      /* it shines from one side of the plane through p */
 };

@@ -184,6 +184,17 @@ static struct lum_vec3 half_quad(const struct lum_light *l)
     return lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
 }
 
+static float across_quad(const struct lum_light *l)
+{
+    return l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v)));
+}
+
+static struct lum_vec3 hit_on_quad(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    *inout_ng = l->n;
+    return quad_point(l, uv);
+}
+
 const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .pdf = pdf_of_quad,
                                                  .even_pdf = even_pdf_of_quad,
@@ -192,4 +203,7 @@ const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .flux = lum_emitter_area_flux,
                                                  .irradiance = lum_quad_irradiance,
                                                  .half = half_quad,
+                                                 .across = across_quad,
+                                                 .shape = LUM_SHAPE_QUAD,
+                                                 .at = hit_on_quad,
                                                  .flat = true};

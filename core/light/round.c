@@ -5,11 +5,16 @@
 
 /* ---- disc ---- */
 
-static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
+/* d: in the unit disc. */
+static struct lum_vec3 on_disc(const struct lum_light *l, struct lum_vec2 d)
 {
     struct lum_frame f = lum_frame_from_normal(l->n);
-    struct lum_vec2 d = lum_warp_disc(u);
     return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static struct lum_vec3 disc_point(const struct lum_light *l, struct lum_vec2 u)
+{
+    return on_disc(l, lum_warp_disc(u));
 }
 
 static bool place_on_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
@@ -40,6 +45,17 @@ static struct lum_vec3 half_round(const struct lum_light *l)
     return lum_v3(l->radius, l->radius, l->radius);
 }
 
+static float across_round(const struct lum_light *l)
+{
+    return l->radius;
+}
+
+static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    *inout_ng = l->n;
+    return on_disc(l, uv);
+}
+
 const struct lum_emitter_row lum_emitter_disc = {.sample = lum_emitter_sample_by_place,
                                                  .pdf = pdf_of_disc,
                                                  .aim = lum_emitter_aim_at_place,
@@ -47,6 +63,9 @@ const struct lum_emitter_row lum_emitter_disc = {.sample = lum_emitter_sample_by
                                                  .emit = emit_disc,
                                                  .flux = lum_emitter_area_flux,
                                                  .irradiance = lum_disc_irradiance,
+                                                 .across = across_round,
+                                                 .shape = LUM_SHAPE_DISC,
+                                                 .at = hit_on_disc,
                                                  .half = half_round,
                                                  .flat = true};
 
@@ -100,10 +119,20 @@ static bool emit_sphere(const struct lum_snapshot *s, const struct lum_light *l,
     return lum_emit_surface(lum_v3_mad(l->p, n, l->radius), n, u_direction, lum_grey(LUM_PI * l->area), ret);
 }
 
+static struct lum_vec3 hit_on_sphere(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    (void)uv;
+    *inout_ng = lum_normalize(*inout_ng);
+    return lum_v3_mad(l->p, *inout_ng, l->radius);
+}
+
 const struct lum_emitter_row lum_emitter_sphere = {.sample = sample_sphere,
                                                    .pdf = pdf_of_sphere,
                                                    .even_pdf = even_pdf_of_sphere,
                                                    .emit = emit_sphere,
                                                    .flux = lum_emitter_area_flux,
                                                    .irradiance = lum_sphere_irradiance,
+                                                   .across = across_round,
+                                                   .shape = LUM_SHAPE_SPHERE,
+                                                   .at = hit_on_sphere,
                                                    .half = half_round};

@@ -5,8 +5,7 @@
 
 #include <string.h>
 
-#include "core/light/emit.h"
-#include "core/light/sample.h"
+#include "core/light/emitter.h"
 #include "core/math/sampler.h"
 #include "core/scene/parts.h"
 
@@ -221,13 +220,11 @@ static struct lum_rgb mesh_light_power(const struct lum_light *l, const struct l
 static void add_shape(struct lum_light_part *part, struct lum_light *l, uint32_t light)
 {
     const float smallest = 0x1p-28f;
-    if (l->kind != LUM_EMIT_QUAD && l->kind != LUM_EMIT_DISC && l->kind != LUM_EMIT_SPHERE)
-        return;
-    float across = l->kind == LUM_EMIT_QUAD ? l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v))) : l->radius;
-    if (!(across >= smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    if (!row->across || !(row->across(l) >= smallest) || !isfinite(l->area) || !lum_v3_finite(l->p))
         return;
     struct lum_accel_shape *s = &part->shapes[part->n_shapes];
-    s->kind = l->kind == LUM_EMIT_QUAD ? LUM_SHAPE_QUAD : l->kind == LUM_EMIT_DISC ? LUM_SHAPE_DISC : LUM_SHAPE_SPHERE;
+    s->kind = row->shape;
     s->p = l->p;
     s->u = l->u;
     s->v = l->v;

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "core/accel/trace.h"
-#include "core/light/emit.h"
+#include "core/light/emitter.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 #include "core/scene/parts.h"
@@ -216,16 +216,8 @@ static void shape_surface(const struct lum_snapshot *snapshot, const struct lum_
     s->light = snapshot->parts->lights->shape_lights[hits->object[i] - snapshot->n_instances];
     const struct lum_light *l = &snapshot->lights.lights[s->light];
     s->uv = (struct lum_vec2){hits->u[i], hits->v[i]};
-    s->ng = l->n;
-    if (l->kind == LUM_EMIT_QUAD) {
-        s->p = lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * hits->u[i] - 1.0f), l->v, 2.0f * hits->v[i] - 1.0f);
-    } else if (l->kind == LUM_EMIT_DISC) {
-        struct lum_frame frame = lum_frame_from_normal(l->n);
-        s->p = lum_v3_mad(lum_v3_mad(l->p, frame.t, l->radius * hits->u[i]), frame.b, l->radius * hits->v[i]);
-    } else {
-        s->ng = lum_normalize(lum_v3(hits->ngx[i], hits->ngy[i], hits->ngz[i]));
-        s->p = lum_v3_mad(l->p, s->ng, l->radius);
-    }
+    s->ng = lum_v3(hits->ngx[i], hits->ngy[i], hits->ngz[i]);
+    s->p = lum_emitters[l->kind]->at(l, s->uv, &s->ng);
     s->backface = lum_dot(s->ng, d) > 0.0f;
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);
