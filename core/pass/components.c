@@ -12,11 +12,12 @@ static void finish_buffer(struct lum_component_buffer *b)
 
 void lum_components_finish(struct lum_components *c)
 {
-    for (int i = 0; i < LUM_EFFECT_COUNT; i++)
+    for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
         finish_buffer(&c->buffer[i]);
-    lum_free(c->radiance);
-    for (int i = 0; i < LUM_STAGE_COUNT; i++)
         lum_memo_finish(&c->made[i]);
+        lum_memo_finish(&c->filtered[i]);
+    }
+    lum_free(c->radiance);
     *c = (struct lum_components){0};
 }
 
@@ -48,7 +49,7 @@ static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *
         const struct lum_estimator *by = pass->on[e] ? pass->settings->method->serves[e] : NULL;
         if (!by)
             continue;
-        filled |= by->components;
+        filled |= by->components | by->joins;
         c->sparse |= by->sparse;
         c->lasting |= by->lasting;
     }
@@ -59,23 +60,22 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
 {
     uint32_t bits = ask_estimators(c, pass);
     for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
+        if (!lum_memo_reserve(&c->made[i], pass->tiling.n) || !lum_memo_reserve(&c->filtered[i], pass->tiling.n))
+            return false;
         if (!(bits & LUM_EFFECT_BIT(i)))
             finish_buffer(&c->buffer[i]);
         else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h, (size_t)(c->w + 1) * (c->h + 1)))
             return false;
     }
-    for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        if (!lum_memo_reserve(&c->made[i], pass->tiling.n))
-            return false;
     return reserve_radiance(c, pass->on[LUM_EFFECT_ANTIALIAS]);
 }
 
 static void forget(struct lum_components *c, enum lum_fate fate)
 {
-    for (int i = 0; i < LUM_STAGE_COUNT; i++)
-        lum_memo_forget(&c->made[i]);
     for (int i = 0; i < LUM_EFFECT_COUNT; i++) {
         struct lum_component_buffer *b = &c->buffer[i];
+        lum_memo_forget(&c->made[i]);
+        lum_memo_forget(&c->filtered[i]);
         if (!b->raw)
             continue;
         memset(b->raw, 0, (size_t)(c->w + 1) * (c->h + 1) * sizeof *b->raw);
@@ -125,9 +125,14 @@ enum lum_status lum_components_update(struct lum_components *c, const struct lum
     return LUM_OK;
 }
 
-bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile)
+bool lum_components_enter(const struct lum_pass *pass, enum lum_effect effect, uint32_t tile)
 {
-    return !lum_memo_advance(&pass->components->made[stage], tile, 0);
+    return !lum_memo_advance(&pass->components->made[effect], tile, 0);
+}
+
+bool lum_components_enter_filter(const struct lum_pass *pass, enum lum_effect effect, uint32_t tile)
+{
+    return !lum_memo_advance(&pass->components->filtered[effect], tile, 0);
 }
 
 struct lum_guide lum_components_guide(const struct lum_pass *pass)

@@ -22,7 +22,7 @@ struct lum_components {
     struct lum_component_buffer buffer[LUM_EFFECT_COUNT];
     struct lum_rgb *radiance; /* w * h: the composite's, before anti-aliasing; NULL: that is off */
     uint32_t w, h;
-    struct lum_memo made[LUM_STAGE_COUNT]; /* by stage, and cell or tile: how far it is */
+    struct lum_memo made[LUM_EFFECT_COUNT], filtered[LUM_EFFECT_COUNT]; /* by cell or tile: how far it is */
     uint32_t sparse, lasting; /* bits LUM_EFFECT_BIT: as estimators of the pass say (struct lum_estimator) */
     /* what they show */
     struct lum_basis basis;
@@ -36,8 +36,10 @@ void lum_components_finish(struct lum_components *c);
 LUM_MUST_USE enum lum_status lum_components_update(struct lum_components *c, const struct lum_pass *pass,
                                                    struct lum_outcome *ret_outcome, struct lum_error *err);
 
-/* For an estimator: true when the cell or tile is done already; else says so for the next time. */
-bool lum_components_enter(const struct lum_pass *pass, enum lum_stage stage, uint32_t tile);
+/* For an estimator of the effect, and a filter of its buffer: true when the cell or tile is done already; else says so
+ * for the next time. */
+bool lum_components_enter(const struct lum_pass *pass, enum lum_effect effect, uint32_t tile);
+bool lum_components_enter_filter(const struct lum_pass *pass, enum lum_effect effect, uint32_t tile);
 
 /* Adds radiance to a pixel of a raw buffer; nothing if the buffer does not exist. */
 static inline void lum_component_add(struct lum_components *c, enum lum_effect which, size_t pixel,

@@ -5,14 +5,8 @@
 #include "core/base/pool.h"
 #include "core/pass/pass.h"
 
-const char *const lum_stage_names[LUM_STAGE_COUNT] = {
-    [LUM_STAGE_GBUFFER] = "gbuffer",     [LUM_STAGE_SURFACES] = "surfaces",   [LUM_STAGE_VPLS] = "vpls",
-    [LUM_STAGE_CACHE] = "cache",         [LUM_STAGE_RECORDS] = "records",     [LUM_STAGE_DIRECT] = "direct",
-    [LUM_STAGE_SHADOW] = "shadow",       [LUM_STAGE_REFINE] = "refine",       [LUM_STAGE_INDIRECT] = "indirect",
-    [LUM_STAGE_SPECULAR] = "specular",   [LUM_STAGE_GLOSSY] = "glossy",       [LUM_STAGE_MEDIA] = "media",
-    [LUM_STAGE_FILTER] = "filter",       [LUM_STAGE_UPSAMPLE] = "upsample",   [LUM_STAGE_PATH] = "path",
-    [LUM_STAGE_COMPOSITE] = "composite", [LUM_STAGE_ANTIALIAS] = "antialias",
-};
+#define TEXT(NAME, name) #name,
+const char *const lum_stage_names[LUM_STAGE_COUNT] = {LUM_STAGES(TEXT)};
 
 struct loop {
     void (*fn)(void *ctx, uint32_t job, struct lum_counters *counters);

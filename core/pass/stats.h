@@ -7,26 +7,13 @@
 #include "core/trace/demand.h"
 
 /* In the order in which they run. */
-enum lum_stage {
-    LUM_STAGE_GBUFFER,
-    LUM_STAGE_SURFACES,
-    LUM_STAGE_VPLS,
-    LUM_STAGE_CACHE,
-    LUM_STAGE_RECORDS,
-    LUM_STAGE_DIRECT,
-    LUM_STAGE_SHADOW,
-    LUM_STAGE_REFINE,
-    LUM_STAGE_INDIRECT,
-    LUM_STAGE_SPECULAR,
-    LUM_STAGE_GLOSSY,
-    LUM_STAGE_MEDIA,
-    LUM_STAGE_FILTER,
-    LUM_STAGE_UPSAMPLE,
-    LUM_STAGE_PATH,
-    LUM_STAGE_COMPOSITE,
-    LUM_STAGE_ANTIALIAS,
-    LUM_STAGE_COUNT
-};
+#define LUM_STAGES(X)                                                                                                  \
+    X(GBUFFER, gbuffer)                                                                                                \
+    X(SURFACES, surfaces) X(VPLS, vpls) X(CACHE, cache) X(RECORDS, records) X(DIRECT, direct) X(SHADOW, shadow)        \
+        X(REFINE, refine) X(INDIRECT, indirect) X(SPECULAR, specular) X(GLOSSY, glossy) X(MEDIA, media)                \
+            X(FILTER, filter) X(UPSAMPLE, upsample) X(PATH, path) X(COMPOSITE, composite) X(ANTIALIAS, antialias)
+#define LUM_STAGE_MEMBER(NAME, name) LUM_STAGE_##NAME,
+enum lum_stage { LUM_STAGES(LUM_STAGE_MEMBER) LUM_STAGE_COUNT };
 extern const char *const lum_stage_names[LUM_STAGE_COUNT];
 
 struct lum_effect_stats {

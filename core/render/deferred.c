@@ -82,6 +82,7 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     plan->vpls = plan->vpls || stage->vpls;
     plan->cache = plan->cache || stage->cache;
     plan->surfaces = plan->surfaces || stage->surfaces;
+    plan->components = plan->components || stage->components;
     if (stage->then)
         plan_stage(plan, stage->then);
 }
@@ -98,7 +99,7 @@ static struct plan make_plan(const struct lum_pass *pass)
             plan_stage(&plan, method->serves[e]);
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);
-    plan.components = method->filters[0] || method->cache;
+    plan.components = plan.components || method->filters[0] || method->cache;
     plan.surfaces = plan.surfaces || plan.components;
     if (plan.surfaces)
         plan_stage(&plan, &lum_stage_surfaces);

@@ -144,13 +144,18 @@ static void assert_present(const struct picture *full, const struct picture *abs
         FAIL_AT(at, "it does not show");
 }
 
+static uint32_t filled_by(const struct lum_estimator *e)
+{
+    return e->components | e->joins;
+}
+
 /* Bytes of the component buffers that the effect alone calls for. */
 static uint64_t own_buffer_bytes(const struct lum_method *method, enum lum_effect effect)
 {
-    uint32_t own = method->serves[effect] ? method->serves[effect]->components : 0;
+    uint32_t own = method->serves[effect] ? filled_by(method->serves[effect]) : 0;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (e != (int)effect && method->serves[e])
-            own &= ~method->serves[e]->components;
+            own &= ~filled_by(method->serves[e]);
     uint64_t n = 0;
     for (; own; own &= own - 1)
         n += N_PIXELS * 2 * sizeof(struct lum_rgb); /* raw and smooth */

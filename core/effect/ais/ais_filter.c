@@ -24,7 +24,7 @@ static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_effect w
 static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    if (lum_components_enter(pass, LUM_STAGE_FILTER, cell))
+    if (lum_components_enter_filter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, cell))
         return;
     filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
     filter(pass, cell, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_PIXEL_DIFFUSE);

@@ -211,7 +211,7 @@ static void compute_unserved(struct indirect *s, uint32_t cell)
 /* Listing 5.1. */
 static void indirect_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, cell))
+    if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, cell))
         return;
     const struct lum_ais *ais = lum_ais_of(pass);
     struct indirect s;

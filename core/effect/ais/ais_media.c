@@ -232,7 +232,7 @@ static void march_medium(struct march *m)
 
 static void media_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_MEDIA, cell))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_EFFECT_MEDIA, cell))
         return;
     struct march m;
     m.pass = pass;

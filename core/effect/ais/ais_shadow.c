@@ -353,7 +353,7 @@ static void shadow_of_light(struct shadow *s)
 
 static void shadow_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_SHADOW, cell))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_EFFECT_SOFT_SHADOW, cell))
         return;
     struct shadow s;
     s.pass = pass;

@@ -254,7 +254,7 @@ static bool trace_first(struct airlight *a, uint32_t cell)
 
 static void trace_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_UNTRACED))
+    if (!lum_memo_advance(&pass->components->made[LUM_EFFECT_MEDIA], cell, LUM_AIRLIGHT_UNTRACED))
         return;
     if (pass->settings->max_depth == 0) /* and what is kept is black */
         return;

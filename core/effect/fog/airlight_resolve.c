@@ -178,7 +178,7 @@ static void sum_pixel(const struct lum_pass *pass, const struct slots *s, size_t
 static void resolve_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
-    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_TRACED))
+    if (!lum_memo_advance(&pass->components->made[LUM_EFFECT_MEDIA], cell, LUM_AIRLIGHT_TRACED))
         return;
     struct lum_airlights *kept = lum_airlights_of(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
@@ -218,7 +218,7 @@ static void join_cell(const struct lum_pass *pass, uint32_t cell, struct lum_cou
 {
     (void)counters;
     struct lum_component_buffer *b = &pass->components->buffer[LUM_EFFECT_MEDIA];
-    if (!lum_memo_advance(&pass->components->made[LUM_STAGE_MEDIA], cell, LUM_AIRLIGHT_RESOLVED) || !any_even(pass))
+    if (!lum_memo_advance(&pass->components->made[LUM_EFFECT_MEDIA], cell, LUM_AIRLIGHT_RESOLVED) || !any_even(pass))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     struct around around;

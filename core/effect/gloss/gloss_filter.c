@@ -5,7 +5,7 @@ static void gloss_cell(const struct lum_pass *pass, uint32_t cell, struct lum_co
 {
     (void)counters;
     const struct lum_component_buffer *gloss = &pass->components->buffer[LUM_EFFECT_GLOSSY];
-    if (!gloss->raw || lum_components_enter(pass, LUM_STAGE_FILTER, cell))
+    if (!gloss->raw || lum_components_enter_filter(pass, LUM_EFFECT_GLOSSY, cell))
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);

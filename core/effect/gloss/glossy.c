@@ -306,7 +306,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
 
 static void glossy_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
-    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_STAGE_GLOSSY, cell))
+    if (pass->settings->max_depth == 0 || lum_components_enter(pass, LUM_EFFECT_GLOSSY, cell))
         return;
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
     for (uint32_t y = r.y / LUM_TILE_SIDE; y * LUM_TILE_SIDE < r.y + r.h; y++)

@@ -123,7 +123,7 @@ static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct
 
 static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
-    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
+    if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, tile))
         return;
     struct lum_interpolated *mask = lum_interpolated_of(pass, tile);
     struct lum_pixel_mask all = lum_interpolated_all(mask);

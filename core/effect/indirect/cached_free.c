@@ -128,7 +128,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
     const struct lum_surfaces *s = pass->surfaces;
     struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    if (lum_components_enter(pass, LUM_STAGE_INDIRECT, tile))
+    if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, tile))
         return;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
@@ -137,7 +137,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
             continue;
         if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
             (is_cancelled(run) || !make_record(run, pixel, counters, &irradiance))) {
-            lum_memo_set(&pass->components->made[LUM_STAGE_INDIRECT], tile, 0); /* see run_freely */
+            lum_memo_set(&pass->components->made[LUM_EFFECT_INDIRECT_DIFFUSE], tile, 0); /* see run_freely */
             return;
         }
         smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
@@ -146,7 +146,7 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
 
 static bool is_done(const struct lum_pass *pass)
 {
-    return lum_memo_is_whole(&pass->components->made[LUM_STAGE_INDIRECT]);
+    return lum_memo_is_whole(&pass->components->made[LUM_EFFECT_INDIRECT_DIFFUSE]);
 }
 
 static void all_tiles(void *ctx, uint32_t job, struct lum_counters *counters)

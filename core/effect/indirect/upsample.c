@@ -7,7 +7,7 @@ static void upsample_cell(const struct lum_pass *pass, uint32_t cell, struct lum
 {
     (void)counters;
     struct lum_component_buffer *b = &pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE];
-    if (!b->raw || lum_components_enter(pass, LUM_STAGE_UPSAMPLE, cell))
+    if (!b->raw || lum_components_enter_filter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, cell))
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_filter f = {.guide = &guide, .apart = 1, .step = 2, .in = b->raw};

@@ -201,7 +201,7 @@ struct shot {
     float times;
     struct lum_vec2 u;
     struct lum_light_place place; /* that u leads to */
-    bool placed;                    /* it is the same from wherever it is seen */
+    bool placed;                  /* it is the same from wherever it is seen */
 };
 
 static bool aim(const struct tile_job *t, const struct shot *shot, struct lum_vec3 p, struct lum_light_sample *ret)

@@ -426,7 +426,7 @@ static uint32_t pop_batch(struct tree *t)
 
 static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
-    bool gathered = !pass->components || lum_components_enter(pass, LUM_STAGE_SPECULAR, tile);
+    bool gathered = !pass->components || lum_components_enter(pass, LUM_EFFECT_REFLECTION, tile);
     if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
     if (echo_of(pass, tile))
@@ -461,7 +461,7 @@ const struct lum_estimator lum_estimator_specular = {
     .stage = LUM_STAGE_SPECULAR,
     .tile = specular_tile,
     .state = &echoes_kind,
-    .components = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY), /* indirect light and fog behind mirrors and glass */
+    .joins = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY), /* indirect light and fog behind mirrors and glass */
 };
 
 /* ---- the effects ---- */
