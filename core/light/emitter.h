@@ -11,30 +11,25 @@
 
 #define LUM_ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
-/* The box around all geometry, a little larger, so that its faces are off the surfaces that touch them. */
-struct lum_emit_box {
-    float centre[3], half[3], face[3]; /* face: area of the two faces across each axis */
-};
-
 struct lum_emitter_row {
-    /* lum_light_sample_at, lum_light_pdf (NULL: 0), lum_light_even_pdf (NULL: 0), lum_light_aim (NULL: each point by
-     * itself), lum_light_place (NULL: none) */
+    /* lum_light_sample_at and lum_light_aim (NULL: by place, or each point by itself), lum_light_pdf (NULL: 0),
+     * lum_light_even_pdf (NULL: 0), lum_light_place (NULL: none) */
     bool (*sample)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
                    struct lum_light_sample *ret_sample);
-    float (*pdf)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                 struct lum_vec3 ng_light);
+    float (*pdf)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance, float cos_light);
     float (*even_pdf)(const struct lum_light *l, struct lum_vec3 p);
     void (*aim)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                 struct lum_light_target *inout_target);
     bool (*place)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
                   struct lum_light_place *ret_place);
-    /* lum_light_emit, lum_light_flux_unit */
+    /* lum_light_emit, lum_light_flux_unit (NULL: pi times the area) */
     bool (*emit)(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
                  struct lum_vec2 u_direction, struct lum_light_ray *ret_shot);
-    double (*flux)(const struct lum_light *l, const struct lum_emit_box *around);
-    /* lum_light_irradiance. NULL: there is no closed form */
-    void (*irradiance)(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p, const struct lum_vec3 *n,
-                       struct lum_irradiance *ret);
+    double (*flux)(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
+    /* lum_light_irradiance, at one point or at many. Both NULL: there is no closed form */
+    struct lum_irradiance (*irradiance)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
+    void (*irradiances)(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                        const struct lum_vec3 *n, struct lum_irradiance *ret);
     /* Half the box that it fills around p. NULL: it is from afar, or shines from inside other things, too. */
     struct lum_vec3 (*half)(const struct lum_light *l);
     /* Of what rays can meet; across NULL: of nothing. How wide it is at its narrowest, as what it is traced, and the
@@ -57,19 +52,10 @@ float lum_emitter_area_pdf(float distance, float cos_light, float area);
 /* Finishes a sample at point x of an emitter that is sampled by area; cos_light is taken on all sides that shine. */
 bool lum_emitter_area_sample(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 x, struct lum_vec3 n,
                              struct lum_light_sample *ret_sample);
-bool lum_emitter_sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
-                                 struct lum_vec2 u, struct lum_light_sample *ret_sample);
 struct lum_light_target lum_emitter_target(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
-void lum_emitter_aim_at_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                              struct lum_light_target *inout_target);
 static inline bool lum_emitter_in_front(const struct lum_light *l, struct lum_vec3 p)
 {
     return lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f;
-}
-static inline double lum_emitter_area_flux(const struct lum_light *l, const struct lum_emit_box *around)
-{
-    (void)around;
-    return LUM_PI_D * (double)l->area;
 }
 
 /* ---- light that leaves (emit.c) ---- */
@@ -77,26 +63,14 @@ static inline double lum_emitter_area_flux(const struct lum_light *l, const stru
 bool lum_emit_ray(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, struct lum_light_ray *ret_shot);
 bool lum_emit_surface(struct lum_vec3 p, struct lum_vec3 n, struct lum_vec2 u, struct lum_rgb flux,
                       struct lum_light_ray *ret_shot);
-struct lum_emit_box lum_emit_box_around(struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi);
-/* An axis in proportion to weight; u becomes a fresh number. */
-int lum_emit_pick_axis(const float weight[3], float *inout_u);
-struct lum_vec3 lum_emit_face_point(const struct lum_emit_box *b, int axis, float side, struct lum_vec2 u);
-/* Faces of the box as light in direction d sees them. */
-void lum_emit_seen_faces(const struct lum_emit_box *b, const float d[3], float ret_area[3]);
-/* Parallel light with this irradiance on a plane that faces it, evenly over the box as it sees it. */
-bool lum_emit_parallel(const struct lum_snapshot *s, struct lum_vec3 d, struct lum_rgb irradiance, struct lum_vec2 u,
-                       struct lum_light_ray *ret_shot);
 
 struct lum_rgb lum_sky_radiance(const struct lum_light *l, struct lum_vec3 d); /* from direction d */
 
-/* lum_light_irradiance (irradiance.c); a sky's where it has no image. */
-void lum_quad_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                         const struct lum_vec3 *n, struct lum_irradiance *ret);
-void lum_disc_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                         const struct lum_vec3 *n, struct lum_irradiance *ret);
-void lum_sphere_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                           const struct lum_vec3 *n, struct lum_irradiance *ret);
-void lum_even_sky_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                             const struct lum_vec3 *n, struct lum_irradiance *ret);
+/* ---- lum_light_irradiance (irradiance.c) ---- */
+
+void lum_quad_irradiances(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                          const struct lum_vec3 *n, struct lum_irradiance *ret);
+struct lum_irradiance lum_disc_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
+struct lum_irradiance lum_sphere_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
 
 #endif

@@ -297,8 +297,9 @@ static struct lum_vec3d disc_vector(const struct rim *r, struct lum_vec3d n)
     return e;
 }
 
-static struct lum_irradiance disc(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+struct lum_irradiance lum_disc_irradiance(const struct lum_light *l, struct lum_vec3 at, struct lum_vec3 normal)
 {
+    struct lum_vec3d p = vec(at), n = vec(normal);
     struct lum_vec3d d = mad(vec(l->p), p, -1.0), n_light = vec(l->n);
     double r2 = dot(d, d), facing = -dot(d, n_light), radius = (double)l->radius;
     if (!(facing > 0.0))
@@ -319,8 +320,9 @@ static struct lum_irradiance disc(const struct lum_light *l, struct lum_vec3d p,
 /* ---- sphere ---- */
 
 /* A cap of half angle sigma whose axis is at an angle theta to n, in three parts: above the horizon, below, across. */
-static struct lum_irradiance sphere(const struct lum_light *l, struct lum_vec3d p, struct lum_vec3d n)
+struct lum_irradiance lum_sphere_irradiance(const struct lum_light *l, struct lum_vec3 at, struct lum_vec3 normal)
 {
+    struct lum_vec3d p = vec(at), n = vec(normal);
     struct lum_vec3d d = mad(vec(l->p), p, -1.0);
     double r2 = dot(d, d), sin2 = (double)l->radius * (double)l->radius / r2, cos = dot(d, n) / sqrt(r2);
     if (!(sin2 < 1.0))
@@ -336,44 +338,27 @@ static struct lum_irradiance sphere(const struct lum_light *l, struct lum_vec3d 
     return (struct lum_irradiance){(float)a, (float)fmin(a / (LUM_PI_D * sin2), 1.0)};
 }
 
-/* ---- rows ---- */
+/* ---- any light ---- */
 
-void lum_quad_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                         const struct lum_vec3 *n, struct lum_irradiance *ret)
+void lum_quad_irradiances(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
+                          const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
     for (uint32_t i = 0; i < n_points; i += POINTS)
         quads(l, n_points - i < POINTS ? n_points - i : POINTS, p + i, n + i, ret + i);
 }
 
-void lum_disc_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                         const struct lum_vec3 *n, struct lum_irradiance *ret)
-{
-    for (uint32_t i = 0; i < n_points; i++)
-        ret[i] = disc(l, vec(p[i]), vec(n[i]));
-}
-
-void lum_sphere_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                           const struct lum_vec3 *n, struct lum_irradiance *ret)
-{
-    for (uint32_t i = 0; i < n_points; i++)
-        ret[i] = sphere(l, vec(p[i]), vec(n[i]));
-}
-
-void lum_even_sky_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
-                             const struct lum_vec3 *n, struct lum_irradiance *ret)
-{
-    (void)l, (void)p, (void)n;
-    for (uint32_t i = 0; i < n_points; i++)
-        ret[i] = (struct lum_irradiance){LUM_PI, 2.0f / 3.0f};
-}
-
 bool lum_light_has_irradiance(const struct lum_light *l)
 {
-    return lum_emitters[l->kind]->irradiance && !l->env;
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    return (row->irradiance || row->irradiances) && !l->env;
 }
 
 void lum_light_irradiance(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
                           const struct lum_vec3 *n, struct lum_irradiance *ret)
 {
-    lum_emitters[l->kind]->irradiance(l, n_points, p, n, ret);
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    if (row->irradiances)
+        row->irradiances(l, n_points, p, n, ret);
+    for (uint32_t i = 0; i < n_points && row->irradiance; i++)
+        ret[i] = row->irradiance(l, p[i], n[i]);
 }

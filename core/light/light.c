@@ -63,8 +63,8 @@ bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const 
     return true;
 }
 
-bool lum_emitter_sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
-                                 struct lum_vec2 u, struct lum_light_sample *ret)
+static bool sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
+                            struct lum_vec2 u, struct lum_light_sample *ret)
 {
     struct lum_light_place place;
     return lum_light_place(s, l, u, &place) && lum_light_sample_place(l, p, &place, ret);
@@ -86,7 +86,8 @@ bool lum_light_sample_at(const struct lum_snapshot *s, uint32_t i, struct lum_ve
                          struct lum_light_sample *ret_sample)
 {
     const struct lum_light *l = &s->lights.lights[i];
-    return lum_emitters[l->kind]->sample(s, l, p, u, ret_sample);
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    return row->sample ? row->sample(s, l, p, u, ret_sample) : sample_by_place(s, l, p, u, ret_sample);
 }
 
 struct lum_light_target lum_emitter_target(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
@@ -94,8 +95,8 @@ struct lum_light_target lum_emitter_target(const struct lum_light *l, struct lum
     return (struct lum_light_target){.kind = LUM_TARGET_POINT, .p = p, .n = n, .area = l->area, .radiance = l->power};
 }
 
-void lum_emitter_aim_at_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
-                              struct lum_light_target *inout)
+static void aim_at_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                         struct lum_light_target *inout)
 {
     struct lum_light_place at;
     if (!lum_light_place(s, l, u, &at))
@@ -109,9 +110,11 @@ void lum_light_aim(const struct lum_snapshot *s, uint32_t i, struct lum_vec2 u, 
 {
     const struct lum_light *l = &s->lights.lights[i];
     const struct lum_emitter_row *row = lum_emitters[l->kind];
-    *ret = (struct lum_light_target){.kind = row->aim ? LUM_TARGET_NONE : LUM_TARGET_EACH};
+    *ret = (struct lum_light_target){.kind = row->aim || row->place ? LUM_TARGET_NONE : LUM_TARGET_EACH};
     if (row->aim)
         row->aim(s, l, u, ret);
+    else if (row->place)
+        aim_at_place(s, l, u, ret);
 }
 
 float lum_light_even_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p)
@@ -126,7 +129,7 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
 {
     const struct lum_light *l = &s->lights.lights[i];
     const struct lum_emitter_row *row = lum_emitters[l->kind];
-    return row->pdf ? row->pdf(l, p, wi, p_light, ng_light) : 0.0f;
+    return row->pdf ? row->pdf(l, p, wi, lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light))) : 0.0f;
 }
 
 struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)

@@ -56,10 +56,11 @@ static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, 
     return true;
 }
 
-static float pdf_of_mesh(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                         struct lum_vec3 ng_light)
+static float pdf_of_mesh(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                         float cos_light)
 {
-    return lum_emitter_area_pdf(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
+    (void)p, (void)wi;
+    return lum_emitter_area_pdf(distance, cos_light, l->area);
 }
 
 static bool emit_mesh(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
@@ -81,15 +82,11 @@ double lum_mesh_light_flux(const struct lum_light *l, double area)
     return (l->both_sides ? 2.0 : 1.0) * LUM_PI_D * area * (double)l->mean_emission;
 }
 
-static double flux_of_mesh(const struct lum_light *l, const struct lum_emit_box *around)
+static double flux_of_mesh(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
-    (void)around;
+    (void)bounds_lo, (void)bounds_hi;
     return lum_mesh_light_flux(l, (double)l->area);
 }
 
-const struct lum_emitter_row lum_emitter_mesh = {.sample = lum_emitter_sample_by_place,
-                                                 .pdf = pdf_of_mesh,
-                                                 .aim = lum_emitter_aim_at_place,
-                                                 .place = mesh_place,
-                                                 .emit = emit_mesh,
-                                                 .flux = flux_of_mesh};
+const struct lum_emitter_row lum_emitter_mesh = {
+    .pdf = pdf_of_mesh, .place = mesh_place, .emit = emit_mesh, .flux = flux_of_mesh};

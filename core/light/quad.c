@@ -48,15 +48,15 @@ static bool sample_quad(const struct lum_snapshot *s, const struct lum_light *l,
     return quad_view(l, p, &view) ? sample_rect(l, &view, u, ret) : sample_quad_area(l, p, u, ret);
 }
 
-static float pdf_of_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                         struct lum_vec3 ng_light)
+static float pdf_of_quad(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                         float cos_light)
 {
     struct lum_rect_view view;
+    (void)wi;
     if (!lum_emitter_in_front(l, p))
         return 0.0f;
-    return quad_view(l, p, &view)
-               ? (float)(1.0 / view.solid_angle)
-               : lum_emitter_area_pdf(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
+    return quad_view(l, p, &view) ? (float)(1.0 / view.solid_angle)
+                                  : lum_emitter_area_pdf(distance, cos_light, l->area);
 }
 
 static float even_pdf_of_quad(const struct lum_light *l, struct lum_vec3 p)
@@ -200,8 +200,7 @@ const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .even_pdf = even_pdf_of_quad,
                                                  .aim = aim_quad,
                                                  .emit = emit_quad,
-                                                 .flux = lum_emitter_area_flux,
-                                                 .irradiance = lum_quad_irradiance,
+                                                 .irradiances = lum_quad_irradiances,
                                                  .half = half_quad,
                                                  .across = across_quad,
                                                  .shape = LUM_SHAPE_QUAD,

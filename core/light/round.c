@@ -25,12 +25,11 @@ static bool place_on_disc(const struct lum_snapshot *s, const struct lum_light *
     return true;
 }
 
-static float pdf_of_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                         struct lum_vec3 ng_light)
+static float pdf_of_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                         float cos_light)
 {
-    if (!lum_emitter_in_front(l, p))
-        return 0.0f;
-    return lum_emitter_area_pdf(lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light)), l->area);
+    (void)wi;
+    return lum_emitter_in_front(l, p) ? lum_emitter_area_pdf(distance, cos_light, l->area) : 0.0f;
 }
 
 static bool emit_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
@@ -56,12 +55,9 @@ static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv
     return on_disc(l, uv);
 }
 
-const struct lum_emitter_row lum_emitter_disc = {.sample = lum_emitter_sample_by_place,
-                                                 .pdf = pdf_of_disc,
-                                                 .aim = lum_emitter_aim_at_place,
+const struct lum_emitter_row lum_emitter_disc = {.pdf = pdf_of_disc,
                                                  .place = place_on_disc,
                                                  .emit = emit_disc,
-                                                 .flux = lum_emitter_area_flux,
                                                  .irradiance = lum_disc_irradiance,
                                                  .across = across_round,
                                                  .shape = LUM_SHAPE_DISC,
@@ -104,10 +100,10 @@ static float even_pdf_of_sphere(const struct lum_light *l, struct lum_vec3 p)
     return sphere_pdf(sphere_one_minus_cos(l, p));
 }
 
-static float pdf_of_sphere(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, struct lum_vec3 p_light,
-                           struct lum_vec3 ng_light)
+static float pdf_of_sphere(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                           float cos_light)
 {
-    (void)wi, (void)p_light, (void)ng_light;
+    (void)wi, (void)distance, (void)cos_light;
     return even_pdf_of_sphere(l, p);
 }
 
@@ -130,7 +126,6 @@ const struct lum_emitter_row lum_emitter_sphere = {.sample = sample_sphere,
                                                    .pdf = pdf_of_sphere,
                                                    .even_pdf = even_pdf_of_sphere,
                                                    .emit = emit_sphere,
-                                                   .flux = lum_emitter_area_flux,
                                                    .irradiance = lum_sphere_irradiance,
                                                    .across = across_round,
                                                    .shape = LUM_SHAPE_SPHERE,

@@ -111,10 +111,10 @@ static struct lum_vec3d half_round(const struct lum_light_desc *d)
     return (struct lum_vec3d){d->radius_m, d->radius_m, d->radius_m};
 }
 
-static void resolve_disc(const struct lum_light_desc *d, double scale, struct lum_light *l)
+static void resolve_round(const struct lum_light_desc *d, double scale, struct lum_light *l)
 {
     l->radius = (float)(d->radius_m * scale);
-    l->area = LUM_PI * l->radius * l->radius;
+    l->area = (d->kind == LUM_LIGHT_SPHERE ? 4.0f : 1.0f) * LUM_PI * l->radius * l->radius;
 }
 
 static double flux_of_disc(const struct lum_light_desc *d)
@@ -126,14 +126,8 @@ const struct lum_light_kind_row lum_light_kind_disc = {.emitter = LUM_EMIT_DISC,
                                                        .aimed = true,
                                                        .check = check_radius,
                                                        .half = half_round,
-                                                       .resolve = resolve_disc,
+                                                       .resolve = resolve_round,
                                                        .flux = flux_of_disc};
-
-static void resolve_sphere(const struct lum_light_desc *d, double scale, struct lum_light *l)
-{
-    l->radius = (float)(d->radius_m * scale);
-    l->area = 4.0f * LUM_PI * l->radius * l->radius;
-}
 
 static double flux_of_sphere(const struct lum_light_desc *d)
 {
@@ -143,7 +137,7 @@ static double flux_of_sphere(const struct lum_light_desc *d)
 const struct lum_light_kind_row lum_light_kind_sphere = {.emitter = LUM_EMIT_SPHERE,
                                                          .check = check_radius,
                                                          .half = half_round,
-                                                         .resolve = resolve_sphere,
+                                                         .resolve = resolve_round,
                                                          .flux = flux_of_sphere};
 
 /* ---- from afar ---- */

@@ -1,4 +1,4 @@
-/* Lights without an extent: no ray meets them. */
+/* Lights at a point, whose intensity falls off around an axis. */
 #include "core/light/emitter.h"
 
 static bool sample_point(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p, struct lum_vec2 u,
@@ -24,9 +24,9 @@ static bool emit_point(const struct lum_snapshot *s, const struct lum_light *l, 
     return lum_emit_ray(l->p, l->falloff->draw(l, u_direction), lum_grey((float)l->falloff->flux(l)), ret);
 }
 
-static double flux_of_point(const struct lum_light *l, const struct lum_emit_box *around)
+static double flux_of_point(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
 {
-    (void)around;
+    (void)bounds_lo, (void)bounds_hi;
     return l->falloff->flux(l);
 }
 
@@ -38,30 +38,3 @@ static struct lum_vec3 half_point(const struct lum_light *l)
 
 const struct lum_emitter_row lum_emitter_point = {
     .sample = sample_point, .emit = emit_point, .flux = flux_of_point, .half = half_point};
-
-/* ---- directional ---- */
-
-static bool sample_directional(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
-                               struct lum_vec2 u, struct lum_light_sample *ret)
-{
-    (void)s, (void)p, (void)u;
-    *ret = (struct lum_light_sample){lum_v3_neg(l->n), INFINITY, l->power, 0.0f};
-    return true;
-}
-
-static bool emit_directional(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
-                             struct lum_vec2 u_direction, struct lum_light_ray *ret)
-{
-    (void)u_direction;
-    return lum_emit_parallel(s, l->n, lum_grey(1.0f), u_position, ret);
-}
-
-static double flux_of_directional(const struct lum_light *l, const struct lum_emit_box *around)
-{
-    float d[3] = {l->n.x, l->n.y, l->n.z}, area[3];
-    lum_emit_seen_faces(around, d, area);
-    return (double)(area[0] + area[1] + area[2]);
-}
-
-const struct lum_emitter_row lum_emitter_directional = {
-    .sample = sample_directional, .emit = emit_directional, .flux = flux_of_directional, .from_afar = true};
