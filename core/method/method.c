@@ -12,6 +12,7 @@
 #include "core/effect/indirect/records.h"
 #include "core/effect/path/path.h"
 #include "core/effect/specular/specular.h"
+#include "core/pass/vpls.h"
 
 #define AIS_EFFECTS                                                                                                    \
     {                                                                                                                  \
@@ -151,7 +152,7 @@ void lum_demand_derive(const struct lum_snapshot *snapshot, struct lum_demand *r
     struct lum_demand d = {0};
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (lum_effect_rows[e]->demand)
-            lum_effect_rows[e]->demand(&sights, &d);
+            lum_effect_rows[e]->demand(&sights, lum_effect_rows[e], (enum lum_effect)e, &d);
     *ret_demand = d;
 }
 
@@ -177,5 +178,5 @@ bool lum_method_adds_samples(const struct lum_method *method)
 bool lum_method_counts_vpls(const struct lum_method *method)
 {
     const struct lum_estimator *indirect = method->serves[LUM_EFFECT_INDIRECT_DIFFUSE];
-    return method->cache || (indirect && indirect->vpls);
+    return method->cache || (indirect && indirect->then == &lum_stage_vpls);
 }

@@ -35,9 +35,12 @@ struct lum_pass {
     struct lum_components *components;   /* effect by effect buffers (pass/components.h); NULL: the method has none */
     const struct lum_states *states;     /* what estimators keep for themselves (lum_pass_state) */
     uint32_t cached_sky; /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
-    const struct lum_vpl_set *vpls; /* NULL: the method has none, or indirect_diffuse is off */
-    struct lum_records *records;    /* methods with a cache (effect/indirect/records.h); NULL: likewise */
-    struct lum_path_guide *guide;   /* of path traced samples (path/guide.h); NULL: there is none */
+    const struct lum_vpl_set *vpls;   /* NULL: the method has none, or indirect_diffuse is off */
+    struct lum_vpl_set *kept_vpls;    /* where lum_stage_vpls makes them */
+    struct lum_records *records;      /* methods with a cache (effect/indirect/records.h); NULL: likewise */
+    struct lum_records *kept_records; /* for lum_stage_cache */
+    struct lum_caches *caches;        /* where methods with a cache find theirs */
+    struct lum_path_guide *guide;     /* of path traced samples (path/guide.h); NULL: there is none */
     struct lum_film *film;
     uint32_t *tile_spp;  /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp; /* tiles that have as many are left alone */
@@ -78,10 +81,12 @@ enum lum_layering {
 struct lum_estimator {
     const char *name;
     enum lum_stage stage;
+    void (*prepare)(struct lum_pass *pass);     /* before all stages: what others have to know of it. NULL: nothing */
     void (*begin)(const struct lum_pass *pass); /* once before its tiles, on the calling thread; NULL: nothing to do */
     void (*tile)(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters);
-    /* In place of begin and tile: all of it. */
-    enum lum_status (*run)(const struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
+    /* In place of begin and tile: all of it, on the calling thread; may fill in members of the pass for later stages.
+     */
+    enum lum_status (*run)(struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err);
     bool cells;                         /* tile numbers a cell of pass->cells, not of pass->tiling */
     enum lum_layering layering;         /* of lights whose direct light it is to find */
     const struct lum_state_kind *state; /* what it keeps from pass to pass; NULL: nothing */
@@ -89,8 +94,6 @@ struct lum_estimator {
     uint32_t joins;                     /* likewise, of those that it fills where the method has any */
     uint32_t sparse;  /* of these, those that hold so few samples a pixel that the composite joins neighbours */
     uint32_t lasting; /* of these, those whose `iterations` stay true when lights are dimmed: their samples are kept */
-    bool vpls;        /* gathers from virtual point lights */
-    bool cache;       /* uses the records of the method's cache */
     bool surfaces;    /* reads pass->surfaces */
     const struct lum_estimator *then; /* goes with it, at another stage or after it; NULL: nothing */
 };

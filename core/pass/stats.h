@@ -9,9 +9,10 @@
 /* In the order in which they run. */
 #define LUM_STAGES(X)                                                                                                  \
     X(GBUFFER, gbuffer)                                                                                                \
-    X(SURFACES, surfaces) X(VPLS, vpls) X(CACHE, cache) X(RECORDS, records) X(DIRECT, direct) X(SHADOW, shadow)        \
-        X(REFINE, refine) X(INDIRECT, indirect) X(SPECULAR, specular) X(GLOSSY, glossy) X(MEDIA, media)                \
-            X(FILTER, filter) X(UPSAMPLE, upsample) X(PATH, path) X(COMPOSITE, composite) X(ANTIALIAS, antialias)
+    X(SURFACES, surfaces)                                                                                              \
+    X(VPLS, vpls) X(CACHE, cache) X(RECORDS, records) X(DIRECT, direct) X(SHADOW, shadow) X(REFINE, refine)            \
+        X(INDIRECT, indirect) X(SPECULAR, specular) X(GLOSSY, glossy) X(MEDIA, media) X(FILTER, filter)                \
+            X(UPSAMPLE, upsample) X(PATH, path) X(COMPOSITE, composite) X(ANTIALIAS, antialias)
 #define LUM_STAGE_MEMBER(NAME, name) LUM_STAGE_##NAME,
 enum lum_stage { LUM_STAGES(LUM_STAGE_MEMBER) LUM_STAGE_COUNT };
 extern const char *const lum_stage_names[LUM_STAGE_COUNT];

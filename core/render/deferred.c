@@ -63,7 +63,7 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
     uint32_t n;
-    bool vpls, cache, surfaces, components;
+    bool surfaces, components;
 };
 
 static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
@@ -79,8 +79,6 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
     }
     plan->stages[at] = stage;
     plan->n++;
-    plan->vpls = plan->vpls || stage->vpls;
-    plan->cache = plan->cache || stage->cache;
     plan->surfaces = plan->surfaces || stage->surfaces;
     plan->components = plan->components || stage->components;
     if (stage->then)
@@ -106,108 +104,7 @@ static struct plan make_plan(const struct lum_pass *pass)
     return plan;
 }
 
-/* Slots that moved without a VPL, then or now, and those of the sky, are no lights that anybody saw move. */
-static void count_vpls(const struct lum_vpl_set *set, struct lum_pass_stats *stats)
-{
-    stats->n_vpls = set->n_lit;
-    stats->n_vpls_moved = 0;
-    for (uint32_t i = 0; set->n_moved > 0 && i < set->n_bounced; i++)
-        if (set->moved[i / 64] >> (i % 64) & 1)
-            stats->n_vpls_moved += set->flux[0][i] > 0.0f || set->flux[1][i] > 0.0f || set->flux[2][i] > 0.0f;
-}
-
-static enum lum_status update_vpls(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
-                                   struct lum_error *err)
-{
-    int64_t begin_ns = lum_clock_ns();
-    const struct lum_view_settings *set = pass->settings;
-    struct lum_vpl_request request = {
-        .snapshot = pass->snapshot,
-        .n = set->n_vpls,
-        .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
-        .seed = set->seed,
-        .media = pass->on[LUM_EFFECT_MEDIA],
-        .lobes_off = pass->settings->effects_off & LUM_VPL_LOBES,
-        .pool = runner->pool,
-        .counters = runner->counters,
-    };
-    enum lum_status status = lum_vpl_update(&d->vpls, &request, err);
-    runner->stats->stage_ms[LUM_STAGE_VPLS] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
-    if (status != LUM_OK)
-        return status;
-    pass->vpls = &d->vpls;
-    count_vpls(&d->vpls, runner->stats);
-    return LUM_OK;
-}
-
-static bool has_sky(const struct lum_light_table *lights)
-{
-    for (uint32_t i = 0; i < lights->n_lights; i++)
-        if (lights->lights[i].kind == LUM_EMIT_ENVIRONMENT)
-            return true;
-    return false;
-}
-
-/* Records bring the diffuse light of the sky, unless the view switched it off; also while it is switched off in the
- * scene, so that they last until it shines again. */
-static bool caches_sky(const struct lum_pass *pass)
-{
-    const struct lum_view_settings *set = pass->settings;
-    return pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && set->max_depth > 0 && set->method->cache &&
-           set->method->cache->sky && !(set->effects_off & LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT)) &&
-           has_sky(&pass->snapshot->lights);
-}
-
-static uint32_t cached_sky(const struct lum_pass *pass)
-{
-    const struct lum_light_table *lights = &pass->snapshot->lights;
-    bool shines = lights->environment != LUM_NO_OBJECT && lum_light_is_even_sky(&lights->lights[lights->environment]);
-    return shines && caches_sky(pass) ? lights->environment : LUM_NO_OBJECT;
-}
-
-static uint32_t n_vpls_of(const struct lum_view_settings *set)
-{
-    uint32_t spare = set->method->cache->spare, n = spare > 0 ? set->n_vpls * spare : set->n_vpls;
-    return n < LUM_VPL_MAX ? n : LUM_VPL_MAX;
-}
-
-static struct lum_cache_key cache_key(const struct lum_pass *pass)
-{
-    const struct lum_view_settings *set = pass->settings;
-    return (struct lum_cache_key){
-        .kind = set->method->cache,
-        .storage = set->storage,
-        .n_vpls = n_vpls_of(set),
-        .max_bounces = set->max_depth > 0 ? set->max_depth - 1 : 0,
-        .seed = set->seed,
-        .accuracy = set->cache_accuracy,
-        .media = pass->on[LUM_EFFECT_MEDIA],
-        .lobes_off = pass->settings->effects_off & LUM_VPL_LOBES,
-        .gloss = set->method->cache->gloss,
-        .panes = lum_pass_panes(pass),
-        .n_sky = caches_sky(pass) ? LUM_VPL_SKY : 0,
-    };
-}
-
-static enum lum_status update_cache(struct lum_deferred *d, struct lum_pass *pass,
-                                    const struct lum_stage_runner *runner, struct lum_error *err)
-{
-    int64_t begin_ns = lum_clock_ns();
-    struct lum_cache_key key = cache_key(pass);
-    struct lum_cache_update update = {pass->snapshot, runner->pool, runner->counters};
-    enum lum_status status = lum_records_update(&d->records, d->caches, &key, &update, err);
-    runner->stats->stage_ms[LUM_STAGE_CACHE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
-    if (status != LUM_OK)
-        return status;
-    pass->records = &d->records;
-    if (!key.kind->vpls)
-        return LUM_OK;
-    pass->vpls = &d->records.cache->vpls;
-    count_vpls(pass->vpls, runner->stats);
-    return LUM_OK;
-}
-
-static enum lum_status run_whole(const struct lum_stage_runner *runner, const struct lum_pass *pass,
+static enum lum_status run_whole(const struct lum_stage_runner *runner, struct lum_pass *pass,
                                  const struct lum_estimator *stage, struct lum_error *err)
 {
     int64_t begin_ns = lum_clock_ns();
@@ -258,7 +155,13 @@ static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const 
     pass->layers = &d->layers;
     lum_motion_mask_update(&d->motion_mask, pass, plan->surfaces ? &d->surfaces : NULL);
     pass->motion_mask = &d->motion_mask;
-    pass->cached_sky = cached_sky(pass);
+    pass->kept_vpls = &d->vpls;
+    pass->kept_records = &d->records;
+    pass->caches = d->caches;
+    pass->cached_sky = LUM_NO_OBJECT;
+    for (uint32_t i = 0; i < plan->n; i++)
+        if (plan->stages[i]->prepare)
+            plan->stages[i]->prepare(pass);
     enum lum_status status = look_first(d, pass, runner, err);
     if (status == LUM_OK)
         status = lum_layers_update(&d->layers, pass, d->gbuffer.stamp, err);
@@ -287,15 +190,9 @@ enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, 
     struct plan plan = make_plan(pass);
     runner->stats->n_vpls = 0;
     enum lum_status status = see(d, pass, &plan, runner, err);
-    if (status == LUM_OK && plan.cache)
-        status = update_cache(d, pass, runner, err);
-    else if (status == LUM_OK && plan.vpls)
-        status = update_vpls(d, pass, runner, err);
     for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)
         status = plan.stages[i]->run ? run_whole(runner, pass, plan.stages[i], err)
                                      : lum_stage_run(runner, pass, plan.stages[i]);
-    if (pass->records)
-        runner->stats->cache = pass->records->counts;
     if (d->layers.starved) {
         lum_layers_finish(&d->layers);
         return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory for what mirrors and glass show of lights");

@@ -19,26 +19,27 @@ void lum_demand_refuse(struct lum_demand *d, enum lum_effect effect, const char 
         snprintf(d->why[effect], sizeof d->why[effect], "%s", why);
 }
 
-void lum_demand_by_light(const struct lum_sights *see, struct lum_demand *d, enum lum_effect effect, const char *why,
-                         const char *why_not)
+void lum_demand_by_light(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                         struct lum_demand *d)
 {
     const struct lum_light_table *t = &see->snapshot->lights;
     for (uint32_t a = 0; a < t->n_active; a++)
         if (lum_light_effect(&t->lights[t->active[a]]) == effect)
-            lum_demand_call(d, effect, t->lights[t->active[a]].id, why);
-    lum_demand_refuse(d, effect, why_not);
+            lum_demand_call(d, effect, t->lights[t->active[a]].id, row->why);
+    lum_demand_refuse(d, effect, row->why_not);
 }
 
-void lum_demand_by_surface(const struct lum_sights *see, struct lum_demand *d, enum lum_effect effect, uint32_t scatter,
-                           bool anything, const char *why, const char *why_not)
+void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                           struct lum_demand *d)
 {
     const struct lum_snapshot *s = see->snapshot;
-    const char *refused = why_not;
+    bool anything = see->each_other || (row->lamps_count && see->shining) || (row->glow_counts && see->glowing);
+    const char *refused = row->why_not;
     for (uint32_t i = 0; i < s->n_instances; i++) {
-        if (!(lum_material_scatter(&s->materials[s->instances[i].material]) & scatter))
+        if (!(lum_material_scatter(&s->materials[s->instances[i].material]) & row->scatter))
             continue;
         if (anything)
-            lum_demand_call(d, effect, s->instances[i].id, why);
+            lum_demand_call(d, effect, s->instances[i].id, row->why);
         refused = see->lit ? see->alone : "no light is on";
     }
     lum_demand_refuse(d, effect, refused);

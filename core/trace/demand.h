@@ -31,8 +31,12 @@ enum lum_adds {
 };
 
 struct lum_effect_row {
-    /* Calls for the effect, or refuses it; NULL: views do (lum_demand_choose). */
-    void (*demand)(const struct lum_sights *see, struct lum_demand *demand);
+    /* Calls for the effect, or refuses it. NULL: views do (lum_demand_choose). */
+    void (*demand)(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                   struct lum_demand *demand);
+    const char *why, *why_not;     /* what calls for it does, or nothing does: for the two below */
+    uint32_t scatter;              /* bits enum lum_scatter: of surfaces that do so */
+    bool lamps_count, glow_counts; /* and show lamps in themselves, and what is in no lamp's light */
     enum lum_adds adds;
     bool guided; /* how often its samples were refined can be seen (lum_view_guidance) */
 };
@@ -43,12 +47,11 @@ LUM_EFFECTS(LUM_EFFECT_ROW)
 void lum_demand_call(struct lum_demand *demand, enum lum_effect effect, const char *id, const char *why);
 void lum_demand_refuse(struct lum_demand *demand, enum lum_effect effect, const char *why);
 /* Of effects of lights: the first of its own that is on calls for it. */
-void lum_demand_by_light(const struct lum_sights *see, struct lum_demand *demand, enum lum_effect effect,
-                         const char *why, const char *why_not);
-/* Of effects of surfaces: the first object that scatters light so (bits enum lum_scatter) calls for it, if there is
- * anything to scatter. */
-void lum_demand_by_surface(const struct lum_sights *see, struct lum_demand *demand, enum lum_effect effect,
-                           uint32_t scatter, bool anything, const char *why, const char *why_not);
+void lum_demand_by_light(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                         struct lum_demand *demand);
+/* Of effects of surfaces: the first that scatters light so, if there is anything to scatter. */
+void lum_demand_by_surface(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                           struct lum_demand *demand);
 
 struct lum_sights lum_sights_of(const struct lum_snapshot *snapshot);
 /* What a view chooses: anti-aliasing, and effects that it forces off or on (bits LUM_EFFECT_BIT; off wins). */

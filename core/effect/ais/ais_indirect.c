@@ -11,6 +11,7 @@
 
 #include <string.h>
 
+#include "core/pass/vpls.h"
 #include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 
@@ -237,7 +238,7 @@ const struct lum_estimator lum_estimator_ais_indirect = {
     .tile = indirect_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
-    .vpls = true,
+    .then = &lum_stage_vpls,
 };
 
 const struct lum_estimator lum_estimator_igi_indirect = {
@@ -246,5 +247,5 @@ const struct lum_estimator lum_estimator_igi_indirect = {
     .tile = indirect_cell,
     .cells = true,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW),
-    .vpls = true,
+    .then = &lum_stage_vpls,
 };

@@ -229,4 +229,4 @@ const struct lum_estimator lum_estimator_edges = {.name = "edges",
                                                   .state = &neighbours_kind,
                                                   .then = &lum_shadow_edges};
 
-const struct lum_effect_row lum_effect_antialias = {.demand = NULL};
+const struct lum_effect_row lum_effect_antialias = {.adds = LUM_ADDS_NOTHING};

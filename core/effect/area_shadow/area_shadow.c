@@ -86,17 +86,10 @@ enum lum_area_side lum_area_sample(const struct lum_area_view *v, uint32_t k, st
                           : (side < 0.0f ? LUM_AREA_OPEN : LUM_AREA_NEEDLESS);
 }
 
-/* ---- the effects ---- */
-
-static void demand_soft_shadow(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_light(see, d, LUM_EFFECT_SOFT_SHADOW, "shines from an area", "no light with an area is on");
-}
-const struct lum_effect_row lum_effect_soft_shadow = {
-    .demand = demand_soft_shadow, .adds = LUM_ADDS_WHITE, .guided = true};
-
-static void demand_environment(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_light(see, d, LUM_EFFECT_ENVIRONMENT, "shines from all around", "no environment light is on");
-}
-const struct lum_effect_row lum_effect_environment = {.demand = demand_environment};
+const struct lum_effect_row lum_effect_soft_shadow = {.demand = lum_demand_by_light,
+                                                      .why = "shines from an area",
+                                                      .why_not = "no light with an area is on",
+                                                      .adds = LUM_ADDS_WHITE,
+                                                      .guided = true};
+const struct lum_effect_row lum_effect_environment = {
+    .demand = lum_demand_by_light, .why = "shines from all around", .why_not = "no environment light is on"};

@@ -195,9 +195,6 @@ void lum_direct_light(const struct lum_direct *job)
         end_behind(job, kept);
 }
 
-static void demand_direct(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_light(see, d, LUM_EFFECT_DIRECT, "shines from a point or direction",
-                        "no point, spot or directional light is on");
-}
-const struct lum_effect_row lum_effect_direct = {.demand = demand_direct};
+const struct lum_effect_row lum_effect_direct = {.demand = lum_demand_by_light,
+                                                 .why = "shines from a point or direction",
+                                                 .why_not = "no point, spot or directional light is on"};

@@ -294,15 +294,17 @@ const struct lum_estimator lum_estimator_airlight = {
 };
 
 /* Black stays black in fog: without any light there is nothing to dim or to scatter. */
-static void demand_media(const struct lum_sights *see, struct lum_demand *d)
+static void demand_media(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                         struct lum_demand *d)
 {
+    (void)row;
     const struct lum_snapshot *s = see->snapshot;
     bool anything = see->lit;
     for (uint32_t i = 0; i < s->n_instances && !anything; i++)
         anything = s->materials[s->instances[i].material].unlit;
     for (uint32_t i = 0; i < s->n_media && anything; i++)
-        lum_demand_call(d, LUM_EFFECT_MEDIA, s->media[i].id,
+        lum_demand_call(d, effect, s->media[i].id,
                         lum_rgb_black(s->media[i].sigma_s) ? "absorbs light" : "scatters light");
-    lum_demand_refuse(d, LUM_EFFECT_MEDIA, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
+    lum_demand_refuse(d, effect, s->n_media ? "no light is on" : "no medium scatters or absorbs light");
 }
 const struct lum_effect_row lum_effect_media = {.demand = demand_media, .adds = LUM_ADDS_AIR, .guided = true};

@@ -325,9 +325,9 @@ const struct lum_estimator lum_estimator_glossy = {
     .sparse = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
 };
 
-static void demand_glossy(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_surface(see, d, LUM_EFFECT_GLOSSY, LUM_SCATTER_GLOSS, see->each_other || see->shining,
-                          "reflects with a gloss", "no object reflects with a gloss");
-}
-const struct lum_effect_row lum_effect_glossy = {.demand = demand_glossy, .adds = LUM_ADDS_SURFACE};
+const struct lum_effect_row lum_effect_glossy = {.demand = lum_demand_by_surface,
+                                                 .scatter = LUM_SCATTER_GLOSS,
+                                                 .lamps_count = true,
+                                                 .why = "reflects with a gloss",
+                                                 .why_not = "no object reflects with a gloss",
+                                                 .adds = LUM_ADDS_SURFACE};

@@ -147,14 +147,12 @@ const struct lum_estimator lum_estimator_cached = {
     .state = &lum_interpolated_kind,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
     .surfaces = true,
-    .cache = true,
     .then = &lum_stage_records,
 };
 
-static void demand_indirect(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_surface(see, d, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_SCATTER_DIFFUSE, see->each_other,
-                          "passes its light on to other surfaces", "no object is matte and not black");
-}
-const struct lum_effect_row lum_effect_indirect_diffuse = {
-    .demand = demand_indirect, .adds = LUM_ADDS_WHITE, .guided = true};
+const struct lum_effect_row lum_effect_indirect_diffuse = {.demand = lum_demand_by_surface,
+                                                           .scatter = LUM_SCATTER_DIFFUSE,
+                                                           .why = "passes its light on to other surfaces",
+                                                           .why_not = "no object is matte and not black",
+                                                           .adds = LUM_ADDS_WHITE,
+                                                           .guided = true};

@@ -199,6 +199,7 @@ static enum lum_status run_freely(const struct lum_pass *pass, const struct lum_
     records->counts.records = lum_store_count(store);
     records->counts.created += atomic_load(&run.cache->created) - created;
     records->counts.discarded += atomic_load(&run.cache->discarded) - discarded;
+    runner->stats->cache = records->counts;
     return status != LUM_OK ? status : end;
 }
 
@@ -208,8 +209,7 @@ static void cached_tile(void *ctx, uint32_t tile, struct lum_counters *counters)
 }
 
 /* In two phases where the picture must not depend on the threads. */
-static enum lum_status run_stage(const struct lum_pass *pass, const struct lum_stage_runner *runner,
-                                 struct lum_error *err)
+static enum lum_status run_stage(struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err)
 {
     if (!pass->settings->deterministic)
         return run_freely(pass, runner, err);
@@ -225,5 +225,5 @@ const struct lum_estimator lum_estimator_cached_free = {
     .state = &lum_interpolated_kind,
     .components = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE),
     .surfaces = true,
-    .cache = true,
+    .then = &lum_stage_cache,
 };

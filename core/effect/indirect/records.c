@@ -474,16 +474,16 @@ enum lum_status lum_records_run(struct lum_records *records, const struct lum_pa
     records->counts.created += atomic_load(&cache->created) - created;
     records->counts.updated += atomic_load(&cache->updated) - updated;
     records->counts.removed += atomic_load(&cache->removed) - removed;
+    runner->stats->cache = records->counts;
     if (status == LUM_OK)
         remember(&run);
     return status;
 }
 
-static enum lum_status run_stage(const struct lum_pass *pass, const struct lum_stage_runner *runner,
-                                 struct lum_error *err)
+static enum lum_status run_stage(struct lum_pass *pass, const struct lum_stage_runner *runner, struct lum_error *err)
 {
     return lum_records_run(pass->records, pass, runner, err);
 }
 
 const struct lum_estimator lum_stage_records = {
-    .name = "records", .stage = LUM_STAGE_RECORDS, .run = run_stage, .cache = true, .surfaces = true};
+    .name = "records", .stage = LUM_STAGE_RECORDS, .run = run_stage, .surfaces = true, .then = &lum_stage_cache};

@@ -48,6 +48,7 @@ void lum_records_create(struct lum_cache_record *record, const struct lum_pass *
 /* What a kind may not get wrong: a record that others would multiply by is finite, and its radius above 0. */
 bool lum_records_are_sound(const struct lum_cache_record *record);
 
+extern const struct lum_estimator lum_stage_cache;   /* fills in pass->records */
 extern const struct lum_estimator lum_stage_records; /* lum_records_run, as a stage */
 /* Indirect light, interpolated at every pixel; in methods that filter by lum_stage_upsample, at one pixel in four.
  */

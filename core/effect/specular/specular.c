@@ -464,19 +464,15 @@ const struct lum_estimator lum_estimator_specular = {
     .joins = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY), /* indirect light and fog behind mirrors and glass */
 };
 
-/* ---- the effects ---- */
-
-static void demand_reflection(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_surface(see, d, LUM_EFFECT_REFLECTION, LUM_SCATTER_MIRROR,
-                          see->each_other || see->shining || see->glowing, "is a mirror", "no object is a mirror");
-}
-const struct lum_effect_row lum_effect_reflection = {.demand = demand_reflection};
-
-static void demand_transmission(const struct lum_sights *see, struct lum_demand *d)
-{
-    lum_demand_by_surface(see, d, LUM_EFFECT_TRANSMISSION, LUM_SCATTER_THROUGH,
-                          see->each_other || see->shining || see->glowing, "lets light through",
-                          "no object lets light through");
-}
-const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmission};
+const struct lum_effect_row lum_effect_reflection = {.demand = lum_demand_by_surface,
+                                                     .scatter = LUM_SCATTER_MIRROR,
+                                                     .lamps_count = true,
+                                                     .glow_counts = true,
+                                                     .why = "is a mirror",
+                                                     .why_not = "no object is a mirror"};
+const struct lum_effect_row lum_effect_transmission = {.demand = lum_demand_by_surface,
+                                                       .scatter = LUM_SCATTER_THROUGH,
+                                                       .lamps_count = true,
+                                                       .glow_counts = true,
+                                                       .why = "lets light through",
+                                                       .why_not = "no object lets light through"};
