@@ -65,7 +65,7 @@ struct lum_film_error lum_film_error(const struct lum_film *film)
             light += s.light;
         }
     if (!(light > 0.0))
-        return (struct lum_film_error){0.0, 0.0};
+        return (struct lum_film_error){0.0, 0.0, n, 1.0};
     double most = square > 0.0 ? square * exp(LUM_SURE * sqrt(2.0 * square2) / square) : 0.0;
-    return (struct lum_film_error){sqrt(square * n) / light, sqrt(most * n) / light};
+    return (struct lum_film_error){sqrt(square * n) / light, sqrt(most * n) / light, n, 1.0};
 }

@@ -35,10 +35,12 @@ double lum_film_mean_luminance(const struct lum_film *film); /* cd/m2, over the 
 
 /* How far a picture is off in luminance: root mean square error over mean luminance of the picture. NAN: unknown. */
 struct lum_film_error {
-    double rel;   /* an estimate, whose square is right in the mean */
-    double bound; /* the error is no larger than this, with 95 % confidence */
+    double rel;    /* an estimate, whose square is right in the mean */
+    double bound;  /* the error is no larger than this, with 95 % confidence */
+    double probes; /* pixels of this picture that it is made from */
+    double fresh;  /* 0 to 1: how much of it is of this picture; the rest is of those before it */
 };
-#define LUM_FILM_ERROR_UNKNOWN ((struct lum_film_error){(double)NAN, (double)NAN})
+#define LUM_FILM_ERROR_UNKNOWN ((struct lum_film_error){.rel = (double)NAN, .bound = (double)NAN})
 #define LUM_SURE 1.645 /* deviations: less than so much above its mean is a normal variable in 95 % of all cases */
 
 /* Of the mean of both halves; unknown until each pixel has a sample in both. Asks only that the halves are independent

@@ -32,3 +32,10 @@ bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_v
     return lum_edits_of_settings(a, b) == 0 && a->antialias == b->antialias && a->effects_off == b->effects_off &&
            a->effects_on == b->effects_on;
 }
+
+bool lum_view_same_error(const struct lum_view_settings *a, const struct lum_view_settings *b)
+{
+    struct lum_view_settings moved = *a;
+    moved.camera = b->camera;
+    return lum_view_same_picture(&moved, b);
+}

@@ -7,12 +7,27 @@
 #include "core/trace/demand.h"
 
 /* In the order in which they run. */
-#define LUM_STAGES(X)                                                                                                  \
-    X(GBUFFER, gbuffer)                                                                                                \
-    X(SURFACES, surfaces)                                                                                              \
-    X(VPLS, vpls) X(CACHE, cache) X(RECORDS, records) X(DIRECT, direct) X(SHADOW, shadow) X(REFINE, refine)            \
-        X(INDIRECT, indirect) X(SPECULAR, specular) X(GLOSSY, glossy) X(MEDIA, media) X(FILTER, filter)                \
-            X(UPSAMPLE, upsample) X(PATH, path) X(COMPOSITE, composite) X(ANTIALIAS, antialias)
+/* clang-format off: a stage a line */
+#define LUM_STAGES(X) \
+    X(GBUFFER, gbuffer) \
+    X(SURFACES, surfaces) \
+    X(VPLS, vpls) \
+    X(CACHE, cache) \
+    X(RECORDS, records) \
+    X(DIRECT, direct) \
+    X(SHADOW, shadow) \
+    X(REFINE, refine) \
+    X(INDIRECT, indirect) \
+    X(SPECULAR, specular) \
+    X(GLOSSY, glossy) \
+    X(MEDIA, media) \
+    X(FILTER, filter) \
+    X(UPSAMPLE, upsample) \
+    X(PATH, path) \
+    X(COMPOSITE, composite) \
+    X(ANTIALIAS, antialias) \
+    X(ERROR, error)
+/* clang-format on */
 #define LUM_STAGE_MEMBER(NAME, name) LUM_STAGE_##NAME,
 enum lum_stage { LUM_STAGES(LUM_STAGE_MEMBER) LUM_STAGE_COUNT };
 extern const char *const lum_stage_names[LUM_STAGE_COUNT];
@@ -39,6 +54,7 @@ struct lum_pass_stats {
     uint32_t spp;                 /* least samples of any pixel so far */
     struct lum_film_error error;  /* of the picture */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
+    bool measuring;               /* this pass did nothing but measure the error */
     bool changed;                 /* the film differs from before the pass */
     bool complete;                /* nothing left to do for this snapshot and these settings */
 };

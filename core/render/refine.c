@@ -60,9 +60,9 @@ static struct lum_film_error error_of(const struct lum_residual *job)
 {
     double n = (double)job->picture->w * job->picture->h, square = fmax(job->error, 0.0);
     if (!(job->mean > 0.0))
-        return (struct lum_film_error){0.0, 0.0};
-    return (struct lum_film_error){sqrt(square * n) / job->mean,
-                                   sqrt((square + LUM_SURE * job->doubt) * n) / job->mean};
+        return (struct lum_film_error){0.0, 0.0, n, 1.0};
+    return (struct lum_film_error){sqrt(square * n) / job->mean, sqrt((square + LUM_SURE * job->doubt) * n) / job->mean,
+                                   n, 1.0};
 }
 
 enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,

@@ -9,6 +9,7 @@
 #include "core/path/guide.h"
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
+#include "core/render/measure.h"
 #include "core/render/refine.h"
 #include "core/render/rough.h"
 
@@ -30,7 +31,8 @@ struct lum_view {
     bool previewed; /* the rough pass of the present picture has run */
     bool relit; /* the picture before it was whole, and only powers of lights differ: the frame is a new sum, and comes
                    at once */
-    struct lum_film_error error; /* when the halves were last even */
+    struct lum_film_error error; /* as the picture's own samples tell it, when the halves were last even */
+    struct lum_measurement measurement;
     struct lum_versions versions;
     struct lum_view_settings settings;
     struct lum_demand demand; /* of versions */
@@ -90,6 +92,7 @@ void lum_view_destroy(struct lum_view *view)
     lum_view_destroy(view->rough);
     drop_buffers(view);
     lum_path_guide_destroy(view->guide);
+    lum_measure_finish(&view->measurement);
     lum_caches_destroy(view->own_caches);
     lum_free(view->counters);
     lum_free(view);
@@ -185,6 +188,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
         v->error = LUM_FILM_ERROR_UNKNOWN;
+        lum_measure_begin(&v->measurement, &v->film, v->rendered && lum_view_same_error(&v->settings, pass->settings));
     }
     v->versions = *now;
     v->settings = *pass->settings;
@@ -250,6 +254,7 @@ static struct lum_view_settings rough_settings(const struct lum_view_settings *s
     rough.preview = 1;
     rough.max_spp = 1;
     rough.antialias = false;
+    rough.error_share = 0.0;
     return rough;
 }
 
@@ -397,6 +402,15 @@ static uint64_t n_records(const struct lum_view *v, const struct lum_method *met
     return cache && cache->store ? lum_store_count(cache->store) : 0;
 }
 
+static uint64_t traced(const struct lum_view *v)
+{
+    uint64_t rays = 0;
+    for (uint32_t w = 0; w < lum_pool_size(v->pool); w++)
+        for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+            rays += v->counters[w].rays[k];
+    return rays;
+}
+
 static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
 {
     for (uint32_t w = 0; w < lum_pool_size(v->pool); w++) {
@@ -413,6 +427,13 @@ static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
     }
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats->effects[e].rays = stats->rays[lum_effect_ray_kind((enum lum_effect)e)];
+}
+
+/* All is known of the picture's error that is wanted. */
+static bool is_measured(const struct lum_view *v, const struct lum_view_settings *s)
+{
+    return !s->measure_at_rest || s->error_share == 0.0 || isfinite(v->error.bound) ||
+           lum_measure_is_done(&v->measurement, s->w, s->h);
 }
 
 enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *snapshot,
@@ -445,13 +466,22 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
             status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
+        if (status == LUM_OK && settings->error_share > 0.0 && !isfinite(view->error.bound))
+            lum_measure_share(&view->measurement, &pass, view->chosen.on,
+                              (struct lum_measure_cost){traced(view), lum_pool_cpu_ns(view->pool) - begin_cpu_ns},
+                              &runner);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
+    } else if (!is_measured(view, settings)) {
+        clear_counters(view);
+        stats.measuring = true;
+        status = lum_measure_more(&view->measurement, &pass, view->chosen.on, &runner);
+        sum_counters(view, &stats);
     }
     stats.spp = spp;
     owed = method->refines && spp > 0 && view->refinement.owed;
-    stats.complete = max_spp > 0 && spp >= max_spp && !owed;
-    stats.error = view->error;
+    stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
+    stats.error = isfinite(view->error.bound) ? view->error : view->measurement.error;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
     *ret_stats = stats;

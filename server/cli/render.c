@@ -141,6 +141,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     if (o->cache_accuracy > 0.0)
         s.cache_accuracy = (float)o->cache_accuracy;
     s.deterministic = b->world.deterministic;
+    s.error_share = LUM_ERROR_SHARE;
     s.effects_off = o->effects_off;
     s.effects_on = o->effects_on;
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
@@ -222,6 +223,7 @@ static void add_up(struct layer_sum *sum, const struct lum_film *film, const str
     double mean = lum_film_mean_luminance(film);
     sum->error.rel += last->error.rel * mean;
     sum->error.bound += last->error.bound * mean;
+    sum->error.probes = last->error.probes; /* as many in each */
     sum->mean += mean;
     sum->spp = last->spp < sum->spp ? last->spp : sum->spp;
     if (!sum->stopped_by || strcmp(stopped_by, "error") != 0) /* that is said when it is true of all */
@@ -231,7 +233,8 @@ static void add_up(struct layer_sum *sum, const struct lum_film *film, const str
 static void tell_sum(struct lum_frame_stats *stats, const struct layer_sum *sum)
 {
     double mean = sum->mean > 0.0 ? sum->mean : 1.0; /* a black picture is not off, nor one of no groups */
-    stats->sum.error = (struct lum_film_error){sum->error.rel / mean, sum->error.bound / mean};
+    stats->sum.error = (struct lum_film_error){
+        .rel = sum->error.rel / mean, .bound = sum->error.bound / mean, .probes = sum->error.probes, .fresh = 1.0};
     stats->sum.spp = sum->spp;
     stats->stopped_by = sum->stopped_by;
 }

@@ -45,7 +45,7 @@ void lum_frame_stats_add(struct lum_frame_stats *s, const struct lum_pass_stats 
     struct lum_pass_stats *sum = &s->sum;
     struct lum_pass_stats before = *sum;
     *sum = *pass;
-    s->n_passes++;
+    s->n_passes += !pass->measuring;
     sum->ms += before.ms;
     sum->cpu_ms += before.cpu_ms;
     sum->nonfinite += before.nonfinite;
@@ -154,7 +154,8 @@ static struct cJSON *error_json(const struct lum_frame_stats *s)
     cJSON *o = cJSON_CreateObject();
     lum_json_add_number(o, "rel", e->rel);
     lum_json_add_number(o, "bound", e->bound);
-    lum_json_add_number(o, "probes", (double)s->w * s->h);
+    lum_json_add_number(o, "probes", e->probes);
+    lum_json_add_number(o, "fresh", e->fresh);
     return o;
 }
 

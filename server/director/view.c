@@ -55,6 +55,8 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     bool ok = true;
     r->settings = lum_view_settings_default();
     r->settings.reproject_shadows = !world->deterministic;
+    r->settings.error_share = LUM_ERROR_SHARE;
+    r->settings.measure_at_rest = true;
     if (lum_apply_settings(render, &r->settings, &e))
         ok = lum_apply_error(&e, "", err);
     if (gives(want, LUM_VIEW_SIZE)) {
@@ -261,9 +263,10 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->rendered_ms += pass.ms;
     if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
         v->full_pass_ms = pass.ms;
+    bool known_better = isfinite(pass.error.bound) && !(pass.error.bound >= v->last_pass.error.bound);
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;
-    v->unsent = v->unsent || pass.changed || v->sent_spp == 0;
+    v->unsent = v->unsent || pass.changed || v->sent_spp == 0 || known_better;
     v->complete = lum_server_view_stopped_by(v) != NULL;
     return LUM_OK;
 }

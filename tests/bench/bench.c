@@ -25,6 +25,8 @@ static const struct lum_bench benches[] = {
     {"growth", "the same as VPLs, records, moving objects, triangles and pixels become more", NULL, lum_bench_growth},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
+    {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,
+     lum_bench_errors},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
      lum_bench_irrcache},
     {"truth", "how right the light is: first frames, moving, at rest, each effect; by blocks, against path", NULL,
@@ -38,7 +40,7 @@ static int usage(FILE *to, int status)
 {
     fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
                 "[--reference-spp N] [--single-rays]\n"
-                "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR]\n\nstudies:\n");
+                "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
@@ -54,6 +56,7 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
+        "--methods (default all of them), --models and --seeds (1 to 30) are for errors, too.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }
@@ -229,6 +232,14 @@ static bool read_seconds(const char *text, double *ret_seconds)
     return end != text && *end == 0 && *ret_seconds > 0.0 && *ret_seconds <= 3600.0;
 }
 
+static bool read_seeds(const char *text, uint32_t *ret_seeds)
+{
+    char *end;
+    unsigned long n = strtoul(text, &end, 10);
+    *ret_seeds = (uint32_t)n;
+    return end != text && *end == 0 && n >= 1 && n <= 30;
+}
+
 /* Exit status; 0: go on. */
 static int read_value(struct lum_bench_options *o, const char *option, const char *value)
 {
@@ -245,6 +256,12 @@ static int read_value(struct lum_bench_options *o, const char *option, const cha
         if (read_spp(value, &o->reference_spp))
             return 0;
         fprintf(stderr, "lumend-bench: --reference-spp must be a power of two from 2 to 65536, not '%s'\n", value);
+        return 2;
+    }
+    if (strcmp(option, "--seeds") == 0) {
+        if (read_seeds(value, &o->seeds))
+            return 0;
+        fprintf(stderr, "lumend-bench: --seeds must be 1 to 30, not '%s'\n", value);
         return 2;
     }
     if (strcmp(option, "--seconds") == 0) {
@@ -285,7 +302,7 @@ int main(int argc, char **argv)
     char bin[4096];
     bool help = false;
     struct lum_bench_options options = {
-        .bin = bin, .reference_spp = 128, .models = "../shared/scenes", .methods = "live,path", .seconds = 30.0};
+        .bin = bin, .reference_spp = 128, .models = "../shared/scenes", .seeds = 30, .seconds = 30.0};
     if (argc < 2 || strcmp(argv[1], "--help") == 0)
         return usage(argc < 2 ? stderr : stdout, argc < 2 ? 2 : 0);
     if (strcmp(argv[1], "--version") == 0)

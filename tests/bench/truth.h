@@ -3,9 +3,10 @@
 #define LUM_TESTS_BENCH_TRUTH_H
 
 #include "core/metric/blocks.h"
+#include "tests/bench/places.h"
 #include "tests/bench/reference.h"
 
-enum { TRUTH_METHODS = 9, TRUTH_TIMES = 6 };
+enum { TRUTH_TIMES = 6 };
 extern const double truth_times_s[TRUTH_TIMES]; /* at rest: 0.1, 0.3, 1, 3, 10, 30 */
 
 /* Reference pictures as blocks need them, too. */
@@ -66,7 +67,7 @@ struct truth_rig {
     char scene[64]; /* its name */
     struct lum_world world;
     struct lum_view_settings settings;
-    const struct lum_method *methods[TRUTH_METHODS];
+    const struct lum_method *methods[LUM_BENCH_METHODS];
     size_t n_methods;
     struct truth_reference reference;
     double white; /* luminance that the page's pictures show as white */

@@ -170,7 +170,7 @@ static bool measure_bases(struct effects_bench *b)
 
 bool truth_measure_effects(struct truth_rig *rig)
 {
-    struct part frames[TRUTH_METHODS * BASE_COUNT] = {0};
+    struct part frames[LUM_BENCH_METHODS * BASE_COUNT] = {0};
     uint32_t spp = rig->options->reference_spp / 8;
     struct effects_bench b = {.rig = rig, .frames = frames, .spp = rig->options->quick ? 4 : spp < 8 ? 8 : spp};
     lum_demand_derive(rig->world.snapshot, &b.demand);

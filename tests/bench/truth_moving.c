@@ -183,7 +183,7 @@ static bool tell(struct truth_rig *rig, struct mover *mover, const struct lum_me
 
 bool truth_measure_moving(struct truth_rig *rig)
 {
-    struct mover movers[TRUTH_METHODS] = {0};
+    struct mover movers[LUM_BENCH_METHODS] = {0};
     struct truth_reference truth = {0};
     uint32_t n_poses = rig->options->quick ? QUICK_POSES : POSES;
     uint32_t spp = rig->options->quick || rig->options->reference_spp < 8 ? 4 : rig->options->reference_spp / 2;

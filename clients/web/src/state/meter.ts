@@ -63,7 +63,19 @@ export interface Work {
     cache: CacheNumbers | null;
 }
 
+/** How far the picture is off: root mean square error of luminance by mean luminance. */
+export interface ErrorNumbers {
+    /** An estimate. */
+    rel: number;
+    /** At most, with 95 % confidence. */
+    bound: number;
+    /** 0 to 1: how much of it was measured in this picture, and not in those before. */
+    fresh: number;
+}
+
 export interface ServerNumbers extends Work {
+    /** null: not known. */
+    error: ErrorNumbers | null;
     /** null: nothing, or too little to tell. */
     missing: Missing | null;
     inView: InView;
@@ -125,6 +137,7 @@ export class Meter {
             raysPerSecond: work.raysPerSecond,
             effects: work.effects,
             cache: work.cache,
+            error: isObject(params.error) ? errorOf(params.error) : null,
             missing: isObject(params.caustics) ? missingOf(params.caustics) : null,
             inView: params.in_view === 'dark' || params.in_view === 'nothing' ? params.in_view : 'scene',
             overlayMap: params.overlay_map === true,
@@ -163,6 +176,10 @@ function cacheOf(cache: JsonObject): CacheNumbers {
         reused: numberOr(cache.reused, 0),
         removed: numberOr(cache.removed, 0),
     };
+}
+
+function errorOf(error: JsonObject): ErrorNumbers {
+    return { rel: numberOr(error.rel, 0), bound: numberOr(error.bound, 0), fresh: numberOr(error.fresh, 1) };
 }
 
 function missingOf(caustics: JsonObject): Missing | null {

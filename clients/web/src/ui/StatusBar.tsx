@@ -43,11 +43,11 @@ export function StatusBar() {
     );
 }
 
-/** A method that makes one frame and no estimate of its error is done, which says nothing about how near the truth it is. */
-function word({ converged, rough, error }: FrameNumbers): string {
+/** A method that makes one frame is done, which says nothing about how near the truth it is. */
+function word({ converged, rough, spp }: FrameNumbers): string {
     if (rough) return 'rough';
     if (!converged) return 'refining';
-    return error === null ? 'done' : 'converged';
+    return spp > 1 ? 'converged' : 'done';
 }
 
 /** How good the picture is: samples per pixel, what error is left, and whether it goes on improving. */
@@ -63,7 +63,18 @@ function Converged() {
             <span class="quality-mark" aria-hidden="true" />
             <span class="quality-word">{word(frame)}</span>
             {!frame.rough && <b>{number(frame.spp)} spp</b>}
-            {frame.error !== null && <span>±{percent(frame.error)}</span>}
+            {frame.error !== null && <ErrorBound bound={frame.error} />}
+        </span>
+    );
+}
+
+/** Paler the more of it was measured in pictures before this one. */
+function ErrorBound({ bound }: { bound: number }) {
+    const fresh = useApp().meter.server.value?.error?.fresh ?? 1;
+    const title = fresh < 0.5 ? 'Measured in the pictures before this one; this one is being measured' : undefined;
+    return (
+        <span class="quality-error" style={{ opacity: 0.45 + 0.55 * fresh }} title={title}>
+            ±{percent(bound)}
         </span>
     );
 }

@@ -1,0 +1,268 @@
+/* Does the error that pictures state cover the one that they have? Every scene, every method, several seeds: of a first
+ * frame, of one after the eye has moved, and at rest as samples are added, against path tracing through the same
+ * pixels.
+ *
+ * A reading is covered when the true error is no more than the bound. The true one is measured with the two halves of
+ * the reference, whose noise cancels (reference.h). Beside it, what measuring cost: rays, which are exact, and time. */
+#include <math.h>
+#include <string.h>
+
+#include "server/world/apply.h"
+#include "tests/bench/places.h"
+#include "tests/bench/reference.h"
+#include "tests/bench/table.h"
+
+#define METHODS "whitted,igi,ais,ais-max,ic,tic,irrcache,path,live"
+#define SHARE 0.05 /* of the rays of a picture, for its error: what views have */
+
+enum { MAX_SEEDS = 30, QUICK_SEEDS = 3, STEPS = 6, REST_SPP = 16, MAX_READINGS = MAX_SEEDS * 8 };
+enum when { FIRST, MOVED, REST, WHENS };
+static const char *const when_names[] = {[FIRST] = "first", [MOVED] = "moving", [REST] = "rest"};
+
+/* Of a scene, a method and a moment. */
+struct readings {
+    size_t n, n_unknown, n_covered;
+    double is[MAX_READINGS], rel[MAX_READINGS], bound[MAX_READINGS];
+    double rays, probe_rays, ms, probe_ms;
+};
+
+struct rig {
+    const struct lum_bench_options *options;
+    const struct lum_bench_place *place;
+    struct lum_world world;
+    struct lum_view_settings settings;
+    const struct lum_method *method;
+    struct lum_bench_reference smooth, centers; /* with antialiasing, and without */
+    float *picture;
+    struct readings readings[WHENS];
+};
+
+static bool failed(const char *text)
+{
+    fprintf(stderr, "lumend-bench: %s\n", text);
+    return false;
+}
+
+/* ---- a reading ---- */
+
+static double luminance_at(const float *rgb, size_t i)
+{
+    return (double)lum_luminance(lum_rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]));
+}
+
+/* Root mean square error of luminance over the picture's mean. */
+static double error_of(const struct rig *rig, const struct lum_bench_reference *ref)
+{
+    size_t n = (size_t)ref->w * ref->h;
+    double square = 0.0, mean = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double b = luminance_at(rig->picture, i);
+        square += (b - luminance_at(ref->half[0], i)) * (b - luminance_at(ref->half[1], i)) / (double)n;
+        mean += b / (double)n;
+    }
+    return mean > 0.0 ? sqrt(fmax(square, 0.0)) / mean : 0.0;
+}
+
+static void note_reading(struct rig *rig, const struct lum_view *view, const struct lum_pass_stats *stats,
+                         enum when when)
+{
+    struct readings *r = &rig->readings[when];
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        *(k == LUM_RAY_PROBE ? &r->probe_rays : &r->rays) += (double)stats->rays[k];
+    r->probe_ms += stats->stage_ms[LUM_STAGE_ERROR];
+    r->ms += stats->ms - stats->stage_ms[LUM_STAGE_ERROR];
+    if (!isfinite(stats->error.bound)) {
+        r->n_unknown++;
+        return;
+    }
+    lum_bench_picture_of(view, rig->picture);
+    bool smooth = rig->method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
+    r->is[r->n] = error_of(rig, smooth ? &rig->smooth : &rig->centers);
+    r->rel[r->n] = stats->error.rel;
+    r->bound[r->n] = stats->error.bound;
+    r->n_covered += r->is[r->n] <= r->bound[r->n];
+    r->n++;
+}
+
+static bool pass(struct rig *rig, struct lum_view *view, struct lum_pass_stats *ret_stats)
+{
+    struct lum_error err = {0};
+    return lum_view_pass(view, rig->world.snapshot, &rig->settings, NULL, ret_stats, &err) == LUM_OK ||
+           failed(err.text);
+}
+
+/* ---- a seed ---- */
+
+/* The eye before it gets where the reference is: it comes forward, a hundredth of the way to its target a step. */
+static struct lum_camera before(struct lum_camera c, uint32_t steps)
+{
+    double t = -0.01 * steps;
+    c.position.x += t * (c.target.x - c.position.x);
+    c.position.y += t * (c.target.y - c.position.y);
+    c.position.z += t * (c.target.z - c.position.z);
+    return c;
+}
+
+static bool measure_first(struct rig *rig, struct lum_view *view)
+{
+    struct lum_pass_stats stats;
+    if (!pass(rig, view, &stats))
+        return false;
+    note_reading(rig, view, &stats, FIRST);
+    while (lum_method_adds_samples(rig->method) && stats.spp < REST_SPP) {
+        if (!pass(rig, view, &stats))
+            return false;
+        if ((stats.spp & (stats.spp - 1)) == 0)
+            note_reading(rig, view, &stats, REST);
+    }
+    return true;
+}
+
+static bool measure_moved(struct rig *rig, struct lum_view *view)
+{
+    struct lum_camera camera = rig->settings.camera;
+    struct lum_pass_stats stats;
+    bool ok = true;
+    for (uint32_t left = STEPS + 1; left-- > 0 && ok;) {
+        rig->settings.camera = before(camera, left);
+        ok = pass(rig, view, &stats);
+    }
+    rig->settings.camera = camera;
+    if (ok)
+        note_reading(rig, view, &stats, MOVED);
+    return ok;
+}
+
+/* On a view of its own, with caches of its own. */
+static bool measure(struct rig *rig, bool (*fn)(struct rig *rig, struct lum_view *view))
+{
+    struct lum_error err = {0};
+    struct lum_view *view = NULL;
+    bool ok = lum_view_create(rig->world.pool, &view, &err) == LUM_OK ? fn(rig, view) : failed(err.text);
+    lum_view_destroy(view);
+    return ok;
+}
+
+/* ---- a scene ---- */
+
+static bool make_reference(struct rig *rig, bool antialias, struct lum_bench_reference *ret_reference)
+{
+    struct lum_view_settings settings = rig->settings;
+    settings.antialias = antialias;
+    struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &settings);
+    truth.least_spp = truth.most_spp;
+    truth.or_more = true;
+    return lum_bench_reference_make(ret_reference, &truth);
+}
+
+static bool open_rig(struct rig *rig)
+{
+    struct lum_error err = {0};
+    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+        return false;
+    rig->settings = lum_view_settings_default();
+    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
+        return failed(err.text);
+    rig->settings.w = rig->options->quick ? 96 : 240;
+    rig->settings.h = rig->options->quick ? 64 : 160;
+    rig->settings.max_spp = LUM_LIMIT_SPP;
+    rig->settings.error_share = SHARE;
+    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
+    return rig->picture ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
+                        : failed("out of memory");
+}
+
+static const struct lum_bench_column columns[] = {
+    {"scene", "scene", LUM_BENCH_TEXT},
+    {"method", "method", LUM_BENCH_TEXT},
+    {"when", "when", LUM_BENCH_TEXT},
+    {"readings", "readings", 0},
+    {"unknown", "unknown", 0},
+    {"covered", "covered", 3},
+    {"error", "true error, median", 4},
+    {"rel_over_error", "estimate / true, median", 3},
+    {"bound_over_error", "bound / true, median", 3},
+    {"ray_share", "its rays / the picture's", 4},
+    {"time_share", "its time / the picture's", 4},
+};
+
+static void tell(struct rig *rig, enum when when, struct lum_bench_table *table)
+{
+    struct readings *r = &rig->readings[when];
+    if (r->n + r->n_unknown == 0)
+        return;
+    double rel[MAX_READINGS], bound[MAX_READINGS];
+    size_t n_known = 0; /* a picture that is right has no ratio */
+    for (size_t i = 0; i < r->n; i++)
+        if (r->is[i] > 0.0) {
+            rel[n_known] = r->rel[i] / r->is[i];
+            bound[n_known++] = r->bound[i] / r->is[i];
+        }
+    LUM_BENCH_TEXTS(table, rig->place->scene, rig->method->name, when_names[when]);
+    LUM_BENCH_NUMBERS(table, (double)r->n, (double)r->n_unknown,
+                      r->n ? (double)r->n_covered / (double)r->n : (double)NAN, lum_bench_quantile(r->is, r->n, 0.5),
+                      lum_bench_quantile(rel, n_known, 0.5), lum_bench_quantile(bound, n_known, 0.5),
+                      r->probe_rays / r->rays, r->probe_ms / r->ms);
+}
+
+static bool measure_method(struct rig *rig, struct lum_bench_table *table)
+{
+    uint32_t n_seeds = rig->options->quick ? QUICK_SEEDS : (uint32_t)rig->options->seeds;
+    memset(rig->readings, 0, sizeof rig->readings);
+    rig->settings.method = rig->method;
+    for (uint32_t seed = 0; seed < n_seeds; seed++) {
+        rig->settings.seed = seed;
+        if (!measure(rig, measure_first) || !measure(rig, measure_moved))
+            return false;
+    }
+    for (enum when when = 0; when < WHENS; when++)
+        tell(rig, when, table);
+    return true;
+}
+
+static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods,
+                          struct lum_bench_table *table)
+{
+    lum_bench_progress("errors: %s", rig->place->scene);
+    if (!open_rig(rig)) {
+        printf("skipped: %s\n", rig->place->scene);
+        return true;
+    }
+    bool ok = make_reference(rig, true, &rig->smooth) && make_reference(rig, false, &rig->centers);
+    for (size_t m = 0; m < n_methods && ok; m++) {
+        lum_bench_progress("errors: %s: %s", rig->place->scene, methods[m]->name);
+        rig->method = methods[m];
+        ok = measure_method(rig, table);
+    }
+    return ok;
+}
+
+static void close_rig(struct rig *rig)
+{
+    lum_bench_reference_finish(&rig->smooth);
+    lum_bench_reference_finish(&rig->centers);
+    lum_free(rig->picture);
+    lum_world_finish(&rig->world);
+}
+
+int lum_bench_errors(const struct lum_bench_options *options)
+{
+    const struct lum_method *methods[LUM_BENCH_METHODS];
+    size_t n_methods;
+    struct lum_bench_table table = LUM_BENCH_TABLE(columns);
+    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
+    struct rig *rig = lum_calloc(1, sizeof *rig);
+    bool ok = places && rig ? lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods)
+                            : failed("out of memory");
+    if (ok)
+        lum_bench_list_places(options, places);
+    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
+        *rig = (struct rig){.options = options, .place = &places->items[i]};
+        ok = measure_scene(rig, methods, n_methods, &table);
+        close_rig(rig);
+    }
+    ok = lum_bench_table_finish(&table, options, "errors") && ok;
+    lum_free(rig);
+    lum_free(places);
+    return ok ? 0 : 1;
+}

@@ -1,0 +1,28 @@
+/* Where studies look: scenes and models through one camera each; and the methods that they are asked for. */
+#ifndef LUM_TESTS_BENCH_PLACES_H
+#define LUM_TESTS_BENCH_PLACES_H
+
+#include "core/method/method.h"
+#include "tests/bench/bench.h"
+
+enum { LUM_BENCH_PLACES = 64, LUM_BENCH_METHODS = 9 };
+
+struct lum_bench_place {
+    char source[4096];  /* name or file */
+    char scene[64];     /* as it is called */
+    const char *camera; /* the end of its id; NULL: the scene's own */
+};
+struct lum_bench_places {
+    struct lum_bench_place items[LUM_BENCH_PLACES];
+    size_t n;
+};
+
+/* --scene; with --quick two; else all built-in scenes and, where they are, the models that nobody here made. */
+void lum_bench_list_places(const struct lum_bench_options *options, struct lum_bench_places *ret_places);
+/* False after a message on stderr. */
+bool lum_bench_place_camera(const struct lum_bench_place *place, struct lum_world *world,
+                            struct lum_camera *ret_camera);
+/* list: names, with commas between. False after a message on stderr. */
+bool lum_bench_find_methods(const char *list, const struct lum_method *ret_methods[LUM_BENCH_METHODS], size_t *ret_n);
+
+#endif

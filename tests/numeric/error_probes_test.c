@@ -1,0 +1,336 @@
+/* What probes say of a picture's error, against the error: where the truth is known, and of pictures of every method.
+ */
+#include "core/render/error_probes.h"
+#include "tests/numeric/stats.h"
+#include "tests/support/built_in.h"
+#include "tests/support/effort.h"
+#include "tests/support/rig.h"
+
+#define SURE_SHARE 0.93 /* of readings, the least that the error must be under its bound of 95 % in */
+
+/* ---- a truth without noise: nothing but a sky ---- */
+
+enum { W = 96, H = 64, DRAWS = 200 };
+#define SKY 2.0f
+
+struct sky {
+    struct rig rig;
+    struct lum_film film;
+    struct lum_pass pass;
+    struct lum_counters counters[2];
+    struct lum_pass_stats stats;
+    struct lum_stage_runner runner;
+    struct lum_error_probes *probes;
+};
+
+static void sky_begin(struct sky *s, uint32_t threads)
+{
+    memset(s, 0, sizeof *s);
+    rig_begin(&s->rig, threads);
+    RIG_OK(lum_scene_put_light(s->rig.scene, "sky",
+                               &(struct lum_light_desc){.kind = LUM_LIGHT_ENVIRONMENT,
+                                                        .intensity = SKY,
+                                                        .on = true,
+                                                        .camera_visible = true,
+                                                        .color = lum_grey(1.0f)},
+                               &err));
+    rig_commit(&s->rig);
+    s->rig.settings.w = W;
+    s->rig.settings.h = H;
+    s->pass =
+        (struct lum_pass){.snapshot = s->rig.snapshot, .settings = &s->rig.settings, .film = &s->film, .block = 1};
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        s->pass.on[e] = true;
+    RIG_OK(lum_eye_init(&s->pass.eye, &s->rig.settings.camera, &s->rig.snapshot->norm, W, H, &err));
+    RIG_OK(lum_film_init(&s->film, W, H, &err));
+    RIG_OK(lum_error_probes_create(threads, &s->probes, &err));
+    s->runner = (struct lum_stage_runner){s->rig.pool, s->counters, NULL, &s->stats};
+}
+
+static void sky_end(struct sky *s)
+{
+    lum_error_probes_destroy(s->probes);
+    lum_film_finish(&s->film);
+    rig_end(&s->rig);
+}
+
+/* How far a pixel is off. */
+typedef float (*pattern_fn)(uint32_t x, uint32_t y);
+static float everywhere(uint32_t x, uint32_t y)
+{
+    (void)x, (void)y;
+    return 0.3f;
+}
+static float at_an_edge(uint32_t x, uint32_t y)
+{
+    (void)y;
+    return x == 40 ? 20.0f : 0.01f;
+}
+static float here_and_there(uint32_t x, uint32_t y)
+{
+    return (x * 31 + y * 17) % 97 == 0 ? 5.0f : 0.0f;
+}
+
+/* Its relative squared error. */
+static double draw_picture(struct sky *s, pattern_fn off)
+{
+    double square = 0.0, mean = 0.0;
+    uint64_t nonfinite = 0;
+    for (uint32_t y = 0; y < H; y++)
+        for (uint32_t x = 0; x < W; x++) {
+            float v = SKY + off(x, y);
+            lum_film_set(&s->film, x, y, lum_grey(v), &nonfinite);
+            square += (double)(v - SKY) * (double)(v - SKY) / (W * H);
+            mean += (double)v / (W * H);
+        }
+    return square / (mean * mean);
+}
+
+/* Wherever the error is, the mean of what is said over many draws is the error, whatever the chances of the pixels: off
+ * by no more than four times what the draws themselves say of their mean. And a bound covers as often as it says. */
+static void the_estimate_is_unbiased(void **state)
+{
+    (void)state;
+    static const pattern_fn patterns[] = {everywhere, at_an_edge, here_and_there};
+    for (size_t k = 0; k < LUM_ARRAY_LEN(patterns); k++) {
+        struct sky s;
+        sky_begin(&s, 2);
+        double truth = draw_picture(&s, patterns[k]), sum = 0.0, sum2 = 0.0;
+        uint32_t n_covered = 0;
+        for (uint32_t draw = 0; draw < DRAWS; draw++) {
+            lum_error_probes_begin(s.probes, &s.film, false);
+            RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+            struct lum_film_error said = lum_error_probes_error(s.probes, &s.film);
+            assert_true(said.fresh == 1.0 && said.probes >= 256.0);
+            sum += said.rel * said.rel / DRAWS;
+            sum2 += said.rel * said.rel * said.rel * said.rel / DRAWS;
+            n_covered += said.bound * said.bound >= truth * (1.0 - 1e-5); /* sums of floats, in another order */
+        }
+        double deviation = sqrt(fmax(sum2 - sum * sum, 0.0) / DRAWS);
+        print_message("pattern %zu: %g, said %g +- %g, covered in %u of %d\n", k, truth, sum, deviation, n_covered,
+                      DRAWS);
+        assert_true(fabs(sum - truth) <= 4.0 * deviation + 1e-5 * truth);
+        assert_true(n_covered >= SURE_SHARE * DRAWS);
+        sky_end(&s);
+    }
+}
+
+/* Which rays are traced, and what they say, does not depend on threads. No ray, where none is allowed. */
+static void threads_do_not_change_it(void **state)
+{
+    (void)state;
+    struct lum_film_error said[2];
+    uint64_t rays[2];
+    for (uint32_t i = 0; i < 2; i++) {
+        struct sky s;
+        sky_begin(&s, i + 1);
+        draw_picture(&s, at_an_edge);
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 0, &s.runner));
+        assert_int_equal(s.counters[0].rays[LUM_RAY_PROBE] + s.counters[1].rays[LUM_RAY_PROBE], 0);
+        assert_true(isnan(lum_error_probes_error(s.probes, &s.film).bound));
+        for (int round = 0; round < 5; round++)
+            RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+        said[i] = lum_error_probes_error(s.probes, &s.film);
+        rays[i] = s.counters[0].rays[LUM_RAY_PROBE] + s.counters[1].rays[LUM_RAY_PROBE];
+        sky_end(&s);
+    }
+    assert_memory_equal(&said[0], &said[1], sizeof said[0]);
+    assert_int_equal(rays[0], rays[1]);
+}
+
+/* What was measured counts on in pictures that are made alike, less with each, and not in others. */
+static void what_was_measured_fades(void **state)
+{
+    (void)state;
+    struct sky s;
+    sky_begin(&s, 1);
+    draw_picture(&s, everywhere);
+    for (int round = 0; round < 2; round++)
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+    double rel = lum_error_probes_error(s.probes, &s.film).rel;
+    lum_error_probes_begin(s.probes, &s.film, true);
+    struct lum_film_error old = lum_error_probes_error(s.probes, &s.film);
+    assert_true(old.fresh == 0.0 && old.probes == 0.0 && fabs(old.rel / rel - 1.0) < 1e-6);
+    double fresh = 0.0;
+    for (int picture = 0; picture < 3; picture++) {
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+        struct lum_film_error now = lum_error_probes_error(s.probes, &s.film);
+        assert_true(now.fresh > 0.0 && now.fresh < 1.0);
+        fresh = now.fresh;
+        lum_error_probes_begin(s.probes, &s.film, true);
+    }
+    assert_true(fresh >
+                0.25); /* the geometric series of 0.7: at least 0.3, but for what rounding rays to paths changes */
+    lum_error_probes_begin(s.probes, &s.film, false);
+    assert_true(isnan(lum_error_probes_error(s.probes, &s.film).bound));
+    sky_end(&s);
+}
+
+/* ---- pictures ---- */
+
+enum { REFERENCE_SPP = 256 };
+
+struct scene {
+    struct built_in *built_in;
+    struct lum_view_settings settings;
+    double *half[2]; /* of the reference: luminance */
+};
+
+static struct lum_pass_stats pass(const struct scene *s, struct lum_view *view)
+{
+    struct lum_pass_stats stats;
+    RIG_OK(lum_view_pass(view, built_in_snapshot(s->built_in), &s->settings, NULL, &stats, &err));
+    assert_int_equal(stats.nonfinite + stats.bad_rays, 0);
+    return stats;
+}
+
+static struct lum_view *open_view(const struct scene *s)
+{
+    struct lum_view *view = NULL;
+    RIG_OK(lum_view_create(built_in_pool(s->built_in), &view, &err));
+    return view;
+}
+
+static void make_reference(struct scene *s)
+{
+    struct lum_view *view = open_view(s);
+    s->settings.method = lum_method_find("path");
+    s->settings.seed = 1000;
+    while (pass(s, view).spp < REFERENCE_SPP) {
+    }
+    const struct lum_film *f = lum_view_film(view);
+    size_t n = (size_t)f->w * f->h;
+    for (int h = 0; h < 2; h++) {
+        s->half[h] = lum_calloc(n, sizeof *s->half[h]);
+        assert_non_null(s->half[h]);
+        for (size_t i = 0; i < n; i++) {
+            const double *sum = &f->half[h][3 * i];
+            s->half[h][i] = (0.2126 * sum[0] + 0.7152 * sum[1] + 0.0722 * sum[2]) / f->n[h][i];
+        }
+    }
+    lum_view_destroy(view);
+}
+
+/* The noise of the halves cancels. */
+static double error_of(const struct scene *s, const struct lum_film *f)
+{
+    double square = 0.0, mean = 0.0, n = (double)f->w * f->h;
+    for (size_t i = 0; i < (size_t)f->w * f->h; i++) {
+        double b = (double)lum_luminance(lum_film_mean(f, (uint32_t)(i % f->w), (uint32_t)(i / f->w)));
+        square += (b - s->half[0][i]) * (b - s->half[1][i]) / n;
+        mean += b / n;
+    }
+    return sqrt(fmax(square, 0.0)) / mean;
+}
+
+struct tally {
+    uint32_t n, n_covered;
+    double over; /* sum of bounds over errors */
+};
+
+static void note(struct tally *t, const struct scene *s, struct lum_view *view, const struct lum_film_error *said)
+{
+    double is = error_of(s, lum_view_film(view));
+    assert_true(isfinite(said->bound) && said->rel <= said->bound);
+    t->n++;
+    t->n_covered += is <= said->bound;
+    t->over += said->bound / is;
+}
+
+/* Of a first frame no more rays than its share, twice over where it was saved up; then as many as it takes. */
+static void measure_picture(struct scene *s, struct tally *inout_tally)
+{
+    struct lum_view *view = open_view(s);
+    struct lum_pass_stats stats = pass(s, view);
+    uint64_t probe = stats.rays[LUM_RAY_PROBE], rays = rig_all_rays(&stats) - probe;
+    assert_true(probe > 0 && (double)probe <= 2.0 * s->settings.error_share * (double)rays);
+    assert_false(stats.measuring || stats.complete);
+    while (!stats.complete) {
+        stats = pass(s, view);
+        assert_true(stats.measuring && !stats.changed && rig_all_rays(&stats) == stats.rays[LUM_RAY_PROBE]);
+    }
+    note(inout_tally, s, view, &stats.error);
+    stats = pass(s, view);
+    assert_int_equal(rig_all_rays(&stats), 0);
+    lum_view_destroy(view);
+}
+
+static void pictures(const char *scene, struct tally *inout_tally)
+{
+    static const char *const methods[] = {"igi", "tic", "live"};
+    struct scene s = {.built_in = built_in_open(scene, 2), .settings = lum_view_settings_default()};
+    s.settings.w = W;
+    s.settings.h = H;
+    s.settings.antialias = false;    /* the same truth for all methods */
+    s.settings.deterministic = true; /* shares are of rays, not of time */
+    RIG_OK(lum_snapshot_camera(built_in_snapshot(s.built_in), NULL, &s.settings.camera, &err));
+    make_reference(&s);
+    s.settings.max_spp = 1;
+    s.settings.error_share = LUM_ERROR_SHARE;
+    s.settings.measure_at_rest = true;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
+        struct tally t = {0};
+        s.settings.method = lum_method_find(methods[i]);
+        for (s.settings.seed = 0; s.settings.seed < TEST_EFFORT(10); s.settings.seed++)
+            measure_picture(&s, &t);
+        print_message("%s, %s: covered in %u of %u, bound over error %.2f\n", scene, methods[i], t.n_covered, t.n,
+                      t.over / t.n);
+        inout_tally->n += t.n;
+        inout_tally->n_covered += t.n_covered;
+    }
+    lum_free(s.half[0]);
+    lum_free(s.half[1]);
+    built_in_close(s.built_in);
+}
+
+static void it_covers_pictures_of_every_kind(void **state)
+{
+    (void)state;
+    struct tally tally = {0};
+    lum_thread_init_fp();
+    pictures("cornell", &tally);
+    pictures("office", &tally);
+    assert_true(tally.n_covered >= SURE_SHARE * tally.n);
+}
+
+/* A dimmed lamp is a new sum without a ray: what is said of it was measured in the picture before, and at rest in this.
+ */
+static void a_dimmed_lamp_is_measured_at_rest(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_room(&r);
+    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
+    rig_commit(&r);
+    r.settings.w = W;
+    r.settings.h = H;
+    r.settings.method = lum_method_find("tic");
+    r.settings.error_share = LUM_ERROR_SHARE;
+    r.settings.measure_at_rest = true;
+    struct lum_pass_stats stats;
+    do
+        stats = rig_pass(&r);
+    while (!stats.complete);
+    assert_true(stats.error.fresh == 1.0);
+    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 50);
+    rig_commit(&r);
+    stats = rig_pass(&r);
+    assert_int_equal(rig_all_rays(&stats), 0);
+    assert_true(isfinite(stats.error.bound) && stats.error.fresh == 0.0);
+    do
+        stats = rig_pass(&r);
+    while (!stats.complete);
+    assert_true(stats.rays[LUM_RAY_PROBE] > 0 && stats.error.fresh > 0.5);
+    rig_end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_estimate_is_unbiased),          cmocka_unit_test(threads_do_not_change_it),
+        cmocka_unit_test(what_was_measured_fades),           cmocka_unit_test(it_covers_pictures_of_every_kind),
+        cmocka_unit_test(a_dimmed_lamp_is_measured_at_rest),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
