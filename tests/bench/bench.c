@@ -18,6 +18,8 @@ static const struct lum_bench benches[] = {
     {"stream", "edit to first frame, as percentiles, through a real daemon and client", "cornell", lum_bench_stream},
     {"stride", "what a pixel costs when only every n-th is rendered, by packets and by single rays", NULL,
      lum_bench_stride},
+    {"accuracy", "what accuracy costs in time: error over time of every method and setting; when path is as good", NULL,
+     lum_bench_accuracy},
     {"ais", "adaptive interleaved sampling against its maximum, IGI and live: frame rates, errors, rays", NULL,
      lum_bench_ais},
     {"instant", "instant caching, and temporal, against IGI and live: first frames, animations, errors, rays", NULL,
@@ -56,7 +58,8 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them), --models and --seeds (1 to 30) are for errors, too.\n"
+        "--methods (default all of them), --models and --seeds (1 to 30) are for errors and accuracy, too; so is\n"
+        "--seconds for accuracy: how long samples are added.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }

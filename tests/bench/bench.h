@@ -17,7 +17,7 @@ struct lum_bench_options {
     const char *models;     /* truth: folder of third-party models */
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
     const char *methods;    /* truth, errors: comma separated; NULL: the study's own choice */
-    uint32_t seeds;         /* errors: 1 to 30 */
+    uint32_t seeds;         /* errors, accuracy: 1 to 30 */
     double seconds;         /* truth: how long a scene rests */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
@@ -32,6 +32,7 @@ struct lum_bench {
     int (*run)(const struct lum_bench_options *options); /* exit status */
 };
 
+int lum_bench_accuracy(const struct lum_bench_options *options);
 int lum_bench_ais(const struct lum_bench_options *options);
 int lum_bench_effects(const struct lum_bench_options *options);
 int lum_bench_errors(const struct lum_bench_options *options);

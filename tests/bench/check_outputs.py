@@ -13,6 +13,7 @@ FILES = {
     "rays": {"rays"},
     "stream": {"stream"},
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
+    "accuracy": {"accuracy", "accuracy-break-even", "accuracy-cornell", "accuracy-desk"},
     "errors": {"errors"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "instant": {"instant", "instant-speedup", "instant-cornell", "instant-wobble"},

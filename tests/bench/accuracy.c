@@ -1,0 +1,315 @@
+/* What accuracy costs in time: every method at every setting, first frames from nothing and what samples add to them,
+ * against path tracing through pixel centres, so that only the light is compared.
+ *
+ * Settings vary one at a time around the default. All views of a scene are measured seed by seed, one after the other
+ * in one process, so that what the machine does meanwhile is in all alike; and one of them twice, to see how alike
+ * (A/A). Times are those of a machine of its own: CPU time of the workers over their number, and that of the thread
+ * between them. Rays are exact. */
+#include "tests/bench/accuracy.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "server/world/apply.h"
+
+#define METHODS "whitted,igi,ais,ic,tic,irrcache,live,path"
+
+enum { MAX_VIEWS = 48, MAX_SPP = 1024, QUICK_MAX_SPP = 4 };
+
+/* A way to render, and its view, which stays open from seed to seed. */
+struct way {
+    const struct lum_method *method;
+    char setting[32];
+    struct lum_view_settings settings;
+    struct lum_view *view;
+    struct lum_caches *caches;
+    bool adds_samples; /* it goes on until time is up */
+    bool control;      /* path once more: only its time counts */
+    size_t first;      /* point */
+};
+
+struct rig {
+    const struct lum_bench_options *options;
+    const struct lum_bench_place *place;
+    struct lum_world world;
+    struct lum_view_settings settings;
+    struct lum_bench_reference reference;
+    struct accuracy_scene scene;
+    struct accuracy_report *report;
+    struct way ways[MAX_VIEWS];
+    size_t n_ways;
+    float *picture;
+    double white;
+};
+
+static bool failed(const char *text)
+{
+    fprintf(stderr, "lumend-bench: %s\n", text);
+    return false;
+}
+
+/* ---- ways ---- */
+
+static struct way *add_way(struct rig *rig, const struct lum_method *method, const char *setting)
+{
+    struct way *w = &rig->ways[rig->n_ways++];
+    *w = (struct way){.method = method, .settings = rig->settings};
+    w->settings.method = method;
+    snprintf(w->setting, sizeof w->setting, "%s", setting);
+    return w;
+}
+
+static void list_ways(struct rig *rig, const struct lum_method *method)
+{
+    static const uint32_t vpls[] = {16, 64, 256, 1024};
+    static const float accuracies[] = {0.4f, 0.1f};
+    char setting[32];
+    if (method->progressive || !lum_method_counts_vpls(method)) {
+        add_way(rig, method, "")->adds_samples = method->progressive;
+        return;
+    }
+    for (size_t i = 0; i < LUM_ARRAY_LEN(vpls); i++) {
+        snprintf(setting, sizeof setting, "%u %s", vpls[i], strcmp(method->name, "irrcache") == 0 ? "rays" : "VPLs");
+        struct way *w = add_way(rig, method, setting);
+        w->settings.n_vpls = vpls[i];
+        w->adds_samples = method->refines && vpls[i] == LUM_VPL_DEFAULT;
+    }
+    for (size_t i = 0; method->cache && i < LUM_ARRAY_LEN(accuracies); i++) {
+        snprintf(setting, sizeof setting, "accuracy %.1f", (double)accuracies[i]);
+        add_way(rig, method, setting)->settings.cache_accuracy = accuracies[i];
+    }
+}
+
+static bool open_ways(struct rig *rig, const struct lum_method *const *methods, size_t n_methods)
+{
+    struct lum_error err = {0};
+    for (size_t m = 0; m < n_methods && rig->n_ways + 8 < MAX_VIEWS; m++)
+        list_ways(rig, methods[m]);
+    add_way(rig, lum_method_find("path"), "")->control = true;
+    for (size_t i = 0; i < rig->n_ways; i++) {
+        struct way *w = &rig->ways[i];
+        if (lum_view_create(rig->world.pool, &w->view, &err) != LUM_OK ||
+            lum_caches_create(lum_pool_size(rig->world.pool), &w->caches, &err) != LUM_OK)
+            return failed(err.text);
+        lum_view_share(w->view, w->caches);
+    }
+    return true;
+}
+
+static void close_ways(struct rig *rig)
+{
+    for (size_t i = 0; i < rig->n_ways; i++) {
+        lum_view_destroy(rig->ways[i].view);
+        lum_caches_destroy(rig->ways[i].caches);
+    }
+}
+
+/* ---- a picture ---- */
+
+struct cost {
+    double own_ms, rays;
+};
+
+static bool run_pass(struct rig *rig, struct way *w, struct lum_pass_stats *ret_stats, struct cost *inout_cost)
+{
+    struct lum_error err = {0};
+    int64_t begin_ns = lum_cpu_clock_ns();
+    if (lum_view_pass(w->view, rig->world.snapshot, &w->settings, NULL, ret_stats, &err) != LUM_OK)
+        return failed(err.text);
+    inout_cost->own_ms +=
+        ret_stats->cpu_ms / lum_pool_size(rig->world.pool) + (double)(lum_cpu_clock_ns() - begin_ns) * 1e-6;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        inout_cost->rays += (double)ret_stats->rays[k];
+    return ret_stats->nonfinite == 0 || failed("a value is not finite");
+}
+
+/* The i-th point of the way, which is new with the first seed. */
+static struct accuracy_point *point_of(struct rig *rig, struct way *w, size_t i, uint32_t seed, uint32_t spp)
+{
+    struct accuracy_scene *s = &rig->scene;
+    if (seed == 0) {
+        if (s->n == ACCURACY_POINTS)
+            return NULL;
+        if (i == 0)
+            w->first = s->n;
+        struct accuracy_point *p = &s->points[s->n++];
+        *p = (struct accuracy_point){.method = w->method, .spp = spp, .first = i == 0};
+        if (w->adds_samples && (i > 0 || w->method->progressive))
+            snprintf(p->setting, sizeof p->setting, "%u spp", spp);
+        else
+            snprintf(p->setting, sizeof p->setting, "%.31s", w->setting);
+    }
+    struct accuracy_point *p = w->first + i < s->n ? &s->points[w->first + i] : NULL;
+    return p && p->method == w->method && p->spp == spp ? p : NULL; /* another seed may have got further in time */
+}
+
+static void note(struct rig *rig, struct way *w, size_t i, uint32_t seed, uint32_t spp, const struct cost *cost)
+{
+    struct accuracy_point *p = point_of(rig, w, i, seed, spp);
+    if (!p || p->n != seed)
+        return;
+    lum_bench_picture_of(w->view, rig->picture);
+    p->own_ms[p->n] = cost->own_ms;
+    p->relmse[p->n] = lum_bench_error_of_picture(&rig->reference, rig->picture).relmse;
+    p->n++;
+    if (seed == 0)
+        p->rays = cost->rays / ((double)rig->settings.w * rig->settings.h);
+}
+
+/* From nothing to a first frame, and on to more samples, each time they have doubled, while there is time. */
+static bool measure_way(struct rig *rig, struct way *w, uint32_t seed, double *ret_first_ms)
+{
+    struct lum_pass_stats stats;
+    struct cost cost = {0};
+    uint32_t next = 1, most = w->adds_samples ? rig->options->quick ? QUICK_MAX_SPP : MAX_SPP : 1;
+    lum_view_forget(w->view);
+    lum_caches_forget(w->caches);
+    w->settings.seed = seed + 1; /* the reference's is 0 */
+    for (size_t i = 0; next <= most; next *= 2, i++) {
+        do
+            if (!run_pass(rig, w, &stats, &cost))
+                return false;
+        while (stats.spp < next);
+        if (i == 0)
+            *ret_first_ms = cost.own_ms;
+        if (!w->control)
+            note(rig, w, i, seed, next, &cost);
+        if (cost.own_ms > 1e3 * rig->options->seconds)
+            break;
+    }
+    return true;
+}
+
+static bool measure_seed(struct rig *rig, uint32_t seed)
+{
+    double path_ms = (double)NAN, ms;
+    for (size_t i = 0; i < rig->n_ways; i++) {
+        struct way *w = &rig->ways[i];
+        if (!measure_way(rig, w, seed, &ms))
+            return false;
+        if (w->control && isfinite(path_ms))
+            rig->scene.same[rig->scene.n_same++] = path_ms / ms;
+        if (w->method->progressive)
+            path_ms = ms;
+    }
+    return true;
+}
+
+/* ---- a scene ---- */
+
+static bool expose(struct rig *rig)
+{
+    struct lum_film film;
+    struct lum_error err = {0};
+    uint64_t nonfinite = 0;
+    if (lum_film_init(&film, rig->settings.w, rig->settings.h, &err) != LUM_OK)
+        return failed(err.text);
+    for (size_t i = 0; i < (size_t)film.w * film.h; i++) {
+        const float *v = rig->reference.truth + 3 * i;
+        lum_film_set(&film, (uint32_t)(i % film.w), (uint32_t)(i / film.w), lum_rgb(v[0], v[1], v[2]), &nonfinite);
+    }
+    rig->white = lum_exposure_white(lum_exposure_auto(&film));
+    lum_film_finish(&film);
+    return true;
+}
+
+static bool open_rig(struct rig *rig)
+{
+    struct lum_error err = {0};
+    snprintf(rig->scene.name, sizeof rig->scene.name, "%s", rig->place->scene);
+    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+        return false;
+    rig->settings = lum_view_settings_default();
+    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
+        return failed(err.text);
+    rig->settings.w = rig->scene.w = rig->options->quick ? 96 : 600;
+    rig->settings.h = rig->scene.h = rig->options->quick ? 64 : 400;
+    rig->settings.max_spp = 0;
+    lum_bench_machine(&rig->world, rig->scene.machine, sizeof rig->scene.machine);
+    rig->settings.antialias = false;
+    rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);
+    return rig->picture ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
+                        : failed("out of memory");
+}
+
+static void close_rig(struct rig *rig)
+{
+    close_ways(rig);
+    lum_bench_reference_finish(&rig->reference);
+    lum_free(rig->picture);
+    lum_world_finish(&rig->world);
+}
+
+/* First frames at the settings that views have. */
+static bool show_pictures(struct rig *rig)
+{
+    bool ok =
+        accuracy_report_picture(rig->report, &rig->scene, "reference", "reference", rig->reference.truth, rig->white);
+    for (size_t i = 0; i < rig->n_ways && ok; i++) {
+        struct way *w = &rig->ways[i];
+        struct lum_pass_stats stats;
+        struct cost cost = {0};
+        char title[96];
+        if (w->control || w->settings.n_vpls != rig->settings.n_vpls ||
+            w->settings.cache_accuracy != rig->settings.cache_accuracy)
+            continue;
+        lum_view_forget(w->view);
+        lum_caches_forget(w->caches);
+        ok = run_pass(rig, w, &stats, &cost);
+        lum_bench_picture_of(w->view, rig->picture);
+        snprintf(title, sizeof title, "%s, first frame: %.0f ms, relMSE %.4f", w->method->name, cost.own_ms,
+                 lum_bench_error_of_picture(&rig->reference, rig->picture).relmse);
+        ok = ok && accuracy_report_picture(rig->report, &rig->scene, title, w->method->name, rig->picture, rig->white);
+    }
+    return ok;
+}
+
+static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods)
+{
+    uint32_t n_seeds = rig->options->quick                    ? 2
+                       : rig->options->seeds < ACCURACY_SEEDS ? rig->options->seeds
+                                                              : ACCURACY_SEEDS;
+    if (!open_rig(rig)) {
+        printf("skipped: %s\n", rig->place->scene);
+        return true;
+    }
+    struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &rig->settings);
+    truth.or_more = true;
+    lum_bench_progress("accuracy: %s: reference", rig->place->scene);
+    if (!lum_bench_reference_make(&rig->reference, &truth) || !expose(rig) || !open_ways(rig, methods, n_methods))
+        return false;
+    rig->scene.reference_relmse = rig->reference.relmse;
+    rig->scene.reference_spp = rig->reference.spp;
+    bool ok = true;
+    for (uint32_t seed = 0; seed < n_seeds && ok; seed++) {
+        lum_bench_progress("accuracy: %s: seed %u of %u, %zu ways", rig->place->scene, seed + 1, n_seeds, rig->n_ways);
+        ok = measure_seed(rig, seed);
+    }
+    return ok && show_pictures(rig) && accuracy_report_scene(rig->report, &rig->scene);
+}
+
+int lum_bench_accuracy(const struct lum_bench_options *options)
+{
+    const struct lum_method *methods[LUM_BENCH_METHODS];
+    size_t n_methods;
+    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
+    struct rig *rig = lum_calloc(1, sizeof *rig);
+    bool ok = places && rig ? lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods)
+                            : failed("out of memory");
+    struct accuracy_report *report = ok ? accuracy_report_open(options) : NULL;
+    ok = ok && report;
+    if (ok)
+        lum_bench_list_places(options, places);
+    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
+        memset(rig, 0, sizeof *rig);
+        rig->options = options;
+        rig->place = &places->items[i];
+        rig->report = report;
+        ok = measure_scene(rig, methods, n_methods);
+        close_rig(rig);
+    }
+    ok = accuracy_report_close(report, ok);
+    lum_free(rig);
+    lum_free(places);
+    return ok ? 0 : 1;
+}
