@@ -122,7 +122,8 @@ static const struct lum_option_row rows[] = {
         "live the first is its fast frame, which path traced ones then refine. Other methods make a\n"
         "frame in one pass: --spp and --time have no effect on them"},
     {"time", "S", POSITIVE(time_s), .help =
-        "of path and live: begin no sample of a frame after S seconds; the first is always made"},
+        "of path and live: end each frame as near to S seconds as whole samples allow; the first is\n"
+        "always made"},
     {"error", "E", POSITIVE(error), .help =
         "of path and live: stop each frame once its relative error is below E with 95 % confidence,\n"
         "or tell that it is not when --spp or --time end it first. Other methods refuse it"},
@@ -187,7 +188,7 @@ enum lum_status lum_render_options_allow(const struct lum_render_options *o, con
         return LUM_OK;
     lum_suggest_sampling_methods(able);
     return lum_fail(err, LUM_ERR_INVALID, "error",
-                    "method %s adds no samples and does not know its error: --error needs one of %s", method->name,
+                    "method %s adds no samples, so that its error stays as it is: --error needs one of %s", method->name,
                     able);
 }
 

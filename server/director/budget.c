@@ -11,5 +11,6 @@ const char *lum_budget_stop(const struct lum_view_budget *budget, const struct l
         return "error";
     if (pass->complete)
         return "spp";
-    return budget->time_ms.set && spent_ms >= budget->time_ms.value ? "time" : NULL;
+    /* One more like the last would end further from the time than this one did. */
+    return budget->time_ms.set && spent_ms + 0.5 * pass->ms >= budget->time_ms.value ? "time" : NULL;
 }

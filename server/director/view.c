@@ -87,7 +87,7 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
 }
 
-/* A request that makes the view promise an error that its method does not know. What others do to the scene's method is
+/* A request that makes the view promise an error that its method cannot get to. What others do to the scene's method is
  * no fault of the view's: then its budget has no effect. */
 static bool allow_budget(const struct lum_view_params *params, const struct lum_view_params *want,
                          const struct lum_method *method, struct lum_proto_error *err)
@@ -99,7 +99,7 @@ static bool allow_budget(const struct lum_view_params *params, const struct lum_
     lum_suggest_sampling_methods(able);
     return lum_proto_fail(
         err, LUM_PROTO_BAD_PARAMS, "unsupported", gives(params, LUM_VIEW_BUDGET) ? "budget/error" : "method",
-        "method %s adds no samples and does not know its error: a budget of error needs one of %s", method->name, able);
+        "method %s adds no samples, so that its error stays as it is: a budget of error needs one of %s", method->name, able);
 }
 
 /* A grid of rays, ended by the first that meets something: mostly one. */

@@ -152,7 +152,7 @@ static void effects_are_forced_and_given_back(void **state)
     assert_memory_equal(pixels, first, sizeof first);
 }
 
-/* A method whose one pass is the whole answer does not know its error: neither is it given such a budget, nor does a
+/* A method whose one pass is the whole answer cannot get to an error: neither is it given such a budget, nor does a
  * view with one get such a method. Taking the budget back in the same request is fine, and a time is no promise. */
 static void a_budget_that_cannot_be_kept_is_refused(void **state)
 {
