@@ -15,13 +15,15 @@
 #define METHODS "whitted,igi,ais,ais-max,ic,tic,irrcache,path,live"
 #define SHARE 0.05 /* of the rays of a picture, for its error: what views have */
 
-enum { MAX_SEEDS = 30, QUICK_SEEDS = 3, STEPS = 6, REST_SPP = 16, MAX_READINGS = MAX_SEEDS * 8 };
-enum when { FIRST, MOVED, REST, WHENS };
-static const char *const when_names[] = {[FIRST] = "first", [MOVED] = "moving", [REST] = "rest"};
+enum { MAX_SEEDS = 30, QUICK_SEEDS = 3, STEPS = 6, REST_SPP = 16, STOP_SPP = 256, MAX_READINGS = MAX_SEEDS * 8 };
+#define STOP 0.5 /* of the first frame's error, what a picture is to be stopped at */
+enum when { FIRST, MOVED, REST, STOPPED, WHENS };
+static const char *const when_names[] = {[FIRST] = "first", [MOVED] = "moving", [REST] = "rest", [STOPPED] = "stopped"};
 
 /* Of a scene, a method and a moment. */
 struct readings {
     size_t n, n_unknown, n_covered;
+    double limit; /* what the error is to be under; 0: the bound */
     double is[MAX_READINGS], rel[MAX_READINGS], bound[MAX_READINGS];
     double rays, probe_rays, ms, probe_ms;
 };
@@ -80,7 +82,7 @@ static void note_reading(struct rig *rig, const struct lum_view *view, const str
     r->is[r->n] = error_of(rig, smooth ? &rig->smooth : &rig->centers);
     r->rel[r->n] = stats->error.rel;
     r->bound[r->n] = stats->error.bound;
-    r->n_covered += r->is[r->n] <= r->bound[r->n];
+    r->n_covered += r->is[r->n] <= (r->limit > 0.0 ? r->limit : r->bound[r->n]);
     r->n++;
 }
 
@@ -131,6 +133,22 @@ static bool measure_moved(struct rig *rig, struct lum_view *view)
     if (ok)
         note_reading(rig, view, &stats, MOVED);
     return ok;
+}
+
+/* As --error does. One that does not get there does not count. */
+static bool measure_stopped(struct rig *rig, struct lum_view *view)
+{
+    struct readings *r = &rig->readings[STOPPED];
+    struct lum_pass_stats stats;
+    if (r->limit == 0.0)
+        r->limit = STOP * lum_bench_median_of(rig->readings[FIRST].is, rig->readings[FIRST].n);
+    do {
+        if (!pass(rig, view, &stats))
+            return false;
+    } while (!(stats.error.bound <= r->limit) && stats.spp < STOP_SPP);
+    if (stats.error.bound <= r->limit)
+        note_reading(rig, view, &stats, STOPPED);
+    return true;
 }
 
 /* On a view of its own, with caches of its own. */
@@ -213,6 +231,11 @@ static bool measure_method(struct rig *rig, struct lum_bench_table *table)
     for (uint32_t seed = 0; seed < n_seeds; seed++) {
         rig->settings.seed = seed;
         if (!measure(rig, measure_first) || !measure(rig, measure_moved))
+            return false;
+    }
+    for (uint32_t seed = 0; seed < n_seeds && lum_method_adds_samples(rig->method); seed++) {
+        rig->settings.seed = seed;
+        if (!measure(rig, measure_stopped))
             return false;
     }
     for (enum when when = 0; when < WHENS; when++)
