@@ -447,6 +447,20 @@ static void add_up(struct lum_residual *r, const struct lum_residual_memory *m, 
     r->nonfinite = all.nonfinite;
 }
 
+/* Mean luminance of the samples. The first few may all miss what makes the frame bright: residuals are then as large as
+ * the frame, of which a pixel has at most w h means, over an albedo of at least 0.05. With this share of its mean they
+ * are below 2^20 2^26 / 0.05 = 2^51, and sums of their squares fit a float. */
+#define FRAME_SHARE 0x1p-20
+static float scale_of(const struct lum_residual *r)
+{
+    const size_t n = (size_t)r->truth->w * r->truth->h;
+    double samples = lum_film_mean_luminance(r->truth), frame = 0.0;
+    for (size_t i = 0; i < n; i++)
+        frame += (double)lum_luminance(r->frame[i]);
+    double scale = fmax(samples, FRAME_SHARE * frame / (double)n);
+    return scale > 0.0 ? (float)scale : 1.0f;
+}
+
 enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_memory **memory,
                                    const struct lum_stage_runner *runner, struct lum_error *err)
 {
@@ -454,8 +468,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status != LUM_OK)
         return status;
     struct lum_residual_memory *m = *memory;
-    double mean = lum_film_mean_luminance(r->truth);
-    struct step step = {.r = r, .m = m, .runner = runner, .scale = mean > 0.0 ? (float)mean : 1.0f};
+    struct step step = {.r = r, .m = m, .runner = runner, .scale = scale_of(r)};
     status = run_step(&step, guide_row);
     if (status == LUM_OK)
         status = run_step(&step, residual_row);

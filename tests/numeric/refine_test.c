@@ -185,6 +185,23 @@ static void the_error_is_a_number_in_any_light(void **state)
     assert_true(doubt[0] > 0.0 && fabs(doubt[1] / doubt[0] - 1.0) < 1e-5);
 }
 
+/* A wall that the frame shows 2^70 times as bright as all else, by a lamp that the first samples miss: residuals are
+ * that many times the samples' mean, and squares of them are no floats. */
+static void samples_that_miss_a_lamp_are_numbers(void **state)
+{
+    (void)state;
+    struct stage s;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        s.frame[i] = lum_grey(is_left(i) ? (float)TRUTH * 0x1p70f : (float)TRUTH);
+        for (uint32_t k = 0; k < 2; k++)
+            add(&s, i, k, TRUTH + 2.0 * noise(i, k));
+    }
+    apply(&s); /* asserts that all is finite */
+    assert_true(isfinite(s.result.error) && isfinite(s.result.doubt) && s.result.mean > 0.0);
+    stage_end(&s);
+}
+
 /* ---- one sample ---- */
 
 /* Each half has every second column. A frame that is wrong by 3, a sample with a deviation of 4 of each pixel: the bias
@@ -391,6 +408,7 @@ int main(void)
         cmocka_unit_test(the_error_is_what_it_says),
         cmocka_unit_test(the_error_is_covered),
         cmocka_unit_test(the_error_is_a_number_in_any_light),
+        cmocka_unit_test(samples_that_miss_a_lamp_are_numbers),
         cmocka_unit_test(one_sample_corrects),
         cmocka_unit_test(a_fine_texture_is_as_bright_as_its_samples),
         cmocka_unit_test(a_spot_of_the_frame_goes),

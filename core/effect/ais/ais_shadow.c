@@ -8,8 +8,8 @@
  *
  * All pixels of a list use one point of the light: it is found once, and what it brings to them in vector loops.
  *
- * What the diffuse base reflects is kept as if the surface were white; everything else goes to the gloss component,
- * where it is wanted: the lobes of coats and metals, and what a coat lets through differently from its mean. */
+ * What the diffuse base reflects is kept as if the surface were white, for its neighbours may be of another colour; the
+ * lobes of coats and metals go to the gloss component, where it is wanted. */
 #include "core/effect/ais/ais.h"
 #include "core/light/sample.h"
 #include "core/material/bsdf.h"
@@ -213,13 +213,21 @@ static void find_lobes(struct shadow *s)
     }
 }
 
-/* What the surface of a pixel makes of light from wi, besides white cos / pi. */
-static struct lum_rgb reflect_gloss(const struct shadow *s, uint32_t pixel, struct lum_vec3 wi, float white)
+static float share_of(float part, float whole)
+{
+    return whole > 0.0f ? part / whole : 0.0f;
+}
+
+/* What a surface with a gloss makes of light from wi. A coat lets through less of light that grazes: that is told as a
+ * share of the albedo, which is the mean. */
+static struct reflected reflect_gloss(const struct shadow *s, uint32_t pixel, struct lum_vec3 wi)
 {
     const struct lobes *l = &s->lobes[pixel];
+    const struct lum_rgb albedo = s->pass->surfaces->albedo[lum_ais_pixel(&s->cell, pixel)];
     struct lum_bsdf_value v = lum_bsdf_eval_parts(&l->bsdf, l->wo, wi);
-    return lum_rgb_add(v.gloss,
-                       lum_rgb_mad(v.diffuse, s->pass->surfaces->albedo[lum_ais_pixel(&s->cell, pixel)], -white));
+    struct lum_rgb white = {share_of(v.diffuse.r, albedo.r), share_of(v.diffuse.g, albedo.g),
+                            share_of(v.diffuse.b, albedo.b)};
+    return (struct reflected){white, v.gloss};
 }
 
 /* Of sample k of the fan, in this pixel. False: nothing is reflected. */
@@ -227,19 +235,19 @@ static bool reflect(const struct shadow *s, uint32_t k, uint32_t pixel, struct r
 {
     const struct fan *f = &s->fan;
     struct lum_vec3 wi = {f->wx[k], f->wy[k], f->wz[k]};
-    float white = f->white[k];
-    struct lum_rgb arriving = lum_rgb_scale(f->radiance[k], f->weight[k]), gloss = lum_grey(0.0f);
+    struct lum_rgb arriving = lum_rgb_scale(f->radiance[k], f->weight[k]);
+    struct reflected part = {lum_grey(f->white[k]), lum_grey(0.0f)};
     if (!(f->weight[k] > 0.0f))
         return false;
     if (s->gloss && (s->pass->surfaces->kind[lum_ais_pixel(&s->cell, pixel)] & LUM_PIXEL_GLOSS))
-        gloss = reflect_gloss(s, pixel, wi, white);
-    if (!(white > 0.0f) && gloss.r == 0.0f && gloss.g == 0.0f && gloss.b == 0.0f)
+        part = reflect_gloss(s, pixel, wi);
+    if (lum_rgb_black(part.white) && lum_rgb_black(part.gloss))
         return false;
     if (s->pass->on[LUM_EFFECT_MEDIA])
         arriving =
             lum_rgb_mul(arriving, lum_media_transmittance(s->pass->snapshot, lum_v3(f->px[k], f->py[k], f->pz[k]), wi,
                                                           f->distance[k]));
-    *ret_value = (struct reflected){lum_rgb_scale(arriving, white), lum_rgb_mul(arriving, gloss)};
+    *ret_value = (struct reflected){lum_rgb_mul(arriving, part.white), lum_rgb_mul(arriving, part.gloss)};
     return true;
 }
 
