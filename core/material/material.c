@@ -82,7 +82,8 @@ struct lum_rgb lum_material_emission(const struct lum_material *m, struct lum_rg
 }
 
 /* The normal map's normal around s->ns. Its red runs along +u and its green along -v, which is up in the picture
- * (glTF). Seen from behind, the front's normal is turned round as a whole. */
+ * (glTF). Seen from behind, the front's normal is turned round as a whole. Where uv spans no area it has no directions,
+ * and says nothing. */
 static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct lum_surface *s)
 {
     struct lum_vec3 n = s->ns;
@@ -90,6 +91,8 @@ static struct lum_vec3 mapped_normal(const struct lum_material *m, const struct 
         return n;
     struct lum_vec3 t = lum_normalize(lum_v3_mad(s->dpdu, n, -lum_dot(n, s->dpdu)));
     struct lum_vec3 b = lum_cross(n, t);
+    if (!(lum_dot(t, t) > 0.0f))
+        return n;
     if (lum_dot(b, s->dpdv) > 0.0f)
         b = lum_v3_neg(b);
     struct lum_rgb c = lum_texture_sample(&m->normal_tex, s->uv).rgb;
