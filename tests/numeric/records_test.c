@@ -118,6 +118,44 @@ static void every_pixel_is_served(void **state)
     rig_end(&r);
 }
 
+/* Records that reach nobody, not even the next pixel (hard case 28): each pixel gets its own, and nothing is divided by
+ * a weight that is next to none. As exact as a linear field with its gradient. */
+static void records_that_reach_nobody_serve_all_the_same(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    furnish(&r, &closed_methods[CLOSED_POINTS]);
+    r.settings.w = 40;
+    r.settings.h = 30;
+    struct lum_pass_stats stats = rig_pass(&r);
+    assert_int_equal(stats.cache.created, 40 * 30);
+    check_picture(&r, CLOSED_POINTS, 2e-4f);
+    rig_end(&r);
+}
+
+/* A gradient that says that light changes by thousands of times itself within a record's reach (hard case 29): what is
+ * extrapolated stays within a twentieth and 20 times of what the record says, 0.5 to 3.5 here, times an albedo of 0.05
+ * to 0.75. */
+static void steep_gradients_do_not_overshoot(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    furnish(&r, &closed_methods[CLOSED_STEEP]);
+    rig_pass(&r);
+    float least = INFINITY, most = 0.0f;
+    for (uint32_t i = 0; i < r.settings.w * r.settings.h; i++) {
+        struct lum_rgb c = lum_film_mean(lum_view_film(r.view), i % r.settings.w, i / r.settings.w);
+        least = lum_min(least, LUM_PI * lum_min(c.r, lum_min(c.g, c.b)));
+        most = lum_max(most, LUM_PI * lum_rgb_max(c));
+    }
+    if (!(least >= 0.05f * 0.5f * 0.05f && most <= 20.0f * 3.5f * 0.75f))
+        fail_msg("%g to %g", (double)least, (double)most);
+    assert_true(most > 10.0f); /* the gradient was heard */
+    rig_end(&r);
+}
+
 /* The same picture again makes nothing and allocates nothing; nor does one after lum_view_forget, which finds all
  * records. */
 static void a_picture_at_rest_does_nothing(void **state)
@@ -264,6 +302,8 @@ int main(void)
         cmocka_unit_test(the_picture_is_the_same_for_any_number_of_threads),
         cmocka_unit_test(linear_light_is_exact),
         cmocka_unit_test(every_pixel_is_served),
+        cmocka_unit_test(records_that_reach_nobody_serve_all_the_same),
+        cmocka_unit_test(steep_gradients_do_not_overshoot),
         cmocka_unit_test(a_picture_at_rest_does_nothing),
         cmocka_unit_test(failures_of_memory),
         cmocka_unit_test(broken_records_are_counted),

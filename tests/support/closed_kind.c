@@ -11,7 +11,7 @@ uint64_t closed_refreshes(void)
 
 struct lum_rgb closed_irradiance(enum closed_kind kind, struct lum_vec3 p, struct lum_vec3 n)
 {
-    if (kind == CLOSED_LINEAR || kind == CLOSED_PIXELS_KIND)
+    if (kind == CLOSED_LINEAR || kind == CLOSED_PIXELS_KIND || kind == CLOSED_POINTS)
         return lum_rgb(50.0f + p.x, 50.0f - 0.5f * p.y, 50.0f + 0.25f * p.z);
     if (kind == CLOSED_BROKEN)
         return lum_grey(NAN);
@@ -29,6 +29,11 @@ static void build(const struct lum_cache_job *job, enum closed_kind kind)
             r->radius = CLOSED_PIXELS * footprint;
             r->footprint = footprint;
         }
+        if (kind == CLOSED_POINTS)
+            r->radius = LUM_RAY_OFFSET;
+        if (kind == CLOSED_STEEP)
+            for (uint32_t k = 0; k < 3; k++)
+                r->gradient[k] = lum_grey(k == 1 ? -1e4f : 1e4f);
         if (kind == CLOSED_LINEAR) {
             r->gradient[0].r = 1.0f;
             r->gradient[1].g = -0.5f;
@@ -55,6 +60,16 @@ static void build_pixels(const struct lum_cache_job *job)
 static void build_broken(const struct lum_cache_job *job)
 {
     build(job, CLOSED_BROKEN);
+}
+
+static void build_points(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_POINTS);
+}
+
+static void build_steep(const struct lum_cache_job *job)
+{
+    build(job, CLOSED_STEEP);
 }
 
 /* Every seventh record is removed. */
@@ -99,6 +114,11 @@ const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
                        .metric = LUM_METRIC_TENTS,
                        .record_bytes = record_bytes,
                        .build = build_broken},
+    [CLOSED_POINTS] = {.name = "points",
+                       .metric = LUM_METRIC_TENTS,
+                       .record_bytes = record_bytes,
+                       .build = build_points},
+    [CLOSED_STEEP] = {.name = "steep", .metric = LUM_METRIC_TENTS, .record_bytes = record_bytes, .build = build_steep},
     [CLOSED_PIXELS_KIND] = {.name = "pixels",
                             .metric = LUM_METRIC_TENTS,
                             .lasting = true,
@@ -113,8 +133,9 @@ const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT] = {
             [LUM_EFFECT_INDIRECT_DIFFUSE] = &lum_estimator_cached                                                      \
         }                                                                                                              \
     }
-const struct lum_method closed_methods[CLOSED_KIND_COUNT] = {ROW(CLOSED_WAVY), ROW(CLOSED_LINEAR), ROW(CLOSED_STALE),
-                                                             ROW(CLOSED_BROKEN), ROW(CLOSED_PIXELS_KIND)};
+const struct lum_method closed_methods[CLOSED_KIND_COUNT] = {
+    ROW(CLOSED_WAVY),        ROW(CLOSED_LINEAR), ROW(CLOSED_STALE), ROW(CLOSED_BROKEN),
+    ROW(CLOSED_PIXELS_KIND), ROW(CLOSED_POINTS), ROW(CLOSED_STEEP)};
 const struct lum_method closed_free = {
     .name = "closed_free",
     .cache = &closed_kinds[CLOSED_WAVY],

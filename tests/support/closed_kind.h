@@ -8,8 +8,19 @@
 
 /* WAVY: irradiance and radius vary over the scene, no gradient. LINEAR: irradiance is linear in p, with its gradient.
  * STALE: WAVY, but records last, and are stale after every edit. BROKEN: irradiance is not a number. PIXELS: as LINEAR,
- * without the gradient; records reach CLOSED_PIXELS pixels of the picture that they are made for. */
-enum closed_kind { CLOSED_WAVY, CLOSED_LINEAR, CLOSED_STALE, CLOSED_BROKEN, CLOSED_PIXELS_KIND, CLOSED_KIND_COUNT };
+ * without the gradient; records reach CLOSED_PIXELS pixels of the picture that they are made for. POINTS: as LINEAR,
+ * without the gradient; records reach no farther than rounding. STEEP: as WAVY, with a gradient that says that light
+ * changes by many times itself within a record's reach. */
+enum closed_kind {
+    CLOSED_WAVY,
+    CLOSED_LINEAR,
+    CLOSED_STALE,
+    CLOSED_BROKEN,
+    CLOSED_PIXELS_KIND,
+    CLOSED_POINTS,
+    CLOSED_STEEP,
+    CLOSED_KIND_COUNT
+};
 #define CLOSED_PIXELS 3.0f
 extern const struct lum_cache_kind closed_kinds[CLOSED_KIND_COUNT];
 extern const struct lum_method closed_methods[CLOSED_KIND_COUNT], closed_quarter, closed_free; /* the last two: WAVY */
