@@ -163,6 +163,10 @@ def check_notes(names):
     """What comments cite of core/NOTES.md is there."""
     with open(os.path.join(source, "core/NOTES.md"), encoding="utf-8") as f:
         text = f.read()
+    for name, tests in re.findall(r"`(tests/[a-z0-9_/]+_test\.c)`: ([a-z0-9_, ]+)", text):
+        with open(os.path.join(source, name), encoding="utf-8") as f:
+            words = set(re.findall(r"\w+", f.read()))
+        failures.extend(f"core/NOTES.md: {name} has no test {test}" for test in tests.split(", ") if test.strip() not in words)
     notes = set(re.findall(r"^(?:- \*\*|\| )([RH]\d+)\b", text, re.M))
     for name in names:
         with open(os.path.join(source, name), encoding="utf-8") as f:
