@@ -178,7 +178,11 @@ static bool up_to_date(const struct random_scene *s, const struct lum_method *me
         rig_commit(&r);
         ok = render(&r, ret_what);
         struct lum_rgb *picture = rig_picture(&r);
-        lum_view_forget(r.view);
+        if (lum_method_counts_vpls(
+                method)) /* knows what lights once emitted (vpl.h), or has records where it wanted them */
+            lum_view_forget(r.view);
+        else
+            rig_fresh_view(&r);
         ok = ok && render(&r, ret_what);
         for (uint32_t at = 0; at < r.settings.w * r.settings.h && ok; at++) {
             struct lum_rgb c = lum_film_mean(lum_view_film(r.view), at % r.settings.w, at / r.settings.w);
