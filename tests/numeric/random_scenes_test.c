@@ -1,5 +1,7 @@
 /* What holds of every scene, asked of scenes put together at random from odd but allowed parts, by every method. A
  * fault is reported with the number of its scene, made as small as it can be (tests/support/random_scene.h). */
+#include "core/cache/kind.h"
+#include "core/effect/ais/ais.h"
 #include "tests/support/random_scene.h"
 
 #define MAX_SPP 2u
@@ -105,6 +107,34 @@ static void light_is_linear(void **state)
     random_scenes_hold("light_is_linear", 1000, 12, linear);
 }
 
+/* Units do not matter: all lengths times a power of two change no bit. Not of methods whose records or fog count in
+ * metres (NOTES R2, R3). */
+static bool any_unit(const struct random_scene *s, const struct lum_method *method, char ret_what[256])
+{
+    struct rig a, b;
+    struct random_scene usual = *s, small;
+    const struct lum_cache_kind *cache = method->cache;
+    if (cache == &lum_cache_instant || cache == &lum_cache_temporal)
+        return true;
+    usual.clear = true; /* of limits of intensities and of fog */
+    small = usual;
+    small.scale = 0x1p-7;
+    begin(&a, &usual, method, 1);
+    begin(&b, &small, method, 1);
+    if (method->ais && method->ais->adaptive)
+        a.settings.effects_off = b.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_MEDIA);
+    bool ok = render(&a, ret_what) && render(&b, ret_what) && same_pictures(&a, &b, 1.0f, 0.0f, ret_what);
+    rig_end(&a);
+    rig_end(&b);
+    return ok;
+}
+
+static void units_do_not_matter(void **state)
+{
+    (void)state;
+    random_scenes_hold("units_do_not_matter", 4000, 12, any_unit);
+}
+
 /* ---- who does what, and when ---- */
 
 static bool shuffled; /* lum_pool_run does its jobs one by one, in an order of its own (linked with --wrap) */
@@ -207,9 +237,8 @@ static void edits_leave_nothing_stale(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(light_is_finite),
-        cmocka_unit_test(light_is_linear),
-        cmocka_unit_test(order_does_not_matter),
+        cmocka_unit_test(light_is_finite),           cmocka_unit_test(light_is_linear),
+        cmocka_unit_test(units_do_not_matter),       cmocka_unit_test(order_does_not_matter),
         cmocka_unit_test(edits_leave_nothing_stale),
     };
     return cmocka_run_group_tests_name("numeric.random_scenes", tests, NULL, NULL);

@@ -92,12 +92,17 @@ static void put_images(struct rig *r)
 
 /* ---- items ---- */
 
-static void put_camera(struct rig *r, const struct random_item *item)
+static struct lum_vec3d times(struct lum_vec3d v, double s)
+{
+    return rig_v(v.x * s, v.y * s, v.z * s);
+}
+
+static void put_camera(struct rig *r, const struct random_item *item, double scale)
 {
     static const struct lum_vec3d from[] = {{0.2, 1.2, 3.2}, {0.25, 0.5, 0.25},  {-0.25, 0.25, 0.3}, {0, 5, 0.0},
                                             {0.5, 0.0, 0.5}, {-1.9, 0.05, -1.9}, {0.1, 1e-7, 0.05},  {300, 200, 100}};
     static const double vfov[] = {50, 1, 100, 170};
-    rig_camera(r, PICK(item, 0, from), rig_v(0, 0.4, 0), PICK(item, 1, vfov));
+    rig_camera(r, times(PICK(item, 0, from), scale), rig_v(0, 0.4 * scale, 0), PICK(item, 1, vfov));
 }
 
 static void put_material(struct rig *r, const char *id, const struct random_item *item, const struct random_scene *s)
@@ -120,7 +125,7 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.unlit = kind == 5 && !s->all_lit;
     m.ior = PICK(item, 7, iors);
     m.attenuation_color = lum_rgb(0.5f, 0.9f, 0.0f);
-    m.attenuation_distance_m = PICK(item, 8, distances);
+    m.attenuation_distance_m = PICK(item, 8, distances) * s->scale;
     m.emission_cd_m2 = PICK(item, 9, emissions) * s->light;
     m.base_color_texture.image = PICK(item, 10, pictures);
     m.normal_texture.image = PICK(item, 11, pictures);
@@ -137,7 +142,7 @@ static void put_object(struct rig *r, const char *id, const struct random_item *
                                              {1, 1, 0.01},    {40, 0.1, 40}, {1e-4, 1e-4, 1e-4}, {0.3, 0.3, 0.3}};
     static const struct lum_vec3d places[] = {{0, 0.4, 0},       {0.25, 0.5, 0.25}, {-0.5, 0.3, 0.4}, {0, 0, 0},
                                               {0.25, 0.5, -0.6}, {0, 1.5, 0},       {20, 3, -9}};
-    struct lum_vec3d size = PICK(item, 1, sizes), at = PICK(item, 2, places);
+    struct lum_vec3d size = times(PICK(item, 1, sizes), s->scale), at = times(PICK(item, 2, places), s->scale);
     double angle = pick(item, 3, 3) * 0.7, cosine = cos(angle), sine = sin(angle);
     struct lum_object_desc d = {.mesh = PICK(item, 0, meshes), .material = id, .visible = true};
     d.local_to_world = (struct lum_affined){
@@ -146,15 +151,15 @@ static void put_object(struct rig *r, const char *id, const struct random_item *
     RIG_OK(lum_scene_put_object(r->scene, id, &d, &err));
 }
 
-static void put_lamp(struct rig *r, const char *id, const struct random_item *item, double light)
+static void put_lamp(struct rig *r, const char *id, const struct random_item *item, double light, double scale)
 {
     static const struct lum_vec3d places[] = {{-0.4, 2, 0.5}, {0.25, 0.5, 0.25}, {0, 0.7, 0},
                                               {0, 0, 0},      {0.5, 1e-6, 0.5},  {1000, 2000, 500}};
     static const double amounts[] = {100, 1e9, 1e-3, 1e5, 0};
     static const double sizes[] = {0.2, 1e-5, 3};
-    double size = PICK(item, 3, sizes);
+    double size = PICK(item, 3, sizes) * scale;
     struct lum_light_desc d = {.kind = (enum lum_light_kind)pick(item, 0, LUM_LIGHT_KIND_COUNT),
-                               .position = PICK(item, 1, places),
+                               .position = times(PICK(item, 1, places), scale),
                                .direction = {0.1, -1, 0.2},
                                .u = {size, 0, 0},
                                .v = {0, 0, size},
@@ -170,22 +175,25 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
     if (d.kind == LUM_LIGHT_ENVIRONMENT)
         d.intensity = fmin(d.intensity, 1e6);
     d.intensity *= light;
+    if (d.kind == LUM_LIGHT_POINT || d.kind == LUM_LIGHT_SPOT)
+        d.intensity *= scale * scale;
     rig_light(r, id, &d);
 }
 
-static void put_fog(struct rig *r, const char *id, const struct random_item *item, bool clear)
+static void put_fog(struct rig *r, const char *id, const struct random_item *item, const struct random_scene *s)
 {
     static const float sigmas[] = {0.2f, 1e-6f, 0.0f, 3.0f, 1e6f};
     static const float gs[] = {0.0f, 0.99f, -0.99f};
     static const struct lum_vec3d corners[][2] = {
         {{-1, 0, -1}, {1, 1, 1}}, {{-0.5, 0.2, -0.5}, {0.5, 0.5, 3.2}}, {{0, 0, 0}, {1e-5, 1, 1}}};
-    uint32_t k = pick(item, 3, LUM_ARRAY_LEN(corners)), n = LUM_ARRAY_LEN(sigmas) - clear;
-    struct lum_medium_desc d = {.sigma_s = lum_rgb(sigmas[pick(item, 0, n)], 0.1f, 0.0f),
-                                .sigma_a = lum_grey(sigmas[pick(item, 1, n)]),
-                                .g = PICK(item, 2, gs),
-                                .everywhere = pick(item, 4, 4) == 3 && !clear,
-                                .lo = corners[k][0],
-                                .hi = corners[k][1]};
+    uint32_t k = pick(item, 3, LUM_ARRAY_LEN(corners)), n = LUM_ARRAY_LEN(sigmas) - s->clear;
+    struct lum_medium_desc d = {
+        .sigma_s = lum_rgb_scale(lum_rgb(sigmas[pick(item, 0, n)], 0.1f, 0.0f), (float)(1.0 / s->scale)),
+        .sigma_a = lum_grey(sigmas[pick(item, 1, n)] * (float)(1.0 / s->scale)),
+        .g = PICK(item, 2, gs),
+        .everywhere = pick(item, 4, 4) == 3 && !s->clear,
+        .lo = times(corners[k][0], s->scale),
+        .hi = times(corners[k][1], s->scale)};
     RIG_OK(lum_scene_put_medium(r->scene, id, &d, &err));
 }
 
@@ -197,7 +205,7 @@ _Static_assert(FIRST_OBJECT < RANDOM_ITEMS, "there are objects");
 
 struct random_scene random_scene_make(uint64_t seed)
 {
-    struct random_scene s = {.seed = seed, .light = 1.0};
+    struct random_scene s = {.seed = seed, .light = 1.0, .scale = 1.0};
     const struct random_item of_scene = {.seed = seed * 0xd1342543de82ef95u + 1};
     for (uint32_t i = 0; i < RANDOM_ITEMS; i++) {
         s.items[i].seed = (seed + 1) * 1000003u + i;
@@ -215,14 +223,14 @@ void random_scene_put_item(struct rig *r, const struct random_scene *s, uint32_t
                                  : i >= FIRST_FOG  ? LUM_ENTITY_MEDIUM
                                                    : LUM_ENTITY_LIGHT;
     if (i == 0) {
-        put_camera(r, item);
+        put_camera(r, item, s->scale);
     } else if (item->gone) {
         enum lum_status status = lum_scene_remove(r->scene, kind, id, NULL);
         assert_true(status == LUM_OK || status == LUM_ERR_NOT_FOUND);
     } else if (kind == LUM_ENTITY_LIGHT) {
-        put_lamp(r, id, item, s->light);
+        put_lamp(r, id, item, s->light, s->scale);
     } else if (kind == LUM_ENTITY_MEDIUM) {
-        put_fog(r, id, item, s->clear);
+        put_fog(r, id, item, s);
     } else {
         put_object(r, id, item, s);
     }

@@ -19,6 +19,7 @@ struct random_item {
 struct random_scene {
     uint64_t seed;
     double light; /* times what every light gives */
+    double scale; /* times all lengths; what is per length follows, so that all looks alike */
     bool all_lit; /* nothing is shown as it is, whatever the light */
     bool clear;   /* no fog leaves less of light than a float can hold */
     struct random_item items[RANDOM_ITEMS];
