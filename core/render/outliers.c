@@ -18,6 +18,10 @@
  * Where an object smaller than a pixel is bright, such as a lamp far away, each half has a binomial share of it; of
  * what one half alone has nothing is alike. */
 #define ALIKE 25.0f
+#define ALONE_FROM 0.5f /* half the difference over the mean: 1 if one half has nothing beyond the limits */
+
+/* What chance explains up to so many deviations of it is chance. */
+#define BY_CHANCE 2.0f
 
 /* Keeps the sign. */
 static float signed_square_of(float x)
@@ -118,17 +122,22 @@ static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
                           .by_corner = {(1.0f - u) * (1.0f - v), u * (1.0f - v), (1.0f - u) * v, u * v}};
 }
 
-static void share_out(struct square *square, const struct place *place, struct lum_rgb rest, struct lum_rgb edge,
-                      struct lum_rgb own)
+static void add_shared(struct shared *sum, const struct shared *s, float weight)
+{
+    sum->rest = lum_rgb_mad(sum->rest, s->rest, weight);
+    sum->alike = lum_rgb_mad(sum->alike, s->alike, weight);
+    sum->edge = lum_rgb_mad(sum->edge, s->edge, weight);
+    sum->portions = lum_rgb_mad(sum->portions, s->portions, weight);
+    sum->n += weight * s->n;
+    sum->n_alone += weight * s->n_alone;
+    sum->n_alike += weight * s->n_alike;
+}
+
+static void share_out(struct square *square, const struct place *place, const struct shared *pixel)
 {
     for (uint32_t c = 0; c < 4; c++)
-        for (uint32_t k = 0; k < 2; k++) {
-            struct shared *s = &square->corner[c][place->lit + k];
-            float weight = place->by_corner[c] * place->by_class[k];
-            s->rest = lum_rgb_mad(s->rest, rest, weight);
-            s->edge = lum_rgb_mad(s->edge, edge, weight);
-            s->portions = lum_rgb_mad(s->portions, own, weight);
-        }
+        for (uint32_t k = 0; k < 2; k++)
+            add_shared(&square->corner[c][place->lit + k], pixel, place->by_corner[c] * place->by_class[k]);
 }
 
 /* Which part of what is beyond the limits one half alone has. What both have the frame lacks there, and nowhere else.
@@ -148,6 +157,12 @@ static void add_edge(const struct step *step, struct edges *e, const struct samp
     e->sum_noise += weight * weight * apart * apart;
 }
 
+/* Samples are above the limits, which is so by chance where some are rare and bright. None is below them by chance. */
+static bool is_bright(const struct sampled *s)
+{
+    return lum_luminance(s->beyond) > 0.0f;
+}
+
 /* Limits the halves of a pixel; sums in its square what is beyond. */
 static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
 {
@@ -161,8 +176,19 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
     bool edge = is_at_edge(step, x, y);
-    struct lum_rgb rest = lum_rgb_scale(s.beyond, edge ? 0.0f : 1.0f - part_alike(step, i, &s));
-    share_out(inout_square, &place, rest, lum_rgb_scale(s.beyond, edge ? part_alone(&s) : 0.0f), portion(step, i));
+    struct shared pixel = {.portions = portion(step, i)};
+    if (edge) {
+        pixel.edge = lum_rgb_scale(s.beyond, part_alone(&s));
+    } else {
+        float alike = part_alike(step, i, &s);
+        bool bright = is_bright(&s);
+        pixel.rest = lum_rgb_scale(s.beyond, 1.0f - alike);
+        pixel.alike = lum_rgb_scale(s.beyond, bright ? alike : 0.0f);
+        pixel.n = 1.0f;
+        pixel.n_alike = bright ? alike : 0.0f;
+        pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
+    }
+    share_out(inout_square, &place, &pixel);
     for (uint32_t k = 0; edge && in_both(first) && k < 2; k++)
         add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
 }
@@ -186,21 +212,36 @@ static size_t corner_at(const struct lum_residual_memory *m, uint32_t lit, uint3
     return ((size_t)lit * (m->grid_h + 1) + y + (corner >> 1)) * (m->grid_w + 1) + x + (corner & 1);
 }
 
-/* What a portion of 1 gets at the upper left corner of square (x, y), of all squares that meet there. of_edges: of what
- * is beyond the limits there, how much. */
-static struct lum_rgb rate_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y, float of_edges)
+/* What comes to the upper left corner of square (x, y), of all squares that meet there. */
+static struct shared shared_at(const struct lum_residual_memory *m, uint32_t lit, uint32_t x, uint32_t y)
 {
-    struct lum_rgb rest = lum_grey(0.0f), p = lum_grey(0.0f);
+    struct shared sum = {.n = 0.0f};
     for (uint32_t c = 0; c < 4; c++) {
         uint32_t sx = x - (c & 1), sy = y - (c >> 1); /* it is this one's corner c; beyond the rim there is none */
-        if (sx >= m->grid_w || sy >= m->grid_h)
-            continue;
-        const struct shared *s = &m->blocks[(size_t)sy * m->grid_w + sx].corner[c][lit];
-        rest = lum_rgb_mad(lum_rgb_add(rest, s->rest), s->edge, of_edges);
-        p = lum_rgb_add(p, s->portions);
+        if (sx < m->grid_w && sy < m->grid_h)
+            add_shared(&sum, &m->blocks[(size_t)sy * m->grid_w + sx].corner[c][lit], 1.0f);
     }
-    return lum_rgb(p.r > 0.0f ? rest.r / p.r : 0.0f, p.g > 0.0f ? rest.g / p.g : 0.0f,
-                   p.b > 0.0f ? rest.b / p.b : 0.0f);
+    return sum;
+}
+
+/* Which part of what both halves have above the limits they have by chance: where each has a rare bright sample in a
+ * share q of the pixels, q^2 of them have two, give or take the root of their number. Otherwise these, of n * q^2, show
+ * as spots. */
+static float part_by_chance(const struct shared *s)
+{
+    float q = s->n > 0.0f ? 0.5f * s->n_alone / s->n : 0.0f, both = s->n * q * q;
+    return s->n_alike > 0.0f ? lum_min((both + BY_CHANCE * sqrtf(both)) / s->n_alike, 1.0f) : 0.0f;
+}
+
+/* of_edges: of what is beyond the limits there, how much is shared out. */
+static struct rate rate_of(const struct shared *s, float of_edges)
+{
+    const struct lum_rgb p = s->portions;
+    float chance = part_by_chance(s);
+    struct lum_rgb all = lum_rgb_mad(lum_rgb_mad(s->rest, s->alike, chance), s->edge, of_edges);
+    return (struct rate){.shared = lum_rgb(p.r > 0.0f ? all.r / p.r : 0.0f, p.g > 0.0f ? all.g / p.g : 0.0f,
+                                           p.b > 0.0f ? all.b / p.b : 0.0f),
+                         .by_chance = chance};
 }
 
 static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
@@ -219,10 +260,8 @@ static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
 /* Which part of what is beyond the limits stays where it is, at edges, by class: that with the least squared error. A
  * part p of a mean m with noise v has the error (1 - p)^2 (m^2 - v) + p^2 v. Known from all edges of the picture that
  * are lit alike, not from the pixel alone, whose halves may be alike by chance. Of the rest that is shared out which
- * the edges together have more of than by chance, by as many deviations: rare bright samples are too many for that, and
- * a lamp before a wall is as often above what the frame shows as below. */
-#define BY_CHANCE 2.0
-
+ * the edges together have more of than by chance, by BY_CHANCE deviations: rare bright samples are too many for that,
+ * and a lamp before a wall is as often above what the frame shows as below. */
 void lum_outliers_settle(struct lum_residual_memory *m)
 {
     for (uint32_t lit = 0; lit < CLASSES; lit++) {
@@ -230,11 +269,13 @@ void lum_outliers_settle(struct lum_residual_memory *m)
         double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
         double sure = 0.0;
         if (lit < LIT_CLASSES && sum2 > 0.0) /* the sky gets no light of what is before it */
-            sure = fmax(1.0 - BY_CHANCE * BY_CHANCE * e.sum_noise / sum2, 0.0);
+            sure = fmax(1.0 - (double)(BY_CHANCE * BY_CHANCE) * e.sum_noise / sum2, 0.0);
         m->edge_part[lit] = (float)stays;
         for (uint32_t y = 0; y <= m->grid_h; y++)
-            for (uint32_t x = 0; x <= m->grid_w; x++)
-                m->rates[corner_at(m, lit, x, y, 0)] = rate_at(m, lit, x, y, (float)((1.0 - stays) * sure));
+            for (uint32_t x = 0; x <= m->grid_w; x++) {
+                struct shared shared = shared_at(m, lit, x, y);
+                m->rates[corner_at(m, lit, x, y, 0)] = rate_of(&shared, (float)((1.0 - stays) * sure));
+            }
     }
 }
 
@@ -244,15 +285,17 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
     size_t pixel = (size_t)y * m->w + x;
     struct sampled s = sampled_at(step, pixel);
     struct place place = place_of(step, x, y);
-    struct lum_rgb rate = lum_grey(0.0f);
+    struct rate rate = {.by_chance = 0.0f};
     for (uint32_t c = 0; c < 4; c++)
         for (uint32_t k = 0; k < 2; k++) {
             size_t at = corner_at(m, place.lit + k, x / SPREAD_SIDE, y / SPREAD_SIDE, c);
-            rate = lum_rgb_mad(rate, m->rates[at], place.by_corner[c] * place.by_class[k]);
+            float weight = place.by_corner[c] * place.by_class[k];
+            rate.shared = lum_rgb_mad(rate.shared, m->rates[at].shared, weight);
+            rate.by_chance += weight * m->rates[at].by_chance;
         }
-    s.share = lum_rgb_mul(rate, portion(step, pixel));
+    s.share = lum_rgb_mul(rate.shared, portion(step, pixel));
     if (!is_at_edge(step, x, y))
-        s.part = part_alike(step, pixel, &s);
+        s.part = part_alike(step, pixel, &s) * (is_bright(&s) ? 1.0f - rate.by_chance : 1.0f);
     else if (step->r->truth->n[0][pixel] > 0 &&
              step->r->truth->n[1][pixel] > 0) /* one sample tells nothing of an edge */
         s.part = m->edge_part[place.lit] * place.by_class[0] + m->edge_part[place.lit + 1] * place.by_class[1];

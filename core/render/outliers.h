@@ -25,7 +25,15 @@ struct step;
 /* Of outliers what is shared out, and the sum of the portions of those who get it. */
 struct shared {
     struct lum_rgb rest, portions;
-    struct lum_rgb edge; /* at edges what one half alone has beyond the limits: a part of it is shared out, too */
+    struct lum_rgb alike;      /* away from edges what both halves have above the limits: as far as it is by chance */
+    struct lum_rgb edge;       /* at edges what one half alone has beyond the limits: a part of it is shared out, too */
+    float n, n_alone, n_alike; /* pixels away from edges; of these, where one half alone, and both, are above them */
+};
+
+/* Of a corner and class: what a portion of 1 gets, and of what both halves have the part that is by chance. */
+struct rate {
+    struct lum_rgb shared;
+    float by_chance;
 };
 
 /* What is beyond the limits at edges, in units of the picture's mean. */

@@ -68,6 +68,38 @@ static void a_lamp_smaller_than_a_pixel_stays(void **state)
     stage_end(&s);
 }
 
+/* One half in 50 is a hundred times as bright as it should be: of N pixels 6 have two such halves, by chance. In the
+ * area of a square less than one is expected, and with it two deviations of that are taken for chance: half of what is
+ * beyond the limits would stay from 6 on, which no area in 1000 has. The light is there as before, but for what is
+ * within the limits (an_outlier_is_shared_out). */
+static void halves_alike_by_chance_are_no_spots(void **state)
+{
+    (void)state;
+    uint32_t n = 0;
+    for (uint32_t draw = 0; draw < 4; draw++) {
+        struct stage s;
+        stage_begin(&s, 2);
+        for (uint32_t i = 0; i < N; i++)
+            for (uint32_t k = 0; k < 4; k++) {
+                bool bright = fabs(noise_of(draw, i, k % 2)) > sqrt(3.0) * (1.0 - 1.0 / 50.0);
+                add(&s, i, k, bright ? 100.0 * TRUTH : TRUTH + 0.1 * noise(i, k));
+            }
+        apply(&s);
+        for (uint32_t i = 0; i < N; i++) {
+            bool both = (double)lum_film_mean(&s.samples, i % W, i / W).g > 90.0 * TRUTH;
+            n += both;
+            if (both && shown(&s, i) > 50.0 * TRUTH)
+                fail_msg("draw %u: pixel %u shows %g", draw, i, shown(&s, i));
+        }
+        double kept = light_of(&s, anywhere, false) / light_of(&s, anywhere, true);
+        if (!(fabs(kept - 1.0) < 0.01))
+            fail_msg("draw %u: %.4f of the light is left", draw, kept);
+        stage_end(&s);
+    }
+    print_message("%u pixels with two bright halves\n", n);
+    assert_true(n > 8);
+}
+
 /* Among dark pixels it is those that the frame lights that get what is shared out. */
 static void black_among_the_dark_stays_black(void **state)
 {
@@ -264,6 +296,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_outlier_is_shared_out),
         cmocka_unit_test(a_lamp_smaller_than_a_pixel_stays),
+        cmocka_unit_test(halves_alike_by_chance_are_no_spots),
         cmocka_unit_test(black_among_the_dark_stays_black),
         cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),
         cmocka_unit_test(an_outlier_of_fog_is_shared_out),
