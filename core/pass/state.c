@@ -65,8 +65,13 @@ enum lum_status lum_states_update(struct lum_states *s, const struct lum_pass *p
     return LUM_OK;
 }
 
+void *lum_state(const struct lum_states *states, const struct lum_state_kind *kind)
+{
+    uint32_t i = find(states, kind);
+    return i < states->n && states->row[i].planned ? states->row[i].state : NULL;
+}
+
 void *lum_pass_state(const struct lum_pass *pass, const struct lum_state_kind *kind)
 {
-    uint32_t i = pass->states ? find(pass->states, kind) : 0;
-    return pass->states && i < pass->states->n && pass->states->row[i].planned ? pass->states->row[i].state : NULL;
+    return pass->states ? lum_state(pass->states, kind) : NULL;
 }

@@ -52,6 +52,7 @@ LUM_MUST_USE enum lum_status lum_states_update(struct lum_states *states, const 
                                                const struct lum_outcome *outcome, struct lum_error *err);
 
 /* NULL: nothing in the plan has such a state. Thread: any; what is in it belongs to whom the kind says. */
+void *lum_state(const struct lum_states *states, const struct lum_state_kind *kind);
 void *lum_pass_state(const struct lum_pass *pass, const struct lum_state_kind *kind);
 
 #endif

@@ -1,4 +1,5 @@
 #include "core/render/refine.h"
+#include "core/effect/antialias/antialias.h"
 
 #include <string.h>
 
@@ -65,11 +66,15 @@ static struct lum_film_error error_of(const struct lum_residual *job)
                                    n, 1.0};
 }
 
-enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,
+enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_deferred *deferred,
                                  float per_pixel, struct lum_film *film, const struct lum_stage_runner *runner)
 {
-    struct lum_residual job = {
-        .frame = r->frame, .truth = &r->truth, .guide = guide, .per_pixel = per_pixel, .picture = film};
+    struct lum_residual job = {.frame = r->frame,
+                               .truth = &r->truth,
+                               .guide = &deferred->surfaces,
+                               .neighbours = lum_edge_neighbours(&deferred->states),
+                               .per_pixel = per_pixel,
+                               .picture = film};
     struct lum_error unused;
     enum lum_status status = lum_residual_apply(&job, &r->memory, runner, &unused);
     if (status == LUM_ERR_CANCELLED)

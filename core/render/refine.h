@@ -28,8 +28,8 @@ void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *tiling, 
 /* The picture is due: spp samples of every pixel, as many in one half as in the other, or one. Making it takes up to as
  * long as a sample of every pixel, hence not after each; but after the last pair of max_spp (0: there is no end). */
 bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t max_spp);
-/* Writes it to film. guide: as in struct lum_residual. Without memory for it the film stays as it is. */
-enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_surfaces *guide,
+/* Writes it to film. deferred: what the frame was made from. Without memory for it the film stays as it is. */
+enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const struct lum_deferred *deferred,
                                  float per_pixel, struct lum_film *film, const struct lum_stage_runner *runner);
 
 #endif

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/effect/antialias/antialias.h"
 #include "core/render/outliers.h"
 #include "core/render/residual_lanes.h"
 
@@ -296,18 +297,34 @@ static void measure(float a0, float b0, float a, float b, float *ret_error, floa
     *ret_error = 0.5f * (square_of(a - b0) + square_of(b - a0)) - 0.5f * square_of(a0 - b0) - *ret_noise;
 }
 
-static const struct lanes *of_level(const struct step *step, size_t i)
+/* Where the frame was smoothed at an edge a pixel shows several surfaces, and gets of the filtered residual of each as
+ * much as of its light: that of one alone would be a row of pixels too bright or too dark along the edge. */
+static struct lanes of_level(const struct step *step, size_t i)
 {
-    return step->level > 0 ? &step->m->from[i] : &step->m->first[i];
+    const struct lanes *from = step->m->from;
+    const uint32_t neighbours = step->r->neighbours ? step->r->neighbours[i] : LUM_NEIGHBOURS_SELF;
+    if (step->level == 0 || neighbours == LUM_NEIGHBOURS_SELF)
+        return step->level > 0 ? from[i] : step->m->first[i];
+    struct lum_rgb a = lum_grey(0.0f), b = a, per = lum_rgb_scale(albedo_at(step, i), (float)LUM_EDGE_RAYS);
+    struct lanes mixed;
+    for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++) {
+        size_t at = lum_edge_neighbour(neighbours, k, i, step->m->w);
+        struct lum_rgb albedo = albedo_at(step, at);
+        a = lum_rgb_add(a, lum_rgb_mul(take(&from[at], A), albedo));
+        b = lum_rgb_add(b, lum_rgb_mul(take(&from[at], B), albedo));
+    }
+    put(&mixed, A, lum_rgb_div(a, per), lum_grey(1.0f));
+    put(&mixed, B, lum_rgb_div(b, per), lum_grey(1.0f));
+    return mixed;
 }
 
 static void error_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
-        const struct lanes *first = &m->first[i], *now = of_level(step, i);
+        const struct lanes *first = &m->first[i], now = of_level(step, i);
         float *errors = m->by_level[i].v, error = 0.0f, noise = 0.0f; /* else the pixels around decide */
-        float a = lum_luminance(take(now, A)), b = lum_luminance(take(now, B));
+        float a = lum_luminance(take(&now, A)), b = lum_luminance(take(&now, B));
         if (in_both(first))
             measure(lum_luminance(take(first, A)), lum_luminance(take(first, B)), a, b, &error, &noise);
         errors[step->level] = error + (GRAIN - 1.0f) * noise;
@@ -359,10 +376,10 @@ static void blend_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
-        const struct lanes *now = of_level(step, i);
+        const struct lanes now = of_level(step, i);
         const float *weights = m->by_level[i].v;
         for (uint32_t half = A; half <= B; half += B - A) {
-            add_half(&m->blend[i], take(now, half), half, weights[step->level]);
+            add_half(&m->blend[i], take(&now, half), half, weights[step->level]);
             if (step->level == LEVELS)
                 add_half(&m->blend[i], lum_grey(0.0f), half, weights[NONE]);
         }

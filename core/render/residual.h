@@ -25,8 +25,9 @@ struct lum_residual {
         *truth; /* P: halves A and B. Where a half has no sample, that of the pixel beside it is taken, in the same pair
                  * of columns and on the same surface; where there is none either, the half gives nothing */
     const struct lum_surfaces *guide; /* what the eye sees */
-    float per_pixel;                  /* size of a pixel at distance 1 */
-    struct lum_film *picture;         /* out */
+    const uint32_t *neighbours; /* that the frame was smoothed by at edges (lum_edge_neighbours); NULL: it was not */
+    float per_pixel;            /* size of a pixel at distance 1 */
+    struct lum_film *picture;   /* out */
     /* out: sums over the pixels, of luminance */
     double error, mean; /* squared error, and the picture */
     double doubt; /* standard deviation of error, which is an estimate and may be below 0: from its terms, square by

@@ -336,7 +336,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     }
     if (!r->owed)
         return status;
-    status = lum_refine_apply(r, spp, &v->deferred.surfaces, pass.eye.per_pixel, &v->film, runner);
+    status = lum_refine_apply(r, spp, &v->deferred, pass.eye.per_pixel, &v->film, runner);
     v->error = r->error;
     runner->stats->changed = status == LUM_OK;
     return status;

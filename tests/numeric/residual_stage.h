@@ -1,5 +1,5 @@
-/* Made-up frames and samples whose truth is known, for tests of residual.h: two walls that meet in a vertical edge in the middle of
- * the picture, seen from afar, so that pixels are squares of side 1 on each. */
+/* Made-up frames and samples whose truth is known, for tests of residual.h: two walls that meet in a vertical edge in
+ * the middle of the picture, seen from afar, so that pixels are squares of side 1 on each. */
 #ifndef LUM_TESTS_NUMERIC_RESIDUAL_STAGE_H
 #define LUM_TESTS_NUMERIC_RESIDUAL_STAGE_H
 
@@ -32,6 +32,7 @@ struct stage {
     float depth[N];
     uint8_t kind[N];
     uint32_t object[N];
+    const uint32_t *neighbours; /* NULL: the frame was not smoothed */
     struct lum_residual_memory *memory;
     struct lum_residual result;
 };
@@ -97,8 +98,12 @@ static inline void apply(struct stage *s)
 {
     struct lum_error err;
     struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats};
-    s->result = (struct lum_residual){
-        .frame = s->frame, .truth = &s->samples, .guide = &s->guide, .per_pixel = 1e-3f, .picture = &s->picture};
+    s->result = (struct lum_residual){.frame = s->frame,
+                                      .truth = &s->samples,
+                                      .guide = &s->guide,
+                                      .neighbours = s->neighbours,
+                                      .per_pixel = 1e-3f,
+                                      .picture = &s->picture};
     assert_int_equal(lum_residual_apply(&s->result, &s->memory, &runner, &err), LUM_OK);
     assert_int_equal(s->result.nonfinite, 0);
 }

@@ -9,13 +9,11 @@
 
 #include <string.h>
 
-#define EDGE_RAYS                                                                                                      \
-    8u /* per pixel at an edge; the fewest with which a slanted edge shows no steps at 8 bits of contrast 1:20 */
-#define EDGE_BATCH (LUM_RAY_BATCH / EDGE_RAYS)
+#define EDGE_BATCH (LUM_RAY_BATCH / LUM_EDGE_RAYS)
 
 /* Which neighbours they take it from. */
 struct neighbours {
-    uint32_t *of;   /* by pixel; beyond edges LENT_BY_SELF */
+    uint32_t *of;   /* by pixel; beyond edges LUM_NEIGHBOURS_SELF */
     uint8_t *known; /* by tile */
     uint32_t n_tiles;
 };
@@ -80,16 +78,12 @@ static float mismatch(const struct lum_pass *pass, const struct edge_batch *batc
 /* The neighbour whose radiance ray i takes, of pixel (x, y): of the nine pixels around, row by row, the one which shows
  * its surface best; its own pixel where none does. */
 #define LENDERS 9u
-#define LENDER_SELF 4u
-#define LENDER_BITS 4u
-#define LENDER_MASK 15u
-_Static_assert(EDGE_RAYS *LENDER_BITS <= 32, "the lenders of a pixel's rays fit into lenders.of");
 
 static uint32_t find_neighbour(const struct lum_pass *pass, const struct edge_batch *batch, uint32_t i, uint32_t x,
                                uint32_t y)
 {
     struct lum_vec2 film = batch->film[i];
-    uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LENDER_SELF;
+    uint32_t w = pass->tiling.w, h = pass->tiling.h, best = LUM_NEIGHBOUR_SELF;
     struct lum_vec3 p = lum_v3_mad(pass->eye.o, lum_rays_direction(&batch->rays, i), batch->hits.t[i]);
     float least = INFINITY;
     for (uint32_t k = 0; k < LENDERS; k++) {
@@ -113,9 +107,6 @@ static struct lum_vec2 film_at(const struct lum_pass *pass, uint32_t x, uint32_t
     return (struct lum_vec2){(float)x + u.x, (float)y + u.y};
 }
 
-/* All rays of a pixel that no edge runs through. */
-#define LENT_BY_SELF (UINT32_MAX / LENDER_MASK * LENDER_SELF)
-
 /* Finds the neighbours for all rays of the batch's pixels. */
 static void look(const struct lum_pass *pass, struct edge_batch *batch, struct lum_counters *counters)
 {
@@ -123,7 +114,7 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
         return;
     batch->rays.n = 0;
     for (uint32_t i = 0; i < batch->n; i++)
-        for (uint32_t k = 0; k < EDGE_RAYS; k++) {
+        for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++) {
             struct lum_vec2 film = film_at(pass, batch->x[i], batch->y[i], k);
             batch->film[batch->rays.n] = film;
             lum_rays_push(&batch->rays, pass->eye.o, lum_eye_direction(&pass->eye, film.x, film.y), INFINITY);
@@ -133,8 +124,8 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
     counters->rays[LUM_RAY_ANTIALIAS] += batch->rays.n;
     for (uint32_t i = 0; i < batch->n; i++) {
         uint32_t x = batch->x[i], y = batch->y[i], neighbours = 0;
-        for (uint32_t k = 0; k < EDGE_RAYS; k++)
-            neighbours |= find_neighbour(pass, batch, i * EDGE_RAYS + k, x, y) << LENDER_BITS * k;
+        for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++)
+            neighbours |= find_neighbour(pass, batch, i * LUM_EDGE_RAYS + k, x, y) << LUM_NEIGHBOUR_BITS * k;
         batch->neighbours->of[(size_t)y * pass->tiling.w + x] = neighbours;
     }
     batch->n = 0;
@@ -143,12 +134,10 @@ static void look(const struct lum_pass *pass, struct edge_batch *batch, struct l
 static struct lum_rgb lent(const struct lum_pass *pass, const struct neighbours *neighbours, size_t at)
 {
     struct lum_rgb sum = lum_grey(0.0f);
-    for (uint32_t k = 0; k < EDGE_RAYS; k++) {
-        uint32_t neighbour = neighbours->of[at] >> LENDER_BITS * k & LENDER_MASK;
-        size_t from = at + (size_t)(neighbour / 3) * pass->tiling.w + neighbour % 3 - pass->tiling.w - 1;
-        sum = lum_rgb_add(sum, pass->components->radiance[from]);
-    }
-    return lum_rgb_scale(sum, 1.0f / EDGE_RAYS);
+    for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++)
+        sum =
+            lum_rgb_add(sum, pass->components->radiance[lum_edge_neighbour(neighbours->of[at], k, at, pass->tiling.w)]);
+    return lum_rgb_scale(sum, 1.0f / LUM_EDGE_RAYS);
 }
 
 static void find_neighbours(struct neighbours *neighbours, const struct lum_pass *pass, const struct lum_tile_rect *r,
@@ -161,7 +150,7 @@ static void find_neighbours(struct neighbours *neighbours, const struct lum_pass
     batch.neighbours = neighbours;
     batch.n = 0;
     for (uint32_t i = 0; i < r->w * r->h; i++) {
-        neighbours->of[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LENT_BY_SELF;
+        neighbours->of[(size_t)(r->y + i / r->w) * pass->tiling.w + r->x + i % r->w] = LUM_NEIGHBOURS_SELF;
         if (!edge[i])
             continue;
         batch.x[batch.n] = r->x + i % r->w;
@@ -204,6 +193,12 @@ static void invalidate(void *state, const struct lum_pass *pass, const struct lu
 
 static const struct lum_state_kind neighbours_kind = {sizeof(struct neighbours), reserve, invalidate, finish};
 
+const uint32_t *lum_edge_neighbours(const struct lum_states *states)
+{
+    const struct neighbours *neighbours = lum_state(states, &neighbours_kind);
+    return neighbours ? neighbours->of : NULL;
+}
+
 static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     if (pass->tile_spp[tile] >= pass->target_spp)
@@ -217,7 +212,8 @@ static void edges_tile(const struct lum_pass *pass, uint32_t tile, struct lum_co
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         uint32_t x = r.x + i % r.w, y = r.y + i / r.w;
         size_t at = (size_t)y * pass->tiling.w + x;
-        lum_film_set(pass->film, x, y, neighbours->of[at] == LENT_BY_SELF ? radiance[at] : lent(pass, neighbours, at),
+        lum_film_set(pass->film, x, y,
+                     neighbours->of[at] == LUM_NEIGHBOURS_SELF ? radiance[at] : lent(pass, neighbours, at),
                      &counters->nonfinite);
     }
     pass->tile_spp[tile] = pass->target_spp;
