@@ -204,10 +204,44 @@ static void any_edits_leave_nothing_stale(void **state)
     assert_true(n_cut > RUNS);
 }
 
+/* Fog, and how deep paths go, have no say in who sees a lamp: what rays found out in penumbrae stays, all of it. Where
+ * fog does not show, no bit changes when it does, and no ray is traced. */
+static void fog_leaves_shadows_alone(void **state)
+{
+    (void)state;
+    struct dice d = {99};
+    struct rig r;
+    begin_room(&r, &d);
+    r.settings.shadow_budget = lum_view_settings_default().shadow_budget;
+    r.settings.w = 96;
+    r.settings.h = 64;
+    struct lum_material_desc glow = rig_diffuse(0);
+    glow.emission_cd_m2 = 100;
+    rig_material(&r, "glow", &glow);
+    rig_object(&r, "lamp", "crate", "glow", rig_v(-0.6, 0.2, -0.2)); /* half of it below the horizon of the floor */
+    for (uint32_t step = 0; step < 4; step++) {
+        put_fog(&r, &d);
+        rig_commit(&r);
+        struct lum_pass_stats stats = rig_pass(&r);
+        struct lum_rgb *picture = rig_picture(&r);
+        put_fog(&r, &d);
+        rig_commit(&r);
+        stats = rig_pass(&r);
+        rig_assert_picture(&r, picture, "fog that does not show");
+        assert_int_equal(stats.rays[LUM_RAY_SOFT_SHADOW], 0);
+        lum_free(picture);
+        put_lamp(&r, &d, "a");
+        rig_commit(&r);
+        rig_pass(&r);
+    }
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(any_edits_leave_nothing_stale),
+        cmocka_unit_test(fog_leaves_shadows_alone),
     };
     return cmocka_run_group_tests_name("numeric.shadow_edits", tests, NULL, NULL);
 }

@@ -92,15 +92,22 @@ bool lum_area_find_stratum_points(struct lum_area_visibility *s, const struct lu
 }
 _Static_assert(LUM_AREA_STRATUM_POINTS == 8 * 8, "the upper three of 12 bits of each coordinate");
 
-static void redo(struct lum_area_visibility *s, const struct lum_pass *pass)
+void lum_area_visibility_reshade(struct lum_area_visibility *s, const struct lum_pass *pass)
 {
-    memset(s->open, 1, lum_area_tiling(pass).n);
-    memset(s->begun, 0, pass->cells.n);
+    for (uint32_t i = 0; i < pass->cells.n; i++) /* a doubt that no pass has settled yet stays */
+        if (s->begun[i] == LUM_AREA_BEGUN)
+            s->begun[i] = LUM_AREA_TO_BEGIN;
     memset(s->settled, 0, pass->tiling.n * sizeof *s->settled);
     memset(s->shared, 0, lum_area_tiling(pass).n * sizeof *s->shared);
     memset(s->resolved, 0, lum_area_tiling(pass).n * sizeof *s->resolved);
     for (uint32_t i = 0; i < lum_area_tiling(pass).n; i++)
         s->unshadowed[i] = LUM_AREA_UNKNOWN;
+}
+
+static void redo(struct lum_area_visibility *s, const struct lum_pass *pass)
+{
+    memset(s->open, 1, lum_area_tiling(pass).n);
+    lum_area_visibility_reshade(s, pass);
 }
 
 static void lay_out(struct lum_area_visibility *s, const struct lum_pass *pass)

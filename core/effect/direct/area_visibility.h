@@ -110,6 +110,8 @@ uint32_t lum_area_visibility_follow_motion(struct lum_area_visibility *s, const 
 /* Materials changed: what rays found out stays, what surfaces themselves hid, or what was not worth a ray, is decided
  * anew. */
 void lum_area_visibility_reconsider(struct lum_area_visibility *s, const struct lum_pass *pass);
+/* What surfaces make of the light changed, and nothing of who sees it: fog, say. All that is known stays. */
+void lum_area_visibility_reshade(struct lum_area_visibility *s, const struct lum_pass *pass);
 size_t lum_area_visibility_bytes(void); /* per pixel, about */
 
 /* A point of the same stratum: the digits below the stratum's are exclusive-ored with these 12 bits of each coordinate,

@@ -47,8 +47,17 @@ static void forget_behind_panes(struct lum_layer *l, const struct lum_pass *pass
     }
 }
 
+/* What the eye sees is lit anew by what is known of a soft light. */
+static void reshade(struct lum_layer *l, const struct lum_pass *pass, bool doubted)
+{
+    if (doubted)
+        lum_area_visibility_reconsider(&l->area, pass);
+    else
+        lum_area_visibility_reshade(&l->area, pass);
+}
+
 /* Lowers every tile to at most this state: LUM_LAYER_EMPTY or LUM_LAYER_VISIBILITY. */
-static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state)
+static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_layer_state state, bool doubted)
 {
     for (uint32_t t = 0; l->state && t < pass->tiling.n; t++)
         if (l->state[t] > state)
@@ -56,7 +65,7 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
     if (l->area.visibility && state == LUM_LAYER_EMPTY)
         lum_area_visibility_forget(&l->area, pass);
     else if (l->area.visibility)
-        lum_area_visibility_reconsider(&l->area, pass);
+        reshade(l, pass, doubted);
     else if (state == LUM_LAYER_VISIBILITY)
         forget_behind_panes(l, pass);
 }
@@ -65,8 +74,8 @@ static void lower(struct lum_layer *l, const struct lum_pass *pass, enum lum_lay
 static void lower_all(struct lum_layers *l, const struct lum_pass *pass, enum lum_layer_state state)
 {
     for (uint32_t i = 0; i < l->n_layers; i++)
-        lower(&l->layers[i], pass, state);
-    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+        lower(&l->layers[i], pass, state, l->doubted);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY, l->doubted);
     if (state == LUM_LAYER_EMPTY)
         lum_many_lights_forget(&l->many_lights, pass);
     else
@@ -157,7 +166,7 @@ static void match_lights(struct lum_layers *l, const struct lum_pass *pass)
             continue;
         }
         if (!lum_light_same_shape(&layer->light, &lights->lights[layer->index]))
-            lower(layer, pass, LUM_LAYER_EMPTY);
+            lower(layer, pass, LUM_LAYER_EMPTY, l->doubted);
         layer->light = lights->lights[layer->index];
         l->layers[kept++] = *layer;
     }
@@ -397,7 +406,7 @@ static void step_back(struct lum_layers *l, const struct lum_pass *pass)
         if (layer->area.visibility)
             lum_area_visibility_to_history(&layer->area, pass);
     }
-    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY, l->doubted);
     lum_many_lights_forget(&l->many_lights, pass);
 }
 
@@ -451,13 +460,13 @@ static void follow_motion(struct lum_layers *l, const struct lum_pass *pass, uin
         if (still) {
             n_lost += lum_area_visibility_follow_motion(&layer->area, pass, &bounds);
             if (shade)
-                lum_area_visibility_reconsider(&layer->area, pass);
+                reshade(layer, pass, l->doubted);
         } else {
             n_lost += pass->motion_mask->blocks.n;
             lum_area_visibility_forget(&layer->area, pass);
         }
     }
-    lower(&l->shared, pass, LUM_LAYER_EMPTY);
+    lower(&l->shared, pass, LUM_LAYER_EMPTY, l->doubted);
     lum_many_lights_follow_motion(&l->many_lights, pass);
     if (n_soft > 0 && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER)) /* or those of the lights that moved are lost, too */
         l->refined_share = (float)n_lost / (float)n_soft / (float)pass->motion_mask->blocks.n;
@@ -469,6 +478,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     uint32_t edits = lum_basis_renew(&l->basis, pass);
     if (gbuffer_stamp != l->gbuffer_stamp)
         edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
+    l->doubted = edits & LUM_EDIT_BIT(LUM_EDIT_MATERIAL);
     bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
     bool same_visibility = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
     bool elsewhere = same_visibility && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;
@@ -487,7 +497,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
         lower_all(l, pass, LUM_LAYER_VISIBILITY);
     count_lights(l, pass, lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER));
     if (lum_is_stale(edits, LUM_PRODUCT_SHARED)) {
-        lower(&l->shared, pass, LUM_LAYER_EMPTY);
+        lower(&l->shared, pass, LUM_LAYER_EMPTY, l->doubted);
         lum_many_lights_relight(&l->many_lights);
         l->many_lights.moved = l->many_lights.moved || lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER);
     }

@@ -87,6 +87,7 @@ struct lum_layers {
     struct lum_eye eye,
         history_eye;     /* that the buffers show; and what lum_area_visibility.history and lum_surfaces.history_p do */
     bool reprojected;    /* samples of the history serve: the eye moved, and nothing else */
+    bool doubted;        /* materials changed: what surfaces hide of lights by themselves may be otherwise */
     uint32_t n_passes;   /* for which the layers were brought up to date, this one included */
     uint32_t n_moves;    /* of the eye, while samples were reprojected */
     float refined_share; /* of settings->shadow_budget that the pass spends: as many further samples as
