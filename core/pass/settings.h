@@ -30,7 +30,8 @@ struct lum_view_settings {
     /* methods with a cache */
     enum lum_storage storage;
     float cache_accuracy; /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */
-    double error_share;   /* rays that measuring the error may take, over those of the picture; 0: it is not measured */
+    double error_share;   /* time that measuring the error may take, over that of the picture (measure.h); 0: it is not
+                             measured */
     bool measure_at_rest; /* once a picture is done, further passes measure its error, if its samples do not tell it */
     bool deterministic; /* the same picture for any number of threads: for those that else let threads share records as
                            soon as they are made */
@@ -38,7 +39,7 @@ struct lum_view_settings {
     uint32_t effects_off, effects_on;
 };
 #define LUM_DEPTH_DEFAULT 64u   /* what is cut off where all reflect 0.7: 1e-10 of the light; 0.9: 0.1 %; 0.95: 3.6 % */
-#define LUM_ERROR_SHARE 0.05    /* one ray in twenty, that a moving picture tells how far it is off */
+#define LUM_ERROR_SHARE 0.05    /* a twentieth of the time, that a moving picture tells how far it is off */
 #define LUM_CACHE_ACCURACY 0.2f /* what Radiance, the oldest user of such caches, has as its default (rpict -aa) */
 #define LUM_CACHE_ACCURACY_MIN 0.01f /* records get 400 times as many */
 #define LUM_CACHE_ACCURACY_MAX 1.0f  /* Ward's metric: as far as where the error is as large as what is estimated */

@@ -43,7 +43,7 @@ struct probe {
 struct pair {
     uint32_t probe, sample;
     float y[2]; /* luminance */
-    bool done;
+    bool traced, sound;
 };
 
 /* Of squared errors over the squared mean luminance of their pictures. */
@@ -59,6 +59,7 @@ struct lum_error_probes {
     double rays, paths, ns;        /* so far; CPU time */
     double credit;                 /* rays that were allowed and not traced */
     struct moments before;         /* of the pictures before this one */
+    struct moments first;          /* of this one, before it was bettered */
     struct lum_counters *counters; /* by worker */
     struct pair *batch;
     uint32_t max_batch;
@@ -98,7 +99,7 @@ static float luminance_at(const struct lum_film *f, uint32_t x, uint32_t y)
 /* Of a pixel: its squared luminance, and the squared difference of the brightest and the darkest of it and its four
  * neighbours. */
 struct look {
-    float light, detail;
+    double light, detail;
 };
 
 static struct look look_at(const struct lum_film *f, uint32_t x, uint32_t y)
@@ -110,7 +111,8 @@ static struct look look_at(const struct lum_film *f, uint32_t x, uint32_t y)
         least = lum_min(least, around[i]);
         most = lum_max(most, around[i]);
     }
-    return (struct look){around[0] * around[0], (most - least) * (most - least)};
+    double apart = (double)most - (double)least;
+    return (struct look){(double)around[0] * (double)around[0], apart * apart};
 }
 
 struct candidates {
@@ -149,15 +151,15 @@ static void draw_candidates(const struct lum_error_probes *p, const struct lum_f
         ret->x[i] = (uint32_t)(at.x * (float)f->w) % f->w;
         ret->y[i] = (uint32_t)(at.y * (float)f->h) % f->h;
         looks[i] = look_at(f, ret->x[i], ret->y[i]);
-        light += (double)looks[i].light;
-        detail += (double)looks[i].detail;
+        light += looks[i].light;
+        detail += looks[i].detail;
     }
     for (uint32_t i = 0; i < BLOCK; i++) {
         double mass = 1.0 / BLOCK;
         if (light > 0.0)
-            mass += (double)looks[i].light / light;
+            mass += looks[i].light / light;
         if (detail > 0.0)
-            mass += (double)looks[i].detail / detail;
+            mass += looks[i].detail / detail;
         ret->chance[i] = (float)(0.33 * mass); /* below 1, whatever is rounded */
     }
     find_chances(ret);
@@ -231,17 +233,18 @@ static void trace_job(void *ctx, uint32_t job, uint32_t worker)
     for (uint32_t i = 0; i < n; i++) {
         pairs[i].y[0] = lum_luminance(w.radiance[2 * i]);
         pairs[i].y[1] = lum_luminance(w.radiance[2 * i + 1]);
-        pairs[i].done = isfinite(pairs[i].y[0]) && isfinite(pairs[i].y[1]);
-        t->p->counters[worker].nonfinite += !pairs[i].done;
+        pairs[i].traced = true;
+        pairs[i].sound = isfinite(pairs[i].y[0]) && isfinite(pairs[i].y[1]);
+        t->p->counters[worker].nonfinite += !pairs[i].sound;
     }
 }
 
 /* In the order of pairs, so that sums do not depend on threads. */
 static void take(struct lum_error_probes *p, uint32_t n, const struct lum_stage_runner *runner)
 {
-    p->n_done += 2 * (uint64_t)n;
     for (uint32_t i = 0; i < n; i++) {
-        if (!p->batch[i].done)
+        p->n_done += p->batch[i].traced ? 2 : 0;
+        if (!p->batch[i].sound)
             continue;
         struct probe *probe = &p->probes[p->batch[i].probe];
         probe->n++;
@@ -281,7 +284,8 @@ enum lum_status lum_error_probes_trace(struct lum_error_probes *p, const struct 
         return LUM_OK;
     int64_t begin_ns = lum_clock_ns(), begin_cpu_ns = lum_pool_cpu_ns(runner->pool);
     double per_path = p->paths > 0.0 ? p->rays / p->paths : FIRST_RAYS_PER_PATH;
-    p->credit = fmin(p->credit, (double)max_rays) + (double)max_rays;
+    /* What is left over is for the next call; were it not at least a pair, a small picture would never get one. */
+    p->credit = fmin(p->credit, fmax((double)max_rays, 2.0 * per_path)) + (double)max_rays;
     uint32_t n = (uint32_t)fmax(0.0, fmin(p->credit / (2.0 * per_path), MAX_BATCH));
     if (n == 0)
         return LUM_OK;
@@ -313,7 +317,7 @@ static void add_moments(struct moments *m, const struct moments *more, double we
 static double mean_luminance(const struct lum_film *f)
 {
     uint32_t step = 1, n = 0;
-    while ((uint64_t)f->w * f->h / ((uint64_t)step * step) > 16384)
+    while ((uint64_t)f->w * f->h / ((uint64_t)step * step) > 65536)
         step++;
     double sum = 0.0;
     for (uint32_t y = step / 2; y < f->h; y += step)
@@ -340,20 +344,25 @@ static struct moments moments_of(const struct lum_error_probes *p, const struct 
     return m;
 }
 
-void lum_error_probes_begin(struct lum_error_probes *p, const struct lum_film *film, bool alike)
+void lum_error_probes_begin(struct lum_error_probes *p, bool alike)
 {
     struct moments before = {0};
-    double mean = alike ? mean_luminance(film) : 0.0;
-    if (alike)
+    if (alike) {
         add_moments(&before, &p->before, KEEP);
-    if (mean > 0.0) {
-        struct moments m = moments_of(p, film, mean);
-        add_moments(&before, &m, KEEP);
+        add_moments(&before, &p->first, KEEP);
     }
     p->before = before;
+    p->first = (struct moments){0};
     p->n_pictures++;
     p->n = p->n_each = p->next = 0;
     p->n_done = 0;
+}
+
+void lum_error_probes_note(struct lum_error_probes *p, const struct lum_film *film)
+{
+    double mean = mean_luminance(film);
+    struct moments m = mean > 0.0 ? moments_of(p, film, mean) : (struct moments){0};
+    p->first = isfinite(m.sum3) ? m : (struct moments){0};
 }
 
 double lum_error_probes_ray_ns(const struct lum_error_probes *p)
@@ -369,12 +378,12 @@ uint64_t lum_error_probes_paths(const struct lum_error_probes *p)
 struct lum_film_error lum_error_probes_error(const struct lum_error_probes *p, const struct lum_film *film)
 {
     double mean = mean_luminance(film);
-    struct moments m = {0};
-    if (mean > 0.0)
-        m = moments_of(p, film, mean);
+    if (!(mean > 0.0))
+        return LUM_FILM_ERROR_UNKNOWN;
+    struct moments m = moments_of(p, film, mean);
     double own = m.n;
     add_moments(&m, &p->before, 1.0);
-    if (m.n < ENOUGH)
+    if (m.n < ENOUGH || !isfinite(m.sum3))
         return LUM_FILM_ERROR_UNKNOWN;
     /* Few probes find what is far off: the sum of squares is as skewed as a count of rare things is, and low where its
      * deviation is estimated low. To the first order in 1 / sqrt(n) of Edgeworth's expansion the studentised mean

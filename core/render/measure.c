@@ -3,9 +3,11 @@
 #include "core/base/pool.h"
 #include "core/pass/method.h"
 
-#define PATHS_AT_REST 0.5 /* a pixel: half the time of a sample of `path`. 600 x 400: 15 pairs in each of 4096 probes  \
-                           */
-#define RAYS_AT_REST 2.0  /* a pixel and call: calls are short, since an edit may wait for one */
+#define PATHS_AT_REST                                                                                                  \
+    0.5                    /* a pixel: half the time of a sample of `path`. 600 x 400: 15 pairs in each of 4096 probes \
+                            */
+#define LEAST_PATHS 1024.0 /* of small pictures: probes enough for a statement */
+#define RAYS_AT_REST 2.0   /* a pixel and call: calls are short, since an edit may wait for one */
 #define DEAR 4.0 /* time of a path's ray by that of a picture's, until it is known: 1 of `path` to 6 of `igi` */
 
 void lum_measure_finish(struct lum_measurement *m)
@@ -14,11 +16,12 @@ void lum_measure_finish(struct lum_measurement *m)
     *m = (struct lum_measurement){0};
 }
 
-void lum_measure_begin(struct lum_measurement *m, const struct lum_film *film, bool alike)
+void lum_measure_begin(struct lum_measurement *m, bool alike)
 {
     m->error = LUM_FILM_ERROR_UNKNOWN;
+    m->given_up = false;
     if (m->probes)
-        lum_error_probes_begin(m->probes, film, alike);
+        lum_error_probes_begin(m->probes, alike);
 }
 
 /* With every effect that the picture should have; but soft edges, where the method makes none. Without memory nothing
@@ -28,14 +31,15 @@ static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *f
 {
     struct lum_error unused;
     struct lum_pass pass = *frame;
+    if (m->given_up)
+        return LUM_OK;
     m->given_up = !m->probes && lum_error_probes_create(lum_pool_size(runner->pool), &m->probes, &unused) != LUM_OK;
     if (m->given_up)
         return LUM_OK;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = on[e] && (e != LUM_EFFECT_ANTIALIAS || frame->settings->method->serves[e]);
     enum lum_status status = lum_error_probes_trace(m->probes, &pass, (uint64_t)max_rays, runner);
-    if (status == LUM_OK)
-        m->error = lum_error_probes_error(m->probes, pass.film);
+    m->error = lum_error_probes_error(m->probes, pass.film);
     m->given_up = status == LUM_ERR_NOMEM;
     return m->given_up ? LUM_OK : status;
 }
@@ -50,15 +54,22 @@ void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, 
     if (cost.rays > 0 && ray_ns > 0.0 && !frame->settings->deterministic)
         max_rays = share * (double)cost.cpu_ns / ray_ns;
     (void)trace(m, frame, on, max_rays, &whole);
+    if (cost.first && m->probes)
+        lum_error_probes_note(m->probes, frame->film);
 }
 
 enum lum_status lum_measure_more(struct lum_measurement *m, const struct lum_pass *frame,
                                  const bool on[LUM_EFFECT_COUNT], const struct lum_stage_runner *runner)
 {
-    return trace(m, frame, on, RAYS_AT_REST * frame->settings->w * frame->settings->h, runner);
+    double n = (double)frame->settings->w * frame->settings->h;
+    enum lum_status status = trace(m, frame, on, RAYS_AT_REST * n, runner);
+    if (m->probes && !frame->settings->method->progressive && !frame->settings->method->refines)
+        lum_error_probes_note(m->probes, frame->film);
+    return status;
 }
 
 bool lum_measure_is_done(const struct lum_measurement *m, uint32_t w, uint32_t h)
 {
-    return m->given_up || (m->probes && (double)lum_error_probes_paths(m->probes) >= PATHS_AT_REST * w * h);
+    double wanted = fmax(PATHS_AT_REST * w * h, LEAST_PATHS);
+    return m->given_up || (m->probes && (double)lum_error_probes_paths(m->probes) >= wanted);
 }

@@ -14,12 +14,13 @@ struct lum_measurement {
 void lum_measure_finish(struct lum_measurement *m); /* accepts a zeroed one */
 
 /* As lum_error_probes_begin. */
-void lum_measure_begin(struct lum_measurement *m, const struct lum_film *film, bool alike);
+void lum_measure_begin(struct lum_measurement *m, bool alike);
 
 /* What a picture took. */
 struct lum_measure_cost {
     uint64_t rays;
     int64_t cpu_ns;
+    bool first; /* it was made, and not bettered */
 };
 
 /* After a pass that made or bettered the picture, for settings->error_share of its cost: of its time; or, that nothing

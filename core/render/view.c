@@ -188,7 +188,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
         v->error = LUM_FILM_ERROR_UNKNOWN;
-        lum_measure_begin(&v->measurement, &v->film, v->rendered && lum_view_same_error(&v->settings, pass->settings));
+        lum_measure_begin(&v->measurement, v->rendered && lum_view_same_error(&v->settings, pass->settings));
     }
     v->versions = *now;
     v->settings = *pass->settings;
@@ -466,10 +466,11 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
             status = run_refinement(view, &pass, &runner);
         else
             status = run_frame(view, &pass, &runner, err);
-        if (status == LUM_OK && settings->error_share > 0.0 && !isfinite(view->error.bound))
-            lum_measure_share(&view->measurement, &pass, view->chosen.on,
-                              (struct lum_measure_cost){traced(view), lum_pool_cpu_ns(view->pool) - begin_cpu_ns},
-                              &runner);
+        bool rough = stats.preview > 1; /* what comes next is seen at once */
+        if (status == LUM_OK && !rough && settings->error_share > 0.0 && !isfinite(view->error.bound))
+            lum_measure_share(
+                &view->measurement, &pass, view->chosen.on,
+                (struct lum_measure_cost){traced(view), lum_pool_cpu_ns(view->pool) - begin_cpu_ns, spp == 0}, &runner);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
     } else if (!is_measured(view, settings)) {

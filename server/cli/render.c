@@ -141,7 +141,8 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     if (o->cache_accuracy > 0.0)
         s.cache_accuracy = (float)o->cache_accuracy;
     s.deterministic = b->world.deterministic;
-    s.error_share = LUM_ERROR_SHARE;
+    if (!o->light_groups) /* layers are of other lights: what is measured of one says nothing of the next */
+        s.error_share = LUM_ERROR_SHARE;
     s.effects_off = o->effects_off;
     s.effects_on = o->effects_on;
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */

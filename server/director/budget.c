@@ -7,7 +7,8 @@ const char *lum_budget_stop(const struct lum_view_budget *budget, const struct l
         return NULL;
     if (!lum_method_adds_samples(method))
         return pass->complete ? "whole" : NULL;
-    if (budget->error.set && pass->error.bound <= budget->error.value)
+    bool known = pass->error.fresh == 1.0; /* and not guessed from pictures before */
+    if (budget->error.set && known && pass->error.bound <= budget->error.value)
         return "error";
     if (pass->complete)
         return "spp";

@@ -99,7 +99,8 @@ static bool allow_budget(const struct lum_view_params *params, const struct lum_
     lum_suggest_sampling_methods(able);
     return lum_proto_fail(
         err, LUM_PROTO_BAD_PARAMS, "unsupported", gives(params, LUM_VIEW_BUDGET) ? "budget/error" : "method",
-        "method %s adds no samples, so that its error stays as it is: a budget of error needs one of %s", method->name, able);
+        "method %s adds no samples, so that its error stays as it is: a budget of error needs one of %s", method->name,
+        able);
 }
 
 /* A grid of rays, ended by the first that meets something: mostly one. */
@@ -263,10 +264,10 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->rendered_ms += pass.ms;
     if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
         v->full_pass_ms = pass.ms;
-    bool known_better = isfinite(pass.error.bound) && !(pass.error.bound >= v->last_pass.error.bound);
+    bool known_anew = isfinite(pass.error.bound) && !(pass.error.bound == v->last_pass.error.bound);
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;
-    v->unsent = v->unsent || pass.changed || v->sent_spp == 0 || known_better;
+    v->unsent = v->unsent || pass.changed || v->sent_spp == 0 || known_anew;
     v->complete = lum_server_view_stopped_by(v) != NULL;
     return LUM_OK;
 }

@@ -14,7 +14,11 @@
 
 #define METHODS "whitted,igi,ais,ic,tic,irrcache,live,path"
 
-enum { MAX_VIEWS = 48, MAX_SPP = 1024, QUICK_MAX_SPP = 4 };
+enum {
+    MAX_VIEWS = 7 * LUM_BENCH_METHODS,
+    /* four numbers of VPLs, two accuracies, and one for the control */ MAX_SPP = 1024,
+    QUICK_MAX_SPP = 4
+};
 
 /* A way to render, and its view, which stays open from seed to seed. */
 struct way {
@@ -83,7 +87,7 @@ static void list_ways(struct rig *rig, const struct lum_method *method)
 static bool open_ways(struct rig *rig, const struct lum_method *const *methods, size_t n_methods)
 {
     struct lum_error err = {0};
-    for (size_t m = 0; m < n_methods && rig->n_ways + 8 < MAX_VIEWS; m++)
+    for (size_t m = 0; m < n_methods; m++)
         list_ways(rig, methods[m]);
     add_way(rig, lum_method_find("path"), "")->control = true;
     for (size_t i = 0; i < rig->n_ways; i++) {

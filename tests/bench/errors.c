@@ -220,7 +220,8 @@ static void tell(struct rig *rig, enum when when, struct lum_bench_table *table)
     LUM_BENCH_NUMBERS(table, (double)r->n, (double)r->n_unknown,
                       r->n ? (double)r->n_covered / (double)r->n : (double)NAN, lum_bench_quantile(r->is, r->n, 0.5),
                       lum_bench_quantile(rel, n_known, 0.5), lum_bench_quantile(bound, n_known, 0.5),
-                      r->probe_rays / r->rays, r->probe_ms / r->ms);
+                      when == STOPPED ? (double)NAN : r->probe_rays / r->rays,
+                      when == STOPPED ? (double)NAN : r->probe_ms / r->ms);
 }
 
 static bool measure_method(struct rig *rig, struct lum_bench_table *table)

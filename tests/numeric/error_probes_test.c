@@ -98,7 +98,7 @@ static void the_estimate_is_unbiased(void **state)
         double truth = draw_picture(&s, patterns[k]), sum = 0.0, sum2 = 0.0;
         uint32_t n_covered = 0;
         for (uint32_t draw = 0; draw < DRAWS; draw++) {
-            lum_error_probes_begin(s.probes, &s.film, false);
+            lum_error_probes_begin(s.probes, false);
             RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
             struct lum_film_error said = lum_error_probes_error(s.probes, &s.film);
             assert_true(said.fresh == 1.0 && said.probes >= 256.0);
@@ -138,6 +138,12 @@ static void threads_do_not_change_it(void **state)
     assert_int_equal(rays[0], rays[1]);
 }
 
+static void next_picture(struct sky *s)
+{
+    lum_error_probes_note(s->probes, &s->film);
+    lum_error_probes_begin(s->probes, true);
+}
+
 /* What was measured counts on in pictures that are made alike, less with each, and not in others. */
 static void what_was_measured_fades(void **state)
 {
@@ -148,7 +154,7 @@ static void what_was_measured_fades(void **state)
     for (int round = 0; round < 2; round++)
         RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
     double rel = lum_error_probes_error(s.probes, &s.film).rel;
-    lum_error_probes_begin(s.probes, &s.film, true);
+    next_picture(&s);
     struct lum_film_error old = lum_error_probes_error(s.probes, &s.film);
     assert_true(old.fresh == 0.0 && old.probes == 0.0 && fabs(old.rel / rel - 1.0) < 1e-6);
     double fresh = 0.0;
@@ -157,13 +163,65 @@ static void what_was_measured_fades(void **state)
         struct lum_film_error now = lum_error_probes_error(s.probes, &s.film);
         assert_true(now.fresh > 0.0 && now.fresh < 1.0);
         fresh = now.fresh;
-        lum_error_probes_begin(s.probes, &s.film, true);
+        next_picture(&s);
     }
     assert_true(fresh >
                 0.25); /* the geometric series of 0.7: at least 0.3, but for what rounding rays to paths changes */
-    lum_error_probes_begin(s.probes, &s.film, false);
+    lum_error_probes_begin(s.probes, false);
     assert_true(isnan(lum_error_probes_error(s.probes, &s.film).bound));
     sky_end(&s);
+}
+
+/* However few pixels there are, they get paths: one pixel, where a call allows fewer rays than a path takes. A picture
+ * that is not finite, or black, has no error that is known. */
+static void odd_pictures(void **state)
+{
+    (void)state;
+    struct sky s;
+    sky_begin(&s, 1);
+    draw_picture(&s, everywhere);
+    for (int call = 0; call < 10000 && lum_error_probes_paths(s.probes) < 1024; call++)
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 2, &s.runner));
+    assert_true(lum_error_probes_paths(s.probes) >= 1024);
+    assert_true(isfinite(lum_error_probes_error(s.probes, &s.film).bound));
+    uint64_t nonfinite = 0;
+    for (uint32_t y = 0; y < H; y++)
+        for (uint32_t x = 0; x < W; x++)
+            lum_film_set(&s.film, x, y, lum_grey(0.0f), &nonfinite);
+    assert_true(isnan(lum_error_probes_error(s.probes, &s.film).bound));
+    lum_film_set(&s.film, 3, 3, lum_grey(3e38f), &nonfinite);
+    lum_error_probes_begin(s.probes, false);
+    for (int call = 0; call < 8; call++)
+        RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+    struct lum_film_error said = lum_error_probes_error(s.probes, &s.film);
+    assert_true(isnan(said.bound) || said.bound > 0.0);
+    sky_end(&s);
+}
+
+/* What samples make of a picture is not what the next one begins with. */
+static void what_rest_did_is_forgotten(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_room(&r);
+    rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
+    rig_commit(&r);
+    r.settings.w = W;
+    r.settings.h = H;
+    r.settings.method = lum_method_find("path");
+    r.settings.error_share = 1.0;
+    double first = 0.0;
+    for (int spp = 1; spp <= 64; spp++) {
+        struct lum_pass_stats stats = rig_pass(&r);
+        if (spp == 1)
+            first = stats.error.rel;
+    }
+    r.settings.error_share = 1e-9; /* no path of its own */
+    r.settings.camera.position.x += 0.01;
+    struct lum_pass_stats stats = rig_pass(&r);
+    assert_true(stats.error.fresh == 0.0 && fabs(stats.error.rel / first - 1.0) < 1e-6);
+    rig_end(&r);
 }
 
 /* ---- pictures ---- */
@@ -329,7 +387,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_estimate_is_unbiased),          cmocka_unit_test(threads_do_not_change_it),
-        cmocka_unit_test(what_was_measured_fades),           cmocka_unit_test(it_covers_pictures_of_every_kind),
+        cmocka_unit_test(what_was_measured_fades),           cmocka_unit_test(odd_pictures),
+        cmocka_unit_test(what_rest_did_is_forgotten),        cmocka_unit_test(it_covers_pictures_of_every_kind),
         cmocka_unit_test(a_dimmed_lamp_is_measured_at_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -41,9 +41,12 @@ static void the_first_one_ends_it(void **state)
 {
     (void)state;
     const struct lum_view_budget budget = {.time_ms = {true, 1000.0}, .error = {true, 0.1}}, none = {0};
-    struct lum_pass_stats pass = {.ms = 10.0, .spp = 4, .error = {.rel = 0.05, .bound = 0.09}};
+    struct lum_pass_stats pass = {.ms = 10.0, .spp = 4, .error = {.rel = 0.05, .bound = 0.09, .fresh = 1.0}};
     assert_string_equal(stop(&budget, "live", &pass, 50.0), "error");
     assert_string_equal(stop(&none, "live", &pass, 1e6), "");
+    pass.error.fresh = 0.9;
+    assert_string_equal(stop(&budget, "live", &pass, 50.0), "");
+    pass.error.fresh = 1.0;
     pass.error.bound = 0.11;
     assert_string_equal(stop(&budget, "live", &pass, 50.0), "");
     assert_string_equal(stop(&budget, "live", &pass, 995.0), "time");
