@@ -460,26 +460,49 @@ test('what the picture was said to be goes with the setting that it had', async 
     assert.equal(words[0], 'updating', `first of ${words.join(' | ')}`);
 });
 
-test('refinement stops at the error that is chosen, by keyboard, and not with a method that has none', async () => {
-    const stop = page.getByLabel('Stop refining at');
+test('the accuracy panel shows how the error falls, and refinement stops where its slider stands', async () => {
+    const panel = page.getByRole('region', { name: 'Accuracy' });
+    const stop = panel.getByLabel('Stop refining at');
+    const points = async () => Number(await panel.getByRole('img').getAttribute('data-points'));
+    const newest = () => tab.watch.stats.at(-1);
+    const told = () => JSON.stringify({ spp: newest().spp, error: newest().error, stopped_by: newest().stopped_by });
     await page.getByLabel('Method').selectOption('live');
     await settled(tab);
+    await panel.getByText(/^At most [\d.]+ % off \(about [\d.]+ %\), 95 % sure\.$/).waitFor();
+    await assertEventually(async () => (await points()) > 3, () => 'no points in the plot');
+    assert.match(await panel.getByRole('img').getAttribute('aria-label'), /^Error over time: at most .* after .* s, at most/);
+
     await stop.focus();
-    await page.keyboard.press('1'); // the first option that begins so
-    assert.equal(await stop.inputValue(), '10 % error');
-    const stopped = () => tab.watch.stats.at(-1);
-    await assertEventually(
-        async () => stopped().converged && stopped().stopped_by === 'error' && stopped().error.bound <= 0.1,
-        () => JSON.stringify({ error: stopped().error, stopped_by: stopped().stopped_by }),
-    );
+    await page.keyboard.press('Home');
+    assert.match(await stop.getAttribute('aria-valuetext'), /^fast, reached .* after the picture began$/);
+    await assertEventually(async () => newest().converged && newest().stopped_by === 'error', told);
+    const { spp } = newest();
+    const before = await points();
+    await page.keyboard.press('End');
+    assert.match(await stop.getAttribute('aria-valuetext'), /^exact, /);
+    await assertEventually(async () => newest().spp > spp, told);
+    assert.ok((await points()) >= before, 'it is the same picture');
+    await page.locator('.stage').press(',');
+    assert.match(await stop.getAttribute('aria-valuetext'), /^0\.5 % error, /);
+    for (let i = 0; i < 4; i++) await stop.press('ArrowLeft');
+    assert.match(await stop.getAttribute('aria-valuetext'), /^10 % error, /);
+    await assertEventually(async () => newest().converged && newest().stopped_by === 'error' && newest().error.bound <= 0.1, told);
+    await panel.getByText(/^10 % was reached after /).waitFor();
+    assert.deepEqual(tab.watch.errors, []);
+});
+
+test('a method that adds no samples says so, and how far it is off', async () => {
+    const panel = page.getByRole('region', { name: 'Accuracy' });
+    const stop = panel.getByLabel('Stop refining at');
     await page.getByLabel('Method').selectOption('whitted');
     await settled(tab);
     assert.ok(await stop.isDisabled());
-    await page.locator('#stop-hint').getByText('does not know its error').waitFor();
-    await assertEventually(async () => stopped().stopped_by === 'whole', () => stopped().stopped_by);
+    await panel.getByText('whitted makes its picture in one pass').waitFor();
+    await panel.getByText(/^At most [\d.]+ % off/).waitFor();
+    await assertEventually(async () => tab.watch.stats.at(-1).stopped_by === 'whole', () => tab.watch.stats.at(-1).stopped_by);
     await page.getByLabel('Method').selectOption('path');
     await settled(tab);
-    await stop.selectOption('Never');
+    await stop.press('End');
     assert.deepEqual(tab.watch.errors, []);
 });
 

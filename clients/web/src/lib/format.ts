@@ -45,6 +45,12 @@ export function percent(v: number): string {
     return `${Number((100 * v).toPrecision(2))} %`;
 }
 
+/** Seconds, in what one would say: 0.42 -> "0.4 s", 4000 -> "67 min" */
+export function duration(s: number): string {
+    if (s < 100) return `${Number(s.toFixed(s < 0.95 ? 1 : 0))} s`;
+    return s < 6000 ? `${Math.round(s / 60)} min` : `${Math.round(s / 3600)} h`;
+}
+
 export function metres(v: number): string {
     return `${v.toFixed(Math.abs(v) < 10 ? 3 : 2)}`;
 }

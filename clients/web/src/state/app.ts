@@ -7,6 +7,7 @@ import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecor
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { basis, frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
+import { Convergence } from './convergence';
 import { Edits } from './edits';
 import { Imports, newId } from './imports';
 import { centreOf, extentOf, isLamp, isPlaced, Solo, UNITS } from './lights';
@@ -57,6 +58,7 @@ export class App {
     readonly markers = signal(true);
     readonly scene = new SceneMirror();
     readonly meter = new Meter();
+    readonly convergence = new Convergence();
     readonly toasts = new Toasts();
     readonly solo = new Solo();
     readonly edits: Edits;
@@ -268,6 +270,7 @@ export class App {
             this.rpc = null;
             this.edits.drop();
             this.view.closed();
+            this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
         }
@@ -307,6 +310,7 @@ export class App {
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
+            this.convergence.stats(params, performance.now());
         } else if (method === 'import.progress') {
             this.imports.progress.value = { stage: stringOr(params.stage, ''), fraction: numberOr(params.fraction, 0) };
         }

@@ -178,7 +178,7 @@ function cacheOf(cache: JsonObject): CacheNumbers {
     };
 }
 
-function errorOf(error: JsonObject): ErrorNumbers {
+export function errorOf(error: JsonObject): ErrorNumbers {
     return { rel: numberOr(error.rel, 0), bound: numberOr(error.bound, 0), fresh: numberOr(error.fresh, 1) };
 }
 

@@ -184,7 +184,7 @@ test('a view is held to an error by methods that know theirs, and by no other', 
     }
     assert.deepEqual(
         asked.map((params) => params.budget),
-        [0.1, 0.05, 0.02, 0.01, 0.005].map((error) => ({ error })).concat([{} as { error: number }]),
+        [10, 0.1, 0.05, 0.02, 0.01, 0.005].map((error) => ({ error })).concat([{} as { error: number }]),
     );
     addsSamples = false;
     await view.open();

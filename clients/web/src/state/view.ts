@@ -29,16 +29,20 @@ export const STREAMS = {
 } as const;
 export type Stream = keyof typeof STREAMS;
 
-/** The error at which refinement of a picture at rest ends; null: it goes on to the scene's number of samples. */
+/** The error at which refinement of a picture at rest ends, from fast to exact. */
 export const STOPS = {
-    '10 % error': 0.1,
-    '5 % error': 0.05,
-    '2 % error': 0.02,
-    '1 % error': 0.01,
-    '0.5 % error': 0.005,
-    Never: null,
+    /** An error that any whole picture is below. */
+    fast: 10,
+    '10 %': 0.1,
+    '5 %': 0.05,
+    '2 %': 0.02,
+    '1 %': 0.01,
+    '0.5 %': 0.005,
+    /** It goes on to the scene's number of samples. */
+    exact: null,
 } as const;
 export type Stop = keyof typeof STOPS;
+export const STOP_NAMES = Object.keys(STOPS) as Stop[];
 
 /** Maps that the server lays over the picture: where an adaptive method refined its samples. */
 export const OVERLAYS = {
@@ -80,7 +84,7 @@ function rememberedSettings(): ViewSettings {
         whiteBalance: null,
         effects: {},
         overlay: 'none',
-        stop: 'Never',
+        stop: 'exact',
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };

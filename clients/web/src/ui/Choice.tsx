@@ -4,14 +4,11 @@ interface ChoiceProps {
     options: [string, string][];
     /** What an option means, where its name does not say it. */
     titles?: ReadonlyMap<string, string>;
-    disabled?: boolean;
-    /** The id of a sentence about it. */
-    describedBy?: string;
     onChange(value: string): void;
 }
 
 /** A list to choose from, under its name. */
-export function Choice({ label, value, options, titles, disabled, describedBy, onChange }: ChoiceProps) {
+export function Choice({ label, value, options, titles, onChange }: ChoiceProps) {
     const known = options.some(([key]) => key === value);
     return (
         <label class="choice">
@@ -19,8 +16,6 @@ export function Choice({ label, value, options, titles, disabled, describedBy, o
             <select
                 value={value}
                 title={titles?.get(value)}
-                disabled={disabled}
-                aria-describedby={describedBy}
                 onChange={(e) => onChange(e.currentTarget.value)}
             >
                 {!known && <option value={value}>{value || 'default'}</option>}

@@ -1,4 +1,5 @@
 import { useEffect } from 'preact/hooks';
+import { AccuracyPanel } from './AccuracyPanel';
 import { useApp } from './context';
 import { EffectsPanel } from './EffectsPanel';
 import { HelpDialog } from './HelpDialog';
@@ -27,6 +28,7 @@ export function Layout() {
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <LightList />
                 <ViewPanel />
+                <AccuracyPanel />
                 <EffectsPanel />
                 <ImportPanel />
             </div>

@@ -30,12 +30,17 @@ interface Props {
     mark?: number | null;
     /** How far the keys go, in positions of the scale; absent: as the browser has it. */
     steps?: { arrow: number; page: number };
+    /** Between the positions at which it can stand; absent: anywhere. */
+    grid?: number;
+    disabled?: boolean;
+    /** The id of a sentence about it. */
+    describedBy?: string;
     onInput(value: number): void;
     /** The pointer let go, or a key press is over. */
     onEnd(): void;
 }
 
-export function Slider({ label, scale: now, value, spoken, class: extra, mark, steps, onInput, onEnd }: Props) {
+export function Slider({ label, scale: now, value, spoken, class: extra, mark, steps, grid, disabled, describedBy, onInput, onEnd }: Props) {
     const pause = useRef(0);
     // A scale that follows the value would run away under the pointer.
     const held = useRef<Scale | null>(null);
@@ -64,7 +69,9 @@ export function Slider({ label, scale: now, value, spoken, class: extra, mark, s
             class={`slider ${extra ?? ''}`}
             min="0"
             max="1"
-            step="0.001"
+            step={grid ?? 0.001}
+            disabled={disabled}
+            aria-describedby={describedBy}
             value={position}
             aria-label={label}
             aria-valuetext={spoken}

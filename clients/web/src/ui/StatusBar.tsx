@@ -1,5 +1,6 @@
 import type { ComponentChildren } from 'preact';
 import { fixed, number, percent, si } from '../lib/format';
+import { FRESH, opacityOf } from '../state/convergence';
 import type { FrameNumbers } from '../state/meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
@@ -71,9 +72,9 @@ function Converged() {
 /** Paler the more of it was measured in pictures before this one. */
 function ErrorBound({ bound }: { bound: number }) {
     const fresh = useApp().meter.server.value?.error?.fresh ?? 1;
-    const title = fresh < 0.5 ? 'Measured in the pictures before this one; this one is being measured' : undefined;
+    const title = fresh < FRESH ? 'Measured in the pictures before this one; this one is being measured' : undefined;
     return (
-        <span class="quality-error" style={{ opacity: 0.45 + 0.55 * fresh }} title={title}>
+        <span class="quality-error" style={{ opacity: opacityOf(fresh) }} title={title}>
             ±{percent(bound)}
         </span>
     );

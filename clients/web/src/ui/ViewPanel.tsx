@@ -1,7 +1,7 @@
 import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
-import { RESOLUTIONS, STOPS, STREAMS, type Resolution, type Stop, type Stream } from '../state/view';
+import { RESOLUTIONS, STREAMS, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
 import { Slider } from './Slider';
@@ -25,7 +25,6 @@ export function ViewPanel() {
     const settings = app.view.settings.value;
     const render = app.scene.record('render');
     const cameras = app.scene.list('camera').value;
-    const method = app.method.value;
     return (
         <section class="section" aria-labelledby="view-title">
             <header class="section-head">
@@ -59,14 +58,6 @@ export function ViewPanel() {
                     options={Object.entries(STREAMS).map(([key, s]) => [key, s.label])}
                     onChange={(s) => app.view.change({ stream: s as Stream })}
                 />
-                <Choice
-                    label="Stop refining at"
-                    value={settings.stop}
-                    options={Object.keys(STOPS).map((name) => [name, name])}
-                    disabled={!method?.addsSamples}
-                    describedBy="stop-hint"
-                    onChange={(s) => app.view.change({ stop: s as Stop })}
-                />
                 {cameras.length > 1 && (
                     <Choice
                         label="Go to camera"
@@ -76,11 +67,6 @@ export function ViewPanel() {
                     />
                 )}
             </div>
-            <p class="hint" id="stop-hint">
-                {method && !method.addsSamples
-                    ? `${method.name} makes a picture in one pass, and does not know its error.`
-                    : 'A picture at rest is refined until its error is below this with 95 % confidence; with Never, to the scene’s number of samples.'}
-            </p>
         </section>
     );
 }

@@ -1,6 +1,7 @@
 /** One table: what the keys do and what the help says about them. */
 import type { App } from '../state/app';
 import { isOn } from '../state/lights';
+import { STOP_NAMES } from '../state/view';
 import { pan, turn, zoom } from '../view/camera';
 
 interface Key {
@@ -27,6 +28,11 @@ const ARROWS: Record<string, [number, number]> = {
 function expose(app: App, step: number): void {
     const { ev } = app.exposure.value;
     app.view.change({ exposure: { auto: false, ev: Math.round((ev + step) * 30) / 30 } });
+}
+
+function stopAt(app: App, step: number): void {
+    const stop = STOP_NAMES[STOP_NAMES.indexOf(app.view.settings.value.stop) + step];
+    if (stop && app.method.value?.addsSamples) app.view.change({ stop });
 }
 
 function toggleSelected(app: App): void {
@@ -59,6 +65,8 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo([app.selectedLight.value]) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
+    { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
+    { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
     { keys: ['escape'], shown: 'Esc', label: 'Select nothing', run: (app) => app.clearSelection() },
     { keys: ['?'], shown: '?', label: 'This help', run: (app) => (app.helpOpen.value = true) },
