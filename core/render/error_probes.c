@@ -22,7 +22,7 @@
  * third each for being one, for the square of the light that the picture has there, and for that of its contrast, as
  * pictures are off most where they are bright, and at edges; at most 1. Looking at five pixels a candidate takes a
  * third of the time of a probe's first two paths. */
-#define BLOCK 1024u
+#define BLOCK 512u
 #define BLOCK_PROBES 64u
 
 #define KEEP 0.7 /* of what a picture's error was measured by counts for the next one: about the last three count */
@@ -56,10 +56,11 @@ struct lum_error_probes {
     uint32_t n, n_each; /* probes, and how many pairs each of them is to get; before next all have them */
     uint32_t next;
     uint64_t n_done;               /* paths of this picture */
-    double rays, paths, ns;        /* so far; CPU time */
+    double rays, paths;            /* so far */
     double credit;                 /* rays that were allowed and not traced */
     struct moments before;         /* of the pictures before this one */
-    struct moments first;          /* of this one, before it was bettered */
+    struct moments now;            /* of this one, when it was last looked at */
+    struct moments first;          /* the same before it was bettered */
     struct lum_counters *counters; /* by worker */
     struct pair *batch;
     uint32_t max_batch;
@@ -282,7 +283,6 @@ enum lum_status lum_error_probes_trace(struct lum_error_probes *p, const struct 
 {
     if (max_rays == 0)
         return LUM_OK;
-    int64_t begin_ns = lum_clock_ns(), begin_cpu_ns = lum_pool_cpu_ns(runner->pool);
     double per_path = p->paths > 0.0 ? p->rays / p->paths : FIRST_RAYS_PER_PATH;
     /* What is left over is for the next call; were it not at least a pair, a small picture would never get one. */
     p->credit = fmin(p->credit, fmax((double)max_rays, 2.0 * per_path)) + (double)max_rays;
@@ -298,8 +298,6 @@ enum lum_status lum_error_probes_trace(struct lum_error_probes *p, const struct 
     enum lum_status status =
         lum_pool_run(runner->pool, (n + JOB_PAIRS - 1) / JOB_PAIRS, trace_job, &tracing, runner->cancel);
     take(p, n, runner);
-    p->ns += (double)(lum_pool_cpu_ns(runner->pool) - begin_cpu_ns);
-    runner->stats->stage_ms[LUM_STAGE_ERROR] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;
 }
 
@@ -352,22 +350,15 @@ void lum_error_probes_begin(struct lum_error_probes *p, bool alike)
         add_moments(&before, &p->first, KEEP);
     }
     p->before = before;
-    p->first = (struct moments){0};
+    p->now = p->first = (struct moments){0};
     p->n_pictures++;
     p->n = p->n_each = p->next = 0;
     p->n_done = 0;
 }
 
-void lum_error_probes_note(struct lum_error_probes *p, const struct lum_film *film)
+void lum_error_probes_note(struct lum_error_probes *p)
 {
-    double mean = mean_luminance(film);
-    struct moments m = mean > 0.0 ? moments_of(p, film, mean) : (struct moments){0};
-    p->first = isfinite(m.sum3) ? m : (struct moments){0};
-}
-
-double lum_error_probes_ray_ns(const struct lum_error_probes *p)
-{
-    return p->rays > 0.0 ? p->ns / p->rays : 0.0;
+    p->first = p->now;
 }
 
 uint64_t lum_error_probes_paths(const struct lum_error_probes *p)
@@ -375,12 +366,13 @@ uint64_t lum_error_probes_paths(const struct lum_error_probes *p)
     return p->n_done;
 }
 
-struct lum_film_error lum_error_probes_error(const struct lum_error_probes *p, const struct lum_film *film)
+struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const struct lum_film *film)
 {
     double mean = mean_luminance(film);
     if (!(mean > 0.0))
         return LUM_FILM_ERROR_UNKNOWN;
     struct moments m = moments_of(p, film, mean);
+    p->now = isfinite(m.sum3) ? m : (struct moments){0};
     double own = m.n;
     add_moments(&m, &p->before, 1.0);
     if (m.n < ENOUGH || !isfinite(m.sum3))

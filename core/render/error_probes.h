@@ -19,9 +19,9 @@ void lum_error_probes_destroy(struct lum_error_probes *p); /* accepts NULL */
 /* Another picture follows. alike: it is made in the same way, of a scene or from a place that differs: what was noted
  * of those before counts on, less with every picture. Else it is forgotten. */
 void lum_error_probes_begin(struct lum_error_probes *p, bool alike);
-/* Remembers what is known of this picture as it is now, for those after it: they are like what it was before samples
- * bettered it. */
-void lum_error_probes_note(struct lum_error_probes *p, const struct lum_film *film);
+/* Remembers what lum_error_probes_error last said of this picture, for those after it: they are like what it was before
+ * samples bettered it. */
+void lum_error_probes_note(struct lum_error_probes *p);
 
 /* Traces about so many rays more, none for 0, and counts them as those of LUM_RAY_PROBE. pass->on: what the truth has;
  * pass->film: the picture, which tells where probes are worth most. On failure what was measured before stays. */
@@ -31,10 +31,7 @@ enum lum_status lum_error_probes_trace(struct lum_error_probes *p, const struct 
 /* Paths that the present picture was compared with. */
 uint64_t lum_error_probes_paths(const struct lum_error_probes *p);
 
-/* CPU time of one of their rays; 0: not known. */
-double lum_error_probes_ray_ns(const struct lum_error_probes *p);
-
 /* Of the film as it is now. Unknown before there are enough, and of a black one. */
-struct lum_film_error lum_error_probes_error(const struct lum_error_probes *p, const struct lum_film *film);
+struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const struct lum_film *film);
 
 #endif

@@ -8,7 +8,7 @@
                             */
 #define LEAST_PATHS 1024.0 /* of small pictures: probes enough for a statement */
 #define RAYS_AT_REST 2.0   /* a pixel and call: calls are short, since an edit may wait for one */
-#define DEAR 4.0 /* time of a path's ray by that of a picture's, until it is known: 1 of `path` to 6 of `igi` */
+#define DEAR 4.0 /* time of a path's ray over that of a picture's, until it is known: 1 of `path` to 6 of `igi` */
 
 void lum_measure_finish(struct lum_measurement *m)
 {
@@ -38,10 +38,20 @@ static enum lum_status trace(struct lum_measurement *m, const struct lum_pass *f
         return LUM_OK;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass.on[e] = on[e] && (e != LUM_EFFECT_ANTIALIAS || frame->settings->method->serves[e]);
+    int64_t begin_ns = lum_clock_ns();
     enum lum_status status = lum_error_probes_trace(m->probes, &pass, (uint64_t)max_rays, runner);
     m->error = lum_error_probes_error(m->probes, pass.film);
     m->given_up = status == LUM_ERR_NOMEM;
+    runner->stats->stage_ms[LUM_STAGE_ERROR] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return m->given_up ? LUM_OK : status;
+}
+
+static double rays_of(const struct lum_stage_runner *runner)
+{
+    uint64_t rays = 0;
+    for (uint32_t w = 0; w < lum_pool_size(runner->pool); w++)
+        rays += runner->counters[w].rays[LUM_RAY_PROBE];
+    return (double)rays;
 }
 
 void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, const bool on[LUM_EFFECT_COUNT],
@@ -49,13 +59,15 @@ void lum_measure_share(struct lum_measurement *m, const struct lum_pass *frame, 
 {
     struct lum_stage_runner whole = *runner;
     whole.cancel = NULL;
-    double share = frame->settings->error_share, ray_ns = m->probes ? lum_error_probes_ray_ns(m->probes) : 0.0;
-    double max_rays = share * (double)cost.rays / DEAR;
-    if (cost.rays > 0 && ray_ns > 0.0 && !frame->settings->deterministic)
-        max_rays = share * (double)cost.cpu_ns / ray_ns;
+    double share = frame->settings->error_share, max_rays = share * (double)cost.rays / DEAR;
+    if (cost.rays > 0 && m->rays > 0.0 && !frame->settings->deterministic)
+        max_rays = share * cost.ms * m->rays / m->ms;
+    double before = rays_of(runner), before_ms = runner->stats->stage_ms[LUM_STAGE_ERROR];
     (void)trace(m, frame, on, max_rays, &whole);
+    m->rays += rays_of(runner) - before;
+    m->ms += runner->stats->stage_ms[LUM_STAGE_ERROR] - before_ms;
     if (cost.first && m->probes)
-        lum_error_probes_note(m->probes, frame->film);
+        lum_error_probes_note(m->probes);
 }
 
 enum lum_status lum_measure_more(struct lum_measurement *m, const struct lum_pass *frame,
@@ -64,7 +76,7 @@ enum lum_status lum_measure_more(struct lum_measurement *m, const struct lum_pas
     double n = (double)frame->settings->w * frame->settings->h;
     enum lum_status status = trace(m, frame, on, RAYS_AT_REST * n, runner);
     if (m->probes && !frame->settings->method->progressive && !frame->settings->method->refines)
-        lum_error_probes_note(m->probes, frame->film);
+        lum_error_probes_note(m->probes);
     return status;
 }
 

@@ -8,6 +8,7 @@
 struct lum_measurement {
     struct lum_error_probes *probes; /* NULL: none were needed yet, or memory is short */
     bool given_up;                   /* it is */
+    double ms, rays;                 /* that shares took so far, drawing pixels and looking at them included */
     struct lum_film_error error;     /* as of the last call; unknown after lum_measure_begin */
 };
 
@@ -19,7 +20,7 @@ void lum_measure_begin(struct lum_measurement *m, bool alike);
 /* What a picture took. */
 struct lum_measure_cost {
     uint64_t rays;
-    int64_t cpu_ns;
+    double ms;
     bool first; /* it was made, and not bettered */
 };
 

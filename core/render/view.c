@@ -470,7 +470,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         if (status == LUM_OK && !rough && settings->error_share > 0.0 && !isfinite(view->error.bound))
             lum_measure_share(
                 &view->measurement, &pass, view->chosen.on,
-                (struct lum_measure_cost){traced(view), lum_pool_cpu_ns(view->pool) - begin_cpu_ns, spp == 0}, &runner);
+                (struct lum_measure_cost){traced(view), (double)(lum_clock_ns() - begin_ns) * 1e-6, spp == 0}, &runner);
         sum_counters(view, &stats);
         spp = view_spp(view, method);
     } else if (!is_measured(view, settings)) {

@@ -140,7 +140,8 @@ static void threads_do_not_change_it(void **state)
 
 static void next_picture(struct sky *s)
 {
-    lum_error_probes_note(s->probes, &s->film);
+    lum_error_probes_error(s->probes, &s->film);
+    lum_error_probes_note(s->probes);
     lum_error_probes_begin(s->probes, true);
 }
 
