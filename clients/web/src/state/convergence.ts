@@ -134,12 +134,11 @@ function samplesOutlook({ s, spp, stopped }: Course, sceneSpp: number): Outlook 
     return { is: 'ahead', s: (s * sceneSpp) / spp };
 }
 
-/** What is known now, in words; fresh: how much of it is of this very picture. */
-export function knownError(error: ErrorNumbers | null, fresh: number): string {
+/** What is known now, in words. */
+export function knownError(error: ErrorNumbers | null): string {
     if (!error) return 'How far the picture is off is not known yet.';
     const about = error.rel > 0 ? `about ${percent(error.rel)}` : 'less than can be told from noise';
-    const most = `t most ${percent(error.bound)} off (${about}), 95 % sure`;
-    return fresh < FRESH ? `The pictures before: a${most}. This one is being measured.` : `A${most}.`;
+    return `At most ${percent(error.bound)} off (${about}), 95 % sure.`;
 }
 
 /** What is of the pictures before pales, and stays readable. */

@@ -27,9 +27,8 @@ export function AccuracyPanel() {
                     Accuracy
                 </h2>
             </header>
-            <Known />
+            <Known predicts={refines} />
             <ErrorPlot target={refines ? drawnTarget(app.view.settings.value.stop) : null} />
-            {refines && <Prediction />}
             <StopSlider disabled={!refines} />
             <p class="hint" id="stop-hint">
                 {refines
@@ -40,19 +39,19 @@ export function AccuracyPanel() {
     );
 }
 
-function Known() {
+/** Two lines always: what is below does not jump. */
+function Known({ predicts }: { predicts: boolean }) {
     const app = useApp();
     const error = app.meter.server.value?.error ?? null;
     const edited = app.scene.rev.value > (app.meter.frame.value?.sceneRev ?? 0);
     const fresh = edited ? 0 : (error?.fresh ?? 1);
     return (
-        <p
-            class={`known ${fresh < FRESH ? 'is-of-before' : ''}`}
-            style={{ opacity: opacityOf(fresh) }}
-            title="Root mean square error by mean luminance; it pales while it is of the pictures before"
-        >
-            {knownError(error, fresh)}
-        </p>
+        <div class="known">
+            <p style={{ opacity: opacityOf(fresh) }} title="Root mean square error by mean luminance; it pales while it is of the pictures before">
+                {knownError(error)}
+            </p>
+            {error && fresh < FRESH ? <p>That is of the pictures before this one.</p> : predicts && <Prediction />}
+        </div>
     );
 }
 
@@ -76,7 +75,7 @@ function Prediction() {
     const of = stop === 'exact' ? (ahead ?? 'exact') : stop;
     const name = of === 'fast' ? 'A first whole picture' : of === 'exact' ? 'All samples' : of;
     return (
-        <p class="prediction" title="From the fall of the error of this picture of late, as a straight line in the plot">
+        <p title="From the fall of the error of this picture of late, as a straight line in the plot">
             {outlookInWords(name, outlooks.get(of)!, app.convergence.course.value.s)}
         </p>
     );
@@ -115,9 +114,9 @@ function StopSlider({ disabled }: { disabled: boolean }) {
     );
 }
 
-/** Under the slider: what it stops at there, and when that is. The slider says it to those who do not see. */
+/** Under the slider: what it stops at there, and when that is; upright once it is reached. The slider says it to those who do not see. */
 function Position({ name, outlook, chosen, disabled }: { name: Stop; outlook: Outlook; chosen: boolean; disabled: boolean }) {
-    const when = outlook.is === 'reached' ? duration(outlook.s) : outlook.is === 'ahead' ? `~${duration(outlook.s)}` : '–';
+    const when = outlook.is === 'reached' || outlook.is === 'ahead' ? duration(outlook.s) : '–';
     return (
         <li class={chosen ? 'is-chosen' : ''} title={`${name}: ${whenSpoken(outlook)}`}>
             {name}

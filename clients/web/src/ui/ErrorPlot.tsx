@@ -41,26 +41,26 @@ export function ErrorPlot({ target }: { target: number | null }) {
                         stop
                     </span>
                 )}
-                <span class="key-axis">seconds of work on this picture</span>
+                <span class="key-axis" title="Since this picture began, without the time in which it rested">seconds of work</span>
             </figcaption>
         </figure>
     );
 }
 
-/** Whole decades around the values, at least one. */
-function decades(values: number[], none: [number, number]): [number, number] {
-    if (values.length === 0) return none;
+/** Axes reach that far at least, so that they rarely change: seconds, and errors. */
+const USUAL_S = [1, 10];
+const USUAL_ERROR = [0.01, 1];
+
+/** Whole decades around the values. */
+function decades(values: number[]): [number, number] {
     const low = Math.floor(Math.log10(Math.min(...values)));
-    const high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(...values))));
+    const high = Math.ceil(Math.log10(Math.max(...values)));
     return [10 ** low, 10 ** high];
 }
 
 /** Time, bound, estimate, target; the target goes from edge to edge. */
 function dataOf(points: readonly Point[], target: number | null): uPlot.AlignedData {
-    const [from, to] = decades(
-        points.map((p) => p.s),
-        [0.1, 10],
-    );
+    const [from, to] = decades([...USUAL_S, ...points.map((p) => p.s)]);
     const ends = <T,>(values: T[], end: T): T[] => [end, ...values, end];
     return [
         [from, ...points.map((p) => p.s), to],
@@ -89,10 +89,10 @@ function options(box: HTMLElement): uPlot.Options {
     };
     const axis = (size: number, values: (v: number) => string): uPlot.Axis => ({
         size,
-        gap: 4,
+        gap: 5,
         font: `11px ${style('--font')()}`,
         stroke: style('--dim'),
-        grid: { stroke: style('--line'), width: 1 },
+        grid: { stroke: style('--track'), width: 1 },
         ticks: { show: false },
         splits: each,
         filter: (_, splits) => splits,
@@ -106,10 +106,10 @@ function options(box: HTMLElement): uPlot.Options {
         legend: { show: false },
         cursor: { show: false },
         scales: {
-            x: { time: false, distr: 3, range: (u) => decades([...(u.data[0] as number[])], [0.1, 10]) },
-            y: { distr: 3, range: (u) => decades(shownValues(u), [0.01, 1]) },
+            x: { time: false, distr: 3, range: (u) => decades([...u.data[0]]) },
+            y: { distr: 3, range: (u) => decades([...USUAL_ERROR, ...shownValues(u)]) },
         },
-        axes: [axis(20, (v) => String(Number(v.toPrecision(1)))), axis(48, percent)],
+        axes: [axis(22, (v) => String(Number(v.toPrecision(1)))), axis(48, percent)],
         series: [
             {},
             { stroke: style('--accent'), width: 2, points: { show: (u) => u.data[0].length < 12, size: 5, fill: style('--accent') } },
