@@ -34,7 +34,7 @@ LAYERS = {
         "render",
     ],
     "protocol": ["base", "json", "message", "record", "op", "document"],
-    "server": ["base", "import", "importer", "stream", "world", "director", "net", "cli"],
+    "server": ["base", "import", "importer", "stream", "journal", "world", "director", "net", "cli"],
 }
 # rooms of core/effect -> others of them that they may use
 EFFECT_MAY_USE = {
@@ -58,6 +58,7 @@ ONLY_IN = {
     r"kiss_fft": r"core/metric/fft\.c",
     r"cjson/": r"protocol/|server/|clients/|tests/",
     r"turbojpeg\.h|spng\.h|zlib\.h": r"server/|clients/|tests/",
+    r"openssl/": r"server/journal/",
     r"assimp/|meshoptimizer\.h|seccomp\.h": r"server/importer/",
     r"sys/socket\.h|netinet/|arpa/": r"server/|clients/|tests/",
 }

@@ -58,6 +58,9 @@ bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_ch
 bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes,
                        struct lum_proto_error *err);
 
+/* The revision that the user's next undo would take back, or her next redo bring again; 0: there is none. */
+uint64_t lum_document_next_undo(struct lum_document *doc, const char *user, bool redo);
+
 /* The user will not come back: nothing of hers can be undone any more. Not between an edit and its rollback. */
 void lum_document_forget_user(struct lum_document *doc, const char *user);
 

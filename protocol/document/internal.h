@@ -27,6 +27,7 @@ struct lum_history_entry {
     struct lum_history_entry *next; /* older */
     struct lum_changes changes;
     lum_id group;   /* lum_ops.undo_group */
+    uint64_t rev;   /* that it made; of a drag, the last of them */
     size_t n_bytes; /* of bulk data that it holds on to */
 };
 struct lum_history {
@@ -55,5 +56,7 @@ void lum_history_settle(struct lum_document *doc);
 /* Takes note of an applied transaction; it becomes pending. False: memory is short. */
 bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes);
 void lum_history_finish(struct lum_document *doc);
+/* Of bulk data in a record; 0 of NULL. */
+size_t lum_history_bulk_bytes(const struct lum_record *r);
 
 #endif

@@ -50,7 +50,7 @@ static void trim(struct lum_history_entry *list)
     }
 }
 
-static size_t bulk_bytes(const struct lum_record *r)
+size_t lum_history_bulk_bytes(const struct lum_record *r)
 {
     if (r && r->type == LUM_RECORD_MESH) {
         const struct lum_record_mesh *m = &r->mesh;
@@ -89,10 +89,11 @@ static void absorb(struct lum_history_entry *e, struct lum_history_entry *next)
     for (size_t i = 0; i < next->changes.n; i++) {
         struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, step->before);
         struct lum_record *left = whole->after;
-        e->n_bytes += bulk_bytes(step->after) - bulk_bytes(left);
+        e->n_bytes += lum_history_bulk_bytes(step->after) - lum_history_bulk_bytes(left);
         whole->after = step->after;
         step->after = left; /* freed with next */
     }
+    e->rev = next->rev;
     entry_destroy(next);
 }
 
@@ -210,11 +211,12 @@ bool lum_history_note(struct lum_document *doc, const char *user, const char *gr
     }
     e->changes.n = changes->n;
     snprintf(e->group, sizeof e->group, "%s", group);
+    e->rev = doc->rev;
     for (size_t i = 0; i < changes->n; i++) {
         const struct lum_change *c = &changes->changes[i];
         e->changes.changes[i] = (struct lum_change){c->before ? lum_record_ref(c->before) : NULL,
                                                     c->after ? lum_record_ref(c->after) : NULL};
-        e->n_bytes += bulk_bytes(c->before) + bulk_bytes(c->after);
+        e->n_bytes += lum_history_bulk_bytes(c->before) + lum_history_bulk_bytes(c->after);
     }
     doc->last = (struct lum_last_action){LUM_ACTION_APPLY, h, e};
     return true;
@@ -350,6 +352,14 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
     doc->rev++;
     doc->last = (struct lum_last_action){action, h, *list};
     return true;
+}
+
+uint64_t lum_document_next_undo(struct lum_document *doc, const char *user, bool redo)
+{
+    lum_history_settle(doc);
+    const struct lum_history *h = find_history(doc, user);
+    const struct lum_history_entry *e = h ? redo ? h->redo : h->undo : NULL;
+    return e ? e->rev : 0;
 }
 
 bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_changes *ret_changes,

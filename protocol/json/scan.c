@@ -145,12 +145,12 @@ static bool scan_token(struct scanner *s)
     return scan_word(s);
 }
 
-bool lum_json_scan(const char *text, size_t n_bytes, struct lum_proto_error *err)
+bool lum_json_scan(const char *text, size_t n_bytes, unsigned max_bytes, struct lum_proto_error *err)
 {
     const uint8_t *begin = (const uint8_t *)text;
     struct scanner s = {.begin = begin, .p = begin, .end = begin + n_bytes, .err = err};
-    if (n_bytes > LUM_LIMIT_MESSAGE_BYTES)
-        return over_limit(&s, "bytes in a message", LUM_LIMIT_MESSAGE_BYTES);
+    if (n_bytes > max_bytes)
+        return over_limit(&s, "bytes in a message", max_bytes);
     while (s.p < s.end) {
         if (*s.p == ' ' || *s.p == '\t' || *s.p == '\n' || *s.p == '\r' || *s.p == ',' || *s.p == ':')
             s.p++;

@@ -6,7 +6,8 @@
 
 #include <stddef.h>
 
-/* True when every token is strict JSON in UTF-8 within the limits; the order of tokens is left to the parser. */
-bool lum_json_scan(const char *text, size_t n_bytes, struct lum_proto_error *err);
+/* True when every token is strict JSON in UTF-8 within the limits; the order of tokens is left to the parser.
+ * max_bytes: LUM_LIMIT_MESSAGE_BYTES of what comes from outside. */
+bool lum_json_scan(const char *text, size_t n_bytes, unsigned max_bytes, struct lum_proto_error *err);
 
 #endif

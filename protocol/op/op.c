@@ -162,12 +162,22 @@ static bool is_default(const struct lum_field *f, const struct lum_record *r, co
     return lum_field_equal(f, lum_record_body(r), lum_record_body(fresh));
 }
 
-/* A field of a group is left out when another one of the group stands in for it: so do pixels decoded from an asset. */
-static bool stands_aside(const struct lum_field *f, const struct lum_record *r, const struct lum_record *fresh)
+/* How bulk data is written: as JSON; or as counts; or beside it, as blobs. */
+struct bulk_form {
+    bool elided;
+    struct lum_blobs_out *blobs; /* NULL: not this way */
+};
+
+/* A field of a group is left out when another one of the group stands in for it: so do pixels decoded from an asset, or
+ * the asset where the pixels are kept. */
+static bool stands_aside(const struct lum_field *f, const struct lum_record *r, const struct lum_record *fresh,
+                         const struct bulk_form *form)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
     if (f->kind == LUM_FIELD_PIXELS)
-        return r->image.asset[0] != '\0';
+        return r->image.asset[0] != '\0' && !form->blobs;
+    if (r->type == LUM_RECORD_IMAGE && f->kind == LUM_FIELD_ASSET && form->blobs)
+        return r->image.pixels != NULL;
     if (!f->group || !is_default(f, r, fresh))
         return false;
     for (size_t i = 0; i < t->n; i++)
@@ -186,18 +196,27 @@ static bool write_elided(cJSON *object, const struct lum_field *f, const struct 
     return true;
 }
 
+static bool write_field(cJSON *object, const struct lum_field *f, const struct lum_record *r,
+                        const struct bulk_form *form)
+{
+    bool bulk = lum_field_is_bulk(f);
+    if (bulk && form->elided)
+        return write_elided(object, f, r);
+    return lum_json_add(object, f->name,
+                        bulk && form->blobs ? lum_field_write_blob(f, lum_record_body(r), form->blobs)
+                                            : lum_field_write(f, lum_record_body(r)));
+}
+
 /* All fields that are not null into object. False when memory is short. */
-static bool write_fields(struct cJSON *object, const struct lum_record *r, bool elide_bulk)
+static bool write_fields(struct cJSON *object, const struct lum_record *r, const struct bulk_form *form)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
     struct lum_record *fresh = lum_record_create(r->type, r->id);
     bool ok = fresh != NULL;
     for (size_t i = 0; i < t->n && ok; i++) {
         const struct lum_field *f = &t->fields[i];
-        if (lum_field_is_null(f, lum_record_body(r)) || stands_aside(f, r, fresh))
-            continue;
-        ok = elide_bulk && lum_field_is_bulk(f) ? write_elided(object, f, r)
-                                                : lum_json_add(object, f->name, lum_field_write(f, lum_record_body(r)));
+        if (!lum_field_is_null(f, lum_record_body(r)) && !stands_aside(f, r, fresh, form))
+            ok = write_field(object, f, r, form);
     }
     lum_record_unref(fresh);
     return ok;
@@ -208,7 +227,7 @@ static cJSON *render_to_json(const struct lum_record *r)
 {
     cJSON *op = cJSON_CreateObject(), *value = cJSON_CreateObject();
     bool ok = op && value && lum_json_add_string(op, "op", "set") && lum_json_add_string(op, "id", r->id) &&
-              lum_json_add_string(op, "path", "") && write_fields(value, r, false);
+              lum_json_add_string(op, "path", "") && write_fields(value, r, &(struct bulk_form){0});
     if (!ok) {
         cJSON_Delete(value);
         value = NULL;
@@ -219,7 +238,7 @@ static cJSON *render_to_json(const struct lum_record *r)
     return NULL;
 }
 
-struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk)
+static cJSON *record_to_json(const struct lum_record *r, const struct bulk_form *form)
 {
     if (r->type == LUM_RECORD_RENDER)
         return render_to_json(r);
@@ -227,11 +246,22 @@ struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk)
     bool import = r->type == LUM_RECORD_IMPORT;
     bool ok = lum_json_add_string(op, "op", import ? "import" : "add") &&
               (import || lum_json_add_string(op, "type", lum_record_type_names[r->type])) &&
-              lum_json_add_string(op, "id", r->id) && write_fields(op, r, elide_bulk);
+              lum_json_add_string(op, "id", r->id) && write_fields(op, r, form);
     if (ok)
         return op;
     cJSON_Delete(op);
     return NULL;
+}
+
+struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk)
+{
+    return record_to_json(r, &(struct bulk_form){.elided = elide_bulk});
+}
+
+struct cJSON *lum_record_to_blobs(const struct lum_record *r, struct lum_blobs_out *ret_blobs)
+{
+    ret_blobs->n = 0;
+    return record_to_json(r, &(struct bulk_form){.blobs = ret_blobs});
 }
 
 struct cJSON *lum_op_to_json(const struct lum_op *op)

@@ -51,6 +51,10 @@ void lum_ops_finish(struct lum_ops *ops);
  * ("n_triangles"), for lists shown to people. NULL when memory is short. */
 struct cJSON *lum_record_to_json(const struct lum_record *r, bool elide_bulk);
 
+/* The same with bulk data as blobs, borrowed from r. Decoded pixels stand in for the asset that they came from, whose
+ * name the caller keeps. */
+struct cJSON *lum_record_to_blobs(const struct lum_record *r, struct lum_blobs_out *ret_blobs);
+
 /* The op as it is sent or stored. NULL when memory is short. */
 struct cJSON *lum_op_to_json(const struct lum_op *op);
 

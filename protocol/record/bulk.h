@@ -16,13 +16,20 @@ struct lum_indices {
     size_t n;
 };
 
-/* Bulk arrays an importer sends beside the JSON: {"positions":{"blob":3}}. */
+/* Bulk arrays that an importer sends, and the journal keeps, beside the JSON: {"positions":{"blob":3}}, little-endian
+ * 32-bit numbers or pixels; {"blob64":3}: doubles. */
+#define LUM_BLOBS_MAX 8u /* of one record: a mesh has five arrays */
 struct lum_blob {
     const uint8_t *bytes;
     size_t n_bytes;
 };
 struct lum_blobs {
     const struct lum_blob *blobs;
+    size_t n;
+};
+/* Those of one record, on their way out: borrowed from it. */
+struct lum_blobs_out {
+    struct lum_blob blobs[LUM_BLOBS_MAX];
     size_t n;
 };
 

@@ -26,18 +26,18 @@ static bool wrong_element(const struct lum_field *f, size_t i, double min, doubl
     return lum_proto_fail_range(err, path, min, max);
 }
 
-/* {"blob":k} to a copy of blob k. */
-static bool read_blob(const struct lum_field *f, const cJSON *json, const struct lum_blobs *blobs,
+/* {"blob":k} to a copy of blob k, whose numbers have `width` bytes. */
+static bool read_blob(const struct lum_field *f, const cJSON *json, const struct lum_blobs *blobs, size_t width,
                       struct lum_blob *ret_copy, struct lum_proto_error *err)
 {
-    const cJSON *k = cJSON_GetObjectItemCaseSensitive(json, "blob");
+    const cJSON *k = cJSON_GetObjectItemCaseSensitive(json, width == 8 ? "blob64" : "blob");
     if (!blobs || !cJSON_IsNumber(k) || json->child->next)
         return wrong(f, err, f->kind == LUM_FIELD_PIXELS ? "base64" : "an array of numbers");
     if (!(k->valuedouble >= 0) || k->valuedouble >= (double)blobs->n || k->valuedouble != floor(k->valuedouble))
         return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "not_found", f->name, "%s: no such blob", f->name);
     const struct lum_blob *blob = &blobs->blobs[(size_t)k->valuedouble];
-    if (blob->n_bytes % 4 != 0 && f->kind != LUM_FIELD_PIXELS)
-        return wrong(f, err, "a blob of 32-bit numbers");
+    if (blob->n_bytes % width != 0)
+        return wrong(f, err, "a blob of whole numbers");
     uint8_t *copy = calloc(blob->n_bytes ? blob->n_bytes : 1, 1);
     if (!copy)
         return lum_proto_fail_memory(err);
@@ -59,12 +59,16 @@ static bool read_floats_blob(const struct lum_field *f, struct lum_floats *ret, 
                              const struct lum_blobs *blobs, struct lum_proto_error *err)
 {
     struct lum_blob copy;
-    if (!read_blob(f, json, blobs, &copy, err))
+    bool wide = (f->flags & LUM_FIELD_DOUBLE) && cJSON_HasObjectItem(json, "blob64");
+    if (!read_blob(f, json, blobs, wide ? 8 : 4, &copy, err))
         return false;
-    *ret = (struct lum_floats){.f32 = (float *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 4};
-    for (size_t i = 0; i < ret->n; i++)
-        if (!((double)ret->f32[i] >= f->min && (double)ret->f32[i] <= f->max))
+    *ret = wide ? (struct lum_floats){.f64 = (double *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 8}
+                : (struct lum_floats){.f32 = (float *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 4};
+    for (size_t i = 0; i < ret->n; i++) {
+        double v = wide ? ret->f64[i] : (double)ret->f32[i];
+        if (!(v >= f->min && v <= f->max))
             return wrong_element(f, i, f->min, f->max, err);
+    }
     return true;
 }
 
@@ -100,7 +104,7 @@ static bool read_indices(const struct lum_field *f, struct lum_indices *ret, con
     const double max = (double)LUM_LIMIT_VERTICES - 1;
     if (cJSON_IsObject(json)) { /* the validator compares every index with the number of vertices */
         struct lum_blob copy;
-        if (!read_blob(f, json, blobs, &copy, err))
+        if (!read_blob(f, json, blobs, 4, &copy, err))
             return false;
         *ret = (struct lum_indices){(uint32_t *)(uintptr_t)copy.bytes, copy.n_bytes / 4};
         return true;
@@ -126,7 +130,7 @@ static bool read_pixels(const struct lum_field *f, struct lum_record_image *imag
 {
     if (cJSON_IsObject(json)) {
         struct lum_blob copy;
-        if (!read_blob(f, json, blobs, &copy, err))
+        if (!read_blob(f, json, blobs, 1, &copy, err))
             return false;
         image->pixels = (uint8_t *)(uintptr_t)copy.bytes;
         image->n_bytes = copy.n_bytes;
@@ -186,4 +190,26 @@ struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base)
     cJSON *json = text ? cJSON_CreateString(text) : NULL;
     free(text);
     return json;
+}
+
+struct cJSON *lum_field_write_blob(const struct lum_field *f, const void *base, struct lum_blobs_out *out)
+{
+    const void *p = (const char *)base + f->offset;
+    const struct lum_floats *floats = p;
+    const struct lum_record_image *image = base;
+    bool wide = f->kind == LUM_FIELD_FLOATS && floats->f64;
+    struct lum_blob blob = {image->pixels, image->n_bytes};
+    if (f->kind == LUM_FIELD_FLOATS)
+        blob = wide ? (struct lum_blob){(const uint8_t *)floats->f64, 8 * floats->n}
+                    : (struct lum_blob){(const uint8_t *)floats->f32, 4 * floats->n};
+    else if (f->kind == LUM_FIELD_INDICES)
+        blob = (struct lum_blob){(const uint8_t *)((const struct lum_indices *)p)->u32,
+                                 4 * ((const struct lum_indices *)p)->n};
+    cJSON *json = cJSON_CreateObject();
+    if (out->n < LUM_BLOBS_MAX && lum_json_add_number(json, wide ? "blob64" : "blob", (double)out->n)) {
+        out->blobs[out->n++] = blob;
+        return json;
+    }
+    cJSON_Delete(json);
+    return NULL;
 }

@@ -13,13 +13,11 @@
 #include "protocol/op/op.h"
 #include "server/import/child.h"
 
-#define MAX_BLOBS 8u /* of one op: a mesh has five arrays */
-
 /* Turns the child's chunks into records. */
 struct collector {
     struct lum_import_result result;
     size_t records_cap;
-    struct lum_blob blobs[MAX_BLOBS];
+    struct lum_blob blobs[LUM_BLOBS_MAX];
     size_t n_blobs;
     const char *prefix; /* what every id must begin with; "": any */
     void (*progress)(void *user, const char *stage, double fraction);
@@ -130,7 +128,7 @@ static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, s
     struct collector *c = user;
     switch (kind) {
     case LUM_CHUNK_BLOB:
-        if (c->n_blobs == MAX_BLOBS)
+        if (c->n_blobs == LUM_BLOBS_MAX)
             return lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset",
                                   "the importer's output is damaged");
         c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n};

@@ -1,0 +1,215 @@
+#include "protocol/document/state.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/document/internal.h"
+#include "protocol/record/field.h"
+
+void lum_document_state_finish(struct lum_document_state *s)
+{
+    for (size_t i = 0; i < s->n_records; i++)
+        lum_record_unref(s->records[i]);
+    free(s->records);
+    for (size_t i = 0; i < s->n_histories; i++) {
+        struct lum_history_state *h = &s->histories[i];
+        for (size_t k = 0; k < h->n_undo + h->n_redo; k++)
+            lum_changes_finish(&h->steps[k].changes);
+        free(h->steps);
+    }
+    free(s->histories);
+    *s = (struct lum_document_state){0};
+}
+
+/* ---- out of the document ---- */
+
+static bool copy_changes(const struct lum_changes *from, struct lum_changes *ret)
+{
+    struct lum_changes c = {.changes = calloc(from->n ? from->n : 1, sizeof *c.changes), .n = from->n};
+    if (!c.changes)
+        return false;
+    for (size_t i = 0; i < c.n; i++) {
+        const struct lum_change *f = &from->changes[i];
+        c.changes[i] = (struct lum_change){f->before ? lum_record_ref(f->before) : NULL,
+                                           f->after ? lum_record_ref(f->after) : NULL};
+    }
+    *ret = c;
+    return true;
+}
+
+static size_t length(const struct lum_history_entry *list)
+{
+    size_t n = 0;
+    for (; list; list = list->next)
+        n++;
+    return n;
+}
+
+static bool take_list(const struct lum_history_entry *list, struct lum_history_state *h, size_t *n)
+{
+    for (; list; list = list->next, ++*n) {
+        struct lum_step_state *s = &h->steps[h->n_undo + h->n_redo];
+        if (!copy_changes(&list->changes, &s->changes))
+            return false;
+        memcpy(s->group, list->group, sizeof s->group);
+        s->rev = list->rev;
+    }
+    return true;
+}
+
+static bool take_history(const struct lum_history *from, struct lum_history_state *h)
+{
+    size_t n = length(from->undo) + length(from->redo);
+    memcpy(h->user, from->user, sizeof h->user);
+    h->steps = calloc(n ? n : 1, sizeof *h->steps);
+    return h->steps && take_list(from->undo, h, &h->n_undo) && take_list(from->redo, h, &h->n_redo);
+}
+
+static bool take_histories(const struct lum_document *doc, struct lum_document_state *s)
+{
+    size_t n = 0;
+    for (const struct lum_history *h = doc->histories; h; h = h->next)
+        n++;
+    s->histories = calloc(n ? n : 1, sizeof *s->histories);
+    bool ok = s->histories != NULL;
+    for (const struct lum_history *h = doc->histories; h && ok; h = h->next)
+        if (h->user[0] != '(')
+            ok = take_history(h, &s->histories[s->n_histories++]);
+    return ok;
+}
+
+bool lum_document_take_state(struct lum_document *doc, struct lum_document_state *ret_state)
+{
+    lum_history_settle(doc);
+    const struct lum_table *t = &doc->table;
+    struct lum_document_state s = {.rev = doc->rev, .records = calloc(t->n, sizeof(*s.records))};
+    if (!s.records || !take_histories(doc, &s)) {
+        lum_document_state_finish(&s);
+        return false;
+    }
+    for (size_t i = 0; i < t->capacity; i++)
+        if (t->slots[i].record)
+            s.records[s.n_records++] = lum_record_ref(t->slots[i].record);
+    *ret_state = s;
+    return true;
+}
+
+/* ---- into a document ---- */
+
+struct finder {
+    const struct lum_document *doc;
+    const char *missing;
+};
+
+static bool is_there(void *user, enum lum_record_type type, const char *id, const char *path)
+{
+    struct finder *f = user;
+    (void)path;
+    const struct lum_record *r = lum_document_find(f->doc, id);
+    if (r && r->type == type)
+        return true;
+    f->missing = id;
+    return false;
+}
+
+static const char *why_not(const struct lum_document *doc, const struct lum_record *r, char text[160])
+{
+    struct finder f = {.doc = doc};
+    if (lum_document_find(doc, r->id))
+        return "stands there twice";
+    if (r->origin[0] && !lum_document_find(doc, r->origin))
+        return "its import is lost";
+    if (lum_record_each_ref(r, is_there, &f))
+        return NULL;
+    snprintf(text, 160, "\"%.64s\", which it refers to, is lost", f.missing);
+    return text;
+}
+
+static int by_rank(const void *a, const void *b)
+{
+    const struct lum_record *p = *(struct lum_record *const *)a, *q = *(struct lum_record *const *)b;
+    int d = lum_record_rank(p->type) - lum_record_rank(q->type);
+    return d ? d : strcmp(p->id, q->id);
+}
+
+static bool put_records(struct lum_document *doc, const struct lum_document_state *s,
+                        void (*left_out)(void *user, const char *id, const char *why), void *user)
+{
+    struct lum_record **sorted = calloc(s->n_records ? s->n_records : 1, sizeof(*sorted));
+    char text[160];
+    if (!sorted || !lum_table_reserve(&doc->table, s->n_records)) {
+        free(sorted);
+        return false;
+    }
+    if (s->n_records)
+        memcpy(sorted, s->records, s->n_records * sizeof *sorted);
+    qsort(sorted, s->n_records, sizeof(*sorted), by_rank);
+    for (size_t i = 0; i < s->n_records; i++) {
+        struct lum_record *r = sorted[i];
+        if (r->type == LUM_RECORD_RENDER) { /* always exists already */
+            lum_table_change(&doc->table, lum_document_find(doc, "render"), r);
+            continue;
+        }
+        const char *why = why_not(doc, r, text);
+        if (why)
+            left_out(user, r->id, why);
+        else
+            lum_table_change(&doc->table, NULL, r);
+    }
+    free(sorted);
+    return true;
+}
+
+static bool put_step(const struct lum_step_state *s, struct lum_history_entry ***link)
+{
+    struct lum_history_entry *e = calloc(1, sizeof *e);
+    if (!e || !copy_changes(&s->changes, &e->changes)) {
+        free(e);
+        return false;
+    }
+    memcpy(e->group, s->group, sizeof e->group);
+    e->rev = s->rev;
+    for (size_t i = 0; i < e->changes.n; i++)
+        e->n_bytes +=
+            lum_history_bulk_bytes(e->changes.changes[i].before) + lum_history_bulk_bytes(e->changes.changes[i].after);
+    **link = e;
+    *link = &e->next;
+    return true;
+}
+
+static bool put_histories(struct lum_document *doc, const struct lum_document_state *s)
+{
+    struct lum_history **link = &doc->histories;
+    for (size_t i = 0; i < s->n_histories && i < LUM_LIMIT_UNDO_USERS; i++) {
+        const struct lum_history_state *from = &s->histories[i];
+        struct lum_history *h = *link = calloc(1, sizeof *h);
+        if (!h)
+            return false;
+        link = &h->next;
+        memcpy(h->user, from->user, sizeof h->user);
+        struct lum_history_entry **undo = &h->undo, **redo = &h->redo;
+        for (size_t k = 0; k < from->n_undo + from->n_redo; k++)
+            if (!put_step(&from->steps[k], k < from->n_undo ? &undo : &redo))
+                return false;
+    }
+    return true;
+}
+
+struct lum_document *lum_document_from_state(const struct lum_document_state *s,
+                                             void (*left_out)(void *user, const char *id, const char *why), void *user)
+{
+    struct lum_document *doc = lum_document_create();
+    if (doc && put_records(doc, s, left_out, user) && put_histories(doc, s)) {
+        doc->rev = s->rev;
+        return doc;
+    }
+    lum_document_destroy(doc);
+    return NULL;
+}
+
+void lum_document_raise_rev(struct lum_document *doc, uint64_t rev)
+{
+    if (rev > doc->rev)
+        doc->rev = rev;
+}

@@ -1,0 +1,182 @@
+#define _GNU_SOURCE
+#include "server/journal/disk.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* ---- the calls ---- */
+
+static int real_create(void *user, int dir_fd, const char *name)
+{
+    (void)user;
+    return openat(dir_fd, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+}
+
+static ssize_t real_write(void *user, int fd, const void *bytes, size_t n)
+{
+    (void)user;
+    return write(fd, bytes, n);
+}
+
+static int real_sync(void *user, int fd)
+{
+    (void)user;
+    return fsync(fd);
+}
+
+static int real_rename(void *user, int dir_fd, const char *from, const char *to)
+{
+    (void)user;
+    return renameat(dir_fd, from, dir_fd, to);
+}
+
+const struct lum_disk lum_disk_real = {real_create, real_write, real_sync, real_rename, NULL};
+
+static enum lum_status fail_errno(struct lum_error *err, const char *what, const char *name)
+{
+    int e = errno;
+    return lum_fail(err, e == ENOENT ? LUM_ERR_NOT_FOUND : LUM_ERR_IO, "state", "cannot %s %.100s: %s", what, name,
+                    strerror(e));
+}
+
+/* ---- folders ---- */
+
+enum lum_status lum_dir_open(int at_fd, const char *name, bool make, const struct lum_disk *disk,
+                             struct lum_dir *ret_dir, struct lum_error *err)
+{
+    if (make && mkdirat(at_fd, name, 0700) != 0 && errno != EEXIST)
+        return fail_errno(err, "make the folder", name);
+    /* the user's own path may lead over links; below it nothing does */
+    int fd = openat(at_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | (at_fd == AT_FDCWD ? 0 : O_NOFOLLOW));
+    if (fd < 0)
+        return fail_errno(err, "open the folder", name);
+    *ret_dir = (struct lum_dir){fd, disk};
+    return LUM_OK;
+}
+
+void lum_dir_close(struct lum_dir *dir)
+{
+    if (dir->disk && dir->fd >= 0)
+        close(dir->fd);
+    *dir = (struct lum_dir){.fd = -1};
+}
+
+enum lum_status lum_dir_sync(const struct lum_dir *dir, struct lum_error *err)
+{
+    return dir->disk->sync(dir->disk->user, dir->fd) ? fail_errno(err, "write", "the folder") : LUM_OK;
+}
+
+enum lum_status lum_dir_lock(const struct lum_dir *dir, const char *path, int *ret_fd, struct lum_error *err)
+{
+    int fd = openat(dir->fd, "lock", O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (fd < 0)
+        return fail_errno(err, "open", "the file lock");
+    if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
+        *ret_fd = fd;
+        return LUM_OK;
+    }
+    bool taken = errno == EWOULDBLOCK;
+    close(fd);
+    if (!taken)
+        return fail_errno(err, "lock", "the file lock");
+    return lum_fail(err, LUM_ERR_CONFLICT, "state",
+                    "another lumend writes the state in %.100s: stop that one first, or give another folder", path);
+}
+
+enum lum_status lum_dir_each(const struct lum_dir *dir, void (*fn)(void *user, const char *name), void *user,
+                             struct lum_error *err)
+{
+    int fd = openat(dir->fd, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *list = fd < 0 ? NULL : fdopendir(fd);
+    if (!list) {
+        enum lum_status st = fail_errno(err, "read", "the folder");
+        if (fd >= 0)
+            close(fd);
+        return st;
+    }
+    for (struct dirent *e = readdir(list); e; e = readdir(list))
+        if (e->d_name[0] != '.')
+            fn(user, e->d_name);
+    closedir(list);
+    return LUM_OK;
+}
+
+/* ---- files ---- */
+
+enum lum_status lum_dir_create(const struct lum_dir *dir, const char *name, int *ret_fd, struct lum_error *err)
+{
+    lum_dir_remove(dir, name);
+    int fd = dir->disk->create(dir->disk->user, dir->fd, name);
+    if (fd < 0)
+        return fail_errno(err, "create", name);
+    *ret_fd = fd;
+    return LUM_OK;
+}
+
+enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *ret_fd, uint64_t *ret_n_bytes,
+                             struct lum_error *err)
+{
+    /* a pipe in place of a file must not hang us */
+    int fd = openat(dir->fd, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    struct stat st;
+    if (fd < 0 || fstat(fd, &st) != 0) {
+        enum lum_status status = fail_errno(err, "open", name);
+        if (fd >= 0)
+            close(fd);
+        return status;
+    }
+    if (!S_ISREG(st.st_mode)) {
+        close(fd);
+        return lum_fail(err, LUM_ERR_INVALID, "state", "%.100s is no plain file", name);
+    }
+    *ret_fd = fd;
+    *ret_n_bytes = (uint64_t)st.st_size;
+    return LUM_OK;
+}
+
+bool lum_dir_has(const struct lum_dir *dir, const char *name)
+{
+    struct stat st;
+    return fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(st.st_mode);
+}
+
+enum lum_status lum_dir_write(const struct lum_dir *dir, const char *name, int fd, const void *bytes, size_t n,
+                              struct lum_error *err)
+{
+    const char *at = bytes;
+    while (n > 0) {
+        ssize_t done = dir->disk->write(dir->disk->user, fd, at, n);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done == 0)
+            errno = ENOSPC; /* as good a reason as any: there is no progress */
+        if (done <= 0)
+            return fail_errno(err, "write", name);
+        at += done;
+        n -= (size_t)done;
+    }
+    return LUM_OK;
+}
+
+enum lum_status lum_dir_sync_file(const struct lum_dir *dir, const char *name, int fd, struct lum_error *err)
+{
+    return dir->disk->sync(dir->disk->user, fd) ? fail_errno(err, "write", name) : LUM_OK;
+}
+
+enum lum_status lum_dir_rename(const struct lum_dir *dir, const char *from, const char *to, struct lum_error *err)
+{
+    if (dir->disk->rename(dir->disk->user, dir->fd, from, to) != 0)
+        return fail_errno(err, "rename", from);
+    return lum_dir_sync(dir, err);
+}
+
+void lum_dir_remove(const struct lum_dir *dir, const char *name)
+{
+    (void)unlinkat(dir->fd, name, 0);
+}

@@ -1,0 +1,330 @@
+#define _GNU_SOURCE
+#include "server/journal/frame.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <cjson/cJSON.h>
+#include <openssl/evp.h>
+#include <zlib.h>
+
+#include "protocol/base/limits.h"
+#include "protocol/json/json.h"
+
+#define BUFFER_BYTES 65536u
+#define MAX_BLOB_BYTES (1ull << 33) /* of one frame: five arrays of the largest mesh, an image of the largest size */
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the structs are written as they lie in memory");
+
+struct file_head {
+    char magic[8];
+    uint32_t version, kind;
+    uint64_t salt, seq;
+    uint32_t zero, crc;
+};
+struct frame_head {
+    char magic[4];
+    uint32_t n_json;
+    uint64_t n_blobs, seq, rev;
+    uint32_t body_crc, head_crc;
+};
+_Static_assert(sizeof(struct file_head) == LUM_FRAME_BYTES && sizeof(struct frame_head) == LUM_FRAME_BYTES, "no gaps");
+
+static const char file_magic[8] = {'L', 'U', 'M', 'S', 'T', 'A', 'T', 'E'};
+static const char frame_magic[4] = {'L', 'U', 'M', 'R'};
+
+static uint32_t crc_of(uint32_t crc, const void *bytes, size_t n)
+{
+    return (uint32_t)crc32_z(crc, bytes, n);
+}
+
+static enum lum_status no_memory(struct lum_error *err)
+{
+    return lum_fail(err, LUM_ERR_NOMEM, "state", "no memory to keep the state");
+}
+
+/* ---- writing ---- */
+
+static enum lum_status flush(struct lum_frame_writer *w, struct lum_error *err)
+{
+    enum lum_status st = lum_dir_write(w->dir, w->name, w->fd, w->buffer, w->n_buffer, err);
+    w->n_buffer = 0;
+    return st;
+}
+
+static enum lum_status put(struct lum_frame_writer *w, const void *bytes, size_t n, struct lum_error *err)
+{
+    w->n_bytes += n;
+    if (w->sha && EVP_DigestUpdate(w->sha, bytes, n) != 1)
+        return lum_fail(err, LUM_ERR_INTERNAL, "state", "SHA-256 failed");
+    if (w->n_buffer + n > BUFFER_BYTES) {
+        enum lum_status st = flush(w, err);
+        if (st || n > BUFFER_BYTES)
+            return st ? st : lum_dir_write(w->dir, w->name, w->fd, bytes, n, err);
+    }
+    if (n > 0)
+        memcpy(w->buffer + w->n_buffer, bytes, n);
+    w->n_buffer += n;
+    return LUM_OK;
+}
+
+static bool start_sha(struct lum_frame_writer *w)
+{
+    w->sha = EVP_MD_CTX_new();
+    return w->sha && EVP_DigestInit_ex(w->sha, EVP_sha256(), NULL) == 1;
+}
+
+enum lum_status lum_frame_create(struct lum_frame_writer *w, const struct lum_dir *dir, const char *name,
+                                 enum lum_file_kind kind, uint64_t seq, struct lum_error *err)
+{
+    struct file_head head = {.version = LUM_STATE_VERSION, .kind = kind, .seq = seq};
+    memcpy(head.magic, file_magic, sizeof head.magic);
+    bool content = kind == LUM_FILE_CONTENT;
+    *w = (struct lum_frame_writer){.dir = dir, .fd = -1, .buffer = malloc(BUFFER_BYTES)};
+    snprintf(w->name, sizeof w->name, "%s", name);
+    if (!content && getrandom(&head.salt, sizeof head.salt, 0) != (ssize_t)sizeof head.salt)
+        head.salt = (uint64_t)lum_clock_ns();
+    w->salt = (uint32_t)head.salt;
+    head.crc = crc_of(0, &head, offsetof(struct file_head, crc));
+    enum lum_status st = w->buffer && (!content || start_sha(w)) ? LUM_OK : no_memory(err);
+    if (!st)
+        st = lum_dir_create(dir, name, &w->fd, err);
+    for (int copy = 0; copy < 2 && !st; copy++)
+        st = put(w, &head, sizeof head, err);
+    if (st)
+        lum_frame_close(w);
+    return st;
+}
+
+static bool add_lengths(cJSON *json, const struct lum_blobs_out *blobs)
+{
+    cJSON *lengths = cJSON_CreateArray();
+    for (size_t i = 0; i < blobs->n; i++)
+        lum_json_add(lengths, NULL, cJSON_CreateNumber((double)blobs->blobs[i].n_bytes));
+    return lum_json_add(json, "blobs", lengths);
+}
+
+static enum lum_status put_body(struct lum_frame_writer *w, struct frame_head *head, const char *text,
+                                const struct lum_blobs_out *blobs, struct lum_error *err)
+{
+    static const uint8_t zeros[8] = {0};
+    head->body_crc = crc_of(w->salt, text, head->n_json);
+    for (size_t i = 0; blobs && i < blobs->n; i++) {
+        head->body_crc = crc_of(head->body_crc, blobs->blobs[i].bytes, blobs->blobs[i].n_bytes);
+        head->n_blobs += blobs->blobs[i].n_bytes;
+    }
+    head->head_crc = crc_of(w->salt, head, offsetof(struct frame_head, head_crc));
+    enum lum_status st = put(w, head, sizeof *head, err);
+    if (!st)
+        st = put(w, text, head->n_json, err);
+    for (size_t i = 0; blobs && i < blobs->n && !st; i++)
+        st = put(w, blobs->blobs[i].bytes, blobs->blobs[i].n_bytes, err);
+    return st ? st : put(w, zeros, (size_t)(-w->n_bytes & 7), err);
+}
+
+enum lum_status lum_frame_put(struct lum_frame_writer *w, uint64_t seq, uint64_t rev, struct cJSON *json,
+                              const struct lum_blobs_out *blobs, struct lum_error *err)
+{
+    size_t n = 0;
+    bool ok = json && (!blobs || blobs->n == 0 || add_lengths(json, blobs));
+    char *text = ok ? lum_json_print(json, &n) : NULL;
+    cJSON_Delete(json);
+    if (!text)
+        return no_memory(err);
+    struct frame_head head = {.n_json = (uint32_t)n, .seq = seq, .rev = rev};
+    memcpy(head.magic, frame_magic, sizeof head.magic);
+    enum lum_status st = n > LUM_LIMIT_STORED_BYTES
+                             ? lum_fail(err, LUM_ERR_LIMIT, "state", "an edit is too long to keep: %zu bytes", n)
+                             : put_body(w, &head, text, blobs, err);
+    free(text);
+    return st;
+}
+
+enum lum_status lum_frame_flush(struct lum_frame_writer *w, struct lum_error *err)
+{
+    return flush(w, err);
+}
+
+enum lum_status lum_frame_sync(struct lum_frame_writer *w, struct lum_error *err)
+{
+    enum lum_status st = flush(w, err);
+    return st ? st : lum_dir_sync_file(w->dir, w->name, w->fd, err);
+}
+
+void lum_frame_close(struct lum_frame_writer *w)
+{
+    if (w->buffer && w->fd >= 0)
+        close(w->fd);
+    EVP_MD_CTX_free(w->sha);
+    free(w->buffer);
+    *w = (struct lum_frame_writer){.fd = -1};
+}
+
+/* ---- reading ---- */
+
+/* True when all n bytes are there. */
+static bool read_at(const struct lum_frame_reader *r, uint64_t at, void *ret, size_t n)
+{
+    char *to = ret;
+    while (n > 0) {
+        ssize_t done = pread(r->fd, to, n, (off_t)at);
+        if (done <= 0)
+            return false;
+        to += done;
+        at += (uint64_t)done;
+        n -= (size_t)done;
+    }
+    return true;
+}
+
+static bool is_file_head(const struct file_head *h)
+{
+    return memcmp(h->magic, file_magic, sizeof file_magic) == 0 &&
+           h->crc == crc_of(0, h, offsetof(struct file_head, crc));
+}
+
+/* Either of the two. */
+static bool read_file_head(const struct lum_frame_reader *r, struct file_head *ret)
+{
+    for (uint64_t copy = 0; copy < 2; copy++)
+        if (read_at(r, copy * sizeof *ret, ret, sizeof *ret) && is_file_head(ret))
+            return true;
+    return false;
+}
+
+enum lum_status lum_frame_open(struct lum_frame_reader *r, const struct lum_dir *dir, const char *name,
+                               enum lum_file_kind kind, struct lum_error *err)
+{
+    struct file_head head;
+    *r = (struct lum_frame_reader){.fd = -1};
+    enum lum_status st = lum_dir_read(dir, name, &r->fd, &r->n_bytes, err);
+    if (st)
+        return st;
+    if (!read_file_head(r, &head))
+        st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s is damaged at offset 0: it has no head", name);
+    else if (head.version != LUM_STATE_VERSION)
+        st = lum_fail(err, LUM_ERR_UNSUPPORTED, "state",
+                      "%.40s has format %u, and this lumend reads format %u: start the lumend that wrote it, or take "
+                      "the scene over with its `lumend state export`",
+                      name, head.version, LUM_STATE_VERSION);
+    else if (head.kind != (uint32_t)kind)
+        st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s holds something else than its name says", name);
+    if (st) {
+        lum_frame_close_reader(r);
+        return st;
+    }
+    r->salt = (uint32_t)head.salt;
+    r->seq = head.seq;
+    r->at = 2 * sizeof head;
+    return LUM_OK;
+}
+
+static uint64_t body_bytes(const struct frame_head *h)
+{
+    return (h->n_json + h->n_blobs + 7) & ~7ull;
+}
+
+static bool is_head(const struct lum_frame_reader *r, const struct frame_head *h)
+{
+    return memcmp(h->magic, frame_magic, sizeof frame_magic) == 0 &&
+           h->head_crc == crc_of(r->salt, h, offsetof(struct frame_head, head_crc)) &&
+           h->n_json <= LUM_LIMIT_STORED_BYTES && h->n_blobs <= MAX_BLOB_BYTES;
+}
+
+/* Where the next frame's head stands, from `at` on; n_bytes: nowhere. */
+static uint64_t find_head(const struct lum_frame_reader *r, uint64_t at)
+{
+    uint8_t window[4096 + LUM_FRAME_BYTES];
+    for (at = (at + 7) & ~7ull; at + LUM_FRAME_BYTES <= r->n_bytes; at += 4096) {
+        size_t n = r->n_bytes - at < sizeof window ? (size_t)(r->n_bytes - at) : sizeof window;
+        if (!read_at(r, at, window, n))
+            break;
+        for (size_t i = 0; i < 4096 && i + LUM_FRAME_BYTES <= n; i += 8) {
+            struct frame_head h;
+            memcpy(&h, window + i, sizeof h);
+            if (is_head(r, &h))
+                return at + i;
+        }
+    }
+    return r->n_bytes;
+}
+
+static bool read_body(struct lum_frame_reader *r, const struct frame_head *h, struct lum_error *err)
+{
+    size_t n = (size_t)(h->n_json + h->n_blobs);
+    if (n > r->body_capacity) {
+        free(r->body);
+        r->body = malloc(n);
+        r->body_capacity = r->body ? n : 0;
+        if (!r->body)
+            return !no_memory(err);
+    }
+    if (read_at(r, r->at + sizeof *h, r->body, n))
+        return crc_of(r->salt, r->body, n) == h->body_crc;
+    lum_fail(err, LUM_ERR_IO, "state", "a file of the state cannot be read");
+    return false;
+}
+
+/* Names the blobs of the body by the lengths that the JSON tells. */
+static bool split_blobs(const struct lum_frame_reader *r, const struct frame_head *h, struct lum_frame *f)
+{
+    uint64_t left = h->n_blobs;
+    const uint8_t *at = r->body + h->n_json;
+    const cJSON *lengths = cJSON_GetObjectItemCaseSensitive(f->json, "blobs");
+    for (const cJSON *c = lengths ? lengths->child : NULL; c; c = c->next) {
+        if (f->n_blobs == LUM_BLOBS_MAX || !cJSON_IsNumber(c) || !(c->valuedouble >= 0) ||
+            c->valuedouble > (double)left)
+            return false;
+        uint64_t n = (uint64_t)c->valuedouble;
+        f->blobs[f->n_blobs++] = (struct lum_blob){at, (size_t)n};
+        at += n;
+        left -= n;
+    }
+    return left == 0;
+}
+
+enum lum_frame_found lum_frame_next(struct lum_frame_reader *r, struct lum_frame *ret_frame, struct lum_error *err)
+{
+    struct frame_head h;
+    struct lum_frame *f = ret_frame;
+    *f = (struct lum_frame){.offset = r->at, .n_bytes = r->n_bytes - r->at};
+    if (r->at >= r->n_bytes)
+        return LUM_FRAME_END;
+    if (!read_at(r, r->at, &h, sizeof h) || !is_head(r, &h)) {
+        uint64_t next = find_head(r, r->at + 8);
+        f->n_bytes = next - r->at;
+        r->at = next;
+        return next == r->n_bytes ? LUM_FRAME_TORN : LUM_FRAME_DAMAGED;
+    }
+    if (body_bytes(&h) > r->n_bytes - r->at - sizeof h) {
+        r->at = r->n_bytes;
+        return LUM_FRAME_TORN;
+    }
+    f->n_bytes = sizeof h + body_bytes(&h);
+    f->seq = h.seq;
+    f->rev = h.rev;
+    bool ok = read_body(r, &h, err);
+    f->json = ok ? lum_json_parse_stored((const char *)r->body, h.n_json, NULL) : NULL;
+    ok = f->json && split_blobs(r, &h, f);
+    r->at += f->n_bytes;
+    if (!ok)
+        lum_frame_finish(f);
+    return ok ? LUM_FRAME_WHOLE : LUM_FRAME_DAMAGED;
+}
+
+void lum_frame_finish(struct lum_frame *f)
+{
+    cJSON_Delete(f->json);
+    f->json = NULL;
+}
+
+void lum_frame_close_reader(struct lum_frame_reader *r)
+{
+    if (r->fd >= 0)
+        close(r->fd);
+    free(r->body);
+    *r = (struct lum_frame_reader){.fd = -1};
+}
