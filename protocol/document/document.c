@@ -143,7 +143,7 @@ static bool move_children(struct lum_txn *t, const struct lum_record *before, co
     for (size_t i = 0; i < after->import.n_made && ok; i++) {
         struct lum_record *local = after->import.made[i];
         const struct lum_table_slot *slot = lum_table_find(&t->doc->table, local->id);
-        if (!slot)
+        if (!slot || slot->record->type != local->type)
             continue;
         struct lum_record *now = slot->record, *moved = lum_import_reapply_transform(&move, local, now, t->err);
         ok = moved && (moved == now || lum_txn_step(t, now, moved));

@@ -107,7 +107,7 @@ static bool add_edits(cJSON *ops, const struct lum_document *doc, const struct l
     bool ok = true;
     for (size_t i = 0; i < import->n_made && ok; i++) {
         const struct lum_record *now = lum_document_find(doc, import->made[i]->id);
-        if (!now || now == import->made[i])
+        if (!now || now == import->made[i] || now->type != import->made[i]->type)
             continue;
         struct lum_record *placed = lum_import_apply_transform(&import->transform, import->made[i], NULL);
         ok = placed && add_difference(ops, placed, now, false);

@@ -116,10 +116,16 @@ static bool is_there(void *user, enum lum_record_type type, const char *id, cons
 static const char *why_not(const struct lum_document *doc, const struct lum_record *r, char text[160])
 {
     struct finder f = {.doc = doc};
+    const struct lum_record *origin = lum_document_find(doc, r->origin);
+    const size_t *n = doc->table.n_of_type;
     if (lum_document_find(doc, r->id))
         return "stands there twice";
-    if (r->origin[0] && !lum_document_find(doc, r->origin))
+    if (r->origin[0] && (!origin || origin->type != LUM_RECORD_IMPORT))
         return "its import is lost";
+    if ((r->type == LUM_RECORD_LIGHT && n[LUM_RECORD_LIGHT] >= LUM_LIMIT_LIGHTS) ||
+        (r->type == LUM_RECORD_MEDIUM && n[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA) ||
+        doc->table.n >= LUM_LIMIT_RECORDS)
+        return "a scene may not have so many";
     if (lum_record_each_ref(r, is_there, &f))
         return NULL;
     snprintf(text, 160, "\"%.64s\", which it refers to, is lost", f.missing);

@@ -40,9 +40,9 @@ static bool check_tree(const cJSON *json, struct lum_proto_error *err)
     return true;
 }
 
-static cJSON *parse(const char *text, size_t n_bytes, unsigned max_bytes, struct lum_proto_error *err)
+static cJSON *parse(const char *text, size_t n_bytes, bool stored, struct lum_proto_error *err)
 {
-    if (!lum_json_scan(text, n_bytes, max_bytes, err))
+    if (!lum_json_scan(text, n_bytes, stored, err))
         return NULL;
     const char *end = NULL;
     cJSON *json = n_bytes ? cJSON_ParseWithLengthOpts(text, n_bytes, &end, false) : NULL;
@@ -68,12 +68,12 @@ fail:
 
 struct cJSON *lum_json_parse(const char *text, size_t n_bytes, struct lum_proto_error *err)
 {
-    return parse(text, n_bytes, LUM_LIMIT_MESSAGE_BYTES, err);
+    return parse(text, n_bytes, false, err);
 }
 
 struct cJSON *lum_json_parse_stored(const char *text, size_t n_bytes, struct lum_proto_error *err)
 {
-    return parse(text, n_bytes, LUM_LIMIT_STORED_BYTES, err);
+    return parse(text, n_bytes, true, err);
 }
 
 /* ---- tree to text ---- */

@@ -18,7 +18,7 @@ struct cJSON;
 /* One JSON value. Refuses what limits.h caps, numbers that are not finite in double, and repeated members. The caller
  * frees it with cJSON_Delete. NULL: err says why (LUM_PROTO_PARSE, or "limit_exceeded"). */
 struct cJSON *lum_json_parse(const char *text, size_t n_bytes, struct lum_proto_error *err);
-/* The same of what lum_json_print made of such a value, which may be longer: LUM_LIMIT_STORED_BYTES. */
+/* The same of a line of a file, which may be longer: LUM_LIMIT_STORED_BYTES, LUM_LIMIT_STORED_TOKENS. */
 struct cJSON *lum_json_parse_stored(const char *text, size_t n_bytes, struct lum_proto_error *err);
 
 /* Compact text; every number reads back to the same double. Not finite prints as null. The caller frees it. *ret_bytes

@@ -9,7 +9,7 @@
 struct scanner {
     const uint8_t *begin, *p, *end;
     unsigned depth;
-    size_t values;
+    size_t values, max_values;
     struct lum_proto_error *err;
 };
 
@@ -130,8 +130,8 @@ static bool scan_token(struct scanner *s)
         s->p++;
         return true;
     }
-    if (++s->values > LUM_LIMIT_JSON_TOKENS)
-        return over_limit(s, "values in a message", LUM_LIMIT_JSON_TOKENS);
+    if (++s->values > s->max_values)
+        return over_limit(s, "values in a message", (unsigned)s->max_values);
     if (c == '{' || c == '[') {
         if (++s->depth > LUM_LIMIT_JSON_DEPTH)
             return over_limit(s, "levels of nesting", LUM_LIMIT_JSON_DEPTH);
@@ -145,10 +145,12 @@ static bool scan_token(struct scanner *s)
     return scan_word(s);
 }
 
-bool lum_json_scan(const char *text, size_t n_bytes, unsigned max_bytes, struct lum_proto_error *err)
+bool lum_json_scan(const char *text, size_t n_bytes, bool stored, struct lum_proto_error *err)
 {
     const uint8_t *begin = (const uint8_t *)text;
     struct scanner s = {.begin = begin, .p = begin, .end = begin + n_bytes, .err = err};
+    s.max_values = stored ? LUM_LIMIT_STORED_TOKENS : LUM_LIMIT_JSON_TOKENS;
+    unsigned max_bytes = stored ? LUM_LIMIT_STORED_BYTES : LUM_LIMIT_MESSAGE_BYTES;
     if (n_bytes > max_bytes)
         return over_limit(&s, "bytes in a message", max_bytes);
     while (s.p < s.end) {

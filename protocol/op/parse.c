@@ -212,7 +212,7 @@ static bool parse_line_op(struct jsonl *f, const cJSON *json)
 
 static bool parse_line(struct jsonl *f, const char *line, size_t n_bytes, bool first)
 {
-    cJSON *json = lum_json_parse(line, n_bytes, f->err);
+    cJSON *json = lum_json_parse_stored(line, n_bytes, f->err);
     bool ok = json && (first ? parse_header(f, json) : parse_line_op(f, json));
     cJSON_Delete(json);
     return ok;

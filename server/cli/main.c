@@ -37,6 +37,7 @@ static int usage(void)
           "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+          "  lumend state check DIR              of what --state kept; also export, compact\n"
           "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
           "  lumend --version | --help           each command has its own --help\n"
           "\n"
@@ -97,6 +98,7 @@ static void signals_block(struct signal_watch *w)
     sigaddset(&w->signals, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &w->signals, NULL);
     signal(SIGPIPE, SIG_IGN); /* a peer that is gone is an error code, not a signal */
+    signal(SIGXFSZ, SIG_IGN); /* so is a file that may not grow */
 }
 
 static bool signals_begin(struct signal_watch *w, struct lum_net *net)
@@ -149,6 +151,9 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
     const struct lum_director_config config = {
         .scene = o->scene,
         .assets_dir = o->assets,
+        .state_dir = o->state,
+        .durability = o->durability,
+        .scene_asked = strcmp(o->given[LUM_SERVE_SCENE], "default") != 0,
         .importer = o->importer,
         .method = o->method,
         .isa = o->isa,
@@ -186,6 +191,8 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
                                                .auth = auth,
                                                .counters = lum_net_counters(net),
                                                .imports = has_assets(o, log),
+                                               .saved = o->state ? lum_durability_names[o->durability] : NULL,
+                                               .starts = lum_director_starts(director),
                                                .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
@@ -245,7 +252,7 @@ static const struct {
     int (*run)(int argc, char **argv);
 } commands[] = {
     {"serve", cmd_serve},       {"render", lum_cmd_render},   {"compare", lum_cmd_compare},
-    {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods},
+    {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods}, {"state", lum_cmd_state},
 };
 
 int main(int argc, char **argv)

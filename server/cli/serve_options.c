@@ -24,6 +24,17 @@ static enum lum_status read_log(const struct lum_option_row *row, const char *gi
                     text);
 }
 
+static enum lum_status read_durability(const struct lum_option_row *row, const char *given, const char *text,
+                                       void *options, struct lum_error *err)
+{
+    for (unsigned i = 0; i < LUM_ARRAY_LEN(lum_durability_names); i++)
+        if (strcmp(text, lum_durability_names[i]) == 0) {
+            ((struct lum_serve_options *)options)->durability = (enum lum_durability)i;
+            return LUM_OK;
+        }
+    return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be commit or interval, not '%.60s'", given, text);
+}
+
 #define AT(m) .offset = offsetof(struct lum_serve_options, m)
 #define TEXT(m) .kind = LUM_OPTION_TEXT, AT(m)
 #define SWITCH(m) .fallback = "0", .kind = LUM_OPTION_SWITCH, AT(m)
@@ -44,6 +55,11 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
         .help = "pages of other sites that may connect: https://lights.example"},
     [LUM_SERVE_ASSETS] = {"assets", "DIR", TEXT(assets),
         .help = "directory of the model files that clients may import"},
+    [LUM_SERVE_STATE] = {"state", "DIR", TEXT(state),
+        .help = "keeps every edit in DIR, and starts with what DIR holds; --scene is for an empty one"},
+    [LUM_SERVE_DURABILITY] = {"durability", "WHEN", .fallback = "commit", OTHER(read_durability),
+        .help = "commit: edits are answered when they are on disk; interval: at once, and a power cut may\n"
+                "take the last second of them"},
     [LUM_SERVE_IMPORTER] = {"importer", "FILE", TEXT(importer),
         .help = "the lumend-import program; default: beside this one"},
     [LUM_SERVE_METHOD] = {"method", "NAME", OTHER(lum_option_read_method), AT(method),

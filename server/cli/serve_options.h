@@ -7,6 +7,7 @@
 
 #include "core/base/base.h"
 #include "server/base/log.h"
+#include "server/journal/journal.h"
 #include "server/net/address.h"
 
 enum lum_serve_option {
@@ -17,6 +18,8 @@ enum lum_serve_option {
     LUM_SERVE_ALLOW_HOST,
     LUM_SERVE_ALLOW_ORIGIN,
     LUM_SERVE_ASSETS,
+    LUM_SERVE_STATE,
+    LUM_SERVE_DURABILITY,
     LUM_SERVE_IMPORTER,
     LUM_SERVE_METHOD,
     LUM_SERVE_THREADS,
@@ -30,7 +33,8 @@ enum lum_serve_option {
 
 struct lum_serve_options {
     /* Strings belong to argv and the environment. NULL: not given and no default. */
-    const char *scene, *token_file, *allow_host, *allow_origin, *assets, *importer, *method, *isa;
+    const char *scene, *token_file, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa;
+    enum lum_durability durability;
     struct lum_address listen;
     bool no_auth, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */

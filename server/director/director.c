@@ -58,10 +58,17 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
 
 struct lum_out *lum_director_take_outbox(struct lum_director *d)
 {
+    uint64_t durable = d->journal ? lum_journal_acknowledged(d->journal) : UINT64_MAX;
     pthread_mutex_lock(&d->lock);
-    struct lum_out *all = d->outbox;
-    d->outbox = NULL;
-    d->outbox_tail = &d->outbox;
+    struct lum_out *all = NULL, **end = &all;
+    while (d->outbox && d->outbox->wait_seq <= durable) {
+        *end = d->outbox;
+        end = &d->outbox->next;
+        d->outbox = d->outbox->next;
+    }
+    *end = NULL;
+    if (!d->outbox)
+        d->outbox_tail = &d->outbox;
     pthread_mutex_unlock(&d->lock);
     return all;
 }
@@ -144,6 +151,7 @@ static void *director_main(void *arg)
     lum_thread_init_fp();
     while (!stopping(d)) {
         atomic_store(&d->tick_ns, lum_clock_ns());
+        lum_director_turn_saving(d);
         for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
             next = q->next;
             handle(d, q);
@@ -183,10 +191,12 @@ static bool copy_config(struct lum_director *d, const struct lum_director_config
     d->config.assets_dir = copy_string(config->assets_dir);
     d->config.importer = copy_string(config->importer);
     d->config.method = copy_string(config->method);
+    d->config.state_dir = copy_string(config->state_dir);
     if (!d->config.wake_net)
         d->config.wake_net = wake_nobody;
     return d->config.scene && (!config->assets_dir || d->config.assets_dir) &&
-           (!config->importer || d->config.importer) && (!config->method || d->config.method);
+           (!config->importer || d->config.importer) && (!config->method || d->config.method) &&
+           (!config->state_dir || d->config.state_dir);
 }
 
 static enum lum_status init_lock(struct lum_director *d, struct lum_error *err)
@@ -205,6 +215,7 @@ static enum lum_status init_lock(struct lum_director *d, struct lum_error *err)
     }
     d->inbox_tail = &d->inbox;
     d->outbox_tail = &d->outbox;
+    d->unsaved_tail = &d->unsaved;
     return LUM_OK;
 fail:
     return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a lock");
@@ -232,14 +243,18 @@ static enum lum_status load(struct lum_director *d, struct lum_error *err)
     struct lum_import_config import = {
         .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_proto_error e;
-    if (!lum_scene_load(&d->world, d->config.scene, &import, &e))
+    bool loaded;
+    enum lum_status st = lum_director_open_state(d, &loaded, err);
+    if (st)
+        return st;
+    if (!loaded && !lum_scene_load(&d->world, d->config.scene, &import, &e))
         return lum_fail(err, LUM_ERR_INVALID, e.path, "%.60s: %s", d->config.scene, e.text);
-    if (d->config.method && !set_method(d, &e))
+    if (d->config.method && strcmp(lum_world_render(&d->world)->render.method, d->config.method) != 0 &&
+        !set_method(d, &e))
         return lum_fail(err, LUM_ERR_INVALID, "method", "%s", e.text);
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
-    d->metrics.triangles = d->world.snapshot->n_triangles; /* no other thread yet */
-    d->metrics.lights = d->world.snapshot->lights.n_lights;
-    return LUM_OK;
+    lum_director_count_scene(d);
+    return lum_director_start_saving(d, err);
 }
 
 enum lum_status lum_director_create(const struct lum_director_config *config, struct lum_director **ret_director,
@@ -276,7 +291,7 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
     return LUM_OK;
 }
 
-/* Order: stop the loop, then the imports it started, then what both used. */
+/* Order: stop the loop, then the imports it started, then the journal, which writes what waits, then what all used. */
 void lum_director_destroy(struct lum_director *d)
 {
     if (!d)
@@ -289,6 +304,12 @@ void lum_director_destroy(struct lum_director *d)
     if (d->has_thread)
         pthread_join(d->thread, NULL);
     lum_director_drop_imports(d);
+    lum_journal_close(d->journal);
+    d->journal = NULL;
+    for (struct lum_staged_edit *p = d->unsaved, *next; p; p = next) {
+        next = p->next;
+        lum_director_free_edit(p);
+    }
     for (struct lum_server_view *v = d->views, *next; v; v = next) {
         next = v->next;
         lum_server_view_destroy(v);
@@ -307,6 +328,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_free((char *)d->config.assets_dir);
     lum_free((char *)d->config.importer);
     lum_free((char *)d->config.method);
+    lum_free((char *)d->config.state_dir);
     pthread_cond_destroy(&d->bell);
     pthread_mutex_destroy(&d->lock);
     lum_free(d);
@@ -322,10 +344,17 @@ bool lum_director_alive(const struct lum_director *d)
     return atomic_load(&d->asleep) || lum_clock_ns() - atomic_load(&d->tick_ns) < ALIVE_WITHIN_NS;
 }
 
+uint64_t lum_director_starts(const struct lum_director *d)
+{
+    return d->journal ? lum_journal_starts(d->journal) : 0;
+}
+
 void lum_director_metrics(const struct lum_director *d, struct lum_director_metrics *ret_metrics)
 {
     struct lum_director *locked = (struct lum_director *)d; /* the lock is not part of what const promises */
     pthread_mutex_lock(&locked->lock);
     *ret_metrics = d->metrics;
     pthread_mutex_unlock(&locked->lock);
+    if (d->journal)
+        lum_journal_status(d->journal, &ret_metrics->journal);
 }

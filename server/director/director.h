@@ -13,11 +13,15 @@
 
 #include "core/base/base.h"
 #include "server/director/request.h"
+#include "server/journal/journal.h"
 
 struct lum_director_config {
     const char *scene;      /* built-in name or file */
     const char *assets_dir; /* root of import assets; NULL: imports refused */
     const char *importer;   /* path of lumend-import */
+    const char *state_dir;  /* of the journal; NULL: nothing is kept. What is there comes before the scene */
+    enum lum_durability durability;
+    bool scene_asked; /* by somebody: the log says where it is left aside */
     const char *method;     /* default method; NULL: the scene's */
     const char *isa;        /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
     uint32_t threads;
@@ -40,11 +44,13 @@ void lum_director_destroy(struct lum_director *director);
 /* ---- net thread ---- */
 /* Takes the request. False when the inbox is full (the reply "busy" is the caller's). */
 bool lum_director_post(struct lum_director *director, struct lum_request *request);
-/* Everything sent since the last call, oldest first; NULL: nothing. */
+/* Everything sent since the last call, oldest first, that knows of no edit that is not durable yet; NULL: nothing. */
 struct lum_out *lum_director_take_outbox(struct lum_director *director);
 uint64_t lum_director_scene_rev(const struct lum_director *director); /* any thread */
 /* True while the director's loop turns: it ticked within the last 10 s, or is asleep with nothing to do. Any thread. */
 bool lum_director_alive(const struct lum_director *director);
+/* How often a daemon has begun with the state, this time included; 0: nothing is kept. Any thread. */
+uint64_t lum_director_starts(const struct lum_director *director);
 
 /* Counters for /metrics; any thread. */
 struct lum_director_metrics {
@@ -52,6 +58,7 @@ struct lum_director_metrics {
         nonfinite;
     uint64_t views, triangles, lights;
     double last_pass_ms;
+    struct lum_journal_status journal; /* zeroed where nothing is kept */
 };
 void lum_director_metrics(const struct lum_director *director, struct lum_director_metrics *ret_metrics);
 

@@ -44,23 +44,48 @@ static bool change_world(struct lum_director *d, const struct lum_request *q, co
     return lum_world_apply(&d->world, &(struct lum_edit){q->user, &q->ops, e->children, e->n}, ret_changes, err);
 }
 
-/* Takes the request and the expansion over. */
-static void apply(struct lum_director *d, struct lum_request *q, struct lum_expansion *expansion)
+/* The step that an undo or a redo is about to take; 0: none, or no such request. */
+static uint64_t next_step(struct lum_director *d, const struct lum_request *q)
+{
+    bool undo = q->type == &lum_request_scene_undo, redo = q->type == &lum_request_scene_redo;
+    return undo || redo ? lum_document_next_undo(d->world.doc, q->user, redo) : 0;
+}
+
+/* A conflict makes the step be forgotten: the journal has to know, after all edits before. */
+static void note_forgotten_step(struct lum_director *d, const struct lum_request *q, uint64_t of)
+{
+    if (of == 0 || next_step(d, q) == of)
+        return;
+    lum_director_commit(d);
+    lum_director_note(d, q->type == &lum_request_scene_redo ? LUM_ENTRY_REDROP : LUM_ENTRY_DROP, q->user, of);
+}
+
+/* Takes the request, the expansion and the entry (NULL: none yet) over. */
+static void apply(struct lum_director *d, struct lum_request *q, struct lum_expansion *expansion,
+                  struct lum_entry *entry)
 {
     struct lum_proto_error err;
     struct lum_staged_edit *p = lum_calloc(1, sizeof *p);
-    if (!p) {
+    uint64_t of = next_step(d, q);
+    if (!p || !lum_director_make_entry(d, q, &entry)) {
         lum_proto_fail_memory(&err);
         goto refused;
     }
+    if (!lum_director_may_edit(d, &err))
+        goto refused;
     if (q->has_base_rev && q->base_rev != lum_document_rev(d->world.doc)) {
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "rev_conflict", "base_rev",
                        "the scene is at revision %llu, not %llu", (unsigned long long)lum_document_rev(d->world.doc),
                        (unsigned long long)q->base_rev);
         goto refused;
     }
-    if (!change_world(d, q, expansion, &p->changes, &err))
+    if (!change_world(d, q, expansion, &p->changes, &err)) {
+        note_forgotten_step(d, q, of);
         goto refused;
+    }
+    if (entry)
+        entry->of = of;
+    p->entry = entry;
     p->request = q;
     p->expansion = *expansion;
     p->scene_rev = lum_document_rev(d->world.doc);
@@ -69,6 +94,7 @@ static void apply(struct lum_director *d, struct lum_request *q, struct lum_expa
     return;
 refused:
     lum_free(p);
+    lum_entry_destroy(entry);
     lum_expansion_finish(expansion);
     refuse_edit(d, q, &err);
 }
@@ -97,17 +123,18 @@ void lum_director_edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
     if (q->type == &lum_request_scene_apply && lum_ops_need_import(&q->ops)) {
-        if (d->config.assets_dir) {
+        struct lum_proto_error err;
+        if (d->config.assets_dir && lum_director_may_edit(d, &err)) {
             start_import(d, q);
             return;
         }
-        struct lum_proto_error err;
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
-                       "this server has no folder of model files: start it with --assets DIR");
+        if (!d->config.assets_dir)
+            lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
+                           "this server has no folder of model files: start it with --assets DIR");
         refuse_edit(d, q, &err);
         return;
     }
-    apply(d, q, &none);
+    apply(d, q, &none, NULL);
 }
 
 static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
@@ -161,6 +188,10 @@ static void *import_main(void *arg)
         .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
     struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
     job->ok = lum_ops_expand(&context, &job->request->ops, &job->expansion, &job->error);
+    if (job->ok && !lum_director_store_imports(d, job, &job->error)) {
+        job->ok = false;
+        lum_expansion_finish(&job->expansion);
+    }
     atomic_store_explicit(&job->done, true, memory_order_release);
     lum_director_ring(d);
     return NULL;
@@ -171,8 +202,9 @@ static void finish_import(struct lum_director *d, struct lum_import_job *job)
     pthread_join(job->thread, NULL);
     count(d, job->ok ? &d->metrics.imports : &d->metrics.imports_failed);
     if (job->ok) {
-        apply(d, job->request, &job->expansion);
+        apply(d, job->request, &job->expansion, job->entry);
     } else {
+        lum_entry_destroy(job->entry);
         lum_log(&d->config.log, LUM_LOG_WARNING, "import", "%s: %s", job->error.path, job->error.text);
         refuse_edit(d, job->request, &job->error);
     }
@@ -224,6 +256,7 @@ void lum_director_drop_imports(struct lum_director *d)
         if (job->started)
             pthread_join(job->thread, NULL);
         lum_expansion_finish(&job->expansion);
+        lum_entry_destroy(job->entry);
         lum_request_destroy(job->request);
         lum_free(job);
     }
@@ -232,8 +265,9 @@ void lum_director_drop_imports(struct lum_director *d)
 
 /* ---- commit ---- */
 
-static void staged_free(struct lum_staged_edit *p)
+void lum_director_free_edit(struct lum_staged_edit *p)
 {
+    lum_entry_destroy(p->entry);
     lum_changes_finish(&p->changes);
     lum_expansion_finish(&p->expansion);
     lum_request_destroy(p->request);
@@ -254,7 +288,8 @@ static bool publish_scene(struct lum_director *d)
         lum_world_rollback(&d->world, &p->changes);
         lum_director_refuse(d, p->request, &err);
         count(d, &d->metrics.edits_refused);
-        staged_free(p);
+        lum_director_free_edit(p);
+        lum_director_save_histories(d); /* they remember it */
     }
     return d->staged != NULL;
 }
@@ -270,7 +305,7 @@ static void announce(struct lum_director *d, const struct lum_staged_edit *p, cJ
             lum_json_add(warnings, NULL, cJSON_CreateString(p->expansion.warnings[i]));
         lum_json_add(result, "warnings", warnings);
     }
-    lum_director_reply(d, p->request, result);
+    lum_director_reply_edit(d, p->request, result, p->seq);
     cJSON *changed = cJSON_CreateObject();
     lum_json_add_number(changed, "scene_rev", (double)p->scene_rev);
     lum_json_add_string(changed, "op_id", p->request->op_id);
@@ -282,7 +317,7 @@ static void announce(struct lum_director *d, const struct lum_staged_edit *p, cJ
     count(d, &d->metrics.edits);
 }
 
-static void count_scene(struct lum_director *d)
+void lum_director_count_scene(struct lum_director *d)
 {
     pthread_mutex_lock(&d->lock);
     d->metrics.triangles = d->world.snapshot->n_triangles;
@@ -301,7 +336,7 @@ void lum_director_commit(struct lum_director *d)
     if (!published)
         return;
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
-    count_scene(d); /* before the replies: who got one reads numbers of its own edit */
+    lum_director_count_scene(d); /* before the replies: who got one reads numbers of its own edit */
     struct lum_staged_edit *oldest_first = NULL;
     int64_t received_ns = 0;
     while (d->staged) {
@@ -314,8 +349,9 @@ void lum_director_commit(struct lum_director *d)
     while (oldest_first) {
         struct lum_staged_edit *p = oldest_first;
         oldest_first = p->next;
+        lum_director_submit(d, p);
         announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
-        staged_free(p);
+        lum_director_keep_unsaved(d, p);
     }
     lum_director_refresh_views(d, received_ns);
 }

@@ -29,6 +29,8 @@ struct lum_staged_edit {
     struct lum_changes changes;
     uint64_t scene_rev;
     struct lum_expansion expansion; /* warnings for the reply */
+    struct lum_entry *entry;        /* for the journal; NULL: nothing is kept */
+    uint64_t seq;                   /* of the entry, once it is submitted */
 };
 
 struct lum_import_job {
@@ -37,6 +39,7 @@ struct lum_import_job {
     struct lum_request *request;
     /* written by the import thread, read after done */
     struct lum_expansion expansion;
+    struct lum_entry *entry; /* names what was stored; NULL: nothing is kept */
     struct lum_proto_error error;
     bool ok;
     int64_t told_ns; /* when progress was last sent */
@@ -57,9 +60,11 @@ struct lum_director {
     struct lum_encoder *encoder;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
-    uint64_t order;                 /* counts changes */
-    struct lum_staged_edit *staged; /* newest first */
-    struct lum_import_job *jobs;    /* oldest first */
+    uint64_t order;                                  /* counts changes */
+    struct lum_staged_edit *staged;                  /* newest first */
+    struct lum_import_job *jobs;                     /* oldest first */
+    struct lum_journal *journal;                     /* NULL: nothing is kept */
+    struct lum_staged_edit *unsaved, **unsaved_tail; /* published and not durable yet, oldest first */
     pthread_t thread;
     bool has_thread;
 
@@ -70,6 +75,7 @@ struct lum_director {
     uint32_t n_inbox;
     size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
+    uint64_t submitted_seq; /* what is said from now on waits for this entry; 0: for none */
     bool rung, stop;
     const struct lum_server_view *rendering; /* in a pass; its id and session do not change */
     int64_t shielded_until_ns;               /* that pass is the first after a change: edits let it be until then */
@@ -92,6 +98,10 @@ void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to,
 /* Answers a request that has an rpc_id; result is consumed. */
 void lum_director_reply(struct lum_director *d, const struct lum_request *q, struct cJSON *result);
 void lum_director_refuse(struct lum_director *d, const struct lum_request *q, const struct lum_proto_error *err);
+/* The reply to an edit that the journal has as entry seq (0: none): it turns into a refusal if that entry is lost. */
+void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q, struct cJSON *result, uint64_t seq);
+/* Such replies above the durable entry are refused, and nothing waits for those entries any more. */
+void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const struct lum_proto_error *err);
 
 /* ---- edits.c ---- */
 /* Takes the request over. */
@@ -102,6 +112,31 @@ void lum_director_turn_imports(struct lum_director *d);
 void lum_director_commit(struct lum_director *d);
 /* Ends all imports and drops what waits. */
 void lum_director_drop_imports(struct lum_director *d);
+void lum_director_free_edit(struct lum_staged_edit *p);
+/* Numbers of the published scene, for /metrics. */
+void lum_director_count_scene(struct lum_director *d);
+
+/* ---- saving.c: nothing of it does anything where no state is kept ---- */
+/* Opens the journal. *ret_loaded: the world has the state that was kept. */
+LUM_MUST_USE enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded, struct lum_error *err);
+/* The world is as it is to be at the start: writes it down, and starts the journal's thread. */
+LUM_MUST_USE enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_error *err);
+/* May edits be made? Else err is the refusal. */
+bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err);
+/* What the journal is to keep of the request. False: memory is short. */
+bool lum_director_make_entry(struct lum_director *d, struct lum_request *q, struct lum_entry **inout_entry);
+/* Import thread: keeps what the importer made of the request's ops. */
+bool lum_director_store_imports(struct lum_director *d, struct lum_import_job *job, struct lum_proto_error *err);
+/* Hands the edit's entry to the journal: what is said from now on waits for it. */
+void lum_director_submit(struct lum_director *d, struct lum_staged_edit *p);
+/* The edit was announced: keeps what it takes to take it back until it is durable, or frees it. */
+void lum_director_keep_unsaved(struct lum_director *d, struct lum_staged_edit *p);
+/* Notes that are no edits: the user left; her undo (or redo) of the step `of` found a conflict, which forgot it. */
+void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, uint64_t of);
+/* Once a turn, with no edit staged: frees what is durable, takes back what is lost, gives the journal its snapshots. */
+void lum_director_turn_saving(struct lum_director *d);
+/* Histories are not what the journal's entries tell: a snapshot shall. */
+void lum_director_save_histories(struct lum_director *d);
 
 /* ---- views.c ---- */
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);

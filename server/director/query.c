@@ -219,6 +219,23 @@ static cJSON *methods_json(void)
     return list;
 }
 
+/* Is what was edited on disk? null where nothing is kept. */
+static cJSON *state_json(const struct lum_director *d)
+{
+    struct lum_journal_status s;
+    if (!d->journal)
+        return cJSON_CreateNull();
+    lum_journal_status(d->journal, &s);
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_string(o, "durability", lum_durability_names[s.durability]);
+    lum_json_add_number(o, "saved_rev", (double)s.saved_rev);
+    lum_json_add_bool(o, "read_only", s.read_only);
+    lum_json_add_string(o, "why", s.read_only ? s.why : "");
+    lum_json_add_number(o, "journal_bytes", (double)s.journal_bytes);
+    lum_json_add_number(o, "snapshots", (double)s.n_snapshots);
+    return o;
+}
+
 static void stats_get(struct lum_director *d, const struct lum_request *q)
 {
     cJSON *o = cJSON_CreateObject(), *views = cJSON_CreateArray();
@@ -229,6 +246,7 @@ static void stats_get(struct lum_director *d, const struct lum_request *q)
     lum_json_add_number(o, "uptime_s", (double)(lum_clock_ns() - d->start_ns) * 1e-9);
     lum_json_add_number(o, "scene_rev", (double)lum_document_rev(d->world.doc));
     lum_json_add_string(o, "scene_name", d->config.scene);
+    lum_json_add(o, "state", state_json(d));
     lum_json_add(o, "scene", scene_json(d));
     lum_json_add(o, "methods", methods_json());
     for (const struct lum_server_view *v = d->views; v; v = v->next)

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include <cjson/cJSON.h>
+
 #include "core/base/base.h"
 
 const struct lum_request_type lum_request_wake = {0};
@@ -19,6 +21,7 @@ void lum_request_destroy(struct lum_request *q)
     if (!q)
         return;
     lum_ops_finish(&q->ops);
+    cJSON_Delete(q->ops_json);
     free(q->rpc_id);
     lum_free(q);
 }
@@ -29,5 +32,6 @@ void lum_out_destroy(struct lum_out *o)
         return;
     lum_stream_unref(o->stream);
     free(o->text);
+    free(o->rpc_id);
     lum_free(o);
 }

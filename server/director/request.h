@@ -49,10 +49,11 @@ struct lum_request {
     const struct lum_request_type *type;
     struct lum_session_ref session;
     char user[LUM_LIMIT_ID_BYTES + 1];
-    char *rpc_id;        /* the request's id as JSON text; NULL: a notification, no reply. Owned */
-    int64_t received_ns; /* lum_clock_ns at receipt: server_us counts from here */
-    size_t n_bytes;      /* of the message: what waits is bounded in bytes too */
-    struct lum_ops ops;  /* apply; owned */
+    char *rpc_id;           /* the request's id as JSON text; NULL: a notification, no reply. Owned */
+    int64_t received_ns;    /* lum_clock_ns at receipt: server_us counts from here */
+    size_t n_bytes;         /* of the message: what waits is bounded in bytes too */
+    struct lum_ops ops;     /* apply; owned */
+    struct cJSON *ops_json; /* their text as it came, for the journal; NULL: it is made anew. Owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
     bool has_base_rev;
     uint64_t base_rev;
@@ -83,6 +84,9 @@ struct lum_out {
     size_t n_bytes;
     struct lum_stream *stream;
     uint32_t view_id;
+    uint64_t wait_seq; /* leaves when this entry of the journal is durable: it may know of it */
+    uint64_t edit_seq; /* the reply to the edit of that entry; 0: none */
+    char *rpc_id;      /* of that reply: it becomes a refusal if the entry is lost. Owned */
 };
 void lum_out_destroy(struct lum_out *o);
 

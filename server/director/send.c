@@ -1,4 +1,5 @@
 /* What the director sends, and its bell. Apart from director.c, so that tests can link requests without the thread. */
+#define _GNU_SOURCE /* strdup */
 #include "server/director/internal.h"
 
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 static void send_out(struct lum_director *d, struct lum_out *o)
 {
     pthread_mutex_lock(&d->lock);
+    o->wait_seq = d->submitted_seq;
     *d->outbox_tail = o;
     d->outbox_tail = &o->next;
     pthread_mutex_unlock(&d->lock);
@@ -74,6 +76,48 @@ void lum_director_refuse(struct lum_director *d, const struct lum_request *q, co
 {
     if (q->rpc_id)
         lum_director_send(d, LUM_OUT_TEXT, q->session, lum_rpc_error(q->rpc_id, err));
+}
+
+void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q, struct cJSON *result, uint64_t seq)
+{
+    char *text = q->rpc_id ? lum_rpc_result(q->rpc_id, result) : NULL, *rpc_id = text ? strdup(q->rpc_id) : NULL;
+    struct lum_out *o = rpc_id ? out_create(LUM_OUT_TEXT, q->session) : NULL;
+    if (!q->rpc_id) {
+        cJSON_Delete(result);
+        return;
+    }
+    if (!o) {
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "no memory for a message to a client, ignoring");
+        free(text);
+        free(rpc_id);
+        return;
+    }
+    o->text = text;
+    o->n_bytes = strlen(text);
+    o->edit_seq = seq;
+    o->rpc_id = rpc_id;
+    send_out(d, o);
+}
+
+static void refuse_lost(struct lum_out *o, const struct lum_proto_error *err)
+{
+    free(o->text);
+    o->text = lum_rpc_error(o->rpc_id, err); /* NULL (memory is short): the session ends, and is told nothing wrong */
+    o->n_bytes = o->text ? strlen(o->text) : 0;
+}
+
+void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const struct lum_proto_error *err)
+{
+    pthread_mutex_lock(&d->lock);
+    for (struct lum_out *o = d->outbox; o; o = o->next) {
+        if (o->edit_seq > durable)
+            refuse_lost(o, err);
+        if (o->wait_seq > durable)
+            o->wait_seq = durable;
+    }
+    d->submitted_seq = durable;
+    pthread_mutex_unlock(&d->lock);
+    d->config.wake_net(d->config.wake_user);
 }
 
 void lum_director_ring(struct lum_director *d)

@@ -18,12 +18,12 @@ bool lum_sha_is(const char *text)
     return strspn(text, "0123456789abcdef") == LUM_SHA_BYTES && text[LUM_SHA_BYTES] == '\0';
 }
 
-void lum_records_finish(struct lum_records *r)
+void lum_record_list_finish(struct lum_record_list *r)
 {
     for (size_t i = 0; i < r->n; i++)
         lum_record_unref(r->records[i]);
     free(r->records);
-    *r = (struct lum_records){0};
+    *r = (struct lum_record_list){0};
 }
 
 void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...)
@@ -76,7 +76,7 @@ static bool read_names(const cJSON *json, struct lum_record *r, struct lum_proto
     return true;
 }
 
-struct lum_record *lum_stored_record_read(const struct lum_frame *f, struct lum_proto_error *err)
+struct lum_record *lum_stored_record_read(const struct lum_block *f, struct lum_proto_error *err)
 {
     struct lum_blobs blobs = {f->blobs, f->n_blobs};
     struct lum_op op = {0};
@@ -99,16 +99,16 @@ struct lum_record *lum_stored_record_read(const struct lum_frame *f, struct lum_
 
 /* ---- files ---- */
 
-static enum lum_status write_records(struct lum_frame_writer *w, struct lum_record *const *records, size_t n,
+static enum lum_status write_records(struct lum_block_writer *w, struct lum_record *const *records, size_t n,
                                      struct lum_error *err)
 {
     enum lum_status st = LUM_OK;
     for (size_t i = 0; i < n && !st; i++) {
         struct lum_blobs_out blobs;
         cJSON *json = lum_stored_record(records[i], &blobs);
-        st = lum_frame_put(w, i + 1, 0, json, &blobs, err);
+        st = lum_block_put(w, i + 1, 0, json, &blobs, err);
     }
-    return st ? st : lum_frame_sync(w, err);
+    return st ? st : lum_block_sync(w, err);
 }
 
 static void to_hex(const uint8_t bytes[32], lum_sha ret)
@@ -130,16 +130,16 @@ enum lum_status lum_content_write(const struct lum_dir *content, struct lum_reco
                                   lum_sha ret_sha, struct lum_error *err)
 {
     static _Atomic uint64_t n_made; /* names only: threads must not write into one file */
-    struct lum_frame_writer w;
+    struct lum_block_writer w;
     char part[40];
     snprintf(part, sizeof part, "part-%llu", (unsigned long long)atomic_fetch_add(&n_made, 1));
-    enum lum_status st = lum_frame_create(&w, content, part, LUM_FILE_CONTENT, n, err);
+    enum lum_status st = lum_block_create(&w, content, part, LUM_FILE_CONTENT, n, 0, err);
     if (st)
         return st;
     st = write_records(&w, records, n, err);
     if (!st)
         st = finish_sha(w.sha, ret_sha, err);
-    lum_frame_close(&w);
+    lum_block_close(&w);
     if (!st && !lum_dir_has(content, ret_sha))
         return lum_dir_rename(content, part, ret_sha, err);
     lum_dir_remove(content, part);
@@ -147,9 +147,9 @@ enum lum_status lum_content_write(const struct lum_dir *content, struct lum_reco
 }
 
 /* n: what the head of the file says; it is believed as far as the file is long. */
-static enum lum_status make_room(const struct lum_frame_reader *r, struct lum_records *ret, struct lum_error *err)
+static enum lum_status make_room(const struct lum_block_reader *r, struct lum_record_list *ret, struct lum_error *err)
 {
-    if (r->seq > LUM_LIMIT_RECORDS || r->seq * LUM_FRAME_BYTES > r->n_bytes)
+    if (r->seq > LUM_LIMIT_RECORDS || r->seq * LUM_BLOCK_BYTES > r->n_bytes)
         return lum_fail(err, LUM_ERR_INVALID, "state", "a file of content says that it has %llu records",
                         (unsigned long long)r->seq);
     ret->records = calloc(r->seq ? (size_t)r->seq : 1, sizeof(*ret->records));
@@ -157,7 +157,7 @@ static enum lum_status make_room(const struct lum_frame_reader *r, struct lum_re
     return ret->records ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the state");
 }
 
-static void take_record(struct lum_records *list, const char *sha, const struct lum_frame *f,
+static void take_record(struct lum_record_list *list, const char *sha, const struct lum_block *f,
                         const struct lum_damage_sink *damage)
 {
     struct lum_proto_error why = {.text = "its number is out of place"};
@@ -171,30 +171,30 @@ static void take_record(struct lum_records *list, const char *sha, const struct 
 }
 
 enum lum_status lum_content_read(const struct lum_dir *content, const char *sha, const struct lum_damage_sink *damage,
-                                 struct lum_records *ret_records, struct lum_error *err)
+                                 struct lum_record_list *ret_records, struct lum_error *err)
 {
-    struct lum_frame_reader r;
-    struct lum_records list = {0};
-    enum lum_status st = lum_frame_open(&r, content, sha, LUM_FILE_CONTENT, err);
+    struct lum_block_reader r;
+    struct lum_record_list list = {0};
+    enum lum_status st = lum_block_open(&r, content, sha, LUM_FILE_CONTENT, err);
     if (st)
         return st;
     st = make_room(&r, &list, err);
     for (bool more = !st; more;) {
-        struct lum_frame f;
-        enum lum_frame_found found = lum_frame_next(&r, &f, NULL);
-        more = found != LUM_FRAME_END && found != LUM_FRAME_TORN;
-        if (found == LUM_FRAME_WHOLE)
+        struct lum_block f;
+        enum lum_block_found found = lum_block_next(&r, &f, NULL);
+        more = found != LUM_BLOCK_END && found != LUM_BLOCK_TORN;
+        if (found == LUM_BLOCK_WHOLE)
             take_record(&list, sha, &f, damage);
-        else if (found != LUM_FRAME_END)
+        else if (found != LUM_BLOCK_END)
             lum_damage(damage, "content/%.12s: record %llu at offset %llu is damaged", sha, (unsigned long long)f.seq,
                        (unsigned long long)f.offset);
-        lum_frame_finish(&f);
+        lum_block_finish(&f);
     }
-    lum_frame_close_reader(&r);
+    lum_block_close_reader(&r);
     if (!st)
         *ret_records = list;
     else
-        lum_records_finish(&list);
+        lum_record_list_finish(&list);
     return st;
 }
 

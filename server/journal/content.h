@@ -1,22 +1,22 @@
 /* Content: what importers made of model and image files, in files named by the SHA-256 of their bytes. Neither the
  * importer nor the model file is needed again. Written once, never changed; what nothing refers to any more is removed
- * by the journal (journal.c). And the form of one record in a frame, which snapshots share. */
+ * by the journal (journal.c). And the form of one record in a block, which snapshots share. */
 #ifndef LUM_SERVER_JOURNAL_CONTENT_H
 #define LUM_SERVER_JOURNAL_CONTENT_H
 
 #include "protocol/base/error.h"
 #include "protocol/record/record.h"
-#include "server/journal/frame.h"
+#include "server/journal/block.h"
 
 #define LUM_SHA_BYTES 64 /* of its hexadecimal text */
 typedef char lum_sha[LUM_SHA_BYTES + 1];
 bool lum_sha_is(const char *text);
 
-struct lum_records { /* a list of owned references; a lost one is NULL */
+struct lum_record_list { /* a list of owned references; a lost one is NULL */
     struct lum_record **records;
     size_t n;
 };
-void lum_records_finish(struct lum_records *r);
+void lum_record_list_finish(struct lum_record_list *r);
 
 /* Told of what is damaged: one line without a full stop. */
 struct lum_damage_sink {
@@ -30,7 +30,7 @@ LUM_MUST_USE enum lum_status lum_content_write(const struct lum_dir *content, st
                                                size_t n, lum_sha ret_sha, struct lum_error *err);
 /* Damaged records are told, and NULL in the list; an error only where nothing can be read. */
 LUM_MUST_USE enum lum_status lum_content_read(const struct lum_dir *content, const char *sha,
-                                              const struct lum_damage_sink *damage, struct lum_records *ret_records,
+                                              const struct lum_damage_sink *damage, struct lum_record_list *ret_records,
                                               struct lum_error *err);
 /* Do the bytes of the file give its name? */
 LUM_MUST_USE enum lum_status lum_content_check(const struct lum_dir *content, const char *sha, struct lum_error *err);
@@ -38,6 +38,6 @@ LUM_MUST_USE enum lum_status lum_content_check(const struct lum_dir *content, co
 /* {"op":..., "origin"?, "asset"?}: the record but for its blobs, which are borrowed from it. NULL: memory is short. */
 struct cJSON *lum_stored_record(const struct lum_record *r, struct lum_blobs_out *ret_blobs);
 /* Checked like what a client sends. NULL: it is none, and err says why. */
-struct lum_record *lum_stored_record_read(const struct lum_frame *f, struct lum_proto_error *err);
+struct lum_record *lum_stored_record_read(const struct lum_block *f, struct lum_proto_error *err);
 
 #endif

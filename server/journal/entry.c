@@ -29,6 +29,14 @@ void lum_entry_destroy(struct lum_entry *e)
     lum_free(e);
 }
 
+void lum_entries_destroy(struct lum_entry *e)
+{
+    for (struct lum_entry *next; e; e = next) {
+        next = e->next;
+        lum_entry_destroy(e);
+    }
+}
+
 static bool add_content(cJSON *json, const struct lum_entry *e)
 {
     cJSON *o = cJSON_CreateArray(); /* of pairs: ids of two ops may be the same where one removes what another made */
@@ -73,7 +81,7 @@ struct reading {
     lum_id undo_group;
     struct lum_ops ops;
     struct lum_import_children *children; /* of import ops, in op order */
-    struct lum_records *lists;            /* the same, owned */
+    struct lum_record_list *lists;        /* the same, owned */
     size_t n_children;
 };
 
@@ -91,14 +99,14 @@ static const char *content_of(const cJSON *content, size_t i, const char *id)
     return sha && text && strcmp(text, id) == 0 && lum_sha_is(sha) ? sha : NULL;
 }
 
-static bool load(const struct reading *e, const char *sha, struct lum_records *ret, char why[256])
+static bool load(const struct reading *e, const char *sha, struct lum_record_list *ret, char why[256])
 {
     struct lum_error err;
     if (lum_content_read(e->replay->content, sha, e->replay->damage, ret, &err))
         return refused(err.text, why);
     for (size_t i = 0; i < ret->n; i++)
         if (!ret->records[i]) {
-            lum_records_finish(ret);
+            lum_record_list_finish(ret);
             return refused("its content is damaged", why);
         }
     if (ret->n > 0)
@@ -106,7 +114,7 @@ static bool load(const struct reading *e, const char *sha, struct lum_records *r
     return true;
 }
 
-static bool fill_image(struct lum_op *op, struct lum_records *list, char why[256])
+static bool fill_image(struct lum_op *op, struct lum_record_list *list, char why[256])
 {
     struct lum_record *r = list->n == 1 ? list->records[0] : NULL;
     bool ok = r && r->type == LUM_RECORD_IMAGE && strcmp(r->id, op->id) == 0;
@@ -114,7 +122,7 @@ static bool fill_image(struct lum_op *op, struct lum_records *list, char why[256
         lum_record_unref(op->record);
         op->record = lum_record_ref(r);
     }
-    lum_records_finish(list);
+    lum_record_list_finish(list);
     return ok || refused("its content is no such image", why);
 }
 
@@ -127,7 +135,7 @@ static bool load_content(struct reading *e, const cJSON *content, char why[256])
         return refused("memory is short", why);
     for (size_t i = 0; i < e->ops.n; i++) {
         struct lum_op *op = &e->ops.ops[i];
-        struct lum_records list;
+        struct lum_record_list list;
         bool image = op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_IMAGE && op->record->image.asset[0];
         if (op->kind != LUM_OP_IMPORT && !image)
             continue;
@@ -203,7 +211,7 @@ static bool do_again(struct reading *e, struct lum_proto_error *err, char why[25
     return ok;
 }
 
-bool lum_entry_replay(const struct lum_replay *replay, const struct lum_frame *f, char ret_why[256])
+bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f, char ret_why[256])
 {
     struct reading e = {.replay = replay};
     struct lum_proto_error err = {0};
@@ -214,7 +222,7 @@ bool lum_entry_replay(const struct lum_replay *replay, const struct lum_frame *f
     ok = ok && do_again(&e, &err, ret_why);
     lum_document_raise_rev(replay->doc, f->rev);
     for (size_t i = 0; i < e.n_children; i++)
-        lum_records_finish(&e.lists[i]);
+        lum_record_list_finish(&e.lists[i]);
     free(e.lists);
     free(e.children);
     lum_ops_finish(&e.ops);

@@ -41,10 +41,12 @@ struct lum_entry {
 struct lum_entry *lum_entry_create(enum lum_entry_kind kind, const char *user); /* NULL: memory is short */
 void lum_entry_destroy(struct lum_entry *e);                                    /* accepts NULL */
 
+void lum_entries_destroy(struct lum_entry *first); /* and all that follow it */
+
 /* Consumes the ops of the entry. */
 struct cJSON *lum_entry_to_json(struct lum_entry *e);
 
-/* Does the entry of this frame again. False: it cannot be done, the document is as it was but for its revision, and why
+/* Does the entry of this block again. False: it cannot be done, the document is as it was but for its revision, and why
  * says why. */
 struct lum_replay {
     struct lum_document *doc;
@@ -52,6 +54,6 @@ struct lum_replay {
     const struct lum_damage_sink *damage; /* of content */
     struct lum_kept_list *kept;           /* content that it reads is added */
 };
-bool lum_entry_replay(const struct lum_replay *replay, const struct lum_frame *f, char ret_why[256]);
+bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f, char ret_why[256]);
 
 #endif

@@ -1,5 +1,5 @@
 /* The journal: keeps every edit in a folder, so that a daemon that ends in any way starts again with all that it
- * acknowledged. Its files: recover.h; their form: frame.h.
+ * acknowledged. Its files: recover.h; their form: block.h.
  *
  * Invariants
  * - An edit is applied in memory, submitted here, and acknowledged only when `durable` has reached its number: its

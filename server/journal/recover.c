@@ -117,13 +117,13 @@ static enum lum_status check_versions(const struct recovering *c, const struct l
 {
     for (size_t i = 0; i < list->n; i++) {
         char name[LUM_JOURNAL_NAME_BYTES];
-        struct lum_frame_reader r;
+        struct lum_block_reader r;
         lum_state_name(name, prefix, list->numbers[i]);
-        enum lum_status st = lum_frame_open(&r, c->dir, name, kind, err);
+        enum lum_status st = lum_block_open(&r, c->dir, name, kind, err);
         if (st == LUM_ERR_UNSUPPORTED)
             return st;
         if (!st)
-            lum_frame_close_reader(&r);
+            lum_block_close_reader(&r);
     }
     return LUM_OK;
 }
@@ -178,7 +178,7 @@ static enum lum_status find_snapshot(struct recovering *c, struct lum_error *err
                     "aside to begin anew");
 }
 
-static void done(struct recovering *c, const char *name, const struct lum_frame *f)
+static void done(struct recovering *c, const char *name, const struct lum_block *f)
 {
     char why[256] = "";
     const struct lum_replay replay = {c->out.doc, c->content, &c->counted, &c->out.kept};
@@ -213,47 +213,60 @@ static void tell_lost(struct recovering *c, const char *name, const struct wound
 }
 
 /* end: the number of the last edit that this file can hold; a later file has the ones after. */
-static void read_journal(struct recovering *c, const char *name, struct lum_frame_reader *r, uint64_t end)
+static void read_journal(struct recovering *c, const char *name, struct lum_block_reader *r, uint64_t end)
 {
     struct wound wound = {0};
     for (bool more = true; more;) {
-        struct lum_frame f;
-        enum lum_frame_found found = lum_frame_next(r, &f, NULL);
-        more = found == LUM_FRAME_WHOLE || found == LUM_FRAME_DAMAGED;
-        if (found == LUM_FRAME_DAMAGED && !wound.open)
+        struct lum_block f;
+        enum lum_block_found found = lum_block_next(r, &f, NULL);
+        more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
+        if (found == LUM_BLOCK_DAMAGED && !wound.open)
             wound = (struct wound){true, f.offset};
-        if (found == LUM_FRAME_TORN)
+        if (found == LUM_BLOCK_TORN)
             c->out.n_cut += f.n_bytes;
-        if (found == LUM_FRAME_WHOLE && f.seq > c->out.seq && f.seq <= end) {
+        if (found == LUM_BLOCK_WHOLE && f.seq > c->out.seq && f.seq <= end) {
             if (f.seq > c->out.seq + 1)
                 tell_lost(c, name, &wound, f.seq);
             wound.open = false;
             c->out.seq = f.seq;
             done(c, name, &f);
         }
-        lum_frame_finish(&f);
+        lum_block_finish(&f);
     }
     if (wound.open && c->out.seq < end)
         tell_lost(c, name, &wound, 0);
+}
+
+/* Numbers before this journal that are of no edit: those of starts. */
+static uint64_t find_gap(const struct recovering *c, const char *name)
+{
+    struct lum_block_reader r;
+    if (lum_block_open(&r, c->dir, name, LUM_FILE_JOURNAL, NULL))
+        return 0;
+    uint64_t gap = r.gap < r.seq ? r.gap : r.seq;
+    lum_block_close_reader(&r);
+    return gap;
 }
 
 static void read_journals(struct recovering *c)
 {
     for (size_t i = 0; i < c->journals.n; i++) {
         char name[LUM_JOURNAL_NAME_BYTES];
-        struct lum_frame_reader r;
+        struct lum_block_reader r;
         struct lum_error err;
         uint64_t number = c->journals.numbers[i], damages = c->out.n_damages;
         if (number < c->out.seq && (i + 1 == c->journals.n || c->journals.numbers[i + 1] <= c->out.seq))
             continue; /* the snapshot has all of it */
         lum_state_name(name, "journal", number);
-        if (number > c->out.seq)
-            tell_lost(c, name, &(struct wound){0}, number + 1);
-        if (lum_frame_open(&r, c->dir, name, LUM_FILE_JOURNAL, &err)) {
+        uint64_t gap = find_gap(c, name);
+        if (number > c->out.seq && number - c->out.seq > gap)
+            tell_lost(c, name, &(struct wound){0}, number - gap + 1);
+        c->out.seq = number > c->out.seq ? number : c->out.seq;
+        if (lum_block_open(&r, c->dir, name, LUM_FILE_JOURNAL, &err)) {
             lum_damage(&c->counted, "%s", err.text);
         } else {
             read_journal(c, name, &r, i + 1 < c->journals.n ? c->journals.numbers[i + 1] : UINT64_MAX);
-            lum_frame_close_reader(&r);
+            lum_block_close_reader(&r);
         }
         if (c->out.n_damages > damages)
             note_damaged(c, name);

@@ -2,10 +2,11 @@
  *
  *   DIR/lock  snapshot-N  journal-N  content/SHA-256
  *
- * N is the number of the last edit before. Two snapshots are kept, and all journals from the older one on, so that one
- * damaged snapshot costs nothing. What a damaged journal costs: the damaged records, each named by number and offset,
- * and later edits that need what they made, each named with the reason. All else is done. An undo is done only where
- * the step that it took back is the one that it names: none takes back something else because of a loss.
+ * N is the number of the last edit before; starts take a number, too. Two snapshots are kept, and all journals from the
+ * older one on, so that one damaged snapshot costs nothing. What a damaged journal costs: the damaged records, each
+ * named by number and offset, and later edits that need what they made, each named with the reason. All else is done.
+ * An undo is done only where the step that it took back is the one that it names: none takes back something else
+ * because of a loss.
  *
  * Thread: one; nobody else uses the folder. */
 #ifndef LUM_SERVER_JOURNAL_RECOVER_H

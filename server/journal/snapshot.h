@@ -1,4 +1,4 @@
-/* A snapshot: a file that holds a document whole: records, the revision, who may undo what. Each frame can be lost
+/* A snapshot: a file that holds a document whole: records, the revision, who may undo what. Each block can be lost
  * alone.
  *
  *   {"snapshot":{"records":N,"starts":n}}                              how many numbers records have; starts of the

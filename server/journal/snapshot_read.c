@@ -15,14 +15,14 @@ struct loader {
     const char *name;
     const struct lum_dir *content;
     const struct lum_damage_sink *damage;
-    struct lum_records all; /* by number; NULL: lost */
+    struct lum_record_list all; /* by number; NULL: lost */
     bool *stands;
     size_t n_lost;
     bool started, ended;
     struct lum_snapshot_read out;
 };
 
-static void lost(struct loader *l, const struct lum_frame *f, const char *why)
+static void lost(struct loader *l, const struct lum_block *f, const char *why)
 {
     l->n_lost++;
     lum_damage(l->damage, "%s: record %llu at offset %llu is lost: %s", l->name, (unsigned long long)f->seq,
@@ -37,7 +37,7 @@ static size_t whole(const cJSON *json, const char *name, size_t max)
     return d >= 0 && d <= (double)max && d == (double)(size_t)d ? (size_t)d : max + 1;
 }
 
-static void take_start(struct loader *l, const struct lum_frame *f, const cJSON *o)
+static void take_start(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
     size_t n = whole(o, "records", MAX_RECORDS), starts = whole(o, "starts", UINT32_MAX);
     if (l->started || n > MAX_RECORDS || starts > UINT32_MAX) {
@@ -53,12 +53,12 @@ static void take_start(struct loader *l, const struct lum_frame *f, const cJSON 
     l->started = true;
 }
 
-static void take_pack(struct loader *l, const struct lum_frame *f, const cJSON *o)
+static void take_pack(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
     const char *sha = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(o, "sha"));
     size_t first = whole(o, "first", l->all.n), n = whole(o, "n", l->all.n);
     const cJSON *stand = cJSON_GetObjectItemCaseSensitive(o, "stand");
-    struct lum_records list = {0};
+    struct lum_record_list list = {0};
     struct lum_error err;
     if (!sha || !lum_sha_is(sha) || n == 0 || first > l->all.n || n > l->all.n - first) {
         lost(l, f, "no list of content");
@@ -82,7 +82,7 @@ static void take_pack(struct loader *l, const struct lum_frame *f, const cJSON *
         lum_kept_add(&l->out.kept, list.records[0], n, sha);
     else if (l->n_lost == n_before)
         lost(l, f, "some of its content is damaged");
-    lum_records_finish(&list);
+    lum_record_list_finish(&list);
 }
 
 /* What an import made is a run of numbers; what is lost of it is left out. */
@@ -108,7 +108,7 @@ static bool take_made(const struct loader *l, const cJSON *json, struct lum_reco
     return true;
 }
 
-static void take_record(struct loader *l, const struct lum_frame *f)
+static void take_record(struct loader *l, const struct lum_block *f)
 {
     struct lum_proto_error why = {.text = "its number is out of place"};
     size_t i = whole(f->json, "index", l->all.n);
@@ -129,7 +129,7 @@ static struct lum_history_state *last_history(struct loader *l)
     return l->out.state.n_histories ? &l->out.state.histories[l->out.state.n_histories - 1] : NULL;
 }
 
-static void take_user(struct loader *l, const struct lum_frame *f, const cJSON *json)
+static void take_user(struct loader *l, const struct lum_block *f, const cJSON *json)
 {
     struct lum_document_state *s = &l->out.state;
     lum_id user;
@@ -189,7 +189,7 @@ static bool take_changes(const struct loader *l, const cJSON *json, struct lum_c
     return ok;
 }
 
-static void take_step(struct loader *l, const struct lum_frame *f, const cJSON *o)
+static void take_step(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
     struct lum_history_state *h = last_history(l);
     const char *user = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(o, "user"));
@@ -212,7 +212,7 @@ static void take_step(struct loader *l, const struct lum_frame *f, const cJSON *
 
 /* ---- the file ---- */
 
-static void take_frame(struct loader *l, const struct lum_frame *f)
+static void take_block(struct loader *l, const struct lum_block *f)
 {
     const cJSON *first = f->json->child;
     const char *name = first && first->string ? first->string : "";
@@ -233,18 +233,18 @@ static void take_frame(struct loader *l, const struct lum_frame *f)
     l->out.state.rev = f->rev > l->out.state.rev ? f->rev : l->out.state.rev;
 }
 
-static void read_frames(struct loader *l, struct lum_frame_reader *r)
+static void read_blocks(struct loader *l, struct lum_block_reader *r)
 {
     for (bool more = true; more && !l->ended;) {
-        struct lum_frame f;
+        struct lum_block f;
         struct lum_error err = {.text = "its bytes are not what was written"};
-        enum lum_frame_found found = lum_frame_next(r, &f, &err);
-        more = found == LUM_FRAME_WHOLE || found == LUM_FRAME_DAMAGED;
-        if (found == LUM_FRAME_WHOLE)
-            take_frame(l, &f);
+        enum lum_block_found found = lum_block_next(r, &f, &err);
+        more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
+        if (found == LUM_BLOCK_WHOLE)
+            take_block(l, &f);
         else
-            lost(l, &f, found == LUM_FRAME_DAMAGED ? err.text : "the file ends here");
-        lum_frame_finish(&f);
+            lost(l, &f, found == LUM_BLOCK_DAMAGED ? err.text : "the file ends here");
+        lum_block_finish(&f);
     }
 }
 
@@ -270,20 +270,20 @@ enum lum_status lum_snapshot_load(const struct lum_dir *dir, const struct lum_di
                                   const struct lum_damage_sink *damage, struct lum_snapshot_read *ret,
                                   struct lum_error *err)
 {
-    struct lum_frame_reader r;
+    struct lum_block_reader r;
     struct loader l = {.name = name, .content = content, .damage = damage};
-    enum lum_status st = lum_frame_open(&r, dir, name, LUM_FILE_SNAPSHOT, err);
+    enum lum_status st = lum_block_open(&r, dir, name, LUM_FILE_SNAPSHOT, err);
     if (st)
         return st;
-    read_frames(&l, &r);
+    read_blocks(&l, &r);
     l.out.seq = r.seq;
-    lum_frame_close_reader(&r);
+    lum_block_close_reader(&r);
     if (!l.started)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s is damaged: its first record cannot be read", name);
     else if (!collect(&l))
         st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the state");
     l.out.whole = l.n_lost == 0 && l.ended;
-    lum_records_finish(&l.all);
+    lum_record_list_finish(&l.all);
     free(l.stands);
     if (st)
         lum_snapshot_read_finish(&l.out);

@@ -67,8 +67,8 @@ struct lum_snapshot_writer {
     const struct lum_record **singles; /* written in the file itself */
     size_t n_packs, n_singles;
     struct lum_kept_list kept;
-    struct lum_frame_writer file;
-    uint64_t n_frames;
+    struct lum_block_writer file;
+    uint64_t n_blocks;
     size_t next_pack, next_single, next_history, next_step;
 };
 
@@ -154,12 +154,12 @@ static bool plan(struct lum_snapshot_writer *w)
     return true;
 }
 
-/* ---- frames ---- */
+/* ---- blocks ---- */
 
 static enum lum_status put(struct lum_snapshot_writer *w, cJSON *json, const struct lum_blobs_out *blobs,
                            struct lum_error *err)
 {
-    return lum_frame_put(&w->file, ++w->n_frames, w->state.rev, json, blobs, err);
+    return lum_block_put(&w->file, ++w->n_blocks, w->state.rev, json, blobs, err);
 }
 
 static enum lum_status put_member(struct lum_snapshot_writer *w, const char *name, cJSON *value, bool ok,
@@ -268,7 +268,7 @@ enum lum_status lum_snapshot_begin(const struct lum_snapshot_config *config, str
     w->file.fd = -1;
     *state = (struct lum_document_state){0};
     enum lum_status st =
-        plan(w) ? lum_frame_create(&w->file, config->dir, config->name, LUM_FILE_SNAPSHOT, config->seq, err)
+        plan(w) ? lum_block_create(&w->file, config->dir, config->name, LUM_FILE_SNAPSHOT, config->seq, 0, err)
                 : lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for a snapshot");
     if (!st)
         st = put_start(w, err);
@@ -302,7 +302,7 @@ enum lum_status lum_snapshot_step(struct lum_snapshot_writer *w, bool *ret_done,
     }
     st = put_member(w, "end", cJSON_CreateTrue(), true, err);
     *ret_done = !st;
-    return st ? st : lum_frame_sync(&w->file, err);
+    return st ? st : lum_block_sync(&w->file, err);
 }
 
 struct lum_kept_list lum_snapshot_take_kept(struct lum_snapshot_writer *w)
@@ -321,7 +321,7 @@ void lum_snapshot_end(struct lum_snapshot_writer *w)
 {
     if (!w)
         return;
-    lum_frame_close(&w->file);
+    lum_block_close(&w->file);
     lum_kept_finish(&w->kept);
     lum_document_state_finish(&w->state);
     free(w->numbers.slots);

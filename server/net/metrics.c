@@ -36,6 +36,14 @@ static void print_director_metrics(FILE *out, const struct lum_director *directo
         {"imports_failed_total", "counter", "Imports failed", (double)m.imports_failed},
         {"nonfinite_total", "counter", "Radiance values that were not finite: 0 unless there is a bug",
          (double)m.nonfinite},
+        {"saved_rev", "gauge", "Revision up to which the scene is on disk; 0 without --state",
+         (double)m.journal.saved_rev},
+        {"state_read_only", "gauge", "1 while edits are refused because they cannot be saved",
+         (double)m.journal.read_only},
+        {"state_edits_total", "counter", "Edits that the journal was given", (double)m.journal.n_entries},
+        {"state_syncs_total", "counter", "Writes to disk that were waited for", (double)m.journal.n_syncs},
+        {"state_snapshots_total", "counter", "Snapshots written", (double)m.journal.n_snapshots},
+        {"state_failures_total", "counter", "Writes that failed", (double)m.journal.n_failures},
     };
     print_metrics(out, metrics, LUM_ARRAY_LEN(metrics));
 }

@@ -1,6 +1,5 @@
 #include "server/net/session.h"
 
-#include <ctype.h>
 #include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,9 +13,9 @@
 #include "server/director/read_request.h"
 #include "server/net/metrics.h"
 #include "server/net/text_queue.h"
+#include "server/net/user_name.h"
 
 #define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */
-#define USER_NAME_BYTES 32    /* of the client's own name, in the user id */
 
 struct lum_session {
     struct lum_sessions *table; /* immutable */
@@ -155,7 +154,8 @@ void lum_session_close(struct lum_session *s)
         return;
     s->table->n_greeted--;
     lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s left", s->user);
-    s->leaving = !post_plain(s, &lum_request_session_closed);
+    /* who is cut off because the server stops may come back, and finds her undo again */
+    s->leaving = !s->table->draining && !post_plain(s, &lum_request_session_closed);
 }
 
 uint32_t lum_session_slot(const struct lum_session *s)
@@ -191,15 +191,24 @@ void lum_session_abort_after_text(struct lum_session *s, enum lum_close code)
 
 /* ---- hello ---- */
 
-/* "web" from slot 3 becomes "web.3-17": unique among the users, in the alphabet of ids. */
-static void set_user(struct lum_session *s, const char *client)
+static bool name_is_free(const struct lum_sessions *t, const char *user)
 {
-    char name[USER_NAME_BYTES + 1];
-    size_t n = 0;
-    for (const char *p = client; *p && n < USER_NAME_BYTES; p++)
-        name[n++] = isalnum((unsigned char)*p) || strchr("_.:-", *p) ? *p : '_';
-    name[n] = '\0';
-    snprintf(s->user, sizeof s->user, "%s.%u-%u", n ? name : "client", s->ref.slot, s->ref.generation);
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (t->slots[i].open && t->slots[i].greeted && strcmp(t->slots[i].user, user) == 0)
+            return false;
+    return true;
+}
+
+/* resume: a name from before, which who was cut off may take again. */
+static void set_user(struct lum_session *s, const char *client, const char *resume)
+{
+    if (resume[0] && name_is_free(s->table, resume)) {
+        memcpy(s->user, resume, sizeof s->user);
+        return;
+    }
+    lum_user_name(client, s->ref, s->table->config.starts, s->user);
+    while (!name_is_free(s->table, s->user) && strlen(s->user) + 1 < sizeof s->user)
+        strcat(s->user, "_");
 }
 
 static struct cJSON *hello_limits(void)
@@ -230,6 +239,7 @@ static struct cJSON *hello_result(const struct lum_session *s)
     double rev = (double)lum_director_scene_rev(s->table->config.director);
     bool ok = lum_json_add_string(result, "session", s->user) && lum_json_add_string(result, "role", "edit") &&
               lum_json_add_bool(result, "imports", s->table->config.imports) &&
+              lum_json_add_string(result, "saved", s->table->config.saved ? s->table->config.saved : "no") &&
               lum_json_add(result, "limits", hello_limits()) && lum_json_add_number(result, "scene_rev", rev) &&
               lum_json_add_number(result, "protocol", 1);
     if (ok)
@@ -238,12 +248,13 @@ static struct cJSON *hello_result(const struct lum_session *s)
     return NULL;
 }
 
-static bool read_hello(const struct lum_rpc *rpc, char *token, char *client, struct lum_proto_error *err)
+static bool read_hello(const struct lum_rpc *rpc, char *token, char *client, lum_id resume, struct lum_proto_error *err)
 {
     struct lum_json_reader r;
     lum_json_begin(&r, rpc->params, "", err);
     lum_json_string(&r, "token", token, LUM_TOKEN_MAX_BYTES + 1);
     lum_json_string(&r, "client", client, LUM_LIMIT_ID_BYTES + 1);
+    lum_json_id(&r, "resume", resume);
     return lum_json_end(&r);
 }
 
@@ -276,12 +287,13 @@ static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int6
 {
     struct lum_proto_error err;
     char token[LUM_TOKEN_MAX_BYTES + 1] = "", client[LUM_LIMIT_ID_BYTES + 1] = "";
+    lum_id resume = "";
     if (s->greeted) {
         lum_proto_fail(&err, LUM_PROTO_BAD_REQUEST, "conflict", "method", "hello was said already");
         refuse(s, rpc->id, &err);
         return;
     }
-    if (!read_hello(rpc, token, client, &err)) {
+    if (!read_hello(rpc, token, client, resume, &err)) {
         refuse(s, rpc->id, &err);
         return;
     }
@@ -299,9 +311,9 @@ static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int6
         refuse_hello(s, rpc, &err, LUM_CLOSE_BUSY);
         return;
     }
+    set_user(s, client, resume);
     s->greeted = true;
     s->table->n_greeted++;
-    set_user(s, client);
     lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s came", s->user);
     if (rpc->id)
         say(s, lum_rpc_result(rpc->id, hello_result(s)));
@@ -396,6 +408,9 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
     q->session = s->ref;
     q->received_ns = now_ns;
     q->n_bytes = n_bytes;
+    if (s->table->config.saved && q->type->edits) /* what was read of them does not need their text any more */
+        q->ops_json =
+            cJSON_DetachItemFromObjectCaseSensitive(cJSON_GetObjectItemCaseSensitive(rpc->root, "params"), "ops");
     strcpy(q->user, s->user);
     if (lum_director_post(s->table->config.director, q))
         return;

@@ -32,7 +32,9 @@ struct lum_sessions_config {
     struct lum_director *director;
     const struct lum_auth *auth;
     struct lum_net_counters *counters;
-    bool imports; /* there is a folder of assets */
+    bool imports;      /* there is a folder of assets */
+    const char *saved; /* when an edit is on disk: "commit", "interval"; NULL: never */
+    uint64_t starts;   /* of daemons with the state: names of users are not given again; 0: nothing is kept */
     struct lum_log log;
 };
 LUM_MUST_USE enum lum_status lum_sessions_create(const struct lum_sessions_config *config,

@@ -49,20 +49,24 @@ void lum_world_finish(struct lum_world *w)
 struct rebuild {
     struct lum_scene *scene;
     enum lum_status status;
+    struct lum_error error; /* of the record that was refused */
+    lum_id id;
 };
 
 static void rebuild_one(void *user, const struct lum_record *r)
 {
     struct rebuild *b = user;
-    if (!b->status)
-        b->status = lum_apply_put(b->scene, r, NULL);
+    if (b->status)
+        return;
+    b->status = lum_apply_put(b->scene, r, &b->error);
+    memcpy(b->id, r->id, sizeof b->id);
 }
 
 /* Makes the renderer's scene anew from the document: the way out when an edit could neither be finished nor taken back.
  */
 static void rebuild_scene(struct lum_world *w)
 {
-    struct rebuild b = {NULL, LUM_OK};
+    struct rebuild b = {0};
     b.status = lum_scene_create(w->device, &b.scene, NULL);
     if (!b.status && !lum_document_each(w->doc, rebuild_one, &b))
         b.status = LUM_ERR_NOMEM;
@@ -76,6 +80,18 @@ static void rebuild_scene(struct lum_world *w)
     lum_scene_succeed(b.scene, w->scene); /* views compare versions: none may stand for two scenes */
     lum_scene_destroy(w->scene);
     w->scene = b.scene;
+}
+
+enum lum_status lum_world_restore(struct lum_world *w, struct lum_document *doc, struct lum_error *err)
+{
+    struct rebuild b = {.scene = w->scene};
+    lum_document_destroy(w->doc);
+    w->doc = doc;
+    if (!lum_document_each(doc, rebuild_one, &b))
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
+    if (b.status)
+        return lum_fail(err, b.status, b.error.field, "\"%.64s\" cannot be shown: %.160s", b.id, b.error.text);
+    return lum_world_commit(w, err);
 }
 
 /* Where in the ops the record that was refused comes from: "ops/3", or "" when it is not from there (undo). */

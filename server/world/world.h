@@ -47,6 +47,11 @@ bool lum_world_undo(struct lum_world *world, const char *user, struct lum_change
 bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes,
                     struct lum_proto_error *err);
 
+/* Takes the document over in place of the empty one, makes the renderer's scene of it, and commits. Into an empty world.
+ */
+LUM_MUST_USE enum lum_status lum_world_restore(struct lum_world *world, struct lum_document *doc,
+                                               struct lum_error *err);
+
 /* Takes the last edit back, as if it had not been. Called for several, last first: the users' histories forget only the
  * newest, and an undo of one of the others answers "conflict". */
 void lum_world_rollback(struct lum_world *world, const struct lum_changes *changes);

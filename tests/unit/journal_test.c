@@ -194,7 +194,7 @@ static void snapshots_take_the_place_of_edits(void **state)
 
 /* ---- damage ---- */
 
-/* Edit i of light i; the journal's bytes, and where each edit's frame begins (one more: the end). */
+/* Edit i of light i; the journal's bytes, and where each edit's block begins (one more: the end). */
 static uint8_t *make_journal(struct keeper *k, char path[96], size_t *n, size_t at[N_LIGHTS + 1])
 {
     open_new(k);
@@ -255,7 +255,7 @@ static void a_torn_tail_is_cut(void **state)
     free(bytes);
 }
 
-/* A bit at any place costs at most the one edit whose frame has it, which is named by number and place. */
+/* A bit at any place costs at most the one edit whose block has it, which is named by number and place. */
 static void a_flipped_bit_costs_one_edit(void **state)
 {
     struct keeper *k = *state;

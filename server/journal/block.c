@@ -1,5 +1,5 @@
 #define _GNU_SOURCE
-#include "server/journal/frame.h"
+#include "server/journal/block.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 #include "protocol/json/json.h"
 
 #define BUFFER_BYTES 65536u
-#define MAX_BLOB_BYTES (1ull << 33) /* of one frame: five arrays of the largest mesh, an image of the largest size */
+#define MAX_BLOB_BYTES (1ull << 33) /* of one block: five arrays of the largest mesh, an image of the largest size */
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the structs are written as they lie in memory");
 
@@ -23,18 +23,18 @@ struct file_head {
     char magic[8];
     uint32_t version, kind;
     uint64_t salt, seq;
-    uint32_t zero, crc;
+    uint32_t gap, crc;
 };
-struct frame_head {
+struct block_head {
     char magic[4];
     uint32_t n_json;
     uint64_t n_blobs, seq, rev;
     uint32_t body_crc, head_crc;
 };
-_Static_assert(sizeof(struct file_head) == LUM_FRAME_BYTES && sizeof(struct frame_head) == LUM_FRAME_BYTES, "no gaps");
+_Static_assert(sizeof(struct file_head) == LUM_BLOCK_BYTES && sizeof(struct block_head) == LUM_BLOCK_BYTES, "no gaps");
 
 static const char file_magic[8] = {'L', 'U', 'M', 'S', 'T', 'A', 'T', 'E'};
-static const char frame_magic[4] = {'L', 'U', 'M', 'R'};
+static const char block_magic[4] = {'L', 'U', 'M', 'R'};
 
 static uint32_t crc_of(uint32_t crc, const void *bytes, size_t n)
 {
@@ -48,14 +48,14 @@ static enum lum_status no_memory(struct lum_error *err)
 
 /* ---- writing ---- */
 
-static enum lum_status flush(struct lum_frame_writer *w, struct lum_error *err)
+static enum lum_status flush(struct lum_block_writer *w, struct lum_error *err)
 {
     enum lum_status st = lum_dir_write(w->dir, w->name, w->fd, w->buffer, w->n_buffer, err);
     w->n_buffer = 0;
     return st;
 }
 
-static enum lum_status put(struct lum_frame_writer *w, const void *bytes, size_t n, struct lum_error *err)
+static enum lum_status put(struct lum_block_writer *w, const void *bytes, size_t n, struct lum_error *err)
 {
     w->n_bytes += n;
     if (w->sha && EVP_DigestUpdate(w->sha, bytes, n) != 1)
@@ -71,19 +71,19 @@ static enum lum_status put(struct lum_frame_writer *w, const void *bytes, size_t
     return LUM_OK;
 }
 
-static bool start_sha(struct lum_frame_writer *w)
+static bool start_sha(struct lum_block_writer *w)
 {
     w->sha = EVP_MD_CTX_new();
     return w->sha && EVP_DigestInit_ex(w->sha, EVP_sha256(), NULL) == 1;
 }
 
-enum lum_status lum_frame_create(struct lum_frame_writer *w, const struct lum_dir *dir, const char *name,
-                                 enum lum_file_kind kind, uint64_t seq, struct lum_error *err)
+enum lum_status lum_block_create(struct lum_block_writer *w, const struct lum_dir *dir, const char *name,
+                                 enum lum_file_kind kind, uint64_t seq, uint32_t gap, struct lum_error *err)
 {
-    struct file_head head = {.version = LUM_STATE_VERSION, .kind = kind, .seq = seq};
+    struct file_head head = {.version = LUM_STATE_VERSION, .kind = kind, .seq = seq, .gap = gap};
     memcpy(head.magic, file_magic, sizeof head.magic);
     bool content = kind == LUM_FILE_CONTENT;
-    *w = (struct lum_frame_writer){.dir = dir, .fd = -1, .buffer = malloc(BUFFER_BYTES)};
+    *w = (struct lum_block_writer){.dir = dir, .fd = -1, .buffer = malloc(BUFFER_BYTES)};
     snprintf(w->name, sizeof w->name, "%s", name);
     if (!content && getrandom(&head.salt, sizeof head.salt, 0) != (ssize_t)sizeof head.salt)
         head.salt = (uint64_t)lum_clock_ns();
@@ -95,7 +95,7 @@ enum lum_status lum_frame_create(struct lum_frame_writer *w, const struct lum_di
     for (int copy = 0; copy < 2 && !st; copy++)
         st = put(w, &head, sizeof head, err);
     if (st)
-        lum_frame_close(w);
+        lum_block_close(w);
     return st;
 }
 
@@ -107,7 +107,7 @@ static bool add_lengths(cJSON *json, const struct lum_blobs_out *blobs)
     return lum_json_add(json, "blobs", lengths);
 }
 
-static enum lum_status put_body(struct lum_frame_writer *w, struct frame_head *head, const char *text,
+static enum lum_status put_body(struct lum_block_writer *w, struct block_head *head, const char *text,
                                 const struct lum_blobs_out *blobs, struct lum_error *err)
 {
     static const uint8_t zeros[8] = {0};
@@ -116,7 +116,7 @@ static enum lum_status put_body(struct lum_frame_writer *w, struct frame_head *h
         head->body_crc = crc_of(head->body_crc, blobs->blobs[i].bytes, blobs->blobs[i].n_bytes);
         head->n_blobs += blobs->blobs[i].n_bytes;
     }
-    head->head_crc = crc_of(w->salt, head, offsetof(struct frame_head, head_crc));
+    head->head_crc = crc_of(w->salt, head, offsetof(struct block_head, head_crc));
     enum lum_status st = put(w, head, sizeof *head, err);
     if (!st)
         st = put(w, text, head->n_json, err);
@@ -125,7 +125,7 @@ static enum lum_status put_body(struct lum_frame_writer *w, struct frame_head *h
     return st ? st : put(w, zeros, (size_t)(-w->n_bytes & 7), err);
 }
 
-enum lum_status lum_frame_put(struct lum_frame_writer *w, uint64_t seq, uint64_t rev, struct cJSON *json,
+enum lum_status lum_block_put(struct lum_block_writer *w, uint64_t seq, uint64_t rev, struct cJSON *json,
                               const struct lum_blobs_out *blobs, struct lum_error *err)
 {
     size_t n = 0;
@@ -134,8 +134,8 @@ enum lum_status lum_frame_put(struct lum_frame_writer *w, uint64_t seq, uint64_t
     cJSON_Delete(json);
     if (!text)
         return no_memory(err);
-    struct frame_head head = {.n_json = (uint32_t)n, .seq = seq, .rev = rev};
-    memcpy(head.magic, frame_magic, sizeof head.magic);
+    struct block_head head = {.n_json = (uint32_t)n, .seq = seq, .rev = rev};
+    memcpy(head.magic, block_magic, sizeof head.magic);
     enum lum_status st = n > LUM_LIMIT_STORED_BYTES
                              ? lum_fail(err, LUM_ERR_LIMIT, "state", "an edit is too long to keep: %zu bytes", n)
                              : put_body(w, &head, text, blobs, err);
@@ -143,30 +143,30 @@ enum lum_status lum_frame_put(struct lum_frame_writer *w, uint64_t seq, uint64_t
     return st;
 }
 
-enum lum_status lum_frame_flush(struct lum_frame_writer *w, struct lum_error *err)
+enum lum_status lum_block_flush(struct lum_block_writer *w, struct lum_error *err)
 {
     return flush(w, err);
 }
 
-enum lum_status lum_frame_sync(struct lum_frame_writer *w, struct lum_error *err)
+enum lum_status lum_block_sync(struct lum_block_writer *w, struct lum_error *err)
 {
     enum lum_status st = flush(w, err);
     return st ? st : lum_dir_sync_file(w->dir, w->name, w->fd, err);
 }
 
-void lum_frame_close(struct lum_frame_writer *w)
+void lum_block_close(struct lum_block_writer *w)
 {
     if (w->buffer && w->fd >= 0)
         close(w->fd);
     EVP_MD_CTX_free(w->sha);
     free(w->buffer);
-    *w = (struct lum_frame_writer){.fd = -1};
+    *w = (struct lum_block_writer){.fd = -1};
 }
 
 /* ---- reading ---- */
 
 /* True when all n bytes are there. */
-static bool read_at(const struct lum_frame_reader *r, uint64_t at, void *ret, size_t n)
+static bool read_at(const struct lum_block_reader *r, uint64_t at, void *ret, size_t n)
 {
     char *to = ret;
     while (n > 0) {
@@ -187,7 +187,7 @@ static bool is_file_head(const struct file_head *h)
 }
 
 /* Either of the two. */
-static bool read_file_head(const struct lum_frame_reader *r, struct file_head *ret)
+static bool read_file_head(const struct lum_block_reader *r, struct file_head *ret)
 {
     for (uint64_t copy = 0; copy < 2; copy++)
         if (read_at(r, copy * sizeof *ret, ret, sizeof *ret) && is_file_head(ret))
@@ -195,11 +195,11 @@ static bool read_file_head(const struct lum_frame_reader *r, struct file_head *r
     return false;
 }
 
-enum lum_status lum_frame_open(struct lum_frame_reader *r, const struct lum_dir *dir, const char *name,
+enum lum_status lum_block_open(struct lum_block_reader *r, const struct lum_dir *dir, const char *name,
                                enum lum_file_kind kind, struct lum_error *err)
 {
     struct file_head head;
-    *r = (struct lum_frame_reader){.fd = -1};
+    *r = (struct lum_block_reader){.fd = -1};
     enum lum_status st = lum_dir_read(dir, name, &r->fd, &r->n_bytes, err);
     if (st)
         return st;
@@ -213,37 +213,38 @@ enum lum_status lum_frame_open(struct lum_frame_reader *r, const struct lum_dir 
     else if (head.kind != (uint32_t)kind)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s holds something else than its name says", name);
     if (st) {
-        lum_frame_close_reader(r);
+        lum_block_close_reader(r);
         return st;
     }
     r->salt = (uint32_t)head.salt;
     r->seq = head.seq;
+    r->gap = head.gap;
     r->at = 2 * sizeof head;
     return LUM_OK;
 }
 
-static uint64_t body_bytes(const struct frame_head *h)
+static uint64_t body_bytes(const struct block_head *h)
 {
     return (h->n_json + h->n_blobs + 7) & ~7ull;
 }
 
-static bool is_head(const struct lum_frame_reader *r, const struct frame_head *h)
+static bool is_head(const struct lum_block_reader *r, const struct block_head *h)
 {
-    return memcmp(h->magic, frame_magic, sizeof frame_magic) == 0 &&
-           h->head_crc == crc_of(r->salt, h, offsetof(struct frame_head, head_crc)) &&
+    return memcmp(h->magic, block_magic, sizeof block_magic) == 0 &&
+           h->head_crc == crc_of(r->salt, h, offsetof(struct block_head, head_crc)) &&
            h->n_json <= LUM_LIMIT_STORED_BYTES && h->n_blobs <= MAX_BLOB_BYTES;
 }
 
-/* Where the next frame's head stands, from `at` on; n_bytes: nowhere. */
-static uint64_t find_head(const struct lum_frame_reader *r, uint64_t at)
+/* Where the next block's head stands, from `at` on; n_bytes: nowhere. */
+static uint64_t find_head(const struct lum_block_reader *r, uint64_t at)
 {
-    uint8_t window[4096 + LUM_FRAME_BYTES];
-    for (at = (at + 7) & ~7ull; at + LUM_FRAME_BYTES <= r->n_bytes; at += 4096) {
+    uint8_t window[4096 + LUM_BLOCK_BYTES];
+    for (at = (at + 7) & ~7ull; at + LUM_BLOCK_BYTES <= r->n_bytes; at += 4096) {
         size_t n = r->n_bytes - at < sizeof window ? (size_t)(r->n_bytes - at) : sizeof window;
         if (!read_at(r, at, window, n))
             break;
-        for (size_t i = 0; i < 4096 && i + LUM_FRAME_BYTES <= n; i += 8) {
-            struct frame_head h;
+        for (size_t i = 0; i < 4096 && i + LUM_BLOCK_BYTES <= n; i += 8) {
+            struct block_head h;
             memcpy(&h, window + i, sizeof h);
             if (is_head(r, &h))
                 return at + i;
@@ -252,7 +253,7 @@ static uint64_t find_head(const struct lum_frame_reader *r, uint64_t at)
     return r->n_bytes;
 }
 
-static bool read_body(struct lum_frame_reader *r, const struct frame_head *h, struct lum_error *err)
+static bool read_body(struct lum_block_reader *r, const struct block_head *h, struct lum_error *err)
 {
     size_t n = (size_t)(h->n_json + h->n_blobs);
     if (n > r->body_capacity) {
@@ -269,7 +270,7 @@ static bool read_body(struct lum_frame_reader *r, const struct frame_head *h, st
 }
 
 /* Names the blobs of the body by the lengths that the JSON tells. */
-static bool split_blobs(const struct lum_frame_reader *r, const struct frame_head *h, struct lum_frame *f)
+static bool split_blobs(const struct lum_block_reader *r, const struct block_head *h, struct lum_block *f)
 {
     uint64_t left = h->n_blobs;
     const uint8_t *at = r->body + h->n_json;
@@ -286,22 +287,22 @@ static bool split_blobs(const struct lum_frame_reader *r, const struct frame_hea
     return left == 0;
 }
 
-enum lum_frame_found lum_frame_next(struct lum_frame_reader *r, struct lum_frame *ret_frame, struct lum_error *err)
+enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err)
 {
-    struct frame_head h;
-    struct lum_frame *f = ret_frame;
-    *f = (struct lum_frame){.offset = r->at, .n_bytes = r->n_bytes - r->at};
+    struct block_head h;
+    struct lum_block *f = ret_block;
+    *f = (struct lum_block){.offset = r->at, .n_bytes = r->n_bytes - r->at};
     if (r->at >= r->n_bytes)
-        return LUM_FRAME_END;
+        return LUM_BLOCK_END;
     if (!read_at(r, r->at, &h, sizeof h) || !is_head(r, &h)) {
         uint64_t next = find_head(r, r->at + 8);
         f->n_bytes = next - r->at;
         r->at = next;
-        return next == r->n_bytes ? LUM_FRAME_TORN : LUM_FRAME_DAMAGED;
+        return next == r->n_bytes ? LUM_BLOCK_TORN : LUM_BLOCK_DAMAGED;
     }
     if (body_bytes(&h) > r->n_bytes - r->at - sizeof h) {
         r->at = r->n_bytes;
-        return LUM_FRAME_TORN;
+        return LUM_BLOCK_TORN;
     }
     f->n_bytes = sizeof h + body_bytes(&h);
     f->seq = h.seq;
@@ -311,20 +312,20 @@ enum lum_frame_found lum_frame_next(struct lum_frame_reader *r, struct lum_frame
     ok = f->json && split_blobs(r, &h, f);
     r->at += f->n_bytes;
     if (!ok)
-        lum_frame_finish(f);
-    return ok ? LUM_FRAME_WHOLE : LUM_FRAME_DAMAGED;
+        lum_block_finish(f);
+    return ok ? LUM_BLOCK_WHOLE : LUM_BLOCK_DAMAGED;
 }
 
-void lum_frame_finish(struct lum_frame *f)
+void lum_block_finish(struct lum_block *f)
 {
     cJSON_Delete(f->json);
     f->json = NULL;
 }
 
-void lum_frame_close_reader(struct lum_frame_reader *r)
+void lum_block_close_reader(struct lum_block_reader *r)
 {
     if (r->fd >= 0)
         close(r->fd);
     free(r->body);
-    *r = (struct lum_frame_reader){.fd = -1};
+    *r = (struct lum_block_reader){.fd = -1};
 }

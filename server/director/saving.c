@@ -1,0 +1,289 @@
+/* The director and the journal.
+ *
+ * The order of an edit: applied in memory, published (frames show it), its entry submitted; its reply, scene.changed
+ * and whatever is said after them wait in the outbox until the entry is durable (lum_director_take_outbox). So nobody
+ * is told of an edit that a crash could take, and nothing but messages waits: passes and frames go on.
+ *
+ * If the journal fails, edits that are not durable are taken back: their replies become refusals, and since others may
+ * see them in pictures, the taking back is a new revision, announced like any edit. Until the journal can write again
+ * edits are refused. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
+#include "server/base/log.h"
+#include "server/director/internal.h"
+
+/* ---- start ---- */
+
+static void wake_net(void *user)
+{
+    struct lum_director *d = user;
+    d->config.wake_net(d->config.wake_user);
+}
+
+static void wake_director(void *user)
+{
+    lum_director_ring(user);
+}
+
+enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded, struct lum_error *err)
+{
+    struct lum_document *doc = NULL;
+    *ret_loaded = false;
+    if (!d->config.state_dir)
+        return LUM_OK;
+    const struct lum_journal_config config = {
+        .dir = d->config.state_dir,
+        .durability = d->config.durability,
+        .log = d->config.log,
+        .saved = wake_net,
+        .attention = wake_director,
+        .user = d,
+    };
+    enum lum_status st = lum_journal_open(&config, &d->journal, &doc, err);
+    if (st || !doc)
+        return st;
+    if (d->config.scene_asked)
+        lum_log(&d->config.log, LUM_LOG_WARNING, "main",
+                "%.200s has a scene already, which is served; %.60s is left aside: it is for an empty folder",
+                d->config.state_dir, d->config.scene);
+    *ret_loaded = true;
+    return lum_world_restore(&d->world, doc, err);
+}
+
+enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_error *err)
+{
+    struct lum_document_state state;
+    if (!d->journal)
+        return LUM_OK;
+    if (!lum_document_take_state(d->world.doc, &state))
+        return lum_fail(err, LUM_ERR_NOMEM, "state", "no memory to save the scene");
+    return lum_journal_start(d->journal, &state, err);
+}
+
+/* ---- entries ---- */
+
+bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err)
+{
+    char why[256];
+    if (!d->journal || lum_journal_accepts(d->journal, why))
+        return true;
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "%s", why);
+}
+
+/* As they came, or from what was read of them. */
+static struct cJSON *take_ops(struct lum_request *q)
+{
+    cJSON *ops = q->ops_json;
+    q->ops_json = NULL;
+    if (ops)
+        return ops;
+    ops = cJSON_CreateArray();
+    bool ok = ops != NULL;
+    for (size_t i = 0; i < q->ops.n && ok; i++)
+        ok = lum_json_add(ops, NULL, lum_op_to_json(&q->ops.ops[i]));
+    if (ok)
+        return ops;
+    cJSON_Delete(ops);
+    return NULL;
+}
+
+bool lum_director_make_entry(struct lum_director *d, struct lum_request *q, struct lum_entry **inout_entry)
+{
+    if (!d->journal)
+        return true;
+    struct lum_entry *e = *inout_entry;
+    bool undo = q->type == &lum_request_scene_undo, redo = q->type == &lum_request_scene_redo;
+    if (!e)
+        e = lum_entry_create(undo ? LUM_ENTRY_UNDO : redo ? LUM_ENTRY_REDO : LUM_ENTRY_APPLY, q->user);
+    *inout_entry = e;
+    if (!e || undo || redo)
+        return e != NULL;
+    memcpy(e->op_id, q->op_id, sizeof e->op_id);
+    memcpy(e->undo_group, q->ops.undo_group, sizeof e->undo_group);
+    e->n_bytes = q->n_bytes;
+    e->ops = take_ops(q);
+    return e->ops != NULL;
+}
+
+/* What the importer made of one op that needs it: a list of records. */
+static bool store_one(struct lum_director *d, struct lum_import_job *job, size_t i, size_t *n_imports,
+                      struct lum_proto_error *err)
+{
+    const struct lum_op *op = &job->request->ops.ops[i];
+    struct lum_entry_content *c = &job->entry->content[job->entry->n_content];
+    bool image = op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_IMAGE && op->record->image.asset[0];
+    struct lum_error e;
+    enum lum_status st = LUM_OK;
+    if (op->kind != LUM_OP_IMPORT && !image)
+        return true;
+    if (image) {
+        st = lum_journal_store(d->journal, &op->record, 1, c->sha, &e);
+    } else {
+        const struct lum_import_children *made = &job->expansion.children[(*n_imports)++];
+        st = lum_journal_store(d->journal, made->records, made->n, c->sha, &e);
+    }
+    if (st)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "ops", "the import cannot be saved: %.200s", e.text);
+    memcpy(c->id, op->id, sizeof c->id);
+    job->entry->n_content++;
+    return true;
+}
+
+bool lum_director_store_imports(struct lum_director *d, struct lum_import_job *job, struct lum_proto_error *err)
+{
+    const struct lum_ops *ops = &job->request->ops;
+    size_t n_imports = 0;
+    bool ok = true;
+    if (!d->journal)
+        return true;
+    job->entry = lum_entry_create(LUM_ENTRY_APPLY, job->request->user);
+    if (!job->entry || !(job->entry->content = calloc(ops->n, sizeof *job->entry->content)))
+        return lum_proto_fail_memory(err);
+    for (size_t i = 0; i < ops->n && ok; i++)
+        ok = store_one(d, job, i, &n_imports, err);
+    return ok;
+}
+
+static void submit(struct lum_director *d, struct lum_entry *e, uint64_t rev, uint64_t *ret_seq)
+{
+    *ret_seq = lum_journal_submit(d->journal, e, rev);
+    if (d->config.durability != LUM_DURABILITY_COMMIT)
+        return;
+    pthread_mutex_lock(&d->lock);
+    d->submitted_seq = *ret_seq;
+    pthread_mutex_unlock(&d->lock);
+}
+
+void lum_director_submit(struct lum_director *d, struct lum_staged_edit *p)
+{
+    struct lum_entry *e = p->entry;
+    p->entry = NULL;
+    if (e)
+        submit(d, e, p->scene_rev, &p->seq);
+}
+
+void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, uint64_t of)
+{
+    struct lum_entry *e = d->journal ? lum_entry_create(kind, user) : NULL;
+    uint64_t seq;
+    if (!e)
+        return;
+    e->of = of;
+    submit(d, e, lum_document_rev(d->world.doc), &seq);
+}
+
+void lum_director_save_histories(struct lum_director *d)
+{
+    if (d->journal)
+        lum_journal_want_state(d->journal);
+}
+
+/* ---- until they are durable ---- */
+
+void lum_director_keep_unsaved(struct lum_director *d, struct lum_staged_edit *p)
+{
+    if (!d->journal || d->config.durability != LUM_DURABILITY_COMMIT) {
+        lum_director_free_edit(p);
+        return;
+    }
+    lum_request_destroy(p->request);
+    lum_expansion_finish(&p->expansion);
+    p->request = NULL;
+    p->next = NULL;
+    *d->unsaved_tail = p;
+    d->unsaved_tail = &p->next;
+}
+
+static void forget_durable(struct lum_director *d)
+{
+    uint64_t durable = lum_journal_acknowledged(d->journal);
+    while (d->unsaved && d->unsaved->seq <= durable) {
+        struct lum_staged_edit *p = d->unsaved;
+        d->unsaved = p->next;
+        lum_director_free_edit(p);
+    }
+    if (!d->unsaved)
+        d->unsaved_tail = &d->unsaved;
+}
+
+/* The changes the other way round, borrowed, as ops. */
+static struct cJSON *inverse_ops(const struct lum_changes *c)
+{
+    struct lum_changes inverse = {.changes = calloc(c->n ? c->n : 1, sizeof *inverse.changes), .n = c->n};
+    for (size_t i = 0; i < c->n && inverse.changes; i++)
+        inverse.changes[i] = (struct lum_change){c->changes[c->n - 1 - i].after, c->changes[c->n - 1 - i].before};
+    cJSON *ops = inverse.changes ? lum_changes_to_json(&inverse) : NULL;
+    free(inverse.changes);
+    return ops;
+}
+
+static void announce_inverse(struct lum_director *d, const struct lum_staged_edit *p, uint64_t rev)
+{
+    cJSON *changed = cJSON_CreateObject();
+    lum_json_add_number(changed, "scene_rev", (double)rev);
+    lum_json_add_string(changed, "op_id", "");
+    lum_json_add_string(changed, "user", "(server)");
+    lum_json_add(changed, "ops", inverse_ops(&p->changes));
+    lum_director_send(d, LUM_OUT_BROADCAST, (struct lum_session_ref){0},
+                      lum_rpc_notification("scene.changed", changed));
+}
+
+/* Newest first. */
+static struct lum_staged_edit *reversed(struct lum_staged_edit *list)
+{
+    struct lum_staged_edit *out = NULL;
+    for (struct lum_staged_edit *next; list; list = next) {
+        next = list->next;
+        list->next = out;
+        out = list;
+    }
+    return out;
+}
+
+static void take_back_lost(struct lum_director *d, uint64_t durable, const char *why)
+{
+    struct lum_proto_error err;
+    struct lum_error e;
+    uint64_t rev = lum_document_rev(d->world.doc);
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "the edit could not be saved, and is taken back: %.180s",
+                   why);
+    lum_director_refuse_lost(d, durable, &err);
+    forget_durable(d);
+    if (!d->unsaved)
+        return;
+    struct lum_staged_edit *lost = reversed(d->unsaved);
+    d->unsaved = NULL;
+    d->unsaved_tail = &d->unsaved;
+    for (struct lum_staged_edit *p = lost; p; p = p->next)
+        lum_world_rollback(&d->world, &p->changes);
+    for (struct lum_staged_edit *p = lost, *next; p; p = next) {
+        next = p->next;
+        announce_inverse(d, p, ++rev);
+        lum_director_free_edit(p);
+    }
+    lum_document_raise_rev(d->world.doc, rev);
+    if (lum_world_commit(&d->world, &e))
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "edits that were taken back still show: %s", e.text);
+    atomic_store(&d->scene_rev, rev);
+    lum_director_count_scene(d);
+    lum_director_refresh_views(d, lum_clock_ns());
+}
+
+void lum_director_turn_saving(struct lum_director *d)
+{
+    uint64_t durable;
+    char why[256];
+    struct lum_document_state state;
+    if (!d->journal)
+        return;
+    if (lum_journal_failed(d->journal, &durable, why))
+        take_back_lost(d, durable, why);
+    forget_durable(d);
+    if (lum_journal_wants_state(d->journal) && lum_document_take_state(d->world.doc, &state))
+        lum_journal_give_state(d->journal, &state);
+}
