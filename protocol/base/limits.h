@@ -17,10 +17,9 @@
 #define LUM_LIMIT_JSON_NUMBER_BYTES 63 /* digits of one number: the parser's own buffer */
 #define LUM_LIMIT_JSON_TOKENS 1200000u /* numbers and strings of the largest message; cJSON takes 64 B each */
 #define LUM_LIMIT_STORED_BYTES                                                                                         \
-    (8u * LUM_LIMIT_MESSAGE_BYTES) /* a line of a scene file or of the journal: whole meshes; "1e9" is written out, 3  \
-                                      bytes become 10 */
-#define LUM_LIMIT_STORED_TOKENS (8u * LUM_LIMIT_JSON_TOKENS)
-#define LUM_LIMIT_SCENE_BYTES (1u << 30) /* a scene file or journal */
+    (256u << 20) /* a line of a scene file: a mesh of a million vertices with all its digits */
+#define LUM_LIMIT_STORED_TOKENS (16u * LUM_LIMIT_JSON_TOKENS) /* of it */
+#define LUM_LIMIT_SCENE_BYTES (1u << 30)                      /* a scene file or journal */
 #define LUM_LIMIT_OPS_PER_MESSAGE 4096u
 
 /* ---- scene ---- */

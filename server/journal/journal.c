@@ -76,6 +76,8 @@ enum lum_status lum_journal_open(const struct lum_journal_config *config, struct
     j->config = *config;
     if (!config->compact_bytes)
         j->config.compact_bytes = LUM_JOURNAL_COMPACT_BYTES;
+    if (!config->retry_ns)
+        j->config.retry_ns = LUM_JOURNAL_RETRY_NS;
     j->lock_fd = j->dir.fd = j->content.fd = j->file.fd = -1;
     j->queue_tail = &j->queue;
     j->sync_due_ns = LUM_JOURNAL_NEVER_NS;

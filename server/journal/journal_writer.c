@@ -10,12 +10,40 @@
 
 #include "server/base/log.h"
 
-#define SYNC_EVERY_NS 1000000000ll  /* LUM_DURABILITY_INTERVAL */
-#define RETRY_AFTER_NS 1000000000ll /* is there room again? */
+#define SYNC_EVERY_NS 1000000000ll /* LUM_DURABILITY_INTERVAL */
 
 /* ---- files ---- */
 
-/* A new journal for the entries after seq. The old one is closed. */
+/* What was not synced is cut off as far as that can be done: it was never acknowledged. */
+static void fail_file(struct lum_journal *j, const struct lum_error *err)
+{
+    if (j->file.fd >= 0 && j->config.durability == LUM_DURABILITY_COMMIT)
+        (void)!ftruncate(j->file.fd, (off_t)j->synced_bytes);
+    lum_block_close(&j->file);
+    lum_log(&j->config.log, LUM_LOG_ERROR, "journal",
+            "%s: the scene is read-only until it can be saved again; it is tried every second", err->text);
+    pthread_mutex_lock(&j->lock);
+    struct lum_entry *queue = j->queue;
+    j->queue = NULL;
+    j->queue_tail = &j->queue;
+    j->n_queue = j->queue_bytes = 0;
+    j->read_only = j->failed = true;
+    if (j->has_state)
+        lum_document_state_finish(&j->state); /* it has edits that are taken back */
+    j->wants_state = j->has_state = j->busy = false;
+    j->retry_due_ns = lum_clock_ns();
+    snprintf(j->status.why, sizeof j->status.why, "%s", err->text);
+    j->status.n_failures++;
+    pthread_mutex_unlock(&j->lock);
+    lum_entries_destroy(queue);
+    lum_snapshot_end(j->snapshot); /* the same */
+    j->snapshot = NULL;
+    j->sync_due_ns = LUM_JOURNAL_NEVER_NS;
+    j->config.attention(j->config.user);
+}
+
+/* A new journal for the entries after seq. The old one is closed. Where it is not known which of the two a start would
+ * find, neither is used any more. */
 static enum lum_status new_file(struct lum_journal *j, uint64_t seq, struct lum_error *err)
 {
     struct lum_block_writer file;
@@ -26,10 +54,13 @@ static enum lum_status new_file(struct lum_journal *j, uint64_t seq, struct lum_
     if (st)
         return st;
     st = lum_block_sync(&file, err);
+    bool named = !st;
     if (!st)
         st = lum_dir_rename(&j->dir, "journal.part", name, err);
     if (st) {
         lum_block_close(&file);
+        if (named && j->file.fd >= 0)
+            fail_file(j, err);
         return st;
     }
     lum_block_close(&j->file);
@@ -158,7 +189,7 @@ static void drop_snapshot(struct lum_journal *j, const struct lum_error *err)
     j->snapshot = NULL;
     lum_dir_remove(&j->dir, "snapshot.part");
     pthread_mutex_lock(&j->lock);
-    j->retry_due_ns = lum_clock_ns() + RETRY_AFTER_NS;
+    j->retry_due_ns = lum_clock_ns() + j->config.retry_ns;
     j->busy = false;
     bool told = j->read_only && strcmp(j->status.why, err->text) == 0;
     if (j->read_only)
@@ -169,34 +200,6 @@ static void drop_snapshot(struct lum_journal *j, const struct lum_error *err)
 }
 
 /* ---- entries ---- */
-
-/* What was not synced is cut off as far as that can be done: it was never acknowledged. */
-static void fail_file(struct lum_journal *j, const struct lum_error *err)
-{
-    if (j->file.fd >= 0 && j->config.durability == LUM_DURABILITY_COMMIT)
-        (void)!ftruncate(j->file.fd, (off_t)j->synced_bytes);
-    lum_block_close(&j->file);
-    lum_log(&j->config.log, LUM_LOG_ERROR, "journal",
-            "%s: the scene is read-only until it can be saved again; it is tried every second", err->text);
-    pthread_mutex_lock(&j->lock);
-    struct lum_entry *queue = j->queue;
-    j->queue = NULL;
-    j->queue_tail = &j->queue;
-    j->n_queue = j->queue_bytes = 0;
-    j->read_only = j->failed = true;
-    if (j->has_state)
-        lum_document_state_finish(&j->state); /* it has edits that are taken back */
-    j->wants_state = j->has_state = j->busy = false;
-    j->retry_due_ns = lum_clock_ns();
-    snprintf(j->status.why, sizeof j->status.why, "%s", err->text);
-    j->status.n_failures++;
-    pthread_mutex_unlock(&j->lock);
-    lum_entries_destroy(queue);
-    lum_snapshot_end(j->snapshot); /* the same */
-    j->snapshot = NULL;
-    j->sync_due_ns = LUM_JOURNAL_NEVER_NS;
-    j->config.attention(j->config.user);
-}
 
 static void note_synced(struct lum_journal *j)
 {

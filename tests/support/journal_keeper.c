@@ -47,8 +47,12 @@ void keeper_init(struct keeper *k)
     require(mkdtemp(k->dir), "no folder in /tmp");
     pthread_mutex_init(&k->lock, NULL);
     pthread_cond_init(&k->bell, NULL);
-    k->config = (struct lum_journal_config){
-        .dir = k->dir, .log = {.write = note, .user = k}, .saved = ring, .attention = ring, .user = k};
+    k->config = (struct lum_journal_config){.dir = k->dir,
+                                            .retry_ns = 1000000,
+                                            .log = {.write = note, .user = k},
+                                            .saved = ring,
+                                            .attention = ring,
+                                            .user = k};
 }
 
 static void remove_folder(const char *path)
