@@ -59,6 +59,19 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
     return true;
 }
 
+/* What an import made goes before it. */
+static bool check_empty(const struct lum_txn *t, const struct lum_record *import)
+{
+    const struct lum_table *table = &t->doc->table;
+    for (size_t i = 0; i < table->capacity; i++) {
+        const struct lum_record *r = table->slots[i].record;
+        if (r && strcmp(r->origin, import->id) == 0)
+            return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "in_use", "id", "\"%s\" has \"%s\" still", import->id,
+                                  r->id);
+    }
+    return true;
+}
+
 /* ---- steps ---- */
 
 static bool grow_log(struct lum_txn *t)
@@ -84,6 +97,8 @@ bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_recor
         return false;
     if (!after && lum_table_find(table, before->id)->n_users > 0)
         return fail_in_use(t, before);
+    if (!after && before->type == LUM_RECORD_IMPORT && !check_empty(t, before))
+        return false;
     if (!grow_log(t) || (!before && !lum_table_reserve(table, 1)))
         return lum_proto_fail_memory(t->err);
     t->log[t->n++] = (struct lum_change){before ? lum_record_ref(before) : NULL, after ? lum_record_ref(after) : NULL};

@@ -286,7 +286,8 @@ static bool add_back(struct lum_txn *t, struct lum_record *now, struct lum_recor
 {
     if (now)
         return conflict(t, to->id, NULL, "was added by somebody else since");
-    if (to->origin[0] && !lum_table_find(&t->doc->table, to->origin))
+    const struct lum_record *origin = lum_document_find(t->doc, to->origin);
+    if (to->origin[0] && (!origin || origin->type != LUM_RECORD_IMPORT))
         return conflict(t, to->id, NULL, "belongs to an import that was removed since");
     return lum_txn_step(t, NULL, to);
 }

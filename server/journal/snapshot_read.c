@@ -162,12 +162,13 @@ static bool find_record(const struct loader *l, const cJSON *json, struct lum_re
     return *ret != NULL;
 }
 
-/* A change is of one record: undo relies on it. */
+/* A change is of one record, and the settings always exist: undo relies on it. */
 static bool is_change(const struct lum_record *before, const struct lum_record *after)
 {
     if (!before || !after)
-        return before || after;
-    return before->type == after->type && strcmp(before->id, after->id) == 0;
+        return (before || after) && (before ? before : after)->type != LUM_RECORD_RENDER;
+    return before->type == after->type && strcmp(before->id, after->id) == 0 &&
+           strcmp(before->origin, after->origin) == 0;
 }
 
 static bool take_changes(const struct loader *l, const cJSON *json, struct lum_changes *ret)
