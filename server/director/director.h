@@ -21,9 +21,10 @@ struct lum_director_config {
     const char *importer;   /* path of lumend-import */
     const char *state_dir;  /* of the journal; NULL: nothing is kept. What is there comes before the scene */
     enum lum_durability durability;
-    bool scene_asked; /* by somebody: the log says where it is left aside */
-    const char *method;     /* default method; NULL: the scene's */
-    const char *isa;        /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
+    const struct lum_disk *state_disk; /* NULL: the real one; tests have others */
+    bool scene_asked;                  /* by somebody: the log says where it is left aside */
+    const char *method;                /* default method; NULL: the scene's */
+    const char *isa;                   /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
     uint32_t threads;
     bool deterministic;
     struct lum_log log;

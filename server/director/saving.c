@@ -39,6 +39,7 @@ enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded
     const struct lum_journal_config config = {
         .dir = d->config.state_dir,
         .durability = d->config.durability,
+        .disk = d->config.state_disk,
         .log = d->config.log,
         .saved = wake_net,
         .attention = wake_director,
@@ -69,10 +70,9 @@ enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_err
 
 bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err)
 {
-    char why[256];
-    if (!d->journal || lum_journal_accepts(d->journal, why))
-        return true;
-    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "%s", why);
+    struct lum_error e;
+    enum lum_status st = d->journal ? lum_journal_accepts(d->journal, &e) : LUM_OK;
+    return !st || lum_proto_fail(err, LUM_PROTO_APPLICATION, st == LUM_ERR_LIMIT ? "busy" : "io", "", "%s", e.text);
 }
 
 /* As they came, or from what was read of them. */
@@ -245,33 +245,43 @@ static struct lum_staged_edit *reversed(struct lum_staged_edit *list)
     return out;
 }
 
-static void take_back_lost(struct lum_director *d, uint64_t durable, const char *why)
+/* Takes all of them back, newest first, and publishes. The revision goes on, one for each. */
+static void roll_back(struct lum_director *d, const struct lum_staged_edit *newest_first)
 {
-    struct lum_proto_error err;
     struct lum_error e;
     uint64_t rev = lum_document_rev(d->world.doc);
-    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "the edit could not be saved, and is taken back: %.180s",
-                   why);
-    lum_director_refuse_lost(d, durable, &err);
-    forget_durable(d);
-    if (!d->unsaved)
-        return;
-    struct lum_staged_edit *lost = reversed(d->unsaved);
-    d->unsaved = NULL;
-    d->unsaved_tail = &d->unsaved;
-    for (struct lum_staged_edit *p = lost; p; p = p->next)
+    for (const struct lum_staged_edit *p = newest_first; p; p = p->next) {
         lum_world_rollback(&d->world, &p->changes);
-    for (struct lum_staged_edit *p = lost, *next; p; p = next) {
-        next = p->next;
-        announce_inverse(d, p, ++rev);
-        lum_director_free_edit(p);
+        rev++;
     }
     lum_document_raise_rev(d->world.doc, rev);
     if (lum_world_commit(&d->world, &e))
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "edits that were taken back still show: %s", e.text);
     atomic_store(&d->scene_rev, rev);
     lum_director_count_scene(d);
-    lum_director_refresh_views(d, lum_clock_ns());
+}
+
+static void take_back_lost(struct lum_director *d, uint64_t durable, const char *why)
+{
+    struct lum_proto_error err;
+    forget_durable(d);
+    struct lum_staged_edit *lost = reversed(d->unsaved);
+    uint64_t rev = lum_document_rev(d->world.doc);
+    d->unsaved = NULL;
+    d->unsaved_tail = &d->unsaved;
+    if (lost)
+        roll_back(d, lost);
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "the edit could not be saved, and is taken back: %.180s",
+                   why);
+    lum_director_refuse_lost(d, durable, &err);
+    bool changed = lost != NULL;
+    for (struct lum_staged_edit *p = lost, *next; p; p = next) {
+        next = p->next;
+        announce_inverse(d, p, ++rev);
+        lum_director_free_edit(p);
+    }
+    if (changed)
+        lum_director_refresh_views(d, lum_clock_ns());
 }
 
 void lum_director_turn_saving(struct lum_director *d)

@@ -174,17 +174,17 @@ enum lum_status lum_journal_store(struct lum_journal *j, struct lum_record *cons
     return st;
 }
 
-bool lum_journal_accepts(struct lum_journal *j, char ret_why[256])
+enum lum_status lum_journal_accepts(struct lum_journal *j, struct lum_error *err)
 {
+    enum lum_status st = LUM_OK;
     pthread_mutex_lock(&j->lock);
-    bool full = j->n_queue >= LUM_JOURNAL_QUEUE_ENTRIES || j->queue_bytes >= LUM_JOURNAL_QUEUE_BYTES;
     if (j->read_only)
-        snprintf(ret_why, 256, "the scene cannot be edited until it can be saved: %.180s", j->status.why);
-    else if (full)
-        snprintf(ret_why, 256, "the disk is slow, and too many edits wait to be saved; try again");
-    bool ok = !j->read_only && !full;
+        st = lum_fail(err, LUM_ERR_IO, "state", "the scene cannot be edited until it can be saved: %.180s",
+                      j->status.why);
+    else if (j->n_queue >= LUM_JOURNAL_QUEUE_ENTRIES || j->queue_bytes >= LUM_JOURNAL_QUEUE_BYTES)
+        st = lum_fail(err, LUM_ERR_LIMIT, "state", "the disk is slow, and too many edits wait to be saved; try again");
     pthread_mutex_unlock(&j->lock);
-    return ok;
+    return st;
 }
 
 uint64_t lum_journal_submit(struct lum_journal *j, struct lum_entry *e, uint64_t rev)

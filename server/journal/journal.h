@@ -62,8 +62,8 @@ LUM_MUST_USE enum lum_status lum_journal_store(struct lum_journal *j, struct lum
                                                lum_sha ret_sha, struct lum_error *err);
 
 /* ---- the director's thread ---- */
-/* May an edit be made? Else ret_why says why not, as a sentence for a person. */
-bool lum_journal_accepts(struct lum_journal *j, char ret_why[256]);
+/* May an edit be made? LUM_ERR_IO: not until the state can be saved; LUM_ERR_LIMIT: too many wait. */
+LUM_MUST_USE enum lum_status lum_journal_accepts(struct lum_journal *j, struct lum_error *err);
 /* Takes the entry over, and gives it the next number, which is returned. Never fails and never waits. */
 uint64_t lum_journal_submit(struct lum_journal *j, struct lum_entry *e, uint64_t rev);
 /* True once after a failure: edits above the durable one are lost. Their numbers are given again. */

@@ -58,7 +58,7 @@ void client_wait(struct client *c)
     pthread_mutex_unlock(&c->lock);
 }
 
-int client_setup_with(void **state, const char *importer)
+static int set_up(void **state, const char *importer, const char *state_dir, const struct lum_disk *disk)
 {
     struct client *c = calloc(1, sizeof *c);
     assert_non_null(c);
@@ -72,6 +72,8 @@ int client_setup_with(void **state, const char *importer)
     struct lum_director_config config = {.scene = c->path,
                                          .assets_dir = "/tmp",
                                          .importer = importer,
+                                         .state_dir = state_dir,
+                                         .state_disk = disk,
                                          .method = "path",
                                          .threads = 2,
                                          .wake_net = wake,
@@ -81,6 +83,16 @@ int client_setup_with(void **state, const char *importer)
         fail_msg("%s", err.text);
     *state = c;
     return 0;
+}
+
+int client_setup_with(void **state, const char *importer)
+{
+    return set_up(state, importer, NULL, NULL);
+}
+
+int client_setup_saved(void **state, const char *state_dir, const struct lum_disk *disk)
+{
+    return set_up(state, "/bin/false", state_dir, disk);
 }
 
 int client_setup(void **state)

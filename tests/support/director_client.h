@@ -37,6 +37,8 @@ void client_wait(struct client *c);
 /* cmocka: *state is a struct client of a director with a small scene; importer: a program. */
 int client_setup_with(void **state, const char *importer);
 int client_setup(void **state);
+/* The scene is kept in state_dir (what is there comes before the small scene), on this disk (NULL: the real one). */
+int client_setup_saved(void **state, const char *state_dir, const struct lum_disk *disk);
 int client_teardown(void **state);
 struct lum_request *client_request(struct client *c, const struct lum_request_type *type);
 /* The reply, whole; delete it. */

@@ -145,9 +145,9 @@ static void submit(struct keeper *k, struct lum_entry *e, struct lum_changes *ch
 
 static bool accepts(struct keeper *k)
 {
-    char why[256];
+    struct lum_error err;
     keeper_turn(k);
-    return lum_journal_accepts(k->journal, why);
+    return !lum_journal_accepts(k->journal, &err);
 }
 
 bool keeper_edit(struct keeper *k, const char *user, const char *ops)
