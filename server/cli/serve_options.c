@@ -58,8 +58,8 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
     [LUM_SERVE_STATE] = {"state", "DIR", TEXT(state),
         .help = "keeps every edit in DIR, and starts with what DIR holds; --scene is for an empty one"},
     [LUM_SERVE_DURABILITY] = {"durability", "WHEN", .fallback = "commit", OTHER(read_durability),
-        .help = "commit: edits are answered when they are on disk; interval: at once, and a power cut may\n"
-                "take the last second of them"},
+        .help = "commit: edits are answered when they are on disk; interval: at once, and a crash or a\n"
+                "power cut may take the last second of them"},
     [LUM_SERVE_IMPORTER] = {"importer", "FILE", TEXT(importer),
         .help = "the lumend-import program; default: beside this one"},
     [LUM_SERVE_METHOD] = {"method", "NAME", OTHER(lum_option_read_method), AT(method),

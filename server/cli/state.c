@@ -178,9 +178,14 @@ static void export_flat(struct exporting *e, const struct lum_document *doc)
 {
     if (!lum_document_each(doc, export_record, e) && !e->status)
         e->status = lum_fail(e->err, LUM_ERR_NOMEM, "state", "no memory for the scene");
-    cJSON *settings = lum_record_to_json(lum_document_find(doc, "render"), false);
+    struct lum_record *r = lum_record_clone(lum_document_find(doc, "render"));
+    const struct lum_record *camera = r ? lum_document_find(doc, r->render.camera) : NULL;
+    if (r && (!camera || camera->type != LUM_RECORD_CAMERA))
+        r->render.camera[0] = '\0'; /* it is gone */
+    cJSON *settings = r ? lum_record_to_json(r, false) : NULL;
     write_op(e, "render", settings); /* last: they name a camera */
     cJSON_Delete(settings);
+    lum_record_unref(r);
 }
 
 static void export_ops(struct exporting *e, const struct lum_document *doc)

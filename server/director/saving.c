@@ -16,6 +16,7 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/internal.h"
+#include "server/world/luminaires.h"
 
 /* ---- start ---- */
 
@@ -222,13 +223,16 @@ static struct cJSON *inverse_ops(const struct lum_changes *c)
     return ops;
 }
 
-static void announce_inverse(struct lum_director *d, const struct lum_staged_edit *p, uint64_t rev)
+/* emits: what changed of objects that shine, or NULL; taken over. */
+static void announce_inverse(struct lum_director *d, const struct lum_staged_edit *p, uint64_t rev, cJSON *emits)
 {
     cJSON *changed = cJSON_CreateObject();
     lum_json_add_number(changed, "scene_rev", (double)rev);
     lum_json_add_string(changed, "op_id", "");
     lum_json_add_string(changed, "user", "(server)");
     lum_json_add(changed, "ops", inverse_ops(&p->changes));
+    if (emits)
+        lum_json_add(changed, "emits", emits);
     lum_director_send(d, LUM_OUT_BROADCAST, (struct lum_session_ref){0},
                       lum_rpc_notification("scene.changed", changed));
 }
@@ -245,10 +249,12 @@ static struct lum_staged_edit *reversed(struct lum_staged_edit *list)
     return out;
 }
 
-/* Takes all of them back, newest first, and publishes. The revision goes on, one for each. */
-static void roll_back(struct lum_director *d, const struct lum_staged_edit *newest_first)
+/* Takes all of them back, newest first, and publishes. The revision goes on, one for each. Returns what changed of
+ * objects that shine. */
+static cJSON *roll_back(struct lum_director *d, const struct lum_staged_edit *newest_first)
 {
     struct lum_error e;
+    const struct lum_snapshot *was = lum_snapshot_ref(d->world.snapshot);
     uint64_t rev = lum_document_rev(d->world.doc);
     for (const struct lum_staged_edit *p = newest_first; p; p = p->next) {
         lum_world_rollback(&d->world, &p->changes);
@@ -259,6 +265,9 @@ static void roll_back(struct lum_director *d, const struct lum_staged_edit *newe
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "edits that were taken back still show: %s", e.text);
     atomic_store(&d->scene_rev, rev);
     lum_director_count_scene(d);
+    cJSON *emits = lum_luminaires_changes(was, d->world.snapshot);
+    lum_snapshot_unref(was);
+    return emits;
 }
 
 static void take_back_lost(struct lum_director *d, uint64_t durable, const char *why)
@@ -269,15 +278,14 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
     uint64_t rev = lum_document_rev(d->world.doc);
     d->unsaved = NULL;
     d->unsaved_tail = &d->unsaved;
-    if (lost)
-        roll_back(d, lost);
+    cJSON *emits = lost ? roll_back(d, lost) : NULL;
     lum_proto_fail(&err, LUM_PROTO_APPLICATION, "io", "", "the edit could not be saved, and is taken back: %.180s",
                    why);
     lum_director_refuse_lost(d, durable, &err);
     bool changed = lost != NULL;
     for (struct lum_staged_edit *p = lost, *next; p; p = next) {
         next = p->next;
-        announce_inverse(d, p, ++rev);
+        announce_inverse(d, p, ++rev, next ? NULL : emits); /* with the last: they are as after all */
         lum_director_free_edit(p);
     }
     if (changed)

@@ -420,6 +420,34 @@ class Command(unittest.TestCase):
             self.assertEqual([json.loads(line).get("id") for line in lines if '"l' in line and "point" in line],
                              ["l0", "l1", "l3", "l4"])
 
+    def test_compact_removes_models_that_nobody_needs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            content = os.path.join(folder, "content")
+            with Daemon("--state", folder, "--assets", os.path.join(HERE, "web")) as daemon:
+                ann, bob = daemon.connect(), daemon.connect()
+                for name in ("a", "b"):
+                    bob.call("scene.apply", {"ops": [{"op": "import", "id": name, "asset": "lamp.gltf"}]})
+                ann.call("scene.apply", {"ops": [{"op": "remove", "id": "a"}]})
+                self.assertEqual(len(os.listdir(content)), 2)
+            self.assertEqual(state("compact", folder).returncode, 0)
+            self.assertEqual(len(os.listdir(content)), 2)  # ann may come back, and take the removal back
+            with Daemon("--state", folder) as daemon:
+                ws = daemon.connect(hello=False)
+                ws.call("session.hello", {"token": daemon.token, "resume": "test.0-1"})
+                ws.call("scene.undo")
+                ws.call("scene.redo")
+                ws.close()  # she will not
+                other = daemon.connect(hello=False)
+                other.call("session.hello", {"token": daemon.token, "resume": "test.1-1"})
+                other.close()
+                while daemon.metric("sessions"):
+                    pass
+                daemon.assert_well()
+            self.assertEqual(state("compact", folder).returncode, 0)
+            self.assertEqual(len(os.listdir(content)), 1)
+            done = state("check", folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+
     def test_what_is_no_state(self):
         with tempfile.TemporaryDirectory() as folder:
             for command in ("check", "export", "compact"):
