@@ -64,7 +64,7 @@ static void tell(void *user, const char *text)
 
 static enum lum_status open_state(const char *path, FILE *damage_to, struct state *s, struct lum_error *err)
 {
-    const struct lum_damage_sink damage = {tell, damage_to};
+    const struct lum_damage_sink damage = {.tell = tell, .user = damage_to};
     *s = (struct state){.dir.fd = -1, .content.fd = -1, .lock_fd = -1};
     enum lum_status st = lum_dir_open(AT_FDCWD, path, false, &lum_disk_real, &s->dir, err);
     if (!st)

@@ -309,6 +309,8 @@ enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block
     f->rev = h.rev;
     bool ok = read_body(r, &h, err);
     f->json = ok ? lum_json_parse_stored((const char *)r->body, h.n_json, NULL) : NULL;
+    if (ok && !f->json) /* its checksum is right */
+        lum_fail(err, LUM_ERR_NOMEM, "state", "a text of the state cannot be parsed, or memory is short for it");
     ok = f->json && split_blobs(r, &h, f);
     r->at += f->n_bytes;
     if (!ok)

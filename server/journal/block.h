@@ -78,7 +78,7 @@ struct lum_block {            /* valid until the next is read */
  * damaged or of another kind. */
 LUM_MUST_USE enum lum_status lum_block_open(struct lum_block_reader *r, const struct lum_dir *dir, const char *name,
                                             enum lum_file_kind kind, struct lum_error *err);
-/* A failing read or allocation counts as damage: err (else untouched) says which. */
+/* A failing read or allocation counts as damage: err (else untouched) says which. LUM_ERR_NOMEM: it is none. */
 enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err);
 void lum_block_finish(struct lum_block *f);
 void lum_block_close_reader(struct lum_block_reader *r);

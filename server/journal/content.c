@@ -36,6 +36,18 @@ void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...)
     sink->tell(sink->user, text);
 }
 
+void lum_damage_no_memory(const struct lum_damage_sink *sink)
+{
+    if (sink->no_memory)
+        *sink->no_memory = true;
+}
+
+void lum_damage_note(const struct lum_damage_sink *sink, const struct lum_proto_error *err)
+{
+    if (err->code == LUM_PROTO_INTERNAL) /* lum_proto_fail_memory */
+        lum_damage_no_memory(sink);
+}
+
 /* ---- one record ---- */
 
 struct cJSON *lum_stored_record(const struct lum_record *r, struct lum_blobs_out *ret_blobs)
@@ -56,6 +68,8 @@ struct cJSON *lum_stored_record(const struct lum_record *r, struct lum_blobs_out
 static struct lum_record *read_settings(const struct lum_op *op, struct lum_proto_error *err)
 {
     struct lum_record *r = lum_record_create(LUM_RECORD_RENDER, "render");
+    if (!r)
+        lum_proto_fail_memory(err);
     if (r && strcmp(op->id, "render") == 0 && lum_record_set(r, op->path, op->value, err))
         return r;
     lum_record_unref(r);
@@ -153,7 +167,7 @@ static enum lum_status make_room(const struct lum_block_reader *r, struct lum_re
         return lum_fail(err, LUM_ERR_INVALID, "state", "a file of content says that it has %llu records",
                         (unsigned long long)r->seq);
     ret->records = calloc(r->seq ? (size_t)r->seq : 1, sizeof(*ret->records));
-    ret->n = (size_t)r->seq;
+    ret->n = ret->records ? (size_t)r->seq : 0;
     return ret->records ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the state");
 }
 
@@ -163,11 +177,13 @@ static void take_record(struct lum_record_list *list, const char *sha, const str
     struct lum_proto_error why = {.text = "its number is out of place"};
     bool placed = f->seq >= 1 && f->seq <= list->n && !list->records[f->seq - 1];
     struct lum_record *r = placed ? lum_stored_record_read(f, &why) : NULL;
-    if (r)
+    if (r) {
         list->records[f->seq - 1] = r;
-    else
-        lum_damage(damage, "content/%.12s: record %llu at offset %llu is none: %s", sha, (unsigned long long)f->seq,
-                   (unsigned long long)f->offset, why.text);
+        return;
+    }
+    lum_damage_note(damage, &why);
+    lum_damage(damage, "content/%.12s: record %llu at offset %llu is none: %s", sha, (unsigned long long)f->seq,
+               (unsigned long long)f->offset, why.text);
 }
 
 enum lum_status lum_content_read(const struct lum_dir *content, const char *sha, const struct lum_damage_sink *damage,
@@ -181,7 +197,10 @@ enum lum_status lum_content_read(const struct lum_dir *content, const char *sha,
     st = make_room(&r, &list, err);
     for (bool more = !st; more;) {
         struct lum_block f;
-        enum lum_block_found found = lum_block_next(&r, &f, NULL);
+        struct lum_error why = {0};
+        enum lum_block_found found = lum_block_next(&r, &f, &why);
+        if (why.status == LUM_ERR_NOMEM)
+            lum_damage_no_memory(damage);
         more = found != LUM_BLOCK_END && found != LUM_BLOCK_TORN;
         if (found == LUM_BLOCK_WHOLE)
             take_record(&list, sha, &f, damage);

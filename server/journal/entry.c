@@ -102,8 +102,11 @@ static const char *content_of(const cJSON *content, size_t i, const char *id)
 static bool load(const struct reading *e, const char *sha, struct lum_record_list *ret, char why[256])
 {
     struct lum_error err;
-    if (lum_content_read(e->replay->content, sha, e->replay->damage, ret, &err))
+    if (lum_content_read(e->replay->content, sha, e->replay->damage, ret, &err)) {
+        if (err.status == LUM_ERR_NOMEM)
+            lum_damage_no_memory(e->replay->damage);
         return refused(err.text, why);
+    }
     for (size_t i = 0; i < ret->n; i++)
         if (!ret->records[i]) {
             lum_record_list_finish(ret);
@@ -131,8 +134,10 @@ static bool load_content(struct reading *e, const cJSON *content, char why[256])
     size_t n = 0;
     e->children = calloc(e->ops.n, sizeof *e->children);
     e->lists = calloc(e->ops.n, sizeof *e->lists);
-    if (!e->children || !e->lists)
+    if (!e->children || !e->lists) {
+        lum_damage_no_memory(e->replay->damage);
         return refused("memory is short", why);
+    }
     for (size_t i = 0; i < e->ops.n; i++) {
         struct lum_op *op = &e->ops.ops[i];
         struct lum_record_list list;
@@ -220,6 +225,7 @@ bool lum_entry_replay(const struct lum_replay *replay, const struct lum_block *f
     if (edits && f->rev > 0)
         lum_document_raise_rev(replay->doc, f->rev - 1); /* revisions of what is lost are not given again */
     ok = ok && do_again(&e, &err, ret_why);
+    lum_damage_note(replay->damage, &err);
     lum_document_raise_rev(replay->doc, f->rev);
     for (size_t i = 0; i < e.n_children; i++)
         lum_record_list_finish(&e.lists[i]);

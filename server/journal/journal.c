@@ -88,7 +88,7 @@ enum lum_status lum_journal_open(const struct lum_journal_config *config, struct
         lum_free(j);
         return st;
     }
-    const struct lum_damage_sink damage = {tell_damage, j};
+    const struct lum_damage_sink damage = {.tell = tell_damage, .user = j};
     st = open_folders(j, err);
     if (!st)
         st = lum_recover(&j->dir, &j->content, &damage, &j->recovery, err);

@@ -74,6 +74,7 @@ struct recovering {
     const struct lum_dir *dir, *content;
     const struct lum_damage_sink *damage; /* of the caller */
     struct lum_damage_sink counted;       /* counts, and passes on */
+    bool no_memory;
     struct lum_numbers_found snapshots, journals;
     struct lum_recovery out;
 };
@@ -136,11 +137,14 @@ static bool try_snapshot(struct recovering *c, uint64_t number, bool whole)
     char name[LUM_JOURNAL_NAME_BYTES];
     lum_state_name(name, "snapshot", number);
     if (lum_snapshot_load(c->dir, c->content, name, &c->counted, &s, &err)) {
+        c->no_memory = c->no_memory || err.status == LUM_ERR_NOMEM;
         lum_damage(&c->counted, "%s", err.text);
         return false;
     }
-    if (s.whole || !whole)
+    if (s.whole || !whole) {
         c->out.doc = lum_document_from_state(&s.state, left_out, c);
+        c->no_memory = c->no_memory || !c->out.doc;
+    }
     if (c->out.doc) {
         c->out.seq = number;
         c->out.starts = s.starts;
@@ -218,7 +222,9 @@ static void read_journal(struct recovering *c, const char *name, struct lum_bloc
     struct wound wound = {0};
     for (bool more = true; more;) {
         struct lum_block f;
-        enum lum_block_found found = lum_block_next(r, &f, NULL);
+        struct lum_error err = {0};
+        enum lum_block_found found = lum_block_next(r, &f, &err);
+        c->no_memory = c->no_memory || err.status == LUM_ERR_NOMEM;
         more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
         if (found == LUM_BLOCK_DAMAGED && !wound.open)
             wound = (struct wound){true, f.offset};
@@ -285,7 +291,7 @@ enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *con
                             const struct lum_damage_sink *damage, struct lum_recovery *ret, struct lum_error *err)
 {
     struct recovering c = {.dir = dir, .content = content, .damage = damage};
-    c.counted = (struct lum_damage_sink){count_and_tell, &c};
+    c.counted = (struct lum_damage_sink){count_and_tell, &c, &c.no_memory};
     enum lum_status st = lum_state_list(dir, "snapshot", &c.snapshots, err);
     if (!st)
         st = lum_state_list(dir, "journal", &c.journals, err);
@@ -299,6 +305,8 @@ enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *con
         read_journals(&c);
     free(c.snapshots.numbers);
     free(c.journals.numbers);
+    if (c.no_memory) /* what seems damaged may be whole */
+        st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the scene that the state holds");
     if (st)
         lum_recovery_finish(&c.out);
     else

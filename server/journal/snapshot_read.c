@@ -46,8 +46,10 @@ static void take_start(struct loader *l, const struct lum_block *f, const cJSON 
     }
     l->all.records = calloc(n ? n : 1, sizeof(*l->all.records));
     l->stands = calloc(n ? n : 1, sizeof *l->stands);
-    if (!l->all.records || !l->stands)
+    if (!l->all.records || !l->stands) {
+        lum_damage_no_memory(l->damage);
         return;
+    }
     l->all.n = n;
     l->out.starts = starts;
     l->started = true;
@@ -66,6 +68,8 @@ static void take_pack(struct loader *l, const struct lum_block *f, const cJSON *
     }
     size_t n_before = l->n_lost;
     if (lum_content_read(l->content, sha, l->damage, &list, &err)) {
+        if (err.status == LUM_ERR_NOMEM)
+            lum_damage_no_memory(l->damage);
         lost(l, f, err.text);
         return;
     }
@@ -98,8 +102,10 @@ static bool take_made(const struct loader *l, const cJSON *json, struct lum_reco
         return false;
     size_t first = (size_t)run[0], n = (size_t)run[1];
     import->import.made = calloc(n ? n : 1, sizeof(*import->import.made));
-    if (!import->import.made)
+    if (!import->import.made) {
+        lum_damage_no_memory(l->damage);
         return false;
+    }
     for (size_t i = 0; i < n; i++) {
         struct lum_record *r = l->all.records[first + i];
         if (r && r->type != LUM_RECORD_IMPORT && r->type != LUM_RECORD_RENDER)
@@ -119,6 +125,7 @@ static void take_record(struct loader *l, const struct lum_block *f)
         return;
     }
     lum_record_unref(r);
+    lum_damage_note(l->damage, &why);
     lost(l, f, why.text);
 }
 
@@ -142,7 +149,7 @@ static void take_user(struct loader *l, const struct lum_block *f, const cJSON *
     struct lum_step_state *steps = calloc(2 * LUM_LIMIT_UNDO, sizeof *steps);
     if (!s->histories || !steps) {
         free(steps);
-        lost(l, f, "memory is short");
+        lum_damage_no_memory(l->damage);
         return;
     }
     struct lum_history_state *h = &s->histories[s->n_histories++];
@@ -176,6 +183,8 @@ static bool take_changes(const struct loader *l, const cJSON *json, struct lum_c
     size_t n = (size_t)cJSON_GetArraySize(json) / 2;
     struct lum_changes c = {.changes = calloc(n ? n : 1, sizeof *c.changes)};
     bool ok = c.changes != NULL;
+    if (!ok)
+        lum_damage_no_memory(l->damage);
     for (const cJSON *p = json ? json->child : NULL; p && p->next && ok; p = p->next->next) {
         struct lum_record *before, *after;
         ok = find_record(l, p, &before) && find_record(l, p->next, &after) && is_change(before, after);
@@ -240,6 +249,8 @@ static void read_blocks(struct loader *l, struct lum_block_reader *r)
         struct lum_block f;
         struct lum_error err = {.text = "its bytes are not what was written"};
         enum lum_block_found found = lum_block_next(r, &f, &err);
+        if (err.status == LUM_ERR_NOMEM)
+            lum_damage_no_memory(l->damage);
         more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
         if (found == LUM_BLOCK_WHOLE)
             take_block(l, &f);

@@ -121,7 +121,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct lum_dir dir, content;
     struct lum_recovery r;
     struct lum_error err;
-    const struct lum_damage_sink damage = {ignore, NULL};
+    const struct lum_damage_sink damage = {.tell = ignore, .user = NULL};
     if (!k.dir[0])
         keeper_init(&k);
     FUZZ_REQUIRE(!lum_dir_open(AT_FDCWD, k.dir, false, &lum_disk_real, &dir, &err));

@@ -255,7 +255,7 @@ static void tell(void *user, const char *text)
 enum lum_status keeper_recover(struct keeper *k, struct lum_recovery *ret, struct lum_error *err)
 {
     struct lum_dir dir = {.fd = -1}, content = {.fd = -1};
-    const struct lum_damage_sink damage = {tell, k};
+    const struct lum_damage_sink damage = {.tell = tell, .user = k};
     k->log[0] = '\0';
     enum lum_status st = lum_dir_open(AT_FDCWD, k->dir, false, &lum_disk_real, &dir, err);
     if (!st)
