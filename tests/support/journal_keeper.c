@@ -40,6 +40,21 @@ static void note(void *user, int level, const char *component, const char *text)
     pthread_mutex_unlock(&k->lock);
 }
 
+bool keeper_said(struct keeper *k, const char *what)
+{
+    pthread_mutex_lock(&k->lock);
+    bool said = strstr(k->log, what) != NULL;
+    pthread_mutex_unlock(&k->lock);
+    return said;
+}
+
+void keeper_forget_log(struct keeper *k)
+{
+    pthread_mutex_lock(&k->lock);
+    k->log[0] = '\0';
+    pthread_mutex_unlock(&k->lock);
+}
+
 void keeper_init(struct keeper *k)
 {
     memset(k, 0, sizeof *k);
@@ -127,12 +142,17 @@ static void forget(struct keeper *k, size_t n)
     k->n_unsaved -= n;
 }
 
-void keeper_close(struct keeper *k)
+void keeper_stop(struct keeper *k)
 {
     lum_journal_close(k->journal);
+    k->journal = NULL;
+}
+
+void keeper_close(struct keeper *k)
+{
+    keeper_stop(k);
     lum_document_destroy(k->doc);
     forget(k, k->n_unsaved);
-    k->journal = NULL;
     k->doc = NULL;
 }
 
@@ -256,7 +276,7 @@ enum lum_status keeper_recover(struct keeper *k, struct lum_recovery *ret, struc
 {
     struct lum_dir dir = {.fd = -1}, content = {.fd = -1};
     const struct lum_damage_sink damage = {.tell = tell, .user = k};
-    k->log[0] = '\0';
+    keeper_forget_log(k);
     enum lum_status st = lum_dir_open(AT_FDCWD, k->dir, false, &lum_disk_real, &dir, err);
     if (!st)
         st = lum_dir_open(dir.fd, "content", false, &lum_disk_real, &content, err);

@@ -24,13 +24,16 @@ struct keeper {
     } unsaved[KEEPER_UNSAVED]; /* not durable yet, oldest first */
     size_t n_unsaved;
     uint64_t n_acknowledged, n_taken_back;
-    char log[65536]; /* all that the journal said, a line each */
+    char log[65536]; /* all that the journal said, a line each; guarded by lock while one is open */
 };
+bool keeper_said(struct keeper *k, const char *what);
+void keeper_forget_log(struct keeper *k);
 
 void keeper_init(struct keeper *k);   /* a new folder; nothing is open */
 void keeper_finish(struct keeper *k); /* closes, and removes the folder */
 /* Recovers, or begins with `ops` (JSON with single quotes). False: refused, and err says why. */
 bool keeper_open(struct keeper *k, const char *ops, struct lum_error *err);
+void keeper_stop(struct keeper *k); /* the journal alone: nobody writes into the folder any more */
 void keeper_close(struct keeper *k);
 /* An edit by user, submitted. False: refused by the document or the journal. */
 bool keeper_edit(struct keeper *k, const char *user, const char *ops);

@@ -150,6 +150,7 @@ static void histories_are_found_again(void **state)
                 assert_true(keeper_settle(k));
         }
         assert_true(keeper_settle(k));
+        keeper_stop(k);
         struct lum_recovery r;
         struct lum_error err;
         assert_int_equal(keeper_recover(k, &r, &err), LUM_OK);
