@@ -8,6 +8,7 @@
 #include <cjson/cJSON.h>
 
 #include "server/director/internal.h"
+#include "server/director/saving.h"
 #include "server/world/apply.h"
 #include "server/world/scene_source.h"
 
@@ -40,7 +41,8 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
     }
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES) ||
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES &&
+               d->outbox_bytes <= LUM_OUTBOX_MAX_BYTES) ||
               q->type == &lum_request_session_closed;
     if (ok) {
         q->next = NULL;
@@ -64,6 +66,7 @@ struct lum_out *lum_director_take_outbox(struct lum_director *d)
     while (d->outbox && d->outbox->wait_seq <= durable) {
         *end = d->outbox;
         end = &d->outbox->next;
+        d->outbox_bytes -= d->outbox->n_bytes;
         d->outbox = d->outbox->next;
     }
     *end = NULL;

@@ -12,6 +12,7 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/read_request.h"
+#include "server/director/saving.h"
 #include "server/world/apply.h"
 #include "server/world/luminaires.h"
 
@@ -175,8 +176,7 @@ static void tell_progress(void *user, const char *id, const char *stage, double 
     lum_json_add_string(params, "id", id);
     lum_json_add_string(params, "stage", stage);
     lum_json_add_number(params, "fraction", fraction);
-    lum_director_send(job->director, LUM_OUT_TEXT, job->request->session,
-                      lum_rpc_notification("import.progress", params));
+    lum_director_send_news(job->director, job->request->session, lum_rpc_notification("import.progress", params));
 }
 
 static void *import_main(void *arg)

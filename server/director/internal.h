@@ -22,6 +22,9 @@ struct cJSON;
 #define LUM_INBOX_MAX 4096u              /* a few messages from each session, or all of one burst */
 #define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
 
+/* Of text that waits to be sent, as while the disk hangs: beyond, nothing is taken in, and news are dropped. */
+#define LUM_OUTBOX_MAX_BYTES (128u << 20)
+
 /* An edit that is applied and not committed yet. */
 struct lum_staged_edit {
     struct lum_staged_edit *next; /* the one before it: taken back first to last */
@@ -75,6 +78,7 @@ struct lum_director {
     uint32_t n_inbox;
     size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
+    size_t outbox_bytes;
     uint64_t submitted_seq; /* what is said from now on waits for this entry; 0: for none */
     bool rung, stop;
     const struct lum_server_view *rendering; /* in a pass; its id and session do not change */
@@ -93,6 +97,8 @@ struct lum_director {
 void lum_director_ring(struct lum_director *d); /* any thread */
 /* Any thread. text and stream pass over; text NULL (memory) drops it. */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
+/* The same of news that nobody needs where too much waits: what a frame cost, how far an import is. */
+void lum_director_send_news(struct lum_director *d, struct lum_session_ref to, char *text);
 void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream);
 void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id);
 /* Answers a request that has an rpc_id; result is consumed. */
@@ -115,28 +121,6 @@ void lum_director_drop_imports(struct lum_director *d);
 void lum_director_free_edit(struct lum_staged_edit *p);
 /* Numbers of the published scene, for /metrics. */
 void lum_director_count_scene(struct lum_director *d);
-
-/* ---- saving.c: nothing of it does anything where no state is kept ---- */
-/* Opens the journal. *ret_loaded: the world has the state that was kept. */
-LUM_MUST_USE enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded, struct lum_error *err);
-/* The world is as it is to be at the start: writes it down, and starts the journal's thread. */
-LUM_MUST_USE enum lum_status lum_director_start_saving(struct lum_director *d, struct lum_error *err);
-/* May edits be made? Else err is the refusal. */
-bool lum_director_may_edit(struct lum_director *d, struct lum_proto_error *err);
-/* What the journal is to keep of the request. False: memory is short. */
-bool lum_director_make_entry(struct lum_director *d, struct lum_request *q, struct lum_entry **inout_entry);
-/* Import thread: keeps what the importer made of the request's ops. */
-bool lum_director_store_imports(struct lum_director *d, struct lum_import_job *job, struct lum_proto_error *err);
-/* Hands the edit's entry to the journal: what is said from now on waits for it. */
-void lum_director_submit(struct lum_director *d, struct lum_staged_edit *p);
-/* The edit was announced: keeps what it takes to take it back until it is durable, or frees it. */
-void lum_director_keep_unsaved(struct lum_director *d, struct lum_staged_edit *p);
-/* Notes that are no edits: the user left; her undo (or redo) of the step `of` found a conflict, which forgot it. */
-void lum_director_note(struct lum_director *d, enum lum_entry_kind kind, const char *user, uint64_t of);
-/* Once a turn, with no edit staged: frees what is durable, takes back what is lost, gives the journal its snapshots. */
-void lum_director_turn_saving(struct lum_director *d);
-/* Histories are not what the journal's entries tell: a snapshot shall. */
-void lum_director_save_histories(struct lum_director *d);
 
 /* ---- views.c ---- */
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns);

@@ -15,7 +15,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
-#include "server/director/internal.h"
+#include "server/director/saving.h"
 #include "server/world/luminaires.h"
 
 /* ---- start ---- */

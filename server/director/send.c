@@ -14,6 +14,7 @@ static void send_out(struct lum_director *d, struct lum_out *o)
 {
     pthread_mutex_lock(&d->lock);
     o->wait_seq = d->submitted_seq;
+    d->outbox_bytes += o->n_bytes;
     *d->outbox_tail = o;
     d->outbox_tail = &o->next;
     pthread_mutex_unlock(&d->lock);
@@ -41,6 +42,17 @@ void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lu
     o->text = text;
     o->n_bytes = strlen(text);
     send_out(d, o);
+}
+
+void lum_director_send_news(struct lum_director *d, struct lum_session_ref to, char *text)
+{
+    pthread_mutex_lock(&d->lock);
+    bool full = d->outbox_bytes > LUM_OUTBOX_MAX_BYTES;
+    pthread_mutex_unlock(&d->lock);
+    if (full)
+        free(text);
+    else
+        lum_director_send(d, LUM_OUT_TEXT, to, text);
 }
 
 void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream)
@@ -99,11 +111,11 @@ void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q
     send_out(d, o);
 }
 
+/* Its bytes are counted as they were. */
 static void refuse_lost(struct lum_out *o, const struct lum_proto_error *err)
 {
     free(o->text);
     o->text = lum_rpc_error(o->rpc_id, err); /* NULL (memory is short): the session ends, and is told nothing wrong */
-    o->n_bytes = o->text ? strlen(o->text) : 0;
 }
 
 void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const struct lum_proto_error *err)

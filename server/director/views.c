@@ -9,6 +9,7 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/read_request.h"
+#include "server/director/saving.h"
 
 #define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
 #define WAITED_LONG_NS 250000000ll /* a view that others keep from rendering for so long goes first */
@@ -191,7 +192,7 @@ static void tell_stats(struct lum_director *d, struct lum_server_view *v, const 
         cJSON_Delete(o);
         return;
     }
-    lum_director_send(d, LUM_OUT_TEXT, v->session, lum_rpc_notification("frame.stats", o));
+    lum_director_send_news(d, v->session, lum_rpc_notification("frame.stats", o));
 }
 
 static void publish(struct lum_director *d, struct lum_server_view *v, enum lum_frame_due due)

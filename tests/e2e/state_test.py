@@ -185,6 +185,9 @@ class Kill(unittest.TestCase):
             self.n_killed_starts += 1
         return Daemon("--state", self.folder)
 
+    def snapshots(self):
+        return {name for name in os.listdir(self.folder) if name.startswith("snapshot-")}
+
     def load(self, daemon, clients, n_acks):
         """Edits until n_acks answers have come, then kills."""
         lock, enough, count = threading.Lock(), threading.Event(), [0]
@@ -197,6 +200,7 @@ class Kill(unittest.TestCase):
 
         for client in clients:
             client.connect(daemon)
+        before = self.snapshots()
         clients[0].ws.call("view.open", {"size": [32, 32], "camera_id": "main"})
         threads = [threading.Thread(target=c.run, args=(random.Random(self.rng.random()), count_ack)) for c in clients]
         for thread in threads:
@@ -207,6 +211,7 @@ class Kill(unittest.TestCase):
         log = kill(daemon)
         for thread in threads:
             thread.join()
+        self.n_snapshots += len(self.snapshots() - before)
         for client in clients:
             self.assertIsNone(client.error, log)
         return log
@@ -227,7 +232,8 @@ class Kill(unittest.TestCase):
 
     def test_what_was_answered_is_there(self):
         clients = [Client(who) for who in range(CLIENTS)]
-        rev, n_acked, self.n_killed_starts, started = 1, 0, 0, time.monotonic()
+        rev, n_acked, started = 1, 0, time.monotonic()
+        self.n_killed_starts, self.n_snapshots = 0, 0
         for i in range(KILLS):
             daemon = self.start()
             if i > 0:
@@ -239,7 +245,7 @@ class Kill(unittest.TestCase):
         with self.start() as daemon:
             self.check(daemon, clients, rev)
         print(f"{KILLS} kills under load, {self.n_killed_starts} in a start, {n_acked} edits answered, none lost, "
-              f"in {time.monotonic() - started:.0f} s")
+              f"{self.n_snapshots} snapshots meanwhile, in {time.monotonic() - started:.0f} s")
         self.assertGreater(n_acked, KILLS)
 
 

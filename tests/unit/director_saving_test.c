@@ -1,5 +1,6 @@
 /* The director and a disk that is slow or fails: pictures go on, nobody hears of an edit before it is on disk, and an
  * edit that cannot be saved is refused and taken back. */
+#define _GNU_SOURCE /* strdup */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 struct gate {
     pthread_mutex_t lock;
     pthread_cond_t bell;
-    bool closed, fails; /* guarded by lock */
+    bool closed, fails, arrived; /* guarded by lock; arrived: somebody waits at the closed gate */
     unsigned n_syncs;
 };
 
@@ -20,8 +21,11 @@ static int gated_sync(void *user, int fd)
 {
     struct gate *g = user;
     pthread_mutex_lock(&g->lock);
-    while (g->closed)
+    while (g->closed) {
+        g->arrived = true;
+        pthread_cond_broadcast(&g->bell);
         pthread_cond_wait(&g->bell, &g->lock);
+    }
     g->n_syncs++;
     bool fails = g->fails;
     pthread_mutex_unlock(&g->lock);
@@ -36,10 +40,19 @@ static unsigned set_gate(struct gate *g, bool closed, bool fails)
     pthread_mutex_lock(&g->lock);
     g->closed = closed;
     g->fails = fails;
+    g->arrived = false;
     unsigned n_syncs = g->n_syncs;
     pthread_cond_broadcast(&g->bell);
     pthread_mutex_unlock(&g->lock);
     return n_syncs;
+}
+
+static void wait_arrived(struct gate *g)
+{
+    pthread_mutex_lock(&g->lock);
+    while (!g->arrived)
+        pthread_cond_wait(&g->bell, &g->lock);
+    pthread_mutex_unlock(&g->lock);
 }
 
 struct stage {
@@ -111,6 +124,7 @@ static void pictures_go_on_and_words_wait(void **state)
     char edit[32], get[32];
     assert_true(lum_director_post(c->director, client_edit(c, dim)));
     snprintf(edit, sizeof edit, "\"id\":%llu}", (unsigned long long)c->next_id);
+    wait_arrived(&s->gate);
     wait_frame(c, rev + 1); /* the picture of the edit, while its sync hangs */
     for (int i = 0; i < 20; i++)
         assert_true(lum_director_post(c->director, client_edit(c, dim)));
@@ -128,6 +142,39 @@ static void pictures_go_on_and_words_wait(void **state)
     scene_rev_of(client_ask(c, client_edit(c, dim)));
     /* one sync for the first edit, one for the 21 that came meanwhile, one for the last */
     assert_int_equal(set_gate(&s->gate, false, false) - n_syncs, 3);
+}
+
+/* While the disk hangs, what waits to be said is bounded: requests are turned away, news dropped. */
+static void what_waits_is_bounded(void **state)
+{
+    struct stage *s = *state;
+    struct client *c = s->client;
+    struct lum_director *d = c->director;
+    set_gate(&s->gate, true, false);
+    assert_true(lum_director_post(d, client_edit(c, dim)));
+    pthread_mutex_lock(&d->lock);
+    d->outbox_bytes += LUM_OUTBOX_MAX_BYTES;
+    pthread_mutex_unlock(&d->lock);
+    size_t n_bytes;
+    do { /* until the edit's own reply is there, and makes it too much */
+        pthread_mutex_lock(&d->lock);
+        n_bytes = d->outbox_bytes;
+        pthread_mutex_unlock(&d->lock);
+    } while (n_bytes <= LUM_OUTBOX_MAX_BYTES);
+    struct lum_request *q = client_request(c, &lum_request_scene_get);
+    assert_false(lum_director_post(d, q));
+    lum_request_destroy(q);
+    lum_director_send_news(d, c->session, strdup("news"));
+    pthread_mutex_lock(&d->lock);
+    d->outbox_bytes -= LUM_OUTBOX_MAX_BYTES;
+    pthread_mutex_unlock(&d->lock);
+    set_gate(&s->gate, false, false);
+    scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_get)));
+    assert_true(said(c, "news", 0) == SIZE_MAX);
+    pthread_mutex_lock(&d->lock);
+    n_bytes = d->outbox_bytes;
+    pthread_mutex_unlock(&d->lock);
+    assert_int_equal(n_bytes, 0);
 }
 
 static void what_cannot_be_saved_is_taken_back(void **state)
@@ -171,6 +218,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(pictures_go_on_and_words_wait, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_waits_is_bounded, setup, teardown),
         cmocka_unit_test_setup_teardown(what_cannot_be_saved_is_taken_back, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
