@@ -1,4 +1,4 @@
-#include "core/film/film.h"
+#include "core/film/error_map.h"
 
 /* Let A = t + a and B = t + b be the means of a pixel's halves, t the truth; a and b are independent with mean 0. The
  * picture is (A + B) / 2. Then, exactly,
@@ -33,20 +33,28 @@ struct sums {
     double square, light; /* of D, and of the picture */
 };
 
+/* Of a pixel. False: it has no sample in one half. */
+static bool look_at(const struct lum_film *f, uint32_t x, uint32_t y, struct sums *ret)
+{
+    size_t i = (size_t)y * f->w + x;
+    double na = (double)f->n[0][i], nb = (double)f->n[1][i], n = na + nb;
+    if (!(na > 0.0) || !(nb > 0.0))
+        return false;
+    double a = luminance_of(&f->half[0][3 * i]), b = luminance_of(&f->half[1][3 * i]), apart = a / na - b / nb;
+    *ret = (struct sums){apart * apart * na * nb / (n * n), (a + b) / n};
+    return true;
+}
+
 /* Of the square whose first pixel is (x0, y0). False: a pixel has no sample in one half. */
 static bool sum_square(const struct lum_film *f, uint32_t x0, uint32_t y0, struct sums *ret_sums)
 {
-    struct sums sums = {0};
+    struct sums sums = {0}, pixel;
     for (uint32_t y = y0; y < f->h && y < y0 + SIDE; y++)
         for (uint32_t x = x0; x < f->w && x < x0 + SIDE; x++) {
-            size_t i = (size_t)y * f->w + x;
-            double na = (double)f->n[0][i], nb = (double)f->n[1][i], n = na + nb;
-            if (!(na > 0.0) || !(nb > 0.0))
+            if (!look_at(f, x, y, &pixel))
                 return false;
-            double a = luminance_of(&f->half[0][3 * i]), b = luminance_of(&f->half[1][3 * i]);
-            double apart = a / na - b / nb;
-            sums.square += apart * apart * na * nb / (n * n);
-            sums.light += (a + b) / n;
+            sums.square += pixel.square;
+            sums.light += pixel.light;
         }
     *ret_sums = sums;
     return true;
@@ -68,4 +76,13 @@ struct lum_film_error lum_film_error(const struct lum_film *film)
         return (struct lum_film_error){0.0, 0.0, n, 1.0};
     double most = square > 0.0 ? square * exp(LUM_SURE * sqrt(2.0 * square2) / square) : 0.0;
     return (struct lum_film_error){sqrt(square * n) / light, sqrt(most * n) / light, n, 1.0};
+}
+
+void lum_error_map_add_halves(struct lum_error_map *map, const struct lum_film *film)
+{
+    struct sums pixel;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            if (look_at(film, x, y, &pixel))
+                lum_error_map_add(map, x, y, pixel.square, 1.0);
 }

@@ -324,6 +324,13 @@ static double mean_luminance(const struct lum_film *f)
     return n > 0 ? sum / n : 0.0;
 }
 
+/* Squared error of what the picture shows at a probe that has paths. */
+static double square_at(const struct probe *probe, const struct lum_film *film)
+{
+    double b = (double)luminance_at(film, probe->x, probe->y);
+    return (b - probe->sum[0] / probe->n) * (b - probe->sum[1] / probe->n);
+}
+
 static struct moments moments_of(const struct lum_error_probes *p, const struct lum_film *film, double mean)
 {
     struct moments m = {0};
@@ -331,9 +338,7 @@ static struct moments moments_of(const struct lum_error_probes *p, const struct 
         const struct probe *probe = &p->probes[i];
         if (probe->n == 0)
             continue;
-        double b = (double)luminance_at(film, probe->x, probe->y);
-        double off1 = b - probe->sum[0] / probe->n, off2 = b - probe->sum[1] / probe->n;
-        double square = off1 * off2 * (double)probe->weight / (mean * mean);
+        double square = square_at(probe, film) * (double)probe->weight / (mean * mean);
         m.n++;
         m.sum += square;
         m.sum2 += square * square;
@@ -387,4 +392,13 @@ struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const s
     double k = SURE + skew * (1.0 + 2.0 * SURE * SURE) / (6.0 * sqrt(m.n));
     double most = fmax(e, 0.0) + k * deviation;
     return (struct lum_film_error){.rel = sqrt(fmax(e, 0.0)), .bound = sqrt(most), .probes = own, .fresh = own / m.n};
+}
+
+void lum_error_probes_add_errors(const struct lum_error_probes *p, const struct lum_film *film,
+                                 struct lum_error_map *map)
+{
+    for (uint32_t i = 0; i < p->n; i++)
+        if (p->probes[i].n > 0)
+            lum_error_map_add(map, p->probes[i].x, p->probes[i].y, square_at(&p->probes[i], film),
+                              (double)p->probes[i].weight);
 }

@@ -8,6 +8,7 @@
 #ifndef LUM_CORE_RENDER_ERROR_PROBES_H
 #define LUM_CORE_RENDER_ERROR_PROBES_H
 
+#include "core/film/error_map.h"
 #include "core/pass/pass.h"
 
 struct lum_error_probes;
@@ -33,5 +34,8 @@ uint64_t lum_error_probes_paths(const struct lum_error_probes *p);
 
 /* Of the film as it is now. Unknown before there are enough, and of a black one. */
 struct lum_film_error lum_error_probes_error(struct lum_error_probes *p, const struct lum_film *film);
+/* Where it is off, as far as those of this picture tell. */
+void lum_error_probes_add_errors(const struct lum_error_probes *p, const struct lum_film *film,
+                                 struct lum_error_map *map);
 
 #endif

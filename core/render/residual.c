@@ -420,12 +420,14 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
                 lum_max(c.b, least * lum_min(frame.b, samples.b)));
     inout_sums->mean += (double)lum_luminance(c);
+    m->own[i] = NAN;
     if (!in_both(&m->first[i]))
         return c;
     float both = lum_luminance(share) + stays * lum_luminance(s.beyond), per = 1.0f / step->scale, error, noise;
     float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
     float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
     measure(s.a * per, s.b * per, a * per, b * per, &error, &noise);
+    m->own[i] = error;
     inout_sums->error += (double)error;
     inout_sums->n_both++;
     return c;
@@ -485,6 +487,7 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     if (status != LUM_OK)
         return status;
     struct lum_residual_memory *m = *memory;
+    m->scale = 0.0;
     struct step step = {.r = r, .m = m, .runner = runner, .scale = scale_of(r)};
     status = run_step(&step, guide_row);
     if (status == LUM_OK)
@@ -506,7 +509,17 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
         status = run_levels(&step, blend_row);
     if (status == LUM_OK)
         status = lum_stage_loop(runner, m->grid_w * m->grid_h, picture_job, &step);
-    if (status == LUM_OK)
-        add_up(r, m, (double)step.scale);
+    if (status == LUM_OK) {
+        m->scale = (double)step.scale;
+        add_up(r, m, m->scale);
+    }
     return status;
+}
+
+void lum_residual_add_errors(const struct lum_residual_memory *memory, struct lum_error_map *map)
+{
+    const double scale2 = memory->scale * memory->scale;
+    for (uint32_t y = 0; y < map->h && scale2 > 0.0; y++)
+        for (uint32_t x = 0; x < map->w; x++)
+            lum_error_map_add(map, x, y, scale2 * (double)memory->own[(size_t)y * memory->w + x], 1.0);
 }

@@ -15,6 +15,7 @@
 #ifndef LUM_CORE_RENDER_RESIDUAL_H
 #define LUM_CORE_RENDER_RESIDUAL_H
 
+#include "core/film/error_map.h"
 #include "core/render/deferred.h"
 
 struct lum_residual_memory;
@@ -40,5 +41,8 @@ struct lum_residual {
 LUM_MUST_USE enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_memory **memory,
                                                 const struct lum_stage_runner *runner, struct lum_error *err);
 void lum_residual_finish(struct lum_residual_memory *memory); /* accepts NULL */
+
+/* Where the picture that was last made is off. Thread: none may write the memory. */
+void lum_residual_add_errors(const struct lum_residual_memory *memory, struct lum_error_map *map);
 
 #endif

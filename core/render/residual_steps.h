@@ -46,7 +46,9 @@ struct lum_residual_memory {
     float *guide[GUIDES];
     struct lanes *first;      /* residuals as they are, but for outliers */
     struct lanes *from, *to;  /* what the last filter step made, and room for the next */
-    float *own;               /* what a pixel itself weighs in what filter steps made of it */
+    float *own;               /* what a pixel itself weighs in what filter steps made of it; in the end its squared
+                                 error, in units of the picture's mean; NAN: unknown */
+    double scale;             /* that mean; 0: the picture was not finished */
     struct lanes *by_level;   /* errors of levels 0 to LEVELS, noise weighed; then the weights of these levels */
     struct lanes *blend;      /* residuals: levels by their weights */
     struct square *blocks;    /* of a grid: outliers */

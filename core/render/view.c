@@ -116,6 +116,22 @@ const struct lum_film *lum_view_film(const struct lum_view *view)
     return &view->film;
 }
 
+enum lum_status lum_view_error_map(const struct lum_view *view, struct lum_error_map *ret_map, struct lum_error *err)
+{
+    enum lum_status status = lum_error_map_init(ret_map, &view->film, err);
+    if (status != LUM_OK)
+        return status;
+    bool own = isfinite(view->error.bound); /* its own samples tell */
+    if (own && view->settings.method->refines)
+        lum_residual_add_errors(view->refinement.memory, ret_map);
+    else if (own)
+        lum_error_map_add_halves(ret_map, &view->film);
+    else if (view->measurement.probes)
+        lum_error_probes_add_errors(view->measurement.probes, &view->film, ret_map);
+    lum_error_map_settle(ret_map);
+    return LUM_OK;
+}
+
 const uint8_t *lum_view_guidance(const struct lum_view *view, enum lum_effect effect)
 {
     const struct lum_components *c = &view->deferred.components;

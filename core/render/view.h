@@ -7,7 +7,7 @@
 #define LUM_CORE_RENDER_VIEW_H
 
 #include "core/base/pool.h"
-#include "core/film/film.h"
+#include "core/film/error_map.h"
 #include "core/method/method.h"
 #include "core/pass/settings.h"
 #include "core/pass/stats.h"
@@ -43,6 +43,11 @@ void lum_view_forget(struct lum_view *view);
 
 /* The picture so far; valid until the next pass. */
 const struct lum_film *lum_view_film(const struct lum_view *view);
+
+/* Where the picture is off, as far as that is known now; of one that no pass measured, nowhere. On success the map is
+ * settled, and the caller's to finish. Thread: as lum_view_pass. */
+LUM_MUST_USE enum lum_status lum_view_error_map(const struct lum_view *view, struct lum_error_map *ret_map,
+                                                struct lum_error *err);
 
 /* Where the last pass refined its samples of an effect: how often the pixel's tile of the sampling pattern was, w * h,
  * row by row. NULL: the method made no such map. Valid until the next pass. */

@@ -17,15 +17,15 @@ struct lum_rgb *lum_film_pixels(const struct lum_film *film)
     return pixels;
 }
 
-enum lum_status lum_write_png(const char *path, const struct lum_film *film, double ev100, enum lum_tone_map tone,
-                              struct lum_error *err)
+enum lum_status lum_write_png(const char *path, const struct lum_film *film, const struct lum_display *display,
+                              const struct lum_overlay *overlay, struct lum_error *err)
 {
     size_t n = (size_t)film->w * film->h;
     uint8_t *rgba = lum_calloc(n, 4);
     if (!rgba)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", film->w, film->h);
-    const struct lum_display display = {.ev100 = ev100, .tone = tone};
-    lum_film_resolve(film, 0, 0, film->w, film->h, &display, rgba, (size_t)film->w * 4);
+    lum_film_resolve(film, 0, 0, film->w, film->h, display, rgba, (size_t)film->w * 4);
+    lum_overlay_paint(overlay, &(struct lum_frame_header){.w = (uint16_t)film->w, .h = (uint16_t)film->h}, rgba);
     uint8_t *rgb = rgba; /* packed in place: the source is never behind the target */
     for (size_t i = 0; i < n; i++)
         memmove(rgb + 3 * i, rgba + 4 * i, 3);
@@ -89,14 +89,28 @@ static bool add_guidance(struct channels *c, const struct lum_exr_output *o, flo
     return true;
 }
 
+static bool add_errors(struct channels *c, const struct lum_error_map *map, float **ret_pixels)
+{
+    if (!map)
+        return true;
+    *ret_pixels = lum_calloc((size_t)map->w * map->h, sizeof **ret_pixels);
+    if (!*ret_pixels)
+        return false;
+    for (uint32_t y = 0; y < map->h; y++)
+        for (uint32_t x = 0; x < map->w; x++)
+            (*ret_pixels)[(size_t)y * map->w + x] = lum_error_map_at(map, map->rms, x, y);
+    add_channel(c, "error", "Y", *ret_pixels, 1);
+    return true;
+}
+
 enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, struct lum_error *err)
 {
     size_t n = (size_t)o->w * o->h;
     float *ids = o->aovs.instance ? lum_calloc(n, sizeof *ids) : NULL;
-    float *maps[LUM_EFFECT_COUNT] = {NULL};
-    struct channels c = {.list = lum_calloc(11 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
+    float *maps[LUM_EFFECT_COUNT] = {NULL}, *errors = NULL;
+    struct channels c = {.list = lum_calloc(12 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
     enum lum_status st = LUM_OK;
-    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps)) {
+    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps) || !add_errors(&c, o->errors, &errors)) {
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
         goto done;
     }
@@ -111,6 +125,7 @@ done:
     lum_free(c.list);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         lum_free(maps[e]);
+    lum_free(errors);
     lum_free(ids);
     return st;
 }

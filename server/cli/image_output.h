@@ -3,11 +3,12 @@
 #define LUM_SERVER_CLI_IMAGE_OUTPUT_H
 
 #include "core/image/exr.h"
-#include "core/render/view.h"
+#include "server/stream/overlay.h"
 
-/* Tone mapped, 8 bit. */
-LUM_MUST_USE enum lum_status lum_write_png(const char *path, const struct lum_film *film, double ev100,
-                                           enum lum_tone_map tone, struct lum_error *err);
+/* Tone mapped, 8 bit. overlay (may be NULL): over it. */
+LUM_MUST_USE enum lum_status lum_write_png(const char *path, const struct lum_film *film,
+                                           const struct lum_display *display, const struct lum_overlay *overlay,
+                                           struct lum_error *err);
 
 struct lum_layer {
     char name[LUM_ID_MAX + 1];
@@ -17,6 +18,7 @@ struct lum_exr_output {
     uint32_t w, h;
     const struct lum_rgb *beauty;
     struct lum_aovs aovs;
+    const struct lum_error_map *errors;        /* settled; NULL: none */
     const uint8_t *guidance[LUM_EFFECT_COUNT]; /* lum_view_guidance; NULL: none */
     const struct lum_layer *layers;            /* light groups */
     uint32_t n_layers;
@@ -24,7 +26,8 @@ struct lum_exr_output {
     uint32_t n_attributes;
 };
 /* Float channels R G B, layers NAME.R .G .B, albedo.R .G .B, N.X .Y .Z, Z (metres, +inf: background), id (1 + index of
- * the object in id order, 0: background), and guidance.EFFECT (how often the pixel's samples were refined). */
+ * the object in id order, 0: background), error.Y (root mean square error of luminance around the pixel, cd/m2; NaN:
+ * unknown), and guidance.EFFECT (how often the pixel's samples were refined). */
 LUM_MUST_USE enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *output,
                                            struct lum_error *err);
 

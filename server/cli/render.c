@@ -338,6 +338,13 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
         return st;
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         out.guidance[e] = lum_view_guidance(b->view, (enum lum_effect)e);
+    struct lum_error_map errors = {0};
+    if (!b->options.light_groups) { /* else what was rendered last is one group's light */
+        st = lum_view_error_map(b->view, &errors, err);
+        out.errors = &errors;
+    }
+    if (st)
+        return st;
     cJSON *json = lum_frame_stats_json(&b->frame_stats);
     char *stats = json ? lum_json_print(json, NULL) : NULL;
     cJSON_Delete(json);
@@ -356,7 +363,26 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
     }
     free(stats);
+    lum_error_map_finish(&errors);
     return st;
+}
+
+static void tell_legend(const char *name, const struct lum_overlay *o)
+{
+    if (strcmp(name, "none") == 0)
+        return;
+    if (!o->classes)
+        fprintf(stderr, "lumend render: there is no map '%s': of this picture it is not known\n", name);
+    else
+        printf("colours of %s, %s:\n", name, o->unit);
+    for (uint32_t i = 0; o->classes && i < o->n; i++) {
+        printf("  #%02x%02x%02x", o->colors[i][0], o->colors[i][1], o->colors[i][2]);
+        if (i > 0)
+            printf(" from %g", o->limits[i - 1]);
+        if (i + 1 < o->n)
+            printf(" below %g", o->limits[i]);
+        putchar('\n');
+    }
 }
 
 static enum lum_status write_png(struct batch *b, const char *path, struct lum_error *err)
@@ -367,7 +393,16 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     struct lum_opt ev = o->has_exposure ? o->exposure_ev : r->exposure_ev;
     enum lum_tone_map tone = LUM_TONE_AGX;
     enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
-    return st ? st : lum_write_png(path, film, ev.set ? ev.value : lum_exposure_auto(film), tone, err);
+    struct lum_overlay overlay = {0};
+    if (!st && o->overlay)
+        st = lum_overlay_make(&overlay, o->overlay, b->view, b->settings.method->ais != NULL, err);
+    if (!st && o->overlay)
+        tell_legend(o->overlay, &overlay);
+    const struct lum_display display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone};
+    if (!st)
+        st = lum_write_png(path, film, &display, &overlay, err);
+    lum_overlay_finish(&overlay);
+    return st;
 }
 
 static bool write_image(struct batch *b, uint32_t frame, struct lum_proto_error *err)

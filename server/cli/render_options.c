@@ -9,6 +9,7 @@
 #include "protocol/base/limits.h"
 #include "server/base/suggest.h"
 #include "server/cli/option.h"
+#include "server/stream/overlay.h"
 #include "server/world/apply.h"
 
 #define READ(name)                                                                                                     \
@@ -62,6 +63,16 @@ READ(read_tone_map)
         return LUM_OK;
     return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be agx, aces, reinhard or none, not '%.40s'", given,
                     text);
+}
+
+READ(read_overlay)
+{
+    struct lum_render_options *o = options;
+    o->overlay = text;
+    if (lum_overlay_is_kind(text))
+        return LUM_OK;
+    return lum_fail(err, LUM_ERR_INVALID, row->name,
+                    "%s must be luminance, error, guidance_EFFECT or none, not '%.40s'", given, text);
 }
 
 READ(read_storage)
@@ -142,6 +153,10 @@ static const struct lum_option_row rows[] = {
         "of a PNG: EV100 from -40 to 40, higher is darker, or auto (default: the scene's)"},
     {"tone-map", "T", OTHER(read_tone_map, tone_map), .help =
         "of a PNG: agx, aces, reinhard or none (default: the scene's)"},
+    {"overlay", "MAP", OTHER(read_overlay, overlay), .help =
+        "of a PNG: luminance in false colour, or over the grey picture error (how far it is off, over\n"
+        "the light around) or guidance_EFFECT (of ais: how often samples were refined). What its\n"
+        "colours stand for is printed. (An .exr has the values: R G B, error.Y and guidance.EFFECT)"},
     {"light-groups", SWITCH(light_groups), .help = "a layer for each light group (EXR)"},
     {"threads", "N", WHOLE(threads, 1, 1024), .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help =
@@ -188,8 +203,8 @@ enum lum_status lum_render_options_allow(const struct lum_render_options *o, con
         return LUM_OK;
     lum_suggest_sampling_methods(able);
     return lum_fail(err, LUM_ERR_INVALID, "error",
-                    "method %s adds no samples, so that its error stays as it is: --error needs one of %s", method->name,
-                    able);
+                    "method %s adds no samples, so that its error stays as it is: --error needs one of %s",
+                    method->name, able);
 }
 
 static enum lum_status check(struct lum_render_options *o, struct lum_error *err)
@@ -206,9 +221,11 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
         return lum_fail(err, LUM_ERR_INVALID, "out", "--out must hold %%04d when --frames is above 1");
     if (o->light_groups && !o->exr)
         return lum_fail(err, LUM_ERR_INVALID, "light-groups", "--light-groups needs an .exr as --out");
-    if (o->exr && (o->has_exposure || o->tone_map))
+    if (o->exr && (o->has_exposure || o->tone_map || o->overlay))
         return lum_fail(err, LUM_ERR_INVALID, "out", "--%s needs a .png as --out: an .exr holds light itself",
-                        o->tone_map ? "tone-map" : "exposure");
+                        o->tone_map  ? "tone-map"
+                        : o->overlay ? "overlay"
+                                     : "exposure");
     enum lum_status st = check_effects(o, err);
     return st || !o->method ? st : lum_render_options_allow(o, lum_method_find(o->method), err);
 }

@@ -28,6 +28,7 @@ struct lum_render_options {
     bool has_exposure;          /* of a .png; else the scene's */
     struct lum_opt exposure_ev; /* not set: automatic */
     const char *tone_map;       /* of a .png; NULL: the scene's */
+    const char *overlay;        /* of a .png; NULL: none */
 };
 
 /* LUM_ERR_INVALID when the options promise what the method cannot keep: the picture's error is known, and can be made

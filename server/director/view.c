@@ -208,6 +208,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
         return;
     lum_stream_unref(v->stream);
     lum_view_destroy(v->core);
+    lum_overlay_finish(&v->overlay);
     lum_free(v->tiles);
     lum_free(v);
 }
@@ -362,15 +363,6 @@ static struct lum_display display(struct lum_server_view *v, const struct lum_fi
     return d;
 }
 
-static struct lum_overlay_picture overlay(const struct lum_server_view *v)
-{
-    struct lum_overlay_picture o = {.w = v->settings.w};
-    enum lum_effect effect;
-    if (lum_overlay_effect(v->want.overlay, &effect) && v->settings.method->ais)
-        o.iterations = lum_view_guidance(v->core, effect);
-    return o;
-}
-
 static bool is_black(const struct lum_film *film)
 {
     for (uint32_t y = 0; y < film->h; y++)
@@ -392,21 +384,23 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_en
 {
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
+    enum lum_status st = lum_overlay_make(&v->overlay, v->want.overlay, v->core, v->settings.method->ais != NULL, err);
+    if (st)
+        return st;
     struct lum_picture picture = {.film = film,
                                   .display = display(v, film),
-                                  .overlay = overlay(v),
+                                  .overlay = &v->overlay,
                                   .header = frame_header(v, due == LUM_DUE_FINAL)};
     struct lum_encoded_tile **tiles = lum_calloc(v->n_tiles, sizeof(struct lum_encoded_tile *));
     if (!tiles)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a frame");
-    enum lum_status st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);
+    st = lum_encoder_run(encoder, &picture, v->tiles, tiles, err);
     if (!st) {
         int64_t now = lum_clock_ns();
         struct lum_published p = {.encode_ms = (double)(now - start) * 1e-6,
                                   .exposure_ev = picture.display.ev100,
                                   .server_us = micros_since(v->newest_ns, now),
-                                  .in_view = in_view(v, film),
-                                  .has_map = picture.overlay.iterations != NULL};
+                                  .in_view = in_view(v, film)};
         for (uint32_t i = 0; i < v->n_tiles; i++)
             if (tiles[i]) {
                 tiles[i]->header.server_us = p.server_us;

@@ -48,6 +48,7 @@ struct lum_server_view {
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;
+    struct lum_overlay overlay; /* of the last frame */
     uint32_t n_tiles;
     bool unsent; /* the film or its display changed since the last frame */
     bool final_sent;
@@ -98,7 +99,6 @@ struct lum_published {
     double encode_ms, exposure_ev;
     uint32_t server_us;
     enum lum_in_view in_view;
-    bool has_map; /* the picture shows the map that the view's overlay asks for */
 };
 enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err);

@@ -1,6 +1,7 @@
 /* The director's views: opening and closing them, whose turn it is, and sending frames. */
 #include "server/director/internal.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include <cjson/cJSON.h>
@@ -175,19 +176,40 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 
 /* ---- frames ---- */
 
+/* What the colours of a map stand for: n colours, n - 1 limits between them. */
+static bool add_legend(cJSON *to, const struct lum_overlay *overlay)
+{
+    if (!overlay->classes)
+        return true;
+    cJSON *o = cJSON_CreateObject(), *limits = cJSON_CreateDoubleArray(overlay->limits, (int)overlay->n - 1),
+          *colors = cJSON_CreateArray();
+    for (uint32_t i = 0; colors && i < overlay->n; i++) {
+        char text[8];
+        const uint8_t *c = overlay->colors[i];
+        snprintf(text, sizeof text, "#%02x%02x%02x", c[0], c[1], c[2]);
+        cJSON_AddItemToArray(colors, cJSON_CreateString(text));
+    }
+    bool ok = lum_json_add_string(o, "unit", overlay->unit);
+    ok = lum_json_add(o, "limits", limits) && ok;
+    ok = lum_json_add(o, "colors", colors) && ok;
+    return lum_json_add(to, "overlay", o) && ok;
+}
+
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
     v->frame.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
     v->frame.caustics = lum_world_caustics(&d->world, final || v->last_pass.spp > 1);
     cJSON *o = lum_frame_stats_json(&v->frame);
-    bool ok =
-        lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&
-        lum_json_add_number(o, "camera_seq", v->want.camera_seq) &&
-        lum_json_add_string(o, "method", v->settings.method->name) &&
-        lum_json_add_number(o, "exposure_ev", p->exposure_ev) && lum_json_add_number(o, "encode_ms", p->encode_ms) &&
-        lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
-        lum_json_add_number(o, "bytes", (double)p->n_bytes) && lum_json_add_bool(o, "overlay_map", p->has_map) &&
-        lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) && lum_json_add_bool(o, "converged", final);
+    bool ok = lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&
+              lum_json_add_number(o, "camera_seq", v->want.camera_seq) &&
+              lum_json_add_string(o, "method", v->settings.method->name) &&
+              lum_json_add_number(o, "exposure_ev", p->exposure_ev) &&
+              lum_json_add_number(o, "encode_ms", p->encode_ms) &&
+              lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
+              lum_json_add_number(o, "bytes", (double)p->n_bytes) &&
+              lum_json_add_bool(o, "overlay_map", v->overlay.classes != NULL) &&
+              lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) &&
+              lum_json_add_bool(o, "converged", final) && add_legend(o, &v->overlay);
     if (!ok) {
         cJSON_Delete(o);
         return;

@@ -210,7 +210,7 @@ static void encode_tile(void *ctx, uint32_t i, uint32_t worker)
         resolve_half(p->film, &t, (uint16_t *)(void *)s->pixels);
     } else {
         lum_film_resolve(p->film, t.x, t.y, t.w, t.h, &p->display, s->pixels, (size_t)t.w * 4);
-        lum_overlay_paint(&p->overlay, &t, s->pixels);
+        lum_overlay_paint(p->overlay, &t, s->pixels);
         if (t.downscale)
             downscale_rgba8(s->pixels, &w, &h, t.downscale);
     }

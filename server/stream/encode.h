@@ -32,7 +32,7 @@ struct lum_tile_state {
 struct lum_picture {
     const struct lum_film *film;
     struct lum_display display;
-    struct lum_overlay_picture overlay; /* HDR tiles do not show it */
+    const struct lum_overlay *overlay; /* HDR tiles do not show it; NULL: none */
     /* frame_seq, scene_rev, view_id, camera_seq, flags, codec, quality, downscale, spp and error are taken from here */
     struct lum_frame_header header;
 };

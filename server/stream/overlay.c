@@ -3,37 +3,199 @@
 #include <string.h>
 
 #include "core/interleave/interleave.h"
-#include "core/render/view.h"
 
-bool lum_overlay_effect(const char *overlay, enum lum_effect *ret_effect)
+/* ---- kinds ---- */
+
+static void set_colors(struct lum_overlay *o, const uint32_t *rgb, uint32_t n)
+{
+    o->n = n;
+    for (uint32_t i = 0; i < n; i++)
+        for (int c = 0; c < 3; c++)
+            o->colors[i][c] = (uint8_t)(rgb[i] >> (16 - 8 * c));
+}
+
+static uint8_t class_of(const struct lum_overlay *o, double value)
+{
+    uint8_t i = 0;
+    while (i + 1u < o->n && value >= o->limits[i])
+        i++;
+    return i;
+}
+
+_Static_assert((int)LUM_GUIDANCE_MAX <= (int)LUM_OVERLAY_CLASSES, "a class for each number of iterations");
+
+static bool has_guidance(const char *name, enum lum_effect *ret_effect)
 {
     static const char map[] = "guidance_";
     size_t n = sizeof map - 1;
-    return strncmp(overlay, map, n) == 0 && lum_effect_find(overlay + n, strlen(overlay + n), ret_effect);
+    return strncmp(name, map, n) == 0 && lum_effect_find(name + n, strlen(name + n), ret_effect);
 }
 
-/* Half of what is shown is map, half is the grey picture, which keeps shapes readable under it. */
+/* How often a pixel's tile of the pattern was refined, the first time included. */
+static bool make_guidance(struct lum_overlay *o, const uint8_t *iterations)
+{
+    if (!iterations)
+        return false;
+    o->n = LUM_GUIDANCE_MAX;
+    o->unit = "times refined";
+    for (uint32_t i = 0; i < o->n; i++) {
+        lum_tone_pixel(lum_guidance_color(i, LUM_GUIDANCE_MAX), 1.0, LUM_TONE_NONE, o->colors[i]);
+        if (i + 1 < o->n)
+            o->limits[i] = (double)i + 1.0;
+    }
+    for (size_t i = 0; i < (size_t)o->w * o->h; i++)
+        o->classes[i] = class_of(o, (double)iterations[i]);
+    return true;
+}
+
+/* Error over the light around. */
+static enum lum_status make_error(struct lum_overlay *o, const struct lum_view *view, bool *ret_made,
+                                  struct lum_error *err)
+{
+    static const uint32_t colors[] = {0x2457c5, 0x16a8a0, 0x3dbb5f, 0xd6c72f, 0xf5a623, 0xf2711c, 0xe2342d, 0xb0126f};
+    static const double limits[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    _Static_assert(LUM_ARRAY_LEN(colors) == LUM_ARRAY_LEN(limits) + 1, "a limit between each two");
+    struct lum_error_map map;
+    enum lum_status status = lum_view_error_map(view, &map, err);
+    if (status)
+        return status;
+    o->unit = "relative";
+    set_colors(o, colors, LUM_ARRAY_LEN(colors));
+    memcpy(o->limits, limits, sizeof limits);
+    for (uint32_t y = 0; y < o->h; y++)
+        for (uint32_t x = 0; x < o->w; x++) {
+            float rel = lum_error_map_at(&map, map.rel, x, y);
+            bool known = isfinite(rel);
+            o->classes[(size_t)y * o->w + x] = known ? class_of(o, (double)rel) : (uint8_t)LUM_OVERLAY_NONE;
+            *ret_made = *ret_made || known;
+        }
+    lum_error_map_finish(&map);
+    return LUM_OK;
+}
+
+/* The least of 1, 2 and 5 times a power of ten that is no less than x > 0. */
+static double round_up(double x)
+{
+    double ten = pow(10.0, floor(log10(x)));
+    static const double steps[] = {1.0, 2.0, 5.0};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(steps); i++)
+        if (x <= steps[i] * ten * (1.0 + 1e-9)) /* it is one itself, but for rounding */
+            return steps[i] * ten;
+    return 10.0 * ten;
+}
+
+/* All but one in a hundred pixels that emit or reflect light are below the highest limit: lamps are above it. */
+#define BELOW_TOP 0.99
+
+/* Luminance that a share of the pixels that are not black do not reach, to a twelfth of an octave. 0: all are black. */
+static double percentile(const struct lum_film *film, double share)
+{
+    enum { BINS = 1536, PER_OCTAVE = 12, LOWEST = -64 };
+    uint64_t n[BINS] = {0}, all = 0, below = 0;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++) {
+            float l = lum_luminance(lum_film_mean(film, x, y));
+            if (!(l > 0.0f))
+                continue;
+            int bin = (int)((log2((double)l) - LOWEST) * PER_OCTAVE);
+            n[bin < 0 ? 0 : bin < BINS ? bin : BINS - 1]++;
+            all++;
+        }
+    if (all == 0)
+        return 0.0;
+    uint32_t i = 0;
+    for (; i + 1 < BINS && (double)(below + n[i]) < share * (double)all; i++)
+        below += n[i];
+    return exp2((double)(i + 1) / PER_OCTAVE + LOWEST);
+}
+
+/* False colour. Steps of 1, 2, 5, 10 ... cd/m2 up to what the picture needs: they change rarely while a lamp is dimmed.
+ */
+static bool make_luminance(struct lum_overlay *o, const struct lum_film *film)
+{
+    static const uint32_t colors[LUM_OVERLAY_CLASSES] = {0x1b1440, 0x2a2f8f, 0x2457c5, 0x1a86c9, 0x16a8a0, 0x3dbb5f,
+                                                         0x8cc63f, 0xd6c72f, 0xf5a623, 0xf2711c, 0xe2342d, 0xffd9ec};
+    double top = percentile(film, BELOW_TOP);
+    if (!(top > 0.0))
+        return false;
+    o->unit = "cd/m2";
+    o->opaque = true;
+    set_colors(o, colors, LUM_OVERLAY_CLASSES);
+    o->limits[o->n - 2] = round_up(top);
+    for (uint32_t i = o->n - 2; i > 0; i--) /* 5 is followed by 2, others by their half */
+        o->limits[i - 1] = round_up(o->limits[i] * 0.39);
+    for (uint32_t y = 0; y < o->h; y++)
+        for (uint32_t x = 0; x < o->w; x++)
+            o->classes[(size_t)y * o->w + x] = class_of(o, (double)lum_luminance(lum_film_mean(film, x, y)));
+    return true;
+}
+
+/* ---- */
+
+void lum_overlay_finish(struct lum_overlay *overlay)
+{
+    lum_free(overlay->classes);
+    *overlay = (struct lum_overlay){0};
+}
+
+bool lum_overlay_is_kind(const char *name)
+{
+    enum lum_effect unused;
+    return strcmp(name, "none") == 0 || strcmp(name, "luminance") == 0 || strcmp(name, "error") == 0 ||
+           has_guidance(name, &unused);
+}
+
+static bool reserve(struct lum_overlay *o, const struct lum_film *film)
+{
+    uint8_t *classes = o->classes;
+    if (!classes || o->w != film->w || o->h != film->h) {
+        lum_free(classes);
+        classes = lum_calloc((size_t)film->w * film->h, sizeof *classes);
+    }
+    *o = (struct lum_overlay){.w = film->w, .h = film->h, .classes = classes};
+    return classes != NULL;
+}
+
+enum lum_status lum_overlay_make(struct lum_overlay *overlay, const char *name, const struct lum_view *view,
+                                 bool guided, struct lum_error *err)
+{
+    const struct lum_film *film = lum_view_film(view);
+    enum lum_effect effect;
+    enum lum_status status = LUM_OK;
+    bool made = false;
+    if (strcmp(name, "none") != 0) {
+        if (!reserve(overlay, film))
+            return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a map of %u x %u", film->w, film->h);
+        if (has_guidance(name, &effect))
+            made = guided && make_guidance(overlay, lum_view_guidance(view, effect));
+        else if (strcmp(name, "error") == 0)
+            status = make_error(overlay, view, &made, err);
+        else
+            made = make_luminance(overlay, film);
+    }
+    if (!made)
+        lum_overlay_finish(overlay);
+    return status;
+}
+
 static uint8_t mix(uint8_t grey, uint8_t code)
 {
     return (uint8_t)((grey + code + 1) / 2);
 }
 
-void lum_overlay_paint(const struct lum_overlay_picture *overlay, const struct lum_frame_header *tile,
-                       uint8_t *inout_rgba)
+void lum_overlay_paint(const struct lum_overlay *overlay, const struct lum_frame_header *tile, uint8_t *inout_rgba)
 {
-    if (!overlay->iterations)
+    if (!overlay || !overlay->classes)
         return;
-    uint8_t codes[LUM_GUIDANCE_MAX][3];
-    for (uint32_t i = 0; i < LUM_GUIDANCE_MAX; i++)
-        lum_tone_pixel(lum_guidance_color(i, LUM_GUIDANCE_MAX), 1.0, LUM_TONE_NONE, codes[i]);
     for (uint32_t y = 0; y < tile->h; y++)
         for (uint32_t x = 0; x < tile->w; x++) {
             uint8_t *p = inout_rgba + ((size_t)y * tile->w + x) * 4;
             /* Rec.709 luma, in 256ths */
             uint8_t grey = (uint8_t)((54u * p[0] + 183u * p[1] + 19u * p[2] + 128u) / 256u);
-            uint32_t n = overlay->iterations[(size_t)(tile->y + y) * overlay->w + tile->x + x];
-            n = n < LUM_GUIDANCE_MAX ? n : LUM_GUIDANCE_MAX - 1;
+            uint8_t class = overlay->classes[(size_t)(tile->y + y) * overlay->w + tile->x + x];
             for (int c = 0; c < 3; c++)
-                p[c] = mix(grey, codes[n][c]);
+                p[c] = class == LUM_OVERLAY_NONE ? grey
+                       : overlay->opaque         ? overlay->colors[class][c]
+                                                 : mix(grey, overlay->colors[class][c]);
         }
 }

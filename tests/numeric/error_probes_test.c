@@ -138,6 +138,37 @@ static void threads_do_not_change_it(void **state)
     assert_int_equal(rays[0], rays[1]);
 }
 
+static float by_half(uint32_t x, uint32_t y)
+{
+    (void)y;
+    return x < W / 2 ? 1.0f : 0.1f;
+}
+
+/* A map shows where the picture is off, a window of few cells away from where that changes exactly: the truth has no
+ * noise. */
+static void a_map_shows_where(void **state)
+{
+    (void)state;
+    struct sky s;
+    struct lum_error_map map;
+    sky_begin(&s, 2);
+    draw_picture(&s, by_half);
+    RIG_OK(lum_error_probes_trace(s.probes, &s.pass, 8000, &s.runner));
+    RIG_OK(lum_error_map_init(&map, &s.film, &err));
+    lum_error_probes_add_errors(s.probes, &s.film, &map);
+    lum_error_map_settle(&map);
+    for (uint32_t y = 0; y < H; y++)
+        for (uint32_t x = 0; x < W; x++) {
+            float off = by_half(x, y);
+            if (x + 24 <= W / 2 || x >= W / 2 + 24) {
+                assert_true(fabsf(lum_error_map_at(&map, map.rms, x, y) / off - 1.0f) < 1e-3f);
+                assert_true(fabsf(lum_error_map_at(&map, map.rel, x, y) * (SKY + off) / off - 1.0f) < 1e-3f);
+            }
+        }
+    lum_error_map_finish(&map);
+    sky_end(&s);
+}
+
 static void next_picture(struct sky *s)
 {
     lum_error_probes_error(s->probes, &s->film);
@@ -223,6 +254,47 @@ static void what_rest_did_is_forgotten(void **state)
     struct lum_pass_stats stats = rig_pass(&r);
     assert_true(stats.error.fresh == 0.0 && fabs(stats.error.rel / first - 1.0) < 1e-6);
     rig_end(&r);
+}
+
+/* Whoever knows the error, the picture's own samples or probes: its map is known everywhere, and adds up to no less.
+ * Where the map is unsure it says the more, and windows count the cells at the border less: twice as much at most. */
+static void maps_add_up(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        uint32_t spp;
+    } cases[] = {{"path", 16}, {"live", 17}, {"live", 1}, {"tic", 1}};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++) {
+        struct rig r;
+        rig_begin(&r, 2);
+        rig_room(&r);
+        rig_bulb(&r, "lamp", rig_v(0, 2.5, 0), 100);
+        rig_commit(&r);
+        r.settings.w = W;
+        r.settings.h = H;
+        r.settings.method = lum_method_find(cases[i].method);
+        r.settings.error_share = LUM_ERROR_SHARE;
+        r.settings.deterministic = r.settings.measure_at_rest = true;
+        r.settings.max_spp = cases[i].spp;
+        struct lum_pass_stats stats = rig_pass(&r);
+        while (!stats.complete)
+            stats = rig_pass(&r);
+        const struct lum_film *film = lum_view_film(r.view);
+        struct lum_error_map map;
+        RIG_OK(lum_view_error_map(r.view, &map, &err));
+        double sum = 0.0, off = stats.error.rel * lum_film_mean_luminance(film);
+        for (uint32_t y = 0; y < H; y++)
+            for (uint32_t x = 0; x < W; x++) {
+                double rms = (double)lum_error_map_at(&map, map.rms, x, y);
+                sum += rms * rms / (W * H);
+            }
+        print_message("%s, %u samples: off by %g cd/m2, by the map %g\n", cases[i].method, cases[i].spp, off,
+                      sqrt(sum));
+        assert_true(sqrt(sum) >= 0.9 * off && sqrt(sum) <= 2.0 * off);
+        lum_error_map_finish(&map);
+        rig_end(&r);
+    }
 }
 
 /* ---- pictures ---- */
@@ -387,9 +459,14 @@ static void a_dimmed_lamp_is_measured_at_rest(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_estimate_is_unbiased),          cmocka_unit_test(threads_do_not_change_it),
-        cmocka_unit_test(what_was_measured_fades),           cmocka_unit_test(odd_pictures),
-        cmocka_unit_test(what_rest_did_is_forgotten),        cmocka_unit_test(it_covers_pictures_of_every_kind),
+        cmocka_unit_test(the_estimate_is_unbiased),
+        cmocka_unit_test(threads_do_not_change_it),
+        cmocka_unit_test(a_map_shows_where),
+        cmocka_unit_test(maps_add_up),
+        cmocka_unit_test(what_was_measured_fades),
+        cmocka_unit_test(odd_pictures),
+        cmocka_unit_test(what_rest_did_is_forgotten),
+        cmocka_unit_test(it_covers_pictures_of_every_kind),
         cmocka_unit_test(a_dimmed_lamp_is_measured_at_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -218,15 +218,20 @@ static void effects_that_do_not_exist_are_refused(void **state)
     assert_refused(update_view(c, "{\"view_id\":1,\"overlay\":\"guidance\"}"), "invalid_value", "overlay");
 }
 
-/* ais makes a map of indirect light, and its colours lie over the picture; path makes none, and its picture stays.
- * Either way no pass runs for it. */
+/* ais makes a map of indirect light, and its colours lie over the picture; path makes none, and its picture stays; of
+ * both it is known how bright they are and where they are off. Either way no pass runs for it. */
 static void an_overlay_is_display_only(void **state)
 {
     static const struct {
-        const char *choice;
+        const char *choice, *overlay;
         bool map;
-    } cases[] = {{"\"effects\":{\"indirect_diffuse\":\"on\"},\"method\":\"ais\"", true},
-                 {"\"method\":\"path\"", false}};
+    } cases[] = {
+        {"\"effects\":{\"indirect_diffuse\":\"on\"},\"method\":\"ais\"", "guidance_indirect_diffuse", true},
+        {"\"method\":\"ais\"", "error", true},
+        {"\"method\":\"path\"", "guidance_indirect_diffuse", false},
+        {"\"method\":\"path\"", "error", true},
+        {"\"method\":\"path\"", "luminance", true},
+    };
     struct client *c = *state;
     uint8_t plain[W * H * 4], shown[W * H * 4];
     char params[160];
@@ -239,7 +244,7 @@ static void an_overlay_is_display_only(void **state)
         sum_of_numbered(c, seq, plain);
         memcpy(shown, plain, sizeof plain);
         lum_director_metrics(c->director, &before);
-        snprintf(params, sizeof params, "{\"view_id\":1,\"overlay\":\"guidance_indirect_diffuse\",\"camera_seq\":%u}",
+        snprintf(params, sizeof params, "{\"view_id\":1,\"overlay\":\"%s\",\"camera_seq\":%u}", cases[i].overlay,
                  seq + 1);
         assert_taken(update_view(c, params));
         sum_of_numbered(c, seq + 1, shown);

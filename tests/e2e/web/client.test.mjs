@@ -512,8 +512,8 @@ test('ais is chosen, and shows where it refined', async () => {
     await settled(tab);
     await assertEventually(async () => !/^0/.test(await rays('indirect diffuse')), () => 'no ray for indirect light');
     assert.ok((await measure(page)).colours > 1000);
-    await page.getByLabel('Show where it was refined').selectOption('guidance_soft_shadow');
-    await legend.getByText('not refined').waitFor();
+    await page.getByLabel('Map', { exact: true }).selectOption('guidance_soft_shadow');
+    await legend.getByText('How often samples').waitFor();
     await settled(tab);
     const blueOrRed = async () => {
         const p = await thumbnail(page);
@@ -533,6 +533,26 @@ test('ais is chosen, and shows where it refined', async () => {
     await settled(tab);
     assert.equal(await legend.count(), 0);
     await assertEventually(async () => (await rays('antialias')) === 'with the samples', () => 'antialias of path');
+});
+
+test('false colour and the error are laid over the picture by a key, with what their colours stand for', async () => {
+    const legend = page.getByRole('complementary', { name: 'Legend' });
+    const plain = await thumbnail(page);
+    await page.locator('canvas').first().focus();
+    await page.keyboard.press('c');
+    await legend.getByText('cd/m²').waitFor();
+    await settled(tab);
+    const { overlay } = tab.watch.stats.at(-1);
+    assert.equal(await legend.getByRole('listitem').count(), overlay.colors.length);
+    assert.ok(overlay.limits.every((limit, i) => i === 0 || limit > overlay.limits[i - 1]), `${overlay.limits}`);
+    assert.ok(difference(plain, await thumbnail(page)) > 5, 'colours');
+    await page.keyboard.press('c');
+    await legend.getByText('below 0.5 %').waitFor();
+    await page.keyboard.press('c');
+    await settled(tab);
+    assert.equal(await legend.count(), 0);
+    assert.ok(difference(plain, await thumbnail(page)) < 1, 'the picture as it was');
+    assert.deepEqual(tab.watch.errors, []);
 });
 
 test('a surface that shines is a lamp: dimmed from the list without a ray, and put back as in the model', async () => {

@@ -73,14 +73,23 @@ export interface ErrorNumbers {
     fresh: number;
 }
 
+/** What the colours of a map stand for. */
+export interface OverlayLegend {
+    unit: string;
+    /** CSS colours, from the least class to the greatest. */
+    colors: string[];
+    /** Between each two. */
+    limits: number[];
+}
+
 export interface ServerNumbers extends Work {
     /** null: not known. */
     error: ErrorNumbers | null;
     /** null: nothing, or too little to tell. */
     missing: Missing | null;
     inView: InView;
-    /** The picture shows the map that the view's overlay asks for. */
-    overlayMap: boolean;
+    /** Of the map over the picture; null: there is none. */
+    legend: OverlayLegend | null;
     /** What rendered the frame; "" when the server did not say. */
     method: string;
     /** What "automatic" exposure currently is; null: the server did not say. */
@@ -140,7 +149,7 @@ export class Meter {
             error: isObject(params.error) ? errorOf(params.error) : null,
             missing: isObject(params.caustics) ? missingOf(params.caustics) : null,
             inView: params.in_view === 'dark' || params.in_view === 'nothing' ? params.in_view : 'scene',
-            overlayMap: params.overlay_map === true,
+            legend: isObject(params.overlay) ? legendOf(params.overlay) : null,
             method: stringOr(params.method, ''),
             exposureEv: typeof params.exposure_ev === 'number' ? params.exposure_ev : null,
         };
@@ -176,6 +185,16 @@ function cacheOf(cache: JsonObject): CacheNumbers {
         reused: numberOr(cache.reused, 0),
         removed: numberOr(cache.removed, 0),
     };
+}
+
+export function legendOf(o: JsonObject): OverlayLegend | null {
+    const colors = list(o.colors).filter((c): c is string => typeof c === 'string' && /^#[0-9a-f]{6}$/.test(c));
+    const limits = list(o.limits).filter((l): l is number => typeof l === 'number');
+    return colors.length === limits.length + 1 ? { unit: stringOr(o.unit, ''), colors, limits } : null;
+}
+
+function list(value: unknown): unknown[] {
+    return Array.isArray(value) ? value : [];
 }
 
 export function errorOf(error: JsonObject): ErrorNumbers {

@@ -248,10 +248,10 @@ test('a frame that took no work says what it shows, and not that it took nothing
     meter.stats({ ...frame, cache: { records: 90, created: 3, updated: 2, reused: 80, removed: 1, discarded: 0 }, method: 'live' });
     assert.equal(meter.server.value?.raysPerSecond, 200000);
     assert.deepEqual(meter.server.value?.cache, { records: 90, created: 3, updated: 2, reused: 80, removed: 1 });
-    meter.stats({ ms: 0, passes: 0, rays: { primary: 0 }, effects: {}, cache: { records: 0 }, overlay_map: true, in_view: 'nothing' });
-    const { ms, raysPerSecond, effects, cache, overlayMap, inView } = meter.server.value!;
+    meter.stats({ ms: 0, passes: 0, rays: { primary: 0 }, effects: {}, cache: { records: 0 }, overlay: { unit: 'relative', limits: [0.1], colors: ['#000000', '#ffffff'] }, in_view: 'nothing' });
+    const { ms, raysPerSecond, effects, cache, legend, inView } = meter.server.value!;
     assert.deepEqual([ms, raysPerSecond, effects[0]?.rays, cache?.records], [20, 200000, 7, 90]);
-    assert.deepEqual([overlayMap, inView], [true, 'nothing']);
+    assert.deepEqual([legend?.colors.length, inView], [2, 'nothing']);
     assert.equal(meter.ticks.value, 1, 'and leaves no mark in the history');
     meter.stats({ ...frame, cache: { records: 0, created: 0, updated: 0, reused: 0, removed: 0, discarded: 0 } });
     assert.equal(meter.server.value?.cache, null, 'a method without a cache');

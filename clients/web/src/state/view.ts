@@ -44,12 +44,14 @@ export const STOPS = {
 export type Stop = keyof typeof STOPS;
 export const STOP_NAMES = Object.keys(STOPS) as Stop[];
 
-/** Maps that the server lays over the picture: where an adaptive method refined its samples. */
+/** Maps that the server lays over the picture. */
 export const OVERLAYS = {
     none: 'Off',
-    guidance_soft_shadow: 'Soft shadows',
-    guidance_indirect_diffuse: 'Indirect light',
-    guidance_media: 'Media',
+    luminance: 'Luminance',
+    error: 'Error',
+    guidance_soft_shadow: 'Refined: soft shadows',
+    guidance_indirect_diffuse: 'Refined: indirect light',
+    guidance_media: 'Refined: media',
 } as const;
 export type OverlayName = keyof typeof OVERLAYS;
 

@@ -1,14 +1,12 @@
 import { fixed, si } from '../lib/format';
 import type { Effect } from '../state/meter';
-import { FORCES, OVERLAYS, type Force, type OverlayName } from '../state/view';
-import { Choice } from './Choice';
+import { FORCES, type Force } from '../state/view';
 import { useApp } from './context';
 
 /** What the last frame was made of: what the scene does not call for is listed too, with the reason, and costs nothing. */
 export function EffectsPanel() {
     const app = useApp();
     const effects = app.meter.server.value?.effects ?? [];
-    const overlay = app.view.settings.value.overlay;
     if (effects.length === 0) return null;
     return (
         <section class="section effects" aria-labelledby="effects-title">
@@ -38,12 +36,6 @@ export function EffectsPanel() {
                 ))}
             </table>
             <Cache />
-            <Choice
-                label="Show where it was refined"
-                value={overlay}
-                options={Object.entries(OVERLAYS)}
-                onChange={(v) => app.view.change({ overlay: v as OverlayName })}
-            />
         </section>
     );
 }

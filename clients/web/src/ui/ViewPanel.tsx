@@ -1,7 +1,7 @@
 import { fixed, number } from '../lib/format';
 import { kelvinScale, linearScale } from '../lib/scale';
 import { stringOr } from '../protocol/types';
-import { RESOLUTIONS, STREAMS, type Resolution, type Stream } from '../state/view';
+import { OVERLAYS, RESOLUTIONS, STREAMS, type OverlayName, type Resolution, type Stream } from '../state/view';
 import { Choice } from './Choice';
 import { useApp } from './context';
 import { Slider } from './Slider';
@@ -57,6 +57,12 @@ export function ViewPanel() {
                     value={settings.stream}
                     options={Object.entries(STREAMS).map(([key, s]) => [key, s.label])}
                     onChange={(s) => app.view.change({ stream: s as Stream })}
+                />
+                <Choice
+                    label="Map"
+                    value={settings.overlay}
+                    options={Object.entries(OVERLAYS)}
+                    onChange={(map) => app.view.change({ overlay: map as OverlayName })}
                 />
                 {cameras.length > 1 && (
                     <Choice

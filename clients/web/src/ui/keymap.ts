@@ -35,6 +35,12 @@ function stopAt(app: App, step: number): void {
     if (stop && app.method.value?.addsSamples) app.view.change({ stop });
 }
 
+function nextMap(app: App): void {
+    const maps = ['none', 'luminance', 'error'] as const;
+    const now = maps.findIndex((m) => m === app.view.settings.value.overlay);
+    app.view.change({ overlay: maps[(now + 1) % maps.length]! });
+}
+
 function toggleSelected(app: App): void {
     const light = app.selectedLight.value ? app.scene.peek(app.selectedLight.value) : undefined;
     if (light) app.edits.setOnce(light.id, '/on', !isOn(light));
@@ -65,6 +71,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo([app.selectedLight.value]) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
+    { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then the error, then neither', run: nextMap },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
