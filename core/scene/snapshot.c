@@ -86,7 +86,7 @@ bool lum_snapshot_bounds(const struct lum_snapshot *s, const char *id, struct lu
     struct lum_vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
     for (uint32_t i = 0; i < s->n_instances; i++) {
         const struct lum_mesh *m = s->instances[i].mesh;
-        if (!is_or_is_below(s->instances[i].id, id) || m->bounds_lo.x > m->bounds_hi.x)
+        if ((id && !is_or_is_below(s->instances[i].id, id)) || m->bounds_lo.x > m->bounds_hi.x)
             continue;
         for (int k = 0; k < 8; k++) {
             struct lum_vec3 corner =

@@ -114,7 +114,7 @@ LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, co
 struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *);
 
 /* World box, in metres, around the triangles of the object `id` and of those below it ("id/..."): an import is framed
- * by it. False: nothing of that name is to be seen. */
+ * by it. NULL: of all. False: nothing of that name is to be seen. */
 struct lum_box {
     struct lum_vec3d lo, hi;
 };

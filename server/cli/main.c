@@ -37,6 +37,7 @@ static int usage(void)
           "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+          "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
           "  lumend state check DIR              of what --state kept; also export, compact\n"
           "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
           "  lumend --version | --help           each command has its own --help\n"
@@ -251,8 +252,9 @@ static const struct {
     const char *name;
     int (*run)(int argc, char **argv);
 } commands[] = {
-    {"serve", cmd_serve},       {"render", lum_cmd_render},   {"compare", lum_cmd_compare},
-    {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods}, {"state", lum_cmd_state},
+    {"serve", cmd_serve},         {"render", lum_cmd_render}, {"compare", lum_cmd_compare},
+    {"measure", lum_cmd_measure}, {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods},
+    {"state", lum_cmd_state},
 };
 
 int main(int argc, char **argv)

@@ -1,0 +1,115 @@
+#include "server/cli/measure_options.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "server/cli/option.h"
+
+#define READ(name)                                                                                                     \
+    static enum lum_status name(const struct lum_option_row *row, const char *given, const char *text, void *options,  \
+                                struct lum_error *err)
+
+READ(read_area)
+{
+    struct lum_measure_options *o = options;
+    double *a = o->area;
+    char rest;
+    if (sscanf(text, "%lf,%lf,%lf,%lf%c", &a[0], &a[1], &a[2], &a[3], &rest) != 4 ||
+        !(isfinite(a[0]) && isfinite(a[1]) && a[2] > a[0] && a[3] > a[1] && isfinite(a[2]) && isfinite(a[3])))
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be X0,Z0,X1,Z1 in metres, rising, not '%.60s'", given,
+                        text);
+    o->has_area = true;
+    return LUM_OK;
+}
+
+READ(read_height)
+{
+    const struct lum_option_row number = {
+        .name = row->name, .kind = LUM_OPTION_NUMBER, .offset = row->offset, .min = row->min, .max = row->max};
+    ((struct lum_measure_options *)options)->has_height = true;
+    return lum_option_read(&number, given, text, options, err);
+}
+
+READ(read_border)
+{
+    const struct lum_option_row number = {
+        .name = row->name, .kind = LUM_OPTION_NUMBER, .offset = row->offset, .min = row->min, .max = row->max};
+    ((struct lum_measure_options *)options)->has_border = true;
+    return lum_option_read(&number, given, text, options, err);
+}
+
+#define AT(m) .offset = offsetof(struct lum_measure_options, m)
+#define TEXT(m) .kind = LUM_OPTION_TEXT, AT(m)
+#define SWITCH(m) .kind = LUM_OPTION_SWITCH, AT(m)
+#define POSITIVE(m) .kind = LUM_OPTION_POSITIVE, AT(m)
+#define NUMBER(m, lo, hi) .kind = LUM_OPTION_NUMBER, AT(m), .min = lo, .max = hi
+#define OTHER(f, m) .kind = LUM_OPTION_OTHER, .read = f, AT(m)
+
+/* clang-format off */
+static const struct lum_option_row rows[] = {
+    {"scene", "NAME|FILE", TEXT(scene), .help =
+        "a built-in one (see: lumend scenes), a model, or a .jsonl file of edits"},
+    {"edits", "REPLAY", TEXT(edits), .help = "ops applied to the scene before it is measured"},
+    {"area", "X0,Z0,X1,Z1", OTHER(read_area, area), .help =
+        "what is measured, in metres (default: the floor of the whole scene, without the border)"},
+    {"on", "ID", TEXT(on), .help = "the top of this object, such as a table, in place of an area"},
+    {"height", "M", OTHER(read_height, height_m), .min = -1e6, .max = 1e6, .help =
+        "above the ground, the lowest surface that is met from half the scene's height (default 0.75:\n"
+        "a work plane; with --cylindrical 1.2); with --on above the object's top (default 0.001)"},
+    {"border", "M", OTHER(read_border, border_m), .min = 0, .max = 1e6, .help =
+        "left out along the sides of the whole scene (default 0.5; with --on 0)"},
+    {"spacing", "M", POSITIVE(spacing_m), .help =
+        "between points, at most (default: by EN 12464-1, 0.2 * 5^(log10 of the longer side))"},
+    {"cylindrical", SWITCH(cylindrical), .help =
+        "cylindrical illuminance, as light falls on faces, in place of that of a horizontal plane"},
+    {"error", "E", .fallback = "0.01", NUMBER(error, 1e-5, 1), .help =
+        "standard error over the value to which each point is measured (of dark ones over a tenth of\n"
+        "the mean)"},
+    {"target", "LX", POSITIVE(target_lx), .help =
+        "the mean that is wanted, such as 500 for writing: said whether it is reached"},
+    {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
+        "the least over the mean that is wanted, such as 0.6"},
+    {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx"},
+    {"json", "FILE", TEXT(json), .help = "points and results"},
+    {"threads", "N", .kind = LUM_OPTION_WHOLE, AT(threads), .min = 1, .max = 1024, .help = "default: all processors"},
+    {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help = "instruction set of the ray tracing"},
+    {"seed", "N", .kind = LUM_OPTION_WHOLE, AT(seed), .max = UINT32_MAX, .help = "another draw of random numbers"},
+    {"assets", "DIR", TEXT(assets), .help = "where imported files are looked for (default: beside the scene)"},
+    {"help", SWITCH(help), .help = "prints this"},
+};
+/* clang-format on */
+
+static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)
+{
+    char given[32];
+    snprintf(given, sizeof given, "--%s", rows[i].name);
+    return lum_option_read(&rows[i], given, text, user, err);
+}
+
+enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
+                                          struct lum_error *err)
+{
+    struct lum_measure_options o = {.error = 0.01};
+    enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
+    if (!st && !o.help && !o.scene)
+        st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
+    if (!st && o.on && o.has_area)
+        st = lum_fail(err, LUM_ERR_INVALID, "on", "--on and --area both say what is measured");
+    if (!o.has_height)
+        o.height_m = o.on ? 0.001 : o.cylindrical ? 1.2 : 0.75;
+    if (!o.has_border)
+        o.border_m = o.on ? 0.0 : 0.5;
+    if (!st)
+        *ret_options = o;
+    return st;
+}
+
+void lum_measure_options_help(FILE *out)
+{
+    fputs(
+        "usage: lumend measure --scene NAME|FILE [options]\n"
+        "Prints the illuminance on a grid of points, with its mean Em, least Emin and uniformity Uo = Emin / Em, each\n"
+        "+/- its standard error. Light is path traced. Ends with 1 where a target that was given is missed.\n",
+        out);
+    lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
+}
