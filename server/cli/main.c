@@ -154,6 +154,7 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .assets_dir = o->assets,
         .state_dir = o->state,
         .durability = o->durability,
+        .snapshot_bytes = 1024ull * o->snapshot_kib,
         .scene_asked = strcmp(o->given[LUM_SERVE_SCENE], "default") != 0,
         .importer = o->importer,
         .method = o->method,

@@ -60,6 +60,9 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
     [LUM_SERVE_DURABILITY] = {"durability", "WHEN", .fallback = "commit", OTHER(read_durability),
         .help = "commit: edits are answered when they are on disk; interval: at once, and a crash or a\n"
                 "power cut may take the last second of them"},
+    [LUM_SERVE_SNAPSHOT_KIB] = {"snapshot-kib", "N", .fallback = "8192", .kind = LUM_OPTION_WHOLE, AT(snapshot_kib),
+        .min = 1, .max = 1048576,
+        .help = "of edits in DIR, after which the scene is written anew: fewer, and a start is quicker"},
     [LUM_SERVE_IMPORTER] = {"importer", "FILE", TEXT(importer),
         .help = "the lumend-import program; default: beside this one"},
     [LUM_SERVE_METHOD] = {"method", "NAME", OTHER(lum_option_read_method), AT(method),

@@ -20,6 +20,7 @@ enum lum_serve_option {
     LUM_SERVE_ASSETS,
     LUM_SERVE_STATE,
     LUM_SERVE_DURABILITY,
+    LUM_SERVE_SNAPSHOT_KIB,
     LUM_SERVE_IMPORTER,
     LUM_SERVE_METHOD,
     LUM_SERVE_THREADS,
@@ -38,6 +39,7 @@ struct lum_serve_options {
     struct lum_address listen;
     bool no_auth, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */
+    uint32_t snapshot_kib;
     enum lum_log_level log;
     /* As given, and where it comes from, for messages: "--threads", "$LUMEND_THREADS" or "default". */
     const char *value[LUM_SERVE_COUNT];

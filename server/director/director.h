@@ -21,6 +21,7 @@ struct lum_director_config {
     const char *importer;   /* path of lumend-import */
     const char *state_dir;  /* of the journal; NULL: nothing is kept. What is there comes before the scene */
     enum lum_durability durability;
+    uint64_t snapshot_bytes;           /* of edits, after which a snapshot is due; 0: LUM_JOURNAL_COMPACT_BYTES */
     const struct lum_disk *state_disk; /* NULL: the real one; tests have others */
     bool scene_asked;                  /* by somebody: the log says where it is left aside */
     const char *method;                /* default method; NULL: the scene's */

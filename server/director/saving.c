@@ -40,6 +40,7 @@ enum lum_status lum_director_open_state(struct lum_director *d, bool *ret_loaded
     const struct lum_journal_config config = {
         .dir = d->config.state_dir,
         .durability = d->config.durability,
+        .compact_bytes = d->config.snapshot_bytes,
         .disk = d->config.state_disk,
         .log = d->config.log,
         .saved = wake_net,

@@ -22,8 +22,8 @@ KILLS = int(os.environ.get("LUMEND_KILLS", "20"))
 CLIENTS = 4
 WINDOW = 6  # edits of one client that wait for their answers
 EDITS = 450  # of one client in one run: a burst of the server's limit of messages has 480
-BIG_MESH = {"op": "add", "type": "mesh", "positions": [round(i % 977 / 3 + 0.1, 6) for i in range(150000)],
-            "indices": list(range(49998))}  # 1.6 MB of text: a few of them make a snapshot due
+BIG_MESH = {"op": "add", "type": "mesh", "positions": [round(i % 977 / 3 + 0.1, 6) for i in range(9000)],
+            "indices": list(range(2997))}  # 80 kB of text, and content of its own in a snapshot
 
 
 def kill(daemon):
@@ -183,7 +183,7 @@ class Kill(unittest.TestCase):
             process.kill()
             process.wait()
             self.n_killed_starts += 1
-        return Daemon("--state", self.folder)
+        return Daemon("--state", self.folder, "--snapshot-kib", "32")
 
     def snapshots(self):
         return {name for name in os.listdir(self.folder) if name.startswith("snapshot-")}
