@@ -26,6 +26,22 @@ BIG_MESH = {"op": "add", "type": "mesh", "positions": [round(i % 977 / 3 + 0.1, 
             "indices": list(range(2997))}  # 80 kB of text, and content of its own in a snapshot
 
 
+STARTED = []  # ended by tearDown where a test fails
+
+
+def launch(*options, **more):
+    STARTED.append(Daemon(*options, **more))
+    return STARTED[-1]
+
+
+def end_started():
+    for daemon in STARTED:
+        if daemon.process.poll() is None:
+            daemon.process.kill()
+            daemon.process.wait()
+    STARTED.clear()
+
+
 def kill(daemon):
     daemon.process.kill()
     daemon.process.wait()
@@ -172,6 +188,7 @@ class Kill(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lumend-state-")
         self.addCleanup(shutil.rmtree, self.folder)
+        self.addCleanup(end_started)
         self.rng = random.Random(7)
 
     def start(self):
@@ -183,7 +200,7 @@ class Kill(unittest.TestCase):
             process.kill()
             process.wait()
             self.n_killed_starts += 1
-        return Daemon("--state", self.folder, "--snapshot-kib", "32")
+        return launch("--state", self.folder, "--snapshot-kib", "32")
 
     def snapshots(self):
         return {name for name in os.listdir(self.folder) if name.startswith("snapshot-")}
@@ -253,10 +270,11 @@ class Restart(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="lumend-state-")
         self.addCleanup(shutil.rmtree, self.folder)
+        self.addCleanup(end_started)
 
     def restart(self, daemon, *options, end=kill):
         end(daemon)
-        return Daemon("--state", self.folder, *options)
+        return launch("--state", self.folder, *options)
 
     def hello(self, daemon, resume=None):
         ws = daemon.connect(hello=False)
@@ -267,7 +285,7 @@ class Restart(unittest.TestCase):
 
     def test_undo_after_a_kill_and_after_a_stop(self):
         for end in (kill, stop):
-            daemon = Daemon("--state", self.folder)
+            daemon = launch("--state", self.folder)
             ws, hello = self.hello(daemon)
             self.assertEqual(hello["saved"], "commit")
             ws.call("scene.apply", {"ops": [lamp("l", 1)]})
@@ -297,7 +315,7 @@ class Restart(unittest.TestCase):
     def test_an_import_needs_neither_its_file_nor_the_importer_again(self):
         with tempfile.TemporaryDirectory() as assets:
             shutil.copy(os.path.join(HERE, "web", "lamp.gltf"), assets)
-            daemon = Daemon("--state", self.folder, "--assets", assets)
+            daemon = launch("--state", self.folder, "--assets", assets)
             ws, hello = self.hello(daemon)
             ws.call("scene.apply", {"ops": [{"op": "import", "id": "a", "asset": "lamp.gltf"}]})
             ws.call("scene.apply", {"ops": [{"op": "set", "id": "a", "path": "/transform/translate", "value": [1, 0, 0]}]})
@@ -338,7 +356,7 @@ class Restart(unittest.TestCase):
             daemon.connect().call("scene.apply", {"ops": [lamp("l")]})
 
     def test_the_state_comes_before_the_scene(self):
-        daemon = Daemon("--state", self.folder, environment={"LUMEND_TEST_SCENE": "furnace"})
+        daemon = launch("--state", self.folder)
         daemon.connect().call("scene.apply", {"ops": [lamp("l")]})
         daemon = self.restart(daemon)
         self.assertIn("l", [op["id"] for op in daemon.connect().call("scene.get")["ops"]])
@@ -346,7 +364,7 @@ class Restart(unittest.TestCase):
 
     def test_a_full_disk_takes_back_and_comes_back(self):
         """A limit of the size of files stands for the disk: the write of one edit fails, the next start is as answered."""
-        daemon = Daemon("--state", self.folder)
+        daemon = launch("--state", self.folder)
         ann, bob = daemon.connect(), daemon.connect()
         ann.call("scene.apply", {"ops": [lamp("l", 1)]})
         used = max(os.path.getsize(os.path.join(self.folder, name)) for name in os.listdir(self.folder))
@@ -374,13 +392,13 @@ class Restart(unittest.TestCase):
         ann.call("scene.undo")
         log = kill(daemon)
         self.assertIn("the scene is saved again", log)
-        again = Daemon("--state", self.folder)
+        again = launch("--state", self.folder)
         self.assertEqual(self.flux(again.connect(), "m"), 3)
         self.assertIsNone(self.flux(again.connect(), "l"))
         stop(again)
 
     def test_interval(self):
-        daemon = Daemon("--state", self.folder, "--durability", "interval")
+        daemon = launch("--state", self.folder, "--durability", "interval")
         ws, hello = self.hello(daemon)
         self.assertEqual(hello["saved"], "interval")
         for i in range(50):
