@@ -19,6 +19,12 @@ void lum_snapshot_unref(const struct lum_snapshot *snapshot)
     struct lum_snapshot *s = (struct lum_snapshot *)snapshot;
     if (!s || !lum_refs_put(&s->refs))
         return;
+    if (s->whole) {
+        lum_snapshot_unref(s->whole);
+        lum_light_part_unref(s->alone);
+        lum_free(s);
+        return;
+    }
     lum_accel_top_unref(s->top);
     lum_instance_part_unref(s->parts->instances);
     lum_material_part_unref(s->parts->materials);
@@ -26,6 +32,41 @@ void lum_snapshot_unref(const struct lum_snapshot *snapshot)
     lum_camera_part_unref(s->parts->cameras);
     lum_free(s->parts);
     lum_free(s);
+}
+
+/* ---- some lights alone ---- */
+
+/* A version of its own for each choice of lights: far above those that are counted. */
+static uint64_t version_alone(uint64_t version, const struct lum_light_part *part)
+{
+    uint32_t high = (uint32_t)(version >> 32), low = (uint32_t)version;
+    for (uint32_t i = 0; i < part->n; i++) {
+        if (!part->items[i].on)
+            continue;
+        high = lum_hash_combine(high, i);
+        low = lum_hash_combine(low, ~i);
+    }
+    return (uint64_t)(high | 1u << 31) << 32 | low;
+}
+
+enum lum_status lum_snapshot_alone(const struct lum_snapshot *s, bool (*shines)(void *, const struct lum_light *),
+                                   void *user, const struct lum_snapshot **ret_snapshot, struct lum_error *err)
+{
+    struct lum_snapshot *alone = lum_calloc(1, sizeof *alone);
+    struct lum_light_part *part = lum_lights_alone(s->parts->lights, shines, user);
+    if (!alone || !part) {
+        lum_free(alone);
+        lum_light_part_unref(part);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u lights", s->lights.n_lights);
+    }
+    *alone = *s;
+    lum_refs_init(&alone->refs);
+    alone->whole = lum_snapshot_ref(s);
+    alone->alone = part;
+    alone->lights = part->table;
+    alone->versions.light_power = version_alone(s->versions.light_power, part);
+    *ret_snapshot = alone;
+    return LUM_OK;
 }
 
 /* ---- cameras ---- */

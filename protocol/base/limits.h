@@ -45,6 +45,7 @@
 #define LUM_LIMIT_VIEWS 64u
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
+#define LUM_LIMIT_SOLO 16u /* names of lamps and groups that a view shows alone */
 #define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
 #define LUM_LIMIT_DEPTH 64u    /* and the default: roulette ends nearly all paths before */
 

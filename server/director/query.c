@@ -145,6 +145,7 @@ static void probe(struct lum_director *d, const struct lum_request *q)
     add_point(o, &at);
     lum_json_add_number(o, "samples", q->samples);
     lum_json_add_number(o, "rays", (double)rays);
+    lum_json_add_number(o, "scene_rev", (double)d->world.snapshot->scene_rev);
     lum_director_reply(d, q, o);
 }
 

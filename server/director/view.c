@@ -118,10 +118,34 @@ static bool sees_only_background(const struct lum_snapshot *snapshot, const stru
     return true;
 }
 
+/* ---- lamps alone ---- */
+
+static bool is_named(void *user, const struct lum_light *light)
+{
+    const struct lum_view_params *want = user;
+    for (uint32_t i = 0; i < want->n_solo; i++)
+        if (strcmp(want->solo[i], light->id) == 0 || strcmp(want->solo[i], light->group) == 0)
+            return true;
+    return false;
+}
+
+/* The scene as this view shows it. Without memory for that, all of it. */
+static const struct lum_snapshot *lit_scene(struct lum_server_view *v, const struct lum_snapshot *scene)
+{
+    struct lum_error ignored;
+    lum_snapshot_unref(v->solo);
+    v->solo = NULL;
+    if (v->want.n_solo > 0 && lum_snapshot_alone(scene, is_named, &v->want, &v->solo, &ignored))
+        v->solo = NULL;
+    return v->solo ? v->solo : scene;
+}
+
+/* ---- what a change makes stale ---- */
+
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
                              uint64_t order)
 {
-    const struct lum_snapshot *snapshot = world->snapshot;
+    const struct lum_snapshot *snapshot = lit_scene(v, world->snapshot);
     struct resolved r;
     struct lum_proto_error ignored;
     resolve(&v->want, world, &r, &ignored);
@@ -209,6 +233,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
     lum_stream_unref(v->stream);
     lum_view_destroy(v->core);
     lum_overlay_finish(&v->overlay);
+    lum_snapshot_unref(v->solo);
     lum_free(v->tiles);
     lum_free(v);
 }
@@ -229,7 +254,7 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
     if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
         return false;
-    if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale)
+    if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale || params->resend)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     v->want = want;
     if (gives(params, LUM_VIEW_BUDGET) && !lum_server_view_stopped_by(v))
@@ -250,6 +275,8 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     struct lum_pass_stats pass;
     v->settings.preview =
         lum_view_preview_for(&v->settings, v->full_pass_ms); /* an edit must show while the hand still moves */
+    if (v->solo)
+        snapshot = v->solo;
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
     v->last_pass_ns = lum_clock_ns();
     if (st == LUM_ERR_CANCELLED)

@@ -27,7 +27,8 @@ struct lum_server_view {
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
-    uint8_t codec; /* enum lum_codec */
+    uint8_t codec;                   /* enum lum_codec */
+    const struct lum_snapshot *solo; /* the scene with some lamps alone; NULL: as it is */
     /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look
      * dimmer. */
     double auto_ev;

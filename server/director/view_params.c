@@ -39,6 +39,7 @@ static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
                           .text = "none|luminance|error|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
     [LUM_VIEW_BUDGET] = {ROW(budget, PARTS), BYTES(budget), .parts = &budget_fields},
     [LUM_VIEW_STATS] = {ROW(stats, BOOL), .def = {true}},
+    [LUM_VIEW_RESEND] = {ROW(resend, BOOL)},
 };
 /* clang-format on */
 const struct lum_fields lum_view_fields = {rows, COUNT(rows)};
@@ -78,6 +79,28 @@ static void read_effects(struct lum_json_reader *r, struct lum_view_params *p)
         r->failed = true;
 }
 
+/* ["lamp", "group", ...]; null: as an empty one */
+static void read_solo(struct lum_json_reader *r, struct lum_view_params *p)
+{
+    const struct cJSON *solo = lum_json_any_member(r, "solo");
+    if (!solo || r->failed)
+        return;
+    p->solo_given = true;
+    if (cJSON_IsNull(solo))
+        return;
+    if (!cJSON_IsArray(solo) || cJSON_GetArraySize(solo) > (int)LUM_LIMIT_SOLO) {
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "solo",
+                       "solo must be a list of at most %u ids of lamps or groups", LUM_LIMIT_SOLO);
+        lum_json_fail(r);
+        return;
+    }
+    for (const struct cJSON *id = solo->child; id; id = id->next)
+        if (!lum_json_to_id(id, "solo", p->solo[p->n_solo++], r->err)) {
+            lum_json_fail(r);
+            return;
+        }
+}
+
 /* What no row says alone. */
 static bool check(struct lum_json_reader *r, const struct lum_view_params *p)
 {
@@ -102,6 +125,7 @@ bool lum_view_params_read(struct lum_json_reader *r, struct lum_view_params *ret
         if (lum_field_take(&rows[i], &p, r))
             p.given |= 1u << i;
     read_effects(r, &p);
+    read_solo(r, &p);
     if (r->failed || !check(r, &p))
         return false;
     *ret_params = p;
@@ -118,6 +142,10 @@ void lum_view_params_merge(struct lum_view_params *params, const struct lum_view
                 params->given &= ~(1u << k);
         lum_field_copy(&rows[i], params, more); /* which cannot fail: no row owns memory */
         params->given |= 1u << i;
+    }
+    if (more->solo_given) {
+        params->n_solo = more->n_solo;
+        memcpy(params->solo, more->solo, sizeof params->solo);
     }
     params->effects_off = (params->effects_off & ~more->effects_named) | more->effects_off;
     params->effects_on = (params->effects_on & ~more->effects_named) | more->effects_on;

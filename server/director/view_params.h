@@ -24,6 +24,7 @@ enum lum_view_param {
     LUM_VIEW_OVERLAY,
     LUM_VIEW_BUDGET,
     LUM_VIEW_STATS,
+    LUM_VIEW_RESEND,
     LUM_VIEW_PARAM_COUNT
 };
 #define LUM_VIEW_BIT(param) (1u << LUM_VIEW_##param)
@@ -49,7 +50,12 @@ struct lum_view_params {
     struct lum_opt white_balance_k; /* light of this temperature is shown as white; null: none */
     char overlay[32];
     struct lum_view_budget budget;
-    bool stats; /* wants frame.stats */
+    bool stats;  /* wants frame.stats */
+    bool resend; /* of this message alone: all tiles go out anew */
+    /* By name, not by row: lamps, and groups of them, that alone shine. */
+    bool solo_given;
+    uint32_t n_solo; /* 0: all that are on */
+    lum_id solo[LUM_LIMIT_SOLO];
     /* By effect, not by row; bits LUM_EFFECT_BIT: what something is said of, and of that what to force. The rest is
      * "auto". */
     uint32_t effects_named, effects_off, effects_on;

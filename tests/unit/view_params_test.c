@@ -57,6 +57,7 @@ static void every_member_sets_its_own_bit(void **state)
         [LUM_VIEW_OVERLAY] = "{'overlay':'guidance_indirect_diffuse'}",
         [LUM_VIEW_BUDGET] = "{'budget':{'time_ms':50}}",
         [LUM_VIEW_STATS] = "{'stats':false}",
+        [LUM_VIEW_RESEND] = "{'resend':true}",
     };
     (void)state;
     for (unsigned i = 0; i < LUM_VIEW_PARAM_COUNT; i++) {
@@ -96,6 +97,11 @@ static void what_is_wrong_is_named(void **state)
         {"{'budget':{'tme_ms':5}}", "unknown_field", "budget/tme_ms"},
         {"{'effects':{'media':'of'}}", "invalid_value", "effects/media"},
         {"{'effects':{'fog':'off'}}", "unknown_field", "effects/fog"},
+        {"{'solo':'lamp'}", "invalid_value", "solo"},
+        {"{'solo':['a b']}", "invalid_value", "solo"},
+        {"{'solo':[1]}", "invalid_value", "solo"},
+        {"{'solo':['1','2','3','4','5','6','7','8','9','10','11','12','13','14','15','16','17']}", "invalid_value",
+         "solo"},
         {"{'qualty':80}", "unknown_field", "qualty"},
     };
     (void)state;
@@ -143,12 +149,27 @@ static void effects_that_are_not_named_stay(void **state)
     assert_int_equal(p.effects_on, LUM_EFFECT_BIT(LUM_EFFECT_MEDIA) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY));
 }
 
+static void solo_lasts_until_it_is_given_again(void **state)
+{
+    struct lum_view_params p = params("{'solo':['lamp','group']}"), other = params("{'quality':50}");
+    struct lum_view_params none = params("{'solo':[]}"), null = params("{'solo':null}");
+    (void)state;
+    lum_view_params_merge(&p, &other);
+    assert_int_equal(p.n_solo, 2);
+    assert_string_equal(p.solo[1], "group");
+    lum_view_params_merge(&p, &null);
+    assert_int_equal(p.n_solo, 0);
+    p = params("{'solo':['lamp']}");
+    lum_view_params_merge(&p, &none);
+    assert_int_equal(p.n_solo, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_member_sets_its_own_bit),   cmocka_unit_test(what_is_wrong_is_named),
-        cmocka_unit_test(merging_takes_what_is_given),     cmocka_unit_test(one_camera_replaces_the_other),
-        cmocka_unit_test(effects_that_are_not_named_stay),
+        cmocka_unit_test(every_member_sets_its_own_bit),      cmocka_unit_test(what_is_wrong_is_named),
+        cmocka_unit_test(solo_lasts_until_it_is_given_again), cmocka_unit_test(merging_takes_what_is_given),
+        cmocka_unit_test(one_camera_replaces_the_other),      cmocka_unit_test(effects_that_are_not_named_stay),
     };
     return cmocka_run_group_tests_name("view_params", tests, NULL, NULL);
 }
