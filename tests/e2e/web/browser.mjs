@@ -1,4 +1,5 @@
 // Chromium, and what the tests read from a page: pixels, messages, numbers.
+import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { mkdtempSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -19,14 +20,15 @@ export function launch() {
     });
 }
 
-/** A page that remembers its errors, its last sent and received camera_seq, and the statistics of its frames. */
+/** A page that remembers its errors, what it sent, its last sent and received camera_seq, and the statistics of its frames. */
 export async function open(context, url) {
     const page = await context.newPage();
-    const watch = { errors: [], sentSeq: 0, shownSeq: 0, stats: [] };
+    const watch = { errors: [], sent: [], sentSeq: 0, shownSeq: 0, stats: [] };
     page.on('pageerror', (e) => watch.errors.push(e.message));
     page.on('console', (m) => m.type() === 'error' && watch.errors.push(m.text()));
     page.on('websocket', (socket) => {
         socket.on('framesent', ({ payload }) => {
+            watch.sent.push(JSON.parse(String(payload)));
             const seq = /"camera_seq":(\d+)/.exec(String(payload));
             if (seq) watch.sentSeq = Number(seq[1]);
         });
@@ -110,4 +112,21 @@ export async function drag(page, from, to, steps = 8) {
     await page.mouse.down();
     await page.mouse.move(to.x, to.y, { steps });
     await page.mouse.up();
+}
+
+/** A lamp's line. Names are shown without their model's; whole they are in the title. */
+export const row = (page, id) => page.locator('.light', { has: page.locator(`.light-name[title="${id}"]`) });
+export const field = (page, id, label) => row(page, id).getByLabel(label, { exact: true });
+
+export async function select(page, id) {
+    const name = row(page, id).locator('.light-name');
+    if ((await name.getAttribute('aria-expanded')) !== 'true') await name.click();
+}
+
+export async function eventually(condition, message) {
+    const end = Date.now() + 30000;
+    while (!(await condition())) {
+        if (Date.now() > end) assert.fail(message());
+        await new Promise((resolve) => setTimeout(resolve, 50));
+    }
 }

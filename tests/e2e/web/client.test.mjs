@@ -5,7 +5,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { centre, difference, drag, launch, measure, open, settled, shownRev, thumbnail } from './browser.mjs';
+import { centre, difference, drag, eventually, field, launch, measure, open, row, select, settled, shownRev, thumbnail } from './browser.mjs';
 import { Daemon } from './daemon.mjs';
 
 const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
@@ -34,16 +34,7 @@ after(async () => {
     if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
 });
 
-/** Names are shown without their model's; whole they are in the title. */
-const row = (p, id) => p.locator('.light', { has: p.locator(`.light-name[title="${id}"]`) });
 const intensity = (p, id) => p.getByLabel(`${id} intensity`);
-const field = (p, id, label) => row(p, id).getByLabel(label, { exact: true });
-
-async function select(p, id) {
-    const name = row(p, id).locator('.light-name');
-    if ((await name.getAttribute('aria-expanded')) !== 'true') await name.click();
-}
-
 /** Does something to the scene, and waits until the picture shows it. */
 async function edit(action, spp = 4) {
     const rev = await shownRev(page);
@@ -185,22 +176,42 @@ test('a click says what is there and how bright it is', async () => {
     const card = page.getByRole('complementary', { name: 'Picked point' });
     await card.locator('b', { hasText: /\w/ }).waitFor();
     const lux = async () => Number((await card.locator('.reading-lux').textContent()).split('lx')[0].replace(/[^\d.]/g, ''));
-    await assertEventually(async () => (await lux()) > 0, () => 'no illuminance');
+    await eventually(async () => (await lux()) > 0, () => 'no illuminance');
     const lit = await lux();
     await edit(() => field(page, 'ceiling-panel', 'ceiling-panel on').click());
-    await assertEventually(async () => (await lux()) < 0.7 * lit, () => `the meter stays at ${lit} lx`);
+    await eventually(async () => (await lux()) < 0.7 * lit, () => `the meter stays at ${lit} lx`);
     await edit(() => page.locator('.stage').press('z'));
     await page.keyboard.press('Escape');
     assert.equal(await card.count(), 0);
 });
 
-test('solo leaves one light on, and brings the others back', async () => {
+test('solo shows one light in this view alone, until the page is left', async () => {
     const solo = page.getByLabel('Solo accent');
     const on = (id) => field(page, id, `${id} on`).getAttribute('aria-checked');
-    await edit(() => solo.click());
-    assert.deepEqual([await on('ceiling-panel'), await on('accent')], ['false', 'true']);
-    await edit(() => solo.click());
-    assert.deepEqual([await on('ceiling-panel'), await on('accent')], ['true', 'true']);
+    const other = await open(context, daemon.url);
+    await settled(other);
+    const theirs = await thumbnail(other.page);
+    const rev = await shownRev(page);
+    await settled(tab);
+    const lit = (await measure(page)).mean;
+    await solo.click();
+    await settled(tab);
+    assert.ok((await measure(page)).mean < 0.7 * lit, 'the panel is dark here');
+    assert.deepEqual([await on('ceiling-panel'), await on('accent'), await solo.getAttribute('aria-pressed')], ['true', 'true', 'true']);
+    assert.equal(await shownRev(page), rev, 'no edit was made');
+    assert.ok(difference(theirs, await thumbnail(other.page)) < 4, 'the others see all lamps');
+    tab.watch.sentSeq = 0;
+    await page.reload();
+    await settled(tab);
+    assert.equal(await page.getByLabel('Solo accent').getAttribute('aria-pressed'), 'false');
+    const whole = (await measure(page)).mean; // the exposure of this view is gone with the page, too
+    await page.getByLabel('Solo accent').click();
+    await settled(tab);
+    assert.ok((await measure(page)).mean < 0.7 * whole);
+    await page.getByRole('button', { name: 'Show all' }).click();
+    await settled(tab);
+    assert.ok(Math.abs((await measure(page)).mean / whole - 1) < 0.1, 'as before');
+    await other.page.close();
 });
 
 test('two tabs see each other’s edits, with cameras of their own', async () => {
@@ -238,7 +249,7 @@ test('a model is imported, looked at, moved as a whole, and taken away again', a
     const notice = page.locator('.toast', { hasText: 'Imported lamp.gltf as lamp' });
     const start = await thumbnail(page);
     await notice.getByRole('button', { name: 'Look at it' }).click();
-    await assertEventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
+    await eventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
     assert.equal(await notice.count(), 0);
     await select(page, 'lamp/bulb');
     const height = () => field(page, 'lamp/bulb', 'Y').inputValue();
@@ -268,7 +279,7 @@ test('a click on any part of a model selects it', async () => {
     await model('lamp').getByLabel('Scale').waitFor({ state: 'detached' });
     const start = await thumbnail(page);
     await page.getByLabel('Look at lamp', { exact: true }).click();
-    await assertEventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
+    await eventually(async () => difference(start, await thumbnail(page)) > 8, () => 'the camera stays');
     await settled(tab);
     const c = await centre(page.locator('.stage'));
     await page.mouse.click(c.x, c.y);
@@ -331,7 +342,7 @@ test('the effect table says what is needed and why; what is switched off costs n
     await page.getByLabel('Method').selectOption('whitted');
     await settled(tab);
     await effect('soft shadow').getByText('ceiling-panel shines from an area').waitFor();
-    await assertEventually(async () => !/^0/.test(await rays('soft shadow')), () => 'no ray for soft shadows');
+    await eventually(async () => !/^0/.test(await rays('soft shadow')), () => 'no ray for soft shadows');
     assert.equal(await rays('media'), '0 rays');
     assert.match(await effect('media').getAttribute('class'), /is-off/);
     assert.match(await effect('media').textContent(), /no medium/);
@@ -425,17 +436,17 @@ test('a scene without objects says how to get some', async () => {
     await withScene(empty, null, (other) => other.page.getByText('start the server with --scene FILE').waitFor());
 });
 
-test('the status line holds what fits, whole', async () => {
+test('the status line holds everything, whole, in as many lines as it takes', async () => {
     for (const width of [1400, 1000, 700, 390]) {
         await page.setViewportSize({ width, height: 640 });
         const shown = await page.evaluate(() => {
             const bar = document.querySelector('.status').getBoundingClientRect();
             const parts = [...document.querySelector('.status').children].map((e) => [e.className, e.getBoundingClientRect()]);
-            const inside = parts.filter(([, b]) => b.top < bar.bottom);
+            const inside = parts.filter(([, b]) => b.width > 0 && b.bottom <= Math.min(bar.bottom, innerHeight) + 0.5);
             return { parts: inside.map(([name]) => name), cut: inside.filter(([, b]) => b.right > bar.right).map(([name]) => name) };
         });
         assert.deepEqual(shown.cut, [], `${width} pixels wide`);
-        assert.ok(shown.parts.some((name) => name.includes('item-frame')), `${width} pixels wide: ${shown.parts}`);
+        assert.equal(shown.parts.filter((name) => name.includes('item-')).length, 8, `${width} pixels wide: ${shown.parts}`);
         assert.equal(shown.parts.includes('sparkline'), width === 1400, `${width} pixels wide: ${shown.parts}`);
     }
     await page.setViewportSize({ width: 1000, height: 640 });
@@ -469,24 +480,24 @@ test('the accuracy panel shows how the error falls, and refinement stops where i
     await page.getByLabel('Method').selectOption('live');
     await settled(tab);
     await panel.getByText(/^At most [\d.]+ % off \(about [\d.]+ %\), 95 % sure\.$/).waitFor();
-    await assertEventually(async () => (await points()) > 3, () => 'no points in the plot');
+    await eventually(async () => (await points()) > 3, () => 'no points in the plot');
     assert.match(await panel.getByRole('img').getAttribute('aria-label'), /^Error over time: at most .* after .* s, at most/);
 
     await stop.focus();
     await page.keyboard.press('Home');
     assert.match(await stop.getAttribute('aria-valuetext'), /^fast, reached .* after the picture began$/);
-    await assertEventually(async () => newest().converged && newest().stopped_by === 'error', told);
+    await eventually(async () => newest().converged && newest().stopped_by === 'error', told);
     const { spp } = newest();
     const before = await points();
     await page.keyboard.press('End');
     assert.match(await stop.getAttribute('aria-valuetext'), /^exact, /);
-    await assertEventually(async () => newest().spp > spp, told);
+    await eventually(async () => newest().spp > spp, told);
     assert.ok((await points()) >= before, 'it is the same picture');
     await page.locator('.stage').press(',');
     assert.match(await stop.getAttribute('aria-valuetext'), /^0\.5 % error, /);
     for (let i = 0; i < 4; i++) await stop.press('ArrowLeft');
     assert.match(await stop.getAttribute('aria-valuetext'), /^10 % error, /);
-    await assertEventually(async () => newest().converged && newest().stopped_by === 'error' && newest().error.bound <= 0.1, told);
+    await eventually(async () => newest().converged && newest().stopped_by === 'error' && newest().error.bound <= 0.1, told);
     await panel.getByText(/^10 % was reached after /).waitFor();
     assert.deepEqual(tab.watch.errors, []);
 });
@@ -499,7 +510,7 @@ test('a method that adds no samples says so, and how far it is off', async () =>
     assert.ok(await stop.isDisabled());
     await panel.getByText('whitted makes its picture in one pass').waitFor();
     await panel.getByText(/^At most [\d.]+ % off/).waitFor();
-    await assertEventually(async () => tab.watch.stats.at(-1).stopped_by === 'whole', () => tab.watch.stats.at(-1).stopped_by);
+    await eventually(async () => tab.watch.stats.at(-1).stopped_by === 'whole', () => tab.watch.stats.at(-1).stopped_by);
     await page.getByLabel('Method').selectOption('path');
     await settled(tab);
     await stop.press('End');
@@ -510,7 +521,7 @@ test('ais is chosen, and shows where it refined', async () => {
     const legend = page.getByRole('complementary', { name: 'Legend' });
     await page.getByLabel('Method').selectOption('ais');
     await settled(tab);
-    await assertEventually(async () => !/^0/.test(await rays('indirect diffuse')), () => 'no ray for indirect light');
+    await eventually(async () => !/^0/.test(await rays('indirect diffuse')), () => 'no ray for indirect light');
     assert.ok((await measure(page)).colours > 1000);
     await page.getByLabel(/^Map/).selectOption('guidance_soft_shadow');
     await legend.getByText('How often samples').waitFor();
@@ -532,7 +543,7 @@ test('ais is chosen, and shows where it refined', async () => {
     await page.getByLabel('Method').selectOption('path');
     await settled(tab);
     assert.equal(await legend.count(), 0);
-    await assertEventually(async () => (await rays('antialias')) === 'with the samples', () => 'antialias of path');
+    await eventually(async () => (await rays('antialias')) === 'with the samples', () => 'antialias of path');
 });
 
 test('false colour and the error are laid over the picture by a key, with what their colours stand for', async () => {
@@ -650,7 +661,7 @@ test('many lamps: found by name, and groups of them dimmed as one and put back a
         await p.locator('.stage').press('z');
         await p.locator('.stage').press('z');
         await p.getByRole('button', { name: /^warm-b: back/ }).waitFor();
-        await assertEventually(async () => Math.abs((await lumens('warm-b')) - 60) < 1e-3, () => 'two undos take it back');
+        await eventually(async () => Math.abs((await lumens('warm-b')) - 60) < 1e-3, () => 'two undos take it back');
     });
 });
 
@@ -673,11 +684,3 @@ test('the page comes back by itself when the server does', async () => {
     await settled(tab);
     assert.ok((await measure(page)).colours > 1000);
 });
-
-async function assertEventually(condition, message) {
-    const end = Date.now() + 30000;
-    while (!(await condition())) {
-        if (Date.now() > end) assert.fail(message());
-        await new Promise((resolve) => setTimeout(resolve, 50));
-    }
-}

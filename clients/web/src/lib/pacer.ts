@@ -12,7 +12,9 @@ export class Pacer {
     request(): void {
         if (this.scheduled) return;
         this.scheduled = true;
-        requestAnimationFrame((now) => this.tick(now));
+        // A hidden tab has no animation frames, and what was changed last must not wait until somebody looks.
+        if (document.hidden) setTimeout(() => this.tick(performance.now()), MIN_INTERVAL_MS);
+        else requestAnimationFrame((now) => this.tick(now));
     }
 
     private tick(now: number): void {

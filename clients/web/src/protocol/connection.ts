@@ -16,12 +16,23 @@ export interface ConnectionEvents {
     onOnline(rpc: Rpc, hello: JsonObject): void;
     onNotification(method: string, params: JsonObject): void;
     onBinary(message: ArrayBuffer): void;
+    /** Every BEAT_MS while online: send something that is answered at once. */
+    onBeat(): void;
+    /** True: for two beats nothing was heard. False: something is, again. */
+    onStalled(stalled: boolean): void;
 }
 
 const FIRST_RETRY_MS = 300;
 const LAST_RETRY_MS = 8000;
-/** A connection on which nothing is heard for this long is dead: the client asks for stats every two seconds. */
-const SILENCE_MS = 20000;
+/**
+ * Silence is counted in beats, not in seconds: browsers let a hidden tab's timers run once a minute, and a question that was
+ * never asked is no silence.
+ */
+export const BEAT_MS = 2000;
+/** The question of one beat is not answered at the next: two of these, 4 s at most, and the user is told. */
+export const STALLED_BEATS = 2;
+/** With nothing heard for so many, the connection is dead. */
+export const DEAD_BEATS = 10;
 
 /** Doubles with every failure, with up to a quarter of jitter so that many clients do not come back at once. */
 export function retryDelay(failures: number, random: number): number {
@@ -33,7 +44,10 @@ export class Connection {
     private rpc: Rpc | null = null;
     private failures = 0;
     private retryTimer = 0;
-    private silenceTimer = 0;
+    private beatTimer = 0;
+    /** Beats since anything was heard. */
+    private silence = 0;
+    private online = false;
     private closingReason = '';
 
     constructor(
@@ -62,14 +76,16 @@ export class Connection {
         this.closingReason = '';
         socket.onopen = () => void this.hello(socket, rpc);
         socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
-            this.heard(socket);
+            if (this.socket !== socket) return;
+            this.heard();
             if (typeof event.data === 'string') rpc.receive(event.data);
             else this.events.onBinary(event.data);
         };
         socket.onclose = (event) => {
             if (this.socket === socket) this.lost(event.reason);
         };
-        this.heard(socket);
+        this.silence = 0;
+        this.beatTimer = setInterval(() => this.beat(), BEAT_MS) as unknown as number;
     }
 
     private async hello(socket: WebSocket, rpc: Rpc): Promise<void> {
@@ -79,6 +95,7 @@ export class Connection {
             const hello = await rpc.call('session.hello', params);
             if (this.socket !== socket) return;
             this.failures = 0;
+            this.online = true;
             this.events.onState({ at: 'online' });
             this.events.onOnline(rpc, hello);
         } catch (error) {
@@ -99,11 +116,19 @@ export class Connection {
         this.events.onNotification(method, params);
     }
 
-    private heard(socket: WebSocket): void {
-        clearTimeout(this.silenceTimer);
-        this.silenceTimer = setTimeout(() => {
-            if (this.socket === socket) this.lost('the server stopped answering');
-        }, SILENCE_MS) as unknown as number;
+    private beat(): void {
+        this.silence++;
+        if (this.silence >= DEAD_BEATS) {
+            this.lost('the server stopped answering');
+            return;
+        }
+        if (this.online && this.silence === STALLED_BEATS) this.events.onStalled(true);
+        if (this.online) this.events.onBeat();
+    }
+
+    private heard(): void {
+        if (this.online && this.silence >= STALLED_BEATS) this.events.onStalled(false);
+        this.silence = 0;
     }
 
     private lost(reason: string): void {
@@ -115,7 +140,8 @@ export class Connection {
     }
 
     private drop(): void {
-        clearTimeout(this.silenceTimer);
+        clearInterval(this.beatTimer);
+        this.online = false;
         const socket = this.socket;
         this.socket = null;
         this.rpc?.close();

@@ -5,31 +5,25 @@ import { decodeFrame, type FrameHeader } from '../protocol/frame';
 import { ClosedError, isObject, type Json, type JsonObject, type Rpc } from '../protocol/rpc';
 import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecord } from '../protocol/types';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
-import { basis, frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
+import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
 import { Edits } from './edits';
-import { Imports, newId } from './imports';
-import { centreOf, extentOf, isLamp, isPlaced, Solo, UNITS } from './lights';
+import { Imports } from './imports';
+import { Lamps } from './lamps';
+import { centreOf, extentOf, isLamp, isPlaced } from './lights';
+import { LuxMeter } from './luxmeter';
 import { Meter } from './meter';
-import { anchorOf, anchoredAt } from './placement';
+import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
+import { sceneFile } from './scene_ops';
+import { Once } from '../lib/once';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { DEFAULT_POSE, ViewLink } from './view';
 
-export interface Reading {
-    pick: Pick;
-    /** What the point lies on and moves with: an object, or the model that it belongs to. offset: from its anchor. */
-    carrier: { id: string; offset: Vec3 } | null;
-    /** null: still being measured. */
-    lux: { value: number; stderr: number } | null;
-}
-
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
-/** Of a lamp that is put in: what its slider reaches. */
-const BRIGHTEST_LM = UNITS.flux_lm.max;
 export interface Method {
     name: string;
     summary: string;
@@ -37,20 +31,17 @@ export interface Method {
     addsSamples: boolean;
 }
 
-/** The meter says something at once, and more precisely for as long as nothing changes. */
-const PROBE_SAMPLES = [512, 4096, 32768];
-/** Standard error, relative, below which nobody asks for more. */
-const PROBE_PRECISE = 0.005;
-/** After an edit the meter waits for the hand to rest: a probe costs rays that the picture wants. */
-const PROBE_DELAY_MS = 250;
-const PING_MS = 2000;
+/** Tiles that cannot be shown are asked for again, so often in a row; then it is said, and the picture goes on as it is. */
+const MAX_RESENDS = 3;
+const RESEND_PAUSE_MS = 500;
 const TICK_MS = 400;
 
 export class App {
     readonly connection = signal<ConnectionState>({ at: 'connecting' });
     readonly methods = signal<readonly Method[]>([]);
-    readonly selectedLight = signal<string | null>(null);
-    readonly reading = signal<Reading | null>(null);
+    /** Connected, and nothing has been heard for some seconds. */
+    readonly stalled = signal(false);
+    readonly online = computed(() => this.connection.value.at === 'online' && !this.stalled.value);
     /** What somebody else just changed; count tells one such edit from the next. */
     readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
@@ -60,8 +51,9 @@ export class App {
     readonly meter = new Meter();
     readonly convergence = new Convergence();
     readonly toasts = new Toasts();
-    readonly solo = new Solo();
     readonly edits: Edits;
+    readonly lux: LuxMeter;
+    readonly lamps: Lamps;
     readonly imports: Imports;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
@@ -84,7 +76,12 @@ export class App {
     private ackedSeq = 0;
     private cameraChosen = false;
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
-    private probeTimer = 0;
+    /** Frames in a row that could not be shown. */
+    private broken = 0;
+    /** The whole scene is asked for where the copy of it is not known to be that of `wantedRev`. */
+    private readonly reloads = new Once(() => this.loadScene());
+    private unknown = true;
+    private wantedRev = 0;
 
     constructor(url: string, token: string | null) {
         const call = (method: string, params: JsonObject): Promise<JsonObject> =>
@@ -92,28 +89,37 @@ export class App {
         const onError = (error: Error): void => this.report(error);
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
-        const { scene, edits, toasts } = this;
+        const { scene, edits, toasts, view } = this;
+        this.lux = new LuxMeter({ scene, call, onError, online: this.online, busy: edits.busy });
+        const picked = (): ReturnType<App['picked']> => this.picked();
+        const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
+        this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
-            onOnline: (rpc, hello) => void this.online(rpc, hello),
+            onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
             onNotification: (method, params) => this.notified(method, params),
             onBinary: (message) => this.binary(message),
+            onBeat: () => void this.ping(),
+            onStalled: (stalled) => this.stall(stalled),
         });
+        // What does not exist any more cannot shine alone.
         effect(() => {
-            if (this.scene.rev.value > 0) this.scheduleProbe();
+            const { lamps, rev } = this.scene;
+            const { solo } = this.view.settings.value;
+            if (rev.value === 0 || solo.length === 0) return;
+            if (!lamps.value.some((id) => this.isSoloed(id))) this.view.change({ solo: [] });
         });
     }
 
     start(canvas: HTMLCanvasElement): void {
-        this.picture = new Picture(
-            canvas,
-            (last) => void this.drawn(last),
-            (error) => this.report(error),
-        );
+        this.picture = new Picture(canvas, {
+            onDrawn: (last) => this.drawn(last),
+            onBroken: (last, error) => this.broke(last, error),
+        });
         this.link.connect();
         setInterval(() => this.meter.tick(), TICK_MS);
-        setInterval(() => void this.ping(), PING_MS);
+        document.addEventListener('visibilitychange', () => void this.ping());
     }
 
     useToken(token: string): void {
@@ -141,22 +147,31 @@ export class App {
         }
     }
 
-    /** A click: what is there, and how much light falls on it. */
+    /** A click: what is there, and how much light falls on it. While a lamp is aimed, that is where it points. */
     async inspect(x: number, y: number): Promise<void> {
         const pick = await this.pick(x, y);
-        this.reading.value = pick && { pick, carrier: this.carrierOf(pick), lux: null };
-        if (!pick) return;
+        if (this.lamps.aiming.value) {
+            if (pick) this.lamps.pointAt(pick.point);
+            else this.toasts.announce('Nothing is there to point at');
+            return;
+        }
+        if (!pick) {
+            this.lux.hide();
+            this.toasts.announce('Nothing is there');
+            return;
+        }
         this.toasts.announce(`${pick.id}, ${pick.distance.toFixed(2)} metres away`);
         const record = this.scene.peek(pick.id);
-        if (isLamp(record)) this.selectedLight.value = pick.id;
-        this.imports.selected.value = this.imports.importOf(record);
-        await this.measure();
+        if (isLamp(record)) this.lamps.selected.value = pick.id;
+        const model = this.imports.importOf(record);
+        this.imports.selected.value = model;
+        this.lux.show(pick, model ?? (record?.type === 'object' ? record.id : null));
     }
 
-    /** Where the picked point is by now. */
-    pickedPoint({ pick, carrier }: Reading): Vec3 {
-        const record = carrier && this.scene.record(carrier.id);
-        return record ? add(anchorOf(record), carrier.offset) : pick.point;
+    /** What the user picked, where it is by now. */
+    picked(): { pick: Pick; point: Vec3 } | null {
+        const reading = this.lux.reading.value;
+        return reading && { pick: reading.pick, point: this.lux.point(reading) };
     }
 
     /** Puts the anchor of a lamp, an object or a model there, as a step of a gesture. */
@@ -167,11 +182,20 @@ export class App {
         this.edits.set(id, path, value);
     }
 
-    private carrierOf(pick: Pick): Reading['carrier'] {
-        const record = this.scene.peek(pick.id);
-        const model = this.imports.importOf(record);
-        const carrier = model ? this.scene.peek(model) : record?.type === 'object' ? record : undefined;
-        return carrier ? { id: carrier.id, offset: sub(pick.point, anchorOf(carrier)) } : null;
+    /** A handle was let go, or moved by a key. */
+    endMove(id: string): void {
+        this.edits.endGesture();
+        const record = this.scene.peek(id);
+        const at = record && centreOf(record).map((v) => v.toFixed(2)).join(', ');
+        if (at) this.toasts.announce(`${id} moved to ${at} metres`);
+    }
+
+    async undo(): Promise<void> {
+        if (await this.edits.undo()) this.toasts.announce('Undone');
+    }
+
+    async redo(): Promise<void> {
+        if (await this.edits.redo()) this.toasts.announce('Done again');
     }
 
     /** A double click: turn about that point from now on. */
@@ -199,14 +223,14 @@ export class App {
     /** A lamp, a model, a picked point, or else the whole scene as its camera shows it. */
     frameSelection(): void {
         const aspect = this.view.aspect.value;
-        const light = this.selectedLight.value ? this.scene.peek(this.selectedLight.value) : undefined;
-        const reading = this.reading.value;
+        const light = this.lamps.selected.value ? this.scene.peek(this.lamps.selected.value) : undefined;
+        const picked = this.picked();
         if (light && isPlaced(light)) {
             this.view.moveTo(frameBall(this.view.orbit.value, centreOf(light), 3 * extentOf(light), aspect));
         } else if (this.imports.selected.value) {
             void this.frameRecord(this.imports.selected.value);
-        } else if (reading) {
-            const point = this.pickedPoint(reading);
+        } else if (picked) {
+            const { point } = picked;
             const distance = length(sub(point, poseFromOrbit(this.view.orbit.value).position));
             this.view.moveTo(frameBall(this.view.orbit.value, point, Math.max(0.05, 0.12 * distance), aspect));
         } else {
@@ -224,39 +248,49 @@ export class App {
         this.view.moveTo(orbitFromPose(poseOf(this.scene.peek(id))));
     }
 
-    /**
-     * A bulb between the eye and what it looks at, and above: it lights what is seen, and can be taken from there. EV100 shows
-     * 2^EV / 8 cd/m² as middle grey, and half white at r metres from the bulb has flux / (8 π² r²).
-     */
-    async addLamp(): Promise<void> {
-        const { distance } = this.view.orbit.value;
-        const pose = poseFromOrbit(this.view.orbit.value);
-        const middle = scale(add(pose.position, pose.target), 0.5);
-        const above = scale(basis(pose).up, 0.15 * distance);
-        const flux = (Math.PI * 0.5 * distance) ** 2 * 2 ** this.exposure.value.ev;
-        const id = newId('lamp', (taken) => this.scene.peek(taken) !== undefined);
-        const lamp = {
-            kind: 'point',
-            position: [...add(middle, above)],
-            flux_lm: Number(Math.min(flux, BRIGHTEST_LM).toPrecision(2)),
-            cct_k: 3000,
-        };
-        if (await this.edits.transaction([{ op: 'add', type: 'light', id, ...lamp }])) this.selectedLight.value = id;
+    /** name: of a lamp, or of a group of them. In this view alone; the others see all. */
+    toggleSolo(name: string): void {
+        const on = this.view.settings.value.solo.includes(name);
+        this.view.change({ solo: on ? [] : [name] });
+        this.toasts.announce(on ? 'All lamps that are on shine again' : `Only ${name} shines, in your view alone`);
     }
 
-    /** A lamp, or all of a group. */
-    toggleSolo(ids: readonly string[]): void {
-        const lights = this.scene.lamps.value.map((l) => this.scene.peek(l));
-        const ops = this.solo.toggle(
-            ids,
-            lights.filter((l) => l !== undefined),
-        );
-        if (ops.length > 0) void this.edits.transaction(ops);
+    /** By itself, or with its group. */
+    isSoloed(id: string): boolean {
+        const { solo } = this.view.settings.value;
+        return solo.includes(id) || solo.includes(stringOr(this.scene.record(id)?.group, ''));
     }
 
+    /** It is on, and others are shown alone. */
+    isHidden(id: string): boolean {
+        return this.view.settings.value.solo.length > 0 && !this.isSoloed(id);
+    }
+
+    /** The scene as a file: `lumend --scene` reads it. */
+    async download(): Promise<void> {
+        if (!this.rpc) return;
+        try {
+            const { ops } = await this.rpc.call('scene.get', { expand: false });
+            const link = document.createElement('a');
+            const title = `scene at revision ${this.scene.rev.value}`;
+            link.href = URL.createObjectURL(new Blob([sceneFile(Array.isArray(ops) ? ops : [], title)], { type: 'application/jsonl' }));
+            link.download = 'scene.jsonl';
+            link.click();
+            setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+            this.toasts.info('Saved as scene.jsonl: lumend --scene scene.jsonl opens it');
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    /** Ends the aiming; else selects nothing. */
     clearSelection(): void {
-        this.reading.value = null;
-        this.selectedLight.value = null;
+        if (this.lamps.aiming.value) {
+            this.lamps.aiming.value = null;
+            return;
+        }
+        this.lux.hide();
+        this.lamps.selected.value = null;
         this.imports.selected.value = null;
     }
 
@@ -268,6 +302,8 @@ export class App {
         if (state.at === 'online') this.toasts.announce('Connected');
         if (before === 'online' && state.at !== 'online') {
             this.rpc = null;
+            this.stalled.value = false;
+            this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
             this.convergence.reset();
@@ -276,37 +312,66 @@ export class App {
         }
     }
 
-    private async online(rpc: Rpc, hello: JsonObject): Promise<void> {
+    private stall(stalled: boolean): void {
+        this.stalled.value = stalled;
+        if (stalled) this.meter.roundTripMs.value = null;
+        this.toasts.announce(stalled ? 'The server does not answer' : 'The server answers again');
+    }
+
+    private async cameOnline(rpc: Rpc, hello: JsonObject): Promise<void> {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.imports.offered.value = hello.imports !== false;
         this.picture?.reset();
         try {
-            await this.reload();
+            this.unknown = true;
+            this.wantedRev = 0;
+            await this.reloads.run();
+            this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
-            void this.ping();
             this.methods.value = methodsIn((await rpc.call('stats.get')).methods);
         } catch (error) {
             this.report(error as Error);
         }
     }
 
-    private async reload(): Promise<void> {
-        if (!this.rpc) return;
+    private tellLost(): void {
+        const n = this.edits.missing();
+        if (n === 0) return;
+        const what = n === 1 ? 'One change was' : `${n} changes were`;
+        this.toasts.info(`${what} lost when the connection broke`, [
+            { label: 'Send again', run: () => void this.edits.resend() },
+            { label: 'Forget', run: () => this.edits.forgetLost() },
+        ]);
+    }
+
+    private catchUp(rev: number): void {
+        this.unknown = true;
+        this.wantedRev = Math.max(this.wantedRev, rev);
+        this.reloads.run().catch((error: Error) => this.report(error));
+    }
+
+    private async loadScene(): Promise<void> {
+        if (!this.rpc || !this.unknown) return;
         const reply = await this.rpc.call('scene.get', { expand: true });
         this.scene.load(reply.ops, numberOr(reply.scene_rev, 0));
-        const selected = this.selectedLight.peek();
-        if (selected && !this.scene.peek(selected)) this.selectedLight.value = null;
+        this.unknown = this.scene.rev.peek() < this.wantedRev;
+        this.forgetGone();
+    }
+
+    private forgetGone(): void {
+        this.lamps.forgetIfGone();
         this.imports.forgetIfGone();
     }
 
     private notified(method: string, params: JsonObject): void {
         if (method === 'scene.changed') {
-            if (!this.scene.apply(params.ops, numberOr(params.scene_rev, 0), params.emits)) {
-                void this.reload().catch((error: Error) => this.report(error));
-            }
+            this.edits.arrived(stringOr(params.op_id, ''));
+            const rev = numberOr(params.scene_rev, 0);
+            if (this.scene.apply(params.ops, rev, params.emits)) this.forgetGone();
+            else this.catchUp(rev);
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
@@ -331,8 +396,9 @@ export class App {
         }
     }
 
-    /** A whole frame is on the canvas. A hidden tab does not ask for the next one: nobody looks. */
-    private async drawn(last: FrameHeader): Promise<void> {
+    /** A whole frame is on the canvas. In a hidden tab, where nobody looks, the next one is asked for by the ping alone. */
+    private drawn(last: FrameHeader): void {
+        this.broken = 0;
         const cameraLatency = this.view.drawn(last);
         if (cameraLatency !== null) this.meter.latency(cameraLatency);
         if (this.awaitedEdit && last.sceneRev >= this.awaitedEdit.rev) {
@@ -340,10 +406,20 @@ export class App {
             this.awaitedEdit = null;
         }
         this.meter.drawn(last);
-        const rpc = this.rpc;
-        if (document.hidden) await visible();
-        rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq });
+        if (!document.hidden) this.acknowledge(last);
         this.ackedSeq = last.frameSeq;
+    }
+
+    /** The first time it is not acknowledged: it is not on the screen. One that fails again must not stop the picture. */
+    private broke(last: FrameHeader, error: Error): void {
+        this.broken++;
+        if (this.broken > 1) this.acknowledge(last);
+        if (this.broken <= MAX_RESENDS) setTimeout(() => this.view.resend(), this.broken > 1 ? RESEND_PAUSE_MS : 0);
+        else if (this.broken === MAX_RESENDS + 1) this.report(new Error(`A part of the picture cannot be shown: ${error.message}`));
+    }
+
+    private acknowledge(last: FrameHeader): void {
+        this.rpc?.notify('frame.ack', { view_id: last.viewId, frame_seq: last.frameSeq });
     }
 
     private accepted(rev: number, sentAt: number): void {
@@ -357,7 +433,7 @@ export class App {
     private async ping(): Promise<void> {
         const rpc = this.rpc;
         const viewId = this.view.viewId;
-        if (!rpc || viewId === null || document.hidden) return;
+        if (!rpc || viewId === null) return;
         const start = performance.now();
         try {
             await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.ackedSeq });
@@ -367,46 +443,9 @@ export class App {
         }
     }
 
-    /* ---- light meter ---- */
-
-    private scheduleProbe(): void {
-        clearTimeout(this.probeTimer);
-        if (!this.reading.peek()) return;
-        this.probeTimer = setTimeout(() => void this.measure(), PROBE_DELAY_MS) as unknown as number;
-    }
-
-    private async measure(step = 0): Promise<void> {
-        const reading = this.reading.peek();
-        const timer = this.probeTimer;
-        if (!reading || !this.rpc) return;
-        try {
-            const [point, normal] = [[...this.pickedPoint(reading)], [...reading.pick.normal]];
-            const params = { point, normal, samples: PROBE_SAMPLES[step]! };
-            const r = await this.rpc.call('probe', params);
-            if (this.reading.peek()?.pick !== reading.pick) return;
-            const lux = { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN) };
-            this.reading.value = { ...reading, lux };
-            if (timer !== this.probeTimer || step + 1 === PROBE_SAMPLES.length || lux.stderr <= PROBE_PRECISE * lux.value) return;
-            this.probeTimer = setTimeout(() => void this.measure(step + 1), PROBE_DELAY_MS) as unknown as number;
-        } catch (error) {
-            this.report(error as Error);
-        }
-    }
-
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
-}
-
-function visible(): Promise<void> {
-    return new Promise((resolve) => {
-        const check = (): void => {
-            if (document.hidden) return;
-            document.removeEventListener('visibilitychange', check);
-            resolve();
-        };
-        document.addEventListener('visibilitychange', check);
-    });
 }
 
 function methodsIn(list: Json | undefined): Method[] {

@@ -3,11 +3,16 @@
  *
  * set() is for sliders and drags: newest value wins per field, at most one message per animation frame, at most two
  * unanswered. All of one gesture shares an undo group, so that one undo takes back the whole drag.
+ *
+ * An edit that was under way when the connection broke may be in the scene or not. It is known by its op_id in a
+ * scene.changed, or else by what the scene is like when it is loaded again. What is not in it can be sent once more.
  */
+import { signal } from '@preact/signals';
 import { Pacer } from '../lib/pacer';
 import { ClosedError, type Json, type JsonObject } from '../protocol/rpc';
 import type { Op } from '../protocol/types';
 import type { SceneMirror } from './scene';
+import { isDone } from './scene_ops';
 
 const MAX_IN_FLIGHT = 2;
 
@@ -22,6 +27,14 @@ interface Batch {
     fields: Map<string, Field>;
 }
 
+/** Of which nobody knows whether it took effect. */
+interface Lost {
+    opId: string;
+    /** Undo group; "": a step of its own. */
+    group: string;
+    ops: Op[];
+}
+
 export interface EditsHost {
     call(method: string, params: JsonObject): Promise<JsonObject>;
     onError(error: Error): void;
@@ -30,8 +43,15 @@ export interface EditsHost {
 }
 
 export class Edits {
+    /** Something was changed that the server has not answered yet. */
+    readonly busy = signal(false);
+    /** Counts undo steps, undoing included: the same number, the same last step. */
+    step = 0;
     private batches: Batch[] = [];
-    private inFlight = 0;
+    /** Unanswered, oldest first, by op_id. */
+    private readonly inFlight = new Map<string, Lost>();
+    private lost: Lost[] = [];
+    private sent = 0;
     private gestures = 0;
     private group: string | null = null;
     private readonly pacer = new Pacer(() => this.flush());
@@ -45,7 +65,10 @@ export class Edits {
 
     /** One field of a running gesture. Several calls before the next frame travel as one transaction. */
     set(id: string, path: string, value: Json): void {
-        this.group ??= `${this.prefix}-${++this.gestures}`;
+        if (this.group === null) {
+            this.group = `${this.prefix}-${++this.gestures}`;
+            this.step++;
+        }
         let batch = this.batches[this.batches.length - 1];
         if (!batch || batch.group !== this.group) {
             batch = { group: this.group, fields: new Map() };
@@ -53,6 +76,7 @@ export class Edits {
         }
         batch.fields.set(`${id} ${path}`, { id, path, value });
         this.scene.expect(id, path, value);
+        this.busy.value = true;
         this.pacer.request();
     }
 
@@ -71,34 +95,75 @@ export class Edits {
     /** Any ops, all or nothing, one undo step. */
     transaction(ops: Op[]): Promise<boolean> {
         this.endGesture();
-        return this.request('scene.apply', { ops: ops as Json[] });
+        this.step++;
+        return this.told(this.apply({ opId: this.nextOpId(), group: '', ops }, true));
     }
 
     /** The same, when the caller tells what went wrong: null when nothing did. */
     attempt(ops: Op[]): Promise<Error | null> {
         this.endGesture();
-        return this.ask('scene.apply', { ops: ops as Json[] });
+        this.step++;
+        return this.apply({ opId: this.nextOpId(), group: '', ops }, false);
     }
 
     undo(): Promise<boolean> {
         this.endGesture();
-        return this.request('scene.undo', {});
+        this.step++;
+        return this.told(this.ask('scene.undo', {}));
     }
 
     redo(): Promise<boolean> {
         this.endGesture();
-        return this.request('scene.redo', {});
+        this.step++;
+        return this.told(this.ask('scene.redo', {}));
     }
 
-    /** The connection is gone: what was not accepted is forgotten, and the fields fall back. */
+    /** The connection is gone: the fields fall back, and what was under way is kept until the scene is there again. */
     drop(): void {
-        for (const batch of this.batches) this.settle(batch, false);
+        for (const edit of this.inFlight.values()) this.lose(edit);
+        this.inFlight.clear();
+        for (const batch of this.batches) {
+            this.settle(batch, false);
+            this.lose({ opId: this.nextOpId(), group: batch.group, ops: opsOf(batch) });
+        }
         this.batches = [];
         this.group = null;
+        this.busy.value = false;
+    }
+
+    /** A scene.changed of this client: the edit is in the scene, whatever becomes of the reply. */
+    arrived(opId: string): void {
+        this.inFlight.delete(opId);
+    }
+
+    /** The scene was loaded anew: how many edits are not in it, although they were made. */
+    missing(): number {
+        this.lost = this.lost.filter((l) => !l.ops.every((op) => isDone(op, this.scene.peek(op.id))));
+        return this.lost.length;
+    }
+
+    /** Sends them once more, and not again after that. */
+    async resend(): Promise<void> {
+        const again = this.lost.splice(0);
+        for (const l of again) await this.told(this.apply(l, false));
+    }
+
+    forgetLost(): void {
+        this.lost = [];
+    }
+
+    private lose(lost: Lost): void {
+        const same = this.lost.find((l) => l.group !== '' && l.group === lost.group);
+        if (same) same.ops = newestOf([...same.ops, ...lost.ops]);
+        else this.lost.push(lost);
+    }
+
+    private nextOpId(): string {
+        return `${this.prefix}-op-${++this.sent}`;
     }
 
     private flush(): void {
-        while (this.inFlight < MAX_IN_FLIGHT) {
+        while (this.inFlight.size < MAX_IN_FLIGHT) {
             const batch = this.batches.shift();
             if (!batch) return;
             void this.send(batch);
@@ -106,10 +171,7 @@ export class Edits {
     }
 
     private async send(batch: Batch): Promise<void> {
-        const ops: Op[] = [...batch.fields.values()].map((f) => ({ op: 'set', ...f }));
-        this.inFlight++;
-        const accepted = await this.request('scene.apply', { ops: ops as Json[], undo_group: batch.group });
-        this.inFlight--;
+        const accepted = await this.told(this.apply({ opId: this.nextOpId(), group: batch.group, ops: opsOf(batch) }, true));
         this.settle(batch, accepted);
         if (this.batches.length > 0) this.pacer.request();
     }
@@ -118,8 +180,20 @@ export class Edits {
         for (const f of batch.fields.values()) this.scene.settle(f.id, f.path, f.value, accepted);
     }
 
-    private async request(method: string, params: JsonObject): Promise<boolean> {
-        const error = await this.ask(method, params);
+    /** recover: keep it when the connection breaks meanwhile. */
+    private async apply(edit: Lost, recover: boolean): Promise<Error | null> {
+        const { opId, group, ops } = edit;
+        if (recover) this.inFlight.set(opId, { ...edit });
+        this.busy.value = true;
+        const params: JsonObject = { op_id: opId, ops: ops as Json[] };
+        const error = await this.ask('scene.apply', group ? { ...params, undo_group: group } : params);
+        this.inFlight.delete(opId);
+        this.busy.value = this.inFlight.size > 0 || this.batches.length > 0;
+        return error;
+    }
+
+    private async told(asked: Promise<Error | null>): Promise<boolean> {
+        const error = await asked;
         if (error && !(error instanceof ClosedError)) this.host.onError(error);
         return !error;
     }
@@ -134,4 +208,12 @@ export class Edits {
             return error as Error;
         }
     }
+}
+
+const opsOf = (batch: Batch): Op[] => [...batch.fields.values()].map((f) => ({ op: 'set', ...f }));
+
+/** Of several sets of one field the last. */
+function newestOf(ops: readonly Op[]): Op[] {
+    const key = (op: Op): string => `${op.id} ${op.op === 'set' ? op.path : op.op}`;
+    return [...new Map(ops.map((op) => [key(op), op])).values()];
 }

@@ -1,5 +1,4 @@
 /** What the light list needs to know about a lamp: a light record, or an object that shines. */
-import { signal } from '@preact/signals';
 import { cctToLinear } from '../lib/colour';
 import { cross, length, type Vec3 } from '../lib/vec';
 import { isObject, type JsonObject } from '../protocol/rpc';
@@ -121,33 +120,8 @@ export function extentOf(light: SceneRecord): number {
 
 export const kindOf = (light: SceneRecord): string => (emitsOf(light) ? 'surface' : stringOr(light.kind, 'light'));
 
-/**
- * Soloing: only the chosen lights stay on. What was on before is remembered here, in this page; on the server there are only
- * on and off, so the others see what the picture shows.
- */
-export class Solo {
-    private before: Map<string, boolean> | null = null;
-    private readonly only = signal<ReadonlySet<string>>(new Set());
-
-    isSoloed(id: string): boolean {
-        return this.only.value.has(id);
-    }
-
-    /** The ops that bring it about; a second toggle of the last one restores everything. */
-    toggle(ids: readonly string[], lights: readonly SceneRecord[]): Op[] {
-        this.before ??= new Map(lights.map((l) => [l.id, isOn(l)]));
-        const only = new Set(ids.every((id) => this.only.value.has(id)) ? [] : ids);
-        this.only.value = only;
-        const { before } = this;
-        if (only.size === 0) this.before = null;
-        const wanted = (l: SceneRecord): boolean => (only.size > 0 ? only.has(l.id) : (before.get(l.id) ?? isOn(l)));
-        return lights
-            .filter((l) => isOn(l) !== wanted(l))
-            .map((l) => ({ op: 'set', id: l.id, path: '/on', value: wanted(l) }));
-    }
-
-    forget(): void {
-        this.before = null;
-        this.only.value = new Set();
-    }
+/** True when every word is a part of its id, its group or its kind. */
+export function matches(light: SceneRecord, words: readonly string[]): boolean {
+    const text = `${light.id} ${stringOr(light.group, '')} ${kindOf(light)}`.toLowerCase();
+    return words.every((word) => text.includes(word));
 }

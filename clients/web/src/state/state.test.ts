@@ -4,7 +4,7 @@ import { RpcError, type Json, type JsonObject } from '../protocol/rpc';
 import type { SceneRecord } from '../protocol/types';
 import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
-import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf, Solo } from './lights';
+import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
 import { Meter } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
@@ -156,18 +156,6 @@ test('a group is dimmed with the ratios of its lamps as they were', () => {
     const mixed = groupIntensity([sun, ...lamps]);
     assert.deepEqual([mixed.value, mixed.unit.symbol, mixed.total], [800, 'lx', false]);
     assert.deepEqual(scaledTo(groupStart([sun, ...lamps]), 400).map((f) => f.value), [400, 150, 50, 5]);
-});
-
-test('solo switches the others off, and a second time brings back what was', () => {
-    const solo = new Solo();
-    const light = (id: string, on: boolean): SceneRecord => ({ type: 'light', id, on });
-    const off = solo.toggle(['b'], [light('a', true), light('b', false), light('c', true)]);
-    assert.deepEqual(off.map((o) => [o.id, (o as { value: Json }).value]), [['a', false], ['b', true], ['c', false]]);
-    const other = solo.toggle(['c'], [light('a', false), light('b', true), light('c', false)]);
-    assert.deepEqual(other.map((o) => [o.id, (o as { value: Json }).value]), [['b', false], ['c', true]]);
-    const back = solo.toggle(['c'], [light('a', false), light('b', false), light('c', true)]);
-    assert.deepEqual(back.map((o) => [o.id, (o as { value: Json }).value]), [['a', true]]);
-    assert.equal(solo.isSoloed('c'), false);
 });
 
 test('a view is held to an error by methods that know theirs, and by no other', async () => {

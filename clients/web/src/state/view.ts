@@ -70,6 +70,8 @@ export interface ViewSettings {
     effects: Readonly<Record<string, Force>>;
     overlay: OverlayName;
     stop: Stop;
+    /** Lamps and groups that alone shine in this view; empty: all that are on. */
+    solo: readonly string[];
     resolution: Resolution;
     stream: Stream;
 }
@@ -87,6 +89,7 @@ function rememberedSettings(): ViewSettings {
         effects: {},
         overlay: 'none',
         stop: 'exact',
+        solo: [],
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
         stream: stream && stream in STREAMS ? (stream as Stream) : 'jpeg',
     };
@@ -107,11 +110,23 @@ export function viewSize(cssW: number, cssH: number, ratio: number, pixels: numb
     return [Math.max(1, Math.floor(w * s)), Math.max(1, Math.floor(h * s))];
 }
 
+/** Changes sent before the first of them is answered: what is changed meanwhile waits, and only the newest of it is sent. */
+const MAX_UNANSWERED = 2;
+
 interface Sent {
     pose: CameraPose;
     /** null: the view was opened with it, and nobody's hand moved. */
     at: number | null;
 }
+
+/** What the server has not been told. */
+interface Dirty {
+    camera: boolean;
+    size: boolean;
+    settings: boolean;
+    tiles: boolean;
+}
+const clean = (): Dirty => ({ camera: false, size: false, settings: false, tiles: false });
 
 export class ViewLink {
     readonly orbit = signal<Orbit>(orbitFromPose(DEFAULT_POSE));
@@ -127,9 +142,10 @@ export class ViewLink {
     viewId: number | null = null;
 
     private opening = false;
+    private unanswered = 0;
     private cameraSeq = 0;
     private readonly sent = new Map<number, Sent>();
-    private dirty = { camera: false, size: false, settings: false };
+    private dirty = clean();
     private readonly pacer = new Pacer(() => void this.flush());
 
     constructor(
@@ -167,9 +183,10 @@ export class ViewLink {
 
     async open(): Promise<void> {
         this.viewId = null;
+        this.unanswered = 0;
         this.opening = true;
         try {
-            this.dirty = { camera: false, size: false, settings: false };
+            this.dirty = clean();
             const reply = await this.call('view.open', {
                 ...this.numbered(null),
                 camera: this.pose(),
@@ -180,7 +197,7 @@ export class ViewLink {
         } finally {
             this.opening = false;
         }
-        if (this.dirty.camera || this.dirty.size || this.dirty.settings) this.pacer.request();
+        if (this.isDirty()) this.pacer.request();
     }
 
     closed(): void {
@@ -204,26 +221,37 @@ export class ViewLink {
         return sent.at === null ? null : performance.now() - sent.at;
     }
 
-    private settle(): void {
-        const { camera, size, settings } = this.dirty;
-        this.pending.value = this.sent.size > 0 || camera || size || settings;
+    /** Asks for all tiles anew: one of those that came could not be shown. */
+    resend(): void {
+        this.mark('tiles');
     }
 
-    private mark(what: 'camera' | 'size' | 'settings'): void {
+    private settle(): void {
+        this.pending.value = this.sent.size > 0 || this.isDirty();
+    }
+
+    private isDirty(): boolean {
+        return Object.values(this.dirty).some((d) => d);
+    }
+
+    private mark(what: keyof Dirty): void {
         this.dirty[what] = true;
         this.pending.value = true;
         if (this.viewId !== null) this.pacer.request();
     }
 
     private async flush(): Promise<void> {
-        if (this.viewId === null) return;
-        const { camera, size, settings } = this.dirty;
-        this.dirty = { camera: false, size: false, settings: false };
-        const params: JsonObject = { view_id: this.viewId, ...this.numbered(performance.now()) };
+        const { viewId } = this;
+        if (viewId === null || this.unanswered >= MAX_UNANSWERED || !this.isDirty()) return;
+        const { camera, size, settings, tiles } = this.dirty;
+        this.dirty = clean();
+        const params: JsonObject = { view_id: viewId, ...this.numbered(performance.now()) };
         const seq = this.cameraSeq;
         if (camera) params.camera = this.pose();
         if (size) params.size = this.size.value;
         if (settings) Object.assign(params, this.settingParams());
+        if (tiles) params.resend = true;
+        this.unanswered++;
         try {
             await this.call('view.update', params);
         } catch (error) {
@@ -231,6 +259,9 @@ export class ViewLink {
             this.settle();
             this.onError(error as Error);
         }
+        if (viewId !== this.viewId) return; // of a connection that is gone, whose count is
+        this.unanswered--;
+        if (this.isDirty()) this.pacer.request();
     }
 
     private pose(): Json {
@@ -250,7 +281,7 @@ export class ViewLink {
         const { codec, quality } = STREAMS[s.stream];
         const error = STOPS[s.stop];
         const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
-        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget };
+        const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;

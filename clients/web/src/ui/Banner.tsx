@@ -33,7 +33,11 @@ function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
     }
     if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };
     if (lights.length === 0) {
-        return { what: 'The scene has no light', button: ['Add a lamp', () => void app.addLamp()] };
+        return { what: 'The scene has no light', button: ['Add a lamp', () => void app.lamps.add('point')] };
+    }
+    if (app.view.settings.value.solo.length > 0) {
+        const [name] = app.view.settings.value.solo;
+        return { what: `${name} alone lights nothing here`, button: ['Show all lamps', () => app.toggleSolo(name!)] };
     }
     if (!lights.some((id) => isOn(scene.peek(id)!))) {
         return { what: 'All lights are off', remedy: 'switch one on, in the list' };

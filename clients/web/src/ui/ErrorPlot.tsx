@@ -1,34 +1,37 @@
+import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import uPlot from 'uplot';
-import 'uplot/dist/uPlot.min.css';
 import { percent } from '../lib/format';
 import { courseInWords, type Point } from '../state/convergence';
 import { useApp } from './context';
-import { useTheme } from './theme';
 
 const HEIGHT = 140;
+/** Around the curves: room for the numbers. */
+const LEFT = 48;
+const RIGHT = 10;
+const TOP = 8;
+const BOTTOM = 22;
+/** Fewer points than this are dots, too. */
+const FEW = 12;
 
 /** Error over time, both logarithmic: steady refinement is a straight line. */
 export function ErrorPlot({ target }: { target: number | null }) {
     const { points } = useApp().convergence.course.value;
-    const { contrast } = useTheme();
     const box = useRef<HTMLDivElement>(null);
-    const plot = useRef<uPlot | null>(null);
+    const width = useSignal(290);
     useEffect(() => {
-        const { current } = box;
-        if (!current) return;
-        plot.current = new uPlot(options(current), dataOf([], null), current);
-        const observer = new ResizeObserver(() => plot.current?.setSize({ width: current.clientWidth, height: HEIGHT }));
-        observer.observe(current);
-        return () => {
-            observer.disconnect();
-            plot.current?.destroy();
+        const fit = (): void => {
+            width.value = Math.max(LEFT + RIGHT + 40, box.current?.clientWidth ?? 0);
         };
+        const observer = new ResizeObserver(fit);
+        fit();
+        observer.observe(box.current!);
+        return () => observer.disconnect();
     }, []);
-    useEffect(() => plot.current?.setData(dataOf(points, target)), [points, target, contrast]);
     return (
         <figure class="error-plot">
-            <div ref={box} role="img" aria-label={courseInWords(points, target)} data-points={points.length} />
+            <div ref={box} role="img" aria-label={courseInWords(points, target)} data-points={points.length}>
+                <Chart points={points} target={target} width={width.value} />
+            </div>
             <figcaption aria-hidden="true">
                 <span class="key-bound" title="With 95 % confidence the picture is off by no more">
                     at most
@@ -51,70 +54,58 @@ export function ErrorPlot({ target }: { target: number | null }) {
 const USUAL_S = [1, 10];
 const USUAL_ERROR = [0.01, 1];
 
-/** Whole decades around the values. */
-function decades(values: number[]): [number, number] {
+interface Axis {
+    /** Whole decades. */
+    ticks: number[];
+    at(value: number): number;
+}
+
+/** From `from` pixels to `to`, logarithmic, over whole decades around the values. */
+function axis(values: readonly number[], from: number, to: number): Axis {
     const low = Math.floor(Math.log10(Math.min(...values)));
     const high = Math.ceil(Math.log10(Math.max(...values)));
-    return [10 ** low, 10 ** high];
+    const at = (v: number): number => from + ((to - from) * (Math.log10(v) - low)) / (high - low);
+    return { at, ticks: Array.from({ length: high - low + 1 }, (_, i) => 10 ** (low + i)) };
 }
 
-/** Time, bound, estimate, target; the target goes from edge to edge. */
-function dataOf(points: readonly Point[], target: number | null): uPlot.AlignedData {
-    const [from, to] = decades([...USUAL_S, ...points.map((p) => p.s)]);
-    const ends = <T,>(values: T[], end: T): T[] => [end, ...values, end];
-    return [
-        [from, ...points.map((p) => p.s), to],
-        ends<number | null>(
-            points.map((p) => p.bound),
-            null,
-        ),
-        ends<number | null>(
-            points.map((p) => (p.rel > 0 ? p.rel : null)),
-            null,
-        ),
-        ends<number | null>(
-            points.map(() => target),
-            target,
-        ),
-    ];
+function Chart({ points, target, width }: { points: readonly Point[]; target: number | null; width: number }) {
+    const right = width - RIGHT;
+    const bottom = HEIGHT - BOTTOM;
+    const known = points.filter((p) => p.rel > 0);
+    const errors = [...points.map((p) => p.bound), ...known.map((p) => p.rel), ...(target === null ? [] : [target])];
+    const x = axis([...USUAL_S, ...points.map((p) => p.s)], LEFT, right);
+    const y = axis([...USUAL_ERROR, ...errors], bottom, TOP);
+    const places = (list: readonly Point[], value: (p: Point) => number): [number, number][] => list.map((p) => [x.at(p.s), y.at(value(p))]);
+    return (
+        <svg width={width} height={HEIGHT} aria-hidden="true">
+            {x.ticks.map((s) => (
+                <g key={s}>
+                    <line x1={x.at(s)} x2={x.at(s)} y1={TOP} y2={bottom} />
+                    <text x={x.at(s)} y={HEIGHT - 6} text-anchor="middle">
+                        {Number(s.toPrecision(1))}
+                    </text>
+                </g>
+            ))}
+            {y.ticks.map((e) => (
+                <g key={e}>
+                    <line x1={LEFT} x2={right} y1={y.at(e)} y2={y.at(e)} />
+                    <text x={LEFT - 5} y={y.at(e) + 4} text-anchor="end">
+                        {percent(e)}
+                    </text>
+                </g>
+            ))}
+            {target !== null && <path class="key-target" d={`M${LEFT} ${y.at(target)}H${right}`} />}
+            <Curve class="key-rel" places={places(known, (p) => p.rel)} />
+            <Curve class="key-bound" places={places(points, (p) => p.bound)} />
+        </svg>
+    );
 }
 
-/** Colours and the font are the page's, read whenever it is drawn: the theme may have changed. */
-function options(box: HTMLElement): uPlot.Options {
-    const style = (name: string) => () => getComputedStyle(box).getPropertyValue(name).trim();
-    const each = (_: uPlot, __: number, min: number, max: number): number[] => {
-        const splits = [];
-        for (let power = Math.round(Math.log10(min)); power <= Math.round(Math.log10(max)); power++) splits.push(10 ** power);
-        return splits;
-    };
-    const axis = (size: number, values: (v: number) => string): uPlot.Axis => ({
-        size,
-        gap: 5,
-        font: `11px ${style('--font')()}`,
-        stroke: style('--dim'),
-        grid: { stroke: style('--track'), width: 1 },
-        ticks: { show: false },
-        splits: each,
-        filter: (_, splits) => splits,
-        values: (_, splits) => splits.map(values),
-    });
-    const shownValues = (u: uPlot): number[] => u.data.slice(1).flatMap((column) => [...column].filter((v) => typeof v === 'number'));
-    return {
-        width: box.clientWidth,
-        height: HEIGHT,
-        padding: [8, 10, 0, 0],
-        legend: { show: false },
-        cursor: { show: false },
-        scales: {
-            x: { time: false, distr: 3, range: (u) => decades([...u.data[0]]) },
-            y: { distr: 3, range: (u) => decades([...USUAL_ERROR, ...shownValues(u)]) },
-        },
-        axes: [axis(22, (v) => String(Number(v.toPrecision(1)))), axis(48, percent)],
-        series: [
-            {},
-            { stroke: style('--accent'), width: 2, points: { show: (u) => u.data[0].length < 12, size: 5, fill: style('--accent') } },
-            { stroke: style('--info'), width: 1.5, points: { show: (u) => u.data[0].length < 12, size: 4, fill: style('--info') } },
-            { stroke: style('--good'), width: 1, dash: [5, 4], points: { show: false } },
-        ],
-    };
+function Curve({ places, ...props }: { places: readonly [number, number][]; class: string }) {
+    return (
+        <g {...props}>
+            <polyline points={places.map((p) => p.join()).join(' ')} />
+            {places.length < FEW && places.map(([x, y], i) => <circle key={i} cx={x} cy={y} r="2.5" />)}
+        </g>
+    );
 }

@@ -7,12 +7,16 @@ import { useApp } from './context';
 interface Props {
     /** What it moves. */
     name: string;
+    /** The record that it moves. */
+    id: string;
     class: string;
     /** In the scene. */
     at: Vec3;
     /** By the Tab key. */
     reachable: boolean;
     onGrab?(): void;
+    /** Enter and Space. */
+    onPress?(): void;
     /** One step of a gesture, which the handle ends. */
     moveTo(point: Vec3): void;
     children: ComponentChildren;
@@ -29,10 +33,11 @@ const ARROWS: Record<string, [number, number]> = {
 const isOutside = ({ x, y }: { x: number; y: number }): boolean => x < 0 || x > 1 || y < 0 || y > 1;
 
 /** A point of the scene in the picture that is taken and moved: parallel to the picture, with Shift over the floor. */
-export function Handle({ name, at, reachable, onGrab, moveTo, children, ...props }: Props) {
+export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, children, ...props }: Props) {
     const app = useApp();
     /** Where on the handle it was taken, so that it does not jump under the pointer. */
     const grip = useRef<{ dx: number; dy: number } | null>(null);
+    const moved = useRef(false);
     const [width, height] = app.view.cssSize.value;
     const pose = app.view.shownPose.value;
     const aspect = app.view.aspect.value;
@@ -43,7 +48,14 @@ export function Handle({ name, at, reachable, onGrab, moveTo, children, ...props
 
     const movePlace = (toX: number, toY: number, overFloor: boolean): void => {
         const point = (overFloor ? dragOverFloor : dragInPicturePlane)(pose, aspect, at, toX, toY);
-        if (point) moveTo(point);
+        if (!point) return;
+        moved.current = true;
+        moveTo(point);
+    };
+    const end = (): void => {
+        if (moved.current) app.endMove(id);
+        else app.edits.endGesture();
+        moved.current = false;
     };
     const down = (e: PointerEvent): void => {
         if (e.button !== 0) return;
@@ -58,16 +70,22 @@ export function Handle({ name, at, reachable, onGrab, moveTo, children, ...props
     };
     const up = (): void => {
         grip.current = null;
-        app.edits.endGesture();
+        end();
     };
     const key = (e: KeyboardEvent): void => {
+        if (e.key === 'Enter' || e.key === ' ') {
+            e.preventDefault();
+            e.stopPropagation();
+            onPress?.();
+            return;
+        }
         const step = ARROWS[e.key];
         if (!step) return;
         e.preventDefault();
         e.stopPropagation();
         onGrab?.();
         movePlace(place.x + step[0], place.y + step[1], e.shiftKey);
-        app.edits.endGesture();
+        end();
     };
     return (
         <g
@@ -76,6 +94,7 @@ export function Handle({ name, at, reachable, onGrab, moveTo, children, ...props
             tabindex={reachable ? 0 : -1}
             role="button"
             aria-label={`${name}: drag or use the arrow keys to move it`}
+            data-handle={id}
             onPointerDown={down}
             onPointerMove={move}
             onPointerUp={up}

@@ -1,7 +1,7 @@
 import { useEffect, useRef } from 'preact/hooks';
 import { useApp } from './context';
 import { Icon } from './Icon';
-import { KEYMAP, POINTERS } from './keymap';
+import { KEYMAP, letterKeys, POINTERS, setLetterKeys } from './keymap';
 
 export function HelpDialog() {
     const app = useApp();
@@ -33,10 +33,14 @@ export function HelpDialog() {
                     {POINTERS.map(([gesture, label]) => (
                         <Entry key={gesture} name={gesture} label={label} />
                     ))}
-                    {KEYMAP.map((k) => (
+                    {KEYMAP.filter((k) => k.shown !== '').map((k) => (
                         <Entry key={k.label} name={k.shown} label={k.label} />
                     ))}
                 </dl>
+                <label class="help-option">
+                    <input type="checkbox" checked={letterKeys.value} onChange={(e) => setLetterKeys(e.currentTarget.checked)} />
+                    Keys of one character act everywhere. Off: only while the picture has the focus.
+                </label>
             </div>
         </dialog>
     );

@@ -9,8 +9,8 @@ const PATHS = {
     contrast: 'M10 3.2a6.8 6.8 0 1 0 0 13.6zM10 3.2a6.8 6.8 0 0 1 0 13.6',
     lamp: 'M7.6 13.2c0-1.6-2.1-2.6-2.1-5.2a4.5 4.5 0 0 1 9 0c0 2.6-2.1 3.6-2.1 5.2zM8 16.5h4',
     close: 'm5.5 5.5 9 9m0-9-9 9',
+    save: 'M10 3.5v9M6.5 9.2 10 12.7l3.5-3.5M4 16.5h12',
     plus: 'M10 4.5v11M4.5 10h11',
-    meter: 'M4 14.5a7 7 0 1 1 12 0M10 12l3-4',
 } as const;
 
 export function Icon({ name }: { name: keyof typeof PATHS }) {

@@ -1,9 +1,11 @@
+import { useId } from 'preact/hooks';
 import { linearFromHex, swatch, unitLuminance } from '../lib/colour';
 import { number } from '../lib/format';
 import { kelvinScale } from '../lib/scale';
 import type { Vec3 } from '../lib/vec';
 import type { Json } from '../protocol/rpc';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { aimed, aimOf, anglesOf, canPointAt, directionOf, isAimed, type Angles } from '../state/lamp_make';
 import { asInModel, colourOf, emitsOf, intensityOf, isAdjusted, isPlaced, kindOf } from '../state/lights';
 import { anchorOf } from '../state/placement';
 import { useApp } from './context';
@@ -26,9 +28,7 @@ export function LightDetails({ light }: { light: SceneRecord }) {
     const { field, value, unit } = intensityOf(light);
     return (
         <div class="light-details">
-            <p class="kind">
-                {kindOf(light)} light{light.group ? ` in group ${stringOr(light.group, '')}` : ''}
-            </p>
+            <p class="kind">{kindOf(light)} light</p>
             <NumberField
                 label="Intensity"
                 value={value}
@@ -39,6 +39,9 @@ export function LightDetails({ light }: { light: SceneRecord }) {
             />
             <Colour light={light} />
             {emitsOf(light) ? <Surface light={light} /> : isPlaced(light) && <Position light={light} />}
+            {isAimed(light) && <Aim light={light} />}
+            <Group light={light} />
+            <Actions light={light} />
         </div>
     );
 }
@@ -152,5 +155,85 @@ function Position({ light }: { light: SceneRecord }) {
             step={0.05}
             onCommit={(position) => app.edits.setOnce(light.id, '/position', [...position])}
         />
+    );
+}
+
+/** Where its light goes: as angles, or by picking what it points at. */
+function Aim({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const { tilt, turn } = anglesOf(aimOf(light));
+    const aiming = app.lamps.aiming.value === light.id;
+    const set = (angles: Angles): void => {
+        const op = aimed(light, directionOf(angles));
+        if (op.op === 'set') app.edits.setOnce(op.id, op.path, op.value);
+    };
+    return (
+        <div class="fields is-aim" role="group" aria-label={`${light.id} aim`}>
+            <NumberField label="Tilt" value={round(tilt)} unit="°" min={0} max={180} step={5} onCommit={(v) => set({ tilt: v, turn })} />
+            <NumberField label="Turn" value={round(turn)} unit="°" min={-360} max={360} step={5} onCommit={(v) => set({ tilt, turn: v })} />
+            {canPointAt(light) && (
+                <button
+                    type="button"
+                    class="toggle"
+                    aria-pressed={aiming}
+                    title="Then click in the picture what it is to point at (A)"
+                    onClick={() => (app.lamps.aiming.value = aiming ? null : light.id)}
+                >
+                    Point at…
+                </button>
+            )}
+        </div>
+    );
+}
+
+const round = (degrees: number): number => Number(degrees.toFixed(1)) + 0;
+
+/** Lamps of one group are dimmed together; one that there is already can be chosen. */
+function Group({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    const listId = useId();
+    const group = stringOr(light.group, '');
+    const names = [...new Set(app.scene.lamps.value.map((id) => stringOr(app.scene.peek(id)?.group, '')))].filter((n) => n !== '').sort();
+    const commit = (input: HTMLInputElement): void => {
+        const name = input.value.trim().replace(/[^A-Za-z0-9_.:/-]+/g, '-').slice(0, 64);
+        input.value = name;
+        if (name !== group) app.lamps.setGroup(light.id, name);
+    };
+    return (
+        <label class="group-field">
+            <span class="field-label">Group</span>
+            <input
+                key={group}
+                type="text"
+                aria-label={`${light.id} group`}
+                placeholder="none"
+                spellcheck={false}
+                autocomplete="off"
+                maxLength={64}
+                list={listId}
+                defaultValue={group}
+                onBlur={(e) => commit(e.currentTarget)}
+                onKeyDown={(e) => e.key === 'Enter' && commit(e.currentTarget)}
+            />
+            <datalist id={listId}>
+                {names.map((name) => (
+                    <option key={name} value={name} />
+                ))}
+            </datalist>
+        </label>
+    );
+}
+
+function Actions({ light }: { light: SceneRecord }) {
+    const app = useApp();
+    return (
+        <div class="actions">
+            <button type="button" class="button" title="Ctrl + D" onClick={() => void app.lamps.duplicate(light.id)}>
+                Copy
+            </button>
+            <button type="button" class="button" title="Delete" aria-label={`Remove ${light.id}`} onClick={() => void app.lamps.remove(light.id)}>
+                Remove
+            </button>
+        </div>
     );
 }

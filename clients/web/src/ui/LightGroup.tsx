@@ -1,4 +1,3 @@
-import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import { number } from '../lib/format';
 import { logScale } from '../lib/scale';
@@ -6,34 +5,42 @@ import type { SceneRecord } from '../protocol/types';
 import { groupIntensity, groupStart, scaledTo, type GroupStart } from '../state/groups';
 import { dimmedAsInModel, isOn, nameOf } from '../state/lights';
 import { useApp } from './context';
-import { dimmerSteps, LightRow, ModelButton, SoloButton } from './LightRow';
+import { dimmerSteps, ModelButton, SoloButton } from './LightRow';
+import { lineProps, type Place } from './lines';
 import { Slider } from './Slider';
 
 interface Props {
     name: string;
     ids: readonly string[];
-    /** Those that have a row; the others are dimmed, switched and soloed with them. */
-    rows: readonly string[];
-    open: boolean;
+    isOpen: boolean;
+    place: Place;
+    onToggle(group: string, open: boolean): void;
 }
 
-/** Lamps that are mixed together: dimmed, switched and soloed as one. */
-export function LightGroup({ name, ids, rows, open }: Props) {
+/** The head of lamps that are mixed together: dimmed, switched and soloed as one. */
+export function LightGroup({ name, ids, isOpen, place, onToggle }: Props) {
     const app = useApp();
-    const toggled = useSignal<boolean | null>(null);
     const records = ids.map((id) => app.scene.record(id)).filter((r) => r !== undefined);
-    const selected = app.selectedLight.value;
-    const isOpen = toggled.value ?? (open || (selected !== null && ids.includes(selected)));
+    if (records.length === 0) return null;
     const anyOn = records.some(isOn);
+    const tabIndex = place.reachable ? 0 : -1;
     const { value, model, unit, total } = groupIntensity(records);
     const label = nameOf({ ...records[0]!, id: name }).replace(/^material\//, '');
     const switchAll = (): void => {
         void app.edits.transaction(ids.map((id) => ({ op: 'set', id, path: '/on', value: !anyOn })));
     };
     return (
-        <div class={`light-group ${anyOn ? '' : 'is-off'}`}>
+        <li {...lineProps(place)} class={`light-group ${anyOn ? '' : 'is-off'}`}>
             <div class="light-group-head">
-                <button type="button" class="light-name" title={name} aria-expanded={isOpen} onClick={() => (toggled.value = !isOpen)}>
+                <button
+                    type="button"
+                    class="light-name"
+                    data-column="name"
+                    tabIndex={tabIndex}
+                    title={name}
+                    aria-expanded={isOpen}
+                    onClick={() => onToggle(name, !isOpen)}
+                >
                     <span class="label">
                         {isOpen ? '▾' : '▸'} {label}
                     </span>{' '}
@@ -46,26 +53,29 @@ export function LightGroup({ name, ids, rows, open }: Props) {
                     name={`group ${name}`}
                     value={value}
                     model={model}
+                    tabIndex={tabIndex}
                     onClick={() => void app.edits.transaction(ids.map(dimmedAsInModel))}
                 />
-                <button type="button" role="switch" class="button" aria-checked={anyOn} aria-label={`Group ${name} on`} onClick={switchAll}>
+                <button
+                    type="button"
+                    role="switch"
+                    class="button"
+                    data-column="on"
+                    tabIndex={tabIndex}
+                    aria-checked={anyOn}
+                    aria-label={`Group ${name} on`}
+                    onClick={switchAll}
+                >
                     {anyOn ? 'Off' : 'On'}
                 </button>
-                <SoloButton name={`group ${name}`} ids={ids} />
+                <SoloButton name={name} label={`group ${name}`} n={ids.length} tabIndex={tabIndex} />
             </div>
-            <GroupDimmer name={name} records={records} />
-            {isOpen && (
-                <ul class="light-list">
-                    {rows.map((id) => (
-                        <LightRow key={id} id={id} />
-                    ))}
-                </ul>
-            )}
-        </div>
+            <GroupDimmer name={name} records={records} tabIndex={tabIndex} />
+        </li>
     );
 }
 
-function GroupDimmer({ name, records }: { name: string; records: readonly SceneRecord[] }) {
+function GroupDimmer({ name, records, tabIndex }: { name: string; records: readonly SceneRecord[]; tabIndex: number }) {
     const app = useApp();
     const start = useRef<GroupStart | null>(null);
     const { value, model, unit, total } = groupIntensity(records);
@@ -81,6 +91,7 @@ function GroupDimmer({ name, records }: { name: string; records: readonly SceneR
     return (
         <Slider
             label={`Group ${name} intensity`}
+            tabIndex={tabIndex}
             scale={logScale(unit.min, unit.max)}
             value={value}
             steps={dimmerSteps(unit)}

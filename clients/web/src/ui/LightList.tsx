@@ -1,15 +1,14 @@
 import { useSignal } from '@preact/signals';
 import { useMemo, useRef } from 'preact/hooks';
 import type { SceneRecord } from '../protocol/types';
-import { stringOr } from '../protocol/types';
-import { byLight, grouped } from '../state/groups';
 import { fluxOf } from '../state/lights';
+import { linesOf, type Line } from '../state/listing';
+import { AddLamp } from './AddLamp';
 import { useApp } from './context';
 import { LightGroup } from './LightGroup';
 import { LightRow } from './LightRow';
+import { useLines } from './lines';
 
-/** Rows beyond this, of a group or of those that stand alone, are found by name: a thousand sliders help nobody. */
-const MAX_ROWS = 120;
 const FILTER_FROM = 9;
 /** A group of more is closed at first. */
 const OPEN_UP_TO = 12;
@@ -19,23 +18,27 @@ const lumensOf = (light: SceneRecord | undefined): number => (light && fluxOf(li
 export function LightList() {
     const app = useApp();
     const filter = useSignal('');
+    const toggled = useSignal<ReadonlyMap<string, boolean>>(new Map());
     const field = useRef<HTMLInputElement>(null);
     const clear = (): void => {
         filter.value = '';
         field.current?.focus();
     };
     const ids = app.scene.lamps.value;
-    const wanted = filter.value.trim().toLowerCase();
-    const record = (id: string): SceneRecord | undefined => app.scene.record(id);
-    const matches = (id: string): boolean => id.toLowerCase().includes(wanted) || stringOr(record(id)?.group, '').toLowerCase().includes(wanted);
-    const matching = new Set(wanted ? ids.filter(matches) : ids);
-    const rowsOf = (members: readonly string[]): string[] => members.filter((id) => matching.has(id)).slice(0, MAX_ROWS);
-    // As they were when the list was made: a group that is dimmed does not move away under the hand.
+    const selected = app.lamps.selected.value;
+    const wanted = filter.value.trim();
     const lumens = useMemo(() => new Map(ids.map((id) => [id, lumensOf(app.scene.peek(id))])), [ids]);
-    const { alone, groups } = grouped(ids, record);
-    const shown = byLight(groups, (id) => lumens.get(id) ?? 0).map(([name, members]) => ({ name, members, rows: rowsOf(members) })).filter(({ rows }) => rows.length > 0);
-    const lone = rowsOf(alone);
-    const left = matching.size - lone.length - shown.reduce((sum, { rows }) => sum + rows.length, 0);
+    const { lines, n } = linesOf({
+        ids,
+        record: (id) => app.scene.record(id),
+        filter: wanted,
+        lumens: (id) => lumens.get(id) ?? 0,
+        isOpen: (group, members) =>
+            toggled.value.get(group) ?? (members.length <= OPEN_UP_TO || (selected !== null && members.includes(selected))),
+    });
+    const toggle = (group: string, open: boolean): void => {
+        toggled.value = new Map(toggled.value).set(group, open);
+    };
     return (
         <section class="section lights" aria-labelledby="lights-title">
             <header class="section-head">
@@ -47,26 +50,20 @@ export function LightList() {
                         type="search"
                         class="filter"
                         placeholder="Filter"
+                        title="Parts of a name, a group, or a kind"
                         aria-label="Filter lights by name"
                         value={filter.value}
                         onInput={(e) => (filter.value = e.currentTarget.value)}
                     />
                 )}
+                <AddLamp />
             </header>
-            <ul class="light-list">
-                {lone.map((id) => (
-                    <LightRow key={id} id={id} />
-                ))}
-            </ul>
-            {shown.map(({ name, members, rows }) => (
-                <LightGroup key={name} name={name} ids={members} rows={rows} open={wanted !== '' || members.length <= OPEN_UP_TO} />
-            ))}
+            <Lines lines={lines} selected={selected} onToggle={toggle} />
             {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">This scene has no lights.</p>}
-            {left > 0 && <p class="hint">{left} more: type a part of a name above.</p>}
             <div role="status" class="no-match">
-                {wanted && ids.length > 0 && matching.size === 0 && (
+                {wanted && ids.length > 0 && n === 0 && (
                     <>
-                        <p>No lamp matches “{filter.value.trim()}”.</p>
+                        <p>No lamp matches “{wanted}”.</p>
                         <button type="button" class="button" onClick={clear}>
                             Clear the filter
                         </button>
@@ -74,5 +71,30 @@ export function LightList() {
                 )}
             </div>
         </section>
+    );
+}
+
+/** One stop of the Tab key: the arrow keys go from line to line. Of a long list only what is in sight is there. */
+function Lines({ lines, selected, onToggle }: { lines: Line[]; selected: string | null; onToggle(group: string, open: boolean): void }) {
+    const { list, shown, height, active, onKeyDown, onFocus, placeOf } = useLines(lines, selected);
+    return (
+        <ul
+            ref={list}
+            class={`light-list ${height === null ? '' : 'is-long'}`}
+            style={height === null ? undefined : { height: `${height}px` }}
+            aria-label="Lamps: arrow up and down go from one to the next, Delete removes"
+            onKeyDown={onKeyDown}
+            onFocusIn={onFocus}
+        >
+            {shown.map((i) => {
+                const line = lines[i]!;
+                const place = { ...placeOf(i), reachable: i === active };
+                return 'id' in line ? (
+                    <LightRow key={line.key} id={line.id} inGroup={line.inGroup} place={place} />
+                ) : (
+                    <LightGroup key={line.key} name={line.group} ids={line.ids} isOpen={line.isOpen} place={place} onToggle={onToggle} />
+                );
+            })}
+        </ul>
     );
 }

@@ -6,6 +6,7 @@ import type { SceneRecord } from '../protocol/types';
 import { colourOf, dimmedAsInModel, intensityOf, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
 import { LightDetails } from './LightDetails';
+import { lineProps, type Place } from './lines';
 import { Slider } from './Slider';
 
 /** Of a dimmer's keys: 5 %, and a factor of two. */
@@ -14,39 +15,59 @@ export function dimmerSteps({ min, max }: Unit): { arrow: number; page: number }
     return { arrow: Math.log(1.05) / decades, page: Math.LN2 / decades };
 }
 
-export function LightRow({ id }: { id: string }) {
+interface RowProps {
+    id: string;
+    inGroup: boolean;
+    place: Place;
+}
+
+export function LightRow({ id, inGroup, place }: RowProps) {
     const app = useApp();
     const light = app.scene.record(id);
-    const selected = app.selectedLight.value === id;
+    const selected = app.lamps.selected.value === id;
     const row = useRef<HTMLLIElement>(null);
     useEffect(() => {
         if (selected) row.current?.scrollIntoView({ block: 'nearest' });
     }, [selected]);
     if (!light) return null;
     const on = isOn(light);
+    const tabIndex = place.reachable ? 0 : -1;
     const { field, value, unit } = intensityOf(light);
     const model = field === 'flux_lm' ? modelFluxOf(light) : null;
     return (
-        <li ref={row} class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}>
+        <li
+            ref={row}
+            {...lineProps(place)}
+            class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${app.isHidden(id) ? 'is-hidden' : ''}`}
+        >
             <div class="light-head">
-                <OnOff light={light} on={on} />
+                <OnOff light={light} on={on} tabIndex={tabIndex} />
                 <button
                     type="button"
                     class="light-name"
+                    data-column="name"
+                    tabIndex={tabIndex}
                     title={id}
                     aria-expanded={selected}
-                    onClick={() => (app.selectedLight.value = selected ? null : id)}
+                    onClick={() => (app.lamps.selected.value = selected ? null : id)}
                 >
                     {nameOf(light)}
                 </button>
                 <span class="light-value">
                     {number(value)} <small>{unit.symbol}</small>
                 </span>
-                <ModelButton name={id} value={value} model={model} onClick={() => void app.edits.transaction([dimmedAsInModel(id)])} />
-                <SoloButton name={id} ids={[id]} />
+                <ModelButton
+                    name={id}
+                    value={value}
+                    model={model}
+                    tabIndex={tabIndex}
+                    onClick={() => void app.edits.transaction([dimmedAsInModel(id)])}
+                />
+                <SoloButton name={id} label={id} n={1} tabIndex={tabIndex} />
             </div>
             <Slider
                 label={`${id} intensity`}
+                tabIndex={tabIndex}
                 scale={logScale(unit.min, unit.max)}
                 value={value}
                 steps={dimmerSteps(unit)}
@@ -62,13 +83,15 @@ export function LightRow({ id }: { id: string }) {
 }
 
 /** A lamp in the colour of its light; dark when off. */
-function OnOff({ light, on }: { light: SceneRecord; on: boolean }) {
+function OnOff({ light, on, tabIndex }: { light: SceneRecord; on: boolean; tabIndex: number }) {
     const app = useApp();
     return (
         <button
             type="button"
             role="switch"
             class="lamp-switch"
+            data-column="on"
+            tabIndex={tabIndex}
             aria-checked={on}
             aria-label={`${light.id} on`}
             title={on ? 'Switch off' : 'Switch on'}
@@ -80,13 +103,23 @@ function OnOff({ light, on }: { light: SceneRecord; on: boolean }) {
     );
 }
 
+interface ModelProps {
+    name: string;
+    value: number;
+    model: number | null;
+    tabIndex: number;
+    onClick(): void;
+}
+
 /** The way back to the tick of a dimmer; there only where the value is another one. */
-export function ModelButton({ name, value, model, onClick }: { name: string; value: number; model: number | null; onClick(): void }) {
+export function ModelButton({ name, value, model, tabIndex, onClick }: ModelProps) {
     if (model === null || Math.abs(value - model) <= 1e-4 * model) return null;
     return (
         <button
             type="button"
             class="solo is-back"
+            data-column="model"
+            tabIndex={tabIndex}
             aria-label={`${name}: back to the ${number(model)} lumens of the model`}
             title={`Back to the model’s ${number(model)} lm`}
             onClick={onClick}
@@ -96,17 +129,20 @@ export function ModelButton({ name, value, model, onClick }: { name: string; val
     );
 }
 
-export function SoloButton({ name, ids }: { name: string; ids: readonly string[] }) {
+/** name: of a lamp or a group; n: how many lamps that are. */
+export function SoloButton({ name, label, n, tabIndex }: { name: string; label: string; n: number; tabIndex: number }) {
     const app = useApp();
-    const soloed = ids.every((id) => app.solo.isSoloed(id));
+    const soloed = app.view.settings.value.solo.includes(name);
     return (
         <button
             type="button"
             class="solo"
+            data-column="solo"
+            tabIndex={tabIndex}
             aria-pressed={soloed}
-            aria-label={`Solo ${name}`}
-            title={soloed ? 'Bring the other lights back' : ids.length > 1 ? 'Only these lights' : 'Only this light'}
-            onClick={() => app.toggleSolo(ids)}
+            aria-label={`Solo ${label}`}
+            title={soloed ? 'Show the other lights again' : `Only ${n > 1 ? 'these lights' : 'this light'}, in your view alone`}
+            onClick={() => app.toggleSolo(name)}
         >
             S
         </button>

@@ -3,12 +3,13 @@ import { swatch } from '../lib/colour';
 import { add, scale, sub, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
+import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
 import { project } from '../view/camera';
 import { useApp } from './context';
 import { Handle } from './Handle';
 
-/** With more lamps than this only the selected one is marked: the picture is what counts. */
+/** Of more lamps than this in the picture only the nearest are marked: the picture is what counts. */
 const MAX_MARKERS = 48;
 
 /** Lamps and the picked point, drawn over the picture with the camera of the frame that is on screen. */
@@ -16,10 +17,17 @@ export function Overlay() {
     const app = useApp();
     const [width, height] = app.view.cssSize.value;
     const ids = app.scene.lamps.value;
-    const selected = app.selectedLight.value;
-    const shown = app.markers.value && ids.length <= MAX_MARKERS ? ids : ids.filter((id) => id === selected);
-    // The selected one last: on top.
-    const ordered = [...shown].sort((a, b) => Number(a === selected) - Number(b === selected));
+    const selected = app.lamps.selected.value;
+    const pose = app.view.shownPose.value;
+    const depth = (id: string): number | null => {
+        const light = app.scene.record(id);
+        const at = light && isPlaced(light) ? project(pose, app.view.aspect.value, centreOf(light)) : null;
+        return at && at.x >= 0 && at.x <= 1 && at.y >= 0 && at.y <= 1 ? at.depth : null;
+    };
+    // Where all may be marked nothing is looked up: a handle under the hand may leave the picture.
+    const few = ids.length <= MAX_MARKERS;
+    const shown = markedOf(app.markers.value ? ids : [], selected, MAX_MARKERS, few ? () => 0 : depth);
+    const ordered = app.markers.value ? shown : ids.filter((id) => id === selected);
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
             <PickMark />
@@ -36,7 +44,7 @@ function Lamp({ id }: { id: string }) {
     const taken = useRef<{ anchor: Vec3; centre: Vec3 }>({ anchor: [0, 0, 0], centre: [0, 0, 0] });
     const light = app.scene.record(id);
     if (!light || !isPlaced(light)) return null;
-    const selected = app.selectedLight.value === id;
+    const selected = app.lamps.selected.value === id;
     const on = isOn(light);
     const centre = centreOf(light);
     return (
@@ -44,11 +52,13 @@ function Lamp({ id }: { id: string }) {
             {selected && <Shape light={light} />}
             <Handle
                 name={`Lamp ${id}`}
+                id={id}
+                onPress={() => (app.lamps.selected.value = selected ? null : id)}
                 class={`lamp ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'}`}
                 at={centre}
                 reachable={selected}
                 onGrab={() => {
-                    app.selectedLight.value = id;
+                    app.lamps.selected.value = id;
                     taken.current = { anchor: anchorOf(light), centre };
                 }}
                 moveTo={(point) => app.moveRecord(id, add(taken.current.anchor, sub(point, taken.current.centre)))}
@@ -89,14 +99,16 @@ function outline(light: SceneRecord): Vec3[] {
 /** The picked point; what it lies on is moved by it. */
 function PickMark() {
     const app = useApp();
-    const reading = app.reading.value;
+    const reading = app.lux.reading.value;
     if (!reading) return null;
-    const at = app.pickedPoint(reading);
+    const at = app.lux.point(reading);
     const { carrier } = reading;
     if (carrier) {
         return (
             <Handle
                 name={carrier.id}
+                id={carrier.id}
+                onPress={() => app.frameSelection()}
                 class="pick-mark"
                 at={at}
                 reachable

@@ -33,6 +33,7 @@ interface Props {
     /** Between the positions at which it can stand; absent: anywhere. */
     grid?: number;
     disabled?: boolean;
+    tabIndex?: number;
     /** The id of a sentence about it. */
     describedBy?: string;
     onInput(value: number): void;
@@ -40,11 +41,11 @@ interface Props {
     onEnd(): void;
 }
 
-export function Slider({ label, scale: now, value, spoken, class: extra, mark, steps, grid, disabled, describedBy, onInput, onEnd }: Props) {
+export function Slider({ label, scale: now, value, spoken, class: extra, mark, steps: stepsNow, grid, disabled, tabIndex, describedBy, onInput, onEnd }: Props) {
     const pause = useRef(0);
-    // A scale that follows the value would run away under the pointer.
-    const held = useRef<Scale | null>(null);
-    const scale = held.current ?? now;
+    // For the length of a gesture the scale and the steps stay: those that follow the value would run away under the hand.
+    const held = useRef<{ scale: Scale; steps: Props['steps'] } | null>(null);
+    const { scale, steps } = held.current ?? { scale: now, steps: stepsNow };
     const position = scale.toPosition(value);
     const finish = (): void => {
         clearTimeout(pause.current);
@@ -55,13 +56,14 @@ export function Slider({ label, scale: now, value, spoken, class: extra, mark, s
         const step = steps && keyStep(e.key, steps);
         if (step === undefined || e.ctrlKey || e.altKey || e.metaKey) return;
         e.preventDefault();
+        held.current ??= { scale, steps };
         clearTimeout(pause.current);
         pause.current = setTimeout(finish, KEY_PAUSE_MS) as unknown as number;
         onInput(scale.toValue(Math.min(1, Math.max(0, position + step))));
     };
     const onPointerDown = (): void => {
         finish();
-        held.current = now;
+        held.current = { scale: now, steps: stepsNow };
     };
     const input = (
         <input
@@ -71,6 +73,8 @@ export function Slider({ label, scale: now, value, spoken, class: extra, mark, s
             max="1"
             step={grid ?? 0.001}
             disabled={disabled}
+            tabIndex={tabIndex}
+            data-column="slider"
             aria-describedby={describedBy}
             value={position}
             aria-label={label}

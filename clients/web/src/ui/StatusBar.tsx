@@ -5,7 +5,7 @@ import type { FrameNumbers } from '../state/meter';
 import { useApp } from './context';
 import { Sparkline } from './Sparkline';
 
-/** The most important first: what finds no room in the line is not shown. */
+/** The most important first. What finds no room in the line goes into the next; but for the curves, which are left out. */
 export function StatusBar() {
     const app = useApp();
     const frame = app.meter.frame.value;
@@ -56,6 +56,7 @@ function Converged() {
     const app = useApp();
     const frame = app.meter.frame.value;
     if (app.connection.value.at !== 'online') return <span class="quality">not connected</span>;
+    if (app.stalled.value) return <span class="quality">no answer from the server</span>;
     if (!frame) return <span class="quality">no picture yet</span>;
     // The numbers are of the picture that is about to go.
     if (app.view.pending.value || app.scene.rev.value > frame.sceneRev) return <span class="quality">updating</span>;

@@ -3,22 +3,25 @@ import { useApp } from './context';
 import { Icon } from './Icon';
 import { useTheme } from './theme';
 
+const LINK_WORDS = { online: 'connected', stalled: 'no answer', refused: 'locked', connecting: 'offline', waiting: 'offline' } as const;
+
 export function TopBar() {
     const app = useApp();
     const theme = useTheme();
-    const state = app.connection.value.at;
+    const { at } = app.connection.value;
+    const state = app.stalled.value ? 'stalled' : at;
     return (
         <header class="topbar">
             <Logo />
             <span class={`link link-${state}`}>
                 <span class="link-dot" aria-hidden="true" />
-                <span class="link-text">{state === 'online' ? 'connected' : state === 'refused' ? 'locked' : 'offline'}</span>
+                <span class="link-text">{LINK_WORDS[state]}</span>
             </span>
             <nav class="tools" aria-label="Tools">
-                <Tool label="Undo (Z)" onClick={() => void app.edits.undo()}>
+                <Tool label="Undo (Z)" onClick={() => void app.undo()}>
                     <Icon name="undo" />
                 </Tool>
-                <Tool label="Redo (Shift+Z)" onClick={() => void app.edits.redo()}>
+                <Tool label="Redo (Shift+Z)" onClick={() => void app.redo()}>
                     <Icon name="redo" />
                 </Tool>
                 <span class="gap" />
@@ -34,6 +37,9 @@ export function TopBar() {
                     onClick={() => (app.markers.value = !app.markers.value)}
                 >
                     <Icon name="lamp" />
+                </Tool>
+                <Tool label="Download the scene" onClick={() => void app.download()}>
+                    <Icon name="save" />
                 </Tool>
                 <span class="gap" />
                 <Tool label="High contrast" pressed={theme.contrast} onClick={theme.toggle}>

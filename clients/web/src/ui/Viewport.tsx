@@ -41,44 +41,93 @@ export function Viewport() {
                 class="stage"
                 tabIndex={0}
                 role="application"
-                aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, question mark lists all keys."
+                aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class="picture" />
                 <Overlay />
+                <span class="reticle" aria-hidden="true" />
             </div>
             <ReadingCard />
             <Legend />
+            <Modes />
             <Banner />
         </main>
+    );
+}
+
+/** What is otherwise than usual: a lamp that waits for a pick, lamps that are shown alone. */
+function Modes() {
+    const app = useApp();
+    const aiming = app.lamps.aiming.value;
+    const { solo } = app.view.settings.value;
+    return (
+        <div class="modes">
+            {aiming && (
+                <p class="mode" role="status">
+                    <span>
+                        <b>{aiming}</b> points at what you click
+                    </span>
+                    <button type="button" class="button" onClick={() => (app.lamps.aiming.value = null)}>
+                        Cancel
+                    </button>
+                </p>
+            )}
+            {solo.map((name) => (
+                <p key={name} class="mode is-solo">
+                    <span>
+                        Only <b>{name}</b>, in your view
+                    </span>
+                    <button type="button" class="button" onClick={() => app.toggleSolo(name)}>
+                        Show all
+                    </button>
+                </p>
+            ))}
+        </div>
     );
 }
 
 /** What was clicked, and the light that falls on it. */
 function ReadingCard() {
     const app = useApp();
-    const reading = app.reading.value;
+    const reading = app.lux.reading.value;
     if (!reading) return null;
     const { pick, carrier, lux } = reading;
-    const point = app.pickedPoint(reading);
+    const point = app.lux.point(reading);
+    const old = lux !== null && !app.lux.isCurrent.value;
     return (
         <aside class="reading" aria-label="Picked point">
             <header>
                 <b>{pick.id}</b>
-                <button type="button" class="icon-button" aria-label="Close" onClick={() => (app.reading.value = null)}>
+                <button type="button" class="icon-button" aria-label="Close" onClick={() => app.lux.hide()}>
                     <Icon name="close" />
                 </button>
             </header>
-            <p class="reading-lux" aria-live="polite">
+            <p class={`reading-lux ${old ? 'is-old' : ''}`} aria-busy={old}>
                 {lux === null ? '…' : number(toError(lux.value, lux.stderr))} <small>lx</small>
                 {lux !== null && Number.isFinite(lux.stderr) && <small class="reading-error">± {number(Number(lux.stderr.toPrecision(1)))}</small>}
+                {old && <small class="reading-old">{app.online.value ? 'measuring' : 'not connected'}</small>}
             </p>
+            <Spoken />
             <dl>
                 <dt>Point</dt>
                 <dd>{point.map((v) => v.toFixed(2)).join(', ')} m</dd>
                 <dt>Distance</dt>
                 <dd>{length(sub(point, app.view.shownPose.value.position)).toFixed(2)} m</dd>
             </dl>
+            {app.view.settings.value.solo.length > 0 && <p class="hint">Of all lamps, also those that are hidden here.</p>}
             {carrier && <p class="hint">Drag its mark to move {carrier.id}.</p>}
         </aside>
+    );
+}
+
+/** Only what is certain is said: a number that changes ten times a second drowns everything else. */
+function Spoken() {
+    const app = useApp();
+    const lux = app.lux.reading.value?.lux;
+    const text = lux && app.lux.isCurrent.value ? `${number(toError(lux.value, lux.stderr))} lux` : '';
+    return (
+        <span class="visually-hidden" role="status">
+            {text}
+        </span>
     );
 }

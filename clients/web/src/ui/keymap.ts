@@ -1,8 +1,12 @@
 /** One table: what the keys do and what the help says about them. */
+import { signal } from '@preact/signals';
+import { recall, remember } from '../lib/store';
 import type { App } from '../state/app';
+import type { SceneRecord } from '../protocol/types';
+import { canPointAt } from '../state/lamp_make';
 import { isOn } from '../state/lights';
 import { STOP_NAMES } from '../state/view';
-import { pan, turn, zoom } from '../view/camera';
+import { look, pan, turn, zoom } from '../view/camera';
 
 interface Key {
     /** Values of KeyboardEvent.key, lower case. */
@@ -11,10 +15,15 @@ interface Key {
     label: string;
     /** True: only with Shift, false: only without, absent: either (the key itself says it, as "?" does). */
     shift?: boolean;
+    /** With Ctrl, or Cmd; else without. */
+    ctrl?: true;
+    /** Only while the picture has the focus. */
+    stage?: true;
     run(app: App, key: string): void;
 }
 
 const TURN = (5 * Math.PI) / 180;
+const LOOK = (3 * Math.PI) / 180;
 const PAN = 0.05;
 const EV = 1 / 3;
 
@@ -41,8 +50,24 @@ function nextMap(app: App): void {
     app.view.change({ overlay: maps[(now + 1) % maps.length]! });
 }
 
+const selectedLamp = (app: App): SceneRecord | undefined => {
+    const id = app.lamps.selected.value;
+    return id ? app.scene.peek(id) : undefined;
+};
+
+function withSelected(app: App, act: (id: string) => void): void {
+    const light = selectedLamp(app);
+    if (light) act(light.id);
+    else app.toasts.announce('No lamp is selected');
+}
+
+function aim(app: App): void {
+    const light = selectedLamp(app);
+    if (light && canPointAt(light)) app.lamps.aiming.value = light.id;
+}
+
 function toggleSelected(app: App): void {
-    const light = app.selectedLight.value ? app.scene.peek(app.selectedLight.value) : undefined;
+    const light = selectedLamp(app);
     if (light) app.edits.setOnce(light.id, '/on', !isOn(light));
 }
 
@@ -61,14 +86,44 @@ export const KEYMAP: readonly Key[] = [
         label: 'Pan',
         run: (app, key) => app.view.moveTo(pan(app.view.orbit.value, -ARROWS[key]![0] * PAN, ARROWS[key]![1] * PAN)),
     },
+    {
+        keys: Object.keys(ARROWS),
+        ctrl: true,
+        stage: true,
+        shown: 'Ctrl + arrows',
+        label: 'Look around, with the picture focused',
+        run: (app, key) => app.view.moveTo(look(app.view.orbit.value, ARROWS[key]![0] * LOOK, ARROWS[key]![1] * LOOK)),
+    },
     { keys: ['+', '='], shown: '+', label: 'Move closer', run: (app) => app.view.moveTo(zoom(app.view.orbit.value, 1 / 1.1)) },
     { keys: ['-', '_'], shown: '−', label: 'Move away', run: (app) => app.view.moveTo(zoom(app.view.orbit.value, 1.1)) },
     { keys: ['f'], shown: 'F', label: 'Frame what is selected', run: (app) => app.frameSelection() },
     { keys: ['h'], shown: 'H', label: 'Back to the scene’s camera', run: (app) => app.goHome() },
-    { keys: ['z'], shift: false, shown: 'Z or Ctrl + Z', label: 'Undo', run: (app) => void app.edits.undo() },
-    { keys: ['z'], shift: true, shown: 'Shift + Z or Ctrl + Y', label: 'Redo', run: (app) => void app.edits.redo() },
+    { keys: ['z'], shift: false, shown: 'Z or Ctrl + Z', label: 'Undo', run: (app) => void app.undo() },
+    { keys: ['z'], shift: true, shown: 'Shift + Z or Ctrl + Y', label: 'Redo', run: (app) => void app.redo() },
+    { keys: ['z'], ctrl: true, shift: false, shown: '', label: '', run: (app) => void app.undo() },
+    { keys: ['z'], ctrl: true, shift: true, shown: '', label: '', run: (app) => void app.redo() },
+    { keys: ['y'], ctrl: true, shown: '', label: '', run: (app) => void app.redo() },
+    {
+        keys: ['enter'],
+        stage: true,
+        shift: false,
+        shown: 'Enter',
+        label: 'What is in the middle of the picture, and its illuminance, with the picture focused',
+        run: (app) => void app.inspect(0.5, 0.5),
+    },
+    {
+        keys: ['enter'],
+        stage: true,
+        shift: true,
+        shown: 'Shift + Enter',
+        label: 'Turn about what is in the middle, with the picture focused',
+        run: (app) => void app.lookAt(0.5, 0.5),
+    },
+    { keys: ['d'], ctrl: true, shown: 'Ctrl + D', label: 'Copy the selected lamp', run: (app) => withSelected(app, (id) => void app.lamps.duplicate(id)) },
+    { keys: ['delete'], shown: 'Delete', label: 'Remove the selected lamp', run: (app) => withSelected(app, (id) => void app.lamps.remove(id)) },
+    { keys: ['a'], shown: 'A', label: 'Aim the selected lamp: at what is picked next', run: aim },
     { keys: ['o'], shown: 'O', label: 'Selected light on or off', run: toggleSelected },
-    { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => app.selectedLight.value && app.toggleSolo([app.selectedLight.value]) },
+    { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => withSelected(app, (id) => app.toggleSolo(id)) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then the error, then neither', run: nextMap },
@@ -90,25 +145,36 @@ export const POINTERS: readonly [string, string][] = [
     ['Shift + drag it', 'Move it at its height'],
 ];
 
-/** Fields take their own keys; sliders and lists only the arrows and the like. */
-function belongsToControl(target: EventTarget | null, key: string): boolean {
-    if (!(target instanceof HTMLElement)) return false;
-    if (target.matches('input[type=range], select, summary, button')) return key.length > 1 && key !== 'escape';
-    return target.matches('input, textarea');
+/** Off: keys of one character act only while the picture has the focus. For those who speak to their machine. */
+const KEY = 'lumend.letters';
+export const letterKeys = signal(recall('localStorage', KEY) !== 'off');
+
+export function setLetterKeys(on: boolean): void {
+    letterKeys.value = on;
+    remember('localStorage', KEY, on ? 'on' : 'off');
+}
+
+/** Fields take all keys, and lists too: a letter finds an entry. Sliders and buttons take those that move or press. */
+function belongsToControl(target: EventTarget | null, key: string, ctrl: boolean): boolean {
+    if (!(target instanceof Element)) return false;
+    if (target.matches('input[type=range], summary, button, [role=button]')) return key.length > 1 && key !== 'escape' && key !== 'delete';
+    if (target.matches('select')) return key !== 'escape' && !ctrl;
+    return target.matches('input[type=checkbox], input[type=color]') ? key === ' ' || key === 'enter' : target.matches('input, textarea');
 }
 
 /** True: the key meant something. */
 export function handleKey(app: App, e: KeyboardEvent): boolean {
     const key = e.key.toLowerCase();
-    if (e.altKey || e.isComposing) return false;
-    if (e.ctrlKey || e.metaKey) {
-        if (key !== 'z' && key !== 'y') return false;
-        if (e.target instanceof HTMLElement && e.target.matches('input[type=text], input[type=search], input[type=number]')) return false;
-        void (key === 'y' || e.shiftKey ? app.edits.redo() : app.edits.undo());
-        return true;
-    }
-    if (belongsToControl(e.target, key)) return false;
-    const entry = KEYMAP.find((k) => k.keys.includes(key) && (k.shift === undefined || k.shift === e.shiftKey));
+    const ctrl = e.ctrlKey || e.metaKey;
+    if (e.altKey || e.isComposing || belongsToControl(e.target, key, ctrl)) return false;
+    const onStage = e.target instanceof Element && e.target.matches('.stage');
+    const entry = KEYMAP.find(
+        (k) =>
+            k.keys.includes(key) &&
+            (k.ctrl ?? false) === ctrl &&
+            (k.shift === undefined || k.shift === e.shiftKey) &&
+            (onStage || (!k.stage && (letterKeys.value || ctrl || key.length > 1))),
+    );
     entry?.run(app, key);
     return entry !== undefined;
 }

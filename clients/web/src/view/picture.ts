@@ -2,7 +2,8 @@
  * The picture: tiles in, whole frames on a canvas.
  *
  * Tiles are decoded as they arrive. The frame's last tile sets off the drawing, which happens in one task: the browser shows
- * all of a frame or nothing of it. Only changed tiles are sent, so frames are drawn in order and none is left out.
+ * all of a frame or nothing of it. Only changed tiles are sent, so frames are drawn in order and none is left out. A tile
+ * that cannot be decoded leaves the picture wrong until all of it is sent anew: such a frame is not reported as drawn.
  */
 import { Codec, Flag, Kind, type Frame, type FrameHeader } from '../protocol/frame';
 
@@ -30,6 +31,16 @@ async function decode({ header, payload }: Frame): Promise<ImageBitmap | null> {
     return createImageBitmap(new Blob([payload as BlobPart], { type }), OPTIONS);
 }
 
+const asError = (error: unknown): Error => (error instanceof Error ? error : new Error(String(error)));
+
+export interface PictureEvents {
+    onDrawn(last: FrameHeader): void;
+    /** Something of the frame could not be shown, for this reason. */
+    onBroken(last: FrameHeader, error: Error): void;
+}
+
+type Decode = (frame: Frame) => Promise<ImageBitmap | null>;
+
 export class Picture {
     private tiles: Tile[] = [];
     private drawn: Promise<void> = Promise.resolve();
@@ -37,21 +48,22 @@ export class Picture {
 
     constructor(
         private readonly canvas: HTMLCanvasElement,
-        private readonly onDrawn: (last: FrameHeader) => void,
-        private readonly onBroken: (error: Error) => void,
+        private readonly events: PictureEvents,
+        private readonly decodeTile: Decode = decode,
     ) {}
 
     receive(frame: Frame): void {
         if (frame.header.kind !== Kind.tile) return;
-        const pixels = decode(frame).catch((error: unknown) => {
-            this.onBroken(error instanceof Error ? error : new Error(String(error)));
-            return null;
-        });
+        const pixels = this.decodeTile(frame);
+        pixels.catch(() => undefined); // draw() looks at it, later
         this.tiles.push({ header: frame.header, pixels });
         if ((frame.header.flags & Flag.lastTile) === 0) return;
         const { tiles, generation } = this;
         this.tiles = [];
-        this.drawn = this.drawn.then(() => this.draw(tiles, generation));
+        // Whatever happens to one frame, the next is drawn.
+        this.drawn = this.drawn.then(() => this.draw(tiles, generation)).catch((error: unknown) => {
+            if (generation === this.generation) this.events.onBroken(frame.header, asError(error));
+        });
     }
 
     /** A new connection or view: what was half received is worthless. */
@@ -61,17 +73,21 @@ export class Picture {
     }
 
     private async draw(tiles: Tile[], generation: number): Promise<void> {
-        const pixels = await Promise.all(tiles.map((t) => t.pixels));
+        const decoded = await Promise.allSettled(tiles.map((t) => t.pixels));
+        const pixels = decoded.map((d) => (d.status === 'fulfilled' ? d.value : null));
+        const failure = decoded.find((d) => d.status === 'rejected');
         const last = tiles[tiles.length - 1]!.header;
-        if (generation === this.generation) {
+        try {
+            if (generation !== this.generation) return;
             this.resize(last.fullW, last.fullH);
-            const context = this.canvas.getContext('2d', { alpha: false })!;
-            this.drawTiles(context, tiles, pixels);
+            this.drawTiles(this.canvas.getContext('2d', { alpha: false })!, tiles, pixels);
+            if (failure) throw failure.reason;
             // What is on screen, readable from outside: tests wait for it.
             Object.assign(this.canvas.dataset, { frame: last.frameSeq, rev: last.sceneRev, camera: last.cameraSeq });
-            this.onDrawn(last);
+            this.events.onDrawn(last);
+        } finally {
+            for (const bitmap of pixels) bitmap?.close();
         }
-        for (const bitmap of pixels) bitmap?.close();
     }
 
     /** Tiles that are stretched one by one show their edges: a frame that is all small is put together first. */

@@ -1,0 +1,100 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { FakeTimers } from '../lib/fake_timers';
+import { BEAT_MS, Connection, DEAD_BEATS, STALLED_BEATS } from './connection';
+
+/** A socket that answers what it is told to. */
+class FakeSocket {
+    static all: FakeSocket[] = [];
+    onopen?: () => void;
+    onmessage?: (event: { data: string }) => void;
+    onclose?: (event: { reason: string }) => void;
+    sent: { id?: number; method: string }[] = [];
+    closed = false;
+    constructor() {
+        FakeSocket.all.push(this);
+    }
+    send(text: string): void {
+        this.sent.push(JSON.parse(text) as { id: number; method: string });
+    }
+    close(): void {
+        this.closed = true;
+    }
+    answerAll(): void {
+        for (const { id } of this.sent.splice(0)) this.onmessage?.({ data: JSON.stringify({ jsonrpc: '2.0', id, result: {} }) });
+    }
+}
+
+const settle = async (): Promise<void> => {
+    for (let i = 0; i < 8; i++) await Promise.resolve();
+};
+
+async function online(): Promise<{ log: string[]; socket: FakeSocket; link: Connection; timers: FakeTimers }> {
+    const timers = new FakeTimers();
+    FakeSocket.all = [];
+    (globalThis as { WebSocket?: unknown }).WebSocket = FakeSocket;
+    const log: string[] = [];
+    let rpc: { call(method: string): Promise<unknown> } | null = null;
+    const link = new Connection('ws://test', null, {
+        onState: (state) => log.push(state.at),
+        onOnline: (r) => (rpc = r),
+        onNotification: () => undefined,
+        onBinary: () => undefined,
+        onBeat: () => void rpc?.call('frame.ack').catch(() => undefined),
+        onStalled: (stalled) => log.push(stalled ? 'stalled' : 'answers'),
+    });
+    link.connect();
+    const socket = FakeSocket.all[0]!;
+    socket.onopen?.();
+    socket.answerAll();
+    await settle();
+    return { log, socket, link, timers };
+}
+
+test('a server that answers is asked for ever, and the connection stays', async () => {
+    const { log, socket, timers } = await online();
+    for (let i = 0; i < 100; i++) {
+        timers.tick(BEAT_MS);
+        assert.deepEqual(socket.sent.map((m) => m.method), ['frame.ack']);
+        socket.answerAll();
+    }
+    assert.deepEqual(log, ['connecting', 'online']);
+    timers.reset();
+});
+
+test('one that stops answering is told within five seconds, and given up after twenty', async () => {
+    const { log, socket, timers } = await online();
+    timers.tick(BEAT_MS * STALLED_BEATS - 1);
+    assert.deepEqual(log, ['connecting', 'online']);
+    timers.tick(1);
+    assert.ok(BEAT_MS * STALLED_BEATS < 5000);
+    assert.deepEqual(log, ['connecting', 'online', 'stalled']);
+    socket.answerAll();
+    assert.deepEqual(log.slice(3), ['answers'], 'an answer that was only slow');
+    timers.tick(BEAT_MS * (DEAD_BEATS - 1));
+    assert.deepEqual(log.slice(4), ['stalled']);
+    timers.tick(BEAT_MS);
+    assert.deepEqual(log.slice(5), ['waiting']);
+    assert.ok(socket.closed);
+    timers.reset();
+});
+
+test('timers that run once a minute, as those of a hidden tab, end no connection', async () => {
+    const { log, socket, timers } = await online();
+    // A browser lets the timer fire once where it was due thirty times: one beat is a beat, however late it comes.
+    for (let minute = 0; minute < 60; minute++) {
+        timers.tick(BEAT_MS);
+        socket.answerAll();
+    }
+    assert.deepEqual(log, ['connecting', 'online']);
+    timers.reset();
+});
+
+test('what an old socket still says is not heard', async () => {
+    const { log, socket, link, timers } = await online();
+    link.connect();
+    socket.onclose?.({ reason: 'late' });
+    socket.onmessage?.({ data: 'not even JSON' });
+    assert.deepEqual(log, ['connecting', 'online', 'connecting']);
+    timers.reset();
+});

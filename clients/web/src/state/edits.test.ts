@@ -1,0 +1,197 @@
+import assert from 'node:assert/strict';
+import { beforeEach, test } from 'node:test';
+import { FakeTimers } from '../lib/fake_timers';
+import { ClosedError, type Json, type JsonObject } from '../protocol/rpc';
+import type { Op } from '../protocol/types';
+import { Edits } from './edits';
+import { SceneMirror } from './scene';
+import { addOf, isDone, sceneFile } from './scene_ops';
+import { ViewLink } from './view';
+
+interface Call {
+    method: string;
+    params: JsonObject;
+    answer(result: JsonObject): void;
+    refuse(error: Error): void;
+}
+
+let calls: Call[];
+let frames: (() => void)[];
+let scene: SceneMirror;
+let edits: Edits;
+let errors: Error[];
+
+const call = (method: string, params: JsonObject): Promise<JsonObject> =>
+    new Promise((answer, refuse) => calls.push({ method, params, answer, refuse }));
+const settle = async (): Promise<void> => {
+    for (let i = 0; i < 10; i++) await Promise.resolve();
+};
+/** Runs what waits for an animation frame. */
+async function frame(): Promise<void> {
+    frames.splice(0).forEach((f) => f());
+    await settle();
+}
+const opsOf = (c: Call): Op[] => c.params.ops as unknown as Op[];
+
+beforeEach(() => {
+    [calls, frames, errors] = [[], [], []];
+    Object.assign(globalThis, {
+        document: { hidden: false },
+        window: { devicePixelRatio: 1 },
+        requestAnimationFrame: (f: (now: number) => void) => frames.push(() => f(1e9 * Math.random() + 1e10 * frames.length)),
+    });
+    let now = 0;
+    Object.assign(globalThis, { requestAnimationFrame: (f: (t: number) => void) => frames.push(() => f((now += 100))) });
+    scene = new SceneMirror();
+    scene.load([{ op: 'add', type: 'light', id: 'key', kind: 'point', flux_lm: 800, position: [1, 2, 3] }], 5);
+    edits = new Edits(scene, { call, onError: (e) => errors.push(e), onAccepted: () => undefined });
+});
+
+test('a drag sends the newest values, two messages at most at a time', async () => {
+    for (let v = 1; v <= 10; v++) {
+        edits.set('key', '/flux_lm', v);
+        await frame();
+    }
+    assert.deepEqual(calls.map((c) => (opsOf(c)[0] as { value: Json }).value), [1, 2]);
+    assert.ok(edits.busy.value);
+    calls[0]!.answer({ scene_rev: 6 });
+    await settle();
+    await frame();
+    assert.deepEqual(calls.map((c) => (opsOf(c)[0] as { value: Json }).value), [1, 2, 10]);
+    calls[1]!.answer({ scene_rev: 7 });
+    calls[2]!.answer({ scene_rev: 8 });
+    await settle();
+    assert.equal(edits.busy.value, false);
+    assert.equal(new Set(calls.map((c) => c.params.op_id)).size, 3);
+    assert.equal(new Set(calls.map((c) => c.params.undo_group)).size, 1, 'one step of undo');
+});
+
+/** Two sent and one that waits, of one gesture, and a lamp that is added: then the connection breaks. */
+async function breakUp(): Promise<void> {
+    for (const v of [100, 200, 300]) {
+        edits.set('key', '/flux_lm', v);
+        await frame();
+    }
+    edits.endGesture();
+    void edits.transaction([{ op: 'add', type: 'light', id: 'new', kind: 'point' }]);
+    const underWay = [...calls];
+    underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
+    edits.drop();
+    await settle();
+    calls = [];
+}
+const lamp = (flux_lm: number): Json => ({ op: 'add', type: 'light', id: 'key', kind: 'point', flux_lm, position: [1, 2, 3] });
+
+test('edits that vanished with the connection are counted by gesture, and sent once more with their newest values', async () => {
+    await breakUp();
+    assert.equal(scene.peek('key')?.flux_lm, 800, 'what is shown falls back');
+    scene.load([lamp(100)], 6);
+    assert.equal(edits.missing(), 2);
+    const done = edits.resend();
+    await settle();
+    assert.deepEqual(opsOf(calls[0]!), [{ op: 'set', id: 'key', path: '/flux_lm', value: 300 }]);
+    calls[0]!.answer({ scene_rev: 7 });
+    await settle();
+    assert.deepEqual(opsOf(calls[1]!).map((op) => [op.op, op.id]), [['add', 'new']]);
+    calls[1]!.refuse(new ClosedError('again'));
+    await done;
+    edits.drop();
+    assert.equal(edits.missing(), 0, 'not a third time');
+    assert.deepEqual(errors, []);
+});
+
+test('what is in the scene already is neither counted nor doubled', async () => {
+    await breakUp();
+    scene.load([lamp(300), { op: 'add', type: 'light', id: 'new', kind: 'point' }], 9);
+    assert.equal(edits.missing(), 0);
+    await edits.resend();
+    assert.deepEqual(calls, []);
+});
+
+test('an edit whose news came before the connection broke is not lost, whatever others did to it since', async () => {
+    void edits.transaction([{ op: 'set', id: 'key', path: '/on', value: false }]);
+    edits.arrived(String(calls[0]!.params.op_id));
+    calls[0]!.refuse(new ClosedError('connection lost'));
+    edits.drop();
+    await settle();
+    scene.load([lamp(1)], 9);
+    assert.equal(edits.missing(), 0);
+});
+
+test('a hidden tab sends what was changed last, although it has no animation frames', async () => {
+    const timers = new FakeTimers();
+    Object.assign(globalThis, { document: { hidden: true } });
+    edits.set('key', '/flux_lm', 5);
+    timers.tick(20);
+    await settle();
+    timers.reset();
+    assert.equal(frames.length, 0);
+    assert.equal(calls.length, 1);
+});
+
+test('a view has two changes unanswered at most, and the newest wins', async () => {
+    const view = new ViewLink(call, (e) => errors.push(e), () => true);
+    const opened = view.open();
+    calls.shift()!.answer({ view_id: 3 });
+    await opened;
+    const at = (distance: number): void => view.moveTo({ ...view.orbit.value, distance });
+    for (let d = 1; d <= 20; d++) {
+        at(d);
+        await frame();
+    }
+    assert.equal(calls.length, 2);
+    calls[0]!.answer({});
+    await settle();
+    await frame();
+    assert.equal(calls.length, 3);
+    const { position, target } = calls[2]!.params.camera as { position: number[]; target: number[] };
+    assert.ok(Math.abs(Math.hypot(...position.map((p, i) => p - target[i]!)) - 20) < 1e-9, 'the newest camera');
+    calls[1]!.refuse(new Error('refused'));
+    await settle();
+    assert.deepEqual(errors.map((e) => e.message), ['refused']);
+    view.resend();
+    await frame();
+    assert.equal(calls[3]!.params.resend, true);
+    assert.equal(calls[3]!.params.camera, undefined);
+});
+
+test('a view that was lost does not count what the old connection left unanswered', async () => {
+    const view = new ViewLink(call, () => undefined, () => true);
+    const open = async (): Promise<void> => {
+        const opened = view.open();
+        calls.at(-1)!.answer({ view_id: 1 });
+        await opened;
+    };
+    await open();
+    for (let d = 1; d <= 3; d++) {
+        view.moveTo({ ...view.orbit.value, distance: d });
+        await frame();
+    }
+    const old = calls.filter((c) => c.method === 'view.update');
+    assert.equal(old.length, 2);
+    view.closed();
+    old.forEach((c) => c.refuse(new ClosedError('lost')));
+    await settle();
+    await open();
+    for (let d = 1; d <= 3; d++) {
+        view.moveTo({ ...view.orbit.value, distance: d });
+        await frame();
+    }
+    assert.equal(calls.filter((c) => c.method === 'view.update').length, 4);
+});
+
+test('an op is done when the scene is as it would make it', () => {
+    const record = { type: 'light', id: 'l', position: [1, 2, 3], on: true, flux_lm: null };
+    const set = (path: string, value: Json): Op => ({ op: 'set', id: 'l', path, value });
+    assert.ok(isDone(set('/on', true), record) && isDone(set('/position/1', 2), record) && isDone(set('', { on: true, group: null }), record));
+    assert.ok(!isDone(set('/on', false), record) && !isDone(set('/position', [1, 2, 4]), record) && !isDone(set('', { on: false }), record));
+    assert.ok(isDone({ op: 'remove', id: 'l' }, undefined) && !isDone({ op: 'remove', id: 'l' }, record));
+    assert.ok(!isDone(set('/on', true), undefined));
+});
+
+test('a record is made again without what only the server tells, and a scene is a file of lines', () => {
+    const record = { type: 'object', id: 'room/panel', origin: 'room', mesh: 'm', color: null, emits: { flux_lm: 3 } };
+    assert.deepEqual(addOf(record, 'copy'), { op: 'add', type: 'object', id: 'copy', mesh: 'm' });
+    const lines = sceneFile([{ op: 'add', id: 'a' }], 'two lamps').split('\n');
+    assert.deepEqual(lines, ['{"lumend":1,"kind":"scene","title":"two lamps"}', '{"op":"add","id":"a"}', '']);
+});

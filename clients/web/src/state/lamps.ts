@@ -1,0 +1,147 @@
+/** Lamps put in, taken away, copied and aimed. */
+import { signal } from '@preact/signals';
+import { add, length, scale, sub, type Vec3 } from '../lib/vec';
+import type { Json } from '../protocol/rpc';
+import type { Op, Pick } from '../protocol/types';
+import { basis, poseFromOrbit } from '../view/camera';
+import type { Edits } from './edits';
+import { newId } from './imports';
+import { aimedAt, LAMP_KINDS, newLamp, type LampKind, type Mount } from './lamp_make';
+import { extentOf, nameOf } from './lights';
+import { anchorOf, anchoredAt } from './placement';
+import type { SceneMirror } from './scene';
+import { addOf } from './scene_ops';
+import type { Toasts } from './toasts';
+import type { ViewLink } from './view';
+
+export interface LampsHost {
+    scene: SceneMirror;
+    edits: Edits;
+    view: ViewLink;
+    toasts: Toasts;
+    /** Of the picture, EV100. */
+    ev(): number;
+    /** What the user picked, where it is by now. */
+    picked(): { pick: Pick; point: Vec3 } | null;
+    /** What is under a place of the picture. */
+    pick(x: number, y: number): Promise<Pick | null>;
+}
+
+/** Where a ceiling is looked for: down the middle of the picture. */
+const CEILING_AT = [0.04, 0.1, 0.18, 0.26, 0.34];
+/** A surface that looks down: within 45 degrees. */
+const LOOKS_DOWN = -Math.SQRT1_2;
+
+export class Lamps {
+    readonly selected = signal<string | null>(null);
+    /** The lamp that the next pick points at it; null: picks measure. */
+    readonly aiming = signal<string | null>(null);
+
+    constructor(private readonly host: LampsHost) {}
+
+    /** Where the user picked, else under the ceiling in front of the camera, else in the air there. True: it is in the scene. */
+    async add(kind: LampKind): Promise<boolean> {
+        const { scene, edits, view, toasts, ev } = this.host;
+        const mount = await this.mount();
+        const r = Math.max(0.25 * view.orbit.value.distance, length(sub(mount.point, view.orbit.value.target)));
+        const stem = LAMP_KINDS[kind].toLowerCase();
+        const id = newId(stem, (taken) => scene.peek(taken) !== undefined);
+        const fields = newLamp(kind, mount, r, ev());
+        const added = await edits.transaction([{ op: 'add', type: 'light', id, ...fields }]);
+        if (!added) return false;
+        this.selected.value = id;
+        toasts.announce(`Added ${id}, and selected it`);
+        return true;
+    }
+
+    /** True: it is gone. */
+    async remove(id: string): Promise<boolean> {
+        const { scene, edits, toasts } = this.host;
+        const record = scene.peek(id);
+        if (!record || !(await edits.transaction([{ op: 'remove', id }]))) return false;
+        const step = edits.step;
+        if (this.aiming.value === id) this.aiming.value = null;
+        if (this.selected.value === id) this.selected.value = null;
+        const back = (): void => {
+            // Undo takes the last step back, and that may be another one by now.
+            if (edits.step === step) void edits.undo();
+            else void edits.transaction([addOf(record)]);
+        };
+        toasts.info(`Removed ${nameOf(record)}`, [{ label: 'Undo', run: back }]);
+        return true;
+    }
+
+    /** A copy beside it, to the right as one sees it. */
+    async duplicate(id: string): Promise<void> {
+        const { scene, edits, view, toasts } = this.host;
+        const record = scene.peek(id);
+        if (!record) return;
+        const copy = newId(nameOf(record).replace(/-\d+$/, ''), (taken) => scene.peek(taken) !== undefined);
+        const { right } = basis(poseFromOrbit(view.orbit.value));
+        const beside = add(anchorOf(record), scale(right, 2.5 * extentOf(record)));
+        const { path, value } = anchoredAt(record, beside);
+        const ops: Op[] = [addOf(record, copy)];
+        if (record.kind !== 'directional' && record.kind !== 'environment') ops.push({ op: 'set', id: copy, path, value });
+        if (!(await edits.transaction(ops))) return;
+        this.selected.value = copy;
+        toasts.announce(`Copied ${id} as ${copy}, and selected it`);
+    }
+
+    /** Ends the aiming. */
+    pointAt(point: Vec3): void {
+        const { scene, edits, toasts } = this.host;
+        const id = this.aiming.value;
+        const record = id ? scene.peek(id) : undefined;
+        this.aiming.value = null;
+        if (!record) return;
+        const op = aimedAt(record, point);
+        if (op.op === 'set') edits.setOnce(op.id, op.path, op.value);
+        toasts.announce(`${record.id} points at ${point.map((v) => v.toFixed(2)).join(', ')} metres`);
+    }
+
+    /** "": in no group. */
+    setGroup(id: string, group: string): void {
+        this.host.edits.setOnce(id, '/group', (group || null) as Json);
+    }
+
+    /** After any change of the scene. */
+    forgetIfGone(): void {
+        for (const s of [this.selected, this.aiming]) {
+            const id = s.peek();
+            if (id && !this.host.scene.peek(id)) s.value = null;
+        }
+    }
+
+    private async mount(): Promise<Mount> {
+        const { view, picked } = this.host;
+        const at = picked();
+        if (at) return { point: at.point, normal: at.pick.normal };
+        const pose = poseFromOrbit(view.orbit.value);
+        const middle = scale(add(pose.position, pose.target), 0.5);
+        const ceiling = await this.ceilingOver(middle, pose.position);
+        return ceiling ?? { point: add(middle, scale(basis(pose).up, 0.15 * view.orbit.value.distance)), normal: null };
+    }
+
+    /** The place on a surface that looks down which is most nearly over `point`. */
+    private async ceilingOver(point: Vec3, eye: Vec3): Promise<Mount | null> {
+        const hits = await Promise.all(CEILING_AT.map((y) => this.host.pick(0.5, y)));
+        const away = (p: Vec3): number => Math.hypot(p[0] - point[0], p[2] - point[2]);
+        const ceilings = hits.filter((h): h is Pick => h !== null && h.normal[1] < LOOKS_DOWN && h.point[1] > eye[1]);
+        const best = ceilings.sort((a, b) => away(a.point) - away(b.point))[0];
+        return best ? { point: best.point, normal: best.normal } : null;
+    }
+}
+
+/** Of those that are in the picture the nearest `most`, and the selected one in any case, last: on top. */
+export function markedOf(
+    ids: readonly string[],
+    selected: string | null,
+    most: number,
+    depth: (id: string) => number | null,
+): string[] {
+    const others = ids.filter((id) => id !== selected);
+    const seen = others.map((id) => ({ id, depth: depth(id) })).filter((m): m is { id: string; depth: number } => m.depth !== null);
+    const nearest = seen.length > most ? seen.sort((a, b) => a.depth - b.depth).slice(0, most) : seen;
+    return [...nearest.map((m) => m.id), ...(selected !== null && ids.includes(selected) ? [selected] : [])];
+}
+
