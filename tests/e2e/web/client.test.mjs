@@ -410,7 +410,7 @@ test('a scene without light says so, and gets a lamp', async () => {
         await settled(other, { rev: 2 });
         const { mean } = await measure(other.page);
         assert.ok(mean > 0.005, `mean luminance ${mean}`);
-        await other.page.getByRole('button', { name: 'Lamp lamp' }).waitFor();
+        await other.page.getByRole('button', { name: 'Lamp bulb' }).waitFor();
     });
 });
 
