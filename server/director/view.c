@@ -129,13 +129,21 @@ static bool is_named(void *user, const struct lum_light *light)
     return false;
 }
 
-/* The scene as this view shows it. Without memory for that, all of it. */
+static bool names_any(struct lum_view_params *want, const struct lum_light_table *lights)
+{
+    for (uint32_t i = 0; i < lights->n_lights; i++)
+        if (is_named(want, &lights->lights[i]))
+            return true;
+    return false;
+}
+
+/* The scene as this view shows it. All of it where what was to be alone is gone, or there is no memory for less. */
 static const struct lum_snapshot *lit_scene(struct lum_server_view *v, const struct lum_snapshot *scene)
 {
     struct lum_error ignored;
     lum_snapshot_unref(v->solo);
     v->solo = NULL;
-    if (v->want.n_solo > 0 && lum_snapshot_alone(scene, is_named, &v->want, &v->solo, &ignored))
+    if (names_any(&v->want, &scene->lights) && lum_snapshot_alone(scene, is_named, &v->want, &v->solo, &ignored))
         v->solo = NULL;
     return v->solo ? v->solo : scene;
 }

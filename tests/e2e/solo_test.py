@@ -2,7 +2,7 @@
 import unittest
 
 from daemon import Daemon
-from wsclient import LAST_TILE, RpcError, tile_header
+from wsclient import CONVERGED, LAST_TILE, RpcError, tile_header
 
 LAMPS = [{"op": "add", "type": "light", "id": id, "kind": "point", "position": [x, 1.5, 0.5], "flux_lm": 900, "group": group}
          for id, x, group in (("left", -0.5, "pair"), ("right", 0.5, "pair"), ("extra", 0.0, "other"))]
@@ -33,6 +33,17 @@ class View:
                 return frames
 
 
+    def brightness(self, seq):
+        """Sum over the pixels of change `seq`, which has come to rest."""
+        tiles = []
+        while not any(h["flags"] & CONVERGED and h["flags"] & LAST_TILE for h, _ in tiles):
+            if tiles or not self.ws.binaries:
+                self.ws.pump()
+            tiles = [(h, b[64:]) for b in self.ws.binaries for h in [tile_header(b)] if h["camera_seq"] <= seq]
+        picture = {(h["x"], h["y"]): sum(b) for h, b in tiles}  # the newest of each tile
+        return sum(picture.values())
+
+
 def rays(frames):
     return sum(n for f in frames for kind, n in f["rays"].items() if kind != "probe")
 
@@ -47,13 +58,17 @@ class Solo(unittest.TestCase):
             second.update(camera_seq=1)
             second.at_rest(1)
             seq = 1
-            for solo in (["left"], ["pair"], ["pair", "extra"], [], ["nobody"], None):
+            luminance = []
+            for solo in (["left"], ["pair"], ["pair", "extra"], [], ["nobody"], ["left", "nobody"], None):
                 seq += 1
                 first.update(camera_seq=seq, solo=solo)
                 frames = first.at_rest(seq)
                 self.assertEqual(rays(frames), 0, f"solo {solo}: {frames[0]['rays']}")
                 self.assertEqual(frames[-1]["scene_rev"], rev)
-                self.assertEqual(frames[-1]["in_view"], "dark" if solo == ["nobody"] else "scene")
+                luminance.append(first.brightness(seq))
+            left, pair, lamps, everything, nobody, left_again, end = luminance
+            self.assertTrue(left < pair < lamps < everything, luminance)
+            self.assertEqual([nobody, left_again, end], [everything, left, everything])
             self.assertEqual(second.ws.call("scene.get", {"expand": False})["scene_rev"], rev, "no edit was made")
             second.ws.call("stats.get")
             told = [name for name, _ in second.ws.notifications]
@@ -76,10 +91,17 @@ class Solo(unittest.TestCase):
             view = View(daemon, method="whitted")
             view.edit(*LAMPS, {"op": "set", "id": "left", "path": "/on", "value": False})
             view.update(camera_seq=1, solo=["left"])
-            self.assertEqual(view.at_rest(1)[-1]["in_view"], "scene")
-            view.edit({"op": "remove", "id": "left"})
+            view.at_rest(1)
+            alone = view.brightness(1)
+            view.edit({"op": "set", "id": "left", "path": "/flux_lm", "value": 1800})
             view.update(camera_seq=2)
-            self.assertEqual(view.at_rest(2)[-1]["in_view"], "dark")
+            view.at_rest(2)
+            brighter = view.brightness(2)
+            self.assertGreater(brighter, alone)
+            view.edit({"op": "remove", "id": "left"})
+            view.update(camera_seq=3)
+            view.at_rest(3)
+            self.assertGreater(view.brightness(3), brighter, "what is gone cannot be alone: all are shown")
 
     def test_what_is_no_list_of_names_is_refused(self):
         with Daemon() as daemon:
