@@ -33,6 +33,8 @@ interface Lost {
     /** Undo group; "": a step of its own. */
     group: string;
     ops: Op[];
+    /** The user has been told, and has not asked for it. */
+    told?: boolean;
 }
 
 export interface EditsHost {
@@ -120,6 +122,7 @@ export class Edits {
 
     /** The connection is gone: the fields fall back, and what was under way is kept until the scene is there again. */
     drop(): void {
+        this.lost = this.lost.filter((l) => !l.told);
         for (const edit of this.inFlight.values()) this.lose(edit);
         this.inFlight.clear();
         for (const batch of this.batches) {
@@ -139,6 +142,7 @@ export class Edits {
     /** The scene was loaded anew: how many edits are not in it, although they were made. */
     missing(): number {
         this.lost = this.lost.filter((l) => !l.ops.every((op) => isDone(op, this.scene.peek(op.id))));
+        for (const l of this.lost) l.told = true;
         return this.lost.length;
     }
 

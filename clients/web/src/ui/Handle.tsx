@@ -94,7 +94,6 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, child
             tabindex={reachable ? 0 : -1}
             role="button"
             aria-label={`${name}: drag or use the arrow keys to move it`}
-            data-handle={id}
             onPointerDown={down}
             onPointerMove={move}
             onPointerUp={up}
