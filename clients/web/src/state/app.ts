@@ -9,6 +9,7 @@ import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camer
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
 import { Edits } from './edits';
+import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { centreOf, extentOf, isLamp, isPlaced } from './lights';
@@ -17,7 +18,6 @@ import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
 import { sceneFile } from './scene_ops';
-import { Once } from '../lib/once';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { DEFAULT_POSE, ViewLink } from './view';
@@ -78,15 +78,13 @@ export class App {
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
     /** Frames in a row that could not be shown. */
     private broken = 0;
-    /** The whole scene is asked for where the copy of it is not known to be that of `wantedRev`. */
-    private readonly reloads = new Once(() => this.loadScene());
-    private unknown = true;
-    private wantedRev = 0;
+    private readonly follower: Follower;
 
     constructor(url: string, token: string | null) {
         const call = (method: string, params: JsonObject): Promise<JsonObject> =>
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
+        this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
@@ -324,9 +322,8 @@ export class App {
         this.imports.offered.value = hello.imports !== false;
         this.picture?.reset();
         try {
-            this.unknown = true;
-            this.wantedRev = 0;
-            await this.reloads.run();
+            await this.follower.begin();
+            this.forgetGone();
             this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
@@ -347,18 +344,13 @@ export class App {
         ]);
     }
 
-    private catchUp(rev: number): void {
-        this.unknown = true;
-        this.wantedRev = Math.max(this.wantedRev, rev);
-        this.reloads.run().catch((error: Error) => this.report(error));
-    }
-
-    private async loadScene(): Promise<void> {
-        if (!this.rpc || !this.unknown) return;
-        const reply = await this.rpc.call('scene.get', { expand: true });
-        this.scene.load(reply.ops, numberOr(reply.scene_rev, 0));
-        this.unknown = this.scene.rev.peek() < this.wantedRev;
-        this.forgetGone();
+    private async follow(changed: JsonObject): Promise<void> {
+        try {
+            await this.follower.follow(changed);
+            this.forgetGone();
+        } catch (error) {
+            this.report(error as Error);
+        }
     }
 
     private forgetGone(): void {
@@ -369,9 +361,7 @@ export class App {
     private notified(method: string, params: JsonObject): void {
         if (method === 'scene.changed') {
             this.edits.arrived(stringOr(params.op_id, ''));
-            const rev = numberOr(params.scene_rev, 0);
-            if (this.scene.apply(params.ops, rev, params.emits)) this.forgetGone();
-            else this.catchUp(rev);
+            void this.follow(params);
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
