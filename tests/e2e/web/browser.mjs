@@ -21,7 +21,7 @@ export function launch() {
 }
 
 /** A page that remembers its errors, what it sent, its last sent and received camera_seq, and the statistics of its frames. */
-export async function open(context, url) {
+export async function open(context, url, onText = () => undefined) {
     const page = await context.newPage();
     const watch = { errors: [], sent: [], sentSeq: 0, shownSeq: 0, stats: [] };
     page.on('pageerror', (e) => watch.errors.push(e.message));
@@ -34,6 +34,7 @@ export async function open(context, url) {
         });
         socket.on('framereceived', ({ payload }) => {
             if (Buffer.isBuffer(payload) && payload.length >= 64) watch.shownSeq = payload.readUInt32LE(36);
+            if (!Buffer.isBuffer(payload)) onText(payload);
             if (String(payload).startsWith('{') && String(payload).includes('"frame.stats"')) watch.stats.push(JSON.parse(payload).params);
         });
     });

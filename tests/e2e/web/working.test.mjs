@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
+import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -387,6 +388,87 @@ test('a server that does not answer is told in seconds; edits that vanish with i
         assert.equal(ids.length, 2);
         assert.equal(ids[0], ids[1], 'the same edit');
         assert.equal(await notice.count(), 0);
+    });
+});
+
+/** A line of `delayMs` each way to a port that is given once it is known. */
+async function slowLine(delayMs) {
+    const line = { to: 0 };
+    const server = createServer((client) => {
+        const upstream = connect(line.to, '127.0.0.1');
+        const carry = (from, to) => {
+            from.on('data', (chunk) => setTimeout(() => to.writable && to.write(chunk), delayMs));
+            from.on('close', () => setTimeout(() => to.destroy(), delayMs));
+            from.on('error', () => undefined);
+        };
+        carry(client, upstream);
+        carry(upstream, client);
+    });
+    await new Promise((ready) => server.listen(0, '127.0.0.1', ready));
+    line.port = server.address().port;
+    line.close = () => new Promise((closed) => (server.close(closed), server.closeAllConnections?.()));
+    return line;
+}
+
+test('on a line of half a second each way a drag sends no more than two questions ahead, and ends where the hand did', async () => {
+    const line = await slowLine(500);
+    const own = new Daemon(ROOM, null, ['--allow-origin', `http://127.0.0.1:${line.port}`]);
+    line.to = Number(new URL(await own.start()).port);
+    const answered = [];
+    const { page: p, watch } = await open(context, own.url.replace(`:${line.to}`, `:${line.port}`), (text) => {
+        const { id } = JSON.parse(text);
+        if (id !== undefined) answered.push(id);
+    });
+    try {
+        await p.getByLabel('Resolution').selectOption('fast');
+        await settled({ page: p, watch });
+        const waiting = (method) => watch.sent.filter((m) => m.method === method && !answered.includes(m.id)).length;
+        const most = { 'view.update': 0, 'scene.apply': 0 };
+        const note = () => Object.keys(most).forEach((method) => (most[method] = Math.max(most[method], waiting(method))));
+        const box = await p.getByLabel('ceiling-panel intensity').boundingBox();
+        const y = box.y + box.height / 2;
+        await p.mouse.move(box.x + 0.8 * box.width, y);
+        await p.mouse.down();
+        for (let i = 0; i < 40; i++) {
+            await p.mouse.move(box.x + (0.8 - 0.01 * i) * box.width, y);
+            note();
+        }
+        await p.mouse.up();
+        const value = await p.getByLabel('ceiling-panel intensity').getAttribute('aria-valuetext');
+        for (let i = 0; i < 40; i++) {
+            await p.locator('.stage').press('ArrowRight');
+            note();
+        }
+        await eventually(() => waiting('view.update') + waiting('scene.apply') === 0, () => 'not all is answered');
+        assert.ok(Object.values(most).every((n) => n >= 1 && n <= 2), JSON.stringify(most));
+        const { value: sent } = watch.sent.filter((m) => m.method === 'scene.apply').at(-1).params.ops[0];
+        assert.equal(value, `${String(sent).replace(/\B(?=(\d{3})+$)/, '\u2009')} lumens`);
+        assert.equal(await p.locator('.link-online').count(), 1, 'slow is not silent');
+        assert.deepEqual(watch.errors, []);
+    } finally {
+        await p.close();
+        assert.equal(await own.stop(), 0, own.log);
+        await line.close();
+    }
+});
+
+test('2,000 objects: any is picked, and dragged by its mark', async () => {
+    const at = (i) => [-1.8 + 0.085 * (i % 43), 0.04 + 0.08 * (Math.floor(i / 43) % 12), -1.8 + 0.6 * Math.floor(i / 516)];
+    const crates = [...Array(2000).keys()].map((i) => ({
+        ...{ op: 'add', type: 'object', id: `crate-${i}`, mesh: 'unit-box', material: 'white' },
+        transform: { translate: at(i), scale: [0.06, 0.06, 0.06] },
+    }));
+    await withScene([...roomOps(), ...crates.map((op) => JSON.stringify(op))], async (own) => {
+        const p = own.page;
+        await settled(own, { spp: 1 });
+        const stage = await p.locator('.stage').boundingBox();
+        await p.mouse.click(stage.x + 0.5 * stage.width, stage.y + 0.85 * stage.height);
+        const mark = p.getByRole('button', { name: /^crate-\d+: drag/ });
+        await mark.waitFor();
+        await mark.press('ArrowUp');
+        await eventually(() => own.watch.sent.some((m) => m.method === 'scene.apply'), () => 'it was not moved');
+        await settled(own, { rev: 2, spp: 1 });
+        assert.deepEqual(own.watch.errors, []);
     });
 });
 
