@@ -100,7 +100,7 @@ static void bounds(struct lum_director *d, const struct lum_request *q)
 
 const struct lum_request_type lum_request_bounds = {.name = "bounds", .read = read_bounds, .answer = bounds};
 
-/* {view_id, x, y} or {point, normal}, and samples. */
+/* {view_id, x, y} or {point, normal, view_id?}, and samples. */
 static bool read_probe(struct lum_json_reader *r, struct lum_request *q)
 {
     q->samples = SAMPLES_DEFAULT;
@@ -108,11 +108,26 @@ static bool read_probe(struct lum_json_reader *r, struct lum_request *q)
     q->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, q->point);
     if (!q->has_point)
         return read_pixel(r, q) && lum_json_end(r);
+    lum_json_u32(r, "view_id", 1, UINT32_MAX, &q->view_id);
     if (!lum_json_require(r, "normal") || !lum_json_numbers(r, "normal", 3, -1.0, 1.0, q->normal) || !lum_json_end(r))
         return false;
     if (lum_length(lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])) > 0.0f)
         return true;
     return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "normal", "normal must not be zero");
+}
+
+/* What the view shows that the request names; all where it names none. NULL: refused. */
+static const struct lum_snapshot *scene_of(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_proto_error err;
+    const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
+    if (v)
+        return v->solo ? v->solo : d->world.snapshot;
+    if (q->view_id == 0)
+        return d->world.snapshot;
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
+    lum_director_refuse(d, q, &err);
+    return NULL;
 }
 
 static void probe(struct lum_director *d, const struct lum_request *q)
@@ -129,10 +144,13 @@ static void probe(struct lum_director *d, const struct lum_request *q)
         lum_director_refuse(d, q, &err);
         return;
     }
+    const struct lum_snapshot *scene = scene_of(d, q);
+    if (!scene)
+        return;
     struct lum_probe probe;
     struct lum_error e;
     uint64_t rays = 0;
-    if (lum_probe_at(d->world.pool, d->world.snapshot, at.point_world, at.normal, q->samples, 0, &probe, &rays, &e)) {
+    if (lum_probe_at(d->world.pool, scene, at.point_world, at.normal, q->samples, 0, &probe, &rays, &e)) {
         lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
         lum_director_refuse(d, q, &err);
         return;
@@ -145,7 +163,7 @@ static void probe(struct lum_director *d, const struct lum_request *q)
     add_point(o, &at);
     lum_json_add_number(o, "samples", q->samples);
     lum_json_add_number(o, "rays", (double)rays);
-    lum_json_add_number(o, "scene_rev", (double)d->world.snapshot->scene_rev);
+    lum_json_add_number(o, "scene_rev", (double)scene->scene_rev);
     lum_director_reply(d, q, o);
 }
 

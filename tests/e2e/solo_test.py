@@ -103,6 +103,27 @@ class Solo(unittest.TestCase):
             view.at_rest(3)
             self.assertGreater(view.brightness(3), brighter, "what is gone cannot be alone: all are shown")
 
+    def test_probes_measure_what_their_view_shows(self):
+        with Daemon("--deterministic") as daemon:
+            view = View(daemon, method="whitted")
+            rev = view.edit(*LAMPS)
+            at = {"point": [0, 0.01, 0.5], "normal": [0, 1, 0], "samples": 256}
+
+            def lux(**more):
+                reply = view.ws.call("probe", {**at, **more})
+                self.assertEqual(reply["scene_rev"], rev)
+                return reply["illuminance_lx"]
+
+            every = lux(view_id=view.id)
+            self.assertEqual(lux(), every)
+            view.update(solo=["left"])
+            left = lux(view_id=view.id)
+            self.assertTrue(0 < left < every)
+            self.assertEqual(lux(), every, "that of no view")
+            with self.assertRaises(RpcError) as refused:
+                lux(view_id=4000)
+            self.assertEqual(refused.exception.data["path"], "view_id")
+
     def test_what_is_no_list_of_names_is_refused(self):
         with Daemon() as daemon:
             view = View(daemon)

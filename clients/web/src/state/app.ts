@@ -88,7 +88,11 @@ export class App {
         this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
-        this.lux = new LuxMeter({ scene, call, onError, online: this.online, busy: edits.busy });
+        this.lux = new LuxMeter({
+            ...{ scene, call, onError, online: this.online, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
+            viewId: () => view.viewId,
+            viewUnsent: () => view.isDirty(),
+        });
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });

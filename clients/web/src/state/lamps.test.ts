@@ -159,7 +159,10 @@ test('a reading is old at once when the scene changes, while an edit travels, an
         asked.push(params);
         return Promise.resolve({ illuminance_lx: 500, stderr_lx: 1, scene_rev: scene.rev.peek() });
     };
-    const meter = new LuxMeter({ scene, call, onError: assert.ifError, online, busy });
+    const solo = signal<readonly string[]>([]);
+    let unsent = false;
+    const view = { viewId: () => 7, viewUnsent: () => unsent };
+    const meter = new LuxMeter({ scene, call, onError: assert.ifError, online, busy, solo, ...view });
     const settle = async (): Promise<void> => {
         for (let i = 0; i < 10; i++) await Promise.resolve();
     };
@@ -183,6 +186,18 @@ test('a reading is old at once when the scene changes, while an edit travels, an
     timers.tick(2000);
     await settle();
     assert.equal(asked.length, 3, 'back again it is measured anew');
+    solo.value = ['key'];
+    unsent = true;
+    assert.equal(meter.isCurrent.value, false, 'of all lamps, where one is shown');
+    timers.tick(2000);
+    await settle();
+    assert.equal(asked.length, 3, 'the server would measure all of them');
+    unsent = false;
+    timers.tick(2000);
+    await settle();
+    assert.equal(asked.length, 4);
+    assert.equal(asked[3]!.view_id, 7);
+    assert.ok(meter.isCurrent.value);
     timers.reset();
 });
 

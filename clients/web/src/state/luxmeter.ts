@@ -15,6 +15,8 @@ export interface Lux {
     stderr: number;
     /** Of the scene that it was measured in. */
     rev: number;
+    /** The lamps that were shown alone then. */
+    solo: readonly string[];
 }
 
 export interface Reading {
@@ -40,6 +42,11 @@ export interface LuxMeterHost {
     online: ReadonlySignal<boolean>;
     /** An edit of this client is on its way. */
     busy: ReadonlySignal<boolean>;
+    /** What is measured is the light of what this view shows. */
+    solo: ReadonlySignal<readonly string[]>;
+    viewId(): number | null;
+    /** The server does not know yet what the view is to show. */
+    viewUnsent(): boolean;
 }
 
 export class LuxMeter {
@@ -47,14 +54,16 @@ export class LuxMeter {
     /** False: the number is of another scene than the one there is. */
     readonly isCurrent = computed(() => {
         const lux = this.reading.value?.lux;
-        const { scene, online, busy } = this.host;
-        return lux != null && lux.rev >= scene.rev.value && online.value && !busy.value;
+        const { scene, online, busy, solo } = this.host;
+        const same = lux != null && lux.rev >= scene.rev.value && lux.solo.join() === solo.value.join();
+        return same && online.value && !busy.value;
     });
     private readonly later = new Debounce(() => void this.measure(0), PAUSE_MS, CAP_MS);
     private running = false;
 
     constructor(private readonly host: LuxMeterHost) {
         effect(() => {
+            void host.solo.value;
             if (host.scene.rev.value > 0 && host.online.value && this.reading.peek()) this.later.request();
         });
     }
@@ -81,8 +90,8 @@ export class LuxMeter {
     /** One question at a time; one that comes meanwhile is asked after it. */
     private async measure(step: number): Promise<void> {
         const reading = this.reading.peek();
-        if (!reading) return;
-        if (this.running) {
+        if (!reading || !this.host.online.peek()) return;
+        if (this.running || this.host.viewUnsent()) {
             this.later.request();
             return;
         }
@@ -107,8 +116,11 @@ export class LuxMeter {
     }
 
     private async probe(reading: Reading, samples: number): Promise<Lux> {
-        const params = { point: [...this.point(reading)], normal: [...reading.pick.normal], samples };
+        const solo = this.host.solo.peek();
+        const params: JsonObject = { point: [...this.point(reading)], normal: [...reading.pick.normal], samples };
+        const viewId = this.host.viewId();
+        if (viewId !== null) params.view_id = viewId;
         const r = await this.host.call('probe', params);
-        return { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN), rev: numberOr(r.scene_rev, 0) };
+        return { value: numberOr(r.illuminance_lx, NaN), stderr: numberOr(r.stderr_lx, NaN), rev: numberOr(r.scene_rev, 0), solo };
     }
 }

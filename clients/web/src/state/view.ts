@@ -230,7 +230,8 @@ export class ViewLink {
         this.pending.value = this.sent.size > 0 || this.isDirty();
     }
 
-    private isDirty(): boolean {
+    /** Something was changed that the server has not been told. */
+    isDirty(): boolean {
         return Object.values(this.dirty).some((d) => d);
     }
 

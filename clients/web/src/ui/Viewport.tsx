@@ -114,7 +114,7 @@ function ReadingCard() {
                 <dt>Distance</dt>
                 <dd>{length(sub(point, app.view.shownPose.value.position)).toFixed(2)} m</dd>
             </dl>
-            {app.view.settings.value.solo.length > 0 && <p class="hint">Of all lamps, also those that are hidden here.</p>}
+            {lux !== null && lux.solo.length > 0 && <p class="hint">Of {lux.solo.join(', ')} alone.</p>}
             {carrier && <p class="hint">Drag its mark to move {carrier.id}.</p>}
         </aside>
     );
