@@ -112,22 +112,25 @@ test('a spot is put where the picture was picked, pointed at what is clicked, co
     }
     await page.locator('.light-group-head .light-name[title="my-spots"]').waitFor();
     await page.getByRole('switch', { name: 'Group my-spots on' }).waitFor();
+    for (const id of ['spot', 'spot-2']) {
+        await select(page, id);
+        await edit(() => page.locator('.stage').press('Delete'));
+    }
 });
 
 test('the scene is saved as a file that lumend renders', async () => {
+    await page.locator('.stage').press('Escape');
+    await edit(() => add('Globe'));
     const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download the scene' }).click()]);
     assert.equal(download.suggestedFilename(), 'scene.jsonl');
     const file = join(FOLDER, 'scene.jsonl');
     await download.saveAs(file);
     const saved = readFileSync(file, 'utf8').trim().split('\n').map((line) => JSON.parse(line));
-    assert.equal(saved.find((op) => op.id === 'spot-2')?.group, 'my-spots');
+    assert.equal(saved.find((op) => op.id === 'globe')?.kind, 'sphere');
     const out = join(FOLDER, 'scene.png');
     const run = spawnSync(process.env.LUMEND, ['render', '--scene', file, '--method', 'whitted', '--size', '60x40', '--out', out]);
     assert.equal(run.status, 0, String(run.stderr));
-    for (const id of ['spot', 'spot-2']) {
-        await select(page, id);
-        await edit(() => page.locator('.stage').press('Delete'));
-    }
+    await edit(() => page.locator('.stage').press('Delete'));
 });
 
 test('a hidden tab goes on asking and acknowledging, and sends what was changed last', async () => {
