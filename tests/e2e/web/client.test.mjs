@@ -559,13 +559,13 @@ test('false colour and the error are laid over the picture by a key, with what t
     const { overlay } = tab.watch.stats.at(-1);
     assert.equal(await legend.getByRole('listitem').count(), overlay.colors.length);
     assert.ok(overlay.limits.every((limit, i) => i === 0 || limit > overlay.limits[i - 1]), `${overlay.limits}`);
-    await assertEventually(async () => difference(plain, await thumbnail(page)) > 5, () => 'no colours');
+    await eventually(async () => difference(plain, await thumbnail(page)) > 5, () => 'no colours');
     await page.keyboard.press('c');
     await legend.getByText('below 0.5 %').waitFor();
     await page.keyboard.press('c');
     await settled(tab);
     assert.equal(await legend.count(), 0);
-    await assertEventually(async () => (apart = difference(plain, await thumbnail(page))) < 1, () => `${apart} off the picture before`);
+    await eventually(async () => (apart = difference(plain, await thumbnail(page))) < 1, () => `${apart} off the picture before`);
     await page.getByLabel('Method').selectOption('path');
     await settled(tab);
     assert.deepEqual(tab.watch.errors, []);
