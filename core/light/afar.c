@@ -104,7 +104,7 @@ bool lum_environment_sample(const struct lum_light *l, struct lum_vec2 u, struct
     float pdf;
     if (!lum_env_map_sample(l->env, u, &d, &pdf))
         return false;
-    *ret = (struct lum_light_sample){lum_frame_to_scene(&l->env_frame, d), INFINITY,
+    *ret = (struct lum_light_sample){lum_frame_to_scene(&l->frame, d), INFINITY,
                                      lum_rgb_mul(l->power, lum_env_map_radiance(l->env, d)), pdf};
     return true;
 }
@@ -122,7 +122,7 @@ struct lum_rgb lum_sky_radiance(const struct lum_light *l, struct lum_vec3 d)
 {
     if (!l->env)
         return l->power;
-    return lum_rgb_mul(l->power, lum_env_map_radiance(l->env, lum_frame_to_local(&l->env_frame, d)));
+    return lum_rgb_mul(l->power, lum_env_map_radiance(l->env, lum_frame_to_local(&l->frame, d)));
 }
 
 static bool sample_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
@@ -136,7 +136,7 @@ static float pdf_of_environment(const struct lum_light *l, struct lum_vec3 p, st
                                 float cos_light)
 {
     (void)p, (void)distance, (void)cos_light;
-    return l->env ? lum_env_map_pdf(l->env, lum_frame_to_local(&l->env_frame, wi)) : 0.25f * LUM_INV_PI;
+    return l->env ? lum_env_map_pdf(l->env, lum_frame_to_local(&l->frame, wi)) : 0.25f * LUM_INV_PI;
 }
 
 static void aim_at_environment(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
@@ -164,7 +164,7 @@ static bool emit_environment(const struct lum_snapshot *s, const struct lum_ligh
         if (!lum_env_map_sample(l->env, u_direction, &d, &pdf))
             return false;
         struct lum_rgb irradiance = lum_rgb_scale(lum_env_map_radiance(l->env, d), 1.0f / pdf);
-        return emit_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->env_frame, d)), irradiance, u_position, ret);
+        return emit_parallel(s, lum_v3_neg(lum_frame_to_scene(&l->frame, d)), irradiance, u_position, ret);
     }
     /* the lines through a convex body are even where they start evenly on its surface, by the cosine */
     struct box b = box_around(s->bounds_lo, s->bounds_hi);

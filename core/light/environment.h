@@ -1,7 +1,7 @@
 /* Environment images: equirectangular radiance with its sampling distribution.
  *
  * Local directions: +Y is the top row, the centre of the picture looks along +X and u grows towards +Z (so that it is
- * not mirrored seen from inside; the same as three.js). lum_light.env_frame turns local to scene: t, b, n are the
+ * not mirrored seen from inside; the same as three.js). lum_light.frame turns local to scene: t, b, n are the
  * images of local +X, +Y, +Z.
  *
  * Radiance is bilinear between texels. The distribution is constant over each texel, in proportion to the exact mean of

@@ -1,13 +1,14 @@
 #include "core/light/falloff.h"
 
 #include "core/light/light.h"
+#include "core/light/web.h"
 #include "core/math/warp.h"
 
 /* ---- even ---- */
 
-static float even_share(const struct lum_light *l, float one_minus_cos)
+static float even_share(const struct lum_light *l, struct lum_vec3 wi)
 {
-    (void)l, (void)one_minus_cos;
+    (void)l, (void)wi;
     return 1.0f;
 }
 
@@ -28,7 +29,7 @@ const struct lum_falloff lum_falloff_even = {even_share, even_flux, even_draw, .
 /* ---- spot ---- */
 
 /* Between the cones the square of a ramp in the cosine (glTF KHR_lights_punctual). */
-static float spot_share(const struct lum_light *l, float one_minus_cos)
+float lum_spot_share(const struct lum_light *l, float one_minus_cos)
 {
     if (one_minus_cos <= l->omc_inner)
         return 1.0f;
@@ -36,6 +37,13 @@ static float spot_share(const struct lum_light *l, float one_minus_cos)
         return 0.0f;
     float ramp = (l->omc_outer - one_minus_cos) / (l->omc_outer - l->omc_inner);
     return ramp * ramp;
+}
+
+/* 1 - cos of the angle between -wi and the axis, both unit, without cancellation: half the square of the chord. */
+static float spot_share(const struct lum_light *l, struct lum_vec3 wi)
+{
+    struct lum_vec3 chord = lum_v3_add(wi, l->n);
+    return lum_spot_share(l, 0.5f * lum_dot(chord, chord));
 }
 
 static double spot_flux(const struct lum_light *l)
@@ -57,16 +65,21 @@ static struct lum_vec3 spot_draw(const struct lum_light *l, struct lum_vec2 u)
 
 const struct lum_falloff lum_falloff_spot = {spot_share, spot_flux, spot_draw, .cone = true};
 
-/* ---- all ---- */
+/* ---- a web ---- */
 
-/* 1 - cos of the angle between -a and b, both unit, without cancellation: half the square of the chord. */
-static float one_minus_cos_between(struct lum_vec3 minus_a, struct lum_vec3 b)
+static float web_share(const struct lum_light *l, struct lum_vec3 wi)
 {
-    struct lum_vec3 chord = lum_v3_add(minus_a, b);
-    return 0.5f * lum_dot(chord, chord);
+    return lum_web_share_along(l->web, lum_frame_to_local(&l->frame, lum_v3_neg(wi)));
 }
 
-float lum_falloff_towards(const struct lum_light *l, struct lum_vec3 wi)
+static double web_flux(const struct lum_light *l)
 {
-    return l->falloff->share(l, one_minus_cos_between(wi, l->n));
+    return l->web->flux_sr;
 }
+
+static struct lum_vec3 web_draw(const struct lum_light *l, struct lum_vec2 u)
+{
+    return lum_normalize(lum_frame_to_scene(&l->frame, lum_web_draw(l->web, u)));
+}
+
+const struct lum_falloff lum_falloff_web = {web_share, web_flux, web_draw, .cone = false};

@@ -142,6 +142,11 @@ static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
+static bool same_frame(const struct lum_frame *a, const struct lum_frame *b)
+{
+    return same_v3(a->t, b->t) && same_v3(a->b, b->b) && same_v3(a->n, b->n);
+}
+
 bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
 {
     if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
@@ -149,5 +154,6 @@ bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
     return a->kind == b->kind && a->falloff == b->falloff && same_v3(a->p, b->p) && same_v3(a->n, b->n) &&
            same_v3(a->u, b->u) && same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area &&
            a->omc_inner == b->omc_inner && a->omc_outer == b->omc_outer && a->instance == b->instance &&
-           a->shape == b->shape && a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
+           a->shape == b->shape && a->web_hash == b->web_hash && (!a->web_hash || same_frame(&a->frame, &b->frame)) &&
+           a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
 }

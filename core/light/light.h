@@ -10,10 +10,11 @@
 struct lum_instance;
 struct lum_snapshot;
 struct lum_env_map; /* luminance distribution of an environment image (light/environment.c) */
+struct lum_web;     /* intensity by direction (light/web.h) */
 
 /* What lights are at render time; what tells them apart is a row (emitter.h). */
 #define LUM_EMITTERS(X)                                                                                                \
-    X(POINT, point) /* with a falloff: point, spot */                                                                  \
+    X(POINT, point) /* with a falloff: point, spot, ies */                                                             \
     X(DIRECTIONAL, directional)                                                                                        \
     X(QUAD, quad)                                                                                                      \
     X(DISC, disc)                                                                                                      \
@@ -32,12 +33,15 @@ struct lum_light {
     const struct lum_falloff *falloff; /* point */
     struct lum_rgb power;          /* cd * scale^2 (point), lx (directional), cd/m2 (area, mesh, environment tint) */
     struct lum_vec3 p;             /* centre */
-    struct lum_vec3 n;             /* unit: where light goes (spot, directional, quad, disc) */
+    struct lum_vec3 n;             /* unit: where light goes (spot, ies, directional, quad, disc) */
     struct lum_vec3 u, v;          /* quad: half edges */
     float radius, area;            /* scene units */
     float omc_inner, omc_outer;    /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
-    struct lum_frame env_frame;    /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h) */
+    struct lum_frame frame;        /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
+                                    * web: of its directions, left-handed (web.h) */
     const struct lum_env_map *env; /* environment image, or NULL: constant */
+    const struct lum_web *web;     /* ies; else NULL */
+    uint64_t web_hash;             /* of it, for a copy of the light that outlives it */
     uint32_t instance;             /* mesh emitter: its instance */
     const float *tri_cdf;          /* mesh emitter: n_triangles inclusive prefix sums of area, last = area */
     float mean_emission;           /* mesh: mean luminance over its area of what texture and holes leave of power */

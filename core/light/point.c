@@ -9,7 +9,7 @@ static bool sample_point(const struct lum_snapshot *s, const struct lum_light *l
     float r = lum_length(d);
     if (!(r > 0.0f))
         return false;
-    float share = lum_falloff_towards(l, wi);
+    float share = l->falloff->share(l, wi);
     if (!(share > 0.0f))
         return false;
     float near = lum_max(r, LUM_POINT_LIGHT_NEAR);

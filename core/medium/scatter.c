@@ -240,7 +240,7 @@ void lum_medium_scatter_points(const struct lum_scatter_query *q, uint32_t n, co
     }
     for (uint32_t k = 0; k < n; k++) {
         struct lum_vec3 p = {at.x[k], at.y[k], at.z[k]}, wi = {at.wx[k], at.wy[k], at.wz[k]};
-        float share = at.way[k] > 0.0f ? lum_falloff_towards(l, wi) : 0.0f;
+        float share = at.way[k] > 0.0f ? l->falloff->share(l, wi) : 0.0f;
         ret_radiance[k] = lum_grey(0.0f);
         if (!(pdf[k] > 0.0f) || !(share > 0.0f) || !in_reach(p))
             continue;

@@ -12,6 +12,8 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 
+struct lum_web;
+
 struct lum_mesh_desc {
     const double *positions; /* 3 * n_vertices, local space, metres. NULL: use positions_f */
     const float *positions_f;
@@ -88,6 +90,7 @@ struct lum_object_desc {
 #define LUM_LIGHT_KINDS(X)                                                                                             \
     X(POINT, point)                                                                                                    \
     X(SPOT, spot)                                                                                                      \
+    X(IES, ies)                                                                                                        \
     X(DIRECTIONAL, directional)                                                                                        \
     X(QUAD, quad)                                                                                                      \
     X(DISC, disc)                                                                                                      \
@@ -97,14 +100,17 @@ struct lum_object_desc {
 enum lum_light_kind { LUM_LIGHT_KINDS(LUM_LIGHT_KIND_MEMBER) LUM_LIGHT_KIND_COUNT };
 struct lum_light_desc {
     enum lum_light_kind kind;
-    struct lum_vec3d position;             /* point, spot, disc, sphere: centre; quad: centre */
-    struct lum_vec3d direction;            /* spot, directional, disc: where light goes; need not be unit */
-    struct lum_vec3d u, v;                 /* quad: full edges; emits towards cross(u, v) */
-    double radius_m;                       /* disc, sphere */
+    struct lum_vec3d position;  /* point, spot, ies, disc, sphere: centre; quad: centre */
+    struct lum_vec3d direction; /* spot, ies, directional, disc: where light goes; need not be unit */
+    struct lum_vec3d u, v;      /* quad: full edges; emits towards cross(u, v). ies: u is, but for what it has
+                                 * of the direction, where the web's c is 0 (core/light/web.h) */
+    double radius_m;            /* disc, sphere */
     double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
     struct lum_rgb color;                  /* chromaticity, luminance 1 */
+    const struct lum_web *web;             /* ies: the scene takes a reference of its own */
     /* The photometric size, in the unit natural to the kind (records in lm are converted by the caller with
-     * lum_light_from_flux): point, spot: cd; directional: lx on a facing plane; area, environment: cd/m2. 0 to 1e12 */
+     * lum_light_from_flux): point, spot: cd; ies: cd of its brightest direction; directional: lx on a facing plane;
+     * area, environment: cd/m2. 0 to 1e12 */
     double intensity;
     const char *image;       /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
                               * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
@@ -112,9 +118,9 @@ struct lum_light_desc {
     bool on, camera_visible; /* camera_visible: area lights and environment seen directly */
     const char *group;       /* mixing group, "" = its own id */
 };
-/* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot by its falloff
- * integral; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and environment, and
- * where so much from so small a light is over 1e12. */
+/* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot and ies by the
+ * integral of their falloff; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and
+ * environment, and where so much from so small a light is over 1e12. */
 LUM_MUST_USE enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double flux_lm,
                                                  double *ret_intensity, struct lum_error *err);
 

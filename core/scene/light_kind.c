@@ -1,5 +1,6 @@
 #include "core/scene/light_kind.h"
 #include "core/light/emitter.h"
+#include "core/light/web.h"
 
 #include "core/scene/tables.h"
 
@@ -63,6 +64,42 @@ const struct lum_light_kind_row lum_light_kind_spot = {.emitter = LUM_EMIT_POINT
                                                        .check = check_cone,
                                                        .resolve = resolve_spot,
                                                        .flux = flux_of_spot};
+
+/* ---- a web ---- */
+
+static enum lum_status check_web(const struct lum_light_desc *d, struct lum_error *err)
+{
+    if (!d->web)
+        return lum_fail(err, LUM_ERR_INVALID, "web", "an ies light needs a web");
+    enum lum_status status = lum_check_vec("u", d->u, LUM_LENGTH_MAX, err);
+    if (status == LUM_OK &&
+        !(lum_v3d_cross_length(d->u, d->direction) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->direction)))
+        return lum_fail(err, LUM_ERR_INVALID, "u", "must not be along the direction");
+    return status;
+}
+
+static void resolve_web(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    (void)scale;
+    struct lum_vec3d n = d->direction, u = d->u;
+    double share = (u.x * n.x + u.y * n.y + u.z * n.z) / (n.x * n.x + n.y * n.y + n.z * n.z);
+    struct lum_vec3d across = {u.x - share * n.x, u.y - share * n.y, u.z - share * n.z};
+    l->web = d->web;
+    l->web_hash = d->web->hash;
+    l->frame = lum_web_frame(d->web->type, l->n, unit(across));
+}
+
+static double flux_of_web(const struct lum_light_desc *d)
+{
+    return d->web->flux_sr;
+}
+
+const struct lum_light_kind_row lum_light_kind_ies = {.emitter = LUM_EMIT_POINT,
+                                                      .falloff = &lum_falloff_web,
+                                                      .aimed = true,
+                                                      .check = check_web,
+                                                      .resolve = resolve_web,
+                                                      .flux = flux_of_web};
 
 /* ---- areas: Lambertian, pi times area ---- */
 
@@ -154,7 +191,7 @@ static void resolve_environment(const struct lum_light_desc *d, double scale, st
 {
     (void)scale;
     float c = (float)cos(d->rotation_rad), s = (float)sin(d->rotation_rad);
-    l->env_frame = (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
+    l->frame = (struct lum_frame){{c, 0.0f, -s}, {0.0f, 1.0f, 0.0f}, {s, 0.0f, c}};
 }
 
 const struct lum_light_kind_row lum_light_kind_environment = {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/light/emitter.h"
+#include "core/light/web.h"
 #include "core/math/sampler.h"
 #include "core/scene/parts.h"
 
@@ -341,10 +342,11 @@ static struct lum_light_part *part_alloc(uint32_t n)
     part->cdfs = lum_calloc(n, sizeof(struct lum_area_cdf *));
     part->means = lum_calloc(n, sizeof *part->means);
     part->envs = lum_calloc(n, sizeof(struct lum_env_part *));
+    part->webs = lum_calloc(n, sizeof(struct lum_web *));
     part->shapes = lum_calloc(n, sizeof *part->shapes);
     part->shape_lights = lum_calloc(n, sizeof *part->shape_lights);
     if (part->items && part->active && part->active_cdf && part->pick_pdf && part->cdfs && part->means && part->envs &&
-        part->shapes && part->shape_lights)
+        part->webs && part->shapes && part->shape_lights)
         return part;
     lum_light_part_unref(part);
     return NULL;
@@ -359,6 +361,7 @@ void lum_light_part_unref(struct lum_light_part *part)
         lum_image_unref((struct lum_image *)part->means[i].emission.image);
         lum_image_unref((struct lum_image *)part->means[i].alpha.image);
         lum_env_part_unref(part->envs[i]);
+        lum_web_unref(part->webs[i]);
     }
     lum_free(part->items);
     lum_free(part->active);
@@ -367,6 +370,7 @@ void lum_light_part_unref(struct lum_light_part *part)
     lum_free(part->cdfs);
     lum_free(part->means);
     lum_free(part->envs);
+    lum_free(part->webs);
     lum_free(part->shapes);
     lum_free(part->shape_lights);
     lum_free(part);
@@ -387,6 +391,7 @@ static enum lum_status add_lights(struct light_build *b, struct lum_error *err)
                 return status;
             l->env = part->envs[part->n]->map;
         }
+        part->webs[part->n] = l->web ? lum_web_ref(l->web) : NULL;
         part->n++;
     }
     return LUM_OK;

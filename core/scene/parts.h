@@ -56,6 +56,7 @@ struct lum_light_part {
     struct lum_area_cdf **cdfs;      /* per light; NULL but for mesh emitters */
     struct lum_emission_mean *means; /* per light; zero but for mesh emitters with a texture or holes */
     struct lum_env_part **envs;      /* per light; NULL but for environments with an image */
+    const struct lum_web **webs;     /* per light; NULL but for ies */
     uint32_t n;
     struct lum_accel_shape *shapes;
     uint32_t *shape_lights; /* per shape: its light */

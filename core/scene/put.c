@@ -1,4 +1,5 @@
 /* Materials, objects, lights, cameras and media: checked, then stored. */
+#include "core/light/web.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/tables.h"
 
@@ -188,6 +189,21 @@ static enum lum_status check_light(const struct lum_light_desc *d, struct lum_er
     return status;
 }
 
+enum lum_status lum_scene_take_web(const struct lum_scene *scene, const struct lum_web_desc *desc,
+                                   struct lum_web **ret_web, struct lum_error *err)
+{
+    const struct lum_table *lights = &scene->tables[LUM_ENTITY_LIGHT];
+    uint64_t hash = lum_web_desc_hash(desc);
+    for (uint32_t i = 0; i < lights->n; i++) {
+        const struct lum_web *web = ((const struct lum_light_entry *)lights->rows[i])->desc.web;
+        if (web && web->hash == hash) {
+            *ret_web = lum_web_ref(web);
+            return LUM_OK;
+        }
+    }
+    return lum_web_create(desc, ret_web, err);
+}
+
 enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, const struct lum_light_desc *desc,
                                     struct lum_error *err)
 {
@@ -201,11 +217,14 @@ enum lum_status lum_scene_put_light(struct lum_scene *scene, const char *id, con
     if (status != LUM_OK)
         return status;
     struct lum_light_entry *entry = (struct lum_light_entry *)base;
+    const struct lum_web *web = entry->desc.web;
     name_group(entry->group, desc->group, id);
     lum_entry_move_use(entry->image, image);
     entry->image = (struct lum_image_entry *)image;
     entry->desc = *desc;
     entry->desc.image = entry->desc.group = NULL;
+    entry->desc.web = desc->kind == LUM_LIGHT_IES ? lum_web_ref(desc->web) : NULL;
+    lum_web_unref(web);
     lum_table_keep(table, base);
     return LUM_OK;
 }

@@ -18,6 +18,8 @@
 struct lum_device;
 struct lum_scene;
 struct lum_snapshot;
+struct lum_web;
+struct lum_web_desc;
 
 /* device must outlive the scene and all its snapshots. */
 LUM_MUST_USE enum lum_status lum_scene_create(struct lum_device *device, struct lum_scene **ret_scene,
@@ -44,6 +46,10 @@ LUM_MUST_USE enum lum_status lum_scene_put_object(struct lum_scene *, const char
                                                   struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_light(struct lum_scene *, const char *id, const struct lum_light_desc *,
                                                  struct lum_error *);
+/* The web of a light to put: that of another light of the scene where it is the same, else a new one. One reference is
+ * the caller's. */
+LUM_MUST_USE enum lum_status lum_scene_take_web(const struct lum_scene *, const struct lum_web_desc *,
+                                                struct lum_web **ret_web, struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_camera(struct lum_scene *, const char *id, const struct lum_camera *,
                                                   struct lum_error *);
 LUM_MUST_USE enum lum_status lum_scene_put_medium(struct lum_scene *, const char *id, const struct lum_medium_desc *,

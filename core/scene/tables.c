@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/light/web.h"
 #include "core/scene/parts.h"
 
 /* ---- tables ---- */
@@ -189,6 +190,7 @@ static void entry_destroy(enum lum_entity kind, struct lum_entry *entry)
         break;
     case LUM_ENTITY_LIGHT:
         lum_entry_move_use(((struct lum_light_entry *)entry)->image, NULL);
+        lum_web_unref(((struct lum_light_entry *)entry)->desc.web);
         break;
     case LUM_ENTITY_CAMERA:
     case LUM_ENTITY_MEDIUM:

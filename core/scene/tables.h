@@ -56,7 +56,7 @@ struct lum_object_entry {
 
 struct lum_light_entry {
     struct lum_entry base;
-    struct lum_light_desc desc; /* image, group are NULL: see below */
+    struct lum_light_desc desc; /* image, group are NULL: see below; a reference to its web */
     struct lum_image_entry *image;
     char group[LUM_ID_MAX + 1];
 };

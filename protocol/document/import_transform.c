@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "protocol/record/aim.h"
 #include "protocol/record/field.h"
 
 /* Row-major 3x4: points are columns. */
@@ -79,6 +80,20 @@ static void map_transform(const struct map *a, struct lum_record_transform *t)
     memcpy(t->matrix + 12, last, sizeof last);
 }
 
+/* A map that mirrors turns a lamp's web, but cannot mirror it. */
+static void map_aim(const struct map *a, struct lum_record_light *l)
+{
+    double c0[3];
+    bool rolls = strcmp(l->kind, "ies") == 0;
+    if (rolls)
+        lum_aim_c0(l->direction, l->roll_deg, c0);
+    map_vector(a, l->direction);
+    if (!rolls)
+        return;
+    map_vector(a, c0);
+    l->roll_deg = lum_aim_roll_deg(l->direction, c0);
+}
+
 static void map_record(const struct map *a, struct lum_record *r)
 {
     switch (r->type) {
@@ -87,7 +102,7 @@ static void map_record(const struct map *a, struct lum_record *r)
         break;
     case LUM_RECORD_LIGHT: /* candela, lux and luminance stay: a lamp in a model that is scaled is the same lamp */
         map_point(a, r->light.position);
-        map_vector(a, r->light.direction);
+        map_aim(a, &r->light);
         map_vector(a, r->light.u);
         map_vector(a, r->light.v);
         r->light.radius *= cbrt(fabs(determinant(a))); /* the length by which the map scales on average */

@@ -56,6 +56,8 @@ size_t lum_history_bulk_bytes(const struct lum_record *r)
         const struct lum_record_mesh *m = &r->mesh;
         return 8 * m->positions.n + 4 * (m->normals.n + m->uvs.n + m->colors.n + m->indices.n);
     }
+    if (r && r->type == LUM_RECORD_LIGHT)
+        return lum_record_web_bytes(r->light.web);
     return r && r->type == LUM_RECORD_IMAGE ? r->image.n_bytes : 0;
 }
 

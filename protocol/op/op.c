@@ -168,16 +168,20 @@ struct bulk_form {
     struct lum_blobs_out *blobs; /* NULL: not this way */
 };
 
-/* A field of a group is left out when another one of the group stands in for it: so do pixels decoded from an asset, or
- * the asset where the pixels are kept. */
+/* A field of a group is left out when another one of the group stands in for it: so do pixels and webs read from an
+ * asset, or the asset where these are kept. */
 static bool stands_aside(const struct lum_field *f, const struct lum_record *r, const struct lum_record *fresh,
                          const struct bulk_form *form)
 {
     const struct lum_fields *t = lum_fields_of(r->type);
     if (f->kind == LUM_FIELD_PIXELS)
         return r->image.asset[0] != '\0' && !form->blobs;
+    if (f->kind == LUM_FIELD_WEB)
+        return r->light.asset[0] != '\0' && !form->blobs;
     if (r->type == LUM_RECORD_IMAGE && f->kind == LUM_FIELD_ASSET && form->blobs)
         return r->image.pixels != NULL;
+    if (r->type == LUM_RECORD_LIGHT && f->kind == LUM_FIELD_ASSET && form->blobs)
+        return r->light.web != NULL;
     if (!f->group || !is_default(f, r, fresh))
         return false;
     for (size_t i = 0; i < t->n; i++)

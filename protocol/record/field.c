@@ -16,7 +16,8 @@ static const void *at_const(const struct lum_field *f, const void *base)
 
 bool lum_field_is_bulk(const struct lum_field *f)
 {
-    return f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES || f->kind == LUM_FIELD_PIXELS;
+    return f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES || f->kind == LUM_FIELD_PIXELS ||
+           f->kind == LUM_FIELD_WEB;
 }
 
 /* Bytes of a field that owns nothing and has no parts; 0 otherwise. */
@@ -50,6 +51,7 @@ static size_t plain_size(const struct lum_field *f)
     case LUM_FIELD_FLOATS:
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
+    case LUM_FIELD_WEB:
         break;
     }
     return 0;
@@ -80,6 +82,8 @@ bool lum_field_is_null(const struct lum_field *f, const void *base)
         return ((const struct lum_indices *)p)->n == 0;
     case LUM_FIELD_PIXELS:
         return ((const struct lum_record_image *)base)->n_bytes == 0;
+    case LUM_FIELD_WEB:
+        return *(struct lum_record_web *const *)p == NULL;
     default:
         return false;
     }
@@ -98,6 +102,10 @@ static void reset_bulk(const struct lum_field *f, void *base)
         struct lum_indices *v = at(f, base);
         free(v->u32);
         *v = (struct lum_indices){0};
+    } else if (f->kind == LUM_FIELD_WEB) {
+        struct lum_record_web **web = at(f, base);
+        lum_record_web_unref(*web);
+        *web = NULL;
     } else {
         struct lum_record_image *image = base;
         free(image->pixels);
@@ -210,6 +218,8 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b)
         const struct lum_record_image *v = a, *w = b;
         return bytes_equal(v->pixels, v->n_bytes, w->pixels, w->n_bytes);
     }
+    case LUM_FIELD_WEB:
+        return lum_record_web_equal(*(struct lum_record_web *const *)p, *(struct lum_record_web *const *)q);
     case LUM_FIELD_TRANSFORM:
         return transform_equal(p, q);
     case LUM_FIELD_TEXTURE:
@@ -261,6 +271,11 @@ bool lum_field_copy(const struct lum_field *f, void *to, const void *from)
     }
     if (f->kind == LUM_FIELD_FLOATS)
         return copy_floats(at(f, to), at_const(f, from));
+    if (f->kind == LUM_FIELD_WEB) {
+        struct lum_record_web *const *web = at_const(f, from);
+        *(struct lum_record_web **)at(f, to) = *web ? lum_record_web_ref(*web) : NULL;
+        return true;
+    }
     if (f->kind == LUM_FIELD_INDICES) {
         const struct lum_indices *v = at_const(f, from);
         if (!copy_bytes(v->u32, v->n * sizeof *v->u32, &bytes))

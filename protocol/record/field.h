@@ -24,6 +24,7 @@ enum lum_field_kind {
     LUM_FIELD_FLOATS,    /* struct lum_floats, n numbers per vertex */
     LUM_FIELD_INDICES,   /* struct lum_indices */
     LUM_FIELD_PIXELS,    /* uint8_t * and size_t of struct lum_record_image; base64 in JSON */
+    LUM_FIELD_WEB,       /* struct lum_record_web *; an object in JSON, whose fields are lum_web_fields */
     LUM_FIELD_TEXTURE,   /* struct lum_record_texture, null when it names no image */
     LUM_FIELD_TRANSFORM, /* struct lum_record_transform */
     LUM_FIELD_BOX,       /* struct lum_record_box, null when not set */
@@ -38,7 +39,7 @@ enum lum_field_flag {
 };
 
 /* Fields of one group exclude each other: setting one sets the others to their default. */
-enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR, LUM_GROUP_PICTURE, LUM_GROUP_CAMERA };
+enum lum_field_group { LUM_GROUP_NONE, LUM_GROUP_PHOTOMETRIC, LUM_GROUP_COLOR, LUM_GROUP_FILE, LUM_GROUP_CAMERA };
 
 struct lum_fields;
 
@@ -63,7 +64,8 @@ struct lum_fields {
     size_t n;
 };
 const struct lum_fields *lum_fields_of(enum lum_record_type type);
-extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box_fields, lum_camera_fields;
+extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box_fields, lum_web_fields,
+    lum_camera_fields;
 
 /* The sub-table of what has one; else NULL. */
 const struct lum_fields *lum_field_parts(const struct lum_field *f);

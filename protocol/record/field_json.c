@@ -57,10 +57,10 @@ static bool read_text(const struct lum_field *f, char *ret, const cJSON *json, s
     return true;
 }
 
-/* The members of an object into the parts of a texture, transform or box, which has been reset. */
-static bool read_parts(const struct lum_field *f, void *base, const cJSON *json, struct lum_proto_error *err)
+/* The members of an object into parts of f, which have been reset. */
+static bool read_members(const struct lum_field *f, const struct lum_fields *parts, void *base, const cJSON *json,
+                         const struct lum_blobs *blobs, struct lum_proto_error *err)
 {
-    const struct lum_fields *parts = lum_field_parts(f);
     if (!cJSON_IsObject(json))
         return wrong(f, err,
                      f->kind == LUM_FIELD_TRANSFORM ? "16 numbers or an object"
@@ -72,7 +72,7 @@ static bool read_parts(const struct lum_field *f, void *base, const cJSON *json,
             lum_fields_unknown(parts, m->string, err);
             return lum_proto_prefix(err, f->name);
         }
-        if (!lum_field_read(part, base, m, NULL, err))
+        if (!lum_field_read(part, base, m, blobs, err))
             return lum_proto_prefix(err, f->name);
     }
     for (size_t i = 0; i < parts->n; i++) {
@@ -83,6 +83,29 @@ static bool read_parts(const struct lum_field *f, void *base, const cJSON *json,
         }
     }
     return true;
+}
+
+/* Of a texture, transform or box. */
+static bool read_parts(const struct lum_field *f, void *base, const cJSON *json, struct lum_proto_error *err)
+{
+    return read_members(f, lum_field_parts(f), base, json, NULL, err);
+}
+
+static bool read_web(const struct lum_field *f, struct lum_record_web **ret_web, const cJSON *json,
+                     const struct lum_blobs *blobs, struct lum_proto_error *err)
+{
+    struct lum_record_web *web = lum_record_web_create();
+    if (!web)
+        return lum_proto_fail_memory(err);
+    if (read_members(f, &lum_web_fields, web, json, blobs, err)) {
+        if (lum_record_web_validate(web, err)) {
+            *ret_web = web;
+            return true;
+        }
+        lum_proto_prefix(err, f->name);
+    }
+    lum_record_web_unref(web);
+    return false;
 }
 
 static bool read_transform(const struct lum_field *f, struct lum_record_transform *t, const cJSON *json,
@@ -107,6 +130,7 @@ static bool nullable(const struct lum_field *f)
     case LUM_FIELD_FLOATS:
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
+    case LUM_FIELD_WEB:
         return !(f->flags & LUM_FIELD_REQUIRED);
     case LUM_FIELD_VECTOR:
         return f->flags & LUM_FIELD_NULLABLE;
@@ -154,6 +178,9 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
         return lum_field_read_bulk(f, base, json, blobs, err);
+    case LUM_FIELD_WEB:
+        lum_field_reset(f, base);
+        return read_web(f, p, json, blobs, err);
     case LUM_FIELD_TRANSFORM:
         lum_field_reset(f, base);
         return read_transform(f, p, json, err);
@@ -222,6 +249,8 @@ struct cJSON *lum_field_write(const struct lum_field *f, const void *base)
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
         return lum_field_write_bulk(f, base);
+    case LUM_FIELD_WEB:
+        return write_parts(&lum_web_fields, *(struct lum_record_web *const *)p);
     case LUM_FIELD_TRANSFORM:
         return write_transform(p);
     case LUM_FIELD_TEXTURE:

@@ -47,6 +47,21 @@ static const struct lum_field transform[] = {
     VECTOR(transform, scale, 0, -1e6, 1e6, XYZ(1, 1, 1), "", "applied first; no factor may be 0"),
 };
 
+static const struct lum_field web[] = {
+    CHOICE(web, type, 0, "c|b|a", "of photometry, as LM-63 has it"),
+    FLOATS(web, c_deg, LUM_FIELD_REQUIRED, 1, -360, 720, "deg",
+           "of each plane, ascending, over 360 at most; dark beyond. One: all are the same. Types a, b: horizontal, "
+           "vertical angle"),
+    FLOATS(
+        web, gamma_deg, LUM_FIELD_REQUIRED, 1, 0, 180, "deg",
+        "in each plane, ascending; dark beyond. 0: where it aims. Types a, b: 90 less the vertical, horizontal angle"),
+    FLOATS(web, candela, LUM_FIELD_REQUIRED, 1, 0, 1e12, "cd", "of each plane, all angles; linear between angles"),
+    CHOICE(web, opening, 0, "point|rectangle|disc|sphere", "shape that shines"),
+    VECTOR(web, size, 0, 0, 1e6, XYZ(0, 0, 0), "m", "of the opening: along c 0, along c 90, height"),
+    OPT(web, rated_lm, 0, 1e12, 0, "lm", "of its lamps, as the file says; null: absolute photometry"),
+    OPT(web, watts, 0, 1e9, 0, "W", "it takes; null: the file does not say"),
+};
+
 static const struct lum_field box[] = {
     {ROW(box, min, VECTOR), .n = 3, .flags = LUM_FIELD_REQUIRED, .min = -COORD, .max = COORD, .unit = "m", .doc = ""},
     {ROW(box, max, VECTOR), .n = 3, .flags = LUM_FIELD_REQUIRED, .min = -COORD, .max = COORD, .unit = "m", .doc = ""},
@@ -68,12 +83,12 @@ static const struct lum_field mesh[] = {
 };
 
 static const struct lum_field image[] = {
-    {ROW(image, asset, ASSET), CHARS(image, asset), .group = LUM_GROUP_PICTURE, .unit = "",
+    {ROW(image, asset, ASSET), CHARS(image, asset), .group = LUM_GROUP_FILE, .unit = "",
      .doc = "PNG, JPEG, HDR or EXR below the asset root; excludes pixels"},
     U32(image, width, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
     U32(image, height, LUM_LIMIT_IMAGE_SIDE, "px", "of pixels"),
     CHOICE(image, texel, 0, "srgb8|linear8|rgb32f", "4 bytes RGBA, or 3 little-endian floats RGB"),
-    {ROW(image, pixels, PIXELS), .group = LUM_GROUP_PICTURE, .unit = "",
+    {ROW(image, pixels, PIXELS), .group = LUM_GROUP_FILE, .unit = "",
      .doc = "base64, rows from the top; excludes asset"},
 };
 
@@ -119,18 +134,28 @@ static const struct lum_field object[] = {
 
 #define FOR(kinds) .only = kinds
 static const struct lum_field light[] = {
-    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|directional|quad|disc|sphere|environment", ""),
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|ies|directional|quad|disc|sphere|environment", ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
-    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR("spot|directional|disc")),
+    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR("spot|ies|directional|disc")),
+    NUMBER(light, roll_deg, -3600, 3600, 0, "deg",
+           "about the direction, from c 0 to c 90. At 0 c 0, the length of the lamp, lies along +X where it aims down",
+           FOR("ies")),
     VECTOR(light, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge; it emits towards u x v", FOR("quad")),
     VECTOR(light, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR("quad")),
     NUMBER(light, radius, 0, COORD, 0.1, "m", "", FOR("disc|sphere")),
     NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR("spot")),
     NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR("spot")),
-    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR("point|spot|quad|disc|sphere")),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits",
+        FOR("point|spot|ies|quad|disc|sphere")),
     OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR("point|spot")),
     OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "", FOR("quad|disc|sphere|environment")),
     OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx", "on a facing plane", FOR("directional")),
+    OPT(light, multiplier, 0, 1e6, LUM_GROUP_PHOTOMETRIC, "", "of the intensities of its web; null, and no flux_lm: 1",
+        FOR("ies")),
+    {ROW(light, asset, ASSET), CHARS(light, asset), .group = LUM_GROUP_FILE, .unit = "", .only = "ies",
+     .doc = "IES LM-63 or EULUMDAT file below the asset root; excludes web"},
+    {ROW(light, web, WEB), .group = LUM_GROUP_FILE, .unit = "", .only = "ies",
+     .doc = "what such a file says; excludes asset"},
     {ROW(light, color, VECTOR), .n = 3, .group = LUM_GROUP_COLOR, .max = 1e6, .def = {1, 1, 1}, .unit = "",
      .doc = "linear, normalised to luminance 1 when used; excludes cct_k"},
     OPT(light, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature; excludes color"),
@@ -197,6 +222,7 @@ static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
 const struct lum_fields lum_texture_fields = {texture, COUNT(texture)};
 const struct lum_fields lum_transform_fields = {transform, COUNT(transform)};
 const struct lum_fields lum_box_fields = {box, COUNT(box)};
+const struct lum_fields lum_web_fields = {web, COUNT(web)};
 const struct lum_fields lum_camera_fields = {camera, COUNT(camera)};
 
 const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {

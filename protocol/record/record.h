@@ -11,6 +11,7 @@
 #include "protocol/base/value.h"
 #include "protocol/record/bulk.h"
 #include "protocol/record/transform.h"
+#include "protocol/record/web.h"
 
 enum lum_record_type {
     LUM_RECORD_MESH,
@@ -75,10 +76,12 @@ struct lum_record_object {
 };
 
 struct lum_record_light {
-    char kind[16]; /* point spot directional quad disc sphere environment */
-    double position[3], direction[3], u[3], v[3], radius;
-    double inner_cone_deg, outer_cone_deg;                                 /* spot: half angles */
-    struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx; /* exactly one is set */
+    char kind[16]; /* point spot ies directional quad disc sphere environment */
+    double position[3], direction[3], roll_deg, u[3], v[3], radius;
+    double inner_cone_deg, outer_cone_deg;                                             /* spot: half angles */
+    struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx, multiplier; /* exactly one; ies: at most */
+    char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* ies: read by the importer; or "" when the web is given */
+    struct lum_record_web *web;            /* a reference; NULL until an asset is read */
     double color[3];
     struct lum_opt cct_k; /* set: replaces color */
     lum_id image;         /* environment */

@@ -134,7 +134,7 @@ static bool validate_photometric(const struct lum_record_light *l, struct lum_pr
             natural = fits;
         }
     }
-    if (natural)
+    if (natural || (!given && strcmp(l->kind, "ies") == 0))
         return true;
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, given ? "invalid_value" : "missing_field", given ? given : first,
                           "a %s light takes %s%s%s", l->kind, wanted, given ? ", not " : "", given ? given : "");
@@ -154,6 +154,11 @@ static bool validate_light(const struct lum_record_light *l, struct lum_proto_er
         return invalid(err, "inner_cone_deg", "inner_cone_deg must not be more than outer_cone_deg");
     if (black(l->color))
         return invalid(err, "color", "color gives a hue: it must not be black; use on or the photometric quantity");
+    bool measured = l->asset[0] != '\0' || l->web;
+    if (has(l, "web") && !measured)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "missing_field", "asset", "an ies light takes asset or web");
+    if (measured && !has(l, "web"))
+        return invalid(err, l->asset[0] != '\0' ? "asset" : "web", "only an ies light takes asset or web");
     if (l->image[0] != '\0' && !has(l, "image"))
         return invalid(err, "image", "only an environment light takes an image");
     return true;

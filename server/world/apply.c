@@ -7,6 +7,7 @@
 #include "core/medium/medium.h"
 #include "core/scene/light_kind.h"
 #include "core/scene/shapes.h"
+#include "protocol/record/aim.h"
 #include "server/base/suggest.h"
 
 static const double rad_per_deg = 0.017453292519943295;
@@ -197,6 +198,10 @@ static enum lum_status light_intensity(const struct lum_record_light *l, const s
 {
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
+    if (d->web) {
+        *ret_intensity = d->web->peak_cd * (l->multiplier.set ? l->multiplier.value : 1.0);
+        return LUM_OK;
+    }
     enum lum_emitter emitter = lum_light_kinds[d->kind]->emitter;
     const struct lum_opt *natural = emitter == LUM_EMIT_POINT         ? &l->intensity_cd
                                     : emitter == LUM_EMIT_DIRECTIONAL ? &l->illuminance_lx
@@ -219,7 +224,19 @@ static enum lum_status light_color(const struct lum_record_light *l, struct lum_
     return LUM_OK;
 }
 
-enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_desc *ret_light, struct lum_error *err)
+struct lum_web_desc lum_apply_web(const struct lum_record_web *web)
+{
+    static const char types[] = "cba"; /* as enum lum_web_type */
+    return (struct lum_web_desc){.type = (enum lum_web_type)(strchr(types, web->type[0]) - types),
+                                 .n_c = (uint32_t)web->c_deg.n,
+                                 .n_gamma = (uint32_t)web->gamma_deg.n,
+                                 .c_deg = web->c_deg.f32,
+                                 .gamma_deg = web->gamma_deg.f32,
+                                 .candela = web->candela.f32};
+}
+
+enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web *web, struct lum_light_desc *ret_light,
+                                struct lum_error *err)
 {
     const struct lum_record_light *l = &r->light;
     struct lum_light_desc d = {
@@ -232,10 +249,16 @@ enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_des
         .outer_cone_rad = l->outer_cone_deg * rad_per_deg,
         .image = l->image[0] ? l->image : NULL,
         .rotation_rad = l->rotation_deg * rad_per_deg,
+        .web = web,
         .on = l->on,
         .camera_visible = l->camera_visible,
         .group = l->group,
     };
+    if (web) {
+        double c0[3];
+        lum_aim_c0(l->direction, l->roll_deg, c0);
+        d.u = vec3d(c0);
+    }
     enum lum_status st = light_kind_of(l->kind, &d.kind, err);
     if (!st)
         st = light_color(l, &d.color, err);
@@ -243,6 +266,30 @@ enum lum_status lum_apply_light(const struct lum_record *r, struct lum_light_des
         st = light_intensity(l, &d, &d.intensity, err);
     if (!st)
         *ret_light = d;
+    return st;
+}
+
+static enum lum_status put_light(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err)
+{
+    const struct lum_record_web *file = r->light.web;
+    bool measured = strcmp(r->light.kind, "ies") == 0;
+    struct lum_light_desc d;
+    struct lum_web *web = NULL;
+    enum lum_status st = LUM_OK;
+    if (measured && !file)
+        return lum_fail(err, LUM_ERR_INVALID, "asset",
+                        "the asset of the light %s was not read: to give it another one, remove and add the light in "
+                        "one transaction",
+                        r->id);
+    if (measured) {
+        struct lum_web_desc desc = lum_apply_web(file);
+        st = lum_scene_take_web(scene, &desc, &web, err);
+    }
+    if (!st)
+        st = lum_apply_light(r, web, &d, err);
+    if (!st)
+        st = lum_scene_put_light(scene, r->id, &d, err);
+    lum_web_unref(web);
     return st;
 }
 
@@ -342,11 +389,8 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
     }
     case LUM_RECORD_OBJECT:
         return put_object(scene, r, err);
-    case LUM_RECORD_LIGHT: {
-        struct lum_light_desc d;
-        st = lum_apply_light(r, &d, err);
-        return st ? st : lum_scene_put_light(scene, r->id, &d, err);
-    }
+    case LUM_RECORD_LIGHT:
+        return put_light(scene, r, err);
     case LUM_RECORD_CAMERA: {
         struct lum_camera c = lum_apply_camera(&r->camera);
         return lum_scene_put_camera(scene, r->id, &c, err);

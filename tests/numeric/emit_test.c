@@ -8,6 +8,7 @@
 #include "core/pass/pass.h"
 #include "core/scene/light_kind.h"
 #include "tests/numeric/stats.h"
+#include "tests/support/webs.h"
 
 /* All kinds of light (enum lum_light_kind), and two more. */
 enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, N_KINDS };
@@ -16,6 +17,8 @@ static const char *name_of(int kind)
 {
     return kind < IMAGE ? lum_light_kind_names[kind] : kind == IMAGE ? "image" : "mesh";
 }
+
+static struct lum_web *web; /* of the ies kind; made once by main */
 
 static struct lum_light_desc lamp_of(int kind)
 {
@@ -31,6 +34,7 @@ static struct lum_light_desc lamp_of(int kind)
                                    .intensity = 1,
                                    .image = kind == IMAGE ? "sky" : NULL,
                                    .rotation_rad = 0.7,
+                                   .web = web,
                                    .on = true};
 }
 
@@ -208,7 +212,7 @@ static void spot_follows_its_ramp(void **state)
     for (int i = 0; i < rings; i++) { /* integral of the falloff over the ring, by midpoints */
         double sum = 0.0, width = (double)l->omc_outer / rings;
         for (int k = 0; k < 1000; k++)
-            sum += (double)lum_falloff_spot.share(l, (float)((i + (k + 0.5) / 1000) * width)) * width / 1000;
+            sum += (double)lum_spot_share(l, (float)((i + (k + 0.5) / 1000) * width)) * width / 1000;
         for (int k = 0; k < sectors; k++)
             cell[i * sectors + k] = (struct chi2_cell){sum / total / sectors * n, 0.0};
     }
@@ -285,5 +289,8 @@ int main(void)
         cmocka_unit_test(spot_follows_its_ramp),
         cmocka_unit_test(shots_leave_their_light),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    web = web_of_a_lamp();
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    lum_web_unref(web);
+    return failed;
 }

@@ -245,9 +245,9 @@ static void light_is_rotated(void **state)
                           .power = {2.0f, 2.0f, 2.0f},
                           .on = true,
                           .env = map,
-                          .env_frame = {{c, 0, -s}, {0, 1, 0}, {s, 0, c}}};
+                          .frame = {{c, 0, -s}, {0, 1, 0}, {s, 0, c}}};
     struct lum_snapshot snapshot = {.lights = {.lights = &l, .n_lights = 1, .environment = 0}};
-    struct lum_vec3 local = {0.6f, 0.0f, 0.8f}, turned = lum_frame_to_scene(&l.env_frame, local);
+    struct lum_vec3 local = {0.6f, 0.0f, 0.8f}, turned = lum_frame_to_scene(&l.frame, local);
     assert_true(fabsf(lum_lights_background(&snapshot.lights, turned, false).g -
                       2.0f * lum_env_map_radiance(map, local).g) < 1e-3f);
     struct rng r = {5};

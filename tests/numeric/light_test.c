@@ -146,7 +146,7 @@ static void constant_environment_gives_pi(void **state)
 {
     (void)state;
     struct lum_light l = light(LUM_EMIT_ENVIRONMENT);
-    l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+    l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
     for (int i = 0; i < 10; i++) {
         double got = irradiance(&l, lum_v3(0, 0, 0), direction(i / 5.0 - 1.0, i), 1 << 16);
         assert_true(fabs(got / LUM_PI_D - 1.0) < 0.001);
@@ -167,12 +167,12 @@ static void spot_ramps_as_in_gltf(void **state)
     (void)state;
     struct lum_light l = spot();
     l.omc_inner = 0.125f, l.omc_outer = 0.5f;
-    assert_true(lum_falloff_spot.share(&l, 0.0625f) == 1.0f && lum_falloff_spot.share(&l, 0.125f) == 1.0f);
-    assert_true(fabsf(lum_falloff_spot.share(&l, 0.3125f) - 0.25f) < 1e-6f);
-    assert_true(lum_falloff_spot.share(&l, 0.5f) == 0.0f && lum_falloff_spot.share(&l, 2.0f) == 0.0f);
+    assert_true(lum_spot_share(&l, 0.0625f) == 1.0f && lum_spot_share(&l, 0.125f) == 1.0f);
+    assert_true(fabsf(lum_spot_share(&l, 0.3125f) - 0.25f) < 1e-6f);
+    assert_true(lum_spot_share(&l, 0.5f) == 0.0f && lum_spot_share(&l, 2.0f) == 0.0f);
     l.omc_inner = l.omc_outer = 0.5f; /* a hard edge */
-    assert_true(lum_falloff_spot.share(&l, 0.5f) == 1.0f && lum_falloff_spot.share(&l, 0.5001f) == 0.0f);
-    assert_true(lum_falloff_spot.share(&l, NAN) == 0.0f);
+    assert_true(lum_spot_share(&l, 0.5f) == 1.0f && lum_spot_share(&l, 0.5001f) == 0.0f);
+    assert_true(lum_spot_share(&l, NAN) == 0.0f);
 }
 
 /* Half way to the edge of a cone that has no inner one, the falloff is (1 - 1/4)^2: 1 - cos goes with the square of a
@@ -356,7 +356,7 @@ static void nothing_is_ever_not_finite(void **state)
         else
             l.p = hostile_vec(&r), l.omc_inner = hostile(&r), l.omc_outer = hostile(&r),
             l.n = direction(2.0 * rng_unit(&r) - 1.0, 1.0);
-        l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
         m.snapshot.lights.lights = &l;
         struct lum_vec3 p = i % 5 == 0 ? l.p : hostile_vec(&r);
         struct lum_vec2 u = {(float)(rng_u64(&r) >> 40) * 0x1p-24f,
@@ -416,7 +416,7 @@ static void views_see_what_samples_see(void **state)
     int n[LUM_VIEW_OTHER + 1] = {0};
     for (int i = 0; i < 10000; i++) {
         struct lum_light l = light_with_area(&m, i);
-        l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
         m.snapshot.lights.lights = &l;
         struct lum_vec3 p = lum_v3_mad(l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),
                                        (float)pow(10.0, 1.5 * rng_unit(&r) - 0.5));
@@ -444,7 +444,7 @@ static void weights_are_those_of_samples(void **state)
     mesh_light_init(&m);
     for (int i = 0; i < 10000; i++) {
         struct lum_light l = light_with_area(&m, i);
-        l.env_frame = lum_frame_from_normal(lum_v3(0, 0, 1));
+        l.frame = lum_frame_from_normal(lum_v3(0, 0, 1));
         m.snapshot.lights.lights = &l;
         struct lum_vec3 n = direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r));
         struct lum_vec3 p = lum_v3_mad(l.p, direction(2.0 * rng_unit(&r) - 1.0, 6.3 * rng_unit(&r)),

@@ -5,6 +5,7 @@
  * Illuminance is read off pictures: a white diffuse surface of illuminance E and reflectance rho shows rho E / pi. */
 #include "core/scene/shapes.h"
 #include "tests/support/rig.h"
+#include "tests/support/webs.h"
 
 #define PI 3.14159265358979323846
 
@@ -134,8 +135,8 @@ static void floor_and_wall(struct rig *r)
     wall(r, "wall", rig_v(0, 0, 0), rig_v(4, 0, 0), rig_v(0, 3, 0));
 }
 
-/* ---- 5.2: a lamp without extent that follows the cosine law, 3 m above a floor; a disc of 1 cm: (r / d)^2 = 1e-5 ----
- */
+/* ---- 5.2: a lamp without extent that follows the cosine law, 3 m above a floor: a disc of 1 cm, (r / d)^2 = 1e-5; and
+ * a photometric web at steps of 5 degrees, chords of which are at most h^2 / 8 = 0.1 % below the cosine ---- */
 
 static void point_source(void **state)
 {
@@ -161,6 +162,16 @@ static void point_source(void **state)
         near(points[k].want[PATH], rows[k][2]);
     }
     check_points(&r, "5.2", points, LUM_ARRAY_LEN(rows), 2);
+    static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 19};
+    struct lum_web *web = web_of(&down, web_cosine);
+    lamp.kind = LUM_LIGHT_IES;
+    lamp.web = web;
+    lamp.u = rig_v(1, 0, 0);
+    lamp.intensity = 1000;
+    rig_light(&r, "lamp", &lamp);
+    rig_commit(&r);
+    check_points(&r, "5.2, a web", points, LUM_ARRAY_LEN(rows), 2);
+    lum_web_unref(web);
     rig_end(&r);
 }
 
@@ -298,7 +309,9 @@ static double flux_in_cube(struct rig *r, const char *method)
 static void flux_arrives(void **state)
 {
     (void)state;
-    static const struct lum_light_desc lamps[] = {
+    struct lum_web *web = web_of_a_lamp();
+    const struct lum_light_desc lamps[] = {
+        {.kind = LUM_LIGHT_IES, .direction = {0.3, -1, 0.2}, .u = {0, 0, 1}, .web = web, .intensity = 900},
         {.kind = LUM_LIGHT_POINT, .intensity = 1000 / (4 * PI)},
         {.kind = LUM_LIGHT_SPOT,
          .direction = {0.2, -1, 0.1},
@@ -328,6 +341,7 @@ static void flux_arrives(void **state)
         for (size_t m = 0; m < METHODS; m++)
             check("5.4", names[m], (struct reading){flux_in_cube(&r, names[m]), 0.0}, lamp.intensity / per_lm, 0.0);
     }
+    lum_web_unref(web);
     rig_end(&r);
 }
 

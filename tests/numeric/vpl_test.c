@@ -3,6 +3,7 @@
 #include "core/scene/shapes.h"
 #include "tests/numeric/stats.h"
 #include "tests/support/vpls.h"
+#include "tests/support/webs.h"
 
 /* Green flux of slots first .. first + n - 1. */
 static double flux_of_slots(const struct vpls *v, uint32_t first, uint32_t n)
@@ -342,8 +343,11 @@ static void court_with_light(struct rig *r, size_t kind, bool white)
         struct lum_light_desc l = light_of_kind(kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT);
         struct lum_image_desc sky = {LUM_TEXEL_RGB32F, 2, 2, sky_pixels};
         RIG_OK(lum_scene_put_image(r->scene, "sky", &sky, &err));
+        struct lum_web *web = web_of_a_lamp();
         l.image = kind == IMAGE ? "sky" : NULL;
+        l.web = web;
         rig_light(r, "lamp", &l);
+        lum_web_unref(web);
     } else {
         struct lum_material_desc glow = rig_diffuse(white ? 0.3f : 0.0f);
         glow.emission = lum_grey(1.0f), glow.emission_cd_m2 = 100;

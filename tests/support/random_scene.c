@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/scene/shapes.h"
+#include "tests/support/webs.h"
 
 /* ---- picks ---- */
 
@@ -175,9 +176,12 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
     if (d.kind == LUM_LIGHT_ENVIRONMENT)
         d.intensity = fmin(d.intensity, 1e6);
     d.intensity *= light;
-    if (d.kind == LUM_LIGHT_POINT || d.kind == LUM_LIGHT_SPOT)
+    if (d.kind == LUM_LIGHT_POINT || d.kind == LUM_LIGHT_SPOT || d.kind == LUM_LIGHT_IES)
         d.intensity *= scale * scale;
+    struct lum_web *web = d.kind == LUM_LIGHT_IES ? web_of_a_lamp() : NULL;
+    d.web = web;
     rig_light(r, id, &d);
+    lum_web_unref(web);
 }
 
 static void put_fog(struct rig *r, const char *id, const struct random_item *item, const struct random_scene *s)

@@ -43,10 +43,18 @@ static struct lum_light_desc light(const char *text)
     struct lum_op op = parse(text);
     struct lum_light_desc d;
     struct lum_error err = {0};
-    if (lum_apply_light(op.record, &d, &err))
+    struct lum_web *web = NULL;
+    if (op.record->light.web) {
+        struct lum_web_desc desc = lum_apply_web(op.record->light.web);
+        if (lum_web_create(&desc, &web, &err))
+            fail_msg("%s: %s", text, err.text);
+    }
+    if (lum_apply_light(op.record, web, &d, &err))
         fail_msg("%s: %s", text, err.text);
     lum_op_finish(&op);
+    lum_web_unref(web);
     d.image = d.group = NULL; /* they were borrowed */
+    d.web = NULL;
     return d;
 }
 
@@ -87,6 +95,8 @@ static void natural_units_pass_through(void **state)
     for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++) {
         enum lum_emitter emitter = lum_light_kinds[k]->emitter;
         char text[128];
+        if (k == LUM_LIGHT_IES) /* has a web instead: below */
+            continue;
         snprintf(text, sizeof text, "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"%s\",\"%s\":80}",
                  lum_light_kind_names[k],
                  emitter == LUM_EMIT_POINT         ? "intensity_cd"
@@ -96,6 +106,27 @@ static void natural_units_pass_through(void **state)
         assert_int_equal(d.kind, k);
         assert_near(d.intensity, 80.0, 0.0);
     }
+}
+
+/* An even web over the lower half: 2 pi sr. Floats hold the angle of 90 degrees within 1e-7 of it. */
+static void webs_have_their_own_amount(void **state)
+{
+    (void)state;
+#define EVEN                                                                                                           \
+    "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"ies\",\"web\":{\"c_deg\":[0],\"gamma_deg\":[0,90],"    \
+    "\"candela\":[50,50]}"
+    assert_near(light(EVEN "}").intensity, 50.0, EXACT);
+    assert_near(light(EVEN ",\"flux_lm\":null}").intensity, 50.0, EXACT);
+    assert_near(light(EVEN ",\"multiplier\":0.5}").intensity, 25.0, EXACT);
+    assert_near(light(EVEN ",\"flux_lm\":600}").intensity, 600.0 / (2.0 * PI), 1e-6);
+    struct lum_light_desc d = light(EVEN ",\"direction\":[0,-2,0]}");
+    assert_near(d.u.x, 1.0, EXACT);
+    d = light(EVEN ",\"direction\":[0,-2,0],\"roll_deg\":90}"); /* c 90 of one that aims down */
+    assert_near(d.u.z, -1.0, EXACT);
+    d = light(EVEN ",\"direction\":[1,0,0]}"); /* carried along: what lay along +X now lies along +Y */
+    assert_near(d.u.y, 1.0, EXACT);
+    d = light(EVEN ",\"direction\":[0,1,0]}");
+    assert_near(d.u.x, 1.0, EXACT);
 }
 
 /* The protocol knows no renderer: it lists the kinds again. */
@@ -224,11 +255,17 @@ static void solid_glass_is_straightened(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solid_glass_is_straightened), cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
-        cmocka_unit_test(spot_flux_fills_its_cone),    cmocka_unit_test(natural_units_pass_through),
-        cmocka_unit_test(colours_have_luminance_one),  cmocka_unit_test(black_emission_needs_no_colour),
-        cmocka_unit_test(errors_name_their_op),        cmocka_unit_test(settings_check_the_method),
-        cmocka_unit_test(media_pass_through),          cmocka_unit_test(kinds_of_light_are_those_of_the_protocol),
+        cmocka_unit_test(solid_glass_is_straightened),
+        cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
+        cmocka_unit_test(spot_flux_fills_its_cone),
+        cmocka_unit_test(natural_units_pass_through),
+        cmocka_unit_test(colours_have_luminance_one),
+        cmocka_unit_test(black_emission_needs_no_colour),
+        cmocka_unit_test(errors_name_their_op),
+        cmocka_unit_test(settings_check_the_method),
+        cmocka_unit_test(media_pass_through),
+        cmocka_unit_test(webs_have_their_own_amount),
+        cmocka_unit_test(kinds_of_light_are_those_of_the_protocol),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,6 +67,32 @@ static void rules(void **state)
 #define MESH "{'op':'add','type':'mesh','id':'x',"
 #define OBJECT "{'op':'add','type':'object','id':'x','mesh':'m','material':'w','transform':"
 #define CAMERA "{'op':'add','type':'camera','id':'x','position':[0,0,0],"
+#define WEB "'web':{'c_deg':[0,180,360],'gamma_deg':[0,90],'candela':[1,1,1,1,2,0]}"
+    expect(LIGHT "'kind':'ies','asset':'a.ies'}", NULL, NULL);
+    expect(LIGHT "'kind':'ies','asset':'a.ies','flux_lm':5}", NULL, NULL);
+    expect(LIGHT "'kind':'ies','asset':'a.ies','flux_lm':null,'multiplier':5}", NULL, NULL);
+    expect(LIGHT "'kind':'ies','asset':'a.ies','flux_lm':5,'multiplier':5}", "invalid_value", "flux_lm");
+    expect(LIGHT "'kind':'ies','asset':'a.ies','intensity_cd':5}", "invalid_value", "intensity_cd");
+    expect(LIGHT "'kind':'ies','asset':'../a.ies'}", "invalid_value", "asset");
+    expect(LIGHT "'kind':'ies'}", "missing_field", "asset");
+    expect(LIGHT "'kind':'point','flux_lm':5,'multiplier':5}", "invalid_value", "flux_lm");
+    expect(LIGHT "'kind':'point','flux_lm':5,'asset':'a.ies'}", "invalid_value", "asset");
+    expect(LIGHT "'kind':'point','flux_lm':5," WEB "}", "invalid_value", "web");
+    expect(LIGHT "'kind':'ies','direction':[0,0,0]," WEB "}", "invalid_value", "direction");
+    expect(LIGHT "'kind':'ies'," WEB "}", NULL, NULL);
+    expect(LIGHT "'kind':'ies','asset':'a.ies'," WEB "}", "invalid_value", "asset");
+#define WITH(web) LIGHT "'kind':'ies','web':{" web "}}"
+    expect(WITH(""), "missing_field", "web/c_deg");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,90],'candela':[1,1],'lumens':3"), "unknown_field", "web/lumens");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,90],'candela':[1,1],'type':'d'"), "invalid_value", "web/type");
+    expect(WITH("'c_deg':[],'gamma_deg':[0,90],'candela':[]"), "invalid_value", "web/c_deg");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0],'candela':[1]"), "invalid_value", "web/gamma_deg");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,90],'candela':[1,1,1]"), "invalid_value", "web/candela");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,181],'candela':[1,1]"), "invalid_value", "web/gamma_deg/1");
+    expect(WITH("'c_deg':[0],'gamma_deg':[90,90],'candela':[1,1]"), "invalid_value", "web/gamma_deg");
+    expect(WITH("'c_deg':[-1,360],'gamma_deg':[0,90],'candela':[1,1,1,1]"), "invalid_value", "web/c_deg");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,90],'candela':[1,-1]"), "invalid_value", "web/candela/1");
+    expect(WITH("'c_deg':[0],'gamma_deg':[0,90],'candela':[0,0]"), "invalid_value", "web/candela");
     expect(LIGHT "'kind':'quad','flux_lm':1,'u':[1,0,0],'v':[2,0,0]}", "invalid_value", "u");
     expect(LIGHT "'kind':'disc','flux_lm':1,'radius':0}", "invalid_value", "radius");
     expect(LIGHT "'kind':'point','flux_lm':1,'radius':0}", NULL, NULL);

@@ -123,6 +123,7 @@ struct cJSON *random_value(struct rng *r, const struct lum_field *f)
     case LUM_FIELD_FLOATS:
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
+    case LUM_FIELD_WEB:
         break;
     }
     return NULL;

@@ -152,12 +152,12 @@ static void wrong_types(void **state)
             for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) {
                 const struct lum_field *f = &lum_fields_of(type)->fields[i];
                 cJSON *v = json_of(values[k]);
-                bool empty_bulk = lum_field_is_bulk(f) && cJSON_IsArray(v) && !v->child;
-                if (may_be(f, v) || (empty_bulk && f->kind != LUM_FIELD_PIXELS))
+                bool array = f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES;
+                if (may_be(f, v) || (array && cJSON_IsArray(v) && !v->child))
                     cJSON_Delete(v);
                 else if (f->kind == LUM_FIELD_TEXTURE && cJSON_IsObject(v))
                     expect_refused(type, f, v, "missing_field");
-                else if (f->kind == LUM_FIELD_BOX && cJSON_IsObject(v))
+                else if ((f->kind == LUM_FIELD_BOX || f->kind == LUM_FIELD_WEB) && cJSON_IsObject(v))
                     expect_refused(type, f, v, "missing_field");
                 else
                     expect_refused(type, f, v, "invalid_value");

@@ -7,6 +7,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/rig.h"
 #include "tests/support/scene_fixture.h"
+#include "tests/support/webs.h"
 
 static const char *const meshes[] = {"thing", "other"}, *const materials[] = {"one", "two", "three"},
                          *const images[] = {"slide", "weave"};
@@ -129,7 +130,9 @@ static void remove_one(struct editor *e, enum lum_entity kind, char prefix)
 static void edit_light(struct editor *e, uint32_t k)
 {
     const char id[] = {'l', (char)('a' + k), 0};
-    struct lum_light_desc d = light_desc((enum lum_light_kind)choose(e, 7));
+    static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 10};
+    struct lum_light_desc d = light_desc((enum lum_light_kind)choose(e, LUM_LIGHT_KIND_COUNT));
+    struct lum_web *web = NULL;
     if (e->steady && k > 0 && d.kind == LUM_LIGHT_ENVIRONMENT) /* of several, one shines */
         d = light_desc(LUM_LIGHT_DISC);
     d.position = rig_v(0.5 * choose(e, 2) + 0.01 * k, 2, 0);
@@ -139,8 +142,13 @@ static void edit_light(struct editor *e, uint32_t k)
     d.camera_visible = chance(e, 0.5);
     d.image = maybe_image(e);
     d.group = chance(e, 0.5) ? "warm" : NULL;
+    if (d.kind == LUM_LIGHT_IES) {
+        d.web = web = chance(e, 0.5) ? web_of_a_lamp() : web_of(&down, web_cosine);
+        d.u = rig_v(1, 0, choose(e, 2));
+    }
     note(e, "light", id);
     rig_light(&e->rig, id, &d);
+    lum_web_unref(web);
 }
 
 static void edit_medium(struct editor *e)
