@@ -37,6 +37,7 @@ static size_t plain_size(const struct lum_field *f)
         return f->n * sizeof(double);
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:
@@ -68,6 +69,7 @@ bool lum_field_is_null(const struct lum_field *f, const void *base)
         return f->flags & LUM_FIELD_NULLABLE;
     case LUM_FIELD_OPT:
         return !((const struct lum_opt *)p)->set;
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:
@@ -204,6 +206,7 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b)
         return *(const bool *)p == *(const bool *)q;
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:

@@ -18,6 +18,7 @@ enum lum_field_kind {
     LUM_FIELD_VECTOR,    /* n doubles */
     LUM_FIELD_CHOICE,    /* char[n]: one word of `text`, "a|b|c"; the first is the default */
     LUM_FIELD_NAME,      /* char[n]: [a-z0-9_-]*; the renderer knows which names exist */
+    LUM_FIELD_TEXT,      /* char[n]: one line for people, null when empty */
     LUM_FIELD_ASSET,     /* char[n]: relative path without "..", null when empty */
     LUM_FIELD_ID,        /* lum_id, null when empty */
     LUM_FIELD_REF,       /* lum_id of an existing record of type ref, null when empty */

@@ -38,6 +38,14 @@ static bool is_asset(const char *s)
     }
 }
 
+static bool is_one_line(const char *s)
+{
+    for (; *s; s++)
+        if ((unsigned char)*s < 0x20)
+            return false;
+    return true;
+}
+
 /* A string of the field's own alphabet. */
 static bool read_text(const struct lum_field *f, char *ret, const cJSON *json, struct lum_proto_error *err)
 {
@@ -52,6 +60,8 @@ static bool read_text(const struct lum_field *f, char *ret, const cJSON *json, s
         return wrong(f, err, "a short name of a-z 0-9 _ -");
     if (f->kind == LUM_FIELD_ASSET && !(fits && is_asset(s)))
         return wrong(f, err, "a relative path below the asset root, at most 255 bytes, without ..");
+    if (f->kind == LUM_FIELD_TEXT && !(fits && is_one_line(s)))
+        return wrong(f, err, "one line of text, at most 127 bytes");
     memset(ret, 0, f->n);
     memcpy(ret, s, n);
     return true;
@@ -122,6 +132,7 @@ static bool nullable(const struct lum_field *f)
 {
     switch (f->kind) {
     case LUM_FIELD_OPT:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:
@@ -169,6 +180,7 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
                (!(nullable(f) && lum_field_is_null(f, base)) || wrong(f, err, "null, or not all 0"));
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
         return read_text(f, p, json, err);
     case LUM_FIELD_ID:
@@ -241,6 +253,7 @@ struct cJSON *lum_field_write(const struct lum_field *f, const void *base)
         return cJSON_CreateDoubleArray(p, (int)f->n);
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:

@@ -25,6 +25,7 @@
     {ROW(s, m, VECTOR), NUMBERS(s, m), .flags = f, .min = lo, .max = hi, .def = {d}, .unit = u, .doc = __VA_ARGS__}
 #define CHOICE(s, m, f, words, t) {ROW(s, m, CHOICE), CHARS(s, m), .flags = f, .text = words, .unit = "", .doc = t}
 #define NAME(s, m, d, t) {ROW(s, m, NAME), CHARS(s, m), .text = d, .unit = "", .doc = t}
+#define TEXT(s, m, t) {ROW(s, m, TEXT), CHARS(s, m), .unit = "", .doc = t}
 #define ASSET(s, m, f, t) {ROW(s, m, ASSET), CHARS(s, m), .flags = f, .unit = "", .doc = t}
 #define REF(s, m, f, r, ...) {ROW(s, m, REF), CHARS(s, m), .flags = f, .ref = LUM_RECORD_##r, .unit = "", .doc = __VA_ARGS__}
 #define FLOATS(s, m, f, k, lo, hi, u, t) \
@@ -48,6 +49,7 @@ static const struct lum_field transform[] = {
 };
 
 static const struct lum_field web[] = {
+    TEXT(web, name, "of maker and luminaire, as the file says"),
     CHOICE(web, type, 0, "c|b|a", "of photometry, as LM-63 has it"),
     FLOATS(web, c_deg, LUM_FIELD_REQUIRED, 1, -360, 720, "deg",
            "of each plane, ascending, over 360 at most; dark beyond. One: all are the same. Types a, b: horizontal, "

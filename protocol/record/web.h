@@ -9,6 +9,7 @@
 
 struct lum_record_web {
     _Atomic uint32_t refs;
+    char name[128];
     char type[4];                                /* "c" "b" "a": of photometry (core/light/web.h) */
     struct lum_floats c_deg, gamma_deg, candela; /* f32 */
     char opening[12];                            /* "point" "rectangle" "disc" "sphere" */

@@ -5,11 +5,12 @@
 
 enum lum_exit { LUM_EXIT_OK = 0, LUM_EXIT_FAILED = 1, LUM_EXIT_USAGE = 2 };
 
-int lum_cmd_render(int argc, char **argv);  /* an image or a sequence, without network */
-int lum_cmd_compare(int argc, char **argv); /* metrics of two images */
-int lum_cmd_measure(int argc, char **argv); /* illuminance on a grid */
-int lum_cmd_scenes(int argc, char **argv);  /* lists the built-in scenes and replays, or prints one */
-int lum_cmd_state(int argc, char **argv);   /* check, export or compact what --state kept */
-int lum_cmd_methods(int argc, char **argv); /* lists the rendering methods */
+int lum_cmd_render(int argc, char **argv);     /* an image or a sequence, without network */
+int lum_cmd_compare(int argc, char **argv);    /* metrics of two images */
+int lum_cmd_measure(int argc, char **argv);    /* illuminance on a grid */
+int lum_cmd_scenes(int argc, char **argv);     /* lists the built-in scenes and replays, or prints one */
+int lum_cmd_state(int argc, char **argv);      /* check, export or compact what --state kept */
+int lum_cmd_methods(int argc, char **argv);    /* lists the rendering methods */
+int lum_cmd_photometry(int argc, char **argv); /* what IES and EULUMDAT files say */
 
 #endif

@@ -39,6 +39,7 @@ static int usage(void)
           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
           "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
           "  lumend state check DIR              of what --state kept; also export, compact\n"
+          "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
           "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
           "  lumend --version | --help           each command has its own --help\n"
           "\n"
@@ -253,9 +254,9 @@ static const struct {
     const char *name;
     int (*run)(int argc, char **argv);
 } commands[] = {
-    {"serve", cmd_serve},         {"render", lum_cmd_render}, {"compare", lum_cmd_compare},
-    {"measure", lum_cmd_measure}, {"scenes", lum_cmd_scenes}, {"methods", lum_cmd_methods},
-    {"state", lum_cmd_state},
+    {"serve", cmd_serve},         {"render", lum_cmd_render},         {"compare", lum_cmd_compare},
+    {"measure", lum_cmd_measure}, {"scenes", lum_cmd_scenes},         {"methods", lum_cmd_methods},
+    {"state", lum_cmd_state},     {"photometry", lum_cmd_photometry},
 };
 
 int main(int argc, char **argv)

@@ -15,6 +15,7 @@
 #include "server/director/saving.h"
 #include "server/world/apply.h"
 #include "server/world/luminaires.h"
+#include "server/world/photometry.h"
 
 #define PROGRESS_EVERY_NS 100000000ll
 #define STAGE_EVERY_NS 10000000ll /* of a new stage: a child gone wrong must not flood a session */
@@ -366,7 +367,8 @@ static void scene_get(struct lum_director *d, const struct lum_request *q)
 {
     cJSON *result = lum_document_to_json(d->world.doc, q->expand);
     bool whole =
-        result && (!q->expand || lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")));
+        result && (!q->expand || (lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")) &&
+                                  lum_photometry_describe_lights(d->world.doc, cJSON_GetObjectItem(result, "ops"))));
     if (result && !(whole && lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc)))) {
         cJSON_Delete(result);
         result = NULL;

@@ -1,4 +1,4 @@
-/* The director's answers about the scene: pick, bounds, probe, statistics. */
+/* The director's answers about the scene: pick, bounds, photometry, probe, statistics. */
 #include "server/director/internal.h"
 
 #include <string.h>
@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "protocol/json/json.h"
 #include "server/director/read_request.h"
+#include "server/world/photometry.h"
 
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
 #define SAMPLES_DEFAULT 256u
@@ -99,6 +100,25 @@ static void bounds(struct lum_director *d, const struct lum_request *q)
 }
 
 const struct lum_request_type lum_request_bounds = {.name = "bounds", .read = read_bounds, .answer = bounds};
+
+static void photometry(struct lum_director *d, const struct lum_request *q)
+{
+    const struct lum_record *r = lum_document_find(d->world.doc, q->id);
+    struct lum_proto_error err;
+    if (r && r->type == LUM_RECORD_LIGHT && r->light.web) {
+        lum_director_reply(d, q, lum_photometry_describe(r->light.web, true));
+        return;
+    }
+    char near[sizeof err.text / 2] = "";
+    if (!r)
+        lum_document_nearest(d->world.doc, LUM_RECORD_LIGHT, q->id, near, sizeof near);
+    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no ies light \"%s\"%s", q->id, near);
+    lum_director_refuse(d, q, &err);
+}
+
+/* Params as of bounds: {id}. */
+const struct lum_request_type lum_request_photometry = {
+    .name = "photometry", .read = read_bounds, .answer = photometry};
 
 /* {view_id, x, y} or {point, normal, view_id?}, and samples. */
 static bool read_probe(struct lum_json_reader *r, struct lum_request *q)

@@ -36,6 +36,7 @@ struct lum_request_type {
     X(view_close)                                                                                                      \
     X(pick)                                                                                                            \
     X(bounds)                                                                                                          \
+    X(photometry)                                                                                                      \
     X(probe)                                                                                                           \
     X(stats_get)
 #define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;
@@ -64,7 +65,7 @@ struct lum_request {
     bool has_point;              /* probe: point and normal instead of a pixel */
     double point[3], normal[3];
     uint32_t samples; /* probe */
-    lum_id id;        /* bounds */
+    lum_id id;        /* bounds, photometry */
 };
 struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);

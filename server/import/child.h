@@ -9,7 +9,7 @@
 struct lum_import_run {
     const char *importer; /* path of lumend-import */
     const char *assets_dir;
-    const char *kind; /* "model" or "image" */
+    const char *kind; /* "model", "image" or "web" */
     const char *asset, *id;
     uint32_t cpu_s;
     const _Atomic bool *cancel; /* may be NULL */

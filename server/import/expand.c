@@ -21,10 +21,16 @@ static bool is_encoded_image(const struct lum_op *op)
            op->record->image.asset[0];
 }
 
+static bool is_measured_light(const struct lum_op *op)
+{
+    return op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_LIGHT && !op->record->light.web &&
+           op->record->light.asset[0];
+}
+
 bool lum_ops_need_import(const struct lum_ops *ops)
 {
     for (size_t i = 0; i < ops->n; i++)
-        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]))
+        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]) || is_measured_light(&ops->ops[i]))
             return true;
     return false;
 }
@@ -93,6 +99,43 @@ static bool expand_image(const struct lum_expand_context *context, struct lum_op
     return true;
 }
 
+/* The web of op i, if an op before it has read the same file: a room has many lamps of one kind. */
+static struct lum_record_web *web_read_before(const struct lum_ops *ops, size_t i)
+{
+    const char *asset = ops->ops[i].record->light.asset;
+    while (i-- > 0) {
+        const struct lum_op *o = &ops->ops[i];
+        if (o->kind == LUM_OP_ADD && o->record->type == LUM_RECORD_LIGHT && o->record->light.web &&
+            strcmp(o->record->light.asset, asset) == 0)
+            return o->record->light.web;
+    }
+    return NULL;
+}
+
+static bool expand_light(const struct lum_expand_context *context, struct lum_ops *ops, size_t i,
+                         struct lum_expansion *e, struct lum_proto_error *err)
+{
+    struct lum_op *op = &ops->ops[i];
+    struct lum_record_web *known = web_read_before(ops, i);
+    struct lum_record *read = NULL;
+    struct lum_import_result result = {0};
+    if (known) {
+        read = lum_record_clone(op->record);
+        if (!read)
+            return lum_proto_fail_memory(err);
+        read->light.web = lum_record_web_ref(known);
+    } else {
+        forward_progress(&(struct op_progress){context, op->id}, "decode", 0.0);
+        if (!lum_import_web(context->config, op->record, context->cancel, &read, &result, err))
+            return false;
+    }
+    bool ok = add_warnings(e, &result);
+    lum_import_result_finish(&result);
+    lum_record_unref(op->record);
+    op->record = read;
+    return ok || lum_proto_fail_memory(err);
+}
+
 bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *ops, struct lum_expansion *ret_expansion,
                     struct lum_proto_error *err)
 {
@@ -103,6 +146,7 @@ bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *op
         struct lum_op *op = &ops->ops[i];
         bool ok = op->kind == LUM_OP_IMPORT ? expand_import(context, op, &e, err)
                   : is_encoded_image(op)    ? expand_image(context, op, err)
+                  : is_measured_light(op)   ? expand_light(context, ops, i, &e, err)
                                             : true;
         if (!ok) {
             char path[32];

@@ -1,5 +1,5 @@
 /* Ops that need the importer made ready to apply: an import op gets its children, an image op with an asset gets its
- * pixels. Blocking, up to minutes: the daemon does it on an import thread. */
+ * pixels, a light op with one its web. Blocking, up to minutes: the daemon does it on an import thread. */
 #ifndef LUM_SERVER_IMPORT_EXPAND_H
 #define LUM_SERVER_IMPORT_EXPAND_H
 
@@ -23,7 +23,7 @@ struct lum_expand_context {
     void *user;
     const _Atomic bool *cancel; /* may be NULL */
 };
-/* Replaces image records of ops by decoded ones. On failure err->path names the op. */
+/* Replaces image and light records of ops by ones that are read. On failure err->path names the op. */
 bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *ops, struct lum_expansion *ret_expansion,
                     struct lum_proto_error *err);
 

@@ -11,6 +11,7 @@
 
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
+#include "server/base/web_desc.h"
 #include "server/import/child.h"
 
 /* Turns the child's chunks into records. */
@@ -214,4 +215,46 @@ bool lum_import_image(const struct lum_import_config *config, const struct lum_r
     }
     lum_import_result_finish(&c.result);
     return ok;
+}
+
+/* ---- photometric files ---- */
+
+static void log_web(const struct lum_log *log, const char *asset, const struct lum_record_web *file)
+{
+    struct lum_web_desc d = lum_web_desc_of(file);
+    struct lum_web *web = NULL;
+    char rated[48] = "", watts[48] = "";
+    if (lum_web_create(&d, &web, NULL))
+        return;
+    if (file->rated_lm.set)
+        snprintf(rated, sizeof rated, ", lamps rated for %.1f lm", file->rated_lm.value);
+    if (file->watts.set)
+        snprintf(watts, sizeof watts, ", %.1f W", file->watts.value);
+    lum_log(log, 2, "import", "%s: %.1f lm by its intensities%s%s", asset, web->flux_sr * web->peak_cd, rated, watts);
+    lum_web_unref(web);
+}
+
+bool lum_import_web(const struct lum_import_config *config, const struct lum_record *light, const _Atomic bool *cancel,
+                    struct lum_record **ret_light, struct lum_import_result *ret_result, struct lum_proto_error *err)
+{
+    struct collector c = {.prefix = light->id};
+    struct lum_import_run run = {.kind = "web", .asset = light->light.asset, .id = light->id, .cancel = cancel};
+    struct lum_record *r = NULL;
+    bool ok = run_importer(config, &run, &c, err);
+    if (ok && (c.result.n_records != 1 || c.result.records[0]->type != LUM_RECORD_LIGHT ||
+               strcmp(c.result.records[0]->id, light->id) != 0 || !c.result.records[0]->light.web))
+        ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset", "the importer's output is damaged");
+    if (ok && !(r = lum_record_clone(light)))
+        ok = no_memory(err);
+    if (ok) {
+        r->light.web = lum_record_web_ref(c.result.records[0]->light.web);
+        log_web(&config->log, light->light.asset, r->light.web);
+        *ret_light = r;
+        lum_record_unref(c.result.records[0]);
+        c.result.n_records = 0;
+        *ret_result = c.result;
+        return true;
+    }
+    lum_import_result_finish(&c.result);
+    return false;
 }

@@ -40,4 +40,9 @@ bool lum_import_model(const struct lum_import_config *config, const struct lum_r
 bool lum_import_image(const struct lum_import_config *config, const struct lum_record *image,
                       const _Atomic bool *cancel, struct lum_record **ret_image, struct lum_proto_error *err);
 
+/* Reads a photometric asset (IES LM-63, EULUMDAT) into a copy of the light record with a web. What was odd in it is
+ * told in the result's warnings; it has no records. */
+bool lum_import_web(const struct lum_import_config *config, const struct lum_record *light, const _Atomic bool *cancel,
+                    struct lum_record **ret_light, struct lum_import_result *ret_result, struct lum_proto_error *err);
+
 #endif

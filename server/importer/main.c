@@ -1,9 +1,10 @@
-/* lumend-import: reads one model or picture and writes it as ops (server/import/wire.h describes the stream). It is run
- * by lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3, and reads nothing
- * before it has shut itself in.
+/* lumend-import: reads one model, picture or photometric file and writes it as ops (server/import/wire.h describes the
+ * stream). It is run by lumend, with the stream on stdout and a socket that hands out files (files.h) as descriptor 3,
+ * and reads nothing before it has shut itself in.
  *
  *   lumend-import model NAME ID CPU_S     records named ID/...
  *   lumend-import image NAME ID CPU_S     one image record named ID
+ *   lumend-import web NAME ID CPU_S       one light record named ID, with the web of a photometric file
  *
  * For people: lumend-import --to-jsonl FILE prints what lumend would get, as a .jsonl scene. */
 #include <stdio.h>
@@ -14,6 +15,7 @@
 #include "protocol/base/limits.h"
 #include "server/importer/image.h"
 #include "server/importer/importer.h"
+#include "server/importer/photometry.h"
 #include "server/importer/sandbox.h"
 #include "server/importer/to_jsonl.h"
 
@@ -46,6 +48,23 @@ static enum lum_status import_image(struct lum_importer *im, const char *id, con
     return status;
 }
 
+static enum lum_status import_web(struct lum_importer *im, const char *id, const struct lum_bytes *file,
+                                  struct lum_error *err)
+{
+    struct lum_photometry p;
+    struct lum_op_text op;
+    enum lum_status status = lum_photometry_read(file, im->asset, &p, err);
+    if (!status) {
+        lum_photometry_warn(&im->emit, im->asset, &p);
+        lum_op_begin(&op, "light", id);
+        lum_op_string(&op, "kind", "ies");
+        lum_photometry_put(&im->emit, &op, &p);
+        status = lum_emit_op(&im->emit, &op, err);
+    }
+    lum_photometry_finish(&p);
+    return status;
+}
+
 /* The application code of the protocol's errors. */
 static const char *error_code(enum lum_status status)
 {
@@ -68,20 +87,23 @@ static enum lum_status run(struct lum_importer *im, const char *kind, const char
     lum_emit_progress(&im->emit, "read", 0.0);
     enum lum_status status = lum_files_read(&im->files, im->asset, 0, &file, err);
     if (!status)
-        status = strcmp(kind, "model") == 0 ? import_model(im, &file, err) : import_image(im, id, &file, err);
+        status = strcmp(kind, "model") == 0 ? import_model(im, &file, err)
+                 : strcmp(kind, "web") == 0 ? import_web(im, id, &file, err)
+                                            : import_image(im, id, &file, err);
     lum_free(file.data);
     return status;
 }
 
 static int usage(FILE *out, int status)
 {
-    fputs("usage: lumend-import --to-jsonl FILE\n"
-          "          prints a model (glTF, GLB, OBJ, FBX and others) as a .jsonl scene, which lumend --scene takes: to\n"
-          "          see what an import brings, or to edit it by hand\n"
-          "   or: lumend-import model|image NAME ID CPU_S\n"
-          "          run by lumend, which hands out files on descriptor 3\n"
-          "   or: lumend-import --help | --version\n",
-          out);
+    fputs(
+        "usage: lumend-import --to-jsonl FILE\n"
+        "          prints a model (glTF, GLB, OBJ, FBX and others) as a .jsonl scene, which lumend --scene takes: to\n"
+        "          see what an import brings, or to edit it by hand\n"
+        "   or: lumend-import model|image|web NAME ID CPU_S\n"
+        "          run by lumend, which hands out files on descriptor 3\n"
+        "   or: lumend-import --help | --version\n",
+        out);
     return status;
 }
 
@@ -94,7 +116,8 @@ int main(int argc, char **argv)
     if (argc == 3 && strcmp(argv[1], "--to-jsonl") == 0)
         return lum_to_jsonl(argv[2]);
     unsigned long cpu_s = argc == 5 ? strtoul(argv[4], NULL, 10) : 0;
-    if (cpu_s < 1 || cpu_s > 86400 || (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0))
+    if (cpu_s < 1 || cpu_s > 86400 ||
+        (strcmp(argv[1], "model") != 0 && strcmp(argv[1], "image") != 0 && strcmp(argv[1], "web") != 0))
         return usage(stderr, 2);
     struct lum_importer im = {.emit = {.fd = 1}, .files = {FILE_SOCKET}, .asset = argv[2]};
     struct lum_error err = {0};

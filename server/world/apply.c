@@ -9,6 +9,7 @@
 #include "core/scene/shapes.h"
 #include "protocol/record/aim.h"
 #include "server/base/suggest.h"
+#include "server/base/web_desc.h"
 
 static const double rad_per_deg = 0.017453292519943295;
 
@@ -224,17 +225,6 @@ static enum lum_status light_color(const struct lum_record_light *l, struct lum_
     return LUM_OK;
 }
 
-struct lum_web_desc lum_apply_web(const struct lum_record_web *web)
-{
-    static const char types[] = "cba"; /* as enum lum_web_type */
-    return (struct lum_web_desc){.type = (enum lum_web_type)(strchr(types, web->type[0]) - types),
-                                 .n_c = (uint32_t)web->c_deg.n,
-                                 .n_gamma = (uint32_t)web->gamma_deg.n,
-                                 .c_deg = web->c_deg.f32,
-                                 .gamma_deg = web->gamma_deg.f32,
-                                 .candela = web->candela.f32};
-}
-
 enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web *web, struct lum_light_desc *ret_light,
                                 struct lum_error *err)
 {
@@ -282,7 +272,7 @@ static enum lum_status put_light(struct lum_scene *scene, const struct lum_recor
                         "one transaction",
                         r->id);
     if (measured) {
-        struct lum_web_desc desc = lum_apply_web(file);
+        struct lum_web_desc desc = lum_web_desc_of(file);
         st = lum_scene_take_web(scene, &desc, &web, err);
     }
     if (!st)

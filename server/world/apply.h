@@ -22,11 +22,10 @@ LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const st
 /* Puts one record. Records that are settings, not things (render, import), are checked and put nothing. */
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 
-/* The conversions on their own. Strings and arrays of the result are borrowed from the record. web: of an ies light,
- * what lum_apply_web describes; else NULL. */
+/* The conversions on their own. Strings of the result are borrowed from the record. web: of an ies light, else
+ * NULL. */
 LUM_MUST_USE enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web *web,
                                              struct lum_light_desc *ret_light, struct lum_error *err);
-struct lum_web_desc lum_apply_web(const struct lum_record_web *web);
 LUM_MUST_USE enum lum_status lum_apply_material(const struct lum_record *r, struct lum_material_desc *ret_material,
                                                 struct lum_error *err);
 struct lum_camera lum_apply_camera(const struct lum_record_camera *c);

@@ -24,11 +24,12 @@ FORMS = {
     "view.close": {"view_id": 4000000000},
     "pick": {"view_id": 4000000000, "x": 1, "y": 1},
     "bounds": {"id": "floor"},
+    "photometry": {"id": "panel"},
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
     "stats.get": {},
 }
 REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
-            "pick": ["view_id", "x", "y"], "bounds": ["id"], "probe": ["view_id", "x", "y"]}
+            "pick": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 

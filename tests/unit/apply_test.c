@@ -16,6 +16,7 @@
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
 #include "protocol/record/field.h"
+#include "server/base/web_desc.h"
 #include "server/world/apply.h"
 
 #define PI 3.14159265358979323846
@@ -45,7 +46,7 @@ static struct lum_light_desc light(const char *text)
     struct lum_error err = {0};
     struct lum_web *web = NULL;
     if (op.record->light.web) {
-        struct lum_web_desc desc = lum_apply_web(op.record->light.web);
+        struct lum_web_desc desc = lum_web_desc_of(op.record->light.web);
         if (lum_web_create(&desc, &web, &err))
             fail_msg("%s: %s", text, err.text);
     }

@@ -54,6 +54,7 @@ static void put_type(struct text *t, const struct lum_field *f)
         [LUM_FIELD_ASSET] = "path",    [LUM_FIELD_ID] = "id",           [LUM_FIELD_INDICES] = "integers",
         [LUM_FIELD_PIXELS] = "string", [LUM_FIELD_TEXTURE] = "texture", [LUM_FIELD_TRANSFORM] = "transform",
         [LUM_FIELD_BOX] = "box",       [LUM_FIELD_FLOATS] = "numbers",  [LUM_FIELD_WEB] = "web",
+        [LUM_FIELD_TEXT] = "text",
     };
     if (f->kind == LUM_FIELD_VECTOR)
         put(t, "%u %s", f->n, f->flags & LUM_FIELD_WHOLE ? "integers" : "numbers");

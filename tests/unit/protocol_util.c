@@ -110,6 +110,7 @@ struct cJSON *random_value(struct rng *r, const struct lum_field *f)
         return random_word(r, f->text);
     case LUM_FIELD_NAME:
         return random_word(r, "path|whitted|sphere");
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
         return random_word(r, "a.png|dir/b.hdr|Room 2.glb");
     case LUM_FIELD_ID:

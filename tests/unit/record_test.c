@@ -131,6 +131,7 @@ static bool may_be(const struct lum_field *f, const cJSON *v)
         return cJSON_IsBool(v);
     case LUM_FIELD_CHOICE:
     case LUM_FIELD_NAME:
+    case LUM_FIELD_TEXT:
     case LUM_FIELD_ASSET:
     case LUM_FIELD_ID:
     case LUM_FIELD_REF:

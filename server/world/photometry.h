@@ -1,0 +1,16 @@
+/* Photometric webs as people are told of them: by scene.get, the request `photometry`, and lumend photometry. */
+#ifndef LUM_SERVER_WORLD_PHOTOMETRY_H
+#define LUM_SERVER_WORLD_PHOTOMETRY_H
+
+#include "core/light/web_facts.h"
+#include "protocol/document/document.h"
+
+struct cJSON;
+
+/* {"flux_lm":..,"rated_lm":..,"watts":..,...}: as in PROTOCOL.md. NULL when memory is short, or the web is none that
+ * can be rendered. polar: with the intensities of four half planes. */
+struct cJSON *lum_photometry_describe(const struct lum_record_web *web, bool polar);
+/* Adds "photometry" to the add ops of lights that have a web. False when memory is short. */
+bool lum_photometry_describe_lights(const struct lum_document *doc, struct cJSON *ops);
+
+#endif

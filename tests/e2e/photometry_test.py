@@ -1,0 +1,108 @@
+"""Lamps with photometric files, through the daemon and by the command: read in the sandbox, told, dimmed, kept, rebuilt."""
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from daemon import LUMEND, Daemon
+from wsclient import RpcError
+
+FILES = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../photometry"))
+LAMP = {"op": "add", "type": "light", "id": "lamp", "kind": "ies", "asset": "downlight.ies", "position": [0, 0.9, 0]}
+
+
+def command(*files, status=0):
+    done = subprocess.run([LUMEND, "photometry", "--json", *files], capture_output=True, text=True, check=False)
+    assert done.returncode == status, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+class Photometry(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.assets = cls.enterClassContext(tempfile.TemporaryDirectory())
+        for name in os.listdir(FILES):
+            shutil.copy(os.path.join(FILES, name), cls.assets)
+        with open(os.path.join(cls.assets, "broken.ies"), "w", encoding="utf-8") as f:
+            f.write("IESNA:LM-63-2002\n[TEST] 1\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0 1 1 1\n0 90 45\n0\n1 1 1\n")
+        os.symlink("/etc/passwd", os.path.join(cls.assets, "link.ies"))
+
+    def setUp(self):
+        self.daemon = self.enterContext(Daemon("--assets", self.assets))
+        self.ws = self.daemon.connect()
+
+    def apply(self, *ops):
+        return self.ws.call("scene.apply", {"ops": list(ops)})
+
+    def light(self, name="lamp"):
+        ops = self.ws.call("scene.get", {"expand": True})["ops"]
+        return next(op for op in ops if op["id"] == name)
+
+    def refused(self, app, text, *ops):
+        with self.assertRaises(RpcError) as caught:
+            self.apply(*ops)
+        self.assertEqual(caught.exception.app, app)
+        self.assertIn(text, str(caught.exception))
+
+    def test_what_a_file_says_is_told(self):
+        self.assertNotIn("warnings", self.apply(LAMP))
+        self.assertIn("TILT", self.apply({**LAMP, "id": "flood", "asset": "floodlight.ies"})["warnings"][0])
+        asked, told = self.ws.call("photometry", {"id": "lamp"}), self.light()["photometry"]
+        said = command(os.path.join(FILES, "downlight.ies"))[0]
+        polar = asked.pop("polar_cd")
+        self.assertEqual(asked, told)
+        self.assertEqual({**asked, "file": said["file"], "warnings": []}, said)
+        self.assertAlmostEqual(told["flux_lm"], 877.7, delta=0.1)
+        self.assertEqual((told["watts"], told["symmetry"], told["opening"]), (9.5, "axial", "disc"))
+        self.assertEqual((polar["c0"][0], polar["gamma_deg"][18], polar["c270"][18]), (1200, 90, 0))
+        self.assertIn("downlight.ies: 877.7 lm by its intensities, 9.5 W", self.daemon.read_log())
+        with self.assertRaises(RpcError):
+            self.ws.call("photometry", {"id": "ceiling-panel"})
+
+    def test_a_scene_keeps_its_lamps(self):
+        self.apply(LAMP, {**LAMP, "id": "twin", "multiplier": 0.5, "roll_deg": 30, "direction": [1, -1, 0]})
+        self.apply({"op": "set", "id": "lamp", "path": "/flux_lm", "value": 300})
+        ops = self.ws.call("scene.get")["ops"]
+        mine = {op["id"]: op for op in ops if op["id"] in ("lamp", "twin")}
+        self.assertNotIn("web", mine["lamp"])  # the file says it
+        self.assertEqual(mine["lamp"]["asset"], "downlight.ies")
+        with tempfile.NamedTemporaryFile("w", suffix=".jsonl", dir=self.assets) as scene:
+            scene.write("\n".join(json.dumps(line) for line in [{"lumend": 1, "kind": "scene"}, *ops]))
+            scene.flush()
+            with Daemon("--scene", scene.name, "--assets", self.assets) as again:
+                self.assertEqual(again.connect().call("scene.get")["ops"], ops)
+
+    def test_a_web_needs_no_file(self):
+        web = {"c_deg": [0, 90, 180, 270, 360], "gamma_deg": [0, 45, 90], "candela": [9, 5, 0] * 5, "watts": 3}
+        op = {"op": "add", "type": "light", "id": "own", "kind": "ies", "web": web}
+        self.apply(op)
+        kept = next(o for o in self.ws.call("scene.get")["ops"] if o["id"] == "own")["web"]
+        self.assertEqual({**kept, **web}, kept)
+        self.assertEqual(self.light("own")["photometry"]["symmetry"], "axial")
+        self.assertNotIn("web", self.light("own"))  # arrays in bulk are left out
+
+    def test_undo_and_another_file(self):
+        self.apply(LAMP)
+        self.apply({"op": "remove", "id": "lamp"}, {**LAMP, "asset": "linear.ldt"})
+        self.assertEqual(self.light()["photometry"]["symmetry"], "quadrant")
+        self.ws.call("scene.undo")
+        self.assertEqual(self.light()["photometry"]["symmetry"], "axial")
+        self.assertEqual(self.light()["asset"], "downlight.ies")
+        self.ws.call("scene.redo")
+        self.assertEqual(self.light()["photometry"]["symmetry"], "quadrant")
+        self.refused("invalid_value", "remove and add", {"op": "set", "id": "lamp", "path": "/asset", "value": "a.ies"})
+
+    def test_files_that_are_refused(self):
+        self.refused("import_failed", "line 5: vertical angles must ascend", {**LAMP, "asset": "broken.ies"})
+        self.refused("not_found", "no such file", {**LAMP, "asset": "nowhere.ies"})
+        self.refused("import_failed", "link.ies", {**LAMP, "asset": "link.ies"})
+        self.refused("invalid_value", "relative path", {**LAMP, "asset": "../lamp.ies"})
+        self.assertIn("ops", self.ws.call("scene.get"))
+        self.assertEqual(command(os.path.join(self.assets, "broken.ies"), status=1)[0]["error"],
+                         "broken.ies: line 5: vertical angles must ascend: 45 follows 90")
+
+
+if __name__ == "__main__":
+    unittest.main()
