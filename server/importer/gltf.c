@@ -13,13 +13,14 @@
 
 /* Extensions that a file may require. Those marked so change nothing that is shown here. */
 static const char *const supported[] = {
-    "EXT_meshopt_compression", "KHR_animation_pointer", /* nothing moves */
-    "KHR_lights_punctual",     "KHR_materials_emissive_strength",
-    "KHR_materials_ior",       "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_specular",  "KHR_materials_transmission",
-    "KHR_materials_unlit",     "KHR_materials_variants", /* the default variant is shown */
-    "KHR_materials_volume",    "KHR_mesh_quantization",
-    "KHR_node_visibility",     "KHR_texture_transform",
+    "EXT_lights_ies",         "EXT_meshopt_compression",
+    "KHR_animation_pointer", /* nothing moves */
+    "KHR_lights_punctual",    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",      "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular", "KHR_materials_transmission",
+    "KHR_materials_unlit",    "KHR_materials_variants", /* the default variant is shown */
+    "KHR_materials_volume",   "KHR_mesh_quantization",
+    "KHR_node_visibility",    "KHR_texture_transform",
     "KHR_xmp_json_ld", /* metadata */
 };
 
@@ -140,9 +141,9 @@ static bool index_arrays(struct lum_gltf *g)
         [LUM_GLTF_SCENES] = "scenes",       [LUM_GLTF_SKINS] = "skins",     [LUM_GLTF_TEXTURES] = "textures",
     };
     for (int kind = 0; kind < LUM_GLTF_KIND_COUNT; kind++) {
-        const cJSON *list = keys[kind]
-                                ? lum_gltf_list(g, g->root, keys[kind])
-                                : lum_gltf_list(g, lum_gltf_extension(g, g->root, "KHR_lights_punctual"), "lights");
+        const char *extension = kind == LUM_GLTF_LIGHTS ? "KHR_lights_punctual" : "EXT_lights_ies";
+        const cJSON *list = keys[kind] ? lum_gltf_list(g, g->root, keys[kind])
+                                       : lum_gltf_list(g, lum_gltf_extension(g, g->root, extension), "lights");
         if (!lum_gltf_ok(g) || !index_array(g, (enum lum_gltf_kind)kind, list))
             return false;
     }
@@ -174,6 +175,7 @@ static void finish(struct lum_gltf *g)
         lum_free(g->decoded[i].data);
     for (uint32_t i = 0; g->meshes && i < g->arrays[LUM_GLTF_MESHES].n; i++)
         lum_gltf_mesh_finish(&g->meshes[i]);
+    lum_gltf_profiles_finish(g);
     lum_free(g->buffers);
     lum_free(g->decoded);
     lum_free(g->images);

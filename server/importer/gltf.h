@@ -6,6 +6,7 @@
 
 #include "core/math/affine.h"
 #include "server/importer/mesh.h"
+#include "server/importer/photometry.h"
 
 #define LUM_GLTF_NONE UINT32_MAX
 
@@ -16,6 +17,7 @@ enum lum_gltf_kind {
     LUM_GLTF_CAMERAS,
     LUM_GLTF_IMAGES,
     LUM_GLTF_LIGHTS,
+    LUM_GLTF_IES_LIGHTS,
     LUM_GLTF_MATERIALS,
     LUM_GLTF_MESHES,
     LUM_GLTF_NODES,
@@ -48,6 +50,14 @@ struct lum_gltf_image {
     lum_id id; /* "": could not be read */
 };
 
+/* A photometric file that was read: lamps of a room have few. */
+#define LUM_GLTF_PROFILES 16u
+struct lum_gltf_profile {
+    char key[256];          /* file, or number of the light; "": free */
+    enum lum_status status; /* LUM_ERR_INTERNAL: not read yet */
+    struct lum_photometry photometry;
+};
+
 struct lum_gltf_node {
     struct lum_affined to_world;
     uint32_t parent;
@@ -69,6 +79,8 @@ struct lum_gltf {
     struct lum_gltf_mesh *meshes;
     uint32_t *n_shown; /* by mesh: nodes that show it */
     struct lum_gltf_node *nodes;
+    struct lum_gltf_profile profiles[LUM_GLTF_PROFILES];
+    uint32_t n_profiles; /* read so far */
     bool warned_clamped;
 };
 
@@ -81,6 +93,10 @@ bool lum_gltf_view(struct lum_gltf *g, uint32_t index, struct lum_gltf_view *ret
 /* Bytes of a "data:" URI (owned, lum_free), or of a file beside the asset. */
 enum lum_status lum_gltf_load_uri(struct lum_gltf *g, const char *uri, struct lum_bytes *ret_bytes,
                                   struct lum_error *err);
+
+/* What "uri" or "bufferView" of o holds; owned: lum_free. */
+bool lum_gltf_bytes(struct lum_gltf *g, const cJSON *o, struct lum_bytes *ret_bytes, bool *ret_owned,
+                    struct lum_error *err);
 
 /* ---- gltf_accessor.c ---- */
 /* n_components floats an element, freed by lum_free; sparse and normalised values resolved, all finite. An accessor
@@ -120,5 +136,13 @@ bool lum_gltf_flatten_nodes(struct lum_gltf *g); /* fills g->nodes */
 bool lum_gltf_emit_nodes(struct lum_gltf *g);
 bool lum_gltf_emit_light(struct lum_gltf *g, uint32_t light, uint32_t node);
 bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node);
+/* Position and unit direction of a node's -Z; false when they are not finite, too far, or the axis has no length. */
+bool lum_gltf_axis(const struct lum_affined *a, double ret_position[3], double ret_direction[3]);
+
+/* ---- gltf_ies.c ---- */
+bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node);
+/* A lamp of the file that the node's extras name; sent: it takes the place of the node's punctual light. */
+bool lum_gltf_emit_ies_extras(struct lum_gltf *g, uint32_t node, uint32_t punctual, bool *ret_sent);
+void lum_gltf_profiles_finish(struct lum_gltf *g);
 
 #endif

@@ -247,3 +247,28 @@ bool lum_gltf_view(struct lum_gltf *g, uint32_t index, struct lum_gltf_view *ret
     *ret_view = view;
     return true;
 }
+
+/* ---- either ---- */
+
+bool lum_gltf_bytes(struct lum_gltf *g, const cJSON *o, struct lum_bytes *ret_bytes, bool *ret_owned,
+                    struct lum_error *err)
+{
+    const char *uri = lum_gltf_string(g, o, "uri");
+    uint32_t view = lum_gltf_index(g, o, "bufferView", LUM_GLTF_BUFFER_VIEWS);
+    if (!lum_gltf_ok(g))
+        return false;
+    if (uri) {
+        *ret_owned = true;
+        return !lum_gltf_load_uri(g, uri, ret_bytes, err);
+    }
+    struct lum_gltf_view v;
+    if (view == LUM_GLTF_NONE) {
+        lum_fail(err, LUM_ERR_INVALID, "", "has neither uri nor bufferView");
+        return false;
+    }
+    if (!lum_gltf_view(g, view, &v))
+        return false;
+    *ret_bytes = (struct lum_bytes){(uint8_t *)v.data, v.n};
+    *ret_owned = false;
+    return true;
+}

@@ -5,29 +5,6 @@
 #include "server/importer/gltf_json.h"
 #include "server/importer/image.h"
 
-static bool find_bytes(struct lum_gltf *g, const cJSON *o, struct lum_bytes *ret_bytes, bool *ret_owned,
-                       struct lum_error *err)
-{
-    const char *uri = lum_gltf_string(g, o, "uri");
-    uint32_t view = lum_gltf_index(g, o, "bufferView", LUM_GLTF_BUFFER_VIEWS);
-    if (!lum_gltf_ok(g))
-        return false;
-    if (uri) {
-        *ret_owned = true;
-        return !lum_gltf_load_uri(g, uri, ret_bytes, err);
-    }
-    struct lum_gltf_view v;
-    if (view == LUM_GLTF_NONE) {
-        lum_fail(err, LUM_ERR_INVALID, "", "has neither uri nor bufferView");
-        return false;
-    }
-    if (!lum_gltf_view(g, view, &v))
-        return false;
-    *ret_bytes = (struct lum_bytes){(uint8_t *)v.data, v.n};
-    *ret_owned = false;
-    return true;
-}
-
 /* The name for people: "name", else the file's name. */
 static const char *readable_name(struct lum_gltf *g, const cJSON *o)
 {
@@ -47,7 +24,7 @@ static bool send_image(struct lum_gltf *g, uint32_t index, bool linear, struct l
     struct lum_bytes bytes = {0};
     struct lum_texels texels = {0};
     bool owned = false;
-    if (!find_bytes(g, o, &bytes, &owned, err))
+    if (!lum_gltf_bytes(g, o, &bytes, &owned, err))
         return false;
     struct lum_id_request name = {"image/", readable_name(g, o), "image", index};
     enum lum_status status = lum_image_decode(&bytes, &texels, err);

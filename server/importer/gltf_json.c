@@ -7,11 +7,11 @@
 #include "server/importer/gltf_json.h"
 
 static const char *const kind_names[LUM_GLTF_KIND_COUNT] = {
-    [LUM_GLTF_ACCESSORS] = "accessors", [LUM_GLTF_BUFFERS] = "buffers", [LUM_GLTF_BUFFER_VIEWS] = "bufferViews",
-    [LUM_GLTF_CAMERAS] = "cameras",     [LUM_GLTF_IMAGES] = "images",   [LUM_GLTF_LIGHTS] = "lights",
-    [LUM_GLTF_MATERIALS] = "materials", [LUM_GLTF_MESHES] = "meshes",   [LUM_GLTF_NODES] = "nodes",
-    [LUM_GLTF_SAMPLERS] = "samplers",   [LUM_GLTF_SCENES] = "scenes",   [LUM_GLTF_SKINS] = "skins",
-    [LUM_GLTF_TEXTURES] = "textures",
+    [LUM_GLTF_ACCESSORS] = "accessors",   [LUM_GLTF_BUFFERS] = "buffers",     [LUM_GLTF_BUFFER_VIEWS] = "bufferViews",
+    [LUM_GLTF_CAMERAS] = "cameras",       [LUM_GLTF_IMAGES] = "images",       [LUM_GLTF_LIGHTS] = "lights",
+    [LUM_GLTF_IES_LIGHTS] = "IES lights", [LUM_GLTF_MATERIALS] = "materials", [LUM_GLTF_MESHES] = "meshes",
+    [LUM_GLTF_NODES] = "nodes",           [LUM_GLTF_SAMPLERS] = "samplers",   [LUM_GLTF_SCENES] = "scenes",
+    [LUM_GLTF_SKINS] = "skins",           [LUM_GLTF_TEXTURES] = "textures",
 };
 
 void lum_gltf_at(struct lum_gltf *g, enum lum_gltf_kind kind, uint32_t index)

@@ -8,8 +8,7 @@
 
 #define DEG_PER_RAD 57.295779513082320877
 
-/* Position and unit direction of a node's -Z; false when they are not finite, too far, or the axis has no length. */
-static bool read_axis(const struct lum_affined *a, double ret_position[3], double ret_direction[3])
+bool lum_gltf_axis(const struct lum_affined *a, double ret_position[3], double ret_direction[3])
 {
     double length = sqrt(a->m[0][2] * a->m[0][2] + a->m[1][2] * a->m[1][2] + a->m[2][2] * a->m[2][2]);
     if (!(length > 0.0) || !isfinite(length))
@@ -64,7 +63,7 @@ bool lum_gltf_emit_light(struct lum_gltf *g, uint32_t light, uint32_t node)
     struct lamp l = {0};
     if (!read_lamp(g, o, &l))
         return lum_gltf_ok(g);
-    if (!read_axis(&g->nodes[node].to_world, l.position, l.direction)) {
+    if (!lum_gltf_axis(&g->nodes[node].to_world, l.position, l.direction)) {
         lum_gltf_warn(g, "its light is left out: the transform is not finite or out of range");
         return true;
     }
@@ -112,7 +111,7 @@ bool lum_gltf_emit_camera(struct lum_gltf *g, uint32_t camera, uint32_t node)
     double position[3], direction[3], target[3], up[3];
     if (!lum_gltf_ok(g))
         return false;
-    if (!perspective || !(vfov_deg > 0.0) || !read_axis(&g->nodes[node].to_world, position, direction)) {
+    if (!perspective || !(vfov_deg > 0.0) || !lum_gltf_axis(&g->nodes[node].to_world, position, direction)) {
         lum_gltf_warn(g, "its camera is left out: it is orthographic, or its angle or transform is out of range");
         return true;
     }

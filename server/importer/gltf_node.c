@@ -238,11 +238,14 @@ bool lum_gltf_emit_nodes(struct lum_gltf *g)
         uint32_t mesh = lum_gltf_index(g, o, "mesh", LUM_GLTF_MESHES);
         uint32_t camera = lum_gltf_index(g, o, "camera", LUM_GLTF_CAMERAS);
         uint32_t light = lum_gltf_index(g, lum_gltf_extension(g, o, "KHR_lights_punctual"), "light", LUM_GLTF_LIGHTS);
-        if (!lum_gltf_ok(g))
+        const cJSON *ies = lum_gltf_extension(g, o, "EXT_lights_ies");
+        bool sent = false;
+        if (!lum_gltf_ok(g) || !lum_gltf_emit_ies_extras(g, i, light, &sent))
             return false;
         if ((mesh != LUM_GLTF_NONE && !emit_mesh(g, i, mesh)) ||
             (camera != LUM_GLTF_NONE && !lum_gltf_emit_camera(g, camera, i)) ||
-            (light != LUM_GLTF_NONE && !lum_gltf_emit_light(g, light, i)))
+            (light != LUM_GLTF_NONE && !sent && !lum_gltf_emit_light(g, light, i)) ||
+            (ies && !lum_gltf_emit_ies_light(g, ies, i)))
             return false;
         uint32_t percent = (uint32_t)((uint64_t)(i + 1) * 100 / n);
         if (percent != last_percent)

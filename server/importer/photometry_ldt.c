@@ -56,12 +56,11 @@ static double read_number(struct ldt *f, const char *what, double lo, double hi)
         n--;
     while (n && (*s != ',' && lum_photometry_blank(*s)))
         s++, n--;
-    if (n == 0 || (n == 1 && (*s == '_' || *s == '-')))
-        return 0.0;
+    bool empty = n == 0 || (n == 1 && (*s == '_' || *s == '-'));
     size_t m = n < sizeof text ? n : sizeof text - 1;
     for (size_t i = 0; i < m; i++)
         text[i] = s[i] == ',' ? '.' : s[i];
-    if (n >= sizeof text || !lum_photometry_parse(text, m, &v))
+    if (!empty && (n >= sizeof text || !lum_photometry_parse(text, m, &v)))
         f->status = lum_fail(f->err, LUM_ERR_INVALID, "", "line %u: \"%.*s\" is no number; expected %s", f->text->line,
                              n < 20 ? (int)n : 20, s, what);
     else if (!(v >= lo && v <= hi))

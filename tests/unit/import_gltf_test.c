@@ -240,6 +240,54 @@ static void punctual_lights(void **state)
     assert_true(kit_warned(k, "laser"));
 }
 
+#define DOWNLIGHT "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0 1 1 9\n0 45 90\n0\n100 80 0\n"
+
+static void photometric_lights(void **state)
+{
+    struct kit *k = *state;
+    kit_write_text(k, "d.ies", DOWNLIGHT);
+    kit_write_text(k, "bad.ies", "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 three\n");
+    assert_true(kit_import_gltf(
+        k,
+        ASSET "\"extensionsRequired\":[\"EXT_lights_ies\"],\"buffers\":[{\"uri\":\"b.bin\",\"byteLength\":73}],"
+              "\"bufferViews\":[{\"buffer\":0,\"byteLength\":73}],"
+              "\"extensions\":{\"EXT_lights_ies\":{\"lights\":[{\"uri\":\"d.ies\"},"
+              "{\"bufferView\":0,\"mimeType\":\"application/x-ies-lm-63\"},{\"uri\":\"bad.ies\"},{}]},"
+              "\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"point\",\"color\":[0.5,0.25,0]}]}},"
+              "\"nodes\":[{\"name\":\"a\",\"translation\":[1,2,3],\"extensions\":{\"EXT_lights_ies\":{\"light\":0}}},"
+              "{\"name\":\"b\",\"rotation\":[-0.70710678118654752,0,0,0.70710678118654752],\"extensions\":"
+              "{\"EXT_lights_ies\":{\"light\":1,\"multiplier\":3,\"color\":[0.5,0.5,0.5]}}},"
+              "{\"name\":\"c\",\"extensions\":{\"EXT_lights_ies\":{\"light\":2}}},"
+              "{\"name\":\"e\",\"extensions\":{\"EXT_lights_ies\":{\"light\":3}}},"
+              "{\"name\":\"f\",\"extras\":{\"ies\":\"photometric/mgf/D.IES\"},"
+              "\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}},"
+              "{\"name\":\"g\",\"extras\":{\"ies\":\"nowhere.ies\"},"
+              "\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}},"
+              "{\"name\":\"h\",\"extras\":{\"ies\":7},\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}]}",
+        DOWNLIGHT, sizeof DOWNLIGHT - 1));
+    const struct lum_record_light *a = &kit_find(k, "m/a")->light, *b = &kit_find(k, "m/b")->light,
+                                  *f = &kit_find(k, "m/f")->light;
+    assert_string_equal(a->kind, "ies");
+    assert_near_all(a->position, (double[]){1, 2, 3}, 3);
+    assert_near_all(a->direction, (double[]){0, 0, -1}, 3);
+    assert_near_all(&a->roll_deg, (double[]){0}, 1); /* carried from -Y to -Z, +X stays: as in the node */
+    assert_true(!a->flux_lm.set && !a->multiplier.set && a->asset[0] == '\0');
+    assert_int_equal(a->web->candela.n, 3);
+    assert_true(a->web->candela.f32[1] == 80.0f && a->web->watts.value == 9.0);
+    assert_near_all(b->direction, (double[]){0, -1, 0}, 3);
+    assert_near_all(&b->multiplier.value, (double[]){1.5}, 1);
+    assert_near_all(b->color, (double[]){1, 1, 1}, 3);
+    assert_string_equal(f->kind, "ies"); /* in place of the point, with its hue */
+    assert_near_all(f->color, (double[]){0.5 / 0.2851, 0.25 / 0.2851, 0}, 3);
+    assert_near_all(&f->multiplier.value, (double[]){1}, f->multiplier.set);
+    assert_string_equal(kit_find(k, "m/g")->light.kind, "point");
+    assert_string_equal(kit_find(k, "m/h")->light.kind, "point");
+    assert_int_equal(kit_count(k, LUM_RECORD_LIGHT), 5);
+    assert_true(kit_warned(k, "IES light 2 is not used: line 3: \"three\" is no number"));
+    assert_true(kit_warned(k, "IES light 3 is not used: has neither uri nor bufferView"));
+    assert_true(kit_warned(k, "nowhere.ies is not used: no such file"));
+}
+
 static void cameras(void **state)
 {
     struct kit *k = *state;
@@ -570,6 +618,7 @@ int main(void)
         TEST(shared_mesh_in_a_hierarchy),
         TEST(hopeless_transforms_are_left_out),
         TEST(punctual_lights),
+        TEST(photometric_lights),
         TEST(cameras),
         TEST(emission_is_cd_m2),
         TEST(the_back_shines_where_it_is_shown),

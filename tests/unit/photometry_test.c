@@ -336,6 +336,7 @@ static void refusals_name_the_line(void **state)
         {HEAD "1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 1e13\n", "a.ies", "line 8: an intensity of 1e+13 cd is over"},
         {HEAD "1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n0 0\n", "a.ies", "no light"},
         {"IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 0 1\n0 90 0 1 0\n", "a.ies", "line 4: the ballast-lamp factor"},
+        {"a\n\n\n\n\n\n", "a.ldt", "line 4: the number of planes must be from 1"},
         {"a\nb\n7\n", "a.ldt", "line 3: the symmetry (0 to 4) must be from 0 to 4"},
         {"a\nb\n0\nx\n", "a.ldt", "line 4: \"x\" is no number; expected the number of planes"},
         {"a\n1\n2\n15\n", "a.ldt", "line 5: the file ends in its head"},
