@@ -311,7 +311,9 @@ static void announce(struct lum_director *d, const struct lum_staged_edit *p, cJ
     lum_json_add_number(changed, "scene_rev", (double)p->scene_rev);
     lum_json_add_string(changed, "op_id", p->request->op_id);
     lum_json_add_string(changed, "user", p->request->user);
-    lum_json_add(changed, "ops", lum_changes_to_json(&p->changes));
+    cJSON *ops = lum_changes_to_json(&p->changes);
+    lum_photometry_describe_lights(d->world.doc, ops);
+    lum_json_add(changed, "ops", ops);
     if (emits)
         lum_json_add(changed, "emits", emits);
     lum_director_send(d, LUM_OUT_BROADCAST, p->request->session, lum_rpc_notification("scene.changed", changed));

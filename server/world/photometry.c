@@ -77,7 +77,8 @@ bool lum_photometry_describe_lights(const struct lum_document *doc, struct cJSON
     {
         const char *id = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(op, "id"));
         const struct lum_record *r = id ? lum_document_find(doc, id) : NULL;
-        if (!ok || !r || r->type != LUM_RECORD_LIGHT || !r->light.web)
+        if (!ok || !r || r->type != LUM_RECORD_LIGHT || !r->light.web ||
+            !cJSON_HasObjectItem(op, "type")) /* a set has none */
             continue;
         if (r->light.web != last) {
             cJSON_Delete(described);

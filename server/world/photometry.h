@@ -10,7 +10,8 @@ struct cJSON;
 /* {"flux_lm":..,"rated_lm":..,"watts":..,...}: as in PROTOCOL.md. NULL when memory is short, or the web is none that
  * can be rendered. polar: with the intensities of four half planes. */
 struct cJSON *lum_photometry_describe(const struct lum_record_web *web, bool polar);
-/* Adds "photometry" to the add ops of lights that have a web. False when memory is short. */
+/* Adds "photometry" to the add ops of lights that have a web. False when memory is short. ops: a list as scene.get and
+ * scene.changed have it. */
 bool lum_photometry_describe_lights(const struct lum_document *doc, struct cJSON *ops);
 
 #endif

@@ -21,7 +21,7 @@ export interface CameraPose {
     vfov_deg: number;
 }
 
-export const INTENSITY_FIELDS = ['flux_lm', 'intensity_cd', 'luminance_cd_m2', 'illuminance_lx'] as const;
+export const INTENSITY_FIELDS = ['flux_lm', 'intensity_cd', 'luminance_cd_m2', 'illuminance_lx', 'multiplier'] as const;
 export type IntensityField = (typeof INTENSITY_FIELDS)[number];
 
 export interface Pick {

@@ -18,6 +18,7 @@ export const UNITS: Record<IntensityField, Unit> = {
     intensity_cd: { symbol: 'cd', spoken: 'candela', min: 1, max: 100_000 },
     luminance_cd_m2: { symbol: 'cd/m²', spoken: 'candela per square metre', min: 1, max: 1_000_000 },
     illuminance_lx: { symbol: 'lx', spoken: 'lux', min: 0.1, max: 150_000 },
+    multiplier: { symbol: '×', spoken: 'times its file', min: 0.01, max: 4 },
 };
 
 export interface Intensity {
@@ -27,9 +28,10 @@ export interface Intensity {
 }
 
 export function intensityOf(light: SceneRecord): Intensity {
-    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? 'flux_lm';
+    const measured = light.kind === 'ies'; // as bright as its file says, unless it is told otherwise
+    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? (measured ? 'multiplier' : 'flux_lm');
     const unit = UNITS[field];
-    const value = numberOr(light[field] ?? emitsOf(light)?.[field], 0);
+    const value = numberOr(light[field] ?? emitsOf(light)?.[field], measured ? 1 : 0);
     return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
 }
 
@@ -43,6 +45,8 @@ export function fluxOf(light: SceneRecord): number | null {
     switch (light.kind) {
         case 'point':
             return 4 * Math.PI * value;
+        case 'ies':
+            return isObject(light.photometry) ? numberOr(light.photometry.flux_lm, 0) * value : null;
         case 'spot':
             return spotSolidAngle(light) * value;
         case 'quad':

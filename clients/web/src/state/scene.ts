@@ -24,7 +24,7 @@ export function withField(record: SceneRecord, path: string, value: Json): Scene
 }
 
 /** Fields that exclude each other. */
-const GROUPS: readonly (readonly string[])[] = [INTENSITY_FIELDS, ['color', 'cct_k'], ['asset', 'pixels']];
+const GROUPS: readonly (readonly string[])[] = [INTENSITY_FIELDS, ['color', 'cct_k'], ['asset', 'pixels', 'web']];
 
 function withoutRivals(record: SceneRecord, key: string, value: Json | undefined): SceneRecord {
     const rivals = GROUPS.find((g) => g.includes(key))?.filter((k) => k !== key && k in record) ?? [];

@@ -92,7 +92,7 @@ function outline(light: SceneRecord): Vec3[] {
         return [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1), corner(-1, -1)];
     }
     const direction = vec3Or(light.direction, [0, 0, 0]);
-    const aimed = light.kind === 'spot' || light.kind === 'disc';
+    const aimed = light.kind === 'spot' || light.kind === 'ies' || light.kind === 'disc';
     return aimed ? [centre, add(centre, scale(direction, 0.6 / Math.max(1e-9, Math.hypot(...direction))))] : [];
 }
 
