@@ -6,7 +6,9 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/document/import_transform.h"
 #include "protocol/json/json.h"
+#include "protocol/record/aim.h"
 #include "tests/unit/document_util.h"
 
 static struct lum_record *child(const char *text)
@@ -200,12 +202,44 @@ static void expanded_form_shows_everything(void **state)
     lum_document_destroy(doc);
 }
 
+/* The plane C 0 of a lamp goes where its model goes, however it aims and is turned. */
+static void a_web_turns_with_its_import(void **state)
+{
+    (void)state;
+    static const double aims[][3] = {{0, -1, 0}, {0, 1, 0}, {1, 0, 0}, {0.3, -0.8, 0.5}, {-0.2, 0.9, -0.3}};
+    for (size_t i = 0; i < sizeof aims / sizeof aims[0]; i++)
+        for (int turn = -180; turn < 180; turn += 45) {
+            char text[300];
+            snprintf(text, sizeof text,
+                     "{'op':'add','type':'light','id':'room/lamp','kind':'ies','asset':'a.ies','direction':[%g,%g,%g],"
+                     "'roll_deg':%d}",
+                     aims[i][0], aims[i][1], aims[i][2], turn);
+            struct lum_record *lamp = child(text);
+            struct lum_record_transform t = {.rotate_deg = {30, turn, 10}, .scale = {2, 2, 2}};
+            double m[3][4], c0[3], want[3], got[3];
+            lum_record_transform_affine(&t, m);
+            lum_aim_c0(lamp->light.direction, lamp->light.roll_deg, c0);
+            for (int k = 0; k < 3; k++)
+                want[k] = 0.5 * (m[k][0] * c0[0] + m[k][1] * c0[1] + m[k][2] * c0[2]);
+            struct lum_record *placed = lum_import_apply_transform(&t, lamp, NULL);
+            assert_non_null(placed);
+            lum_aim_c0(placed->light.direction, placed->light.roll_deg, got);
+            assert_near(got, want, 3);
+            const double *d = aims[i];
+            double along = c0[0] * d[0] + c0[1] * d[1] + c0[2] * d[2], back = lum_aim_roll_deg(d, c0) - turn;
+            assert_true(fabs(along) < 1e-12 && fabs(remainder(back, 360.0)) < 1e-9);
+            lum_record_unref(placed);
+            lum_record_unref(lamp);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(imports),
         cmocka_unit_test(an_import_moves_as_a_whole),
         cmocka_unit_test(moving_leaves_no_trace),
+        cmocka_unit_test(a_web_turns_with_its_import),
         cmocka_unit_test(expanded_form_shows_everything),
     };
     return cmocka_run_group_tests_name("document_import", tests, NULL, NULL);
