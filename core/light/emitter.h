@@ -58,6 +58,9 @@ static inline bool lum_emitter_in_front(const struct lum_light *l, struct lum_ve
     return lum_dot(lum_v3_sub(p, l->p), l->n) > 0.0f;
 }
 
+/* Radiance per unit of power from a lamp's opening to where wi (unit) points to it from (opening.c). */
+float lum_opening_radiance(const struct lum_light *l, struct lum_vec3 wi);
+
 /* ---- light that leaves (emit.c) ---- */
 
 bool lum_emit_ray(struct lum_vec3 o, struct lum_vec3 d, struct lum_rgb flux, struct lum_light_ray *ret_shot);

@@ -60,7 +60,10 @@ bool lum_light_sample_place(const struct lum_light *l, struct lum_vec3 p, const 
     if (!lum_emitter_area_sample(l, p, place->p, place->n, ret))
         return false;
     ret->radiance = lum_rgb_mul(l->power, place->per_power);
-    return true;
+    if (!l->web)
+        return true;
+    ret->radiance = lum_rgb_scale(ret->radiance, lum_opening_radiance(l, ret->wi));
+    return !lum_rgb_black(ret->radiance);
 }
 
 static bool sample_by_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 p,
@@ -132,9 +135,11 @@ float lum_light_pdf(const struct lum_snapshot *s, uint32_t i, struct lum_vec3 p,
     return row->pdf ? row->pdf(l, p, wi, lum_length(lum_v3_sub(p_light, p)), fabsf(lum_dot(wi, ng_light))) : 0.0f;
 }
 
-struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface)
+struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 d, bool backface)
 {
-    return l->on && !(backface && !l->both_sides) ? l->power : lum_grey(0.0f);
+    if (!l->on || (backface && !l->both_sides))
+        return lum_grey(0.0f);
+    return l->web ? lum_rgb_scale(l->power, lum_opening_radiance(l, d)) : l->power;
 }
 
 static bool same_v3(struct lum_vec3 a, struct lum_vec3 b)

@@ -19,6 +19,8 @@ struct lum_web;     /* intensity by direction (light/web.h) */
     X(QUAD, quad)                                                                                                      \
     X(DISC, disc)                                                                                                      \
     X(SPHERE, sphere)                                                                                                  \
+    X(OPENING_RECTANGLE, opening_rectangle) /* of a lamp with a web */                                                 \
+    X(OPENING_DISC, opening_disc)                                                                                      \
     X(MESH, mesh)                                                                                                      \
     X(ENVIRONMENT, environment)
 #define LUM_EMITTER_MEMBER(NAME, name) LUM_EMIT_##NAME,
@@ -31,14 +33,14 @@ enum lum_emitter { LUM_EMITTERS(LUM_EMITTER_MEMBER) LUM_EMITTER_COUNT };
 struct lum_light {
     enum lum_emitter kind;
     const struct lum_falloff *falloff; /* point */
-    struct lum_rgb power;          /* cd * scale^2 (point), lx (directional), cd/m2 (area, mesh, environment tint) */
-    struct lum_vec3 p;             /* centre */
-    struct lum_vec3 n;             /* unit: where light goes (spot, ies, directional, quad, disc) */
-    struct lum_vec3 u, v;          /* quad: half edges */
-    float radius, area;            /* scene units */
-    float omc_inner, omc_outer;    /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
-    struct lum_frame frame;        /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
-                                    * web: of its directions, left-handed (web.h) */
+    struct lum_rgb power;       /* cd * scale^2 (point, opening), lx (directional), cd/m2 (area, mesh, environment) */
+    struct lum_vec3 p;          /* centre */
+    struct lum_vec3 n;          /* unit: where light goes (spot, ies, directional, quad, disc) */
+    struct lum_vec3 u, v;       /* quad, opening: half edges */
+    float radius, area;         /* scene units */
+    float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
+    struct lum_frame frame;     /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
+                                 * web: of its directions, left-handed (web.h) */
     const struct lum_env_map *env; /* environment image, or NULL: constant */
     const struct lum_web *web;     /* ies; else NULL */
     uint64_t web_hash;             /* of it, for a copy of the light that outlives it */
@@ -74,8 +76,8 @@ bool lum_light_is_even_sky(const struct lum_light *l);
 bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b);
 
 /* Radiance that emitter i sends from a hit surface towards -d (0 from the back of quads, discs, spheres and meshes that
- * shine from one side). Of a mesh that is lum_surface.emission: its BSDF has it with its texture. */
-struct lum_rgb lum_light_emitted(const struct lum_light *l, bool backface);
+ * shine from one side): lum_surface.emission. Of a mesh its BSDF has it with its texture. d: unit. */
+struct lum_rgb lum_light_emitted(const struct lum_light *l, struct lum_vec3 d, bool backface);
 /* Radiance arriving along a ray that leaves the scene in direction d: the environment, or black. camera_ray: respects
  * camera_visible. */
 struct lum_rgb lum_lights_background(const struct lum_light_table *t, struct lum_vec3 d, bool camera_ray);

@@ -472,7 +472,7 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     struct lum_surface s;
     lum_snapshot_surface(snapshot, &w->hits, i, d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        add(w, &path, s.light, lum_light_emitted(&snapshot->lights.lights[s.light], s.backface),
+        add(w, &path, s.light, s.emission,
             emission_weight(w, &path, s.light, d, &s));
         return;
     }

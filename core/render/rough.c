@@ -45,10 +45,8 @@ static struct lum_rgb shine_at(const struct lum_snapshot *s, const struct lum_gb
         return lum_lights_background(&s->lights, d, true);
     struct lum_surface surface;
     lum_snapshot_surface(s, hits, slot, d, &surface);
-    if (surface.instance == LUM_NO_OBJECT) {
-        const struct lum_light *light = &s->lights.lights[surface.light];
-        return light->on ? lum_light_emitted(light, surface.backface) : lum_grey(0.0f);
-    }
+    if (surface.instance == LUM_NO_OBJECT)
+        return surface.emission;
     struct lum_bsdf bsdf;
     lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
     return bsdf.emission;

@@ -98,6 +98,9 @@ struct lum_object_desc {
     X(ENVIRONMENT, environment)
 #define LUM_LIGHT_KIND_MEMBER(NAME, name) LUM_LIGHT_##NAME,
 enum lum_light_kind { LUM_LIGHT_KINDS(LUM_LIGHT_KIND_MEMBER) LUM_LIGHT_KIND_COUNT };
+/* Of a lamp with a web: the flat shape that shines. A disc has the area of the ellipse of its two diameters. */
+enum lum_opening { LUM_OPENING_POINT, LUM_OPENING_RECTANGLE, LUM_OPENING_DISC };
+
 struct lum_light_desc {
     enum lum_light_kind kind;
     struct lum_vec3d position;  /* point, spot, ies, disc, sphere: centre; quad: centre */
@@ -108,6 +111,8 @@ struct lum_light_desc {
     double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
     struct lum_rgb color;                  /* chromaticity, luminance 1 */
     const struct lum_web *web;             /* ies: the scene takes a reference of its own */
+    enum lum_opening opening;              /* ies; where a side of it is 0, a point */
+    double opening_m[2];                   /* along c0, along c90 */
     /* The photometric size, in the unit natural to the kind (records in lm are converted by the caller with
      * lum_light_from_flux): point, spot: cd; ies: cd of its brightest direction; directional: lx on a facing plane;
      * area, environment: cd/m2. 0 to 1e12 */

@@ -75,18 +75,46 @@ static enum lum_status check_web(const struct lum_light_desc *d, struct lum_erro
     if (status == LUM_OK &&
         !(lum_v3d_cross_length(d->u, d->direction) > 1e-6 * lum_v3d_length(d->u) * lum_v3d_length(d->direction)))
         return lum_fail(err, LUM_ERR_INVALID, "u", "must not be along the direction");
+    if (status == LUM_OK && (unsigned)d->opening > LUM_OPENING_DISC)
+        return lum_fail(err, LUM_ERR_INVALID, "opening", "is not a kind of opening");
+    for (int k = 0; k < 2 && status == LUM_OK; k++)
+        status = lum_check_range("opening_m", d->opening_m[k], 0.0, LUM_LENGTH_MAX, err);
     return status;
+}
+
+static struct lum_vec3d half_opening(const struct lum_light_desc *d)
+{
+    double most = d->opening == LUM_OPENING_POINT ? 0.0 : 0.5 * hypot(d->opening_m[0], d->opening_m[1]);
+    return (struct lum_vec3d){most, most, most};
+}
+
+/* frame.t and the like are not always c0: of a web that was measured about another axis. */
+static void open_up(const struct lum_light_desc *d, double scale, struct lum_vec3 c0, struct lum_light *l)
+{
+    double a = 0.5 * scale * d->opening_m[0], b = 0.5 * scale * d->opening_m[1];
+    if (d->opening == LUM_OPENING_POINT || !(a > 0.0 && b > 0.0))
+        return;
+    bool disc = d->opening == LUM_OPENING_DISC;
+    l->kind = disc ? LUM_EMIT_OPENING_DISC : LUM_EMIT_OPENING_RECTANGLE;
+    l->falloff = NULL;
+    l->delta = false;
+    l->both_sides = true;
+    l->radius = disc ? (float)sqrt(a * b) : 0.0f;
+    l->u = disc ? lum_v3(0.0f, 0.0f, 0.0f) : lum_v3_mul(c0, (float)a);
+    l->v = disc ? lum_v3(0.0f, 0.0f, 0.0f) : lum_v3_mul(lum_cross(c0, l->n), (float)b);
+    l->area = (float)((disc ? LUM_PI_D : 4.0) * a * b);
 }
 
 static void resolve_web(const struct lum_light_desc *d, double scale, struct lum_light *l)
 {
-    (void)scale;
     struct lum_vec3d n = d->direction, u = d->u;
     double share = (u.x * n.x + u.y * n.y + u.z * n.z) / (n.x * n.x + n.y * n.y + n.z * n.z);
     struct lum_vec3d across = {u.x - share * n.x, u.y - share * n.y, u.z - share * n.z};
     l->web = d->web;
     l->web_hash = d->web->hash;
-    l->frame = lum_web_frame(d->web->type, l->n, unit(across));
+    struct lum_vec3 c0 = unit(across);
+    l->frame = lum_web_frame(d->web->type, l->n, c0);
+    open_up(d, scale, c0, l);
 }
 
 static double flux_of_web(const struct lum_light_desc *d)
@@ -98,6 +126,7 @@ const struct lum_light_kind_row lum_light_kind_ies = {.emitter = LUM_EMIT_POINT,
                                                       .falloff = &lum_falloff_web,
                                                       .aimed = true,
                                                       .check = check_web,
+                                                      .half = half_opening,
                                                       .resolve = resolve_web,
                                                       .flux = flux_of_web};
 

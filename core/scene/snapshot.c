@@ -235,7 +235,7 @@ static void triangle_surface(const struct lum_snapshot *snapshot, const struct l
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);
     if (s->light != LUM_NO_OBJECT)
-        s->emission = lum_light_emitted(&snapshot->lights.lights[s->light], s->backface);
+        s->emission = lum_light_emitted(&snapshot->lights.lights[s->light], d, s->backface);
     s->ns = s->ng;
     if (mesh->normals) {
         struct lum_vec3 n = normal_to_scene(instance, blend3(mesh->normals, &t));
@@ -263,6 +263,7 @@ static void shape_surface(const struct lum_snapshot *snapshot, const struct lum_
     if (s->backface)
         s->ng = lum_v3_neg(s->ng);
     s->ns = s->ng;
+    s->emission = lum_light_emitted(l, d, s->backface);
 }
 
 void lum_snapshot_surface(const struct lum_snapshot *snapshot, const struct lum_hits *hits, uint32_t i,

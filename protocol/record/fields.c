@@ -165,7 +165,8 @@ static const struct lum_field light[] = {
     NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "about +Y", FOR("environment")),
     {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
     BOOL(light, on, 1, ""),
-    BOOL(light, camera_visible, 1, "seen directly", FOR("quad|disc|sphere|environment")),
+    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|quad|disc|sphere|environment")),
+    BOOL(light, as_point, 0, "shines from its centre, whatever opening its web has", FOR("ies")),
 };
 
 static const struct lum_field medium[] = {

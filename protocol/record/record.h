@@ -87,7 +87,7 @@ struct lum_record_light {
     lum_id image;         /* environment */
     double rotation_deg;
     lum_id group;
-    bool on, camera_visible;
+    bool on, camera_visible, as_point;
 };
 
 struct lum_record_medium {

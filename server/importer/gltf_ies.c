@@ -94,6 +94,7 @@ static const struct lum_photometry *profile_of_file(struct lum_gltf *g, const ch
 struct lamp {
     const struct lum_photometry *photometry;
     double multiplier, color[3];
+    bool as_point;
 };
 
 static bool send_lamp(struct lum_gltf *g, uint32_t node, struct lamp *l)
@@ -124,6 +125,8 @@ static bool send_lamp(struct lum_gltf *g, uint32_t node, struct lamp *l)
         if (l->multiplier != 1.0)
             lum_op_number(&op, "multiplier", l->multiplier);
         lum_op_numbers(&op, "color", l->color, 3);
+        if (l->as_point)
+            lum_op_bool(&op, "as_point", true);
         if (g->nodes[node].hidden)
             lum_op_bool(&op, "on", false);
         lum_photometry_put(&g->im->emit, &op, l->photometry);
@@ -135,7 +138,7 @@ static bool send_lamp(struct lum_gltf *g, uint32_t node, struct lamp *l)
 bool lum_gltf_emit_ies_light(struct lum_gltf *g, const cJSON *extension, uint32_t node)
 {
     static const double multiplier_range[2] = {0.0, 1e6}, color_range[2] = {0.0, 1.0};
-    struct lamp l = {.color = {1.0, 1.0, 1.0}};
+    struct lamp l = {.color = {1.0, 1.0, 1.0}, .as_point = true}; /* the extension has no extents */
     uint32_t light = lum_gltf_index(g, extension, "light", LUM_GLTF_IES_LIGHTS);
     l.multiplier = lum_gltf_clamped(g, extension, "multiplier", 1.0, multiplier_range);
     lum_gltf_clamped_numbers(g, extension, "color", l.color, 3, color_range);

@@ -225,6 +225,17 @@ static enum lum_status light_color(const struct lum_record_light *l, struct lum_
     return LUM_OK;
 }
 
+/* A ball is a disc as wide: it is seen from below. */
+static void open_up(const struct lum_record_web *web, struct lum_light_desc *d)
+{
+    bool round = strcmp(web->opening, "disc") == 0 || strcmp(web->opening, "sphere") == 0;
+    if (strcmp(web->opening, "point") == 0)
+        return;
+    d->opening = round ? LUM_OPENING_DISC : LUM_OPENING_RECTANGLE;
+    d->opening_m[0] = web->size[0];
+    d->opening_m[1] = web->size[1];
+}
+
 enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web *web, struct lum_light_desc *ret_light,
                                 struct lum_error *err)
 {
@@ -248,6 +259,8 @@ enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web
         double c0[3];
         lum_aim_c0(l->direction, l->roll_deg, c0);
         d.u = vec3d(c0);
+        if (l->web && !l->as_point)
+            open_up(l->web, &d);
     }
     enum lum_status st = light_kind_of(l->kind, &d.kind, err);
     if (!st)

@@ -10,19 +10,27 @@
 #include "tests/numeric/stats.h"
 #include "tests/support/webs.h"
 
-/* All kinds of light (enum lum_light_kind), and two more. */
-enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, N_KINDS };
+/* All kinds of light (enum lum_light_kind), and four more. */
+enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, RECTANGLE, ROUND, N_KINDS };
 
 static const char *name_of(int kind)
 {
-    return kind < IMAGE ? lum_light_kind_names[kind] : kind == IMAGE ? "image" : "mesh";
+    static const char *const more[] = {"image", "mesh", "rectangular opening", "round opening"};
+    return kind < IMAGE ? lum_light_kind_names[kind] : more[kind - IMAGE];
 }
 
 static struct lum_web *web; /* of the ies kind; made once by main */
 
 static struct lum_light_desc lamp_of(int kind)
 {
-    return (struct lum_light_desc){.kind = kind < IMAGE ? (enum lum_light_kind)kind : LUM_LIGHT_ENVIRONMENT,
+    bool opening = kind == RECTANGLE || kind == ROUND;
+    return (struct lum_light_desc){.kind = kind < IMAGE ? (enum lum_light_kind)kind
+                                           : opening    ? LUM_LIGHT_IES
+                                                        : LUM_LIGHT_ENVIRONMENT,
+                                   .opening = kind == RECTANGLE ? LUM_OPENING_RECTANGLE
+                                              : kind == ROUND   ? LUM_OPENING_DISC
+                                                                : LUM_OPENING_POINT,
+                                   .opening_m = {0.6, 0.3},
                                    .position = {-0.3, 0.2, 0.1},
                                    .direction = {0.3, -1, 0.4},
                                    .u = {0.5, 0.2, 0},

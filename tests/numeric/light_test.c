@@ -320,9 +320,9 @@ static void nothing_reaches_from_behind_or_from_no_area(void **state)
         assert_true(isfinite(pdf));
     }
     struct lum_light q = quad(lum_v3(0, 0, 1), lum_v3(0, 1, 0), lum_v3(1, 0, 0));
-    assert_true(lum_light_emitted(&q, false).g == 1.0f && lum_light_emitted(&q, true).g == 0.0f);
+    assert_true(lum_light_emitted(&q, q.n, false).g == 1.0f && lum_light_emitted(&q, q.n, true).g == 0.0f);
     q.on = false;
-    assert_true(lum_light_emitted(&q, false).g == 0.0f);
+    assert_true(lum_light_emitted(&q, q.n, false).g == 0.0f);
 }
 
 static float hostile(struct rng *r)

@@ -209,6 +209,25 @@ static void area_source(void **state)
         near(points[k].want[PATH], row[1]);
     }
     check_points(&r, "5.3", points, N, 2);
+    /* the same of a lamp whose web is Lambert's, over an opening of that size: 1000 cd / 1 m2 */
+    static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 91};
+    struct lum_web *web = web_of(&down, web_cosine);
+    struct lum_light_desc opening = {.kind = LUM_LIGHT_IES,
+                                     .position = {2, 3, 2},
+                                     .direction = {0, -1, 0},
+                                     .u = {1, 0, 0},
+                                     .web = web,
+                                     .opening = LUM_OPENING_RECTANGLE,
+                                     .opening_m = {1, 1},
+                                     .color = lum_grey(1),
+                                     .intensity = 1000,
+                                     .on = true};
+    rig_light(&r, "lamp", &opening);
+    rig_commit(&r);
+    for (size_t k = 0; k < N; k++) /* u runs along c0, v along c90, which is -z */
+        points[k].want[TIC] = 1000.0 * from_one_point(points[k].p, points[k].n, rig_v(1.92, 3, 2.03));
+    check_points(&r, "5.3, an opening", points, N, 2);
+    lum_web_unref(web);
     rig_end(&r);
 }
 

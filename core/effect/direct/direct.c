@@ -32,7 +32,8 @@ static const struct lum_vec2 hard_sample = {0.42f, 0.47f};
 static bool is_hard(const struct lum_direct *job)
 {
     enum lum_emitter kind = job->snapshot->lights.lights[job->light].kind;
-    return job->hard && (kind == LUM_EMIT_QUAD || kind == LUM_EMIT_DISC || kind == LUM_EMIT_SPHERE);
+    return job->hard && (kind == LUM_EMIT_QUAD || kind == LUM_EMIT_DISC || kind == LUM_EMIT_SPHERE ||
+                         kind == LUM_EMIT_OPENING_RECTANGLE || kind == LUM_EMIT_OPENING_DISC);
 }
 
 /* What a faint reflection shows may be as much noisier as it is fainter: from this weight in the pixel on a vertex has

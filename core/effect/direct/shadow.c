@@ -20,7 +20,7 @@ static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slo
     struct lum_surface s;
     lum_snapshot_surface(unit, hits, slot, d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        struct lum_emission e = {slot, s.light, lum_light_emitted(&unit->lights.lights[s.light], s.backface)};
+        struct lum_emission e = {slot, s.light, s.emission};
         lum_layers_add(pass, tile, &e, LUM_LAYER_DIRECT);
         return;
     }

@@ -374,7 +374,7 @@ static void visit(struct tree *t, uint32_t i)
     struct lum_surface s;
     lum_snapshot_surface(unit, &t->hits, i, from.d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        add_emission(t, &from, s.light, lum_light_emitted(&unit->lights.lights[s.light], s.backface));
+        add_emission(t, &from, s.light, s.emission);
         return;
     }
     const struct lum_material *m = &unit->materials[s.material];

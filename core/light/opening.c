@@ -1,0 +1,123 @@
+/* Luminous openings of lamps with a photometric web: rectangles and discs, of which every point sends light as the web
+ * says, so that from afar it is the web's. Of luminance I / (A cos), where I is the intensity towards who looks, and A
+ * cos what he sees of the area: it is flat, and shines from both sides. */
+#include "core/light/emitter.h"
+
+#include "core/accel/trace.h"
+#include "core/light/web.h"
+#include "core/math/warp.h"
+
+/* Nearer to its plane than this cosine, 0.9 degrees, an opening is as bright as at it: there luminance has no end, and
+ * next to none of the light goes. */
+#define LEAST_COS 0x1p-6f
+
+float lum_opening_radiance(const struct lum_light *l, struct lum_vec3 wi)
+{
+    float cos_light = fabsf(lum_dot(wi, l->n));
+    return lum_falloff_web.share(l, wi) / (l->area * lum_max(cos_light, LEAST_COS));
+}
+
+static struct lum_vec3 on_rectangle(const struct lum_light *l, struct lum_vec2 u)
+{
+    return lum_v3_mad(lum_v3_mad(l->p, l->u, 2.0f * u.x - 1.0f), l->v, 2.0f * u.y - 1.0f);
+}
+
+static struct lum_vec3 on_disc(const struct lum_light *l, struct lum_vec2 d)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static struct lum_vec3 point_of(const struct lum_light *l, struct lum_vec2 u)
+{
+    return l->kind == LUM_EMIT_OPENING_DISC ? on_disc(l, lum_warp_disc(u)) : on_rectangle(l, u);
+}
+
+static bool place_on_opening(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                             struct lum_light_place *ret)
+{
+    (void)s;
+    *ret = (struct lum_light_place){point_of(l, u), l->n, lum_grey(1.0f)};
+    return true;
+}
+
+static float pdf_of_opening(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                            float cos_light)
+{
+    (void)p, (void)wi;
+    return lum_emitter_area_pdf(distance, cos_light, l->area);
+}
+
+/* Each point has a sample of its own: what comes from one place differs by direction. */
+static void aim_at_opening(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                           struct lum_light_target *inout)
+{
+    (void)s, (void)l, (void)u;
+    inout->kind = LUM_TARGET_EACH;
+}
+
+static bool emit_opening(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                         struct lum_vec2 u_direction, struct lum_light_ray *ret)
+{
+    (void)s;
+    struct lum_vec3 d = lum_falloff_web.draw(l, u_direction), p = point_of(l, u_position);
+    struct lum_vec3 side = lum_dot(d, l->n) < 0.0f ? lum_v3_neg(l->n) : l->n;
+    return lum_emit_ray(lum_ray_offset(p, side), d, lum_grey((float)l->web->flux_sr), ret);
+}
+
+static double flux_of_opening(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
+{
+    (void)bounds_lo, (void)bounds_hi;
+    return l->web->flux_sr;
+}
+
+static struct lum_vec3 half_rectangle(const struct lum_light *l)
+{
+    return lum_v3(fabsf(l->u.x) + fabsf(l->v.x), fabsf(l->u.y) + fabsf(l->v.y), fabsf(l->u.z) + fabsf(l->v.z));
+}
+
+static float across_rectangle(const struct lum_light *l)
+{
+    return l->area / (4.0f * fmaxf(lum_length(l->u), lum_length(l->v)));
+}
+
+static struct lum_vec3 half_disc(const struct lum_light *l)
+{
+    return lum_v3(l->radius, l->radius, l->radius);
+}
+
+static float across_disc(const struct lum_light *l)
+{
+    return l->radius;
+}
+
+static struct lum_vec3 hit_on_rectangle(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    *inout_ng = l->n;
+    return on_rectangle(l, uv);
+}
+
+static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    *inout_ng = l->n;
+    return on_disc(l, uv);
+}
+
+const struct lum_emitter_row lum_emitter_opening_rectangle = {.pdf = pdf_of_opening,
+                                                              .place = place_on_opening,
+                                                              .aim = aim_at_opening,
+                                                              .emit = emit_opening,
+                                                              .flux = flux_of_opening,
+                                                              .half = half_rectangle,
+                                                              .across = across_rectangle,
+                                                              .shape = LUM_SHAPE_QUAD,
+                                                              .at = hit_on_rectangle};
+const struct lum_emitter_row lum_emitter_opening_disc = {.pdf = pdf_of_opening,
+                                                         .place = place_on_opening,
+                                                         .aim = aim_at_opening,
+                                                         .emit = emit_opening,
+                                                         .flux = flux_of_opening,
+                                                         .half = half_disc,
+                                                         .across = across_disc,
+                                                         .shape = LUM_SHAPE_DISC,
+                                                         .at = hit_on_disc};
