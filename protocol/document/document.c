@@ -169,14 +169,27 @@ static bool fail_unknown(const struct lum_txn *t, const char *id)
     return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no \"%s\"%s", id, near);
 }
 
+/* What was read from the asset that the op sets. */
+static void take_web(struct lum_record *after, const struct lum_op *op)
+{
+    const struct lum_record *read = op->record;
+    if (read && after->type == LUM_RECORD_LIGHT && strcmp(after->light.asset, read->light.asset) == 0) {
+        lum_record_web_unref(after->light.web);
+        after->light.web = lum_record_web_ref(read->light.web);
+    }
+}
+
 static bool apply_set(struct lum_txn *t, const struct lum_op *op)
 {
     const struct lum_table_slot *slot = lum_table_find(&t->doc->table, op->id);
     if (!slot)
         return fail_unknown(t, op->id);
     struct lum_record *before = lum_record_ref(slot->record), *after = lum_record_clone(before);
-    bool ok = after ? lum_record_set(after, op->path, op->value, t->err) && step_set(t, before, after)
-                    : lum_proto_fail_memory(t->err);
+    bool ok = after ? lum_record_set(after, op->path, op->value, t->err) : lum_proto_fail_memory(t->err);
+    if (ok) {
+        take_web(after, op);
+        ok = step_set(t, before, after);
+    }
     lum_record_unref(before);
     lum_record_unref(after);
     return ok;

@@ -20,7 +20,7 @@ enum lum_op_kind { LUM_OP_ADD, LUM_OP_SET, LUM_OP_REMOVE, LUM_OP_IMPORT };
 struct lum_op {
     enum lum_op_kind kind;
     lum_id id;
-    struct lum_record *record;           /* add, import: owned */
+    struct lum_record *record; /* add, import: owned. Set of a light's asset: a light with the web of it, or NULL */
     char path[LUM_LIMIT_PATH_BYTES + 1]; /* set: "/flux_lm", "/transform/translate", "/transform/translate/1" */
     struct cJSON *value;                 /* set: owned */
 };

@@ -2,6 +2,9 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
+
+#include <cjson/cJSON.h>
 
 void lum_expansion_finish(struct lum_expansion *e)
 {
@@ -27,10 +30,27 @@ static bool is_measured_light(const struct lum_op *op)
            op->record->light.asset[0];
 }
 
+/* The photometric file that a set gives a light; NULL: none. What the id is of is not known here: the name tells. */
+static const char *file_of_set(const struct lum_op *op)
+{
+    static const char *const ends[] = {".ies", ".ldt", ".eul", ".pho"};
+    const cJSON *value = op->kind != LUM_OP_SET            ? NULL
+                         : strcmp(op->path, "/asset") == 0 ? op->value
+                         : op->path[0] == '\0'             ? cJSON_GetObjectItemCaseSensitive(op->value, "asset")
+                                                           : NULL;
+    const char *s = cJSON_GetStringValue(value);
+    size_t n = s ? strlen(s) : 0;
+    for (size_t k = 0; k < LUM_ARRAY_LEN(ends); k++)
+        if (n > 4 && n <= LUM_LIMIT_ASSET_BYTES && strcasecmp(s + n - 4, ends[k]) == 0)
+            return s;
+    return NULL;
+}
+
 bool lum_ops_need_import(const struct lum_ops *ops)
 {
     for (size_t i = 0; i < ops->n; i++)
-        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]) || is_measured_light(&ops->ops[i]))
+        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]) || is_measured_light(&ops->ops[i]) ||
+            file_of_set(&ops->ops[i]))
             return true;
     return false;
 }
@@ -99,15 +119,13 @@ static bool expand_image(const struct lum_expand_context *context, struct lum_op
     return true;
 }
 
-/* The web of op i, if an op before it has read the same file: a room has many lamps of one kind. */
-static struct lum_record_web *web_read_before(const struct lum_ops *ops, size_t i)
+/* The web of a file that an op before number i has read: a room has many lamps of one kind. */
+static struct lum_record_web *web_read_before(const struct lum_ops *ops, size_t i, const char *asset)
 {
-    const char *asset = ops->ops[i].record->light.asset;
     while (i-- > 0) {
-        const struct lum_op *o = &ops->ops[i];
-        if (o->kind == LUM_OP_ADD && o->record->type == LUM_RECORD_LIGHT && o->record->light.web &&
-            strcmp(o->record->light.asset, asset) == 0)
-            return o->record->light.web;
+        const struct lum_record *r = ops->ops[i].record;
+        if (r && r->type == LUM_RECORD_LIGHT && r->light.web && strcmp(r->light.asset, asset) == 0)
+            return r->light.web;
     }
     return NULL;
 }
@@ -116,7 +134,7 @@ static bool expand_light(const struct lum_expand_context *context, struct lum_op
                          struct lum_expansion *e, struct lum_proto_error *err)
 {
     struct lum_op *op = &ops->ops[i];
-    struct lum_record_web *known = web_read_before(ops, i);
+    struct lum_record_web *known = web_read_before(ops, i, op->record->light.asset);
     struct lum_record *read = NULL;
     struct lum_import_result result = {0};
     if (known) {
@@ -136,6 +154,19 @@ static bool expand_light(const struct lum_expand_context *context, struct lum_op
     return ok || lum_proto_fail_memory(err);
 }
 
+/* A set gets a light of its own, for what the file says. */
+static bool expand_set(const struct lum_expand_context *context, struct lum_ops *ops, size_t i, struct lum_expansion *e,
+                       struct lum_proto_error *err)
+{
+    struct lum_op *op = &ops->ops[i];
+    const char *file = file_of_set(op);
+    op->record = lum_record_create(LUM_RECORD_LIGHT, op->id);
+    if (!op->record)
+        return lum_proto_fail_memory(err);
+    memcpy(op->record->light.asset, file, strlen(file) + 1);
+    return expand_light(context, ops, i, e, err);
+}
+
 bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *ops, struct lum_expansion *ret_expansion,
                     struct lum_proto_error *err)
 {
@@ -147,6 +178,7 @@ bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *op
         bool ok = op->kind == LUM_OP_IMPORT ? expand_import(context, op, &e, err)
                   : is_encoded_image(op)    ? expand_image(context, op, err)
                   : is_measured_light(op)   ? expand_light(context, ops, i, &e, err)
+                  : file_of_set(op)         ? expand_set(context, ops, i, &e, err)
                                             : true;
         if (!ok) {
             char path[32];

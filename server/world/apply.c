@@ -281,9 +281,7 @@ static enum lum_status put_light(struct lum_scene *scene, const struct lum_recor
     enum lum_status st = LUM_OK;
     if (measured && !file)
         return lum_fail(err, LUM_ERR_INVALID, "asset",
-                        "the asset of the light %s was not read: to give it another one, remove and add the light in "
-                        "one transaction",
-                        r->id);
+                        "the asset of the light %s was not read: its name must end in .ies, .ldt, .eul or .pho", r->id);
     if (measured) {
         struct lum_web_desc desc = lum_web_desc_of(file);
         st = lum_scene_take_web(scene, &desc, &web, err);

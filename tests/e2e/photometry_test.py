@@ -85,14 +85,21 @@ class Photometry(unittest.TestCase):
 
     def test_undo_and_another_file(self):
         self.apply(LAMP)
-        self.apply({"op": "remove", "id": "lamp"}, {**LAMP, "asset": "linear.ldt"})
+        self.apply({"op": "set", "id": "lamp", "path": "/asset", "value": "linear.ldt"})
         self.assertEqual(self.light()["photometry"]["symmetry"], "quadrant")
         self.ws.call("scene.undo")
         self.assertEqual(self.light()["photometry"]["symmetry"], "axial")
         self.assertEqual(self.light()["asset"], "downlight.ies")
         self.ws.call("scene.redo")
         self.assertEqual(self.light()["photometry"]["symmetry"], "quadrant")
-        self.refused("invalid_value", "remove and add", {"op": "set", "id": "lamp", "path": "/asset", "value": "a.ies"})
+        self.apply({"op": "set", "id": "lamp", "path": "", "value": {"asset": "floodlight.ies", "flux_lm": 100}})
+        self.assertEqual(self.light()["photometry"]["type"], "b")
+        self.apply({"op": "remove", "id": "lamp"}, LAMP)
+        self.assertEqual(self.light()["photometry"]["symmetry"], "axial")
+        self.refused("not_found", "no such file", {"op": "set", "id": "lamp", "path": "/asset", "value": "nowhere.ies"})
+        self.refused("invalid_value", "must end in .ies", {"op": "set", "id": "lamp", "path": "/asset", "value": "a.txt"})
+        self.refused("invalid_value", "only an ies light",
+                     {"op": "set", "id": "ceiling-panel", "path": "/asset", "value": "downlight.ies"})
 
     def test_files_that_are_refused(self):
         self.refused("import_failed", "line 5: vertical angles must ascend", {**LAMP, "asset": "broken.ies"})

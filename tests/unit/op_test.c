@@ -136,6 +136,30 @@ static void rules(void **state)
     }
 }
 
+/* The largest web, and ones of a plane less and more. */
+static void webs_have_a_limit(void **state)
+{
+    (void)state;
+    static float values[513 * 512], angles[513];
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++)
+        values[i] = 1.0f;
+    for (int i = 0; i < 513; i++)
+        angles[i] = (float)i * 0.25f;
+    for (int n = 511; n <= 513; n++) {
+        struct lum_record_web *web = lum_record_web_create();
+        struct lum_proto_error err = {0};
+        web->c_deg = (struct lum_floats){.f32 = angles, .n = (size_t)n};
+        web->gamma_deg = (struct lum_floats){.f32 = angles, .n = 512};
+        web->candela = (struct lum_floats){.f32 = values, .n = (size_t)n * 512};
+        bool ok = lum_record_web_validate(web, &err);
+        assert_true(ok == (n * 512 <= (int)LUM_LIMIT_WEB_VALUES));
+        if (!ok)
+            assert_string_equal(err.app, "limit_exceeded");
+        web->c_deg = web->gamma_deg = web->candela = (struct lum_floats){0};
+        lum_record_web_unref(web);
+    }
+}
+
 static void malformed_ops(void **state)
 {
     static const struct {
@@ -346,6 +370,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(photometric_quantities),
         cmocka_unit_test(rules),
+        cmocka_unit_test(webs_have_a_limit),
         cmocka_unit_test(malformed_ops),
         cmocka_unit_test(sets),
         cmocka_unit_test(one_photometric_quantity_replaces_another),

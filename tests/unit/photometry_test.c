@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "core/light/web_facts.h"
+#include "protocol/base/limits.h"
 #include "server/importer/photometry.h"
 
 #define DEG 0.017453292519943295
@@ -375,6 +376,40 @@ static void oddities_are_told(void **state)
     lum_photometry_finish(&p);
 }
 
+/* One intensity more than a web may have, once its planes are written out; and one byte more than a file may have. */
+static void files_have_a_limit(void **state)
+{
+    (void)state;
+    for (int n = 511; n <= 513; n++) { /* planes all around: 512 angles in each */
+        char *text = calloc(1, 1 << 22);
+        size_t at = (size_t)sprintf(text, HEAD "1 -1 1 512 %d 1 2 0 0 0\n1 1 1\n", n);
+        for (int i = 0; i < 512; i++)
+            at += (size_t)sprintf(text + at, "%g ", i * 0.25);
+        for (int i = 0; i < n; i++)
+            at += (size_t)sprintf(text + at, "\n%g", i + 1 < n ? i * 0.5 : 360.0);
+        for (int i = 0; i < n * 512; i++)
+            at += (size_t)sprintf(text + at, "\n1");
+        struct lum_photometry p;
+        struct lum_error err = {0};
+        enum lum_status status = read_text(text, "a.ies", &p, &err);
+        assert_int_equal(status, n > 512 ? LUM_ERR_LIMIT : LUM_OK);
+        lum_photometry_finish(&p);
+        free(text);
+    }
+    for (int more = -1; more <= 1; more++) {
+        size_t n = LUM_LIMIT_WEB_FILE_BYTES + (size_t)more;
+        char *text = malloc(n + 1);
+        memset(text, '\n', n);
+        text[n] = '\0';
+        memcpy(text, HEAD "1 -1 1 2 1 1 2 0 0 0 1 1 1 0 90 0 1 0", sizeof HEAD + 36);
+        struct lum_photometry p;
+        enum lum_status status = read_text(text, "a.ies", &p, NULL);
+        assert_int_equal(status, more > 0 ? LUM_ERR_LIMIT : LUM_OK);
+        lum_photometry_finish(&p);
+        free(text);
+    }
+}
+
 /* ---- damaged files ---- */
 
 /* All truncations, and bytes changed at random: nothing crashes, and what is read is a web. */
@@ -550,6 +585,7 @@ int main(void)
         cmocka_unit_test(halves_of_b_are_mirrored),
         cmocka_unit_test(refusals_name_the_line),
         cmocka_unit_test(oddities_are_told),
+        cmocka_unit_test(files_have_a_limit),
         cmocka_unit_test(damaged_files),
         cmocka_unit_test(memory_that_is_short),
         cmocka_unit_test(our_own_samples),
