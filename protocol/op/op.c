@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include <cjson/cJSON.h>
 
@@ -280,5 +281,22 @@ struct cJSON *lum_op_to_json(const struct lum_op *op)
     if (ok)
         return json;
     cJSON_Delete(json);
+    return NULL;
+}
+
+const char *lum_op_web_file(const struct lum_op *op)
+{
+    static const char *const ends[] = {".ies", ".ldt", ".eul", ".pho"};
+    if (op->kind == LUM_OP_ADD)
+        return op->record->type == LUM_RECORD_LIGHT && op->record->light.asset[0] ? op->record->light.asset : NULL;
+    const cJSON *value = op->kind != LUM_OP_SET            ? NULL
+                         : strcmp(op->path, "/asset") == 0 ? op->value
+                         : op->path[0] == '\0'             ? cJSON_GetObjectItemCaseSensitive(op->value, "asset")
+                                                           : NULL;
+    const char *s = cJSON_GetStringValue(value);
+    size_t n = s ? strlen(s) : 0;
+    for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
+        if (n > 4 && n <= LUM_LIMIT_ASSET_BYTES && strcasecmp(s + n - 4, ends[k]) == 0)
+            return s;
     return NULL;
 }

@@ -33,6 +33,10 @@ struct lum_ops {
     lum_id undo_group; /* a drag: successive transactions of one user with this name are one undo step; "": alone */
 };
 
+/* The photometric file that the op gives a light: an add of one with an asset, or a set of it, of which the file's name
+ * tells that it is one. NULL: none. */
+const char *lum_op_web_file(const struct lum_op *op);
+
 /* One op from a parsed JSON object. blobs NULL: blob references are refused (clients may not send them). */
 bool lum_op_from_json(const struct cJSON *json, const struct lum_blobs *blobs, struct lum_op *ret_op,
                       struct lum_proto_error *err);

@@ -192,9 +192,29 @@ struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base)
     return json;
 }
 
+/* Its arrays are blobs, its other fields are not. */
+static cJSON *write_web_blobs(const struct lum_record_web *web, struct lum_blobs_out *out)
+{
+    cJSON *o = cJSON_CreateObject();
+    bool ok = o != NULL;
+    for (size_t i = 0; i < lum_web_fields.n && ok; i++) {
+        const struct lum_field *part = &lum_web_fields.fields[i];
+        if (!lum_field_is_null(part, web))
+            ok = lum_json_add(o, part->name,
+                              lum_field_is_bulk(part) ? lum_field_write_blob(part, web, out)
+                                                      : lum_field_write(part, web));
+    }
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
 struct cJSON *lum_field_write_blob(const struct lum_field *f, const void *base, struct lum_blobs_out *out)
 {
     const void *p = (const char *)base + f->offset;
+    if (f->kind == LUM_FIELD_WEB)
+        return write_web_blobs(*(struct lum_record_web *const *)p, out);
     const struct lum_floats *floats = p;
     const struct lum_record_image *image = base;
     bool wide = f->kind == LUM_FIELD_FLOATS && floats->f64;

@@ -119,11 +119,12 @@ static bool store_one(struct lum_director *d, struct lum_import_job *job, size_t
     const struct lum_op *op = &job->request->ops.ops[i];
     struct lum_entry_content *c = &job->entry->content[job->entry->n_content];
     bool image = op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_IMAGE && op->record->image.asset[0];
+    bool alone = image || lum_op_web_file(op); /* one record, which the op has by now */
     struct lum_error e;
     enum lum_status st = LUM_OK;
-    if (op->kind != LUM_OP_IMPORT && !image)
+    if (op->kind != LUM_OP_IMPORT && !alone)
         return true;
-    if (image) {
+    if (alone) {
         st = lum_journal_store(d->journal, &op->record, 1, c->sha, &e);
     } else {
         const struct lum_import_children *made = &job->expansion.children[(*n_imports)++];

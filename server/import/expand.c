@@ -2,9 +2,6 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <strings.h>
-
-#include <cjson/cJSON.h>
 
 void lum_expansion_finish(struct lum_expansion *e)
 {
@@ -24,33 +21,16 @@ static bool is_encoded_image(const struct lum_op *op)
            op->record->image.asset[0];
 }
 
+/* A light that is to get the web of a file. */
 static bool is_measured_light(const struct lum_op *op)
 {
-    return op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_LIGHT && !op->record->light.web &&
-           op->record->light.asset[0];
-}
-
-/* The photometric file that a set gives a light; NULL: none. What the id is of is not known here: the name tells. */
-static const char *file_of_set(const struct lum_op *op)
-{
-    static const char *const ends[] = {".ies", ".ldt", ".eul", ".pho"};
-    const cJSON *value = op->kind != LUM_OP_SET            ? NULL
-                         : strcmp(op->path, "/asset") == 0 ? op->value
-                         : op->path[0] == '\0'             ? cJSON_GetObjectItemCaseSensitive(op->value, "asset")
-                                                           : NULL;
-    const char *s = cJSON_GetStringValue(value);
-    size_t n = s ? strlen(s) : 0;
-    for (size_t k = 0; k < LUM_ARRAY_LEN(ends); k++)
-        if (n > 4 && n <= LUM_LIMIT_ASSET_BYTES && strcasecmp(s + n - 4, ends[k]) == 0)
-            return s;
-    return NULL;
+    return lum_op_web_file(op) && (op->kind == LUM_OP_SET || !op->record->light.web);
 }
 
 bool lum_ops_need_import(const struct lum_ops *ops)
 {
     for (size_t i = 0; i < ops->n; i++)
-        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]) || is_measured_light(&ops->ops[i]) ||
-            file_of_set(&ops->ops[i]))
+        if (ops->ops[i].kind == LUM_OP_IMPORT || is_encoded_image(&ops->ops[i]) || is_measured_light(&ops->ops[i]))
             return true;
     return false;
 }
@@ -130,10 +110,27 @@ static struct lum_record_web *web_read_before(const struct lum_ops *ops, size_t 
     return NULL;
 }
 
+/* A set gets a light of its own, for what the file says. */
+static bool give_record(struct lum_op *op, struct lum_proto_error *err)
+{
+    const char *file = lum_op_web_file(op);
+    if (op->kind != LUM_OP_SET)
+        return true;
+    lum_record_unref(op->record);
+    op->record = lum_record_create(LUM_RECORD_LIGHT, op->id);
+    if (!op->record)
+        return lum_proto_fail_memory(err);
+    memcpy(op->record->light.kind, "ies", 4);
+    memcpy(op->record->light.asset, file, strlen(file) + 1);
+    return true;
+}
+
 static bool expand_light(const struct lum_expand_context *context, struct lum_ops *ops, size_t i,
                          struct lum_expansion *e, struct lum_proto_error *err)
 {
     struct lum_op *op = &ops->ops[i];
+    if (!give_record(op, err))
+        return false;
     struct lum_record_web *known = web_read_before(ops, i, op->record->light.asset);
     struct lum_record *read = NULL;
     struct lum_import_result result = {0};
@@ -154,19 +151,6 @@ static bool expand_light(const struct lum_expand_context *context, struct lum_op
     return ok || lum_proto_fail_memory(err);
 }
 
-/* A set gets a light of its own, for what the file says. */
-static bool expand_set(const struct lum_expand_context *context, struct lum_ops *ops, size_t i, struct lum_expansion *e,
-                       struct lum_proto_error *err)
-{
-    struct lum_op *op = &ops->ops[i];
-    const char *file = file_of_set(op);
-    op->record = lum_record_create(LUM_RECORD_LIGHT, op->id);
-    if (!op->record)
-        return lum_proto_fail_memory(err);
-    memcpy(op->record->light.asset, file, strlen(file) + 1);
-    return expand_light(context, ops, i, e, err);
-}
-
 bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *ops, struct lum_expansion *ret_expansion,
                     struct lum_proto_error *err)
 {
@@ -178,7 +162,6 @@ bool lum_ops_expand(const struct lum_expand_context *context, struct lum_ops *op
         bool ok = op->kind == LUM_OP_IMPORT ? expand_import(context, op, &e, err)
                   : is_encoded_image(op)    ? expand_image(context, op, err)
                   : is_measured_light(op)   ? expand_light(context, ops, i, &e, err)
-                  : file_of_set(op)         ? expand_set(context, ops, i, &e, err)
                                             : true;
         if (!ok) {
             char path[32];

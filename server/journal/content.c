@@ -58,6 +58,8 @@ struct cJSON *lum_stored_record(const struct lum_record *r, struct lum_blobs_out
         ok = lum_json_add_string(json, "origin", r->origin);
     if (ok && r->type == LUM_RECORD_IMAGE && r->image.pixels && r->image.asset[0])
         ok = lum_json_add_string(json, "asset", r->image.asset);
+    if (ok && r->type == LUM_RECORD_LIGHT && r->light.web && r->light.asset[0])
+        ok = lum_json_add_string(json, "asset", r->light.asset);
     if (ok)
         return json;
     cJSON_Delete(json);
@@ -84,9 +86,10 @@ static bool read_names(const cJSON *json, struct lum_record *r, struct lum_proto
         return false;
     if (!asset)
         return true;
-    if (r->type != LUM_RECORD_IMAGE || strlen(asset) > LUM_LIMIT_ASSET_BYTES)
+    bool light = r->type == LUM_RECORD_LIGHT && r->light.web;
+    if ((r->type != LUM_RECORD_IMAGE && !light) || strlen(asset) > LUM_LIMIT_ASSET_BYTES)
         return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "asset", "asset is too long");
-    strcpy(r->image.asset, asset);
+    strcpy(light ? r->light.asset : r->image.asset, asset);
     return true;
 }
 

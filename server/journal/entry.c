@@ -117,16 +117,18 @@ static bool load(const struct reading *e, const char *sha, struct lum_record_lis
     return true;
 }
 
-static bool fill_image(struct lum_op *op, struct lum_record_list *list, char why[256])
+/* The image of an add, or the light of an add or a set, as its file made it. */
+static bool fill_record(struct lum_op *op, struct lum_record_list *list, char why[256])
 {
     struct lum_record *r = list->n == 1 ? list->records[0] : NULL;
-    bool ok = r && r->type == LUM_RECORD_IMAGE && strcmp(r->id, op->id) == 0;
+    enum lum_record_type type = lum_op_web_file(op) ? LUM_RECORD_LIGHT : LUM_RECORD_IMAGE;
+    bool ok = r && r->type == type && strcmp(r->id, op->id) == 0 && (type == LUM_RECORD_IMAGE || r->light.web);
     if (ok) {
         lum_record_unref(op->record);
         op->record = lum_record_ref(r);
     }
     lum_record_list_finish(list);
-    return ok || refused("its content is no such image", why);
+    return ok || refused("its content is no such image or light", why);
 }
 
 static bool load_content(struct reading *e, const cJSON *content, char why[256])
@@ -142,14 +144,15 @@ static bool load_content(struct reading *e, const cJSON *content, char why[256])
         struct lum_op *op = &e->ops.ops[i];
         struct lum_record_list list;
         bool image = op->kind == LUM_OP_ADD && op->record->type == LUM_RECORD_IMAGE && op->record->image.asset[0];
-        if (op->kind != LUM_OP_IMPORT && !image)
+        bool alone = image || lum_op_web_file(op);
+        if (op->kind != LUM_OP_IMPORT && !alone)
             continue;
         const char *sha = content_of(content, n++, op->id);
         if (!sha)
             return refused("it does not name its content", why);
-        if (!load(e, sha, &list, why) || (image && !fill_image(op, &list, why)))
+        if (!load(e, sha, &list, why) || (alone && !fill_record(op, &list, why)))
             return false;
-        if (image)
+        if (alone)
             continue;
         e->lists[e->n_children] = list;
         struct lum_import_children *c = &e->children[e->n_children++];

@@ -101,7 +101,7 @@ static size_t bulk_bytes(const struct lum_record *r)
 {
     struct lum_blobs_out blobs;
     size_t n = 0;
-    if (r->type != LUM_RECORD_MESH && r->type != LUM_RECORD_IMAGE)
+    if (r->type != LUM_RECORD_MESH && r->type != LUM_RECORD_IMAGE && !(r->type == LUM_RECORD_LIGHT && r->light.web))
         return 0;
     cJSON_Delete(lum_record_to_blobs(r, &blobs));
     for (size_t i = 0; i < blobs.n; i++)

@@ -101,6 +101,20 @@ class Photometry(unittest.TestCase):
         self.refused("invalid_value", "only an ies light",
                      {"op": "set", "id": "ceiling-panel", "path": "/asset", "value": "downlight.ies"})
 
+    def test_a_state_folder_keeps_what_files_said(self):
+        with tempfile.TemporaryDirectory() as state:
+            with Daemon("--assets", self.assets, "--state", state) as daemon:
+                ws = daemon.connect()
+                ws.call("scene.apply", {"ops": [LAMP, {**LAMP, "id": "twin"}]})
+                ws.call("scene.apply", {"ops": [{"op": "set", "id": "lamp", "path": "/asset", "value": "linear.ldt"}]})
+                before = ws.call("scene.get", {"expand": True})["ops"]
+            for _ in range(2):  # from the edits, then from the snapshot of the second start
+                with Daemon("--state", state) as daemon:  # the files are not there any more
+                    ws = daemon.connect()
+                    self.assertEqual(ws.call("scene.get", {"expand": True})["ops"], before)
+                    self.assertEqual(ws.call("photometry", {"id": "lamp"})["symmetry"], "quadrant")
+                subprocess.run([LUMEND, "state", "compact", state], check=True, capture_output=True)
+
     def test_files_that_are_refused(self):
         self.refused("import_failed", "line 5: vertical angles must ascend", {**LAMP, "asset": "broken.ies"})
         self.refused("not_found", "no such file", {**LAMP, "asset": "nowhere.ies"})
