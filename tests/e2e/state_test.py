@@ -441,7 +441,7 @@ class Command(unittest.TestCase):
                              ["content", "journal", "journal", "journal", "lock", "snapshot", "snapshot"])
             self.assertIn("journal-0.damaged", os.listdir(folder))
             lines = state("export", folder).stdout.splitlines()
-            self.assertEqual([json.loads(line).get("id") for line in lines if '"l' in line and "point" in line],
+            self.assertEqual([op["id"] for op in map(json.loads, lines) if op.get("kind") == "point"],
                              ["l0", "l1", "l3", "l4"])
 
     def test_compact_removes_models_that_nobody_needs(self):
