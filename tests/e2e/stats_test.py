@@ -62,7 +62,7 @@ class StatsOnThePage(unittest.TestCase):
         with Daemon() as daemon:
             ws = daemon.connect()
             ws.call("scene.apply", {"ops": MIRROR})
-            view = ws.call("view.open", {"size": [64, 48], "method": "path", "spp": 4})["view_id"]
+            view = ws.call("view.open", {"size": [64, 48], "method": "path", "spp": 4, "overlay": "luminance"})["view_id"]
             sent, final = [], False
             while not final:
                 stats = ws.wait_notification("frame.stats")
