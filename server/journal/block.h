@@ -1,10 +1,11 @@
 /* The one form of all files of the state: a head, then blocks. A block is a JSON text and, where it has bulk data, the
  * bytes of its blobs.
  *
- *   head   40 bytes  magic "LUMSTATE" | u32 version | u32 kind | u64 salt | u64 seq | u32 gap | u32 crc of the 36
- * before; and the same again: without the salt nothing else could be read block  40 bytes  magic "LUMR" | u32 n_json |
- * u64 n_blobs | u64 seq | u64 scene_rev | u32 crc of the body | u32 crc of the 36 before body      n_json bytes of
- * text, n_blobs bytes, zeros up to a multiple of 8
+ * - head, 40 bytes: magic "LUMSTATE", u32 version, u32 kind, u64 salt, u64 seq, u32 gap, u32 crc of the 36 before;
+ *   and the same again: without the salt nothing else could be read
+ * - block, 40 bytes: magic "LUMR", u32 n_json, u64 n_blobs, u64 seq, u64 scene_rev, u32 crc of the body, u32 crc of
+ *   the 36 before
+ * - body: n_json bytes of text, n_blobs bytes, zeros up to a multiple of 8
  *
  * Little-endian; the checksum is zlib's CRC-32, begun with the salt, which is random: what a client sends cannot pass
  * for a block, nor can a block of another file. A block's length and its body have checksums of their own: where a body
