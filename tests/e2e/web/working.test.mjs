@@ -475,4 +475,30 @@ test('2,000 objects: any is picked, and dragged by its mark', async () => {
     });
 });
 
+test('where the scene is kept, what was changed is there after a crash, and can be taken back', async () => {
+    const own = new Daemon(ROOM, undefined, ['--state', join(FOLDER, 'state')]);
+    const { page: p } = await open(context, await own.start());
+    const accent = () => field(p, 'accent', 'accent on');
+    const is = (on) => eventually(async () => (await accent().getAttribute('aria-checked')) === String(on), () => `accent is not ${on}`);
+    try {
+        await p.getByText('saved', { exact: true }).waitFor();
+        assert.equal(await page.getByText('not saved', { exact: true }).count(), 1, 'the other daemon keeps nothing');
+        await is(true);
+        await accent().click();
+        await is(false);
+        await p.getByText('saved', { exact: true }).waitFor();
+        own.child.kill('SIGKILL');
+        await own.exited;
+        await p.locator('.banner').waitFor();
+        await own.start();
+        await p.locator('.banner').waitFor({ state: 'detached', timeout: 30000 });
+        await is(false);
+        await p.keyboard.press('z');
+        await is(true);
+    } finally {
+        await p.close();
+        assert.equal(await own.stop(), 0, own.log);
+    }
+});
+
 test('nothing was written to the console as an error', () => assert.deepEqual(tab.watch.errors, []));

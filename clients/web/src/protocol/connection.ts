@@ -1,5 +1,6 @@
 /** One WebSocket to the daemon that says hello and comes back by itself. Knows messages, not what they mean. */
 import { ClosedError, Rpc, RpcError, type JsonObject } from './rpc';
+import { stringOr } from './types';
 
 export const SUBPROTOCOL = 'lumend.v1';
 
@@ -48,6 +49,8 @@ export class Connection {
     /** Beats since anything was heard. */
     private silence = 0;
     private online = false;
+    /** Of the last hello: should the server end, the next session takes its undo over. */
+    private session = '';
     private closingReason = '';
 
     constructor(
@@ -92,8 +95,10 @@ export class Connection {
         try {
             const params: JsonObject = { client: 'lumend-web' };
             if (this.token !== null) params.token = this.token;
+            if (this.session) params.resume = this.session;
             const hello = await rpc.call('session.hello', params);
             if (this.socket !== socket) return;
+            this.session = stringOr(hello.session, '');
             this.failures = 0;
             this.online = true;
             this.events.onState({ at: 'online' });

@@ -40,6 +40,8 @@ export class App {
     readonly connection = signal<ConnectionState>({ at: 'connecting' });
     readonly methods = signal<readonly Method[]>([]);
     /** Connected, and nothing has been heard for some seconds. */
+    /** The server keeps the scene on disk: an edit that it answered outlives it. */
+    readonly kept = signal(false);
     readonly stalled = signal(false);
     readonly online = computed(() => this.connection.value.at === 'online' && !this.stalled.value);
     /** What somebody else just changed; count tells one such edit from the next. */
@@ -324,6 +326,7 @@ export class App {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.imports.offered.value = hello.imports !== false;
+        this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();
         try {
             await this.follower.begin();

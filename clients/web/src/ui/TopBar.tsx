@@ -17,6 +17,7 @@ export function TopBar() {
                 <span class="link-dot" aria-hidden="true" />
                 <span class="link-text">{LINK_WORDS[state]}</span>
             </span>
+            {state === 'online' && <Kept />}
             <nav class="tools" aria-label="Tools">
                 <Tool label="Undo (Z)" onClick={() => void app.undo()}>
                     <Icon name="undo" />
@@ -50,6 +51,22 @@ export function TopBar() {
                 </Tool>
             </nav>
         </header>
+    );
+}
+
+/** Is what was changed safe, should the server stop? */
+function Kept() {
+    const app = useApp();
+    if (!app.kept.value)
+        return (
+            <span class="kept" title="The server keeps no copy: when it stops, the scene is gone. Download it, or start the server with --state DIR">
+                not saved
+            </span>
+        );
+    return (
+        <span class="kept" title="Each change is on the server’s disk, and is there again when it comes back">
+            {app.edits.busy.value ? 'saving…' : 'saved'}
+        </span>
     );
 }
 
