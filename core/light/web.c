@@ -185,6 +185,15 @@ static void integrate(struct lum_web *w)
     }
 }
 
+/* Angles that differ in degrees may be one in radians, where floats are further apart. */
+static bool ascends(const float *at, uint32_t n)
+{
+    for (uint32_t i = 0; i + 1 < n; i++)
+        if (!(at[i] < at[i + 1]))
+            return false;
+    return true;
+}
+
 enum lum_status lum_web_create(const struct lum_web_desc *d, struct lum_web **ret_web, struct lum_error *err)
 {
     float peak = 0.0f;
@@ -200,6 +209,10 @@ enum lum_status lum_web_create(const struct lum_web_desc *d, struct lum_web **re
     w->peak_cd = (double)peak;
     w->hash = lum_web_desc_hash(d);
     copy_values(w, d, peak);
+    if (!ascends(w->c, w->n_c) || !ascends(w->gamma, w->n_gamma)) {
+        lum_web_unref(w);
+        return lum_fail(err, LUM_ERR_INVALID, "c_deg", "angles of the web are nearer to each other than radians tell");
+    }
     integrate(w);
     if (!(w->flux_sr > 0.0)) { /* all light is at the poles */
         lum_web_unref(w);

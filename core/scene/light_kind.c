@@ -89,10 +89,12 @@ static struct lum_vec3d half_opening(const struct lum_light_desc *d)
 }
 
 /* frame.t and the like are not always c0: of a web that was measured about another axis. */
+#define OPENING_MIN 1e-6 /* m: of less than its square the area may be no float any more; a point to any eye */
+
 static void open_up(const struct lum_light_desc *d, double scale, struct lum_vec3 c0, struct lum_light *l)
 {
     double a = 0.5 * scale * d->opening_m[0], b = 0.5 * scale * d->opening_m[1];
-    if (d->opening == LUM_OPENING_POINT || !(a > 0.0 && b > 0.0))
+    if (d->opening == LUM_OPENING_POINT || !(d->opening_m[0] >= OPENING_MIN && d->opening_m[1] >= OPENING_MIN))
         return;
     bool disc = d->opening == LUM_OPENING_DISC;
     l->kind = disc ? LUM_EMIT_OPENING_DISC : LUM_EMIT_OPENING_RECTANGLE;

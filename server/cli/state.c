@@ -166,8 +166,15 @@ static void export_record(void *user, const struct lum_record *r)
     if (e->status || r->type == LUM_RECORD_IMPORT || r->type == LUM_RECORD_RENDER)
         return;
     struct lum_record *plain = NULL;
-    if (r->type == LUM_RECORD_IMAGE && r->image.pixels && r->image.asset[0] && (plain = lum_record_clone(r)))
-        plain->image.asset[0] = '\0'; /* its pixels instead */
+    bool image = r->type == LUM_RECORD_IMAGE && r->image.pixels && r->image.asset[0];
+    bool web = r->type == LUM_RECORD_LIGHT && r->light.web && r->light.asset[0];
+    if (image || web) { /* what the file said instead */
+        if (!(plain = lum_record_clone(r))) {
+            e->status = lum_fail(e->err, LUM_ERR_NOMEM, "state", "no memory for the scene");
+            return;
+        }
+        (image ? plain->image.asset : plain->light.asset)[0] = '\0';
+    }
     cJSON *op = lum_record_to_json(plain ? plain : r, false);
     write_op(e, r->id, op);
     cJSON_Delete(op);
@@ -198,13 +205,18 @@ static void export_ops(struct exporting *e, const struct lum_document *doc)
     cJSON_Delete(json);
 }
 
-static enum lum_status export(const struct state *s, const struct options *o, const char *path, struct lum_error *err) {
-    struct exporting e = {.out = o->out ? fopen(o->out, "w") : stdout, .err = err}; (void)path;
-    if (!e.out) return lum_fail(err, LUM_ERR_IO, "state", "%.200s cannot be written", o->out);
+static enum lum_status export_scene(const struct state *s, const struct options *o, const char *path,
+                                    struct lum_error *err)
+{
+    struct exporting e = {.out = o->out ? fopen(o->out, "w") : stdout, .err = err};
+    (void)path;
+    if (!e.out)
+        return lum_fail(err, LUM_ERR_IO, "state", "%.200s cannot be written", o->out);
     fprintf(e.out, "{\"lumend\":1,\"kind\":\"scene\"}\n");
     (o->imports ? export_ops : export_flat)(&e, s->recovery.doc);
     bool closed = o->out ? fclose(e.out) == 0 : fflush(stdout) == 0;
-    if (!e.status && !closed) e.status = lum_fail(err, LUM_ERR_IO, "state", "the scene cannot be written");
+    if (!e.status && !closed)
+        e.status = lum_fail(err, LUM_ERR_IO, "state", "the scene cannot be written");
     return e.status;
 }
 
@@ -273,7 +285,7 @@ static enum lum_status run(const char *command, const char *path, const struct o
     bool checks = strcmp(command, "check") == 0;
     enum lum_status st = open_state(path, checks ? stdout : stderr, &s, err);
     if (!st)
-        st = (checks ? check : export)(&s, o, path, err);
+        st = (checks ? check : export_scene)(&s, o, path, err);
     close_state(&s);
     return st;
 }

@@ -19,6 +19,10 @@ struct lum_journal {
     pthread_t thread;
     bool has_thread;
 
+    /* Held while it is found out whether content is there, and while what is unused is removed: nobody else waits for
+     * that, as the disk may hang. Before lock. */
+    pthread_mutex_t content_lock;
+
     pthread_mutex_t lock;
     pthread_cond_t bell; /* an entry, a state, stop; monotonic clock */
     /* guarded by lock */
@@ -31,7 +35,7 @@ struct lum_journal {
     struct lum_document_state state; /* after entry state_seq */
     uint64_t state_seq, snapshot_bytes;
     int64_t retry_due_ns;       /* no snapshot before */
-    struct lum_kept_list fresh; /* content that was stored since the last snapshot began */
+    struct lum_kept_list fresh; /* content that was stored since the last snapshot began; added to under both locks */
     struct lum_journal_status status;
 
     _Atomic uint64_t acknowledged;
@@ -42,7 +46,7 @@ struct lum_journal {
     uint64_t synced_bytes;       /* of it */
     int64_t sync_due_ns;
     struct lum_snapshot_writer *snapshot; /* being written; NULL: none */
-    uint64_t snapshot_seq;
+    uint64_t snapshot_seq, snapshot_rev;
     struct lum_kept_list kept;   /* content that the last snapshot and the edits since need */
     struct lum_kept_list recent; /* of it, what was stored between the last two snapshots */
     struct lum_recovery recovery;

@@ -26,8 +26,11 @@ static enum lum_status init_lock(struct lum_journal *j, struct lum_error *err)
     pthread_condattr_setclock(&attr, CLOCK_MONOTONIC);
     int failed = pthread_cond_init(&j->bell, &attr);
     pthread_condattr_destroy(&attr);
-    if (!failed && pthread_mutex_init(&j->lock, NULL) == 0)
-        return LUM_OK;
+    if (!failed && pthread_mutex_init(&j->lock, NULL) == 0) {
+        if (pthread_mutex_init(&j->content_lock, NULL) == 0)
+            return LUM_OK;
+        pthread_mutex_destroy(&j->lock);
+    }
     if (!failed)
         pthread_cond_destroy(&j->bell);
     return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a lock");
@@ -149,6 +152,7 @@ void lum_journal_close(struct lum_journal *j)
         close(j->lock_fd);
     pthread_cond_destroy(&j->bell);
     pthread_mutex_destroy(&j->lock);
+    pthread_mutex_destroy(&j->content_lock);
     lum_free(j);
 }
 
@@ -165,11 +169,13 @@ enum lum_status lum_journal_store(struct lum_journal *j, struct lum_record *cons
     enum lum_status st = LUM_OK;
     for (bool there = false; !st && !there;) {
         st = lum_content_write(&j->content, records, n, ret_sha, err);
-        pthread_mutex_lock(&j->lock);
+        pthread_mutex_lock(&j->content_lock);
         there = !st && lum_dir_has(&j->content, ret_sha); /* else it was just removed, as unused till now */
+        pthread_mutex_lock(&j->lock);
         if (there && n > 0)
             lum_kept_add(&j->fresh, records[0], n, ret_sha);
         pthread_mutex_unlock(&j->lock);
+        pthread_mutex_unlock(&j->content_lock);
     }
     return st;
 }
@@ -190,8 +196,9 @@ enum lum_status lum_journal_accepts(struct lum_journal *j, struct lum_error *err
 uint64_t lum_journal_submit(struct lum_journal *j, struct lum_entry *e, uint64_t rev)
 {
     pthread_mutex_lock(&j->lock);
-    uint64_t seq = e->seq = ++j->seq;
-    bool lost = j->read_only; /* lum_journal_failed will say so */
+    bool lost = j->read_only; /* lum_journal_failed will say so, or the next state that is given has it */
+    bool counted = !lost || j->failed;
+    uint64_t seq = e->seq = j->seq += counted;
     e->rev = rev;
     e->next = NULL;
     if (!lost) {
@@ -236,12 +243,17 @@ bool lum_journal_wants_state(struct lum_journal *j)
 void lum_journal_give_state(struct lum_journal *j, struct lum_document_state *state)
 {
     pthread_mutex_lock(&j->lock);
-    j->state = *state;
-    j->state_seq = j->seq;
-    j->has_state = j->busy = true;
-    j->wants_state = false;
-    pthread_cond_signal(&j->bell);
+    bool stale = j->failed; /* since it was asked for: it has edits that will be taken back. It is asked for again */
+    if (!stale) {
+        j->state = *state;
+        j->state_seq = j->seq;
+        j->has_state = j->busy = true;
+        j->wants_state = false;
+        pthread_cond_signal(&j->bell);
+    }
     pthread_mutex_unlock(&j->lock);
+    if (stale)
+        lum_document_state_finish(state);
     *state = (struct lum_document_state){0};
 }
 

@@ -114,9 +114,9 @@ static void clean(struct lum_journal *j, const struct lum_kept_list *new_kept)
         remove_old_files(j, "journal", before);
     }
     struct cleaning c = {j, {new_kept, &j->kept, &j->fresh}};
-    pthread_mutex_lock(&j->lock); /* nobody stores meanwhile what is being removed */
+    pthread_mutex_lock(&j->content_lock); /* nobody stores meanwhile what is being removed */
     (void)!lum_dir_each(&j->content, remove_unused_content, &c, &err);
-    pthread_mutex_unlock(&j->lock);
+    pthread_mutex_unlock(&j->content_lock);
 }
 
 /* ---- snapshots ---- */
@@ -131,6 +131,7 @@ static enum lum_status begin_snapshot(struct lum_journal *j, struct lum_error *e
     j->state = (struct lum_document_state){0};
     j->has_state = false;
     j->snapshot_seq = j->state_seq;
+    j->snapshot_rev = state.rev;
     for (size_t i = 0; i < j->fresh.n; i++)
         lum_kept_add(&j->kept, j->fresh.kept[i].first, j->fresh.kept[i].n, j->fresh.kept[i].sha);
     lum_kept_finish(&j->recent);
@@ -174,6 +175,8 @@ static enum lum_status finish_snapshot(struct lum_journal *j, struct lum_error *
     pthread_mutex_lock(&j->lock);
     if (j->read_only && j->has_thread)
         lum_log(&j->config.log, LUM_LOG_WARNING, "journal", "the scene is saved again, edits are accepted");
+    if (j->read_only)
+        j->status.saved_rev = j->file_rev = j->snapshot_rev;
     j->read_only = j->busy = false;
     j->snapshot_bytes = n_bytes;
     j->status.n_snapshots++;
@@ -304,6 +307,10 @@ static bool next_turn(struct lum_journal *j, struct lum_entry **ret_entries, boo
     bool attention = false;
     pthread_mutex_lock(&j->lock);
     for (;;) {
+        if (j->stop && j->has_state) { /* no snapshot is begun any more: what waits goes into the file that there is */
+            lum_document_state_finish(&j->state);
+            j->has_state = j->busy = false;
+        }
         int64_t now_ns = lum_clock_ns(), due_ns = j->sync_due_ns;
         *ret_entries = take_entries_locked(j);
         *ret_snapshot = j->snapshot || state_ready_locked(j);

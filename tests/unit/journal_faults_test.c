@@ -318,6 +318,10 @@ static void a_full_disk_is_read_only(void **state)
     assert_true(flux(k->doc, "l0") == 14 && flux(k->doc, "l1") == 15);
     assert_int_equal(lum_journal_accepts(k->journal, &err), LUM_ERR_IO);
     assert_non_null(strstr(err.text, "No space left on device"));
+    /* one who leaves is noted in the next state: nobody waits for a number that never comes */
+    struct lum_entry *left = lum_entry_create(LUM_ENTRY_FORGET, "ann");
+    uint64_t seq = lum_journal_submit(k->journal, left, lum_document_rev(k->doc));
+    assert_true(seq <= lum_journal_acknowledged(k->journal));
     keeper_close(k);
 
     assert_true(keeper_open(k, SCENE, &err)); /* served all the same */
@@ -328,6 +332,8 @@ static void a_full_disk_is_read_only(void **state)
     assert_false(accepted);
     f.n_until = UINT32_MAX; /* there is room */
     keeper_wait_writable(k);
+    lum_journal_status(k->journal, &s);
+    assert_int_equal(s.saved_rev, lum_document_rev(k->doc));
     set_flux(k, 0, 2, &accepted);
     assert_true(accepted && keeper_settle(k));
     keeper_close(k);
@@ -342,6 +348,49 @@ static void a_full_disk_is_read_only(void **state)
     k->config.disk = &disk;
     assert_false(keeper_open(k, SCENE, &err));
     assert_non_null(strstr(err.text, "No space left on device"));
+    keeper_finish(k);
+    free(k);
+}
+
+/* The state is asked for, and before it is given an edit that is in it fails: that state is not kept, or the edit would
+ * come back, and those after it be lost. */
+static void a_state_from_before_a_failure_is_not_kept(void **state)
+{
+    (void)state;
+    struct keeper *k = malloc(sizeof *k);
+    struct faulty f = {.what = SYNC, .error = EIO, .n_until = UINT32_MAX, .n_fail = 1};
+    struct lum_disk disk = faulty_disk(&f);
+    struct lum_error err;
+    struct lum_journal_status s;
+    struct lum_document_state taken;
+    bool accepted;
+    keeper_init(k);
+    k->config.disk = &disk;
+    assert_true(keeper_open(k, SCENE, &err));
+    set_flux(k, 0, 10, &accepted);
+    assert_true(accepted && keeper_settle(k));
+    f.n_until = f.n_calls;
+    set_flux(k, 0, 99, &accepted);
+    assert_true(accepted);
+    do
+        lum_journal_status(k->journal, &s);
+    while (s.n_failures == 0);
+    assert_true(lum_document_take_state(k->doc, &taken));
+    lum_journal_give_state(k->journal, &taken);
+    assert_false(keeper_settle(k));
+    for (unsigned i = 0; i < 3; i++) {
+        keeper_wait_writable(k);
+        set_flux(k, 1, 50 + i, &accepted);
+        assert_true(accepted && keeper_settle(k));
+    }
+    uint64_t rev;
+    char *text = document_text(k->doc), *found;
+    assert_true(flux(k->doc, "l0") == 10 && flux(k->doc, "l1") == 52);
+    keeper_close(k);
+    found = found_again(k, &rev);
+    assert_string_equal(found, text);
+    free(text);
+    free(found);
     keeper_finish(k);
     free(k);
 }
@@ -427,6 +476,7 @@ int main(void)
         cmocka_unit_test(short_and_interrupted_writes_are_gone_on_with),
         cmocka_unit_test(a_failed_sync_is_not_tried_again),
         cmocka_unit_test(a_full_disk_is_read_only),
+        cmocka_unit_test(a_state_from_before_a_failure_is_not_kept),
         cmocka_unit_test(a_snapshot_that_fails_costs_nothing),
         cmocka_unit_test(interval_acknowledges_at_once),
     };
