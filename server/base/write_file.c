@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 /* part: the file beside path, which is the name for the message. */
 static enum lum_status write_part(const char *part, const char *path, const void *bytes, size_t n,
@@ -34,4 +35,19 @@ enum lum_status lum_write_file(const char *path, const void *bytes, size_t n, st
         remove(part);
     lum_free(part);
     return st;
+}
+
+enum lum_status lum_may_write_file(const char *path, struct lum_error *err)
+{
+    char folder[4096];
+    const char *slash = strrchr(path, '/');
+    size_t n = slash ? (size_t)(slash - path) : 0;
+    if (n >= sizeof folder)
+        return lum_fail(err, LUM_ERR_LIMIT, "", "the path %.100s... is too long", path);
+    memcpy(folder, path, n);
+    folder[n] = '\0';
+    const char *name = slash == path ? "/" : slash ? folder : ".";
+    return access(name, W_OK | X_OK) == 0
+               ? LUM_OK
+               : lum_fail(err, LUM_ERR_IO, "", "cannot write to %.150s: %s", name, strerror(errno));
 }

@@ -14,6 +14,7 @@
 #include "core/render/illuminance.h"
 #include "core/render/view.h"
 #include "protocol/json/json.h"
+#include "server/base/write_file.h"
 #include "server/cli/measure_options.h"
 #include "server/cli/progress.h"
 #include "server/import/expand.h"
@@ -83,6 +84,8 @@ static bool load(struct measuring *m, struct lum_proto_error *err)
     struct lum_log log = {log_to_stderr, NULL};
     struct lum_import_config import = {.assets_dir = o->assets, .log = log};
     struct lum_error e;
+    if ((o->csv && lum_may_write_file(o->csv, &e)) || (o->json && lum_may_write_file(o->json, &e)))
+        return core_failed(&e, err);
     if (lum_world_init(&m->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
     m->reading = o->scene;
@@ -126,6 +129,16 @@ static double ground_below(const struct lum_snapshot *s, const struct lum_box *a
     return isfinite(ground) ? ground : all->lo.y;
 }
 
+static bool find_object(const struct measuring *m, struct lum_box *ret_box, struct lum_proto_error *err)
+{
+    char near[sizeof err->text / 2];
+    if (lum_snapshot_bounds(m->world.snapshot, m->options.on, ret_box))
+        return true;
+    lum_document_nearest(m->world.doc, LUM_RECORD_OBJECT, m->options.on, near, sizeof near);
+    return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "on", "there is no object \"%.60s\" to be seen%s",
+                          m->options.on, near);
+}
+
 static bool place_grid(struct measuring *m, struct lum_proto_error *err)
 {
     const struct lum_measure_options *o = &m->options;
@@ -134,8 +147,8 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
     if (!lum_snapshot_bounds(m->world.snapshot, NULL, &all))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "",
                               "the scene has no surface: nothing to measure");
-    if (!lum_snapshot_bounds(m->world.snapshot, o->on, &box))
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "on", "there is no object \"%.60s\"", o->on);
+    if (!find_object(m, &box, err))
+        return false;
     *g = (struct grid){box.lo.x + o->border_m,
                        box.lo.z + o->border_m,
                        box.hi.x - o->border_m,
@@ -145,6 +158,10 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
                        0};
     if (o->has_area)
         *g = (struct grid){o->area[0], o->area[1], o->area[2], o->area[3], g->y, 0, 0};
+    if (g->x0 > all.hi.x || g->x1 < all.lo.x || g->z0 > all.hi.z || g->z1 < all.lo.z)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "invalid_value", "area",
+                              "the area lies beside the scene, which spans x %.2f to %.2f and z %.2f to %.2f", all.lo.x,
+                              all.hi.x, all.lo.z, all.hi.z);
     double w = g->x1 - g->x0, d = g->z1 - g->z0;
     if (!(w > 0.0 && d > 0.0))
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "invalid_value", "border",

@@ -16,8 +16,8 @@ READ(read_area)
     char rest;
     if (sscanf(text, "%lf,%lf,%lf,%lf%c", &a[0], &a[1], &a[2], &a[3], &rest) != 4 ||
         !(isfinite(a[0]) && isfinite(a[1]) && a[2] > a[0] && a[3] > a[1] && isfinite(a[2]) && isfinite(a[3])))
-        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be X0,Z0,X1,Z1 in metres, rising, not '%.60s'", given,
-                        text);
+        return lum_fail(err, LUM_ERR_INVALID, row->name,
+                        "%s must be X0,Z0,X1,Z1 in metres with X0 < X1 and Z0 < Z1, not '%.60s'", given, text);
     o->has_area = true;
     return LUM_OK;
 }
@@ -54,8 +54,9 @@ static const struct lum_option_row rows[] = {
         "what is measured, in metres (default: the floor of the whole scene, without the border)"},
     {"on", "ID", TEXT(on), .help = "the top of this object, such as a table, in place of an area"},
     {"height", "M", OTHER(read_height, height_m), .min = -1e6, .max = 1e6, .help =
-        "above the ground, the lowest surface that is met from half the scene's height (default 0.75:\n"
-        "a work plane; with --cylindrical 1.2); with --on above the object's top (default 0.001)"},
+        "above the floor, which is looked for downwards from the middle of the scene's height: the lowest\n"
+        "that is met counts (default 0.75: a work plane; with --cylindrical 1.2); with --on above the\n"
+        "object's top (default 0.001)"},
     {"border", "M", OTHER(read_border, border_m), .min = 0, .max = 1e6, .help =
         "left out along the sides of the whole scene (default 0.5; with --on 0)"},
     {"spacing", "M", POSITIVE(spacing_m), .help =

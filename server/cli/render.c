@@ -11,6 +11,7 @@
 
 #include "core/accel/accel.h"
 #include "protocol/json/json.h"
+#include "server/base/write_file.h"
 #include "server/cli/image_output.h"
 #include "server/cli/progress.h"
 #include "server/cli/render_options.h"
@@ -472,28 +473,13 @@ static bool write_stats(struct batch *b, struct lum_proto_error *err)
                                 strerror(errno));
 }
 
-/* Told before anything is rendered: what cannot be written is not worth the wait. */
-static bool can_write(const char *path, struct lum_proto_error *err)
-{
-    char folder[4096];
-    const char *slash = strrchr(path, '/');
-    size_t n = slash ? (size_t)(slash - path) : 0;
-    if (n >= sizeof folder)
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "the path %.100s... is too long", path);
-    memcpy(folder, path, n);
-    folder[n] = '\0';
-    const char *name = slash == path ? "/" : slash ? folder : ".";
-    return access(name, W_OK | X_OK) == 0 ||
-           lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write to %.150s: %s", name, strerror(errno));
-}
-
 static bool set_up(struct batch *b, struct lum_proto_error *err)
 {
     const struct lum_render_options *o = &b->options;
     struct lum_error e;
     struct lum_log log = {log_to_stderr, NULL};
-    if (!can_write(o->out, err) || (o->stats && !can_write(o->stats, err)))
-        return false;
+    if (lum_may_write_file(o->out, &e) || (o->stats && lum_may_write_file(o->stats, &e)))
+        return core_failed(&e, err);
     b->import = (struct lum_import_config){.assets_dir = o->assets, .log = log};
     if (lum_world_init(&b->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);

@@ -150,6 +150,8 @@ static void what_cannot_be_measured_is_refused(void **state)
         {"--error 0", LUM_EXIT_USAGE},
         {"--area 1e9,0,1e9,1", LUM_EXIT_USAGE},
         {"--area 1e9,0,2e9,1e9 --spacing 1e9", LUM_EXIT_FAILED},
+        {"--area 3,0,4,1", LUM_EXIT_FAILED},
+        {"--csv @no/such.csv", LUM_EXIT_FAILED},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char line[256];
