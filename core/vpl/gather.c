@@ -203,8 +203,6 @@ static void gather_source(struct gathering *g, const struct source *s)
     for (uint32_t i = 0; i < g->job->points->n_points; i++) {
         if (!(g->term[i] > 0.0f))
             continue;
-        if (g->job->sampled)
-            g->job->sampled[i]++;
         struct lum_rgb value = lum_rgb_scale(s->radiance, g->term[i]);
         if (g->media)
             value = lum_rgb_mul(value, transmittance(g, s, i));

@@ -244,7 +244,7 @@ static double plain_sum(struct rig *r)
     for (uint32_t k = 0; k < set.n; k++)
         slots[k] = k;
     struct lum_rgb irradiance = lum_grey(0.0f);
-    uint16_t sampled = 0, missed = 0;
+    uint16_t missed = 0;
     lum_vpl_gather(&(struct lum_gather){.snapshot = r->snapshot,
                                         .set = &set,
                                         .slots = slots,
@@ -252,7 +252,6 @@ static double plain_sum(struct rig *r)
                                         .bound = lum_vpl_bound(set.spacing),
                                         .points = &points,
                                         .irradiance = &irradiance,
-                                        .sampled = &sampled,
                                         .missed = &missed,
                                         .counters = &counters});
     lum_vpl_finish(&set);
@@ -286,7 +285,9 @@ static void subsets_make_up_the_sum(void **state)
     rig_end(&r);
 }
 
-/* Where nothing is occluded nothing is refined; where everything is, everything (5.3.2). */
+/* Where nothing is occluded nothing is refined. Where all is, it is refined by the share of the virtual point lights that
+ * face a tile (listing 5.2): of those on the inside of a box at least the ones on its far side, a sixth of them, hence
+ * ceil(9 / 6) iterations, and less than all, since those on its near side face away. */
 static void refines_where_occluded(void **state)
 {
     (void)state;
@@ -299,7 +300,8 @@ static void refines_where_occluded(void **state)
     rig_object(&r, "box", "box", "white", rig_v(0.5, 2, 0.3));
     rig_commit(&r);
     render(&r, "ais");
-    assert_int_equal(sum_of_map(&r, LUM_EFFECT_INDIRECT_DIFFUSE), (LUM_AIS_SUBSETS - 1) * 18 * 18);
+    uint32_t sum = sum_of_map(&r, LUM_EFFECT_INDIRECT_DIFFUSE);
+    assert_in_range(sum, 2 * 18 * 18, (LUM_AIS_SUBSETS - 2) * 18 * 18);
     assert_true(lum_rgb_black(rig_mean(&r)));
     rig_end(&r);
 }

@@ -21,20 +21,23 @@ struct indirect {
     const struct lum_pass *pass;
     struct lum_counters *counters;
     struct lum_rgb sum[LUM_AIS_PIXELS];                       /* of all iterations: irradiance of the subsets taken */
-    uint16_t sampled[LUM_AIS_PIXELS], missed[LUM_AIS_PIXELS]; /* in the initial pass */
+    uint16_t sampled[LUM_AIS_PIXELS], missed[LUM_AIS_PIXELS]; /* in the initial pass: VPLs of the subset, and those of
+                                                               * them that are occluded */
     uint32_t slots[LUM_VPL_MAX];
     /* a batch */
     struct lum_gather_points points;
     struct lum_rgb irradiance[LUM_RAY_BATCH];
-    uint16_t batch_sampled[LUM_RAY_BATCH], batch_missed[LUM_RAY_BATCH];
+    uint16_t batch_missed[LUM_RAY_BATCH];
 };
 
-/* Every LUM_AIS_SUBSETS-th slot: such subsets cover all lights and bounces (vpl.h). */
+/* Every LUM_AIS_SUBSETS-th slot, if there is a VPL in it: such subsets cover all lights and bounces (vpl.h). */
 static uint32_t list_subset(struct indirect *s, uint32_t first, uint32_t step)
 {
+    const struct lum_vpl_set *set = s->pass->vpls;
     uint32_t n = 0;
-    for (uint32_t k = first; k < s->pass->vpls->n; k += step)
-        s->slots[n++] = k;
+    for (uint32_t k = first; k < set->n; k += step)
+        if (set->flux[0][k] > 0.0f || set->flux[1][k] > 0.0f || set->flux[2][k] > 0.0f)
+            s->slots[n++] = k;
     return n;
 }
 
@@ -50,7 +53,6 @@ static void push_point(struct indirect *s, size_t at)
 static void gather(struct indirect *s, uint32_t n_slots)
 {
     memset(s->irradiance, 0, sizeof s->irradiance);
-    memset(s->batch_sampled, 0, sizeof s->batch_sampled);
     memset(s->batch_missed, 0, sizeof s->batch_missed);
     lum_vpl_gather(&(struct lum_gather){
         .snapshot = s->pass->snapshot,
@@ -62,7 +64,6 @@ static void gather(struct indirect *s, uint32_t n_slots)
         .panes = lum_pass_panes(s->pass),
         .points = &s->points,
         .irradiance = s->irradiance,
-        .sampled = s->batch_sampled,
         .missed = s->batch_missed,
         .counters = s->counters,
     });
@@ -78,11 +79,12 @@ static void take_first_samples(struct indirect *s)
             continue;
         for (uint32_t k = 0; k < list.n; k++)
             push_point(s, lum_ais_pixel(&s->cell, list.pixel[k]));
-        gather(s, list_subset(s, lum_ais_subset(place, 0), LUM_AIS_SUBSETS));
+        uint32_t n_slots = list_subset(s, lum_ais_subset(place, 0), LUM_AIS_SUBSETS);
+        gather(s, n_slots);
         for (uint32_t k = 0; k < list.n; k++) {
             uint32_t i = list.pixel[k];
             s->sum[i] = s->irradiance[k];
-            s->sampled[i] = s->batch_sampled[k];
+            s->sampled[i] = (uint16_t)n_slots;
             s->missed[i] = s->batch_missed[k];
         }
     }
