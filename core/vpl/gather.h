@@ -49,7 +49,7 @@ struct lum_gather {
     bool panes; /* and by its panes; else they hide the VPL */
     const struct lum_gather_points *points;
     struct lum_rgb *irradiance; /* by point: added to, and not scaled: the sum over `slots` */
-    uint16_t *missed;      /* by point: added to, VPLs that are occluded (listing 5.2). NULL: not wanted */
+    uint16_t *missed;           /* by point: added to, VPLs that are occluded (listing 5.2). NULL: not wanted */
     float *terms;   /* n_slots rows of n_points: bounded geometry terms, negative where the VPL is occluded, 0
                      * where it faces away; LUM_VPL_UNKNOWN where it is black, and no ray asked. NULL: not wanted */
     uint32_t *left; /* likewise, terms > 0: what panes leave (lum_transmittance_pack). NULL: not wanted */

@@ -1,11 +1,11 @@
 /* Adaptive interleaved sampling against its maximum, against instant global illumination, and against the product's own
  * method: the thesis' tables 5.1 to 5.3 on our scenes.
  *
- * One process a run, one scene after the other, 600 x 400, rays through pixel centres, 256 VPLs as in 5.4, whose 9
- * shadow samples a light are the pattern's. Every timed frame is fresh: the view forgets what it memoised, but keeps
- * its memory. Methods and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios
- * are taken within a round, so that a drift of the machine cancels. A part alone is the frame with all other effects
- * off.
+ * One process a run, one scene after the other, 600 x 400, rays through pixel centres, 256 VPLs as in 5.4, which the
+ * thesis' methods get as many slots for as that takes (slots.h), and whose 9 shadow samples a light are the pattern's.
+ * Every timed frame is fresh: the view forgets what it memoised, but keeps its memory. Methods and parts take turns;
+ * each round runs them once forwards and once backwards (A B B A), and ratios are taken within a round, so that a drift
+ * of the machine cancels. A part alone is the frame with all other effects off.
  *
  * Of glossy surfaces ais shows what lights they reflect, and live also what else they do, by paths. So that methods are
  * compared at the same effects, gloss is off in the first of two rows of such a scene; the second one is ais and live
@@ -22,7 +22,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/vpl/vpl.h"
 #include "server/world/scene_source.h"
+#include "tests/bench/slots.h"
 
 const char *const ais_methods[AIS_METHODS] = {"ais", "ais-max", "igi", "live"};
 const char *const ais_parts[AIS_PARTS] = {"ID", "SS", "PM", "FULL"};
@@ -108,11 +110,19 @@ static bool takes_part(const struct rig *r, enum ais_method method, enum ais_par
     return wanted != 0 && (wanted & ~served(m)) == 0;
 }
 
+/* Slots for so many virtual point lights. */
+static uint32_t slots_of(const struct rig *r, bool live, uint32_t n_vpls)
+{
+    uint64_t n = live ? n_vpls : (uint64_t)n_vpls * r->out->n_slots / AIS_VPLS;
+    return n < LUM_VPL_MAX ? (uint32_t)n : LUM_VPL_MAX;
+}
+
 static struct lum_view_settings settings_of(const struct rig *r, enum ais_method method, enum ais_part part)
 {
     struct lum_view_settings s = r->settings;
     s.method = lum_method_find(ais_methods[method]);
     s.effects_off |= ALL_BITS & ~part_bits[part];
+    s.n_vpls = slots_of(r, method == AIS_LIVE, AIS_VPLS);
     return s;
 }
 
@@ -179,6 +189,17 @@ static bool is_fresh(const struct config *c, const struct lum_pass_stats *stats)
     return false;
 }
 
+/* The map has those after the first one. Pixels without indirect light, such as the sky's, have none of them. */
+static double iterations_of(const struct rig *r, const struct lum_view *view)
+{
+    const uint8_t *map = lum_view_guidance(view, LUM_EFFECT_INDIRECT_DIFFUSE);
+    size_t n = (size_t)r->settings.w * r->settings.h;
+    double sum = 0.0;
+    for (size_t i = 0; map && i < n; i++)
+        sum += map[i];
+    return map ? 1.0 + sum / (double)n : (double)NAN;
+}
+
 static bool time_configs(struct rig *r, const struct configs *configs)
 {
     struct lum_pass_stats stats;
@@ -198,9 +219,12 @@ static bool time_configs(struct rig *r, const struct configs *configs)
             c->cell->ms[round] += 0.5 * stats.ms;
             c->cell->cpu_ms[round] += 0.5 * stats.cpu_ms;
         }
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++) {
         if (configs->at[i].error)
             *configs->at[i].error = lum_bench_error_of(&r->reference, configs->at[i].view);
+        if (configs->at[i].cell == &r->out->cells[AIS_A][AIS_ID])
+            r->out->iterations = iterations_of(r, configs->at[i].view);
+    }
     return true;
 }
 
@@ -233,7 +257,7 @@ static bool draw_frame(struct rig *r, const struct config *c, const struct budge
 {
     struct lum_pass_stats stats = {0};
     struct lum_view_settings s = c->settings;
-    s.n_vpls = budget->n_vpls;
+    s.n_vpls = slots_of(r, c->cell == &r->out->cells[AIS_LIVE][AIS_FULL], budget->n_vpls);
     s.shadow_budget = budget->shadow_budget;
     s.cache_accuracy = budget->cache_accuracy;
     s.seed += (uint32_t)inout->n;
@@ -365,7 +389,8 @@ static bool measure_row(struct rig *r, struct ais_study *study, const char *name
     snprintf(r->out->name, sizeof r->out->name, "%s%s", name, off ? "-no-gloss" : "");
     r->settings.effects_off = off;
     lum_bench_progress("ais: %s: reference", r->out->name);
-    bool ok = make_reference(r) && measure_methods(r);
+    r->out->n_slots = lum_bench_slots_for(&r->world, &r->settings, AIS_VPLS);
+    bool ok = r->out->n_slots > 0 && make_reference(r) && measure_methods(r);
     if (ok)
         lum_bench_progress("ais: %s: error against cost of path", r->out->name);
     ok = ok && measure_path(r, &r->out->curves[AIS_METHODS]);

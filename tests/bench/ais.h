@@ -46,6 +46,8 @@ struct ais_scene {
     struct ais_curve curves[AIS_METHODS + 1];   /* the last one is path's */
     uint32_t reference_spp;
     double reference_relmse; /* noise that is left in the reference; not in relmse, which knows of it */
+    uint32_t n_slots;        /* of which AIS_VPLS hold a virtual point light */
+    double iterations;       /* of AIS_ID of ais, the first one included: mean over the pixels that it computes */
 };
 
 struct ais_study {

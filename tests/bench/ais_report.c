@@ -147,6 +147,44 @@ static void print_rays(const struct ais_study *study, struct lum_bench_table *t)
     }
 }
 
+/* What the thesis' model of cost says, in which a pixel traces a ray to each VPL of each subset that it takes, seen
+ * from the point or not: a frame of IGI takes a ray for each ninth of 256 VPLs, A a sixteenth of that for each
+ * iteration. */
+static const struct lum_bench_column model_columns[] = {
+    {"", "rays for indirect light, a pixel", TEXT},
+    {"", "slots for 256 VPLs", 0},
+    {"", "iterations", 2},
+    {"", "traced: A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "A-MAX/A", 2},
+    {"", "IGI/A", 2},
+    {"", "without culling: A", 2},
+    {"", "A-MAX", 2},
+    {"", "IGI", 2},
+    {"", "A-MAX/A", 2},
+    {"", "IGI/A", 2},
+};
+
+static void print_model(const struct ais_study *study, struct lum_bench_table *t)
+{
+    for (size_t i = 0; i < study->n_scenes; i++) {
+        const struct ais_scene *s = &study->scenes[i];
+        const double n = (double)study->w * study->h, subset = AIS_VPLS / 9.0, most = 9.0 / 16.0 * subset;
+        double per_pixel[AIS_METHODS], a = s->iterations / 16.0 * subset;
+        for (int m = 0; m < AIS_METHODS; m++) { /* of IGI, ID and SS are in one */
+            const struct ais_cell *c = &s->cells[m][m == AIS_IGI ? AIS_FULL : AIS_ID];
+            per_pixel[m] = c->n ? (double)c->rays[LUM_RAY_INDIRECT_DIFFUSE] / n : (double)NAN;
+        }
+        if (s->partly)
+            continue;
+        lum_bench_table_text(t, s->name);
+        LUM_BENCH_NUMBERS(t, (double)s->n_slots, s->iterations, per_pixel[AIS_A], per_pixel[AIS_MAX],
+                          per_pixel[AIS_IGI], per_pixel[AIS_MAX] / per_pixel[AIS_A],
+                          per_pixel[AIS_IGI] / per_pixel[AIS_A], a, most, subset, most / a, subset / a);
+    }
+}
+
 /* ---- equal time, equal error ---- */
 
 enum axis { COST, RAYS, RELMSE, SMAPE };
@@ -295,9 +333,9 @@ static void print_equal(const struct ais_study *study, struct lum_bench_table *t
 /* ---- files ---- */
 
 static const struct lum_bench_column frame_columns[] = {
-    {"scene", NULL, TEXT},         {"method", NULL, TEXT},   {"part", NULL, TEXT}, {"fps", NULL, 4},
-    {"cpu_ms", NULL, 4},           {"relmse", NULL, 9},      {"smape", NULL, 9},   {"reference_spp", NULL, 0},
-    {"reference_relmse", NULL, 9}, LUM_BENCH_RAY_COLUMNS(0),
+    {"scene", NULL, TEXT},         {"method", NULL, TEXT}, {"part", NULL, TEXT},    {"fps", NULL, 4},
+    {"cpu_ms", NULL, 4},           {"relmse", NULL, 9},    {"smape", NULL, 9},      {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9}, {"slots", NULL, 0},     {"iterations", NULL, 4}, LUM_BENCH_RAY_COLUMNS(0),
 };
 
 static void put_frames(const struct ais_study *study, struct lum_bench_table *t)
@@ -313,7 +351,8 @@ static void put_frames(const struct ais_study *study, struct lum_bench_table *t)
             LUM_BENCH_NUMBERS(t, frames_per_second(c), lum_bench_median_of(c->cpu_ms, c->n),
                               p == AIS_FULL ? s->errors[m].relmse : (double)NAN,
                               p == AIS_FULL ? s->errors[m].smape : (double)NAN, (double)s->reference_spp,
-                              s->reference_relmse);
+                              s->reference_relmse, m == AIS_LIVE ? (double)NAN : (double)s->n_slots,
+                              m == AIS_A && p == AIS_ID ? s->iterations : (double)NAN);
             for (int r = 0; r < LUM_RAY_KIND_COUNT; r++)
                 lum_bench_table_number(t, (double)c->rays[r]);
         }
@@ -412,6 +451,7 @@ static const struct output {
     {NULL, NULL, fps_columns, LUM_ARRAY_LEN(fps_columns), print_frames},
     {NULL, "X/Y above 1: X is faster.", speedup_columns, LUM_ARRAY_LEN(speedup_columns), print_speedups},
     {NULL, NULL, ray_columns, LUM_ARRAY_LEN(ray_columns), print_rays},
+    {NULL, NULL, model_columns, LUM_ARRAY_LEN(model_columns), print_model},
     {NULL, "Less is better. The reference's own noise counts in SMAPE, not in relMSE.", error_columns,
      LUM_ARRAY_LEN(error_columns), print_errors},
     {NULL,

@@ -35,6 +35,8 @@ static const struct lum_bench benches[] = {
      lum_bench_truth_study},
     {"viewers", "what the k-th viewer of a room pays on one cache, against a daemon for each; memory", NULL,
      lum_bench_viewers},
+    {"vision", "what of each method's error somebody sees: HDR-VDP and HDR-FLIP, antialiased and not", NULL,
+     lum_bench_vision},
     {"export", "the scene's geometry as OBJ, for comparison with other renderers", "cornell", lum_bench_export},
 };
 
@@ -58,7 +60,8 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them), --models and --seeds (1 to 30) are for errors and accuracy, too; so is\n"
+        "--methods (default all of them), --models and --seeds (1 to 30) are for errors and accuracy, too; the first\n"
+        "two also for vision; so is\n"
         "--seconds for accuracy: how long samples are added.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;

@@ -16,7 +16,7 @@ struct lum_bench_options {
     uint32_t reference_spp; /* which these have at most: a power of two */
     const char *models;     /* truth: folder of third-party models */
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
-    const char *methods;    /* truth, errors: comma separated; NULL: the study's own choice */
+    const char *methods;    /* truth, errors, vision: comma separated; NULL: the study's own choice */
     uint32_t seeds;         /* errors, accuracy: 1 to 30 */
     double seconds;         /* truth: how long a scene rests */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
@@ -45,6 +45,7 @@ int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);
 int lum_bench_truth_study(const struct lum_bench_options *options);
 int lum_bench_viewers(const struct lum_bench_options *options);
+int lum_bench_vision(const struct lum_bench_options *options);
 
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */
 __attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);

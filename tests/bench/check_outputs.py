@@ -21,6 +21,7 @@ FILES = {
     "irrcache": {"irrcache", "irrcache-turns", "irrcache-turn-cornell", "irrcache-speedup", "irrcache-lookups",
                  "irrcache-lookups-table"},
     "truth": {"truth", "truth-first", "truth-effects"},
+    "vision": {"vision"},
     "viewers": {"viewers", "viewers-memory", "viewers-rays", "viewers-time"},
     "ais": {"ais", "ais-speedup", "ais-budget", "ais-cornell", "ais-cornell-media", "ais-desk",
             "ais-desk-no-gloss"},

@@ -1,8 +1,9 @@
 /* Instant caching against instant global illumination, against itself without memory of the frame before, and against
  * the product's own method: the thesis' tables 6.1 to 6.5 on our scenes.
  *
- * 600 x 400, rays through pixel centres, 256 VPLs as in 6.3; every method with one shadow ray a light, and without the
- * budget that `live` has for soft shadows: what is compared is indirect light. RT is `whitted`: no indirect light.
+ * 600 x 400, rays through pixel centres, 256 VPLs as in 6.3, which all methods of the thesis get as many slots for as
+ * that takes (slots.h); every method with one shadow ray a light, and without the budget that `live` has for soft
+ * shadows: what is compared is indirect light. RT is `whitted`: no indirect light.
  *
  * First frames: each is fresh, that is, the view forgets what it memoised and its cache, but keeps its memory. Methods
  * and parts take turns; each round runs them once forwards and once backwards (A B B A), and ratios are taken within a
@@ -16,13 +17,17 @@
  * pose by pose. The first pose, which builds all, does not count. What the scene itself needs to move is the same for
  * all and left out.
  *
- * Errors are those of whole frames against path tracing through the same pixels (reference.h): of the first frame, and
- * of the last pose. */
+ * Errors are against path tracing through the same pixels (reference.h), of the first frame and of the last pose: of
+ * whole frames, in which `ic` and `tic` have hard shadows and `igi` and `live` soft ones; and of indirect light alone,
+ * in which all do the same. Each method bounds its VPLs as suits it best: of 1/2, 1 and 2 radii, and in the thesis' way
+ * or by a clamp, `igi` had the least error with one (core/vpl/gather.h), `ic` and `tic` with another
+ * (core/cache/instant.c). */
 #include "tests/bench/instant.h"
 
 #include <string.h>
 
 #include "server/world/scene_source.h"
+#include "tests/bench/slots.h"
 
 const char *const instant_methods[INSTANT_METHODS] = {"whitted", "igi", "ic", "tic", "live"};
 const char *const instant_parts[INSTANT_PARTS] = {"whole", "diffuse"};
@@ -111,16 +116,27 @@ static bool open_config(const struct rig *r, struct config *c)
     return true;
 }
 
-/* parts: bits of enum instant_part. cells: of each method and part. */
+/* Effects that are left out. */
+static uint32_t off_in(enum instant_part part)
+{
+    return part == INSTANT_DIFFUSE ? ALL_BITS & ~BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
+}
+
+/* parts: bits of enum instant_part. cells: of each method and part. Live keeps the number of slots that settings ask
+ * for. */
 static bool open_configs(const struct rig *r, uint32_t parts, struct instant_cell (*cells)[INSTANT_PARTS],
                          struct configs *ret_all)
 {
+    uint32_t n_slots = lum_bench_slots_for(&r->world, &r->settings, r->settings.n_vpls);
     ret_all->n = 0;
+    if (n_slots == 0)
+        return false;
     for (int m = 0; m < INSTANT_METHODS; m++)
         for (int p = 0; p < INSTANT_PARTS; p++) {
             struct config c = {NULL, NULL, r->settings, p == INSTANT_DIFFUSE, &cells[m][p]};
             c.settings.method = lum_method_find(instant_methods[m]);
-            c.settings.effects_off = p == INSTANT_DIFFUSE ? ALL_BITS & ~BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0;
+            c.settings.effects_off = off_in((enum instant_part)p);
+            c.settings.n_vpls = m == INSTANT_LIVE ? r->settings.n_vpls : n_slots;
             if (!c.settings.method || !(parts >> p & 1u) || (p == INSTANT_DIFFUSE && m == INSTANT_RT))
                 continue;
             if (!open_config(r, &c)) {
@@ -285,24 +301,32 @@ static bool open_rig(struct rig *r, const struct lum_bench_options *options, con
     return failed(err.text);
 }
 
-/* Of the whole frames that the views show. */
-static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
+/* Of what the views show of a part. */
+static bool measure_errors_of(struct rig *r, enum instant_part part, const struct configs *all,
+                              struct instant_frames *frames)
 {
-    struct lum_bench_truth truth = lum_bench_truth_of(r->options, &r->world, &r->settings);
+    struct lum_view_settings settings = r->settings;
+    settings.effects_off = off_in(part);
+    struct lum_bench_truth truth = lum_bench_truth_of(r->options, &r->world, &settings);
     for (int m = 0; m < INSTANT_METHODS; m++)
-        frames->errors[m] = (struct lum_bench_error){(double)NAN, (double)NAN};
+        frames->errors[m][part] = (struct lum_bench_error){(double)NAN, (double)NAN};
     lum_bench_reference_finish(&r->reference);
-    lum_bench_progress("instant: the same by path tracing");
+    lum_bench_progress("instant: the same by path tracing: %s", instant_parts[part]);
     if (!lum_bench_reference_make(&r->reference, &truth))
         return false;
     frames->reference_spp = r->reference.spp;
-    frames->reference_relmse = r->reference.relmse;
+    frames->reference_relmse[part] = r->reference.relmse;
     for (size_t i = 0; i < all->n; i++) {
         ptrdiff_t cell = all->items[i].cell - &frames->cells[0][0];
-        if (cell % INSTANT_PARTS == INSTANT_WHOLE)
-            frames->errors[cell / INSTANT_PARTS] = lum_bench_error_of(&r->reference, all->items[i].view);
+        if (cell % INSTANT_PARTS == (ptrdiff_t)part)
+            frames->errors[cell / INSTANT_PARTS][part] = lum_bench_error_of(&r->reference, all->items[i].view);
     }
     return true;
+}
+
+static bool measure_errors(struct rig *r, const struct configs *all, struct instant_frames *frames)
+{
+    return measure_errors_of(r, INSTANT_WHOLE, all, frames) && measure_errors_of(r, INSTANT_DIFFUSE, all, frames);
 }
 
 #define ALL_PARTS (1u << INSTANT_WHOLE | 1u << INSTANT_DIFFUSE)
@@ -336,6 +360,7 @@ static bool run_scene(const struct lum_bench_options *options, const char *name,
     struct instant_scene *s = &study->scenes[study->n_scenes++];
     s->name = lum_bench_scene_name(name);
     s->accuracy = (double)accuracy;
+    s->n_slots = lum_bench_slots_for(&r.world, &r.settings, r.settings.n_vpls);
     s->moves = r.moves.n > 0;
     study->w = r.settings.w;
     study->h = r.settings.h;

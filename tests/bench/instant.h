@@ -28,20 +28,28 @@ struct instant_cell {
 /* A scene's first frame, or its animation. */
 struct instant_frames {
     struct instant_cell cells[INSTANT_METHODS][INSTANT_PARTS];
-    struct lum_bench_error errors[INSTANT_METHODS]; /* of the whole frame; of the last pose */
+    struct lum_bench_error errors[INSTANT_METHODS][INSTANT_PARTS]; /* of the last pose; NAN: there is none */
     uint32_t reference_spp;
-    double reference_relmse;
+    double reference_relmse[INSTANT_PARTS];
 };
 
 struct instant_scene {
     const char *name;
     double accuracy;
-    bool moves; /* there is an animation */
+    uint32_t n_slots; /* of which 256 hold a virtual point light */
+    bool moves;       /* there is an animation */
     struct instant_frames first, moving;
 };
 
 /* What a frame of an animation costs as one number grows: the indirect diffuse light alone. */
-enum instant_growth { INSTANT_VPLS, INSTANT_RECORDS, INSTANT_MOVERS, INSTANT_TRIANGLES, INSTANT_PIXELS, INSTANT_GROWTHS };
+enum instant_growth {
+    INSTANT_VPLS,
+    INSTANT_RECORDS,
+    INSTANT_MOVERS,
+    INSTANT_TRIANGLES,
+    INSTANT_PIXELS,
+    INSTANT_GROWTHS
+};
 extern const char *const instant_growths[INSTANT_GROWTHS];
 
 struct instant_curve {

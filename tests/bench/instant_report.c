@@ -158,7 +158,7 @@ static void print_diffuse(const struct instant_study *study, struct lum_bench_ta
 }
 
 static const struct lum_bench_column error_columns[] = {
-    {"", "error of the frame (6.5)", TEXT},
+    {"", "error (6.5)", TEXT},
     {"", "relMSE x 1000: RT", 2},
     {"", "IGI", 2},
     {"", "IC", 2},
@@ -172,26 +172,28 @@ static const struct lum_bench_column error_columns[] = {
     {"", "LIVE", 2},
 };
 
-static void print_errors_of(const char *what, const struct instant_frames *f, struct lum_bench_table *t)
+static void print_errors_of(const char *scene, const char *when, const struct instant_frames *f,
+                            struct lum_bench_table *t)
 {
-    lum_bench_table_text(t, what);
-    for (int m = 0; m < INSTANT_METHODS; m++)
-        lum_bench_table_number(t, 1e3 * f->errors[m].relmse);
-    lum_bench_table_number(t, 1e3 * f->reference_relmse);
-    for (int m = 0; m < INSTANT_METHODS; m++)
-        lum_bench_table_number(t, 1e2 * f->errors[m].smape);
+    char text[64];
+    for (int p = 0; p < INSTANT_PARTS; p++) {
+        snprintf(text, sizeof text, "%.30s, %s, %s", scene, when, instant_parts[p]);
+        lum_bench_table_text(t, text);
+        for (int m = 0; m < INSTANT_METHODS; m++)
+            lum_bench_table_number(t, 1e3 * f->errors[m][p].relmse);
+        lum_bench_table_number(t, 1e3 * f->reference_relmse[p]);
+        for (int m = 0; m < INSTANT_METHODS; m++)
+            lum_bench_table_number(t, 1e2 * f->errors[m][p].smape);
+    }
 }
 
 static void print_errors(const struct instant_study *study, struct lum_bench_table *t)
 {
-    char text[64];
     for (size_t i = 0; i < study->n_scenes; i++) {
         const struct instant_scene *s = &study->scenes[i];
-        snprintf(text, sizeof text, "%.40s, first", s->name);
-        print_errors_of(text, &s->first, t);
-        snprintf(text, sizeof text, "%.40s, last pose", s->name);
+        print_errors_of(s->name, "first", &s->first, t);
         if (s->moves)
-            print_errors_of(text, &s->moving, t);
+            print_errors_of(s->name, "last pose", &s->moving, t);
     }
 }
 
@@ -233,11 +235,12 @@ static void print_rays(const struct instant_study *study, struct lum_bench_table
 /* ---- files ---- */
 
 static const struct lum_bench_column frame_columns[] = {
-    {"scene", NULL, TEXT},         {"frames", NULL, TEXT}, {"method", NULL, TEXT}, {"part", NULL, TEXT},
-    {"accuracy", NULL, 3},         {"n", NULL, 0},         {"ms_mean", NULL, 4},   {"ms_median", NULL, 4},
-    {"cpu_ms_mean", NULL, 4},      {"relmse", NULL, 9},    {"smape", NULL, 9},     {"reference_spp", NULL, 0},
-    {"reference_relmse", NULL, 9}, {"records", NULL, 1},   {"created", NULL, 1},   {"updated", NULL, 1},
-    LUM_BENCH_RAY_COLUMNS(1),
+    {"scene", NULL, TEXT},         {"frames", NULL, TEXT}, {"method", NULL, TEXT},
+    {"part", NULL, TEXT},          {"accuracy", NULL, 3},  {"n", NULL, 0},
+    {"ms_mean", NULL, 4},          {"ms_median", NULL, 4}, {"cpu_ms_mean", NULL, 4},
+    {"relmse", NULL, 9},           {"smape", NULL, 9},     {"reference_spp", NULL, 0},
+    {"reference_relmse", NULL, 9}, {"records", NULL, 1},   {"created", NULL, 1},
+    {"updated", NULL, 1},          {"slots", NULL, 0},     LUM_BENCH_RAY_COLUMNS(1),
 };
 
 static void put_cell(struct lum_bench_table *t, const struct instant_scene *s, const struct instant_frames *f, int m,
@@ -246,9 +249,9 @@ static void put_cell(struct lum_bench_table *t, const struct instant_scene *s, c
     const struct instant_cell *c = &f->cells[m][p];
     LUM_BENCH_TEXTS(t, s->name, f == &s->first ? "first" : "animation", instant_methods[m], instant_parts[p]);
     LUM_BENCH_NUMBERS(t, s->accuracy, (double)c->n, mean_of(c->ms, c->n), lum_bench_median_of(c->ms, c->n),
-                      mean_of(c->cpu_ms, c->n), p == INSTANT_WHOLE ? f->errors[m].relmse : (double)NAN,
-                      p == INSTANT_WHOLE ? f->errors[m].smape : (double)NAN, (double)f->reference_spp,
-                      f->reference_relmse, c->records, c->created, c->updated);
+                      mean_of(c->cpu_ms, c->n), f->errors[m][p].relmse, f->errors[m][p].smape, (double)f->reference_spp,
+                      f->reference_relmse[p], c->records, c->created, c->updated,
+                      m == INSTANT_LIVE ? (double)NAN : (double)s->n_slots);
     for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
         lum_bench_table_number(t, c->rays[k]);
 }

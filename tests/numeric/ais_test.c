@@ -285,9 +285,9 @@ static void subsets_make_up_the_sum(void **state)
     rig_end(&r);
 }
 
-/* Where nothing is occluded nothing is refined. Where all is, it is refined by the share of the virtual point lights that
- * face a tile (listing 5.2): of those on the inside of a box at least the ones on its far side, a sixth of them, hence
- * ceil(9 / 6) iterations, and less than all, since those on its near side face away. */
+/* Where nothing is occluded nothing is refined. Where all is, it is refined by the share of the virtual point lights
+ * that face a tile (listing 5.2): of those on the inside of a box at least the ones on its far side, a sixth of them,
+ * hence ceil(9 / 6) iterations, and less than all, since those on its near side face away. */
 static void refines_where_occluded(void **state)
 {
     (void)state;

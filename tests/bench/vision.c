@@ -1,0 +1,239 @@
+/* What somebody who looks at a picture would see of its error: HDR-VDP and HDR-FLIP of the first frames of every
+ * method, against path tracing; the thesis' tables 5.3 and 6.5 on our scenes.
+ *
+ * Against two references: through the centres of pixels, as the thesis' methods render, and antialiased, as the product
+ * does. A method that smooths edges is compared with the second alone, the others with both: the thesis puts down most
+ * of what is seen to aliasing, and this tells how much of it is. 256 virtual point lights, as in 5.4 and 6.3, which the
+ * thesis' methods get as many slots for as that takes (slots.h).
+ *
+ * Noise of the reference is seen, too. How much of it: its two halves against each other, which differ by twice the
+ * noise of their mean. */
+#include <math.h>
+
+#include "core/metric/flip.h"
+#include "core/metric/hdrvdp.h"
+#include "server/world/apply.h"
+#include "tests/bench/places.h"
+#include "tests/bench/reference.h"
+#include "tests/bench/slots.h"
+#include "tests/bench/table.h"
+
+#define METHODS "igi,ais,ais-max,irrcache,ic,tic,live"
+#define VPLS 256u
+
+enum { SMOOTH, CENTERS, REFERENCES }; /* antialiased; through the centres of pixels */
+enum { PLANES = 8 };                  /* two pictures of three channels, two of luminance */
+
+struct seen {
+    double p75, p95, flip; /* NAN: not compared */
+};
+
+struct rig {
+    const struct lum_bench_options *options;
+    const struct lum_bench_place *place;
+    struct lum_world world;
+    struct lum_view_settings settings;
+    struct lum_bench_reference reference[REFERENCES];
+    uint32_t n_slots;
+    float *picture, *igi; /* 3 * w * h */
+    float *planes;        /* PLANES * w * h */
+};
+
+static bool failed(const char *text)
+{
+    fprintf(stderr, "lumend-bench: %s\n", text);
+    return false;
+}
+
+/* ---- one picture against another ---- */
+
+/* Three planes of it, and its luminance. */
+static void take_apart(const float *rgb, size_t n, float *ret_planes, float *ret_luminance)
+{
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < 3; k++)
+            ret_planes[k * n + i] = rgb[3 * i + k];
+        ret_luminance[i] = lum_luminance(lum_rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]));
+    }
+}
+
+static bool look(struct rig *rig, const float *x, const float *r, struct seen *ret_seen)
+{
+    const uint32_t w = rig->settings.w, h = rig->settings.h;
+    const size_t n = (size_t)w * h;
+    float *p = rig->planes;
+    struct lum_error err = {0};
+    struct lum_hdrvdp_result vdp;
+    struct lum_flip_result flip;
+    struct lum_hdrflip_exposures exposures;
+    take_apart(x, n, p, p + 6 * n);
+    take_apart(r, n, p + 3 * n, p + 7 * n);
+    const struct lum_hdrvdp_input luminance = {w, h, p + 6 * n, p + 7 * n, LUM_HDRVDP_PIXELS_PER_DEGREE};
+    const struct lum_flip_input rgb = {
+        w, h, {p, p + n, p + 2 * n}, {p + 3 * n, p + 4 * n, p + 5 * n}, LUM_FLIP_PIXELS_PER_DEGREE};
+    if (lum_hdrvdp_compare(&luminance, NULL, &vdp, &err) != LUM_OK ||
+        lum_hdrflip_compare(&rgb, NULL, &flip, &exposures, &err) != LUM_OK)
+        return failed(err.text);
+    *ret_seen = (struct seen){100.0 * vdp.p75, 100.0 * vdp.p95, flip.mean};
+    return true;
+}
+
+/* ---- a scene ---- */
+
+static const struct lum_bench_column columns[] = {
+    {"scene", "scene", LUM_BENCH_TEXT},
+    {"method", "method", LUM_BENCH_TEXT},
+    {"p75_centers", "pixel centres: P >= 75 %", 2},
+    {"p95_centers", "P >= 95 %", 2},
+    {"flip_centers", "HDR-FLIP", 4},
+    {"p75_smooth", "antialiased: P >= 75 %", 2},
+    {"p95_smooth", "P >= 95 %", 2},
+    {"flip_smooth", "HDR-FLIP", 4},
+    {"reference_spp", NULL, 0},
+};
+
+static void tell(const struct rig *rig, const char *what, const struct seen seen[REFERENCES],
+                 struct lum_bench_table *table)
+{
+    LUM_BENCH_TEXTS(table, rig->place->scene, what);
+    LUM_BENCH_NUMBERS(table, seen[CENTERS].p75, seen[CENTERS].p95, seen[CENTERS].flip, seen[SMOOTH].p75,
+                      seen[SMOOTH].p95, seen[SMOOTH].flip, (double)rig->reference[SMOOTH].spp);
+}
+
+static const struct seen nothing = {(double)NAN, (double)NAN, (double)NAN};
+
+/* Half against half. */
+static bool look_at_references(struct rig *rig, struct lum_bench_table *table)
+{
+    struct seen seen[REFERENCES];
+    for (int k = 0; k < REFERENCES; k++)
+        if (!look(rig, rig->reference[k].half[0], rig->reference[k].half[1], &seen[k]))
+            return false;
+    tell(rig, "half of the reference / the other", seen, table);
+    return true;
+}
+
+/* On a view of its own, with caches of its own. */
+static bool render(struct rig *rig, const struct lum_method *method, float *ret_picture)
+{
+    struct lum_error err = {0};
+    struct lum_view *view = NULL;
+    struct lum_pass_stats stats;
+    rig->settings.method = method;
+    rig->settings.n_vpls = method->refines ? VPLS : rig->n_slots; /* live has paths to choose from */
+    bool ok = lum_view_create(rig->world.pool, &view, &err) == LUM_OK &&
+              lum_view_pass(view, rig->world.snapshot, &rig->settings, NULL, &stats, &err) == LUM_OK;
+    if (ok)
+        lum_bench_picture_of(view, ret_picture);
+    lum_view_destroy(view);
+    return ok || failed(err.text);
+}
+
+static bool look_at_method(struct rig *rig, const struct lum_method *method, struct lum_bench_table *table)
+{
+    struct seen seen[REFERENCES] = {nothing, nothing};
+    bool smooth = method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
+    if (!render(rig, method, rig->picture))
+        return false;
+    for (int k = 0; k < REFERENCES; k++)
+        if ((k == SMOOTH || !smooth) && !look(rig, rig->picture, rig->reference[k].truth, &seen[k]))
+            return false;
+    tell(rig, method->name, seen, table);
+    return true;
+}
+
+/* The second half of table 6.5. */
+static bool look_at_tic_beside_igi(struct rig *rig, struct lum_bench_table *table)
+{
+    struct seen seen[REFERENCES] = {nothing, nothing};
+    if (!render(rig, lum_method_find("tic"), rig->picture) || !render(rig, lum_method_find("igi"), rig->igi) ||
+        !look(rig, rig->picture, rig->igi, &seen[CENTERS]))
+        return false;
+    tell(rig, "tic / igi", seen, table);
+    return true;
+}
+
+static bool open_rig(struct rig *rig)
+{
+    struct lum_error err = {0};
+    if (!lum_bench_world(rig->place->source, 0, &rig->world))
+        return false;
+    rig->settings = lum_view_settings_default();
+    if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
+        return failed(err.text);
+    rig->settings.w = rig->options->quick ? 96 : 300;
+    rig->settings.h = rig->options->quick ? 64 : 200;
+    rig->settings.n_vpls = VPLS;
+    const size_t n = (size_t)rig->settings.w * rig->settings.h;
+    rig->picture = lum_calloc(3 * n, sizeof *rig->picture);
+    rig->igi = lum_calloc(3 * n, sizeof *rig->igi);
+    rig->planes = lum_calloc(PLANES * n, sizeof *rig->planes);
+    return rig->picture && rig->igi && rig->planes
+               ? lum_bench_place_camera(rig->place, &rig->world, &rig->settings.camera)
+               : failed("out of memory");
+}
+
+static bool make_references(struct rig *rig)
+{
+    for (int k = 0; k < REFERENCES; k++) {
+        struct lum_view_settings settings = rig->settings;
+        settings.antialias = k == SMOOTH;
+        struct lum_bench_truth truth = lum_bench_truth_of(rig->options, &rig->world, &settings);
+        truth.least_spp = truth.most_spp; /* what is told hangs on its noise */
+        truth.or_more = true;
+        if (!lum_bench_reference_make(&rig->reference[k], &truth))
+            return false;
+    }
+    return true;
+}
+
+static bool measure_scene(struct rig *rig, const struct lum_method *const *methods, size_t n_methods,
+                          struct lum_bench_table *table)
+{
+    lum_bench_progress("vision: %s: references", rig->place->scene);
+    if (!open_rig(rig)) {
+        printf("skipped: %s\n", rig->place->scene);
+        return true;
+    }
+    rig->n_slots = lum_bench_slots_for(&rig->world, &rig->settings, VPLS);
+    if (rig->n_slots == 0 || !make_references(rig) || !look_at_references(rig, table))
+        return false;
+    lum_bench_progress("vision: %s: methods", rig->place->scene);
+    for (size_t m = 0; m < n_methods; m++)
+        if (!look_at_method(rig, methods[m], table))
+            return false;
+    return look_at_tic_beside_igi(rig, table);
+}
+
+static void close_rig(struct rig *rig)
+{
+    for (int k = 0; k < REFERENCES; k++)
+        lum_bench_reference_finish(&rig->reference[k]);
+    lum_free(rig->picture);
+    lum_free(rig->igi);
+    lum_free(rig->planes);
+    lum_world_finish(&rig->world);
+}
+
+int lum_bench_vision(const struct lum_bench_options *options)
+{
+    const struct lum_method *methods[LUM_BENCH_METHODS];
+    size_t n_methods;
+    struct lum_bench_table table = LUM_BENCH_TABLE(columns);
+    struct lum_bench_places *places = lum_calloc(1, sizeof *places);
+    if (!places)
+        return fprintf(stderr, "lumend-bench: out of memory\n"), 1;
+    lum_thread_init_fp();
+    bool ok = lum_bench_find_methods(options->methods ? options->methods : METHODS, methods, &n_methods);
+    if (ok)
+        lum_bench_list_places(options, places);
+    for (size_t i = 0; i < (ok ? places->n : 0) && ok; i++) {
+        struct rig rig = {.options = options, .place = &places->items[i]};
+        ok = measure_scene(&rig, methods, n_methods, &table);
+        close_rig(&rig);
+    }
+    printf("HDR-VDP: %% of pixels whose error is seen with at least this probability; HDR-FLIP: mean, 0 to 1\n");
+    ok = lum_bench_table_finish(&table, options, "vision") && ok;
+    lum_free(places);
+    return ok ? 0 : 1;
+}
