@@ -1,10 +1,12 @@
 #include "core/light/environment.h"
 
+#include "core/light/cie_sky.h"
 #include "core/material/material.h"
 #include "core/math/cdf.h"
 
 struct lum_env_map {
-    const struct lum_image *image;
+    const struct lum_image *image; /* NULL: a sky */
+    struct lum_cie_sky sky;
     uint32_t w, h;
     float *row_cdf;    /* h: inclusive, last = 1; all 0 when black */
     float *column_cdf; /* h rows of w: inclusive, last = 1; a black row is all 0 */
@@ -54,12 +56,34 @@ static void make_cdf(const double *value, uint32_t n, float *ret_cdf)
     }
 }
 
+/* Takes over the means of a row's texels; what they come to. */
+static double keep_row(struct lum_env_map *map, uint32_t y, const double *mean)
+{
+    double sum = 0.0;
+    for (uint32_t x = 0; x < map->w; x++) {
+        sum += mean[x];
+        map->peak = fmax(map->peak, mean[x]);
+    }
+    make_cdf(mean, map->w, map->column_cdf + (size_t)y * map->w);
+    return sum / (double)map->w * (row_cos(y, map->h) - row_cos(y + 1, map->h));
+}
+
+static void keep_rows(struct lum_env_map *map, const double *row)
+{
+    double total = 0.0;
+    for (uint32_t y = 0; y < map->h; y++)
+        total += row[y];
+    make_cdf(row, map->h, map->row_cdf);
+    map->mean_luminance = 0.5 * total; /* the row heights in cos add up to 2 */
+    map->peak = total > 0.0 ? map->peak / map->mean_luminance : 0.0;
+}
+
 /* scratch: 4 * w doubles and h doubles. */
 static void build(struct lum_env_map *map, double *scratch)
 {
     uint32_t w = map->w, h = map->h;
     double *ring[3] = {scratch, scratch + w, scratch + 2 * (size_t)w}, *mean = scratch + 3 * (size_t)w;
-    double *row = scratch + 4 * (size_t)w, total = 0.0;
+    double *row = scratch + 4 * (size_t)w;
     for (uint32_t x = 0; x < w; x++) {
         ring[1][x] = ring[2][x] = texel_luminance(map->image, x, 0);
     }
@@ -68,35 +92,81 @@ static void build(struct lum_env_map *map, double *scratch)
         ring[0] = ring[1], ring[1] = ring[2], ring[2] = free_row;
         for (uint32_t x = 0; x < w; x++)
             ring[2][x] = y + 1 < h ? texel_luminance(map->image, x, y + 1) : ring[1][x];
-        double sum = 0.0;
-        for (uint32_t x = 0; x < w; x++) {
-            sum += mean[x] = texel_mean(ring, x, w);
-            map->peak = fmax(map->peak, mean[x]);
-        }
-        make_cdf(mean, w, map->column_cdf + (size_t)y * w);
-        row[y] = sum / (double)w * (row_cos(y, h) - row_cos(y + 1, h));
-        total += row[y];
+        for (uint32_t x = 0; x < w; x++)
+            mean[x] = texel_mean(ring, x, w);
+        row[y] = keep_row(map, y, mean);
     }
-    make_cdf(row, h, map->row_cdf);
-    map->mean_luminance = 0.5 * total; /* the row heights in cos add up to 2 */
-    map->peak = total > 0.0 ? map->peak / map->mean_luminance : 0.0;
+    keep_rows(map, row);
 }
 
-struct lum_env_map *lum_env_map_create(const struct lum_image *image)
+/* Of a sky: the horizon is the border of two rows. 2.8 degrees a texel: it changes by no more than a half across one.
+ */
+enum { SKY_W = 128, SKY_H = 64 };
+
+/* Mean over texel (x, y): by Gauss and Legendre, three points in height and two around. */
+static double sky_mean(const struct lum_env_map *map, uint32_t x, uint32_t y)
+{
+    static const double at[3] = {0.1127016653792583, 0.5, 0.8872983346207417}, weight[3] = {5.0, 8.0, 5.0};
+    double top = row_cos(y, map->h), bottom = row_cos(y + 1, map->h), sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 2; k++) {
+            double cos_y = top + at[i] * (bottom - top), sin_y = sqrt(fmax(0.0, 1.0 - cos_y * cos_y));
+            double phi = 2.0 * LUM_PI_D * ((x + (k ? 0.7886751345948129 : 0.2113248654051871)) / map->w - 0.5);
+            struct lum_vec3 d = lum_v3((float)(sin_y * cos(phi)), (float)cos_y, (float)(sin_y * sin(phi)));
+            sum += weight[i] / 36.0 * (double)lum_cie_sky_luminance(&map->sky, d);
+        }
+    return sum;
+}
+
+/* The two sides of the sun are alike, and the ground is even. */
+static void build_sky(struct lum_env_map *map, double *scratch)
+{
+    double *mean = scratch, *row = scratch + map->w;
+    for (uint32_t y = 0; y < map->h; y++) {
+        for (uint32_t x = 0; x < map->w / 2; x++)
+            mean[x] = mean[map->w - 1 - x] = y < map->h / 2 ? sky_mean(map, x, y) : (double)map->sky.ground;
+        row[y] = keep_row(map, y, mean);
+    }
+    keep_rows(map, row);
+}
+
+/* ret_scratch: as build wants it. NULL when memory is short. */
+static struct lum_env_map *map_alloc(uint32_t w, uint32_t h, double **ret_scratch)
 {
     struct lum_env_map *map = lum_calloc(1, sizeof(*map));
     if (!map)
         return NULL;
-    *map = (struct lum_env_map){.image = image, .w = image->width, .h = image->height};
-    map->row_cdf = lum_calloc(map->h, sizeof(float));
-    map->column_cdf = lum_calloc((size_t)map->w * map->h, sizeof(float));
-    double *scratch = lum_calloc(4 * (size_t)map->w + map->h, sizeof(double));
-    if (!map->row_cdf || !map->column_cdf || !scratch) {
-        lum_free(scratch);
-        lum_env_map_destroy(map);
+    *map = (struct lum_env_map){.w = w, .h = h};
+    map->row_cdf = lum_calloc(h, sizeof(float));
+    map->column_cdf = lum_calloc((size_t)w * h, sizeof(float));
+    *ret_scratch = lum_calloc(4 * (size_t)w + h, sizeof(double));
+    if (map->row_cdf && map->column_cdf && *ret_scratch)
+        return map;
+    lum_free(*ret_scratch);
+    lum_env_map_destroy(map);
+    return NULL;
+}
+
+struct lum_env_map *lum_env_map_create(const struct lum_image *image)
+{
+    double *scratch;
+    struct lum_env_map *map = map_alloc(image->width, image->height, &scratch);
+    if (!map)
         return NULL;
-    }
+    map->image = image;
     build(map, scratch);
+    lum_free(scratch);
+    return map;
+}
+
+struct lum_env_map *lum_env_map_create_sky(const struct lum_cie_sky *sky)
+{
+    double *scratch;
+    struct lum_env_map *map = map_alloc(SKY_W, SKY_H, &scratch);
+    if (!map)
+        return NULL;
+    map->sky = *sky;
+    build_sky(map, scratch);
     lum_free(scratch);
     return map;
 }
@@ -115,6 +185,11 @@ double lum_env_map_mean_luminance(const struct lum_env_map *map)
     return map->mean_luminance;
 }
 
+const struct lum_cie_sky *lum_env_map_sky(const struct lum_env_map *map)
+{
+    return map->image ? NULL : &map->sky;
+}
+
 double lum_env_map_peak(const struct lum_env_map *map)
 {
     return map->peak;
@@ -130,6 +205,8 @@ static struct lum_vec2 to_uv(struct lum_vec3 d)
 
 struct lum_rgb lum_env_map_radiance(const struct lum_env_map *map, struct lum_vec3 d)
 {
+    if (!map->image)
+        return lum_grey(lum_cie_sky_luminance(&map->sky, d));
     return lum_image_sample(map->image, to_uv(d), LUM_WRAP_REPEAT, LUM_WRAP_CLAMP).rgb;
 }
 

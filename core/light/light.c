@@ -154,11 +154,13 @@ static bool same_frame(const struct lum_frame *a, const struct lum_frame *b)
 
 bool lum_light_same_shape(const struct lum_light *a, const struct lum_light *b)
 {
-    if (a->env || b->env) /* the address of an image may be reused: it does not say that the image is the same */
+    bool image = (a->env && !a->env_hash) || (b->env && !b->env_hash);
+    if (image) /* its address may be reused: it does not say that the image is the same */
         return false;
     return a->kind == b->kind && a->falloff == b->falloff && same_v3(a->p, b->p) && same_v3(a->n, b->n) &&
            same_v3(a->u, b->u) && same_v3(a->v, b->v) && a->radius == b->radius && a->area == b->area &&
            a->omc_inner == b->omc_inner && a->omc_outer == b->omc_outer && a->instance == b->instance &&
-           a->shape == b->shape && a->web_hash == b->web_hash && (!a->web_hash || same_frame(&a->frame, &b->frame)) &&
+           a->shape == b->shape && a->web_hash == b->web_hash && a->env_hash == b->env_hash &&
+           (!(a->web_hash || a->env_hash) || same_frame(&a->frame, &b->frame)) &&
            a->camera_visible == b->camera_visible && a->both_sides == b->both_sides;
 }

@@ -9,7 +9,7 @@
 
 struct lum_instance;
 struct lum_snapshot;
-struct lum_env_map; /* luminance distribution of an environment image (light/environment.c) */
+struct lum_env_map; /* luminance distribution of an environment (light/environment.c) */
 struct lum_web;     /* intensity by direction (light/web.h) */
 
 /* What lights are at render time; what tells them apart is a row (emitter.h). */
@@ -41,7 +41,8 @@ struct lum_light {
     float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
     struct lum_frame frame;     /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
                                  * web: of its directions, left-handed (web.h) */
-    const struct lum_env_map *env; /* environment image, or NULL: constant */
+    const struct lum_env_map *env; /* environment image or sky, or NULL: constant */
+    uint64_t env_hash;             /* of a sky, for a copy of the light that outlives it; 0: none, or an image */
     const struct lum_web *web;     /* ies; else NULL */
     uint64_t web_hash;             /* of it, for a copy of the light that outlives it */
     uint32_t instance;             /* mesh emitter: its instance */

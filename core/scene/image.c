@@ -19,7 +19,7 @@ void lum_image_unref(struct lum_image *image)
     lum_free(image);
 }
 
-static struct lum_env_part *env_part_ref(struct lum_env_part *env)
+struct lum_env_part *lum_env_part_ref(struct lum_env_part *env)
 {
     lum_refs_get(&env->refs);
     return env;
@@ -124,6 +124,6 @@ enum lum_status lum_image_entry_env(struct lum_image_entry *entry, struct lum_en
         }
         entry->env = env;
     }
-    *ret_env = env_part_ref(entry->env);
+    *ret_env = lum_env_part_ref(entry->env);
     return LUM_OK;
 }

@@ -1,4 +1,5 @@
 #include "core/scene/light_kind.h"
+#include "core/light/cie_sky.h"
 #include "core/light/emitter.h"
 #include "core/light/web.h"
 
@@ -228,6 +229,23 @@ static void resolve_environment(const struct lum_light_desc *d, double scale, st
 const struct lum_light_kind_row lum_light_kind_environment = {
     .emitter = LUM_EMIT_ENVIRONMENT, .check = check_rotation, .resolve = resolve_environment};
 
+/* ---- daylight ---- */
+
+static enum lum_status check_sky(const struct lum_light_desc *d, struct lum_error *err)
+{
+    enum lum_status status = lum_check_range("cie_type", d->cie_type, 1.0, LUM_CIE_SKY_TYPES, err);
+    if (status == LUM_OK)
+        status = lum_check_range("ground_albedo", d->ground_albedo, 0.0, 1.0, err);
+    if (status == LUM_OK && (unsigned)d->sky_amount > LUM_SKY_BY_SUN)
+        return lum_fail(err, LUM_ERR_INVALID, "sky_amount", "is not a kind of amount");
+    return status;
+}
+
+/* Where it has its sun and how much light that makes, the other lights say: lum_sky_resolve (sky.c). */
+const struct lum_light_kind_row lum_light_kind_sky = {.emitter = LUM_EMIT_ENVIRONMENT, .check = check_sky};
+
+const struct lum_light_kind_row lum_light_kind_sun = {.emitter = LUM_EMIT_DIRECTIONAL, .aimed = true};
+
 /* ---- all ---- */
 
 #define TEXT(NAME, name) #name,
@@ -290,7 +308,7 @@ enum lum_status lum_light_from_flux(const struct lum_light_desc *light, double f
         return status;
     const struct lum_light_kind_row *row = lum_light_kinds[light->kind];
     if (!row->flux)
-        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a directional or environment light has no flux");
+        return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "a light from afar has no flux");
     double per_intensity = row->flux(light);
     if (!(flux_lm <= LUM_POWER_MAX * per_intensity))
         return lum_fail(err, LUM_ERR_INVALID, "flux_lm", "must be from 0 to %g of so small a light, not %g",

@@ -391,6 +391,11 @@ static enum lum_status add_lights(struct light_build *b, struct lum_error *err)
                 return status;
             l->env = part->envs[part->n]->map;
         }
+        if (entry->desc.kind == LUM_LIGHT_SKY) {
+            enum lum_status status = lum_sky_resolve(b->in, &entry->desc, l, &part->envs[part->n], err);
+            if (status != LUM_OK)
+                return status;
+        }
         part->webs[part->n] = l->web ? lum_web_ref(l->web) : NULL;
         part->n++;
     }

@@ -5,6 +5,7 @@
 #include "core/scene/snapshot.h"
 
 struct lum_env_map;
+struct lum_light_desc;
 struct lum_scene;
 
 struct lum_mesh *lum_mesh_ref(struct lum_mesh *mesh);
@@ -12,12 +13,13 @@ void lum_mesh_unref(struct lum_mesh *mesh);
 struct lum_image *lum_image_ref(struct lum_image *image);
 void lum_image_unref(struct lum_image *image);
 
-/* An image and, once an environment light asked for it, its luminance distribution. */
+/* An image and, once an environment light asked for it, its luminance distribution. Or that of a sky: no image. */
 struct lum_env_part {
     struct lum_refs refs;
     struct lum_image *image;
     struct lum_env_map *map;
 };
+struct lum_env_part *lum_env_part_ref(struct lum_env_part *env);
 void lum_env_part_unref(struct lum_env_part *env);
 
 struct lum_instance_part {
@@ -55,7 +57,7 @@ struct lum_light_part {
     float *active_cdf, *pick_pdf;
     struct lum_area_cdf **cdfs;      /* per light; NULL but for mesh emitters */
     struct lum_emission_mean *means; /* per light; zero but for mesh emitters with a texture or holes */
-    struct lum_env_part **envs;      /* per light; NULL but for environments with an image */
+    struct lum_env_part **envs;      /* per light; NULL but for skies, and environments with an image */
     const struct lum_web **webs;     /* per light; NULL but for ies */
     uint32_t n;
     struct lum_accel_shape *shapes;
@@ -111,6 +113,9 @@ struct lum_light_input {
 };
 enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_light_part **ret_part,
                                    struct lum_error *err);
+/* sky.c: the shape and power of a sky, and what both hold. */
+enum lum_status lum_sky_resolve(const struct lum_light_input *in, const struct lum_light_desc *d,
+                                struct lum_light *inout_light, struct lum_env_part **ret_env, struct lum_error *err);
 /* Nothing added, removed, moved or reshaped; nothing brighter, dimmer, switched or regrouped. */
 bool lum_lights_same_shape(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
 bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);

@@ -14,7 +14,7 @@
 /* clang-format off */
 /* s: struct, m: member and JSON name, d: default, u: unit, t: one line for PROTOCOL.md, and more members */
 #define NUMBER(s, m, lo, hi, d, u, ...) {ROW(s, m, NUMBER), .min = lo, .max = hi, .def = {d}, .unit = u, .doc = __VA_ARGS__}
-#define INTEGER(s, m, lo, hi, d, t) {ROW(s, m, INTEGER), .min = lo, .max = hi, .def = {d}, .unit = "", .doc = t}
+#define INTEGER(s, m, lo, hi, d, ...) {ROW(s, m, INTEGER), .min = lo, .max = hi, .def = {d}, .unit = "", .doc = __VA_ARGS__}
 #define U32(s, m, hi, u, t) {ROW(s, m, U32), .max = hi, .unit = u, .doc = t}
 #define OPT(s, m, lo, hi, g, u, ...) {ROW(s, m, OPT), .min = lo, .max = hi, .group = g, .unit = u, .doc = __VA_ARGS__}
 #define BOOL(s, m, d, ...) {ROW(s, m, BOOL), .def = {d}, .unit = "", .doc = __VA_ARGS__}
@@ -136,7 +136,7 @@ static const struct lum_field object[] = {
 
 #define FOR(kinds) .only = kinds
 static const struct lum_field light[] = {
-    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|ies|directional|quad|disc|sphere|environment", ""),
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|ies|directional|quad|disc|sphere|environment|sky|sun", ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
     VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR("spot|ies|directional|disc")),
     NUMBER(light, roll_deg, -3600, 3600, 0, "deg",
@@ -150,8 +150,10 @@ static const struct lum_field light[] = {
     OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits",
         FOR("point|spot|ies|quad|disc|sphere")),
     OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR("point|spot")),
-    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "", FOR("quad|disc|sphere|environment")),
-    OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx", "on a facing plane", FOR("directional")),
+    OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "of a sky: at its zenith",
+        FOR("quad|disc|sphere|environment|sky")),
+    OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx",
+        "on a facing plane; of a sky: on the open horizontal plane", FOR("directional|sky|sun")),
     OPT(light, multiplier, 0, 1e6, LUM_GROUP_PHOTOMETRIC, "", "of the intensities of its web; null, and no flux_lm: 1",
         FOR("ies")),
     {ROW(light, asset, ASSET), CHARS(light, asset), .group = LUM_GROUP_FILE, .unit = "", .only = "ies",
@@ -163,9 +165,23 @@ static const struct lum_field light[] = {
     OPT(light, cct_k, 1667, 25000, LUM_GROUP_COLOR, "K", "correlated colour temperature; excludes color"),
     REF(light, image, 0, IMAGE, "equirectangular picture, scaled by luminance_cd_m2", FOR("environment")),
     NUMBER(light, rotation_deg, -3600, 3600, 0, "deg", "about +Y", FOR("environment")),
+    INTEGER(light, cie_type, 1, 16, 12, "CIE general sky; 16: the traditional overcast one", FOR("sky")),
+    NUMBER(light, ground_albedo, 0, 1, 0.2, "", "of what lies below the horizon, lit by the sky alone", FOR("sky")),
+    {ROW(light, date, NAME), CHARS(light, date), .text = "", .unit = "", .only = "sun",
+     .doc = "YYYY-MM-DD, of the place's calendar"},
+    NUMBER(light, time_h, 0, 24, 12, "h", "of the place's clock: 13.5 is half past one", FOR("sun")),
+    NUMBER(light, utc_offset_h, -14, 14, 0, "h", "by which that clock is ahead of UTC", FOR("sun")),
+    NUMBER(light, latitude_deg, -90, 90, 0, "deg", "north is positive", FOR("sun")),
+    NUMBER(light, longitude_deg, -180, 180, 0, "deg", "east is positive", FOR("sun")),
+    NUMBER(light, north_deg, -360, 360, 0, "deg", "of north from -Z, towards +X", FOR("sun")),
+    OPT(light, azimuth_deg, 0, 360, 0, "deg", "from north by east; with elevation_deg, in place of place and time",
+        FOR("sun")),
+    OPT(light, elevation_deg, -90, 90, 0, "deg", "over the horizon; with azimuth_deg", FOR("sun")),
+    NUMBER(light, extinction, 0, 10, 0.21, "", "of the air, towards the zenith, where illuminance_lx is null",
+           FOR("sun")),
     {ROW(light, group, ID), CHARS(light, group), .unit = "", .doc = "mixing group; null: its own id"},
     BOOL(light, on, 1, ""),
-    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|quad|disc|sphere|environment")),
+    BOOL(light, camera_visible, 1, "seen directly", FOR("ies|quad|disc|sphere|environment|sky")),
     BOOL(light, as_point, 0, "shines from its centre, whatever opening its web has", FOR("ies")),
 };
 

@@ -76,16 +76,21 @@ struct lum_record_object {
 };
 
 struct lum_record_light {
-    char kind[16]; /* point spot ies directional quad disc sphere environment */
+    char kind[16]; /* point spot ies directional quad disc sphere environment sky sun */
     double position[3], direction[3], roll_deg, u[3], v[3], radius;
     double inner_cone_deg, outer_cone_deg;                                             /* spot: half angles */
-    struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx, multiplier; /* exactly one; ies: at most */
+    struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx,
+        multiplier;                        /* exactly one; ies, sky, sun: at most */
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* ies: read by the importer; or "" when the web is given */
     struct lum_record_web *web;            /* a reference; NULL until an asset is read */
     double color[3];
     struct lum_opt cct_k; /* set: replaces color */
     lum_id image;         /* environment */
     double rotation_deg;
+    double cie_type, ground_albedo; /* sky */
+    char date[12];                  /* sun: "2026-06-21", or "" */
+    double time_h, utc_offset_h, latitude_deg, longitude_deg, north_deg, extinction;
+    struct lum_opt azimuth_deg, elevation_deg; /* sun: both or none; set: replace place and time */
     lum_id group;
     bool on, camera_visible, as_point;
 };

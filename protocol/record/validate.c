@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/record/date.h"
+
 static bool invalid(struct lum_proto_error *err, const char *path, const char *text)
 {
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", path, "%s", text);
@@ -134,10 +136,29 @@ static bool validate_photometric(const struct lum_record_light *l, struct lum_pr
             natural = fits;
         }
     }
-    if (natural || (!given && strcmp(l->kind, "ies") == 0))
+    bool has_own = strcmp(l->kind, "ies") == 0 || strcmp(l->kind, "sky") == 0 || strcmp(l->kind, "sun") == 0;
+    if (natural || (!given && has_own))
         return true;
     return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, given ? "invalid_value" : "missing_field", given ? given : first,
                           "a %s light takes %s%s%s", l->kind, wanted, given ? ", not " : "", given ? given : "");
+}
+
+static bool validate_sun(const struct lum_record_light *l, struct lum_proto_error *err)
+{
+    int ymd[3];
+    bool directed = l->azimuth_deg.set && l->elevation_deg.set;
+    if (l->azimuth_deg.set != l->elevation_deg.set)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "missing_field",
+                              l->azimuth_deg.set ? "elevation_deg" : "azimuth_deg",
+                              "azimuth_deg and elevation_deg go together");
+    if (l->date[0] == '\0' && !directed)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "missing_field", "date",
+                              "a sun takes a date, or azimuth_deg and elevation_deg");
+    if (l->date[0] == '\0' || lum_date_read(l->date, ymd))
+        return true;
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "date",
+                          "there is no date %s from %d to %d: date is YYYY-MM-DD", l->date, LUM_DATE_FIRST_YEAR,
+                          LUM_DATE_LAST_YEAR);
 }
 
 static bool validate_light(const struct lum_record_light *l, struct lum_proto_error *err)
@@ -161,7 +182,7 @@ static bool validate_light(const struct lum_record_light *l, struct lum_proto_er
         return invalid(err, l->asset[0] != '\0' ? "asset" : "web", "only an ies light takes asset or web");
     if (l->image[0] != '\0' && !has(l, "image"))
         return invalid(err, "image", "only an environment light takes an image");
-    return true;
+    return !has(l, "date") || validate_sun(l, err);
 }
 
 static bool validate_object(const struct lum_record_object *o, struct lum_proto_error *err)

@@ -1,4 +1,4 @@
-/* The director's answers about the scene: pick, bounds, photometry, probe, statistics. */
+/* The director's answers about the scene: pick, bounds, photometry, daylight, probe, statistics. */
 #include "server/director/internal.h"
 
 #include <string.h>
@@ -8,6 +8,7 @@
 #include "core/scene/scene.h"
 #include "protocol/json/json.h"
 #include "server/director/read_request.h"
+#include "server/world/daylight.h"
 #include "server/world/photometry.h"
 
 #define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
@@ -119,6 +120,14 @@ static void photometry(struct lum_director *d, const struct lum_request *q)
 /* Params as of bounds: {id}. */
 const struct lum_request_type lum_request_photometry = {
     .name = "photometry", .read = read_bounds, .answer = photometry};
+
+static void daylight(struct lum_director *d, const struct lum_request *q)
+{
+    lum_director_reply(d, q, lum_daylight_describe(&d->world));
+}
+
+const struct lum_request_type lum_request_daylight = {
+    .name = "daylight", .read = lum_request_read_nothing, .answer = daylight};
 
 /* {view_id, x, y} or {point, normal, view_id?}, and samples. */
 static bool read_probe(struct lum_json_reader *r, struct lum_request *q)

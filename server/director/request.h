@@ -37,6 +37,7 @@ struct lum_request_type {
     X(pick)                                                                                                            \
     X(bounds)                                                                                                          \
     X(photometry)                                                                                                      \
+    X(daylight)                                                                                                        \
     X(probe)                                                                                                           \
     X(stats_get)
 #define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;

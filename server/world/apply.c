@@ -10,6 +10,7 @@
 #include "protocol/record/aim.h"
 #include "server/base/suggest.h"
 #include "server/base/web_desc.h"
+#include "server/world/daylight.h"
 
 static const double rad_per_deg = 0.017453292519943295;
 
@@ -197,6 +198,8 @@ static enum lum_status light_kind_of(const char *name, enum lum_light_kind *ret_
 static enum lum_status light_intensity(const struct lum_record_light *l, const struct lum_light_desc *d,
                                        double *ret_intensity, struct lum_error *err)
 {
+    if (d->kind == LUM_LIGHT_SUN || d->kind == LUM_LIGHT_SKY)
+        return LUM_OK;
     if (l->flux_lm.set)
         return lum_light_from_flux(d, l->flux_lm.value, ret_intensity, err);
     if (d->web) {
@@ -265,6 +268,8 @@ enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web
     enum lum_status st = light_kind_of(l->kind, &d.kind, err);
     if (!st)
         st = light_color(l, &d.color, err);
+    if (!st)
+        lum_daylight_apply(l, &d);
     if (!st)
         st = light_intensity(l, &d, &d.intensity, err);
     if (!st)

@@ -25,6 +25,7 @@ FORMS = {
     "pick": {"view_id": 4000000000, "x": 1, "y": 1},
     "bounds": {"id": "floor"},
     "photometry": {"id": "panel"},
+    "daylight": {},
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
     "stats.get": {},
 }

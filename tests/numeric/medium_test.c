@@ -345,6 +345,7 @@ static void lights_in_fog(struct rig *r)
     l.radius_m = 0.1;
     l.inner_cone_rad = 0.2;
     l.outer_cone_rad = 0.6;
+    l.cie_type = 12;
     l.intensity = 100;
     struct lum_web *web = web_of_a_lamp();
     l.web = web;

@@ -166,6 +166,8 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
                                .v = {0, 0, size},
                                .radius_m = size,
                                .inner_cone_rad = 0.0,
+                               .cie_type = 1 + (int)pick(item, 8, 16),
+                               .ground_albedo = 0.2,
                                .outer_cone_rad = pick(item, 4, 2) ? 1e-3 : 0.7,
                                .color = pick(item, 5, 2) ? lum_rgb(4.0f, 0.05f, 1.0f) : lum_grey(1.0f),
                                .intensity = PICK(item, 2, amounts),
@@ -173,7 +175,7 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
                                .camera_visible = pick(item, 6, 2) == 0};
     if (d.kind == LUM_LIGHT_ENVIRONMENT && pick(item, 7, 2))
         d.image = "wild";
-    if (d.kind == LUM_LIGHT_ENVIRONMENT)
+    if (d.kind == LUM_LIGHT_ENVIRONMENT || d.kind == LUM_LIGHT_SKY)
         d.intensity = fmin(d.intensity, 1e6);
     d.intensity *= light;
     if (d.kind == LUM_LIGHT_POINT || d.kind == LUM_LIGHT_SPOT || d.kind == LUM_LIGHT_IES)

@@ -82,6 +82,8 @@ struct lum_light_desc light_desc(enum lum_light_kind kind)
         .radius_m = 0.25,
         .inner_cone_rad = 0.3,
         .outer_cone_rad = 0.5,
+        .cie_type = 12,
+        .ground_albedo = 0.2,
         .color = lum_grey(1.0f),
         .intensity = 100.0,
         .on = true,

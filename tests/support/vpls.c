@@ -66,6 +66,8 @@ struct lum_light_desc light_of_kind(enum lum_light_kind kind)
                                    .radius_m = 0.25,
                                    .inner_cone_rad = 0.3,
                                    .outer_cone_rad = 0.9,
+                                   .cie_type = 12,
+                                   .ground_albedo = 0.2,
                                    .color = {1.5f, 0.9f, 0.2f},
                                    .intensity = 100,
                                    .on = true};

@@ -95,11 +95,11 @@ static void natural_units_pass_through(void **state)
     (void)state;
     for (int k = 0; k < LUM_LIGHT_KIND_COUNT; k++) {
         enum lum_emitter emitter = lum_light_kinds[k]->emitter;
-        char text[128];
+        char text[160];
         if (k == LUM_LIGHT_IES) /* has a web instead: below */
             continue;
-        snprintf(text, sizeof text, "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"%s\",\"%s\":80}",
-                 lum_light_kind_names[k],
+        snprintf(text, sizeof text, "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"%s\",%s\"%s\":80}",
+                 lum_light_kind_names[k], k == LUM_LIGHT_SUN ? "\"azimuth_deg\":180,\"elevation_deg\":40," : "",
                  emitter == LUM_EMIT_POINT         ? "intensity_cd"
                  : emitter == LUM_EMIT_DIRECTIONAL ? "illuminance_lx"
                                                    : "luminance_cd_m2");
@@ -107,6 +107,28 @@ static void natural_units_pass_through(void **state)
         assert_int_equal(d.kind, k);
         assert_near(d.intensity, 80.0, 0.0);
     }
+}
+
+/* Golden, Colorado, as Reda and Andreas have it (tests/numeric/daylight_test.c): seen at 39.888, 194.340 degrees. */
+static void sun_stands_where_place_and_time_say(void **state)
+{
+    (void)state;
+#define SUN                                                                                                            \
+    "{\"op\":\"add\",\"type\":\"light\",\"id\":\"a\",\"kind\":\"sun\",\"date\":\"2003-10-17\","                        \
+    "\"time_h\":12.508333,\"utc_offset_h\":-7,\"latitude_deg\":39.742476,\"longitude_deg\":-105.1786"
+    const double degree = PI / 180.0;
+    struct lum_light_desc d = light(SUN "}");
+    assert_near(-d.direction.y, sin(39.888 * degree), 5e-4);
+    assert_near(atan2(-d.direction.x, d.direction.z) / degree + 360.0, 194.340, 1e-4);
+    assert_near(d.intensity, 127500 * (1 + 0.034 * cos(2 * PI * 288 / 365)) * exp(-0.21 * 1.556), 2e-3);
+    d = light(SUN ",\"north_deg\":90}"); /* north lies along +X */
+    assert_near(-d.direction.x, cos(39.888 * degree) * sin((194.34 + 90) * degree), 1e-3);
+    assert_near(light(SUN ",\"illuminance_lx\":500}").intensity, 500.0, 0.0);
+    d = light(SUN ",\"azimuth_deg\":90,\"elevation_deg\":30}");
+    assert_near(-d.direction.y, 0.5, 1e-9);
+    assert_near(-d.direction.x, cos(30 * degree), 1e-9);
+    d = light(SUN ",\"azimuth_deg\":90,\"elevation_deg\":-1,\"illuminance_lx\":500}");
+    assert_near(d.intensity, 0.0, 0.0); /* night */
 }
 
 /* An even web over the lower half: 2 pi sr. Floats hold the angle of 90 degrees within 1e-7 of it. */
@@ -260,6 +282,7 @@ int main(void)
         cmocka_unit_test(flux_becomes_the_unit_of_the_kind),
         cmocka_unit_test(spot_flux_fills_its_cone),
         cmocka_unit_test(natural_units_pass_through),
+        cmocka_unit_test(sun_stands_where_place_and_time_say),
         cmocka_unit_test(colours_have_luminance_one),
         cmocka_unit_test(black_emission_needs_no_colour),
         cmocka_unit_test(errors_name_their_op),

@@ -133,7 +133,7 @@ static void edit_light(struct editor *e, uint32_t k)
     static const struct web_grid down = {LUM_WEB_C, 0, 0, 0, 90, 1, 10};
     struct lum_light_desc d = light_desc((enum lum_light_kind)choose(e, LUM_LIGHT_KIND_COUNT));
     struct lum_web *web = NULL;
-    if (e->steady && k > 0 && d.kind == LUM_LIGHT_ENVIRONMENT) /* of several, one shines */
+    if (e->steady && k > 0 && (d.kind == LUM_LIGHT_ENVIRONMENT || d.kind == LUM_LIGHT_SKY)) /* of several, one shines */
         d = light_desc(LUM_LIGHT_DISC);
     d.position = rig_v(0.5 * choose(e, 2) + 0.01 * k, 2, 0);
     d.color = lum_rgb(1.0f, e->steady ? 0.5f : share(e), 0.4f);
@@ -146,6 +146,9 @@ static void edit_light(struct editor *e, uint32_t k)
         d.web = web = chance(e, 0.5) ? web_of_a_lamp() : web_of(&down, web_cosine);
         d.u = rig_v(1, 0, choose(e, 2));
     }
+    if (d.kind == LUM_LIGHT_SUN)
+        d.direction = rig_v(1, -1.0 - k, 0.5); /* the sky goes with it */
+    d.cie_type = 12 - 3 * (int)k;
     note(e, "light", id);
     rig_light(&e->rig, id, &d);
     lum_web_unref(web);
