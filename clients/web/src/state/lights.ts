@@ -113,7 +113,7 @@ export const centreOf = (light: SceneRecord): Vec3 => vec3Or(emitsOf(light)?.cen
 
 export const isOn = (light: SceneRecord): boolean => light.on !== false;
 
-export const isPlaced = (light: SceneRecord): boolean => light.kind !== 'directional' && light.kind !== 'environment';
+export const isPlaced = (light: SceneRecord): boolean => !['directional', 'environment', 'sky', 'sun'].includes(String(light.kind));
 
 /** Radius of a ball around the lamp itself, in metres, so that the view can frame it. */
 export function extentOf(light: SceneRecord): number {
