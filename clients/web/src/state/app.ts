@@ -8,6 +8,7 @@ import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
+import type { Daylight } from './daylight';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
@@ -206,6 +207,11 @@ export class App {
     async lookAt(x: number, y: number): Promise<void> {
         const pick = await this.pick(x, y);
         if (pick) this.view.moveTo(retarget(this.view.orbit.value, pick.point));
+    }
+
+    /** Where the sun stands, and the lux of sun and sky; null: nobody says. */
+    async daylight(): Promise<Daylight | null> {
+        return this.rpc ? ((await this.rpc.call('daylight').catch(() => null)) as unknown as Daylight | null) : null;
     }
 
     /** An object, or all that an import brought: as its own camera shows it, for a room is best seen from inside. */

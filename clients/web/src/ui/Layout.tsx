@@ -1,6 +1,7 @@
 import { useEffect } from 'preact/hooks';
 import { AccuracyPanel } from './AccuracyPanel';
 import { useApp } from './context';
+import { DaylightPanel } from './DaylightPanel';
 import { EffectsPanel } from './EffectsPanel';
 import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
@@ -27,6 +28,7 @@ export function Layout() {
             <Viewport />
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <LightList />
+                <DaylightPanel />
                 <ViewPanel />
                 <AccuracyPanel />
                 <EffectsPanel />

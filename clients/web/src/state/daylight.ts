@@ -1,0 +1,71 @@
+/** Sun and sky of the scene, in words, and the ops that make them. */
+import type { Op, SceneRecord } from '../protocol/types';
+import { newId } from './imports';
+import { isOn } from './lights';
+
+/** Hours. */
+export const DAY = 24;
+
+export interface Daylight {
+    sun: { elevation_deg: number; azimuth_deg: number; illuminance_lx: number; horizontal_lx: number } | null;
+    sky: { luminance_cd_m2: number; horizontal_lx: number } | null;
+}
+
+/** CIE S 011. */
+export const SKIES: [string, string][] = [
+    ['1', 'Overcast, steep'],
+    ['2', 'Overcast, brighter at the sun'],
+    ['3', 'Overcast, moderate'],
+    ['4', 'Overcast, moderate, brighter at the sun'],
+    ['5', 'Uniform'],
+    ['6', 'Partly cloudy, slight glow'],
+    ['7', 'Partly cloudy, bright glow'],
+    ['8', 'Partly cloudy, distinct corona'],
+    ['9', 'Partly cloudy, sun hidden'],
+    ['10', 'Partly cloudy, bright at the sun'],
+    ['11', 'White-blue, distinct corona'],
+    ['12', 'Clear'],
+    ['13', 'Clear, polluted'],
+    ['14', 'Cloudless, turbid'],
+    ['15', 'White-blue, turbid'],
+    ['16', 'Overcast, traditional'],
+];
+
+const isOvercast = (type: number): boolean => type <= 5 || type === 16;
+
+/** How much light the air takes of the sun's, towards the zenith (PROTOCOL.md). */
+const extinctionOf = (type: number): number => (type <= 10 ? 0.8 : 0.21);
+
+/** "2026-06-21" where the browser is. */
+export function localDate(now: Date): string {
+    const two = (n: number): string => String(n).padStart(2, '0');
+    return `${now.getFullYear()}-${two(now.getMonth() + 1)}-${two(now.getDate())}`;
+}
+
+export function clockOf(hour: number): string {
+    const minutes = Math.round(hour * 60);
+    return `${String(Math.floor(minutes / 60)).padStart(2, '0')}:${String(minutes % 60).padStart(2, '0')}`;
+}
+
+export const newSun = (taken: (id: string) => boolean, date: string): Op => ({
+    op: 'add',
+    type: 'light',
+    id: newId('sun', taken),
+    kind: 'sun',
+    latitude_deg: 50,
+    longitude_deg: 10,
+    date,
+    time_h: 10,
+    utc_offset_h: 1,
+});
+
+export const newSky = (taken: (id: string) => boolean): Op => ({ op: 'add', type: 'light', id: newId('sky', taken), kind: 'sky', cie_type: 12 });
+
+/** Another sky; the sun shines as through it, and not at all through clouds that are closed. One undo step. */
+export function skyChange(sky: SceneRecord, sun: SceneRecord | undefined, type: number): Op[] {
+    const ops: Op[] = [{ op: 'set', id: sky.id, path: '/cie_type', value: type }];
+    if (!sun) return ops;
+    if (isOn(sun) === isOvercast(type)) ops.push({ op: 'set', id: sun.id, path: '/on', value: !isOvercast(type) });
+    if (!isOvercast(type)) ops.push({ op: 'set', id: sun.id, path: '/extinction', value: extinctionOf(type) });
+    return ops;
+}

@@ -1,0 +1,134 @@
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { fixed, si } from '../lib/format';
+import { linearScale } from '../lib/scale';
+import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { clockOf, DAY, localDate, newSky, newSun, SKIES, skyChange, type Daylight } from '../state/daylight';
+import { Choice } from './Choice';
+import { useApp } from './context';
+import { NumberField } from './NumberField';
+import { Slider } from './Slider';
+
+const HOURS = linearScale(0, DAY, 60);
+
+/** Sun and sky of the scene: the first of each kind by id, which are those that the server speaks of. */
+export function DaylightPanel() {
+    const app = useApp();
+    const records = app.scene.list('light').value.map((id) => app.scene.record(id));
+    const sun = records.find((r) => r?.type === 'light' && r.kind === 'sun');
+    const sky = records.find((r) => r?.type === 'light' && r.kind === 'sky');
+    const taken = (id: string): boolean => app.scene.peek(id) !== undefined;
+    const add = (): void => {
+        const ops = [...(sun ? [] : [newSun(taken, localDate(new Date()))]), ...(sky ? [] : [newSky(taken)])];
+        void app.edits.transaction(ops);
+    };
+    return (
+        <section class="section" aria-labelledby="daylight-title">
+            <header class="section-head">
+                <h2 id="daylight-title">Daylight</h2>
+                {!(sun && sky) && (
+                    <button type="button" class="toggle at-end" onClick={add}>
+                        {sun ? 'Add a sky' : sky ? 'Add a sun' : 'Add sun and sky'}
+                    </button>
+                )}
+            </header>
+            {sky && (
+                <div class="fields">
+                    <Choice
+                        label="Sky"
+                        value={String(numberOr(sky.cie_type, 12))}
+                        options={SKIES}
+                        onChange={(type) => void app.edits.transaction(skyChange(sky, sun, Number(type)))}
+                    />
+                </div>
+            )}
+            {sun && <Sun sun={sun} />}
+            {(sun || sky) && <ReadOuts />}
+        </section>
+    );
+}
+
+function Sun({ sun }: { sun: SceneRecord }) {
+    const { edits } = useApp();
+    const hour = numberOr(sun.time_h, 12);
+    const field = (path: string, label: string, unit: string, most: number, otherwise = 0) => (
+        <NumberField
+            label={label}
+            unit={unit}
+            min={-most}
+            max={most}
+            value={numberOr(sun[path], otherwise)}
+            onCommit={(v) => edits.setOnce(sun.id, `/${path}`, v)}
+        />
+    );
+    if (typeof sun.elevation_deg === 'number') return <p class="hint">The sun stands by azimuth and elevation.</p>;
+    return (
+        <>
+            <div class="line">
+                <span class="field-label">Time</span>
+                <output>{clockOf(hour)}</output>
+            </div>
+            <Slider
+                label="Time of day"
+                scale={HOURS}
+                value={hour}
+                spoken={clockOf(hour)}
+                steps={{ arrow: 1 / 96, page: 1 / 24 }}
+                grid={1 / 1440}
+                onInput={(v) => edits.set(sun.id, '/time_h', v)}
+                onEnd={() => edits.endGesture()}
+            />
+            <label class="number">
+                <span class="number-label">Date</span>
+                <input
+                    type="date"
+                    aria-label="Date"
+                    min="1900-01-01"
+                    max="2100-12-31"
+                    value={stringOr(sun.date, '')}
+                    onChange={(e) => e.currentTarget.value && edits.setOnce(sun.id, '/date', e.currentTarget.value)}
+                />
+            </label>
+            {field('latitude_deg', 'Latitude', '° N', 90)}
+            {field('longitude_deg', 'Longitude', '° E', 180)}
+            {field('utc_offset_h', 'Ahead of UTC', 'h', 14)}
+            {field('north_deg', 'North turned', '°', 360)}
+        </>
+    );
+}
+
+/** As the server tells them of the scene that it has now. */
+function ReadOuts() {
+    const app = useApp();
+    const now = useSignal<Daylight | null>(null);
+    const rev = app.scene.rev.value;
+    useEffect(() => {
+        let late = false;
+        void app.daylight().then((d) => {
+            if (!late && d) now.value = d;
+        });
+        return () => {
+            late = true;
+        };
+    }, [rev]);
+    const { sun, sky } = now.value ?? { sun: null, sky: null };
+    return (
+        <div class="cache">
+            <dl>
+                {sun && <Fact name="elevation" value={`${fixed(sun.elevation_deg, 1)}°`} title="Of the sun over the horizon" />}
+                {sun && <Fact name="azimuth" value={`${fixed(sun.azimuth_deg, 1)}°`} title="Of the sun, from north by east" />}
+                {sun && <Fact name="sun" value={`${si(sun.horizontal_lx)} lx`} title="On the open horizontal plane" />}
+                {sky && <Fact name="sky" value={`${si(sky.horizontal_lx)} lx`} title="On the open horizontal plane" />}
+            </dl>
+        </div>
+    );
+}
+
+function Fact({ name, value, title }: { name: string; value: string; title: string }) {
+    return (
+        <div title={title}>
+            <dt>{name}</dt>
+            <dd>{value}</dd>
+        </div>
+    );
+}
