@@ -27,9 +27,15 @@ export interface Intensity {
     unit: Unit;
 }
 
+/** What a slider sets of a light that says no amount of its own. */
+function defaultField(kind: string): IntensityField {
+    if (kind === 'ies') return 'multiplier';
+    return kind === 'sky' || kind === 'sun' ? 'illuminance_lx' : 'flux_lm';
+}
+
 export function intensityOf(light: SceneRecord): Intensity {
     const measured = light.kind === 'ies'; // as bright as its file says, unless it is told otherwise
-    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? (measured ? 'multiplier' : 'flux_lm');
+    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? defaultField(String(light.kind));
     const unit = UNITS[field];
     const value = numberOr(light[field] ?? emitsOf(light)?.[field], measured ? 1 : 0);
     return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };

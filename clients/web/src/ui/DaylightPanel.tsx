@@ -64,35 +64,41 @@ function Sun({ sun }: { sun: SceneRecord }) {
     if (typeof sun.elevation_deg === 'number') return <p class="hint">The sun stands by azimuth and elevation.</p>;
     return (
         <>
-            <div class="line">
-                <span class="field-label">Time</span>
-                <output>{clockOf(hour)}</output>
-            </div>
-            <Slider
-                label="Time of day"
-                scale={HOURS}
-                value={hour}
-                spoken={clockOf(hour)}
-                steps={{ arrow: 1 / 96, page: 1 / 24 }}
-                grid={1 / 1440}
-                onInput={(v) => edits.set(sun.id, '/time_h', v)}
-                onEnd={() => edits.endGesture()}
-            />
-            <label class="number">
-                <span class="number-label">Date</span>
-                <input
-                    type="date"
-                    aria-label="Date"
-                    min="1900-01-01"
-                    max="2100-12-31"
-                    value={stringOr(sun.date, '')}
-                    onChange={(e) => e.currentTarget.value && edits.setOnce(sun.id, '/date', e.currentTarget.value)}
+            <div class="exposure">
+                <div class="line">
+                    <span class="field-label">Time</span>
+                    <output>{clockOf(hour)}</output>
+                </div>
+                <Slider
+                    label="Time of day"
+                    scale={HOURS}
+                    value={hour}
+                    spoken={clockOf(hour)}
+                    steps={{ arrow: 1 / 96, page: 1 / 24 }}
+                    grid={1 / 1440}
+                    onInput={(v) => edits.set(sun.id, '/time_h', v)}
+                    onEnd={() => edits.endGesture()}
                 />
-            </label>
-            {field('latitude_deg', 'Latitude', '° N', 90)}
-            {field('longitude_deg', 'Longitude', '° E', 180)}
-            {field('utc_offset_h', 'Ahead of UTC', 'h', 14)}
-            {field('north_deg', 'North turned', '°', 360)}
+            </div>
+            <div class="fields">
+                <label class="number">
+                    <span class="number-label">Date</span>
+                    <input
+                        type="date"
+                        aria-label="Date"
+                        min="1900-01-01"
+                        max="2100-12-31"
+                        value={stringOr(sun.date, '')}
+                        onChange={(e) => e.currentTarget.value && edits.setOnce(sun.id, '/date', e.currentTarget.value)}
+                    />
+                </label>
+                {field('utc_offset_h', 'Ahead of UTC', 'h', 14)}
+            </div>
+            <div class="fields">
+                {field('latitude_deg', 'Latitude', '° N', 90)}
+                {field('longitude_deg', 'Longitude', '° E', 180)}
+                {field('north_deg', 'North turned', '°', 360)}
+            </div>
         </>
     );
 }
