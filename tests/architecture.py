@@ -29,6 +29,7 @@ LAYERS = {
         "vpl",
         "cache",
         "pass",
+        "measure",
         "effect",
         "method",
         "render",

@@ -1,10 +1,8 @@
-/* Illuminance at a point. Of a plane: a probe is a white diffuse surface without extent: E = pi times the radiance that
- * it would reflect. The path tracer does both levels at once, direct light by sampling lights and indirect by paths,
- * with the weights that it uses everywhere. Of a cylinder: the same of a vertical plane that is turned at random,
- * sample by sample: cylindrical illuminance is the mean over azimuths. */
+/* Illuminance at a point. A probe is a white diffuse surface without extent: E = pi times the radiance that it would
+ * reflect. The path tracer does both levels at once, direct light by sampling lights and indirect by paths, with the
+ * weights that it uses everywhere. */
 #include "core/math/sampler.h"
 #include "core/path/wave.h"
-#include "core/render/illuminance.h"
 #include "core/render/view.h"
 
 /* Sums of one job of up to LUM_RAY_BATCH samples; summed in order of jobs, so that the result does not depend on
@@ -16,7 +14,6 @@ struct probe_sums {
 struct probe_run {
     const struct lum_snapshot *snapshot;
     struct lum_vec3 p, n;
-    bool cylindrical; /* n: the axis */
     uint32_t n_samples, seed;
     struct probe_sums *sums;       /* per job */
     struct lum_counters *counters; /* per worker */
@@ -33,26 +30,17 @@ static struct lum_bsdf white_with(struct lum_vec3 n)
                              .eta = 1.0f};
 }
 
-static struct lum_vec3 turned(const struct lum_frame *axis, float turn)
-{
-    float angle = 2.0f * LUM_PI * turn;
-    return lum_frame_to_scene(axis, lum_v3(cosf(angle), sinf(angle), 0.0f));
-}
-
 static void probe_job(void *ctx, uint32_t job, uint32_t worker)
 {
     const struct probe_run *run = ctx;
     struct lum_counters *c = &run->counters[worker];
     struct lum_bsdf white = white_with(run->n);
-    const struct lum_frame axis = white.frame;
     struct lum_wave w;
     lum_wave_begin(&w, run->snapshot, c, LUM_DEPTH_DEFAULT, 0);
     uint32_t first = job * LUM_RAY_BATCH;
     uint32_t n = run->n_samples - first < LUM_RAY_BATCH ? run->n_samples - first : LUM_RAY_BATCH;
     for (uint32_t i = 0; i < n; i++) {
         struct lum_sampler sampler = lum_sampler_at(0, 0, first + i, run->seed);
-        if (run->cylindrical)
-            white = white_with(turned(&axis, lum_sampler_2d(&sampler, LUM_WAVE_PAIR_PIXEL).x));
         lum_wave_add_vertex(&w, i, sampler, run->p, &white, white.ng);
     }
     lum_wave_run(&w, 1);
@@ -87,12 +75,12 @@ static void summarise(const struct probe_run *run, uint32_t n_jobs, struct lum_p
     };
 }
 
-static enum lum_status probe(struct lum_pool *pool, const struct lum_snapshot *snapshot, const struct lum_place *at,
-                             uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe, uint64_t *ret_rays,
-                             struct lum_error *err)
+enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
+                             struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
+                             uint64_t *ret_rays, struct lum_error *err)
 {
-    struct lum_vec3 p = lum_world_to_scene(&snapshot->norm, at->point_world);
-    struct lum_vec3 n = lum_normalize(at->normal);
+    struct lum_vec3 p = lum_world_to_scene(&snapshot->norm, point_world);
+    struct lum_vec3 n = lum_normalize(normal);
     if (!(fabsf(p.x) < LUM_RAY_LIMIT && fabsf(p.y) < LUM_RAY_LIMIT && fabsf(p.z) < LUM_RAY_LIMIT))
         return lum_fail(err, LUM_ERR_INVALID, "point", "the point must be finite and near the scene");
     if (!(lum_dot(n, n) > 0.0f))
@@ -100,8 +88,7 @@ static enum lum_status probe(struct lum_pool *pool, const struct lum_snapshot *s
     if (n_samples < 1 || n_samples > (1u << 28))
         return lum_fail(err, LUM_ERR_LIMIT, "samples", "1 to %u samples, not %u", 1u << 28, n_samples);
     uint32_t n_jobs = (n_samples + LUM_RAY_BATCH - 1) / LUM_RAY_BATCH, n_workers = lum_pool_size(pool);
-    struct probe_run run = {
-        .snapshot = snapshot, .p = p, .n = n, .cylindrical = at->cylindrical, .n_samples = n_samples, .seed = seed};
+    struct probe_run run = {.snapshot = snapshot, .p = p, .n = n, .n_samples = n_samples, .seed = seed};
     run.sums = lum_calloc(n_jobs, sizeof *run.sums);
     run.counters = lum_calloc(n_workers, sizeof *run.counters);
     enum lum_status status = LUM_ERR_NOMEM;
@@ -119,40 +106,4 @@ static enum lum_status probe(struct lum_pool *pool, const struct lum_snapshot *s
     lum_free(run.sums);
     lum_free(run.counters);
     return status;
-}
-
-enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
-                             struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
-                             uint64_t *ret_rays, struct lum_error *err)
-{
-    return probe(pool, snapshot, &(struct lum_place){point_world, normal, false}, n_samples, seed, ret_probe, ret_rays,
-                 err);
-}
-
-/* ---- until it is known ---- */
-
-#define FIRST_SAMPLES 1024u /* with fewer, what is rare and bright is missed so often that what is known looks better  \
-                             */
-
-enum lum_status lum_illuminance_at(struct lum_pool *pool, const struct lum_snapshot *snapshot,
-                                   const struct lum_place *at, const struct lum_illuminance_goal *goal,
-                                   struct lum_illuminance *ret, struct lum_error *err)
-{
-    *ret = (struct lum_illuminance){0};
-    double sum = 0.0, square = 0.0, n = 0.0; /* of means times samples; of their variances times samples squared */
-    uint32_t seed = goal->seed, more = FIRST_SAMPLES;
-    do {
-        struct lum_probe part;
-        uint64_t rays;
-        seed = lum_hash_u32(seed + 1);
-        enum lum_status status = probe(pool, snapshot, at, more, seed, &part, &rays, err);
-        if (status != LUM_OK)
-            return status;
-        sum += part.illuminance_lx * more;
-        square += part.stderr_lx * part.stderr_lx * more * more;
-        n += more;
-        more = (uint32_t)fmin(n, 1048576.0); /* as many again */
-        *ret = (struct lum_illuminance){sum / n, sqrt(square) / n, (uint64_t)n, ret->rays + rays};
-    } while (!(ret->stderr_lx <= goal->error * fmax(ret->lx, goal->dark_lx)) && n < (double)goal->max_samples);
-    return LUM_OK;
 }

@@ -70,7 +70,7 @@ static const struct lum_option_row rows[] = {
         "the mean that is wanted, such as 500 for writing: said whether it is reached"},
     {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
         "the least over the mean that is wanted, such as 0.6"},
-    {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx"},
+    {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out"},
     {"json", "FILE", TEXT(json), .help = "points and results"},
     {"threads", "N", .kind = LUM_OPTION_WHOLE, AT(threads), .min = 1, .max = 1024, .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help = "instruction set of the ray tracing"},
@@ -110,7 +110,8 @@ void lum_measure_options_help(FILE *out)
     fputs(
         "usage: lumend measure --scene NAME|FILE [options]\n"
         "Prints the illuminance on a grid of points, with its mean Em, least Emin and uniformity Uo = Emin / Em, each\n"
-        "+/- its standard error. Light is path traced. Ends with 1 where a target that was given is missed.\n",
+        "+/- its standard error. Light is path traced. Points inside furniture and walls, or with something less than\n"
+        "10 cm above, are left out, and said. Ends with 1 where a target that was given is missed.\n",
         out);
     lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
 }

@@ -73,7 +73,7 @@ static void a_bulb_has_its_closed_form(void **state)
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         cJSON *o = measure(cases[k].options, LUM_EXIT_OK);
-        int nx = cli_member(o, "nx")->valueint, i = 0;
+        int nx = cli_member(o, "nu")->valueint, i = 0;
         double sum = 0.0, least = (double)INFINITY;
         const cJSON *p;
         cJSON_ArrayForEach(p, cli_member(o, "points"))
@@ -104,8 +104,8 @@ static void points_are_as_dense_as_the_standard_asks(void **state)
 {
     (void)state;
     cJSON *o = measure("", LUM_EXIT_OK);
-    assert_int_equal(cli_member(o, "nx")->valueint, 8);
-    assert_int_equal(cli_member(o, "nz")->valueint, 6);
+    assert_int_equal(cli_member(o, "nu")->valueint, 8);
+    assert_int_equal(cli_member(o, "nv")->valueint, 6);
     cJSON_Delete(o);
 }
 
@@ -131,6 +131,55 @@ static void a_table_has_each_point(void **state)
     assert_true(fabs(x + 1.5) < 1e-5 && fabs(y - 0.75) < 1e-5 && fabs(z + 1.0) < 1e-5);
     assert_true(fabs(lx / expected(x, y, z, false) - 1.0) < 1e-4); /* six digits of each */
     free(text);
+}
+
+/* A floor of 6 x 6 m, wound however, with a table (a slab 6 cm thick whose middle is at 0.75 m), a chest whose
+ * triangles are wound inwards, so that no winding tells, a shelf 8 cm above the plane, and a low box that is under it.
+ * Of points 1 m apart those in the first three are left out, and no other. */
+static void points_inside_furniture_are_left_out(void **state)
+{
+    (void)state;
+    static const char furnished[] =
+        "{'lumend':1,'kind':'scene'}\n"
+        "{'op':'add','type':'material','id':'grey','base_color':[0.5,0.5,0.5],'specular':0}\n"
+        "{'op':'add','type':'mesh','id':'box','shape':'box'}\n"
+        "{'op':'add','type':'mesh','id':'quad','shape':'quad','size':[6,0,6]}\n"
+        "{'op':'add','type':'object','id':'floor','mesh':'quad','material':'grey'}\n"
+        "{'op':'add','type':'object','id':'roof','mesh':'quad','material':'grey','transform':{'translate':[0,4,0]}}\n"
+        "{'op':'add','type':'object','id':'table','mesh':'box','material':'grey',"
+        "'transform':{'translate':[-2,0.75,-2],'scale':[1.6,0.06,1.6]}}\n"
+        "{'op':'add','type':'object','id':'chest','mesh':'box','material':'grey',"
+        "'transform':{'translate':[1,0.5,1],'scale':[-0.6,1,0.6]}}\n"
+        "{'op':'add','type':'object','id':'shelf','mesh':'quad','material':'grey',"
+        "'transform':{'translate':[-2,0.83,2],'scale':[0.1,1,0.1]}}\n"
+        "{'op':'add','type':'object','id':'stool','mesh':'box','material':'grey',"
+        "'transform':{'translate':[2,0.2,-2],'scale':[0.5,0.4,0.5]}}\n"
+        "{'op':'add','type':'light','id':'bulb','kind':'point','position':[0,3.9,0],'intensity_cd':1000}\n";
+    char text[sizeof furnished];
+    for (size_t i = 0; i < sizeof furnished; i++)
+        text[i] = furnished[i] == '\'' ? '"' : furnished[i];
+    cli_write_text(cli_in_dir("furnished.jsonl"), text);
+    assert_int_equal(
+        cli_run(lum_cmd_measure, "measure --scene @furnished.jsonl --spacing 1 --error 0.1 --json @f.json"),
+        LUM_EXIT_OK);
+    char *json = cli_read_text(cli_in_dir("f.json"));
+    cJSON *o = lum_json_parse(json, strlen(json), NULL);
+    const cJSON *p;
+    free(json);
+    assert_int_equal(cli_member(o, "left_out")->valueint, 3);
+    assert_true(cli_member(o, "emin_lx")->valuedouble > 1.0);
+    cJSON_ArrayForEach(p, cli_member(o, "points"))
+    {
+        const cJSON *at = cli_member(p, "point"), *why = cJSON_GetObjectItem(p, "left_out");
+        double x = cJSON_GetArrayItem(at, 0)->valuedouble, z = cJSON_GetArrayItem(at, 2)->valuedouble;
+        const char *wanted = x < -1.5 && z < -1.5                         ? "inside"
+                             : fabs(x - 1.0) < 0.1 && fabs(z - 1.0) < 0.1 ? "inside"
+                             : x < -1.5 && z > 1.5                        ? "covered"
+                                                                          : "";
+        if (strcmp(why ? why->valuestring : "", wanted) != 0)
+            fail_msg("the point at %g, %g: '%s', not '%s'", x, z, why ? why->valuestring : "", wanted);
+    }
+    cJSON_Delete(o);
 }
 
 static void what_cannot_be_measured_is_refused(void **state)
@@ -169,6 +218,7 @@ int main(void)
         cmocka_unit_test(points_are_as_dense_as_the_standard_asks),
         cmocka_unit_test(a_target_that_is_missed_fails),
         cmocka_unit_test(a_table_has_each_point),
+        cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(what_cannot_be_measured_is_refused),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);

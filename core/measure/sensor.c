@@ -1,0 +1,182 @@
+#include "core/measure/sensor.h"
+
+#define GLARE_RAYS 64u
+
+struct lum_sensor {
+    struct lum_sensor_desc desc;
+    struct lum_meter *meter;
+    uint32_t nu, nv;
+    const struct lum_snapshot *snapshot; /* the meter's */
+    bool looked;                         /* glare is known */
+    struct lum_glare glare;
+};
+
+double lum_sensor_spacing(double a_m, double b_m)
+{
+    double longer = fmax(a_m, b_m), shorter = fmin(a_m, b_m), d = longer > 2.0 * shorter ? shorter : longer;
+    return fmin(0.2 * pow(5.0, log10(d)), 10.0);
+}
+
+static double points_along(double length, double spacing)
+{
+    return fmax(ceil(length / spacing - 1e-9), 1.0);
+}
+
+static bool lay_out(const struct lum_sensor_desc *d, uint32_t max_points, struct lum_sensor *s, struct lum_error *err)
+{
+    double a = lum_v3d_length(d->u), b = lum_v3d_length(d->v), nu = 1.0, nv = 1.0;
+    if (d->kind == LUM_SENSOR_LINE)
+        nu = points_along(a, d->spacing_m > 0.0 ? d->spacing_m : lum_sensor_spacing(a, a));
+    if (d->kind == LUM_SENSOR_GRID) {
+        double spacing = d->spacing_m > 0.0 ? d->spacing_m : lum_sensor_spacing(a, b);
+        nu = points_along(a, spacing);
+        nv = points_along(b, spacing);
+    }
+    if (!(nu * nv <= (double)max_points)) {
+        (void)lum_fail(err, LUM_ERR_LIMIT, "spacing_m",
+                       "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, max_points);
+        return false;
+    }
+    s->nu = (uint32_t)nu;
+    s->nv = (uint32_t)nv;
+    return true;
+}
+
+struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
+{
+    const struct lum_sensor_desc *d = &s->desc;
+    struct lum_vec3d p = d->position;
+    if (d->kind == LUM_SENSOR_POINT || d->kind == LUM_SENSOR_OBSERVER)
+        return p;
+    double u = ((double)(i % s->nu) + 0.5) / s->nu - 0.5,
+           v = d->kind == LUM_SENSOR_GRID ? ((double)(i / s->nu) + 0.5) / s->nv - 0.5 : 0.0;
+    return (struct lum_vec3d){p.x + u * d->u.x + v * d->v.x, p.y + u * d->u.y + v * d->v.y,
+                              p.z + u * d->u.z + v * d->v.z};
+}
+
+static enum lum_status create_meter(struct lum_sensor *s, struct lum_error *err)
+{
+    const struct lum_sensor_desc *d = &s->desc;
+    uint32_t n = s->nu * s->nv;
+    struct lum_meter_place *places = lum_calloc(n, sizeof *places);
+    if (!places)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u points", n);
+    bool eye = d->kind == LUM_SENSOR_OBSERVER;
+    for (uint32_t i = 0; i < n; i++)
+        places[i] = (struct lum_meter_place){.point_world = lum_sensor_point(s, i),
+                                             .normal = eye ? d->facing : d->normal,
+                                             .facing = d->facing,
+                                             .kind = eye ? LUM_METER_EYE : d->quantity};
+    enum lum_status st = lum_meter_create(places, n, d->seed, &s->meter, err);
+    lum_free(places);
+    return st;
+}
+
+enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t max_points,
+                                  struct lum_sensor **ret_sensor, struct lum_error *err)
+{
+    struct lum_sensor *s = lum_calloc(1, sizeof *s);
+    if (!s)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a sensor");
+    s->desc = *desc;
+    enum lum_status st = LUM_ERR_LIMIT;
+    if (lay_out(desc, max_points, s, err))
+        st = create_meter(s, err);
+    if (st) {
+        lum_sensor_destroy(s);
+        return st;
+    }
+    *ret_sensor = s;
+    return LUM_OK;
+}
+
+void lum_sensor_destroy(struct lum_sensor *s)
+{
+    if (!s)
+        return;
+    lum_meter_destroy(s->meter);
+    lum_free(s);
+}
+
+void lum_sensor_size(const struct lum_sensor *s, uint32_t *ret_nu, uint32_t *ret_nv)
+{
+    *ret_nu = s->nu;
+    *ret_nv = s->nv;
+}
+
+struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *s, uint32_t i)
+{
+    return lum_meter_read(s->meter, i);
+}
+
+uint64_t lum_sensor_samples(const struct lum_sensor *s)
+{
+    return lum_meter_samples(s->meter);
+}
+
+void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
+{
+    lum_meter_aim(s->meter, snapshot);
+    s->snapshot = snapshot;
+    s->looked = false;
+    s->glare = (struct lum_glare){0};
+}
+
+enum lum_status lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance,
+                                bool *ret_more, struct lum_error *err)
+{
+    if (s->desc.kind == LUM_SENSOR_OBSERVER && !s->looked) {
+        lum_glare_of(s->snapshot, &(struct lum_observer){s->desc.position, s->desc.facing}, GLARE_RAYS, s->desc.seed,
+                     &s->glare);
+        s->looked = true;
+    }
+    return lum_meter_look(s->meter, pool, n_places, glance, ret_more, err);
+}
+
+enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, const struct lum_meter_goal *goal,
+                                  uint32_t n_samples, bool *ret_more, struct lum_error *err)
+{
+    return lum_meter_refine(s->meter, pool, goal, n_samples, ret_more, err);
+}
+
+static void count_in(struct lum_sensor_result *r, uint32_t i, const struct lum_meter_reading *at)
+{
+    r->n_known++;
+    r->mean.value += at->lx;
+    r->mean.stderr_of += at->stderr_lx * at->stderr_lx;
+    if (r->n_known == 1 || at->lx < r->least.value) {
+        r->least = (struct lum_amount){at->lx, at->stderr_lx};
+        r->least_at = i;
+    }
+    if (r->n_known == 1 || at->lx > r->most.value)
+        r->most = (struct lum_amount){at->lx, at->stderr_lx};
+}
+
+/* The points' noise is independent. That of the least one is taken for Emin's: among points that are alike the least is
+ * the one that noise made least, so that Emin and Uo are low by up to about two of them. */
+bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret)
+{
+    struct lum_sensor_result r = {.n = s->nu * s->nv, .glare = s->glare};
+    for (uint32_t i = 0; i < r.n; i++) {
+        struct lum_meter_reading at = lum_meter_read(s->meter, i);
+        r.n_inside += at.clearance == LUM_CLEARANCE_INSIDE;
+        r.n_covered += at.clearance == LUM_CLEARANCE_COVERED || at.clearance == LUM_CLEARANCE_FAR;
+        if (at.clearance == LUM_CLEARANCE_FREE && at.stderr_lx >= 0.0)
+            count_in(&r, i, &at);
+    }
+    bool whole = r.n_known > 0 && r.n_known + r.n_inside + r.n_covered == r.n;
+    if (r.n_known > 0) {
+        r.mean = (struct lum_amount){r.mean.value / r.n_known, sqrt(r.mean.stderr_of) / r.n_known};
+        if (r.mean.value > 0.0) {
+            r.uniformity.value = r.least.value / r.mean.value;
+            r.uniformity.stderr_of = hypot(r.least.stderr_of, r.uniformity.value * r.mean.stderr_of) / r.mean.value;
+        }
+    }
+    if (s->desc.kind == LUM_SENSOR_OBSERVER) {
+        const double pi = 3.14159265358979323846;
+        r.mean = (struct lum_amount){r.mean.value / pi, r.mean.stderr_of / pi};
+        r.ugr = lum_ugr_of(&s->glare, r.mean.value, r.mean.stderr_of);
+    }
+    *ret = r;
+    return whole;
+}

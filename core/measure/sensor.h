@@ -1,0 +1,69 @@
+/* Sensors: a meter at a point, along a line, on a grid; or an observer whom lamps may glare. What they say is
+ * computed in slices, so that who drags a lamp sees values follow, and is exact in the end. */
+#ifndef LUM_CORE_MEASURE_SENSOR_H
+#define LUM_CORE_MEASURE_SENSOR_H
+
+#include "core/measure/meter.h"
+#include "core/measure/ugr.h"
+
+enum lum_sensor_kind { LUM_SENSOR_POINT, LUM_SENSOR_LINE, LUM_SENSOR_GRID, LUM_SENSOR_OBSERVER };
+
+/* World, metres. */
+struct lum_sensor_desc {
+    enum lum_sensor_kind kind;
+    enum lum_meter_kind quantity; /* but of an observer */
+    struct lum_vec3d position;    /* the point; middle of the line or grid; the eye */
+    struct lum_vec3d u, v;        /* full edges: line: u; grid: both, not parallel */
+    struct lum_vec3 normal;       /* of the plane that is lit, or the axis of the cylinder */
+    struct lum_vec3 facing;       /* half cylinder, observer */
+    double spacing_m;             /* between points, at most; 0: lum_sensor_spacing */
+    uint32_t seed;
+};
+
+/* EN 12464-1, 4.4: p = 0.2 * 5^(log10 d), d the longer side, or the shorter where that is less than half of it; at most
+ * 10 m. */
+double lum_sensor_spacing(double a_m, double b_m);
+
+#define LUM_SENSOR_POINTS_MAX 65536u
+/* For struct lum_meter_goal. */
+#define LUM_SENSOR_DARK 0.1 /* of the mean: darker points are known to the same lux */
+#define LUM_SENSOR_SAMPLES_MAX                                                                                         \
+    (1u << 24) /* of a point: darker than it needs to be known, or lit by what is hardly ever                          \
+                * found */
+
+struct lum_sensor;
+/* LUM_ERR_LIMIT, field "spacing_m": more points than max_points. */
+LUM_MUST_USE enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t max_points,
+                                               struct lum_sensor **ret_sensor, struct lum_error *err);
+void lum_sensor_destroy(struct lum_sensor *sensor); /* accepts NULL */
+
+/* Row by row: nu points along u, nv rows; in the middles of equal cells. */
+void lum_sensor_size(const struct lum_sensor *sensor, uint32_t *ret_nu, uint32_t *ret_nv);
+struct lum_vec3d lum_sensor_point(const struct lum_sensor *sensor, uint32_t i);
+struct lum_meter_reading lum_sensor_reading(const struct lum_sensor *sensor, uint32_t i);
+uint64_t lum_sensor_samples(const struct lum_sensor *sensor);
+
+/* As of lum_meter_aim, lum_meter_look and lum_meter_refine. */
+void lum_sensor_aim(struct lum_sensor *sensor, const struct lum_snapshot *snapshot);
+LUM_MUST_USE enum lum_status lum_sensor_look(struct lum_sensor *sensor, struct lum_pool *pool, uint32_t n_places,
+                                             bool glance, bool *ret_more, struct lum_error *err);
+LUM_MUST_USE enum lum_status lum_sensor_refine(struct lum_sensor *sensor, struct lum_pool *pool,
+                                               const struct lum_meter_goal *goal, uint32_t n_samples, bool *ret_more,
+                                               struct lum_error *err);
+
+struct lum_amount {
+    double value, stderr_of;
+};
+struct lum_sensor_result {
+    uint32_t n, n_known; /* points; of those that count, how many have a value: n - n_covered - n_inside */
+    uint32_t n_covered,
+        n_inside; /* left out (clearance.h); those that are too far count as inside nothing: as covered */
+    struct lum_amount mean, least, most, uniformity; /* lx; Uo = least / mean. Of an observer: the background, cd/m2 */
+    uint32_t least_at;
+    struct lum_ugr ugr; /* of an observer */
+    struct lum_glare glare;
+};
+/* True when every point that counts has a value, and there is one. */
+bool lum_sensor_result(const struct lum_sensor *sensor, struct lum_sensor_result *ret_result);
+
+#endif

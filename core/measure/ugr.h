@@ -1,0 +1,41 @@
+/* Glare of lamps, by the Unified Glare Rating (CIE 117:1995):
+ *
+ *   UGR = 8 log10( 0.25 / Lb * sum of L^2 w / p^2 )
+ *
+ * L: luminance of a luminaire's shining parts towards the eye, w: their solid angle, p: Guth's position index,
+ * Lb = (Ev - direct light of luminaires) / pi: luminance of the background, cd/m2. */
+#ifndef LUM_CORE_MEASURE_UGR_H
+#define LUM_CORE_MEASURE_UGR_H
+
+#include "core/scene/snapshot.h"
+
+struct lum_observer {
+    struct lum_vec3d eye_world; /* metres */
+    struct lum_vec3
+        direction; /* the line of sight; any length but 0. Upright is +Y, or +X of one that looks along it */
+};
+
+/* Position index of what lies at unit direction wi, for a line of sight and an upright that are unit vectors at right
+ * angles; at most 16. INFINITY: behind the eye. The closed form of Guth's data above the line of sight (as in
+ * evalglare), below it that of Iwata & Tokura (1997). The table of CIE 117 differs by up to a tenth: 0.7 of UGR for one
+ * lamp. */
+double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_vec3 wi);
+
+/* What glares. */
+struct lum_glare {
+    double sum, sum_stderr; /* of L^2 w / p^2, cd^2/m4 */
+    uint32_t n_sources;     /* luminaires that are seen */
+    uint32_t n_points;      /* lamps that are on and have no extent: they have no luminance, and are left out */
+    uint32_t n_small,
+        n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, where the formula is not meant for */
+};
+/* By n_rays shadow rays for each lamp; the sky is background. Thread: any. */
+void lum_glare_of(const struct lum_snapshot *snapshot, const struct lum_observer *observer, uint32_t n_rays,
+                  uint32_t seed, struct lum_glare *ret_glare);
+
+struct lum_ugr {
+    double ugr, stderr_of; /* -INFINITY: nothing glares */
+};
+struct lum_ugr lum_ugr_of(const struct lum_glare *glare, double background_cd_m2, double background_stderr);
+
+#endif

@@ -1,0 +1,221 @@
+#include "server/cli/measure_report.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+
+enum { COLUMNS = 16 /* that fit a terminal */, LEFT_OUT_TOLD = 8 };
+
+/* ---- stdout ---- */
+
+static const char *quantity(const struct lum_sensor_desc *d)
+{
+    if (d->quantity != LUM_METER_PLANE)
+        return lum_sensor_quantity_names[d->quantity];
+    float up = lum_normalize(d->normal).y;
+    return up > 0.9999f ? "horizontal" : fabsf(up) < 1e-4f ? "vertical" : "plane";
+}
+
+static bool is_level(const struct lum_sensor_desc *d)
+{
+    return d->kind == LUM_SENSOR_GRID && d->u.y == 0.0 && d->u.z == 0.0 && d->v.x == 0.0 && d->v.y == 0.0;
+}
+
+static void print_value(const struct lum_sensor *s, uint32_t i)
+{
+    struct lum_meter_reading r = lum_sensor_reading(s, i);
+    const char *why = lum_sensor_left_out(r.clearance);
+    if (why)
+        printf(" %8s", "-");
+    else
+        printf(" %8.4g", r.lx);
+}
+
+static void print_table(const struct lum_measured *m, uint32_t nu, uint32_t nv)
+{
+    bool level = is_level(&m->desc);
+    if (nu > COLUMNS) {
+        printf("(more columns than fit a line: --csv has them)\n");
+        return;
+    }
+    if (level)
+        printf("%8s", "z \\ x");
+    for (uint32_t x = 0; level && x < nu; x++)
+        printf(" %8.2f", lum_sensor_point(m->sensor, x).x);
+    for (uint32_t z = 0; z < nv; z++) {
+        if (level)
+            printf("\n%8.2f", lum_sensor_point(m->sensor, z * nu).z);
+        else
+            printf("%s%8s", z ? "\n" : "", "");
+        for (uint32_t x = 0; x < nu; x++)
+            print_value(m->sensor, z * nu + x);
+    }
+    putchar('\n');
+}
+
+static void print_left_out(const struct lum_measured *m, uint32_t n)
+{
+    const struct lum_sensor_result *r = &m->result;
+    uint32_t told = 0, left_out = r->n_covered + r->n_inside;
+    if (left_out == 0)
+        return;
+    printf("%u of %u points are left out, %u inside furniture or walls, %u right below something:", left_out, n,
+           r->n_inside, r->n_covered);
+    for (uint32_t i = 0; i < n && told < LEFT_OUT_TOLD; i++) {
+        if (!lum_sensor_left_out(lum_sensor_reading(m->sensor, i).clearance))
+            continue;
+        struct lum_vec3d p = lum_sensor_point(m->sensor, i);
+        printf("%s (%.2f, %.2f, %.2f)", told++ ? "," : "", p.x, p.y, p.z);
+    }
+    printf("%s\n", told < left_out ? ", ..." : "");
+}
+
+static bool tell_target(const char *name, const struct lum_verdict *v, double target)
+{
+    if (v->asked)
+        printf("%-5s %s %g%s\n", name, v->passes ? "reaches" : "misses", target,
+               v->sure ? "" : ", within what noise leaves open: a smaller --error tells");
+    return !v->asked || v->passes;
+}
+
+static bool print_observer(const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    if (r->ugr.ugr == -(double)INFINITY)
+        printf("UGR   none: no lamp is in sight\n");
+    else
+        printf("UGR   %.1f +/- %.2g, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g\n", r->ugr.ugr,
+               r->ugr.stderr_of, r->glare.n_sources, r->mean.value, r->mean.stderr_of);
+    if (r->glare.n_points > 0)
+        printf("%u lamps without an extent are left out: they have no luminance\n", r->glare.n_points);
+    if (r->glare.n_small + r->glare.n_large > 0)
+        printf("%u lamps look smaller than 0.0003 sr and %u larger than 0.1 sr: the formula is not made for them\n",
+               r->glare.n_small, r->glare.n_large);
+    struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
+    return tell_target("UGR", &v.ugr, m->targets.ugr);
+}
+
+static bool print_amounts(const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    struct lum_vec3d at = lum_sensor_point(m->sensor, r->least_at);
+    printf("Em    %.4g lx +/- %.2g\n", r->mean.value, r->mean.stderr_of);
+    if (m->desc.kind != LUM_SENSOR_POINT) {
+        printf("Emin  %.4g lx +/- %.2g, at x %.2f, z %.2f\n", r->least.value, r->least.stderr_of, at.x, at.z);
+        printf("Emax  %.4g lx +/- %.2g\n", r->most.value, r->most.stderr_of);
+        printf("Uo    %.3f +/- %.2g (Emin / Em)\n", r->uniformity.value, r->uniformity.stderr_of);
+    }
+    struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
+    bool lx = tell_target("Em", &v.lx, m->targets.lx);
+    bool uo = tell_target("Uo", &v.uo, m->targets.uo);
+    return lx && uo;
+}
+
+bool lum_measure_print(const struct lum_measured *m)
+{
+    uint32_t nu, nv;
+    lum_sensor_size(m->sensor, &nu, &nv);
+    if (m->id)
+        printf("%s%s%s%s: ", m->id, m->name && m->name[0] ? " (" : "", m->name ? m->name : "",
+               m->name && m->name[0] ? ")" : "");
+    struct lum_vec3d at = m->desc.position;
+    if (m->desc.kind == LUM_SENSOR_OBSERVER) {
+        printf("observer at %.2f, %.2f, %.2f\n", at.x, at.y, at.z);
+        return print_observer(m);
+    }
+    printf("%s illuminance in lx", quantity(&m->desc));
+    if (is_level(&m->desc))
+        printf(", at y = %.3f m", at.y);
+    if (m->desc.kind != LUM_SENSOR_POINT)
+        printf(", %u x %u points, %.3f x %.3f m apart", nu, nv, lum_v3d_length(m->desc.u) / nu,
+               lum_v3d_length(m->desc.v) / nv);
+    putchar('\n');
+    if (m->desc.kind != LUM_SENSOR_POINT)
+        print_table(m, nu, nv);
+    print_left_out(m, nu * nv);
+    return print_amounts(m);
+}
+
+/* ---- files ---- */
+
+static bool close_file(FILE *f, const char *path, bool ok, struct lum_proto_error *err)
+{
+    if (f && fclose(f) != 0)
+        ok = false;
+    return ok || lum_proto_fail(err, LUM_PROTO_APPLICATION, "io", "", "cannot write %.150s: %s", path, strerror(errno));
+}
+
+/* A point that is left out has no value. An observer is one row, with its UGR in place of lux. */
+static bool write_rows(FILE *f, const struct lum_measured *m)
+{
+    uint32_t nu, nv;
+    bool ok = true;
+    lum_sensor_size(m->sensor, &nu, &nv);
+    for (uint32_t i = 0; ok && i < nu * nv; i++) {
+        struct lum_vec3d p = lum_sensor_point(m->sensor, i);
+        struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
+        if (m->id)
+            ok = fprintf(f, "%s,%s,", m->id,
+                         m->desc.kind == LUM_SENSOR_OBSERVER ? "ugr" : lum_sensor_quantity_names[m->desc.quantity]) > 0;
+        ok = ok && fprintf(f, "%.6g,%.6g,%.6g,", p.x, p.y, p.z) > 0;
+        if (m->desc.kind == LUM_SENSOR_OBSERVER)
+            r = (struct lum_meter_reading){LUM_CLEARANCE_FREE, m->result.ugr.ugr, m->result.ugr.stderr_of};
+        if (lum_sensor_left_out(r.clearance) || !isfinite(r.lx))
+            ok = ok && fputs(",\n", f) >= 0;
+        else
+            ok = ok && fprintf(f, "%.6g,%.3g\n", r.lx, r.stderr_lx) > 0;
+    }
+    return ok;
+}
+
+bool lum_measure_write_csv(const char *path, const struct lum_measured *measured, size_t n, struct lum_proto_error *err)
+{
+    FILE *f = fopen(path, "wb");
+    bool ok = f && fputs(n > 0 && measured[0].id ? "sensor,quantity,x_m,y_m,z_m,value,stderr\n"
+                                                 : "x_m,y_m,z_m,lx,stderr_lx\n",
+                         f) >= 0;
+    for (size_t i = 0; ok && i < n; i++)
+        ok = write_rows(f, &measured[i]);
+    return close_file(f, path, ok, err);
+}
+
+static bool add_measured(cJSON *o, const struct lum_measured *m)
+{
+    bool ok = !m->id || lum_json_add_string(o, "id", m->id);
+    ok = ok && lum_sensor_add_result(o, &m->desc, m->sensor, &m->result, &m->targets);
+    if (ok && m->desc.kind != LUM_SENSOR_OBSERVER)
+        ok = lum_json_add(o, "points", lum_sensor_points_json(m->sensor));
+    return ok;
+}
+
+bool lum_measure_write_json(const char *path, const char *scene, const struct lum_measured *measured, size_t n,
+                            struct lum_proto_error *err)
+{
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_string(o, "scene", scene);
+    if (n == 1 && !measured[0].id) {
+        ok = ok && add_measured(o, &measured[0]);
+    } else {
+        cJSON *list = cJSON_CreateArray();
+        for (size_t i = 0; ok && i < n; i++) {
+            cJSON *one = cJSON_CreateObject();
+            ok = add_measured(one, &measured[i]);
+            ok = lum_json_add(list, NULL, one) && ok;
+        }
+        ok = lum_json_add(o, "sensors", list) && ok;
+    }
+    char *text = ok ? lum_json_print(o, NULL) : NULL;
+    cJSON_Delete(o);
+    if (!text)
+        return lum_proto_fail_memory(err);
+    FILE *f = fopen(path, "wb");
+    ok = f && fputs(text, f) >= 0 && fputc('\n', f) != EOF;
+    free(text);
+    return close_file(f, path, ok, err);
+}

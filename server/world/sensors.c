@@ -1,0 +1,133 @@
+#include "server/world/sensors.h"
+
+#include <math.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+
+const char *const lum_sensor_kind_names[] = {
+    [LUM_SENSOR_POINT] = "point",
+    [LUM_SENSOR_LINE] = "line",
+    [LUM_SENSOR_GRID] = "grid",
+    [LUM_SENSOR_OBSERVER] = "observer",
+};
+
+const char *const lum_sensor_quantity_names[] = {
+    [LUM_METER_PLANE] = "plane",
+    [LUM_METER_CYLINDER] = "cylindrical",
+    [LUM_METER_HALF_CYLINDER] = "semicylindrical",
+    [LUM_METER_EYE] = NULL,
+};
+
+const char *lum_sensor_left_out(enum lum_clearance clearance)
+{
+    switch (clearance) {
+    case LUM_CLEARANCE_INSIDE:
+        return "inside";
+    case LUM_CLEARANCE_COVERED:
+        return "covered";
+    case LUM_CLEARANCE_FAR:
+        return "far";
+    case LUM_CLEARANCE_UNKNOWN:
+    case LUM_CLEARANCE_FREE:
+        break;
+    }
+    return NULL;
+}
+
+/* ---- targets ---- */
+
+static struct lum_verdict judge(const struct lum_amount *is, double target, bool at_most)
+{
+    if (!(target > 0.0))
+        return (struct lum_verdict){0};
+    return (struct lum_verdict){.asked = true,
+                                .passes = at_most ? is->value <= target : is->value >= target,
+                                .sure = !(fabs(is->value - target) < 2.0 * is->stderr_of)};
+}
+
+struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *r, const struct lum_sensor_targets *t)
+{
+    return (struct lum_sensor_verdicts){judge(&r->mean, t->lx, false), judge(&r->uniformity, t->uo, false),
+                                        judge(&(struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, t->ugr, true)};
+}
+
+/* ---- JSON ---- */
+
+static bool add_amount(cJSON *o, const char *name, const char *error_name, const struct lum_amount *amount)
+{
+    return lum_json_add_number(o, name, amount->value) && lum_json_add_number(o, error_name, amount->stderr_of);
+}
+
+static bool add_verdict(cJSON *to, const char *name, const struct lum_verdict *v, double target)
+{
+    if (!v->asked)
+        return true;
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_number(o, "target", target) && lum_json_add_bool(o, "passes", v->passes) &&
+              lum_json_add_bool(o, "sure", v->sure);
+    return lum_json_add(to, name, o) && ok;
+}
+
+static bool add_verdicts(cJSON *to, const struct lum_sensor_result *r, const struct lum_sensor_targets *t,
+                         bool observer)
+{
+    struct lum_sensor_verdicts v = lum_sensor_judge(r, t);
+    cJSON *o = cJSON_CreateObject();
+    bool ok = observer ? add_verdict(o, "ugr", &v.ugr, t->ugr)
+                       : add_verdict(o, "em", &v.lx, t->lx) && add_verdict(o, "uo", &v.uo, t->uo);
+    return lum_json_add(to, "targets", o) && ok;
+}
+
+static bool add_glare(cJSON *o, const struct lum_sensor_result *r)
+{
+    return lum_json_add_number(o, "ugr", r->ugr.ugr) && lum_json_add_number(o, "ugr_stderr", r->ugr.stderr_of) &&
+           add_amount(o, "background_cd_m2", "background_stderr_cd_m2", &r->mean) &&
+           lum_json_add_number(o, "sources", r->glare.n_sources) &&
+           lum_json_add_number(o, "sources_out_of_range", r->glare.n_small + r->glare.n_large) &&
+           lum_json_add_number(o, "lamps_without_extent", r->glare.n_points);
+}
+
+bool lum_sensor_add_result(cJSON *o, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
+                           const struct lum_sensor_result *r, const struct lum_sensor_targets *targets)
+{
+    bool observer = desc->kind == LUM_SENSOR_OBSERVER;
+    if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc->kind]))
+        return false;
+    if (observer)
+        return add_glare(o, r) && add_verdicts(o, r, targets, true);
+    uint32_t nu, nv;
+    lum_sensor_size(sensor, &nu, &nv);
+    return lum_json_add_string(o, "quantity", lum_sensor_quantity_names[desc->quantity]) &&
+           lum_json_add_number(o, "nu", nu) && lum_json_add_number(o, "nv", nv) &&
+           lum_json_add_number(o, "left_out", r->n_covered + r->n_inside) &&
+           add_amount(o, "em_lx", "em_stderr_lx", &r->mean) && add_amount(o, "emin_lx", "emin_stderr_lx", &r->least) &&
+           add_amount(o, "emax_lx", "emax_stderr_lx", &r->most) && add_amount(o, "uo", "uo_stderr", &r->uniformity) &&
+           add_verdicts(o, r, targets, false);
+}
+
+cJSON *lum_sensor_points_json(const struct lum_sensor *sensor)
+{
+    cJSON *list = cJSON_CreateArray();
+    uint32_t nu, nv;
+    bool ok = list != NULL;
+    lum_sensor_size(sensor, &nu, &nv);
+    for (uint32_t i = 0; ok && i < nu * nv; i++) {
+        struct lum_vec3d p = lum_sensor_point(sensor, i);
+        struct lum_meter_reading is = lum_sensor_reading(sensor, i);
+        const double at[3] = {p.x, p.y, p.z};
+        const char *why = lum_sensor_left_out(is.clearance);
+        cJSON *o = cJSON_CreateObject();
+        ok = lum_json_add(o, "point", cJSON_CreateDoubleArray(at, 3));
+        if (ok && why)
+            ok = lum_json_add_string(o, "left_out", why);
+        else if (ok && is.stderr_lx >= 0.0)
+            ok = lum_json_add_number(o, "lx", is.lx) && lum_json_add_number(o, "stderr_lx", is.stderr_lx);
+        ok = lum_json_add(list, NULL, o) && ok;
+    }
+    if (ok)
+        return list;
+    cJSON_Delete(list);
+    return NULL;
+}

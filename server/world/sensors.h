@@ -1,0 +1,37 @@
+/* Sensors between records, the renderer and JSON: `lumend measure` and the daemon say the same in the same words. */
+#ifndef LUM_SERVER_WORLD_SENSORS_H
+#define LUM_SERVER_WORLD_SENSORS_H
+
+#include "core/measure/sensor.h"
+
+struct cJSON;
+
+/* What is wanted of a sensor; 0: nothing. */
+struct lum_sensor_targets {
+    double lx, uo, ugr;
+};
+
+struct lum_verdict {
+    bool asked, passes;
+    bool sure; /* two standard errors are between value and target */
+};
+struct lum_sensor_verdicts {
+    struct lum_verdict lx, uo, ugr;
+};
+struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *result,
+                                            const struct lum_sensor_targets *targets);
+
+extern const char *const lum_sensor_kind_names[]; /* by enum lum_sensor_kind */
+/* By enum lum_meter_kind; of EYE NULL. "plane" is horizontal where the normal points up. */
+extern const char *const lum_sensor_quantity_names[];
+
+/* Adds what a result says to the object; memory short: false. */
+bool lum_sensor_add_result(struct cJSON *to, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,
+                           const struct lum_sensor_result *result, const struct lum_sensor_targets *targets);
+/* "points": [{"point","lx","stderr_lx"}], and of those left out {"point","left_out"} alone. NULL: memory is short. */
+struct cJSON *lum_sensor_points_json(const struct lum_sensor *sensor);
+
+/* NULL: it counts. */
+const char *lum_sensor_left_out(enum lum_clearance clearance);
+
+#endif
