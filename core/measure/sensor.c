@@ -22,7 +22,8 @@ static double points_along(double length, double spacing)
     return fmax(ceil(length / spacing - 1e-9), 1.0);
 }
 
-static bool lay_out(const struct lum_sensor_desc *d, uint32_t max_points, struct lum_sensor *s, struct lum_error *err)
+static enum lum_status lay_out(const struct lum_sensor_desc *d, uint32_t max_points, uint32_t *ret_nu, uint32_t *ret_nv,
+                               struct lum_error *err)
 {
     double a = lum_v3d_length(d->u), b = lum_v3d_length(d->v), nu = 1.0, nv = 1.0;
     if (d->kind == LUM_SENSOR_LINE)
@@ -32,14 +33,18 @@ static bool lay_out(const struct lum_sensor_desc *d, uint32_t max_points, struct
         nu = points_along(a, spacing);
         nv = points_along(b, spacing);
     }
-    if (!(nu * nv <= (double)max_points)) {
-        (void)lum_fail(err, LUM_ERR_LIMIT, "spacing_m",
-                       "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, max_points);
-        return false;
-    }
-    s->nu = (uint32_t)nu;
-    s->nv = (uint32_t)nv;
-    return true;
+    if (!(nu * nv <= (double)max_points))
+        return lum_fail(err, LUM_ERR_LIMIT, "spacing_m",
+                        "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, max_points);
+    *ret_nu = (uint32_t)nu;
+    *ret_nv = (uint32_t)nv;
+    return LUM_OK;
+}
+
+enum lum_status lum_sensor_check(const struct lum_sensor_desc *desc, uint32_t max_points, struct lum_error *err)
+{
+    uint32_t nu, nv;
+    return lay_out(desc, max_points, &nu, &nv, err);
 }
 
 struct lum_vec3d lum_sensor_point(const struct lum_sensor *s, uint32_t i)
@@ -79,8 +84,8 @@ enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t m
     if (!s)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a sensor");
     s->desc = *desc;
-    enum lum_status st = LUM_ERR_LIMIT;
-    if (lay_out(desc, max_points, s, err))
+    enum lum_status st = lay_out(desc, max_points, &s->nu, &s->nv, err);
+    if (!st)
         st = create_meter(s, err);
     if (st) {
         lum_sensor_destroy(s);

@@ -31,6 +31,10 @@ double lum_sensor_spacing(double a_m, double b_m);
     (1u << 24) /* of a point: darker than it needs to be known, or lit by what is hardly ever                          \
                 * found */
 
+/* LUM_ERR_LIMIT, field "spacing_m": more than max_points. */
+LUM_MUST_USE enum lum_status lum_sensor_check(const struct lum_sensor_desc *desc, uint32_t max_points,
+                                              struct lum_error *err);
+
 struct lum_sensor;
 /* LUM_ERR_LIMIT, field "spacing_m": more points than max_points. */
 LUM_MUST_USE enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t max_points,

@@ -118,7 +118,7 @@ static bool add_edits(cJSON *ops, const struct lum_document *doc, const struct l
 
 static bool add_removals(cJSON *ops, const struct lum_document *doc, const struct lum_record_import *import)
 {
-    for (int rank = lum_record_rank(LUM_RECORD_CAMERA); rank > 0; rank--)
+    for (int rank = lum_record_rank(LUM_RECORD_SENSOR); rank > 0; rank--)
         for (size_t i = 0; i < import->n_made; i++) {
             const struct lum_record *made = import->made[i];
             if (lum_record_rank(made->type) == rank && !lum_document_find(doc, made->id) &&

@@ -56,6 +56,9 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
     if (r->type == LUM_RECORD_MEDIUM && table->n_of_type[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u media",
                               LUM_LIMIT_MEDIA);
+    if (r->type == LUM_RECORD_SENSOR && table->n_of_type[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u sensors",
+                              LUM_LIMIT_SENSORS);
     return true;
 }
 

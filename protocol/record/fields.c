@@ -199,6 +199,25 @@ static const struct lum_field camera[] = {
     NUMBER(camera, vfov_deg, 1, 179, 45, "deg", "vertical field of view"),
 };
 
+static const struct lum_field sensor[] = {
+    CHOICE(sensor, kind, LUM_FIELD_REQUIRED, "point|line|grid|observer", "where it measures; observer: UGR, glare"),
+    CHOICE(sensor, quantity, 0, "plane|cylindrical|semicylindrical", "point, line, grid: which illuminance"),
+    VECTOR(sensor, position, LUM_FIELD_REQUIRED, -COORD, COORD, XYZ(0, 0, 0), "m",
+           "the point; the middle of a line or grid; the eye"),
+    VECTOR(sensor, u, 0, -COORD, COORD, XYZ(1, 0, 0), "m", "full edge", FOR("line|grid")),
+    VECTOR(sensor, v, 0, -COORD, COORD, XYZ(0, 0, 1), "m", "full edge", FOR("grid")),
+    VECTOR(sensor, normal, 0, -COORD, COORD, XYZ(0, 1, 0), "",
+           "of the plane, to the side that is lit: up, a horizontal one; or the axis of the cylinder",
+           FOR("point|line|grid")),
+    VECTOR(sensor, direction, 0, -COORD, COORD, XYZ(0, 0, -1), "",
+           "line of sight of an observer; where a half cylinder faces"),
+    OPT(sensor, spacing_m, 1e-6, COORD, 0, "m", "between points, at most; null: by EN 12464-1", FOR("line|grid")),
+    OPT(sensor, target_lx, 1e-6, 1e9, 0, "lx", "mean that is wanted, at least", FOR("point|line|grid")),
+    OPT(sensor, target_uo, 1e-6, 1, 0, "", "least over mean, at least", FOR("line|grid")),
+    OPT(sensor, target_ugr, 1e-6, 100, 0, "", "at most", FOR("observer")),
+    TEXT(sensor, name, "for people"),
+};
+
 static const struct lum_field render[] = {
     NAME(render, method, "live", "default of views; see `lumend methods`"),
     INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
@@ -235,6 +254,7 @@ static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_LIGHT] = {light, COUNT(light)},
     [LUM_RECORD_MEDIUM] = {medium, COUNT(medium)},
     [LUM_RECORD_CAMERA] = {camera, COUNT(camera)},
+    [LUM_RECORD_SENSOR] = {sensor, COUNT(sensor)},
     [LUM_RECORD_RENDER] = {render, COUNT(render)},
     [LUM_RECORD_IMPORT] = {import, COUNT(import)},
 };
@@ -247,7 +267,8 @@ const struct lum_fields lum_camera_fields = {camera, COUNT(camera)};
 const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_MESH] = "mesh",     [LUM_RECORD_IMAGE] = "image",   [LUM_RECORD_MATERIAL] = "material",
     [LUM_RECORD_OBJECT] = "object", [LUM_RECORD_LIGHT] = "light",   [LUM_RECORD_MEDIUM] = "medium",
-    [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
+    [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_SENSOR] = "sensor", [LUM_RECORD_RENDER] = "render",
+    [LUM_RECORD_IMPORT] = "import",
 };
 
 const struct lum_fields *lum_fields_of(enum lum_record_type type)

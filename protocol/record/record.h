@@ -21,6 +21,7 @@ enum lum_record_type {
     LUM_RECORD_LIGHT,
     LUM_RECORD_MEDIUM,
     LUM_RECORD_CAMERA,
+    LUM_RECORD_SENSOR,
     LUM_RECORD_RENDER, /* the one record of id "render": settings; always exists */
     LUM_RECORD_IMPORT,
     LUM_RECORD_TYPE_COUNT
@@ -104,6 +105,15 @@ struct lum_record_camera {
     double position[3], target[3], up[3], vfov_deg;
 };
 
+struct lum_record_sensor {
+    char kind[12];     /* point line grid observer */
+    char quantity[20]; /* plane cylindrical semicylindrical */
+    double position[3], u[3], v[3], normal[3], direction[3];
+    struct lum_opt spacing_m;
+    struct lum_opt target_lx, target_uo, target_ugr;
+    char name[128];
+};
+
 struct lum_record_render {
     char method[16];
     double spp, max_depth, shadow_samples, seed, vpls, cache_accuracy;
@@ -138,6 +148,7 @@ struct lum_record {
         struct lum_record_light light;
         struct lum_record_medium medium;
         struct lum_record_camera camera;
+        struct lum_record_sensor sensor;
         struct lum_record_render render;
         struct lum_record_import import;
     };

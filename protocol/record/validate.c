@@ -215,6 +215,33 @@ static bool validate_medium(const struct lum_record_medium *m, struct lum_proto_
     return true;
 }
 
+static bool is_given(const struct lum_record_sensor *s, const struct lum_field *f)
+{
+    return f->kind == LUM_FIELD_OPT && ((const struct lum_opt *)((const char *)s + f->offset))->set;
+}
+
+static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_error *err)
+{
+    const struct lum_fields *t = lum_fields_of(LUM_RECORD_SENSOR);
+    bool observer = strcmp(s->kind, "observer") == 0, grid = strcmp(s->kind, "grid") == 0;
+    bool faces = observer || strcmp(s->quantity, "semicylindrical") == 0;
+    for (const struct lum_field *f = t->fields; f < t->fields + t->n; f++)
+        if (is_given(s, f) && !is_for(f, s->kind))
+            return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", f->name, "a sensor of kind %s has no %s",
+                                  s->kind, f->name);
+    if (norm(s->normal) == 0.0)
+        return invalid(err, "normal", "normal must not be 0 0 0");
+    if (norm(s->direction) == 0.0)
+        return invalid(err, "direction", "direction must not be 0 0 0");
+    if (faces && !observer && !(norm_of_cross(s->direction, s->normal) > 1e-6 * norm(s->direction) * norm(s->normal)))
+        return invalid(err, "direction", "a half cylinder cannot face along its axis, which is normal");
+    if (strcmp(s->kind, "line") == 0 && norm(s->u) == 0.0)
+        return invalid(err, "u", "u must not be 0 0 0: it is the line");
+    if (grid && norm_of_cross(s->u, s->v) == 0.0)
+        return invalid(err, "u", "the edges u and v must span an area");
+    return true;
+}
+
 static bool validate_render(const struct lum_record_render *r, struct lum_proto_error *err)
 {
     double root = floor(sqrt(r->shadow_samples) + 0.5);
@@ -241,6 +268,8 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
         return validate_medium(&r->medium, err);
     case LUM_RECORD_CAMERA:
         return lum_camera_validate(&r->camera, err);
+    case LUM_RECORD_SENSOR:
+        return validate_sensor(&r->sensor, err);
     case LUM_RECORD_RENDER:
         return validate_render(&r->render, err);
     case LUM_RECORD_IMPORT:

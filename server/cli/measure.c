@@ -98,6 +98,36 @@ static bool place_grid(struct measuring *m, struct lum_proto_error *err)
     return true;
 }
 
+struct finding {
+    struct lum_measured *measured;
+    size_t n;
+};
+
+static void take_sensor(void *user, const struct lum_record *r)
+{
+    struct finding *f = user;
+    if (r->type == LUM_RECORD_SENSOR)
+        f->measured[f->n++] = (struct lum_measured){
+            .id = r->id, .name = r->sensor.name, .desc = lum_sensor_desc_of(r), .targets = lum_sensor_targets_of(r)};
+}
+
+/* The scene's own, unless the command line names a place. */
+static bool find_sensors(struct measuring *m, struct lum_proto_error *err)
+{
+    struct finding f = {.measured = lum_calloc(LUM_LIMIT_SENSORS, sizeof *f.measured)};
+    if (!f.measured || !lum_document_each(m->world.doc, take_sensor, &f)) {
+        lum_free(f.measured);
+        return lum_proto_fail_memory(err);
+    }
+    if (f.n == 0 || m->options.has_grid) {
+        lum_free(f.measured);
+        return place_grid(m, err);
+    }
+    m->measured = f.measured;
+    m->n_measured = f.n;
+    return true;
+}
+
 /* ---- measuring ---- */
 
 static void tell_progress(struct measuring *m, size_t i)
@@ -135,7 +165,7 @@ static bool measure_one(struct measuring *m, size_t i, struct lum_proto_error *e
 
 static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *err)
 {
-    if (!load(m, err) || !place_grid(m, err))
+    if (!load(m, err) || !find_sensors(m, err))
         return false;
     for (size_t i = 0; i < m->n_measured; i++)
         if (!measure_one(m, i, err))

@@ -70,7 +70,8 @@ static const struct lum_option_row rows[] = {
         "the mean that is wanted, such as 500 for writing: said whether it is reached"},
     {"uniformity", "U", .kind = LUM_OPTION_NUMBER, AT(uniformity), .min = 1e-6, .max = 1, .help =
         "the least over the mean that is wanted, such as 0.6"},
-    {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out"},
+    {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out.\n"
+        "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr"},
     {"json", "FILE", TEXT(json), .help = "points and results"},
     {"threads", "N", .kind = LUM_OPTION_WHOLE, AT(threads), .min = 1, .max = 1024, .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help = "instruction set of the ray tracing"},
@@ -96,6 +97,8 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");
     if (!st && o.on && o.has_area)
         st = lum_fail(err, LUM_ERR_INVALID, "on", "--on and --area both say what is measured");
+    o.has_grid = o.on || o.has_area || o.has_height || o.has_border || o.spacing_m > 0.0 || o.cylindrical ||
+                 o.target_lx > 0.0 || o.uniformity > 0.0;
     if (!o.has_height)
         o.height_m = o.on ? 0.001 : o.cylindrical ? 1.2 : 0.75;
     if (!o.has_border)
@@ -107,11 +110,14 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
 
 void lum_measure_options_help(FILE *out)
 {
+    /* clang-format off */
     fputs(
         "usage: lumend measure --scene NAME|FILE [options]\n"
-        "Prints the illuminance on a grid of points, with its mean Em, least Emin and uniformity Uo = Emin / Em, each\n"
-        "+/- its standard error. Light is path traced. Points inside furniture and walls, or with something less than\n"
-        "10 cm above, are left out, and said. Ends with 1 where a target that was given is missed.\n",
+        "Prints what the sensors of the scene show (records of type sensor): illuminance, with its mean Em, least Emin\n"
+        "and uniformity Uo = Emin / Em, or UGR, each +/- its standard error. Where the scene has none, or an option says\n"
+        "where or what to measure, it is a grid of points over the floor. Light is path traced. Points inside furniture\n"
+        "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n",
         out);
+    /* clang-format on */
     lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
 }

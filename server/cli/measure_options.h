@@ -11,6 +11,7 @@ struct lum_measure_options {
     const char *on;                     /* an object, whose top is measured; NULL: an area */
     bool has_area;
     double area[4]; /* x0, z0, x1, z1; metres */
+    bool has_grid;  /* the grid of the command line is meant, not the sensors of the scene */
     bool has_height;
     double height_m; /* above the ground */
     double border_m; /* left out along the sides of a whole scene or object */

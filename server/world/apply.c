@@ -11,6 +11,7 @@
 #include "server/base/suggest.h"
 #include "server/base/web_desc.h"
 #include "server/world/daylight.h"
+#include "server/world/sensors.h"
 
 static const double rad_per_deg = 0.017453292519943295;
 
@@ -406,6 +407,10 @@ enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *
         if (st == LUM_OK)
             lum_scene_straighten_glass(scene, strcmp(r->render.glass, "architectural") == 0);
         return st;
+    case LUM_RECORD_SENSOR: {
+        struct lum_sensor_desc d = lum_sensor_desc_of(r);
+        return lum_sensor_check(&d, LUM_LIMIT_SENSOR_POINTS, err);
+    }
     case LUM_RECORD_MEDIUM: {
         struct lum_medium_desc d = lum_apply_medium(r);
         return lum_scene_put_medium(scene, r->id, &d, err);
@@ -425,6 +430,7 @@ static enum lum_status remove_record(struct lum_scene *scene, const struct lum_r
         [LUM_RECORD_LIGHT] = LUM_ENTITY_LIGHT,
         [LUM_RECORD_CAMERA] = LUM_ENTITY_CAMERA,
         [LUM_RECORD_MEDIUM] = LUM_ENTITY_MEDIUM,
+        [LUM_RECORD_SENSOR] = -1,
         [LUM_RECORD_RENDER] = -1,
         [LUM_RECORD_IMPORT] = -1,
     };

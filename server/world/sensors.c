@@ -1,6 +1,7 @@
 #include "server/world/sensors.h"
 
 #include <math.h>
+#include <string.h>
 
 #include <cjson/cJSON.h>
 
@@ -34,6 +35,46 @@ const char *lum_sensor_left_out(enum lum_clearance clearance)
         break;
     }
     return NULL;
+}
+
+/* ---- records ---- */
+
+static struct lum_vec3d vec3d(const double v[3])
+{
+    return (struct lum_vec3d){v[0], v[1], v[2]};
+}
+
+/* Scaled first: a direction may be of any length. */
+static struct lum_vec3 direction(const double v[3])
+{
+    double m = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+    return lum_normalize(lum_v3((float)(v[0] / m), (float)(v[1] / m), (float)(v[2] / m)));
+}
+
+struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r)
+{
+    const struct lum_record_sensor *s = &r->sensor;
+    struct lum_sensor_desc d = {.position = vec3d(s->position),
+                                .u = vec3d(s->u),
+                                .v = vec3d(s->v),
+                                .normal = direction(s->normal),
+                                .facing = direction(s->direction),
+                                .spacing_m = s->spacing_m.set ? s->spacing_m.value : 0.0};
+    for (int k = LUM_SENSOR_POINT; k <= LUM_SENSOR_OBSERVER; k++)
+        if (strcmp(s->kind, lum_sensor_kind_names[k]) == 0)
+            d.kind = (enum lum_sensor_kind)k;
+    for (int q = LUM_METER_PLANE; q <= LUM_METER_HALF_CYLINDER; q++)
+        if (strcmp(s->quantity, lum_sensor_quantity_names[q]) == 0)
+            d.quantity = (enum lum_meter_kind)q;
+    return d;
+}
+
+struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r)
+{
+    const struct lum_record_sensor *s = &r->sensor;
+    return (struct lum_sensor_targets){s->target_lx.set ? s->target_lx.value : 0.0,
+                                       s->target_uo.set ? s->target_uo.value : 0.0,
+                                       s->target_ugr.set ? s->target_ugr.value : 0.0};
 }
 
 /* ---- targets ---- */

@@ -3,6 +3,7 @@
 #define LUM_SERVER_WORLD_SENSORS_H
 
 #include "core/measure/sensor.h"
+#include "protocol/record/record.h"
 
 struct cJSON;
 
@@ -20,6 +21,10 @@ struct lum_sensor_verdicts {
 };
 struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *result,
                                             const struct lum_sensor_targets *targets);
+
+/* Of a record of type sensor that was validated. */
+struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r);
+struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r);
 
 extern const char *const lum_sensor_kind_names[]; /* by enum lum_sensor_kind */
 /* By enum lum_meter_kind; of EYE NULL. "plane" is horizontal where the normal points up. */

@@ -238,6 +238,7 @@ static void record_limits(void **state)
     (void)state;
     check_record_limit(LUM_RECORD_LIGHT, LUM_LIMIT_LIGHTS);
     check_record_limit(LUM_RECORD_MEDIUM, LUM_LIMIT_MEDIA);
+    check_record_limit(LUM_RECORD_SENSOR, LUM_LIMIT_SENSORS);
 }
 
 /* Many ids: growth, removal from the middle of probe sequences, counts of users. */

@@ -182,6 +182,39 @@ static void points_inside_furniture_are_left_out(void **state)
     cJSON_Delete(o);
 }
 
+/* The scene's own sensors are measured, each with its target; an option that names a place asks for a grid instead. */
+static void sensors_of_the_scene_are_measured(void **state)
+{
+    (void)state;
+    char text[sizeof room + 512];
+    snprintf(
+        text, sizeof text,
+        "%s{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"a\",\"kind\":\"grid\",\"position\":[0,0.75,0],\"u\":[4,0,0],"
+        "\"v\":[0,0,3],\"spacing_m\":1,\"target_lx\":100}\n"
+        "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"b\",\"kind\":\"observer\",\"position\":[1,1.2,1]}\n",
+        room);
+    cli_write_text(cli_in_dir("sensors.jsonl"), text);
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @sensors.jsonl --json @s.json --csv @s.csv"),
+                     LUM_EXIT_OK);
+    char *json = cli_read_text(cli_in_dir("s.json")), *csv = cli_read_text(cli_in_dir("s.csv"));
+    cJSON *o = lum_json_parse(json, strlen(json), NULL), *alike = measure("--spacing 1", LUM_EXIT_OK);
+    const cJSON *sensors = cli_member(o, "sensors"), *a = cJSON_GetArrayItem(sensors, 0),
+                *b = cJSON_GetArrayItem(sensors, 1);
+    assert_string_equal(cli_member(a, "id")->valuestring, "a");
+    assert_true(fabs(cli_member(a, "em_lx")->valuedouble / cli_member(alike, "em_lx")->valuedouble - 1.0) < 1e-6);
+    assert_true(cJSON_IsTrue(cli_member(cli_member(cli_member(a, "targets"), "em"), "passes")));
+    assert_int_equal(cli_member(b, "lamps_without_extent")->valueint, 1);
+    assert_true(cJSON_IsNull(cli_member(b, "ugr"))); /* nothing glares */
+    assert_true(strncmp(csv, "sensor,quantity,x_m,y_m,z_m,value,stderr\na,plane,-1.5,0.75,-1,", 62) == 0);
+    assert_non_null(strstr(csv, "\nb,ugr,1,1.2,1,,\n"));
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @sensors.jsonl --spacing 1 --target 1000"),
+                     LUM_EXIT_FAILED);
+    cJSON_Delete(alike);
+    cJSON_Delete(o);
+    free(json);
+    free(csv);
+}
+
 static void what_cannot_be_measured_is_refused(void **state)
 {
     (void)state;
@@ -219,6 +252,7 @@ int main(void)
         cmocka_unit_test(a_target_that_is_missed_fails),
         cmocka_unit_test(a_table_has_each_point),
         cmocka_unit_test(points_inside_furniture_are_left_out),
+        cmocka_unit_test(sensors_of_the_scene_are_measured),
         cmocka_unit_test(what_cannot_be_measured_is_refused),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);

@@ -153,6 +153,18 @@ static void rules(void **state)
     expect(CAMERA "'target':[0,5,0],'up':[0,0,0]}", "invalid_value", "up");
     expect("{'op':'add','type':'medium','id':'x','box':{'min':[0,0,0],'max':[1,0,1]}}", "invalid_value", "box");
     expect("{'op':'add','type':'medium','id':'x','box':{'min':[0,0,0],'max':[1,1,1]}}", NULL, NULL);
+#define SENSOR(kind) "{'op':'add','type':'sensor','id':'x','position':[0,1,0],'kind':'" kind "'"
+    expect(SENSOR("grid") ",'target_uo':0.6}", NULL, NULL);
+    expect(SENSOR("grid") ",'target_ugr':19}", "invalid_value", "target_ugr");
+    expect(SENSOR("grid") ",'u':[0,0,2]}", "invalid_value", "u");
+    expect(SENSOR("line") ",'u':[0,0,0]}", "invalid_value", "u");
+    expect(SENSOR("point") ",'spacing_m':1}", "invalid_value", "spacing_m");
+    expect(SENSOR("point") ",'normal':[0,0,0]}", "invalid_value", "normal");
+    expect(SENSOR("point") ",'quantity':'semicylindrical','direction':[0,2,0]}", "invalid_value", "direction");
+    expect(SENSOR("observer") ",'direction':[0,0,0]}", "invalid_value", "direction");
+    expect(SENSOR("observer") ",'target_lx':500}", "invalid_value", "target_lx");
+    expect(SENSOR("observer") ",'target_ugr':19}", NULL, NULL);
+#undef SENSOR
     expect("{'op':'add','type':'image','id':'x'}", "invalid_value", "asset");
     expect("{'op':'add','type':'image','id':'x','width':2,'height':2,'pixels':'AQIDBA=='}", "invalid_value", "pixels");
     expect("{'op':'add','type':'image','id':'x','width':1,'height':1,'pixels':'AQIDB'}", "invalid_value", "pixels");
