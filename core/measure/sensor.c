@@ -169,6 +169,9 @@ bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret
         if (at.clearance == LUM_CLEARANCE_FREE && at.stderr_lx >= 0.0)
             count_in(&r, i, &at);
     }
+    const double none = (double)NAN;
+    if (r.n_known == 0)
+        r.mean = r.least = r.most = r.uniformity = (struct lum_amount){none, none};
     bool whole = r.n_known > 0 && r.n_known + r.n_inside + r.n_covered == r.n;
     if (r.n_known > 0) {
         r.mean = (struct lum_amount){r.mean.value / r.n_known, sqrt(r.mean.stderr_of) / r.n_known};

@@ -67,7 +67,7 @@ struct lum_sensor_result {
     struct lum_ugr ugr; /* of an observer */
     struct lum_glare glare;
 };
-/* True when every point that counts has a value, and there is one. */
+/* True when every point that counts has a value, and there is one. Amounts of none are NAN. */
 bool lum_sensor_result(const struct lum_sensor *sensor, struct lum_sensor_result *ret_result);
 
 #endif

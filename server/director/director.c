@@ -163,9 +163,10 @@ static void *director_main(void *arg)
         lum_director_commit(d);
         int64_t wait_ns = lum_director_publish_due(d);
         struct lum_server_view *v = lum_director_choose_view(d);
+        bool measuring = lum_director_measure(d, v != NULL);
         if (v)
             lum_director_run_pass(d, v);
-        else if (wait_ns > 0)
+        else if (wait_ns > 0 && !measuring)
             rest(d, wait_ns);
     }
     return NULL;
@@ -326,6 +327,7 @@ void lum_director_destroy(struct lum_director *d)
         lum_out_destroy(o);
     }
     lum_encoder_destroy(d->encoder);
+    lum_director_sensors_destroy(d->sensors);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);

@@ -13,6 +13,7 @@
 #include <pthread.h>
 
 #include "server/director/director.h"
+#include "server/director/sensors.h"
 #include "server/director/view.h"
 #include "server/import/expand.h"
 #include "server/world/world.h"
@@ -61,6 +62,7 @@ struct lum_director {
     /* director thread */
     struct lum_world world;
     struct lum_encoder *encoder;
+    struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
     uint64_t order;                                  /* counts changes */

@@ -39,6 +39,9 @@ struct lum_request_type {
     X(photometry)                                                                                                      \
     X(daylight)                                                                                                        \
     X(probe)                                                                                                           \
+    X(sensor_watch)                                                                                                    \
+    X(sensor_read)                                                                                                     \
+    X(sensor_place)                                                                                                    \
     X(stats_get)
 #define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;
 LUM_REQUESTS(LUM_REQUEST_DECLARE)
@@ -65,8 +68,10 @@ struct lum_request {
     double x, y;                 /* pick, probe: pixel of the view */
     bool has_point;              /* probe: point and normal instead of a pixel */
     double point[3], normal[3];
-    uint32_t samples; /* probe */
-    lum_id id;        /* bounds, photometry */
+    uint32_t samples;          /* probe */
+    lum_id id;                 /* bounds, photometry, sensor.read; sensor.place: what it lies on */
+    bool on, points;           /* sensor.watch */
+    double height_m, border_m; /* sensor.place */
 };
 struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);

@@ -27,10 +27,13 @@ FORMS = {
     "photometry": {"id": "panel"},
     "daylight": {},
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
+    "sensor.watch": {"on": False, "points": True},
+    "sensor.read": {"id": "floor"},
+    "sensor.place": {"on": "floor", "height_m": 1, "border_m": 0},
     "stats.get": {},
 }
 REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
-            "pick": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "probe": ["view_id", "x", "y"]}
+            "pick": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 

@@ -1,0 +1,490 @@
+#include "server/director/sensors.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+#include "protocol/message/rpc.h"
+#include "protocol/record/field.h"
+#include "server/base/log.h"
+#include "server/director/internal.h"
+#include "server/world/sensors.h"
+#include "server/world/work_plane.h"
+
+#define SLICE_NS 8e6      /* of one slice: a frame that is due waits no longer */
+#define SHARE_GLANCE 0.25 /* of the time, while views want passes */
+#define SHARE_REFINE 0.1
+#define SAVED_NS 4e7         /* of the share, at most */
+#define TOLD_EVERY_NS 5e7    /* 20 times a second */
+#define REFINED_EVERY_NS 5e8 /* of what only grows more exact */
+#define SAMPLES_MIN 256u
+#define SAMPLES_MAX 65536u
+
+enum stage { STAGE_NEW, STAGE_LOOKING, STAGE_REFINING, STAGE_SETTLED, STAGE_FAILED };
+
+/* A sensor of the scene. */
+struct entry {
+    struct entry *next;
+    struct lum_record *record; /* held: it is another once the sensor is edited */
+    struct lum_sensor_desc desc;
+    struct lum_sensor *sensor;
+    struct lum_versions versions; /* of the scene that it is measured in */
+    uint64_t scene_rev;           /* of that */
+    enum stage stage;
+    bool seen; /* while comparing with the document */
+    /* What was last known of a whole scene: shown until the next is. */
+    bool known, told_settled, news;
+    struct lum_sensor_result result;
+    uint64_t result_rev;
+};
+
+struct watcher {
+    struct watcher *next;
+    struct lum_session_ref session;
+    bool points;
+};
+
+struct lum_director_sensors {
+    struct entry *entries; /* by id */
+    struct watcher *watchers;
+    struct entry *turn;                 /* who was refined last */
+    uint64_t document_rev;              /* that the entries are of */
+    double ns_per_place, ns_per_sample; /* measured */
+    double saved_ns;                    /* of the share that may be taken */
+    int64_t counted_ns, told_ns;
+};
+
+/* ---- entries ---- */
+
+static void free_entry(struct entry *e)
+{
+    lum_sensor_destroy(e->sensor);
+    lum_record_unref(e->record);
+    lum_free(e);
+}
+
+void lum_director_sensors_destroy(struct lum_director_sensors *s)
+{
+    if (!s)
+        return;
+    for (struct entry *e = s->entries, *next; e; e = next) {
+        next = e->next;
+        free_entry(e);
+    }
+    for (struct watcher *w = s->watchers, *next; w; w = next) {
+        next = w->next;
+        lum_free(w);
+    }
+    lum_free(s);
+}
+
+static struct entry *find(const struct lum_director_sensors *s, const char *id)
+{
+    for (struct entry *e = s->entries; e; e = e->next)
+        if (strcmp(e->record->id, id) == 0)
+            return e;
+    return NULL;
+}
+
+static struct entry *create_entry(struct lum_director *d, const struct lum_record *r)
+{
+    struct lum_error err;
+    struct entry *e = lum_calloc(1, sizeof *e);
+    if (!e)
+        return NULL;
+    e->record = lum_record_ref((struct lum_record *)(uintptr_t)r);
+    e->desc = lum_sensor_desc_of(r);
+    if (!lum_sensor_create(&e->desc, LUM_LIMIT_SENSOR_POINTS, &e->sensor, &err))
+        return e;
+    lum_log(&d->config.log, LUM_LOG_ERROR, "sensors", "%s: %s", r->id, err.text);
+    free_entry(e);
+    return NULL;
+}
+
+/* Does the sensor still measure the same? Its name and targets may differ. */
+static bool same_place(const struct lum_record *a, const struct lum_record *b)
+{
+    const struct lum_fields *t = lum_fields_of(LUM_RECORD_SENSOR);
+    for (size_t i = 0; i < t->n; i++)
+        if (strncmp(t->fields[i].name, "target_", 7) != 0 && strcmp(t->fields[i].name, "name") != 0 &&
+            !lum_field_equal(&t->fields[i], lum_record_body(a), lum_record_body(b)))
+            return false;
+    return true;
+}
+
+static void take_record(void *user, const struct lum_record *r)
+{
+    struct lum_director *d = user;
+    struct lum_director_sensors *s = d->sensors;
+    if (r->type != LUM_RECORD_SENSOR)
+        return;
+    struct entry *e = find(s, r->id), **end = &s->entries;
+    if (e && e->record != r && same_place(e->record, r)) {
+        lum_record_unref(e->record);
+        e->record = lum_record_ref((struct lum_record *)(uintptr_t)r);
+        e->news = e->known;
+    }
+    if (e && e->record == r) {
+        e->seen = true;
+        return;
+    }
+    e = create_entry(d, r); /* one of the same id goes, unseen */
+    if (!e)
+        return;
+    e->seen = true;
+    while (*end)
+        end = &(*end)->next;
+    *end = e;
+}
+
+/* The entries become those of the document. */
+static void follow_document(struct lum_director *d)
+{
+    struct lum_director_sensors *s = d->sensors;
+    uint64_t rev = lum_document_rev(d->world.doc);
+    if (s->document_rev == rev)
+        return;
+    for (struct entry *e = s->entries; e; e = e->next)
+        e->seen = false;
+    if (!lum_document_each(d->world.doc, take_record, d))
+        return; /* memory is short: next time */
+    s->document_rev = rev;
+    for (struct entry **at = &s->entries, *e; (e = *at);) {
+        if (e->seen) {
+            at = &e->next;
+            continue;
+        }
+        *at = e->next;
+        s->turn = s->turn == e ? NULL : s->turn;
+        free_entry(e);
+    }
+}
+
+/* ---- what is told ---- */
+
+static double rounded(double v, double digits)
+{
+    double scale = v != 0.0 ? pow(10.0, digits - 1.0 - floor(log10(fabs(v)))) : 1.0;
+    return round(v * scale) / scale;
+}
+
+static bool add_values(cJSON *o, const struct entry *e)
+{
+    uint32_t nu, nv;
+    lum_sensor_size(e->sensor, &nu, &nv);
+    cJSON *lx = cJSON_CreateArray();
+    bool ok = lx != NULL;
+    for (uint32_t i = 0; ok && i < nu * nv; i++) {
+        struct lum_meter_reading r = lum_sensor_reading(e->sensor, i);
+        bool is = r.clearance == LUM_CLEARANCE_FREE && r.stderr_lx >= 0.0;
+        ok = lum_json_add(lx, NULL, is ? cJSON_CreateNumber(rounded(r.lx, 4)) : cJSON_CreateNull());
+    }
+    return lum_json_add(o, "lx", lx) && ok;
+}
+
+static cJSON *entry_json(const struct entry *e)
+{
+    struct lum_sensor_targets targets = lum_sensor_targets_of(e->record);
+    cJSON *o = cJSON_CreateObject();
+    bool ok = lum_json_add_string(o, "id", e->record->id) &&
+              lum_json_add_number(o, "scene_rev", (double)e->result_rev) &&
+              lum_json_add_bool(o, "settled", e->stage == STAGE_SETTLED && e->result_rev == e->scene_rev) &&
+              lum_sensor_add_result(o, &e->desc, e->sensor, &e->result, &targets);
+    if (ok)
+        return o;
+    cJSON_Delete(o);
+    return NULL;
+}
+
+static void tell(struct lum_director *d, int64_t now)
+{
+    struct lum_director_sensors *s = d->sensors;
+    for (const struct watcher *w = s->watchers; w; w = w->next) {
+        cJSON *o = cJSON_CreateObject(), *list = cJSON_CreateArray();
+        bool ok = list != NULL;
+        for (struct entry *e = s->entries; e; e = e->next) {
+            cJSON *one = e->news && e->known ? entry_json(e) : NULL;
+            if (one && w->points && e->desc.kind != LUM_SENSOR_OBSERVER)
+                ok = add_values(one, e) && ok;
+            if (one)
+                ok = lum_json_add(list, NULL, one) && ok;
+        }
+        ok = lum_json_add(o, "sensors", list) && ok;
+        if (ok)
+            lum_director_send_news(d, w->session, lum_rpc_notification("sensors", o));
+        else
+            cJSON_Delete(o);
+    }
+    for (struct entry *e = s->entries; e; e = e->next)
+        e->news = false;
+    s->told_ns = now;
+}
+
+static void tell_if_due(struct lum_director *d)
+{
+    struct lum_director_sensors *s = d->sensors;
+    int64_t now = lum_clock_ns();
+    bool news = false, fresh = false, working = false;
+    for (const struct entry *e = s->entries; e; e = e->next) {
+        news = news || (e->news && e->known);
+        fresh = fresh || (e->news && e->known && e->stage != STAGE_REFINING);
+        working = working || (e->stage != STAGE_SETTLED && e->stage != STAGE_FAILED);
+    }
+    double since = (double)(now - s->told_ns);
+    if (news && (!working || since >= (fresh ? TOLD_EVERY_NS : REFINED_EVERY_NS)))
+        tell(d, now);
+}
+
+/* ---- slices ---- */
+
+static void keep_result(struct entry *e)
+{
+    e->known = true;
+    e->news = true;
+    e->result_rev = e->scene_rev;
+    (void)lum_sensor_result(e->sensor, &e->result);
+}
+
+/* A scene in which other light arrives is measured anew; not before the glance that runs is whole. */
+static void aim(struct lum_director *d, struct entry *e)
+{
+    const struct lum_snapshot *now = d->world.snapshot;
+    if (e->stage == STAGE_LOOKING || (e->stage != STAGE_NEW && lum_versions_equal(&e->versions, &now->versions))) {
+        if (e->stage != STAGE_LOOKING && e->scene_rev != now->scene_rev) {
+            e->scene_rev = now->scene_rev; /* the same light: what was measured holds */
+            e->result_rev = now->scene_rev;
+        }
+        return;
+    }
+    lum_sensor_aim(e->sensor, now);
+    e->versions = now->versions;
+    e->scene_rev = now->scene_rev;
+    e->stage = STAGE_LOOKING;
+}
+
+static void fail(struct lum_director *d, struct entry *e, const struct lum_error *err)
+{
+    lum_log(&d->config.log, LUM_LOG_ERROR, "sensors", "%s: %s", e->record->id, err->text);
+    e->stage = STAGE_FAILED; /* until something changes */
+}
+
+static void look(struct lum_director *d, struct entry *e)
+{
+    struct lum_director_sensors *s = d->sensors;
+    struct lum_error err;
+    bool more = false;
+    uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(SLICE_NS / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
+    n = n > 0 ? n : 1;
+    int64_t from = lum_clock_ns();
+    if (lum_sensor_look(e->sensor, d->world.pool, n, true, &more, &err)) {
+        fail(d, e, &err);
+        return;
+    }
+    uint32_t nu, nv;
+    lum_sensor_size(e->sensor, &nu, &nv);
+    s->ns_per_place = (double)(lum_clock_ns() - from) / (n < nu * nv ? n : nu * nv);
+    if (more)
+        return;
+    e->stage = STAGE_REFINING;
+    keep_result(e);
+}
+
+static void refine(struct lum_director *d, struct entry *e)
+{
+    struct lum_director_sensors *s = d->sensors;
+    const struct lum_meter_goal goal = {LUM_SENSOR_ERROR, LUM_SENSOR_DARK, LUM_SENSOR_SAMPLES_MAX};
+    struct lum_error err;
+    bool more = false;
+    double fit = s->ns_per_sample > 0.0 ? SLICE_NS / s->ns_per_sample : 0.0;
+    uint32_t n = (uint32_t)fmax(SAMPLES_MIN, fmin(fit, SAMPLES_MAX));
+    uint64_t before = lum_sensor_samples(e->sensor);
+    int64_t from = lum_clock_ns();
+    if (lum_sensor_refine(e->sensor, d->world.pool, &goal, n, &more, &err)) {
+        fail(d, e, &err);
+        return;
+    }
+    uint64_t done = lum_sensor_samples(e->sensor) - before;
+    if (done >= SAMPLES_MIN)
+        s->ns_per_sample = (double)(lum_clock_ns() - from) / (double)done;
+    if (!more)
+        e->stage = STAGE_SETTLED;
+    keep_result(e);
+}
+
+/* Who is next: first who has not been looked at, then in turn. */
+static struct entry *choose(struct lum_director_sensors *s)
+{
+    struct entry *first = NULL, *after = NULL;
+    bool past = false;
+    for (struct entry *e = s->entries; e; e = e->next) {
+        if (e->stage == STAGE_LOOKING)
+            return e;
+        if (e->stage == STAGE_REFINING) {
+            first = first ? first : e;
+            after = !after && past ? e : after;
+        }
+        past = past || e == s->turn;
+    }
+    return after ? after : first;
+}
+
+/* Time passes, and a share of it may be taken. */
+static bool may_take(struct lum_director_sensors *s, bool busy, double share)
+{
+    int64_t now = lum_clock_ns();
+    s->saved_ns = fmin(s->saved_ns + share * (double)(now - s->counted_ns), SAVED_NS);
+    s->counted_ns = now;
+    return !busy || s->saved_ns > 0.0;
+}
+
+bool lum_director_measure(struct lum_director *d, bool busy)
+{
+    struct lum_director_sensors *s = d->sensors;
+    if (!s || !s->watchers)
+        return false;
+    follow_document(d);
+    for (struct entry *e = s->entries; e; e = e->next)
+        aim(d, e);
+    struct entry *e = choose(s);
+    if (e && may_take(s, busy, e->stage == STAGE_LOOKING ? SHARE_GLANCE : SHARE_REFINE)) {
+        int64_t from = lum_clock_ns();
+        s->turn = e;
+        if (e->stage == STAGE_LOOKING)
+            look(d, e);
+        else
+            refine(d, e);
+        s->saved_ns = fmax(s->saved_ns - (double)(lum_clock_ns() - from), -SAVED_NS);
+        s->counted_ns = lum_clock_ns();
+    }
+    tell_if_due(d);
+    return choose(s) != NULL;
+}
+
+/* ---- requests ---- */
+
+static bool same_session(struct lum_session_ref a, struct lum_session_ref b)
+{
+    return a.slot == b.slot && a.generation == b.generation;
+}
+
+void lum_director_stop_watching(struct lum_director *d, struct lum_session_ref session)
+{
+    if (!d->sensors)
+        return;
+    for (struct watcher **at = &d->sensors->watchers, *w; (w = *at);) {
+        if (!same_session(w->session, session)) {
+            at = &w->next;
+            continue;
+        }
+        *at = w->next;
+        lum_free(w);
+    }
+}
+
+static bool read_watch(struct lum_json_reader *r, struct lum_request *q)
+{
+    q->on = true;
+    lum_json_bool(r, "on", &q->on);
+    lum_json_bool(r, "points", &q->points);
+    return lum_json_end(r);
+}
+
+static void watch(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_proto_error err;
+    lum_director_stop_watching(d, q->session);
+    if (q->on) {
+        struct watcher *w = lum_calloc(1, sizeof *w);
+        if (!d->sensors)
+            d->sensors = lum_calloc(1, sizeof *d->sensors);
+        if (!w || !d->sensors) {
+            lum_free(w);
+            lum_proto_fail_memory(&err);
+            lum_director_refuse(d, q, &err);
+            return;
+        }
+        *w = (struct watcher){d->sensors->watchers, q->session, q->points};
+        d->sensors->watchers = w;
+        for (struct entry *e = d->sensors->entries; e; e = e->next)
+            e->news = e->known;
+    }
+    lum_director_reply(d, q, cJSON_CreateObject());
+}
+
+const struct lum_request_type lum_request_sensor_watch = {.name = "sensor.watch", .read = read_watch, .answer = watch};
+
+static bool read_id(struct lum_json_reader *r, struct lum_request *q)
+{
+    return lum_json_require(r, "id") && lum_json_id(r, "id", q->id) && lum_json_end(r);
+}
+
+static void read_sensor(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_proto_error err;
+    const struct lum_record *r = lum_document_find(d->world.doc, q->id);
+    if (!r || r->type != LUM_RECORD_SENSOR) {
+        char near[sizeof err.text / 2] = "";
+        lum_document_nearest(d->world.doc, LUM_RECORD_SENSOR, q->id, near, sizeof near);
+        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "id", "there is no sensor \"%s\"%s", q->id, near);
+        lum_director_refuse(d, q, &err);
+        return;
+    }
+    const struct entry *e = d->sensors ? find(d->sensors, q->id) : NULL;
+    struct entry *fresh = e && e->record == r ? NULL : create_entry(d, r); /* its points, without values */
+    const struct entry *shown = fresh ? fresh : e;
+    cJSON *o = shown && shown->known ? entry_json(shown) : cJSON_CreateObject();
+    if (!shown || !o || (!shown->known && !lum_json_add_string(o, "id", q->id)) ||
+        !lum_json_add(o, "points", lum_sensor_points_json(shown->sensor))) {
+        cJSON_Delete(o);
+        o = NULL;
+    }
+    if (fresh)
+        free_entry(fresh);
+    lum_director_reply(d, q, o);
+}
+
+const struct lum_request_type lum_request_sensor_read = {.name = "sensor.read", .read = read_id, .answer = read_sensor};
+
+static bool read_place(struct lum_json_reader *r, struct lum_request *q)
+{
+    q->height_m = 0.75;
+    q->border_m = 0.5;
+    q->has_point = lum_json_id(r, "on", q->id);
+    if (q->has_point) {
+        q->height_m = 0.001;
+        q->border_m = 0.0;
+    }
+    lum_json_number(r, "height_m", -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, &q->height_m);
+    lum_json_number(r, "border_m", 0.0, LUM_LIMIT_COORD_M, &q->border_m);
+    return lum_json_end(r);
+}
+
+static bool add_vector(cJSON *o, const char *name, struct lum_vec3d v)
+{
+    const double values[3] = {v.x, v.y, v.z};
+    return lum_json_add(o, name, cJSON_CreateDoubleArray(values, 3));
+}
+
+static void place(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_sensor_desc desc;
+    struct lum_proto_error err;
+    if (!lum_work_plane_place(&d->world,
+                              &(struct lum_work_plane){q->has_point ? q->id : NULL, NULL, q->height_m, q->border_m},
+                              &desc, &err)) {
+        lum_director_refuse(d, q, &err);
+        return;
+    }
+    cJSON *o = cJSON_CreateObject();
+    if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc.kind]) ||
+        !add_vector(o, "position", desc.position) || !add_vector(o, "u", desc.u) || !add_vector(o, "v", desc.v)) {
+        cJSON_Delete(o);
+        o = NULL;
+    }
+    lum_director_reply(d, q, o);
+}
+
+const struct lum_request_type lum_request_sensor_place = {.name = "sensor.place", .read = read_place, .answer = place};

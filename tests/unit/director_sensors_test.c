@@ -1,0 +1,152 @@
+/* Sensors over the protocol: values follow edits, settle, are undone; nothing is measured unless somebody watches. */
+#include <math.h>
+#include <string.h>
+
+#include "tests/support/director_client.h"
+
+/* A bulb of 100 cd, 2 m above a black floor: 25 lx below it. */
+static const char lit[] =
+    "[{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"sheet\",\"shape\":\"quad\",\"size\":[8,0,8]},"
+    "{\"op\":\"add\",\"type\":\"material\",\"id\":\"black\",\"base_color\":[0,0,0],\"specular\":0},"
+    "{\"op\":\"add\",\"type\":\"object\",\"id\":\"ground\",\"mesh\":\"sheet\",\"material\":\"black\","
+    "\"transform\":{\"translate\":[50,0,50]}},"
+    "{\"op\":\"add\",\"type\":\"light\",\"id\":\"bulb\",\"kind\":\"point\",\"position\":[50,3,50],\"intensity_cd\":100}"
+    ","
+    "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"spot\",\"kind\":\"point\",\"position\":[50,1,50],\"target_lx\":20},"
+    "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"row\",\"kind\":\"line\",\"position\":[50,1,50],\"u\":[1,0,0],"
+    "\"spacing_m\":0.5}]";
+
+static cJSON *watch(struct client *c, bool on)
+{
+    struct lum_request *q = client_request(c, &lum_request_sensor_watch);
+    q->on = on;
+    q->points = true;
+    return client_ask(c, q);
+}
+
+/* The newest that was said of the sensor, detached; NULL: nothing. */
+static cJSON *said_of(struct client *c, const char *id)
+{
+    cJSON *found = NULL;
+    for (size_t i = 0; i < c->n_texts; i++) {
+        cJSON *json = cJSON_Parse(c->texts[i]), *one;
+        const cJSON *method = cJSON_GetObjectItem(json, "method"),
+                    *list = cJSON_GetObjectItem(cJSON_GetObjectItem(json, "params"), "sensors");
+        if (method && strcmp(method->valuestring, "sensors") == 0)
+            for (one = list->child; one; one = one ? one->next : NULL)
+                if (strcmp(cJSON_GetObjectItem(one, "id")->valuestring, id) == 0) {
+                    cJSON_Delete(found);
+                    found = cJSON_Duplicate(one, true);
+                }
+        cJSON_Delete(json);
+    }
+    return found;
+}
+
+/* Waits until the sensor is settled in this revision or a later one; its mean. */
+static double settled(struct client *c, const char *id, uint64_t rev)
+{
+    for (;; client_wait(c)) {
+        client_listen(c);
+        cJSON *is = said_of(c, id);
+        bool ready = is && cJSON_IsTrue(cJSON_GetObjectItem(is, "settled")) &&
+                     cJSON_GetObjectItem(is, "scene_rev")->valuedouble >= (double)rev;
+        double lx = ready ? cJSON_GetObjectItem(is, "em_lx")->valuedouble : 0.0;
+        cJSON_Delete(is);
+        if (ready)
+            return lx;
+    }
+}
+
+static void assert_near(double got, double want)
+{
+    if (!(fabs(got - want) <= 1e-4 * want))
+        fail_msg("%.9g lx, expected %.9g", got, want);
+}
+
+static void values_follow_edits(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, lit);
+    cJSON_Delete(watch(c, true));
+    assert_near(settled(c, "spot", rev), 25.0);
+    cJSON *spot = said_of(c, "spot"), *row = said_of(c, "row");
+    const cJSON *target = cJSON_GetObjectItem(cJSON_GetObjectItem(spot, "targets"), "em");
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(target, "passes")));
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(target, "sure")));
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(row, "lx")), 2);
+    double r2 = 4 + 0.0625;
+    assert_true(fabs(cJSON_GetArrayItem(cJSON_GetObjectItem(row, "lx"), 0)->valuedouble - 200 / (r2 * sqrt(r2))) <
+                0.01);
+    cJSON_Delete(spot);
+    cJSON_Delete(row);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":40}]");
+    assert_near(settled(c, "spot", rev), 10.0);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"spot\",\"path\":\"/position\",\"value\":[50,2,50]}]");
+    assert_near(settled(c, "spot", rev), 40.0);
+    rev = scene_rev_of(client_ask(c, client_request(c, &lum_request_scene_undo)));
+    assert_near(settled(c, "spot", rev), 10.0);
+}
+
+static void points_are_read(void **state)
+{
+    struct client *c = *state;
+    client_apply(c, lit);
+    struct lum_request *q = client_request(c, &lum_request_sensor_read);
+    strcpy(q->id, "row");
+    cJSON *reply = client_ask(c, q); /* nobody watches: no values */
+    const cJSON *points = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "points");
+    assert_int_equal(cJSON_GetArraySize(points), 2);
+    assert_null(cJSON_GetObjectItem(points->child, "lx"));
+    cJSON_Delete(reply);
+    q = client_request(c, &lum_request_sensor_read);
+    strcpy(q->id, "rov");
+    assert_refused(client_ask(c, q), "not_found", "id");
+    q = client_request(c, &lum_request_sensor_place);
+    q->has_point = true;
+    strcpy(q->id, "ground");
+    q->height_m = 0.75;
+    reply = client_ask(c, q);
+    const cJSON *plane = cJSON_GetObjectItem(reply, "result");
+    assert_near(cJSON_GetArrayItem(cJSON_GetObjectItem(plane, "position"), 1)->valuedouble, 0.75);
+    assert_near(cJSON_GetArrayItem(cJSON_GetObjectItem(plane, "u"), 0)->valuedouble, 8.0);
+    cJSON_Delete(reply);
+}
+
+/* Too many points for one sensor are refused, and the scene is as before. */
+static void too_many_points_are_refused(void **state)
+{
+    struct client *c = *state;
+    struct lum_request *edit =
+        client_edit(c, "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"s\",\"kind\":\"grid\",\"position\":[0,0,0],"
+                       "\"u\":[65,0,0],\"v\":[0,0,64],\"spacing_m\":1}]");
+    assert_refused(client_ask(c, edit), "limit_exceeded", "ops/0/spacing_m");
+    client_apply(c, "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"s\",\"kind\":\"grid\",\"position\":[0,0,0],"
+                    "\"u\":[64,0,0],\"v\":[0,0,64],\"spacing_m\":1}]");
+}
+
+/* Whoever leaves, or says so, hears no more; what is said after that to others is not to them. */
+static void who_stops_watching_hears_no_more(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, lit);
+    cJSON_Delete(watch(c, true));
+    settled(c, "row", rev);
+    cJSON_Delete(watch(c, false));
+    client_apply(c, "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":40}]");
+    client_listen(c);
+    cJSON *is = said_of(c, "row");
+    assert_true(cJSON_GetObjectItem(is, "scene_rev")->valuedouble <= (double)rev);
+    cJSON_Delete(is);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(values_follow_edits, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(who_stops_watching_hears_no_more, client_setup, client_teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
