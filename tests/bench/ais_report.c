@@ -172,8 +172,8 @@ static void print_model(const struct ais_study *study, struct lum_bench_table *t
         const struct ais_scene *s = &study->scenes[i];
         const double n = (double)study->w * study->h, subset = AIS_VPLS / 9.0, most = 9.0 / 16.0 * subset;
         double per_pixel[AIS_METHODS], a = s->iterations / 16.0 * subset;
-        for (int m = 0; m < AIS_METHODS; m++) { /* of IGI, ID and SS are in one */
-            const struct ais_cell *c = &s->cells[m][m == AIS_IGI ? AIS_FULL : AIS_ID];
+        for (int m = 0; m < AIS_METHODS; m++) {
+            const struct ais_cell *c = &s->cells[m][AIS_FULL];
             per_pixel[m] = c->n ? (double)c->rays[LUM_RAY_INDIRECT_DIFFUSE] / n : (double)NAN;
         }
         if (s->partly)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares `path` with an independent renderer, Blender's Cycles, on the same scene. Run by hand: minutes.
 
-usage: tests/bench/cycles/compare.py [--bin build/release/bin] [--scene cornell] [--size 300x200] [--spp 4096] --out DIR
+usage: tests/bench/peers/compare.py [--bin build/release/bin] [--scene cornell] [--size 300x200] [--spp 4096] --out DIR
 
 Needs Debian's package blender. Geometry goes over as OBJ (lumend-bench export), materials and lights from the scene's
 own file; only diffuse materials and area, sphere and disc lights have an equal in both renderers, others are refused.
