@@ -14,10 +14,10 @@
 #include "server/world/sensors.h"
 #include "server/world/work_plane.h"
 
-#define SLICE_NS 8e6      /* of one slice: a frame that is due waits no longer */
+#define SLICE_NS 8e6 /* of one slice, or what was saved while a long pass ran: a frame that is due waits no longer */
 #define SHARE_GLANCE 0.25 /* of the time, while views want passes */
 #define SHARE_REFINE 0.1
-#define SAVED_NS 4e7         /* of the share, at most */
+#define SAVED_NS 6e7         /* of the share, at most */
 #define TOLD_EVERY_NS 5e7    /* 20 times a second */
 #define REFINED_EVERY_NS 5e8 /* of what only grows more exact */
 #define SAMPLES_MIN 256u
@@ -54,6 +54,7 @@ struct lum_director_sensors {
     uint64_t document_rev;              /* that the entries are of */
     double ns_per_place, ns_per_sample; /* measured */
     double saved_ns;                    /* of the share that may be taken */
+    double slice_ns;                    /* that the next slice may take */
     int64_t counted_ns, told_ns;
 };
 
@@ -276,7 +277,7 @@ static void look(struct lum_director *d, struct entry *e)
     struct lum_director_sensors *s = d->sensors;
     struct lum_error err;
     bool more = false;
-    uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(SLICE_NS / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
+    uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(s->slice_ns / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
     n = n > 0 ? n : 1;
     int64_t from = lum_clock_ns();
     if (lum_sensor_look(e->sensor, d->world.pool, n, true, &more, &err)) {
@@ -298,7 +299,7 @@ static void refine(struct lum_director *d, struct entry *e)
     const struct lum_meter_goal goal = {LUM_SENSOR_ERROR, LUM_SENSOR_DARK, LUM_SENSOR_SAMPLES_MAX};
     struct lum_error err;
     bool more = false;
-    double fit = s->ns_per_sample > 0.0 ? SLICE_NS / s->ns_per_sample : 0.0;
+    double fit = s->ns_per_sample > 0.0 ? s->slice_ns / s->ns_per_sample : 0.0;
     uint32_t n = (uint32_t)fmax(SAMPLES_MIN, fmin(fit, SAMPLES_MAX));
     uint64_t before = lum_sensor_samples(e->sensor);
     int64_t from = lum_clock_ns();
@@ -352,6 +353,7 @@ bool lum_director_measure(struct lum_director *d, bool busy)
     if (e && may_take(s, busy, e->stage == STAGE_LOOKING ? SHARE_GLANCE : SHARE_REFINE)) {
         int64_t from = lum_clock_ns();
         s->turn = e;
+        s->slice_ns = busy ? fmax(SLICE_NS, s->saved_ns) : SLICE_NS;
         if (e->stage == STAGE_LOOKING)
             look(d, e);
         else

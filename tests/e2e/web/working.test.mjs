@@ -133,6 +133,25 @@ test('the scene is saved as a file that lumend renders', async () => {
     await edit(() => page.locator('.stage').press('Delete'));
 });
 
+test('a work plane tells mean and uniformity of the floor, follows a lamp that is switched off, and is saved as a table', async () => {
+    await page.getByRole('button', { name: 'Add work plane' }).press('Enter');
+    const plane = page.locator('.sensor');
+    const mean = async () => Number(((await plane.innerText()).match(/Mean\s+([\d\u2009.]+)/) ?? [])[1]?.replace('\u2009', ''));
+    await eventually(async () => (await mean()) > 0, async () => plane.innerText());
+    assert.match(await plane.innerText(), /Uniformity[^]*(meets|misses) 0\.6/);
+    const before = await mean();
+    await field(page, 'ceiling-panel', 'ceiling-panel on').click();
+    await eventually(async () => (await mean()) < before / 2, async () => `${before} lx, then ${await plane.innerText()}`);
+    await field(page, 'ceiling-panel', 'ceiling-panel on').click();
+    const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'CSV' }).click()]);
+    const lines = readFileSync(await file.path(), 'utf8').trim().split('\n');
+    assert.equal(lines[0], 'sensor,x_m,y_m,z_m,lx,stderr_lx');
+    assert.match(lines[1], /^"work-plane",(-?[\d.e-]+,){4}[\d.e-]+$/);
+    await page.getByRole('button', { name: 'Remove work-plane' }).click();
+    await plane.waitFor({ state: 'detached' });
+    await settled(tab);
+});
+
 test('a hidden tab goes on asking and acknowledging, and sends what was changed last', async () => {
     const hide = (hidden) =>
         page.evaluate((h) => {

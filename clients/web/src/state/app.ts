@@ -19,6 +19,7 @@ import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
 import { sceneFile } from './scene_ops';
+import { Sensors } from './sensors';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
 import { DEFAULT_POSE, ViewLink } from './view';
@@ -58,6 +59,7 @@ export class App {
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
     readonly imports: Imports;
+    readonly sensors: Sensors;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -100,6 +102,7 @@ export class App {
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
         this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
+        this.sensors = new Sensors({ scene, edits, call, onError });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -281,13 +284,17 @@ export class App {
         if (!this.rpc) return;
         try {
             const { ops } = await this.rpc.call('scene.get', { expand: false });
-            const link = document.createElement('a');
             const title = `scene at revision ${this.scene.rev.value}`;
-            link.href = URL.createObjectURL(new Blob([sceneFile(Array.isArray(ops) ? ops : [], title)], { type: 'application/jsonl' }));
-            link.download = 'scene.jsonl';
-            link.click();
-            setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+            save('scene.jsonl', sceneFile(Array.isArray(ops) ? ops : [], title), 'application/jsonl');
             this.toasts.info('Saved as scene.jsonl: lumend --scene scene.jsonl opens it');
+        } catch (error) {
+            this.report(error as Error);
+        }
+    }
+
+    async saveCsv(): Promise<void> {
+        try {
+            save('sensors.csv', await this.sensors.csv(), 'text/csv');
         } catch (error) {
             this.report(error as Error);
         }
@@ -316,6 +323,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
+            this.sensors.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -337,6 +345,7 @@ export class App {
         try {
             await this.follower.begin();
             this.forgetGone();
+            this.sensors.begin();
             this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
@@ -379,6 +388,8 @@ export class App {
         } else if (method === 'frame.stats') {
             this.meter.stats(params);
             this.convergence.stats(params, performance.now());
+        } else if (method === 'sensors') {
+            this.sensors.notified(params);
         } else if (method === 'import.progress') {
             this.imports.progress.value = { stage: stringOr(params.stage, ''), fraction: numberOr(params.fraction, 0) };
         }
@@ -449,6 +460,14 @@ export class App {
     private report(error: Error): void {
         if (!(error instanceof ClosedError)) this.toasts.error(error);
     }
+}
+
+function save(name: string, text: string, type: string): void {
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(new Blob([text], { type }));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
 function methodsIn(list: Json | undefined): Method[] {

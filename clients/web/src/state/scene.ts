@@ -46,7 +46,7 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
     return inner === null && rest.length > 0 ? null : { ...node, [key]: inner };
 }
 
-const LISTED = ['light', 'camera', 'import'] as const;
+const LISTED = ['light', 'camera', 'import', 'sensor'] as const;
 type Listed = (typeof LISTED)[number];
 
 export class SceneMirror {
@@ -57,6 +57,7 @@ export class SceneMirror {
         light: signal([]),
         camera: signal([]),
         import: signal([]),
+        sensor: signal([]),
     };
     private confirmed = new Map<string, SceneRecord>();
     private readonly shown = new Map<string, Signal<SceneRecord | undefined>>();

@@ -7,6 +7,7 @@ import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
 import { handleKey } from './keymap';
 import { LightList } from './LightList';
+import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
 import { Toasts } from './Toasts';
 import { TopBar } from './TopBar';
@@ -29,6 +30,7 @@ export function Layout() {
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <LightList />
                 <DaylightPanel />
+                <SensorPanel />
                 <ViewPanel />
                 <AccuracyPanel />
                 <EffectsPanel />

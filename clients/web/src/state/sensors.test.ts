@@ -1,0 +1,67 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import type { JsonObject } from '../protocol/rpc';
+import type { Edits } from './edits';
+import { SceneMirror } from './scene';
+import { readingOf, Sensors, verdict } from './sensors';
+
+const TOLD: JsonObject = {
+    id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
+    em_lx: 512, em_stderr_lx: 9.1, emin_lx: 480, emin_stderr_lx: 14, uo: 0.94, uo_stderr: 0.03,
+    targets: { em: { target: 500, passes: true, sure: false } },
+};
+
+function made(calls: [string, JsonObject][], answers: Record<string, JsonObject>) {
+    const scene = new SceneMirror();
+    const edits = { transaction: (ops: JsonObject[]) => void calls.push(['transaction', { ops }]) } as unknown as Edits;
+    const call = (method: string, params: JsonObject): Promise<JsonObject> => {
+        calls.push([method, params]);
+        return Promise.resolve(answers[method] ?? {});
+    };
+    const sensors = new Sensors({ scene, edits, call, onError: (e) => assert.fail(e.message) });
+    return { scene, sensors };
+}
+
+test('what is told of a sensor', () => {
+    const r = readingOf(TOLD);
+    assert.deepEqual(r.em, { value: 512, stderr: 9.1 });
+    assert.equal(r.ugr, null);
+    assert.equal(r.points, 6);
+    assert.equal(r.leftOut, 1);
+    assert.equal(verdict(r.targets.em!), 'meets 500, as far as is known');
+    assert.equal(verdict({ target: 19, passes: false, sure: true }), 'misses 19');
+});
+
+test('sensors are watched where there are some, and anew on a new connection', () => {
+    const calls: [string, JsonObject][] = [];
+    const { scene, sensors } = made(calls, {});
+    sensors.begin();
+    scene.load([], 1);
+    assert.deepEqual(calls, []);
+    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'point', position: [0, 1, 0] }], 2);
+    assert.deepEqual(calls.pop(), ['sensor.watch', { on: true }]);
+    sensors.notified({ sensors: [TOLD] });
+    assert.equal(sensors.readings.value.get('desks')?.rev, 7);
+    sensors.closed();
+    assert.equal(sensors.readings.value.size, 0);
+    sensors.begin();
+    assert.deepEqual(calls.pop(), ['sensor.watch', { on: true }]);
+    scene.load([], 3);
+    assert.deepEqual(calls.pop(), ['sensor.watch', { on: false }]);
+});
+
+test('a work plane is placed by the server and asks for what office work needs', async () => {
+    const calls: [string, JsonObject][] = [];
+    const { sensors } = made(calls, { 'sensor.place': { kind: 'grid', position: [0, 0.75, 0], u: [4, 0, 0], v: [0, 0, 3] } });
+    await sensors.addWorkPlane();
+    assert.deepEqual(calls.pop(), ['transaction', { ops: [{
+        op: 'add', type: 'sensor', id: 'work-plane', kind: 'grid', position: [0, 0.75, 0], u: [4, 0, 0], v: [0, 0, 3], target_lx: 500, target_uo: 0.6,
+    }] }]);
+});
+
+test('points that count become lines of a file', async () => {
+    const points = [{ point: [0, 0.75, 0], lx: 512.4, stderr_lx: 4.9 }, { point: [1, 0.75, 0], left_out: 'inside' }];
+    const { scene, sensors } = made([], { 'sensor.read': { id: 'a "b"', points } });
+    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'point', position: [0, 1, 0] }], 1);
+    assert.equal(await sensors.csv(), 'sensor,x_m,y_m,z_m,lx,stderr_lx\n"desks",0,0.75,0,512.4,4.9\n');
+});

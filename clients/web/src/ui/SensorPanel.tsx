@@ -1,0 +1,111 @@
+import { fixed, number, toError } from '../lib/format';
+import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { useApp } from './context';
+import { Icon } from './Icon';
+import { NumberField } from './NumberField';
+
+/** Light meters of the scene, and whether what was asked of the light is met. */
+export function SensorPanel() {
+    const app = useApp();
+    const ids = app.scene.list('sensor').value;
+    return (
+        <section class="section" aria-labelledby="sensors-title">
+            <header class="section-head">
+                <h2 id="sensors-title">Measure</h2>
+                {ids.length > 0 && (
+                    <button type="button" class="toggle at-end" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
+                        CSV
+                    </button>
+                )}
+                <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} onClick={() => void app.sensors.addWorkPlane()}>
+                    Add work plane
+                </button>
+            </header>
+            {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
+            <ul class="light-list">
+                {ids.map((id) => (
+                    <Sensor key={id} id={id} />
+                ))}
+            </ul>
+        </section>
+    );
+}
+
+function Sensor({ id }: { id: string }) {
+    const app = useApp();
+    const record = app.scene.record(id);
+    if (!record) return null;
+    const reading = app.sensors.readings.value.get(id);
+    const current = app.online.value && reading !== undefined && reading.rev >= app.scene.rev.value;
+    return (
+        <li class="light sensor">
+            <div class="light-head">
+                <span class="light-name">{stringOr(record.name, id)}</span>
+                <button type="button" class="icon-button" aria-label={`Remove ${id}`} title="Remove" onClick={() => app.sensors.remove(id)}>
+                    <Icon name="close" />
+                </button>
+            </div>
+            <p class="kind">{stateOf(reading, current)}</p>
+            {reading && (
+                <dl class={`sensor-values ${current ? '' : 'is-old'}`}>
+                    <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />
+                    {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
+                    {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
+                    <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />
+                </dl>
+            )}
+            <Wanted record={record} />
+        </li>
+    );
+}
+
+function stateOf(reading: SensorReading | undefined, current: boolean): string {
+    if (!reading) return 'not measured yet';
+    const points = reading.points > 1 ? `${reading.points - reading.leftOut} points` : '';
+    const left = reading.leftOut > 0 ? `, ${reading.leftOut} inside things` : '';
+    return `${points}${left}${current ? (reading.settled ? '' : ' …') : ', before the last change'}`;
+}
+
+function Row({ name, value, unit, target }: { name: string; value: Value | null; unit: string; target?: Target }) {
+    if (!value) return null;
+    const text = value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
+    const error = Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
+    return (
+        <>
+            <dt>{name}</dt>
+            <dd>
+                {text}
+                <small>{error}</small> {unit}
+            </dd>
+            <dd class={target ? (target.passes ? 'passes' : 'misses') : ''}>
+                {target && (
+                    <>
+                        <span aria-hidden="true">{target.passes ? '✓' : '✗'} </span>
+                        {verdict(target)}
+                    </>
+                )}
+            </dd>
+        </>
+    );
+}
+
+/** Zero: nothing is asked. */
+function Wanted({ record }: { record: SceneRecord }) {
+    const { edits } = useApp();
+    const set = (path: string, v: number): void => edits.setOnce(record.id, path, v > 0 ? v : null);
+    if (record.kind === 'observer')
+        return (
+            <div class="fields">
+                <NumberField label="UGR wanted, at most" unit="" min={0} max={100} value={numberOr(record.target_ugr, 0)} onCommit={(v) => set('/target_ugr', v)} />
+            </div>
+        );
+    return (
+        <div class="fields">
+            <NumberField label="Mean wanted" unit="lx" min={0} max={1e9} value={numberOr(record.target_lx, 0)} onCommit={(v) => set('/target_lx', v)} />
+            {record.kind !== 'point' && (
+                <NumberField label="Uniformity wanted" unit="" min={0} max={1} value={numberOr(record.target_uo, 0)} onCommit={(v) => set('/target_uo', v)} />
+            )}
+        </div>
+    );
+}
