@@ -152,6 +152,23 @@ test('a work plane tells mean and uniformity of the floor, follows a lamp that i
     await settled(tab);
 });
 
+test('sun and sky are let in, stand by the hour that a key sets, and are as bright as the day until they are told otherwise', async () => {
+    await edit(() => page.getByRole('button', { name: 'Add sun and sky' }).press('Enter'));
+    const panel = page.getByRole('region', { name: 'Daylight' });
+    const elevation = async () => Number(((await panel.innerText()).match(/elevation\s+(-?[\d.]+)°/) ?? [])[1]);
+    await eventually(async () => Number.isFinite(await elevation()), () => panel.innerText());
+    const before = await elevation();
+    await edit(() => panel.getByRole('slider', { name: 'Time of day' }).press('ArrowLeft'));
+    await eventually(async () => (await elevation()) !== before, async () => `${before} degrees, then ${await panel.innerText()}`);
+    assert.match(await row(page, 'sky').innerText(), /automatic/);
+    await edit(() => row(page, 'sky').getByRole('slider').press('End'));
+    assert.match(await row(page, 'sky').innerText(), /lx/);
+    await edit(() => row(page, 'sky').getByRole('button', { name: /as bright as place/ }).click());
+    assert.match(await row(page, 'sky').innerText(), /automatic/);
+    for (let n = 0; n < 4; n++) await edit(() => page.keyboard.press('z'));
+    await eventually(async () => (await panel.innerText()).includes('Add sun and sky'), () => panel.innerText());
+});
+
 test('a hidden tab goes on asking and acknowledging, and sends what was changed last', async () => {
     const hide = (hidden) =>
         page.evaluate((h) => {

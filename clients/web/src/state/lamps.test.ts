@@ -216,3 +216,12 @@ test('messages wait for who reads them', () => {
     assert.equal(toasts.shown.value.length, 0);
     timers.reset();
 });
+
+test('a sky or a sun that is told no amount is as bright as the day makes it; told one, it is that', () => {
+    const sky: SceneRecord = { type: 'light', id: 'sky', kind: 'sky' };
+    assert.ok(intensityOf(sky).automatic);
+    assert.equal(intensityOf(sky).field, 'illuminance_lx');
+    assert.equal(intensityOf({ ...sky, luminance_cd_m2: 3000 }).automatic, false);
+    assert.equal(intensityOf({ ...sky, luminance_cd_m2: null }).automatic, true);
+    assert.equal(intensityOf({ type: 'light', id: 'bulb', kind: 'point' }).automatic, false);
+});

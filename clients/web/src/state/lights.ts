@@ -25,7 +25,12 @@ export interface Intensity {
     field: IntensityField;
     value: number;
     unit: Unit;
+    /** It is as bright as clear air makes it; value says nothing. */
+    automatic: boolean;
 }
+
+/** Which place, date and time make as bright as they are, unless they are told an amount. */
+export const isDaylight = (light: SceneRecord): boolean => light.kind === 'sky' || light.kind === 'sun';
 
 /** What a slider sets of a light that says no amount of its own. */
 function defaultField(kind: string): IntensityField {
@@ -34,11 +39,13 @@ function defaultField(kind: string): IntensityField {
 }
 
 export function intensityOf(light: SceneRecord): Intensity {
+    const told = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number');
+    const automatic = told === undefined && isDaylight(light);
     const measured = light.kind === 'ies'; // as bright as its file says, unless it is told otherwise
-    const field = INTENSITY_FIELDS.find((f) => typeof light[f] === 'number') ?? defaultField(String(light.kind));
+    const field = told ?? defaultField(String(light.kind));
     const unit = UNITS[field];
     const value = numberOr(light[field] ?? emitsOf(light)?.[field], measured ? 1 : 0);
-    return { field, value, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
+    return { field, value, automatic, unit: { ...unit, min: value > 0 ? Math.min(unit.min, value) : unit.min, max: Math.max(unit.max, value) } };
 }
 
 /** Lumens that leave it when it is on; null where there are none to tell: a sun, a sky. */

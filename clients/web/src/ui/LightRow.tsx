@@ -3,7 +3,7 @@ import { swatch } from '../lib/colour';
 import { number } from '../lib/format';
 import { logScale } from '../lib/scale';
 import type { SceneRecord } from '../protocol/types';
-import { colourOf, dimmedAsInModel, intensityOf, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
+import { colourOf, dimmedAsInModel, intensityOf, isDaylight, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
 import { LightDetails } from './LightDetails';
 import { lineProps, type Place } from './lines';
@@ -32,7 +32,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
     if (!light) return null;
     const on = isOn(light);
     const tabIndex = place.reachable ? 0 : -1;
-    const { field, value, unit } = intensityOf(light);
+    const { field, value, unit, automatic } = intensityOf(light);
     const model = field === 'flux_lm' ? modelFluxOf(light) : null;
     return (
         <li
@@ -54,8 +54,16 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                     {nameOf(light)}
                 </button>
                 <span class="light-value">
-                    {number(value)} <small>{unit.symbol}</small>
+                    {automatic ? 'automatic' : number(value)} {!automatic && <small>{unit.symbol}</small>}
                 </span>
+                {isDaylight(light) && !automatic && (
+                    <BackButton
+                        label={`${id}: as bright as place, date and time make it`}
+                        title="Automatic: as bright as place, date and time make it"
+                        tabIndex={tabIndex}
+                        onClick={() => app.edits.setOnce(id, `/${field}`, null)}
+                    />
+                )}
                 <ModelButton
                     name={id}
                     value={value}
@@ -72,7 +80,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                 value={value}
                 steps={dimmerSteps(unit)}
                 mark={model}
-                spoken={`${number(value)} ${unit.spoken}`}
+                spoken={automatic ? 'automatic' : `${number(value)} ${unit.spoken}`}
                 onInput={(v) => app.edits.set(id, `/${field}`, v)}
                 onEnd={() => app.edits.endGesture()}
             />
@@ -114,16 +122,13 @@ interface ModelProps {
 /** The way back to the tick of a dimmer; there only where the value is another one. */
 export function ModelButton({ name, value, model, tabIndex, onClick }: ModelProps) {
     if (model === null || Math.abs(value - model) <= 1e-4 * model) return null;
+    const label = `${name}: back to the ${number(model)} lumens of the model`;
+    return <BackButton label={label} title={`Back to the model’s ${number(model)} lm`} tabIndex={tabIndex} onClick={onClick} />;
+}
+
+function BackButton({ label, title, tabIndex, onClick }: { label: string; title: string; tabIndex: number; onClick(): void }) {
     return (
-        <button
-            type="button"
-            class="solo is-back"
-            data-column="model"
-            tabIndex={tabIndex}
-            aria-label={`${name}: back to the ${number(model)} lumens of the model`}
-            title={`Back to the model’s ${number(model)} lm`}
-            onClick={onClick}
-        >
+        <button type="button" class="solo is-back" data-column="model" tabIndex={tabIndex} aria-label={label} title={title} onClick={onClick}>
             ↺
         </button>
     );
