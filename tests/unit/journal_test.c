@@ -193,6 +193,50 @@ static void snapshots_take_the_place_of_edits(void **state)
     free(text);
 }
 
+/* From the journal alone, and from a snapshot; with what a field was before an edit, and what was removed. */
+static void daylight_and_sensors_are_found_again(void **state)
+{
+    struct keeper *k = *state;
+    static const char *const edits[] = {
+        "[{'op':'add','type':'light','id':'sun','kind':'sun','latitude_deg':48.2,'longitude_deg':16.4,"
+        "'date':'2026-06-21','time_h':15,'utc_offset_h':2,'north_deg':30},"
+        "{'op':'add','type':'light','id':'sky','kind':'sky','cie_type':12,'ground_albedo':0.3}]",
+        "[{'op':'add','type':'sensor','id':'desks','kind':'grid','position':[0,0.75,0],'u':[4,0,0],'v':[0,0,3],"
+        "'spacing_m':0.5,'target_lx':500,'target_uo':0.6,'name':'work plane'},"
+        "{'op':'add','type':'sensor','id':'eye','kind':'observer','position':[0,1.2,1],'direction':[0,0,-1],"
+        "'target_ugr':19}]",
+        "[{'op':'set','id':'sun','path':'/time_h','value':18.5},"
+        "{'op':'set','id':'sky','path':'/illuminance_lx','value':9000}]",
+        "[{'op':'set','id':'desks','path':'/quantity','value':'cylindrical'},{'op':'remove','id':'eye'}]",
+    };
+    k->config.compact_bytes = 1u << 20;
+    open_new(k);
+    for (size_t i = 0; i < sizeof edits / sizeof *edits; i++)
+        if (!keeper_edit(k, "ann", edits[i]))
+            fail_msg("refused: %s", edits[i]);
+    assert_true(keeper_walk(k, "ann", false)); /* the observer is back */
+    assert_true(keeper_settle(k));
+    char *text = document_text(k->doc);
+    assert_non_null(strstr(text, "\"eye\""));
+    assert_found(k, text, lum_document_rev(k->doc));
+    keeper_close(k);
+    k->config.compact_bytes = 1; /* from now on all is a snapshot */
+    open_new(k);
+    set_flux(k, "ann", 0, 1);
+    assert_true(keeper_settle(k));
+    keeper_wait_snapshots(k, 1);
+    assert_true(keeper_walk(k, "ann", false)); /* the flux */
+    assert_true(keeper_walk(k, "ann", false)); /* hour and amount, after the removal was undone */
+    assert_true(keeper_settle(k));
+    char *before = document_text(k->doc);
+    uint64_t rev = lum_document_rev(k->doc);
+    keeper_close(k);
+    assert_found(k, before, rev);
+    assert_non_null(strstr(before, "\"time_h\":15"));
+    free(before);
+    free(text);
+}
+
 /* ---- damage ---- */
 
 /* Edit i of light i; the journal's bytes, and where each edit's block begins (one more: the end). */
@@ -482,6 +526,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(one_writer, setup, teardown),
         cmocka_unit_test_setup_teardown(histories_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(snapshots_take_the_place_of_edits, setup, teardown),
+        cmocka_unit_test_setup_teardown(daylight_and_sensors_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(a_torn_tail_is_cut, setup, teardown),
         cmocka_unit_test_setup_teardown(a_flipped_bit_costs_one_edit, setup, teardown),
         cmocka_unit_test_setup_teardown(what_needs_a_lost_edit_is_named, setup, teardown),
