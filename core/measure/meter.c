@@ -7,9 +7,8 @@
 #include "core/pass/settings.h"
 #include "core/path/wave.h"
 
-#define FIRST_SAMPLES                                                                                                  \
-    1024u /* with fewer, what is rare and bright is missed so often that what is known looks better                    \
-           */
+/* With fewer, what is rare and bright is missed so often that what is known looks better. */
+#define FIRST_SAMPLES 1024u
 #define GLANCE_PATHS 32u
 #define GLANCE_RAYS 512u /* shadow rays of a glance; and where that is less than one for each lamp, paths alone */
 #define MORE_MAX 1048576u

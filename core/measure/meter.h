@@ -50,8 +50,8 @@ struct lum_meter_goal {
 /* Clearance, and a glance with `glance`, of at most n_places that have not had it; false: all have. */
 LUM_MUST_USE enum lum_status lum_meter_look(struct lum_meter *meter, struct lum_pool *pool, uint32_t n_places,
                                             bool glance, bool *ret_more, struct lum_error *err);
-/* At most n_samples paths, for places that are free and not as well known as the goal asks. Clearance of all is known.
- */
+/* At most n_samples paths, for places that are free and not as well known as the goal asks. Clearance of all is known
+ * before. */
 LUM_MUST_USE enum lum_status lum_meter_refine(struct lum_meter *meter, struct lum_pool *pool,
                                               const struct lum_meter_goal *goal, uint32_t n_samples, bool *ret_more,
                                               struct lum_error *err);

@@ -27,9 +27,8 @@ double lum_sensor_spacing(double a_m, double b_m);
 #define LUM_SENSOR_POINTS_MAX 65536u
 /* For struct lum_meter_goal. */
 #define LUM_SENSOR_DARK 0.1 /* of the mean: darker points are known to the same lux */
-#define LUM_SENSOR_SAMPLES_MAX                                                                                         \
-    (1u << 24) /* of a point: darker than it needs to be known, or lit by what is hardly ever                          \
-                * found */
+/* Of a point: one that is darker than it needs to be known, or lit by what is hardly ever found, ends here. */
+#define LUM_SENSOR_SAMPLES_MAX (1u << 24)
 
 /* LUM_ERR_LIMIT, field "spacing_m": more than max_points. */
 LUM_MUST_USE enum lum_status lum_sensor_check(const struct lum_sensor_desc *desc, uint32_t max_points,
@@ -59,9 +58,8 @@ struct lum_amount {
     double value, stderr_of;
 };
 struct lum_sensor_result {
-    uint32_t n, n_known; /* points; of those that count, how many have a value: n - n_covered - n_inside */
-    uint32_t n_covered,
-        n_inside; /* left out (clearance.h); those that are too far count as inside nothing: as covered */
+    uint32_t n, n_known;          /* points; of those that count, how many have a value: n - n_covered - n_inside */
+    uint32_t n_covered, n_inside; /* left out (clearance.h); those that are too far count as covered */
     struct lum_amount mean, least, most, uniformity; /* lx; Uo = least / mean. Of an observer: the background, cd/m2 */
     uint32_t least_at;
     struct lum_ugr ugr; /* of an observer */

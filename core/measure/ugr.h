@@ -11,8 +11,7 @@
 
 struct lum_observer {
     struct lum_vec3d eye_world; /* metres */
-    struct lum_vec3
-        direction; /* the line of sight; any length but 0. Upright is +Y, or +X of one that looks along it */
+    struct lum_vec3 direction;  /* the line of sight; any length but 0. Upright is +Y, or +X for one along +Y */
 };
 
 /* Position index of what lies at unit direction wi, for a line of sight and an upright that are unit vectors at right
@@ -23,11 +22,10 @@ double lum_position_index(struct lum_vec3 sight, struct lum_vec3 up, struct lum_
 
 /* What glares. */
 struct lum_glare {
-    double sum, sum_stderr; /* of L^2 w / p^2, cd^2/m4 */
-    uint32_t n_sources;     /* luminaires that are seen */
-    uint32_t n_points;      /* lamps that are on and have no extent: they have no luminance, and are left out */
-    uint32_t n_small,
-        n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, where the formula is not meant for */
+    double sum, sum_stderr;    /* of L^2 w / p^2, cd^2/m4 */
+    uint32_t n_sources;        /* luminaires that are seen */
+    uint32_t n_points;         /* lamps that are on and have no extent: they have no luminance, and are left out */
+    uint32_t n_small, n_large; /* of the sources: below 0.0003 sr and above 0.1 sr, which the formula is not for */
 };
 /* By n_rays shadow rays for each lamp; the sky is background. Thread: any. */
 void lum_glare_of(const struct lum_snapshot *snapshot, const struct lum_observer *observer, uint32_t n_rays,

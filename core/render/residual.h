@@ -2,16 +2,25 @@
  *
  * The frame F is biased and without noise, the samples P of the same picture are noisy and without bias. Their residual
  * P - F is small, smooth where the frame is wrong smoothly, and its mean over many pixels is known long before any
- * pixel of P is. So picture = F + albedo * filter((P - F) / albedo): the frame is a control variate, whose remainder is
- * filtered along surfaces, as widely as each place allows. The samples come in two independent halves A and B, which
- * tell how widely. With D_k a half's residual after filter level k (0: as it is), error of D_k   = ((A_k - B_0)^2 +
- * (B_k - A_0)^2) / 2 - (A_0 - B_0)^2 / 2 - (A_k - B_k)^2 / 4 noise in that  = (A_k - B_k)^2 / 4 are unbiased for the
- * mean of both halves, since the noise of A and of B is independent; the first is bias and noise, the second noise
- * alone. One more level is none at all, the frame as it is: its error is that of the widest level without its noise,
- * and A_k B_k of it. Each pixel takes the levels with the least error, so that the picture ends at the mean of P
+ * pixel of P is. So
+ *
+ *   picture = F + albedo * filter((P - F) / albedo)
+ *
+ * The frame is a control variate, whose remainder is filtered along surfaces, as widely as each place allows. The
+ * samples come in two independent halves, which tell how widely. With A_k and B_k the residuals of the two after filter
+ * level k (0: as they are),
+ *
+ *   error of level k = ((A_k - B_0)^2 + (B_k - A_0)^2) / 2 - (A_0 - B_0)^2 / 2 - (A_k - B_k)^2 / 4
+ *   noise in that    = (A_k - B_k)^2 / 4
+ *
+ * are unbiased for the mean of both halves, since their noise is independent; the first is bias and noise, the second
+ * noise alone. One more level is none at all, the frame as it is: its error is that of the widest level without its
+ * noise, and A_k B_k of it. Each pixel takes the levels with the least error, so that the picture ends at the mean of P
  * itself. It chooses by its neighbours' errors: then its own A and B tell, by the same formula, what the error of the
- * picture is. Filter: a-trous wavelets that stop at edges (Dammertz et al. 2010); choice by cross-validation: Rousselle
- * et al. 2012. Internal to core/render. */
+ * picture is.
+ *
+ * Filter: a-trous wavelets that stop at edges (Dammertz et al. 2010). Choice by cross-validation: Rousselle et al.
+ * 2012. Internal to core/render. */
 #ifndef LUM_CORE_RENDER_RESIDUAL_H
 #define LUM_CORE_RENDER_RESIDUAL_H
 
@@ -22,17 +31,16 @@ struct lum_residual_memory;
 
 struct lum_residual {
     const struct lum_rgb *frame; /* F: w * h */
-    const struct lum_film
-        *truth; /* P: halves A and B. Where a half has no sample, that of the pixel beside it is taken, in the same pair
-                 * of columns and on the same surface; where there is none either, the half gives nothing */
+    /* P: halves A and B. Where a half has no sample, that of the pixel beside it is taken, in the same pair of columns
+     * and on the same surface; where there is none either, the half gives nothing. */
+    const struct lum_film *truth;
     const struct lum_surfaces *guide; /* what the eye sees */
     const uint32_t *neighbours; /* that the frame was smoothed by at edges (lum_edge_neighbours); NULL: it was not */
     float per_pixel;            /* size of a pixel at distance 1 */
     struct lum_film *picture;   /* out */
     /* out: sums over the pixels, of luminance */
     double error, mean; /* squared error, and the picture */
-    double doubt; /* standard deviation of error, which is an estimate and may be below 0: from its terms, square by
-                     square */
+    double doubt; /* standard deviation of error, an estimate that may be below 0: from its terms, square by square */
     uint64_t nonfinite; /* must be 0 */
 };
 

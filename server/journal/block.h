@@ -41,14 +41,12 @@ struct lum_block_writer {
 LUM_MUST_USE enum lum_status lum_block_create(struct lum_block_writer *w, const struct lum_dir *dir, const char *name,
                                               enum lum_file_kind kind, uint64_t seq, uint32_t gap,
                                               struct lum_error *err);
-/* json is consumed (NULL: making it failed). Its member "blobs" is set to the lengths of the blobs, if there are any.
- */
+/* json is consumed (NULL: making it failed). Its member "blobs" is set to the lengths of blobs, if there are any. */
 LUM_MUST_USE enum lum_status lum_block_put(struct lum_block_writer *w, uint64_t seq, uint64_t rev, struct cJSON *json,
                                            const struct lum_blobs_out *blobs, struct lum_error *err);
 /* All that was put is with the system: it outlives this process, not a power cut. */
 LUM_MUST_USE enum lum_status lum_block_flush(struct lum_block_writer *w, struct lum_error *err);
-/* All that was put is on disk. After a failure of any of these the file can only be closed: what it holds is not known.
- */
+/* All that was put is on disk. After a failure of any of these the file can only be closed: its content is unknown. */
 LUM_MUST_USE enum lum_status lum_block_sync(struct lum_block_writer *w, struct lum_error *err);
 void lum_block_close(struct lum_block_writer *w); /* accepts a zeroed or closed one; nothing is flushed */
 

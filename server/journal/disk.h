@@ -29,9 +29,7 @@ LUM_MUST_USE enum lum_status lum_dir_open(int at_fd, const char *name, bool make
 void lum_dir_close(struct lum_dir *dir); /* accepts a zeroed or closed one */
 LUM_MUST_USE enum lum_status lum_dir_sync(const struct lum_dir *dir, struct lum_error *err);
 
-/* The one writer: an exclusive lock on the file "lock", until the descriptor is closed (also by the end of the
- * process).
- */
+/* The one writer: an exclusive lock on the file "lock", until the descriptor is closed (or the process ends). */
 LUM_MUST_USE enum lum_status lum_dir_lock(const struct lum_dir *dir, const char *path, int *ret_fd,
                                           struct lum_error *err);
 

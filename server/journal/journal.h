@@ -2,17 +2,17 @@
  * acknowledged. Its files: recover.h; their form: block.h.
  *
  * Invariants
- * - An edit is applied in memory, submitted here, and acknowledged only when `durable` has reached its number: its
- * bytes are synced. Edits become durable in their order.
+ * - An edit is applied in memory, submitted here, and acknowledged only once lum_journal_acknowledged has reached its
+ *   number: its bytes are synced. Edits become durable in their order.
  * - One thread writes. It takes all edits that wait, writes them, and syncs once: a drag costs a sync per turn of the
- * disk and not per edit, and nobody else waits for it.
- * - After a write or a sync that failed nothing is believed of that file any more (a page that could not be written may
- *   count as clean): it is closed for good, the journal is read-only, and `attention` is called. The director takes
- * back the edits that are not durable, and from then on gives the whole state each time it is wanted, until a snapshot
- * of it is on disk. That one begins anew, with new files.
+ *   disk and not per edit, and nobody else waits for it.
+ * - After a write or a sync that failed nothing is believed of that file any more (a page that could not be
+ *   written may count as clean): it is closed for good, the journal is read-only, and `attention` is called. The
+ *   director takes back the edits that are not durable, and from then on gives the whole state each time it is
+ *   wanted, until a snapshot of it is on disk. That one begins anew, with new files.
  * - A file is never appended to after a restart: each start begins with a snapshot.
- * - Snapshots are written by the same thread bit by bit, edits in between; removed is only what the two newest
- * snapshots and the edits since the older one do not need.
+ * - Snapshots are written by the same thread bit by bit, edits in between. Removed is only what the two newest
+ *   snapshots and the edits since the older one do not need.
  * - LUM_DURABILITY_INTERVAL: edits are acknowledged at once, written at once, and synced once a second. The end of the
  *   process loses none of them that was written; a power cut at most the last second. */
 #ifndef LUM_SERVER_JOURNAL_JOURNAL_H
@@ -30,8 +30,8 @@ struct lum_journal_config {
     int64_t retry_ns;            /* after a failure; 0: LUM_JOURNAL_RETRY_NS */
     const struct lum_disk *disk; /* NULL: the real one */
     struct lum_log log;
-    /* Called on the journal's thread; must only wake somebody. saved: `durable` grew. attention: ask lum_journal_failed
-     * and lum_journal_wants_state. */
+    /* Called on the journal's thread; must only wake somebody. saved: lum_journal_acknowledged grew. attention: ask
+     * lum_journal_failed and lum_journal_wants_state. */
     void (*saved)(void *user);
     void (*attention)(void *user);
     void *user;
@@ -43,8 +43,7 @@ struct lum_journal_config {
 
 struct lum_journal;
 
-/* Locks the folder and recovers what is there; what is damaged goes to the log. *ret_doc: NULL where there was nothing.
- */
+/* Locks the folder and recovers what is there; what is damaged goes to the log. *ret_doc is NULL where nothing was. */
 LUM_MUST_USE enum lum_status lum_journal_open(const struct lum_journal_config *config, struct lum_journal **ret_journal,
                                               struct lum_document **ret_doc, struct lum_error *err);
 /* Writes the first snapshot, blocking, and starts the thread. The state passes over. Where state was recovered a disk

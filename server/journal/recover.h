@@ -35,8 +35,8 @@ struct lum_recovery {
     char (*damaged)[LUM_JOURNAL_NAME_BYTES]; /* files, owned */
     size_t n_damaged;
 };
-/* Nothing is changed on disk. LUM_ERR_UNSUPPORTED: another
- * version wrote some of it. LUM_ERR_INVALID: there are files, and no snapshot can be read. */
+/* Nothing is changed on disk. LUM_ERR_UNSUPPORTED: another version wrote some of it. LUM_ERR_INVALID: there are files,
+ * and no snapshot can be read. */
 LUM_MUST_USE enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *content,
                                          const struct lum_damage_sink *damage, struct lum_recovery *ret,
                                          struct lum_error *err);
