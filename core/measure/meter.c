@@ -31,6 +31,7 @@ struct lum_meter {
     uint32_t n, seed, looked, next; /* next: whose turn it is */
     const struct lum_snapshot *snapshot;
     uint64_t geometry, n_samples;
+    double glance_variance, glance_square; /* of the indirect light of all glances: sums */
 };
 
 enum lum_status lum_meter_create(const struct lum_meter_place *places, uint32_t n, uint32_t seed,
@@ -74,6 +75,7 @@ void lum_meter_aim(struct lum_meter *m, const struct lum_snapshot *snapshot)
     m->geometry = snapshot->versions.geometry;
     m->looked = m->next = 0;
     m->n_samples = 0;
+    m->glance_variance = m->glance_square = 0.0;
     for (uint32_t i = 0; i < m->n; i++)
         m->knows[i] = (struct knows){.clearance = same ? m->knows[i].clearance : LUM_CLEARANCE_UNKNOWN};
 }
@@ -250,6 +252,11 @@ enum lum_status lum_meter_look(struct lum_meter *m, struct lum_pool *pool, uint3
     struct look look = {m, places, n, glance};
     enum lum_status st = lum_pool_run(pool, n, look_job, &look, NULL);
     m->looked += n;
+    for (uint32_t i = 0; i < n; i++) {
+        const struct knows *k = &m->knows[places[i]];
+        m->glance_variance += k->indirect_variance;
+        m->glance_square += k->indirect * k->indirect;
+    }
     *ret_more = m->looked < m->n;
     lum_free(places);
     return st;
@@ -310,6 +317,9 @@ static float sky_sample(const struct lum_meter *m, uint32_t place, struct lum_sa
     float cos = lum_dot(ls.wi, m->places[place].normal);
     if (!(cos > 0.0f))
         return 0.0f;
+    if (s->n_media > 0)
+        ls.radiance =
+            lum_rgb_mul(ls.radiance, lum_media_transmittance(s, place_in_scene(m, place), ls.wi, ls.distance));
     if (lum_shadow_ray(&ray, place_in_scene(m, place), lum_v3(0, 0, 0), ls.wi, ls.distance)) {
         struct lum_trace trace = lum_trace_of_light(s, &counters, true);
         lum_trace_light(&trace, &ray, occluded, left);
@@ -468,13 +478,7 @@ enum lum_status lum_meter_refine(struct lum_meter *m, struct lum_pool *pool, con
  * believe to know more than they do; those of all places together do not. */
 static double pooled(const struct lum_meter *m)
 {
-    double variance = 0.0, square = 0.0;
-    for (uint32_t i = 0; i < m->n; i++)
-        if (m->knows[i].glanced) {
-            variance += m->knows[i].indirect_variance;
-            square += m->knows[i].indirect * m->knows[i].indirect;
-        }
-    return square > 0.0 ? variance / square : 0.0;
+    return m->glance_square > 0.0 ? m->glance_variance / m->glance_square : 0.0;
 }
 
 struct lum_meter_reading lum_meter_read(const struct lum_meter *m, uint32_t place)

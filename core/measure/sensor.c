@@ -11,28 +11,31 @@ struct lum_sensor {
     struct lum_glare glare;
 };
 
-double lum_sensor_spacing(double a_m, double b_m)
+/* EN 12464-1, 4.4: the side d, which is the longer one, or the shorter where that is half of it or less, has the whole
+ * number of cells that is next to d / p, p = 0.2 * 5^(log10 d) m, and 10 m at most. Theirs is the spacing of the other
+ * side, too, as far as whole numbers allow. */
+static double standard_spacing(double a, double b)
 {
-    double longer = fmax(a_m, b_m), shorter = fmin(a_m, b_m), d = longer > 2.0 * shorter ? shorter : longer;
-    return fmin(0.2 * pow(5.0, log10(d)), 10.0);
+    double longer = fmax(a, b), shorter = fmin(a, b), d = longer >= 2.0 * shorter ? shorter : longer;
+    double p = fmin(0.2 * pow(5.0, log10(d)), 10.0);
+    return d / fmax(round(d / p), 1.0);
 }
 
-static double points_along(double length, double spacing)
+static double points_along(const struct lum_sensor_desc *d, double length, double spacing)
 {
-    return fmax(ceil(length / spacing - 1e-9), 1.0);
+    double cells = length / spacing;
+    return fmax(d->spacing_m > 0.0 ? ceil(cells - 1e-9) : round(cells), 1.0);
 }
 
 static enum lum_status lay_out(const struct lum_sensor_desc *d, uint32_t max_points, uint32_t *ret_nu, uint32_t *ret_nv,
                                struct lum_error *err)
 {
     double a = lum_v3d_length(d->u), b = lum_v3d_length(d->v), nu = 1.0, nv = 1.0;
-    if (d->kind == LUM_SENSOR_LINE)
-        nu = points_along(a, d->spacing_m > 0.0 ? d->spacing_m : lum_sensor_spacing(a, a));
-    if (d->kind == LUM_SENSOR_GRID) {
-        double spacing = d->spacing_m > 0.0 ? d->spacing_m : lum_sensor_spacing(a, b);
-        nu = points_along(a, spacing);
-        nv = points_along(b, spacing);
-    }
+    double spacing = d->spacing_m > 0.0 ? d->spacing_m : standard_spacing(a, d->kind == LUM_SENSOR_GRID ? b : a);
+    if (d->kind == LUM_SENSOR_LINE || d->kind == LUM_SENSOR_GRID)
+        nu = points_along(d, a, spacing);
+    if (d->kind == LUM_SENSOR_GRID)
+        nv = points_along(d, b, spacing);
     if (!(nu * nv <= (double)max_points))
         return lum_fail(err, LUM_ERR_LIMIT, "spacing_m",
                         "%.0f x %.0f points are more than %u: a wider spacing is needed", nu, nv, max_points);

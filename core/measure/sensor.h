@@ -16,13 +16,9 @@ struct lum_sensor_desc {
     struct lum_vec3d u, v;        /* full edges: line: u; grid: both, not parallel */
     struct lum_vec3 normal;       /* of the plane that is lit, or the axis of the cylinder */
     struct lum_vec3 facing;       /* half cylinder, observer */
-    double spacing_m;             /* between points, at most; 0: lum_sensor_spacing */
+    double spacing_m;             /* between points, at most; 0: by EN 12464-1 */
     uint32_t seed;
 };
-
-/* EN 12464-1, 4.4: p = 0.2 * 5^(log10 d), d the longer side, or the shorter where that is less than half of it; at most
- * 10 m. */
-double lum_sensor_spacing(double a_m, double b_m);
 
 #define LUM_SENSOR_POINTS_MAX 65536u
 /* For struct lum_meter_goal. */

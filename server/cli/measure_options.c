@@ -60,7 +60,7 @@ static const struct lum_option_row rows[] = {
     {"border", "M", OTHER(read_border, border_m), .min = 0, .max = 1e6, .help =
         "left out along the sides of the whole scene (default 0.5; with --on 0)"},
     {"spacing", "M", POSITIVE(spacing_m), .help =
-        "between points, at most (default: by EN 12464-1, 0.2 * 5^(log10 of the longer side))"},
+        "between points, at most (default: by EN 12464-1, about 0.2 * 5^(log10 of the longer side))"},
     {"cylindrical", SWITCH(cylindrical), .help =
         "cylindrical illuminance, as light falls on faces, in place of that of a horizontal plane"},
     {"error", "E", .fallback = "0.01", NUMBER(error, 1e-5, 1), .help =
