@@ -13,9 +13,7 @@
 #include "server/world/scene_source.h"
 #include "server/world/work_plane.h"
 
-#define SLICE_SAMPLES 65536u   /* between two looks at the clock */
-#define SAMPLES_MAX (1u << 24) /* of a point: darker than it needs to be known, or lit by what is hardly ever found */
-#define DARK 0.1               /* of the mean, so far: darker points are known to the same lux */
+#define SLICE_SAMPLES 65536u /* between two looks at the clock */
 
 struct measuring {
     struct lum_measure_options options;
@@ -157,10 +155,9 @@ static bool measure_one(struct measuring *m, size_t i, struct lum_proto_error *e
     for (more = true; more; tell_progress(m, i))
         if (lum_sensor_refine(one->sensor, m->world.pool, &goal, SLICE_SAMPLES, &more, &e))
             return core_failed(&e, err);
-    return lum_sensor_result(one->sensor, &one->result) ||
+    return lum_sensor_result(one->sensor, &one->result) || one->id || /* a sensor of the scene says so itself */
            lum_proto_fail(err, LUM_PROTO_APPLICATION, "invalid_value", "",
-                          "nothing to measure%s%s: all points lie inside furniture or walls, or right below something",
-                          one->id ? " of " : "", one->id ? one->id : "");
+                          "nothing to measure: all points lie inside furniture or walls, or right below something");
 }
 
 static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *err)

@@ -105,6 +105,10 @@ static bool print_amounts(const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
     struct lum_vec3d at = lum_sensor_point(m->sensor, r->least_at);
+    if (r->n_known == 0) {
+        printf("no point is left to measure at\n");
+        return false;
+    }
     printf("Em    %.4g lx +/- %.2g\n", r->mean.value, r->mean.stderr_of);
     if (m->desc.kind != LUM_SENSOR_POINT) {
         printf("Emin  %.4g lx +/- %.2g, at x %.2f, z %.2f\n", r->least.value, r->least.stderr_of, at.x, at.z);

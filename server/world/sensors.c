@@ -85,7 +85,7 @@ static struct lum_verdict judge(const struct lum_amount *is, double target, bool
         return (struct lum_verdict){0};
     return (struct lum_verdict){.asked = true,
                                 .passes = at_most ? is->value <= target : is->value >= target,
-                                .sure = !(fabs(is->value - target) < 2.0 * is->stderr_of)};
+                                .sure = !isnan(is->value) && !(fabs(is->value - target) < 2.0 * is->stderr_of)};
 }
 
 struct lum_sensor_verdicts lum_sensor_judge(const struct lum_sensor_result *r, const struct lum_sensor_targets *t)
