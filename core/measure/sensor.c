@@ -1,6 +1,7 @@
 #include "core/measure/sensor.h"
 
-#define GLARE_RAYS 64u
+#define GLARE_RAYS 64u       /* of a lamp, at most */
+#define GLARE_RAYS_ALL 8192u /* of all lamps, where that leaves 4 for each: it takes some milliseconds */
 
 struct lum_sensor {
     struct lum_sensor_desc desc;
@@ -134,8 +135,12 @@ enum lum_status lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uin
                                 bool *ret_more, struct lum_error *err)
 {
     if (s->desc.kind == LUM_SENSOR_OBSERVER && !s->looked) {
-        lum_glare_of(s->snapshot, &(struct lum_observer){s->desc.position, s->desc.facing}, GLARE_RAYS, s->desc.seed,
-                     &s->glare);
+        uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1);
+        lum_glare_of(s->snapshot, &(struct lum_observer){s->desc.position, s->desc.facing},
+                     n < 4            ? 4
+                     : n < GLARE_RAYS ? n
+                                      : GLARE_RAYS,
+                     s->desc.seed, &s->glare);
         s->looked = true;
     }
     return lum_meter_look(s->meter, pool, n_places, glance, ret_more, err);

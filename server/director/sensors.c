@@ -36,7 +36,7 @@ struct entry {
     enum stage stage;
     bool seen; /* while comparing with the document */
     /* What was last known of a whole scene: shown until the next is. */
-    bool known, told_settled, news;
+    bool known, news;
     struct lum_sensor_result result;
     uint64_t result_rev;
 };
@@ -48,7 +48,7 @@ struct watcher {
 };
 
 struct lum_director_sensors {
-    struct entry *entries; /* by id */
+    struct entry *entries;
     struct watcher *watchers;
     struct entry *turn;                 /* who was refined last */
     uint64_t document_rev;              /* that the entries are of */
@@ -241,23 +241,36 @@ static void tell_if_due(struct lum_director *d)
 
 /* ---- slices ---- */
 
+/* Unless there are so many lamps that no point has had a glance: then paths come first. */
 static void keep_result(struct entry *e)
 {
-    e->known = true;
-    e->news = true;
+    struct lum_sensor_result now;
+    (void)lum_sensor_result(e->sensor, &now);
+    if (now.n_known == 0 && now.n_covered + now.n_inside < now.n)
+        return;
+    e->known = e->news = true;
     e->result_rev = e->scene_rev;
-    (void)lum_sensor_result(e->sensor, &e->result);
+    e->result = now;
+}
+
+/* The same light: what was measured holds. */
+static void take_revision(struct entry *e, uint64_t rev)
+{
+    if (e->result_rev == e->scene_rev && e->scene_rev != rev) {
+        e->result_rev = rev;
+        e->news = e->known;
+    }
+    e->scene_rev = rev;
 }
 
 /* A scene in which other light arrives is measured anew; not before the glance that runs is whole. */
 static void aim(struct lum_director *d, struct entry *e)
 {
     const struct lum_snapshot *now = d->world.snapshot;
-    if (e->stage == STAGE_LOOKING || (e->stage != STAGE_NEW && lum_versions_equal(&e->versions, &now->versions))) {
-        if (e->stage != STAGE_LOOKING && e->scene_rev != now->scene_rev) {
-            e->scene_rev = now->scene_rev; /* the same light: what was measured holds */
-            e->result_rev = now->scene_rev;
-        }
+    if (e->stage == STAGE_LOOKING)
+        return;
+    if (e->stage != STAGE_NEW && lum_versions_equal(&e->versions, &now->versions)) {
+        take_revision(e, now->scene_rev);
         return;
     }
     lum_sensor_aim(e->sensor, now);
@@ -384,6 +397,10 @@ void lum_director_stop_watching(struct lum_director *d, struct lum_session_ref s
         *at = w->next;
         lum_free(w);
     }
+    if (!d->sensors->watchers) { /* the scene that was measured is not held on to */
+        lum_director_sensors_destroy(d->sensors);
+        d->sensors = NULL;
+    }
 }
 
 static bool read_watch(struct lum_json_reader *r, struct lum_request *q)
@@ -394,25 +411,43 @@ static bool read_watch(struct lum_json_reader *r, struct lum_request *q)
     return lum_json_end(r);
 }
 
+/* NULL: memory is short. */
+static struct watcher *watcher_of(struct lum_director *d, struct lum_session_ref session)
+{
+    if (!d->sensors)
+        d->sensors = lum_calloc(1, sizeof *d->sensors);
+    if (!d->sensors)
+        return NULL;
+    struct watcher *w = d->sensors->watchers;
+    while (w && !same_session(w->session, session))
+        w = w->next;
+    if (w)
+        return w;
+    w = lum_calloc(1, sizeof *w);
+    if (w) {
+        *w = (struct watcher){.next = d->sensors->watchers, .session = session};
+        d->sensors->watchers = w;
+    }
+    return w;
+}
+
 static void watch(struct lum_director *d, const struct lum_request *q)
 {
-    struct lum_proto_error err;
-    lum_director_stop_watching(d, q->session);
-    if (q->on) {
-        struct watcher *w = lum_calloc(1, sizeof *w);
-        if (!d->sensors)
-            d->sensors = lum_calloc(1, sizeof *d->sensors);
-        if (!w || !d->sensors) {
-            lum_free(w);
-            lum_proto_fail_memory(&err);
-            lum_director_refuse(d, q, &err);
-            return;
-        }
-        *w = (struct watcher){d->sensors->watchers, q->session, q->points};
-        d->sensors->watchers = w;
-        for (struct entry *e = d->sensors->entries; e; e = e->next)
-            e->news = e->known;
+    if (!q->on) {
+        lum_director_stop_watching(d, q->session);
+        lum_director_reply(d, q, cJSON_CreateObject());
+        return;
     }
+    struct watcher *w = watcher_of(d, q->session);
+    if (!w) {
+        struct lum_proto_error err;
+        lum_proto_fail_memory(&err);
+        lum_director_refuse(d, q, &err);
+        return;
+    }
+    w->points = q->points;
+    for (struct entry *e = d->sensors->entries; e; e = e->next)
+        e->news = e->known;
     lum_director_reply(d, q, cJSON_CreateObject());
 }
 

@@ -1,7 +1,8 @@
-/* What the scene's sensors show, measured while some session watches: in slices of a few milliseconds beside the frames,
- * of which they take a share of the time. After an edit a glance at every point comes first, so that who drags a lamp
- * sees values follow; it is finished whatever comes next, and then done anew for the newest scene. At rest, paths until
- * every point is known within LUM_SENSOR_ERROR. Thread: director. */
+/* What the scene's sensors show, measured while some session watches: in slices of a few milliseconds beside the
+ * frames, of which they take a share of the time. After an edit a glance at every point comes first, so that who drags
+ * a lamp sees values follow; it is finished whatever comes next, and then done anew for the newest scene. At rest,
+ * paths until every point is known within LUM_SENSOR_ERROR. Once nobody watches all of it is forgotten. Thread:
+ * director. */
 #ifndef LUM_SERVER_DIRECTOR_SENSORS_H
 #define LUM_SERVER_DIRECTOR_SENSORS_H
 

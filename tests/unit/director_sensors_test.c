@@ -88,6 +88,18 @@ static void values_follow_edits(void **state)
     assert_near(settled(c, "spot", rev), 10.0);
 }
 
+/* An edit that changes no light measures nothing anew; values are told to be those of the new revision. */
+static void values_of_an_older_revision_hold_where_light_is_the_same(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, lit);
+    cJSON_Delete(watch(c, true));
+    assert_near(settled(c, "spot", rev), 25.0);
+    rev = client_apply(c, "[{\"op\":\"add\",\"type\":\"camera\",\"id\":\"aside\",\"position\":[40,2,50],\"target\":[50,"
+                          "1,50],\"up\":[0,1,0],\"vfov_deg\":50}]");
+    assert_near(settled(c, "spot", rev), 25.0);
+}
+
 static void points_are_read(void **state)
 {
     struct client *c = *state;
@@ -140,13 +152,41 @@ static void who_stops_watching_hears_no_more(void **state)
     cJSON_Delete(is);
 }
 
+/* What was measured is forgotten once nobody watches, and with it the scene that it was measured in: it would be read
+ * as what is known now. */
+static void nothing_is_known_once_nobody_watches(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, lit);
+    cJSON_Delete(watch(c, true));
+    settled(c, "spot", rev);
+    cJSON_Delete(watch(c, true)); /* again: it is kept */
+    struct lum_request *q = client_request(c, &lum_request_sensor_read);
+    strcpy(q->id, "spot");
+    cJSON *reply = client_ask(c, q);
+    assert_non_null(cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "em_lx"));
+    cJSON_Delete(reply);
+    cJSON_Delete(watch(c, false));
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":40}]");
+    q = client_request(c, &lum_request_sensor_read);
+    strcpy(q->id, "spot");
+    reply = client_ask(c, q);
+    assert_null(cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "em_lx"));
+    cJSON_Delete(reply);
+    cJSON_Delete(watch(c, true));
+    assert_near(settled(c, "spot", rev), 10.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(values_follow_edits, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,
+                                        client_teardown),
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(who_stops_watching_hears_no_more, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(nothing_is_known_once_nobody_watches, client_setup, client_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
