@@ -123,16 +123,16 @@ struct lum_light_desc {
      * lum_light_from_flux): point, spot: cd; ies: cd of its brightest direction; directional, sun: lx on a facing
      * plane; area, environment: cd/m2; sky: as sky_amount says. 0 to 1e12 */
     double intensity;
-    const char *image;       /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
-                              * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
-    double rotation_rad;     /* environment: about +Y */
+    const char *image;   /* environment: equirectangular image id, or NULL: constant. A texel of value 1 shines with
+                          * intensity cd/m2 times color; a picture in cd/m2 takes intensity 1 */
+    double rotation_rad; /* environment: about +Y */
     /* sky: its sun is the first light of kind sun, by id, on or off; where there is none, one that stands 45 degrees
-     * high over +Z. Only one environment or sky shines: the first by id that is on. */
+     * high over +Z. While skies are on the first by id shines, and no environment; else the first of those that is. */
     int cie_type;                   /* 1..16 (core/light/cie_sky.h) */
     double ground_albedo;           /* 0..1: of what lies below the horizon */
     enum lum_sky_amount sky_amount; /* what intensity is */
     bool on, camera_visible;        /* camera_visible: area lights, environment and sky seen directly */
-    const char *group;       /* mixing group, "" = its own id */
+    const char *group;              /* mixing group, "" = its own id */
 };
 /* Intensity (in the kind's natural unit) of a light that emits flux_lm in all: point 4 pi sr; spot and ies by the
  * integral of their falloff; quad, disc, sphere: Lambertian, L = flux / (pi A). LUM_ERR_INVALID for directional and

@@ -252,13 +252,19 @@ static float bounding_radius(const struct lum_bounds *b)
 
 /* ---- the pick table ---- */
 
-/* Only one environment shines: the first by id that is on. */
+/* Only one environment shines: the first sky by id that is on, or, where there is none, the first of the others. */
 static uint32_t find_environment(const struct lum_light_part *part)
 {
-    for (uint32_t i = 0; i < part->n; i++)
-        if (part->items[i].kind == LUM_EMIT_ENVIRONMENT && part->items[i].on)
+    uint32_t first = LUM_NO_OBJECT;
+    for (uint32_t i = 0; i < part->n; i++) {
+        const struct lum_light *l = &part->items[i];
+        if (l->kind != LUM_EMIT_ENVIRONMENT || !l->on)
+            continue;
+        if (l->env_hash)
             return i;
-    return LUM_NO_OBJECT;
+        first = first == LUM_NO_OBJECT ? i : first;
+    }
+    return first;
 }
 
 /* Luminous flux of a light in scene units; only its ratio to the others matters. */

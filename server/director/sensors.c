@@ -474,7 +474,8 @@ static void read_sensor(struct lum_director *d, const struct lum_request *q)
     const struct entry *shown = fresh ? fresh : e;
     cJSON *o = shown && shown->known ? entry_json(shown) : cJSON_CreateObject();
     if (!shown || !o || (!shown->known && !lum_json_add_string(o, "id", q->id)) ||
-        !lum_json_add(o, "points", lum_sensor_points_json(shown->sensor))) {
+        (shown->desc.kind != LUM_SENSOR_OBSERVER &&
+         !lum_json_add(o, "points", lum_sensor_points_json(shown->sensor)))) {
         cJSON_Delete(o);
         o = NULL;
     }

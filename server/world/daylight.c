@@ -92,7 +92,7 @@ static cJSON *or_null(cJSON *o)
     return o ? o : cJSON_CreateNull();
 }
 
-/* The first of each by id: the sun that skies have, and the sky that shines unless an environment does, on or off. */
+/* The first of each by id, on or off: the sun that skies have, and the sky that shines. */
 struct cJSON *lum_daylight_describe(const struct lum_world *world)
 {
     const struct lum_light_table *lights = &world->snapshot->lights;

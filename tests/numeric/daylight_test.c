@@ -335,6 +335,28 @@ static void sky_has_the_scenes_sun(void **state)
     rig_end(&r);
 }
 
+/* While a sky is on it shines in place of environments, whatever their ids; switched, the picture is that of a view
+ * which never saw the other. */
+static void sky_takes_the_place_of_an_environment(void **state)
+{
+    (void)state;
+    struct lum_light_desc even = {.kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 500, .on = true},
+                          sky = sky_of(12, 10000);
+    double lux[] = {10000, 500 * LUM_PI_D, 10000};
+    struct rig r;
+    plain(&r, "live", 1);
+    rig_light(&r, "another", &even);
+    rig_light(&r, "sky", &sky);
+    for (size_t i = 0; i < LUM_ARRAY_LEN(lux); i++) {
+        sky.on = i != 1;
+        rig_light(&r, "sky", &sky);
+        rig_commit(&r);
+        double want = ALBEDO * lux[i] / LUM_PI_D;
+        assert_within(mean_of(&r, 1), want, 0.03 * want, sky.on ? "sky" : "environment"); /* as above */
+    }
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -347,6 +369,7 @@ int main(void)
         cmocka_unit_test(open_plane_gets_what_the_sky_says),
         cmocka_unit_test(dimming_traces_no_ray_and_moving_the_sun_does),
         cmocka_unit_test(sky_has_the_scenes_sun),
+        cmocka_unit_test(sky_takes_the_place_of_an_environment),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

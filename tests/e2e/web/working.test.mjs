@@ -145,8 +145,8 @@ test('a work plane tells mean and uniformity of the floor, follows a lamp that i
     await field(page, 'ceiling-panel', 'ceiling-panel on').click();
     const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'CSV' }).click()]);
     const lines = readFileSync(await file.path(), 'utf8').trim().split('\n');
-    assert.equal(lines[0], 'sensor,x_m,y_m,z_m,lx,stderr_lx');
-    assert.match(lines[1], /^"work-plane",(-?[\d.e-]+,){4}[\d.e-]+$/);
+    assert.equal(lines[0], 'sensor,quantity,x_m,y_m,z_m,value,stderr');
+    assert.match(lines[1], /^work-plane,plane,(-?[\d.e-]+,){4}[\d.e-]+$/);
     await page.getByRole('button', { name: 'Remove work-plane' }).click();
     await plane.waitFor({ state: 'detached' });
     await settled(tab);
@@ -167,6 +167,17 @@ test('sun and sky are let in, stand by the hour that a key sets, and are as brig
     assert.match(await row(page, 'sky').innerText(), /automatic/);
     for (let n = 0; n < 4; n++) await edit(() => page.keyboard.press('z'));
     await eventually(async () => (await panel.innerText()).includes('Add sun and sky'), () => panel.innerText());
+});
+
+test('a sun that was there before is named beside the new one, and switched off with a key', async () => {
+    await edit(() => add('Sun'));
+    await edit(() => page.getByRole('button', { name: 'Add sun and sky' }).press('Enter'));
+    const panel = page.getByRole('region', { name: 'Daylight' });
+    await eventually(async () => /Beside the sun “sun” shines/.test(await panel.innerText()), () => panel.innerText());
+    await edit(() => panel.getByRole('button', { name: 'Switch it off' }).press('Enter'));
+    await eventually(async () => !/Beside the sun/.test(await panel.innerText()), () => panel.innerText());
+    for (let n = 0; n < 3; n++) await edit(() => page.locator('.stage').press('z'));
+    await eventually(async () => (await row(page, 'sun').count()) === 0, () => panel.innerText());
 });
 
 test('a hidden tab goes on asking and acknowledging, and sends what was changed last', async () => {

@@ -1,5 +1,5 @@
 /** Sun and sky of the scene, in words, and the ops that make them. */
-import type { Op, SceneRecord } from '../protocol/types';
+import { numberOr, type Op, type SceneRecord } from '../protocol/types';
 import { newId } from './imports';
 import { isOn } from './lights';
 
@@ -31,10 +31,37 @@ export const SKIES: [string, string][] = [
     ['16', 'Overcast, traditional'],
 ];
 
+export interface DaylightRecords {
+    sun?: SceneRecord;
+    sky?: SceneRecord;
+    /** Environments that are on and do not shine, since the sky does. */
+    replaced: SceneRecord[];
+    /** What shines from afar beside the sun: most likely the sun that was there before. */
+    doubled: SceneRecord[];
+}
+
+/** Of the first of each kind by id, which are those that the server speaks of. */
+export function daylightOf(lights: readonly SceneRecord[]): DaylightRecords {
+    const of = (kind: string): SceneRecord[] => lights.filter((l) => l.kind === kind).sort((a, b) => (a.id < b.id ? -1 : 1));
+    const suns = of('sun');
+    const skies = of('sky');
+    const shines = suns[0] !== undefined && isOn(suns[0]);
+    return {
+        sun: suns[0],
+        sky: skies[0],
+        replaced: skies.some(isOn) ? of('environment').filter(isOn) : [],
+        doubled: shines ? [...suns.slice(1), ...of('directional')].filter(isOn) : [],
+    };
+}
+
+export const switchOff = (lights: readonly SceneRecord[]): Op[] => lights.map(({ id }) => ({ op: 'set', id, path: '/on', value: false }));
+
 const isOvercast = (type: number): boolean => type <= 5 || type === 16;
 
 /** How much light the air takes of the sun's, towards the zenith (PROTOCOL.md). */
-const extinctionOf = (type: number): number => (type <= 10 ? 0.8 : 0.21);
+const CLEAR_AIR = 0.21;
+const THIN_CLOUDS = 0.8;
+const extinctionOf = (type: number): number => (type <= 10 ? THIN_CLOUDS : CLEAR_AIR);
 
 /** "2026-06-21" where the browser is. */
 export function localDate(now: Date): string {
@@ -61,11 +88,16 @@ export const newSun = (taken: (id: string) => boolean, date: string): Op => ({
 
 export const newSky = (taken: (id: string) => boolean): Op => ({ op: 'add', type: 'light', id: newId('sky', taken), kind: 'sky', cie_type: 12 });
 
-/** Another sky; the sun shines as through it, and not at all through clouds that are closed. One undo step. */
+/**
+ * Another sky; the sun shines as through it, and not at all through clouds that are closed. Whoever switched it off otherwise, or
+ * gave it an extinction that no sky has, keeps that. One undo step.
+ */
 export function skyChange(sky: SceneRecord, sun: SceneRecord | undefined, type: number): Op[] {
     const ops: Op[] = [{ op: 'set', id: sky.id, path: '/cie_type', value: type }];
     if (!sun) return ops;
-    if (isOn(sun) === isOvercast(type)) ops.push({ op: 'set', id: sun.id, path: '/on', value: !isOvercast(type) });
-    if (!isOvercast(type)) ops.push({ op: 'set', id: sun.id, path: '/extinction', value: extinctionOf(type) });
+    const closes = isOvercast(type);
+    const had = numberOr(sun.extinction, CLEAR_AIR);
+    if (closes !== isOvercast(numberOr(sky.cie_type, 12)) && closes === isOn(sun)) ops.push({ op: 'set', id: sun.id, path: '/on', value: !closes });
+    if (!closes && had !== extinctionOf(type) && [CLEAR_AIR, THIN_CLOUDS].includes(had)) ops.push({ op: 'set', id: sun.id, path: '/extinction', value: extinctionOf(type) });
     return ops;
 }

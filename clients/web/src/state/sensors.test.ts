@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { readingOf, Sensors, verdict } from './sensors';
+import { readingOf, Sensors, stateOf, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -61,7 +61,26 @@ test('a work plane is placed by the server and asks for what office work needs',
 
 test('points that count become lines of a file', async () => {
     const points = [{ point: [0, 0.75, 0], lx: 512.4, stderr_lx: 4.9 }, { point: [1, 0.75, 0], left_out: 'inside' }];
-    const { scene, sensors } = made([], { 'sensor.read': { id: 'a "b"', points } });
-    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'point', position: [0, 1, 0] }], 1);
-    assert.equal(await sensors.csv(), 'sensor,x_m,y_m,z_m,lx,stderr_lx\n"desks",0,0.75,0,512.4,4.9\n');
+    const { scene, sensors } = made([], { 'sensor.read': { id: 'desks', kind: 'grid', quantity: 'cylindrical', points } });
+    scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'grid', position: [0, 1, 0] }], 1);
+    assert.equal(await sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\ndesks,cylindrical,0,0.75,0,512.4,4.9\n');
+});
+
+test('an observer has a line with its UGR, and none while nothing glares', async () => {
+    const observer: JsonObject = { op: 'add', type: 'sensor', id: 'eye', kind: 'observer', position: [0, 1.2, 0] };
+    const glared = made([], { 'sensor.read': { id: 'eye', kind: 'observer', ugr: 16.4, ugr_stderr: 0.2 } });
+    glared.scene.load([observer], 1);
+    assert.equal(await glared.sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\neye,ugr,0,1.2,0,16.4,0.2\n');
+    const dark = made([], { 'sensor.read': { id: 'eye', kind: 'observer', ugr: null } });
+    dark.scene.load([observer], 1);
+    assert.equal(await dark.sensors.csv(), 'sensor,quantity,x_m,y_m,z_m,value,stderr\n');
+});
+
+test('what is known of a sensor in words', () => {
+    const reading = (more: JsonObject) => readingOf({ ...TOLD, ...more });
+    assert.equal(stateOf(reading({}), true), '5 points, 1 left out …');
+    assert.equal(stateOf(reading({ settled: true, left_out: 0 }), true), '6 points');
+    assert.equal(stateOf(reading({ nu: 1, nv: 1, settled: true }), true), 'inside something, or right below it');
+    assert.equal(stateOf(reading({ nu: 1, nv: 1, left_out: 0 }), false), 'before the last change');
+    assert.equal(stateOf(undefined, false), 'not measured yet');
 });

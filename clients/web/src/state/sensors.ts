@@ -85,15 +85,17 @@ export class Sensors {
         void this.host.edits.transaction([{ op: 'remove', id }]);
     }
 
-    /** All points that count, as a file of comma separated values. */
+    /** All points that count, and the UGR of observers, as a file of comma separated values: that of `lumend measure --csv`. */
     async csv(): Promise<string> {
-        const lines = ['sensor,x_m,y_m,z_m,lx,stderr_lx'];
+        const lines = ['sensor,quantity,x_m,y_m,z_m,value,stderr'];
         for (const id of this.host.scene.list('sensor').peek()) {
-            const { points } = await this.host.call('sensor.read', { id });
-            for (const p of Array.isArray(points) ? points.filter(isObject) : []) {
-                const at = Array.isArray(p.point) ? p.point : [];
-                if (typeof p.lx === 'number') lines.push([JSON.stringify(id), ...at, p.lx, numberOr(p.stderr_lx, NaN)].join(','));
-            }
+            const told = await this.host.call('sensor.read', { id });
+            const add = (quantity: string, at: unknown, value: unknown, error: Json | undefined): void => {
+                if (typeof value === 'number') lines.push([id, quantity, ...(Array.isArray(at) ? at : []), value, numberOr(error, NaN)].join(','));
+            };
+            add('ugr', this.host.scene.peek(id)?.position, told.ugr, told.ugr_stderr);
+            for (const p of Array.isArray(told.points) ? told.points.filter(isObject) : [])
+                add(stringOr(told.quantity, ''), p.point, p.lx, p.stderr_lx);
         }
         return `${lines.join('\n')}\n`;
     }
@@ -132,6 +134,15 @@ export function readingOf(sensor: JsonObject): SensorReading {
         ugr: valueOf(sensor, 'ugr', 'ugr_stderr'),
         targets,
     };
+}
+
+/** How far it is known; of a single point nothing more than that. */
+export function stateOf(reading: SensorReading | undefined, current: boolean): string {
+    if (!reading) return 'not measured yet';
+    const { points, leftOut } = reading;
+    const words = points > 1 ? [`${points - leftOut} points`, ...(leftOut > 0 ? [`${leftOut} left out`] : [])] : leftOut > 0 ? ['inside something, or right below it'] : [];
+    if (!current) words.push('before the last change');
+    return words.join(', ') + (current && !reading.settled ? ' …' : '');
 }
 
 /** In words, for who sees no colours and who sees nothing: "meets 500", "misses 500, as far as is known". */

@@ -1,9 +1,11 @@
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useEffect, useMemo } from 'preact/hooks';
 import { fixed, si } from '../lib/format';
+import { Once } from '../lib/once';
 import { linearScale } from '../lib/scale';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
-import { clockOf, DAY, localDate, newSky, newSun, SKIES, skyChange, type Daylight } from '../state/daylight';
+import { clockOf, DAY, daylightOf, localDate, newSky, newSun, SKIES, skyChange, switchOff, type Daylight } from '../state/daylight';
+import { nameOf } from '../state/lights';
 import { Choice } from './Choice';
 import { useApp } from './context';
 import { NumberField } from './NumberField';
@@ -11,12 +13,11 @@ import { Slider } from './Slider';
 
 const HOURS = linearScale(0, DAY, 60);
 
-/** Sun and sky of the scene: the first of each kind by id, which are those that the server speaks of. */
+/** Sun and sky of the scene, and what of its light is in their way. */
 export function DaylightPanel() {
     const app = useApp();
     const records = app.scene.list('light').value.map((id) => app.scene.record(id));
-    const sun = records.find((r) => r?.type === 'light' && r.kind === 'sun');
-    const sky = records.find((r) => r?.type === 'light' && r.kind === 'sky');
+    const { sun, sky, replaced, doubled } = daylightOf(records.filter((r) => r !== undefined));
     const taken = (id: string): boolean => app.scene.peek(id) !== undefined;
     const add = (): void => {
         const ops = [...(sun ? [] : [newSun(taken, localDate(new Date()))]), ...(sky ? [] : [newSky(taken)])];
@@ -42,11 +43,22 @@ export function DaylightPanel() {
                     />
                 </div>
             )}
+            {replaced.length > 0 && <p class="hint">The sky shines in place of {quoted(replaced)}.</p>}
             {sun && <Sun sun={sun} />}
+            {doubled.length > 0 && (
+                <p class="hint">
+                    Beside the sun {quoted(doubled)} {doubled.length > 1 ? 'shine' : 'shines'} from afar, too.{' '}
+                    <button type="button" class="toggle" onClick={() => void app.edits.transaction(switchOff(doubled))}>
+                        Switch {doubled.length > 1 ? 'them' : 'it'} off
+                    </button>
+                </p>
+            )}
             {(sun || sky) && <ReadOuts />}
         </section>
     );
 }
+
+const quoted = (lights: readonly SceneRecord[]): string => lights.map((l) => `“${nameOf(l)}”`).join(', ');
 
 function Sun({ sun }: { sun: SceneRecord }) {
     const { edits } = useApp();
@@ -103,20 +115,20 @@ function Sun({ sun }: { sun: SceneRecord }) {
     );
 }
 
-/** As the server tells them of the scene that it has now. */
+/** As the server tells them of the scene that it has now: asked again after each edit, and never twice at once. */
 function ReadOuts() {
     const app = useApp();
     const now = useSignal<Daylight | null>(null);
     const rev = app.scene.rev.value;
-    useEffect(() => {
-        let late = false;
-        void app.daylight().then((d) => {
-            if (!late && d) now.value = d;
-        });
-        return () => {
-            late = true;
-        };
-    }, [rev]);
+    const ask = useMemo(
+        () =>
+            new Once(async () => {
+                const told = await app.daylight();
+                if (told) now.value = told;
+            }),
+        [app],
+    );
+    useEffect(() => void ask.run(), [rev]);
     const { sun, sky } = now.value ?? { sun: null, sky: null };
     return (
         <div class="cache">

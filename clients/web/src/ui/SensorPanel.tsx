@@ -1,6 +1,6 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
-import { verdict, type SensorReading, type Target, type Value } from '../state/sensors';
+import { stateOf, verdict, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
@@ -60,23 +60,17 @@ function Sensor({ id }: { id: string }) {
     );
 }
 
-function stateOf(reading: SensorReading | undefined, current: boolean): string {
-    if (!reading) return 'not measured yet';
-    const points = reading.points > 1 ? `${reading.points - reading.leftOut} points` : '';
-    const left = reading.leftOut > 0 ? `, ${reading.leftOut} inside things` : '';
-    return `${points}${left}${current ? (reading.settled ? '' : ' …') : ', before the last change'}`;
-}
-
+/** A value that there is not, and that was asked for, is said to be missing. */
 function Row({ name, value, unit, target }: { name: string; value: Value | null; unit: string; target?: Target }) {
-    if (!value) return null;
-    const text = value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
-    const error = Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
+    if (!value && !target) return null;
+    const text = !value ? '–' : value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
+    const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
     return (
         <>
             <dt>{name}</dt>
             <dd>
                 {text}
-                <small>{error}</small> {unit}
+                <small>{error}</small> {value ? unit : ''}
             </dd>
             <dd class={target ? (target.passes ? 'passes' : 'misses') : ''}>
                 {target && (
