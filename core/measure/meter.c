@@ -217,6 +217,15 @@ static bool is_counted(const struct lum_meter_place *at, const struct lum_light 
     return at->kind != LUM_METER_EYE || l->kind == LUM_EMIT_ENVIRONMENT;
 }
 
+static enum lum_clearance clearance_of(const struct lum_meter *m, uint32_t place)
+{
+    struct lum_vec3 p = place_in_scene(m, place);
+    if (m->places[place].kind != LUM_METER_EYE)
+        return lum_clearance_of(m->snapshot, p, m->places[place].normal);
+    return lum_max(lum_max(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) < LUM_RAY_LIMIT ? LUM_CLEARANCE_FREE
+                                                                                : LUM_CLEARANCE_FAR;
+}
+
 static void look_job(void *ctx, uint32_t job, uint32_t worker)
 {
     (void)worker;
@@ -226,9 +235,7 @@ static void look_job(void *ctx, uint32_t job, uint32_t worker)
     struct knows *k = &m->knows[place];
     const struct lum_light_table *lights = &m->snapshot->lights;
     if (k->clearance == LUM_CLEARANCE_UNKNOWN)
-        k->clearance = m->places[place].kind == LUM_METER_EYE
-                           ? LUM_CLEARANCE_FREE
-                           : lum_clearance_of(m->snapshot, place_in_scene(m, place), m->places[place].normal);
+        k->clearance = clearance_of(m, place);
     if (!look->glance || k->clearance != LUM_CLEARANCE_FREE || lights->n_active > GLANCE_RAYS)
         return;
     uint32_t n_rays = lights->n_active > 0 ? GLANCE_RAYS / lights->n_active : 1;

@@ -32,7 +32,7 @@ struct lum_meter_reading {
 
 struct lum_meter;
 
-/* Copies the places. Of those of kind EYE no clearance is asked. */
+/* Copies the places. Of those of kind EYE no more clearance is asked than that they are not too far. */
 LUM_MUST_USE enum lum_status lum_meter_create(const struct lum_meter_place *places, uint32_t n, uint32_t seed,
                                               struct lum_meter **ret_meter, struct lum_error *err);
 void lum_meter_destroy(struct lum_meter *meter); /* accepts NULL */

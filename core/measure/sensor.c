@@ -134,16 +134,16 @@ void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
 enum lum_status lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance,
                                 bool *ret_more, struct lum_error *err)
 {
-    if (s->desc.kind == LUM_SENSOR_OBSERVER && !s->looked) {
-        uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1);
-        lum_glare_of(s->snapshot, &(struct lum_observer){s->desc.position, s->desc.facing},
-                     n < 4            ? 4
-                     : n < GLARE_RAYS ? n
-                                      : GLARE_RAYS,
-                     s->desc.seed, &s->glare);
-        s->looked = true;
+    enum lum_status st = lum_meter_look(s->meter, pool, n_places, glance, ret_more, err);
+    if (st || s->desc.kind != LUM_SENSOR_OBSERVER || s->looked)
+        return st;
+    s->looked = true;
+    if (lum_meter_read(s->meter, 0).clearance == LUM_CLEARANCE_FREE) {
+        uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1), least = n < 4 ? 4 : n;
+        const struct lum_observer eye = {s->desc.position, s->desc.facing};
+        lum_glare_of(s->snapshot, &eye, least < GLARE_RAYS ? least : GLARE_RAYS, s->desc.seed, &s->glare);
     }
-    return lum_meter_look(s->meter, pool, n_places, glance, ret_more, err);
+    return LUM_OK;
 }
 
 enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, const struct lum_meter_goal *goal,
@@ -191,7 +191,7 @@ bool lum_sensor_result(const struct lum_sensor *s, struct lum_sensor_result *ret
     if (s->desc.kind == LUM_SENSOR_OBSERVER) {
         const double pi = 3.14159265358979323846;
         r.mean = (struct lum_amount){r.mean.value / pi, r.mean.stderr_of / pi};
-        r.ugr = lum_ugr_of(&s->glare, r.mean.value, r.mean.stderr_of);
+        r.ugr = r.n_known > 0 ? lum_ugr_of(&s->glare, r.mean.value, r.mean.stderr_of) : (struct lum_ugr){none, none};
     }
     *ret = r;
     return whole;

@@ -58,7 +58,7 @@ struct lum_sensor_result {
     uint32_t n_covered, n_inside; /* left out (clearance.h); those that are too far count as covered */
     struct lum_amount mean, least, most, uniformity; /* lx; Uo = least / mean. Of an observer: the background, cd/m2 */
     uint32_t least_at;
-    struct lum_ugr ugr; /* of an observer */
+    struct lum_ugr ugr; /* of an observer; NAN: not known */
     struct lum_glare glare;
 };
 /* True when every point that counts has a value, and there is one. Amounts of none are NAN. */

@@ -120,8 +120,6 @@ struct lum_ugr lum_ugr_of(const struct lum_glare *g, double background, double b
     const double per_log = 8.0 / log(10.0);
     if (!(g->sum > 0.0))
         return (struct lum_ugr){-(double)INFINITY, 0.0};
-    if (isnan(background))
-        return (struct lum_ugr){background, background};
     if (!(background > 0.0))
         return (struct lum_ugr){(double)INFINITY, 0.0}; /* a lamp in perfect darkness */
     return (struct lum_ugr){8.0 * log10(0.25 / background * g->sum),

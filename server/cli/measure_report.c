@@ -62,11 +62,16 @@ static void print_table(const struct lum_measured *m, uint32_t nu, uint32_t nv)
 static void print_left_out(const struct lum_measured *m, uint32_t n)
 {
     const struct lum_sensor_result *r = &m->result;
-    uint32_t told = 0, left_out = r->n_covered + r->n_inside;
+    uint32_t told = 0, far = 0, left_out = r->n_covered + r->n_inside;
     if (left_out == 0)
         return;
-    printf("%u of %u points are left out, %u inside furniture or walls, %u right below something:", left_out, n,
-           r->n_inside, r->n_covered);
+    for (uint32_t i = 0; i < n; i++)
+        far += lum_sensor_reading(m->sensor, i).clearance == LUM_CLEARANCE_FAR;
+    printf("%u of %u points are left out, %u inside furniture or walls, %u right below something", left_out, n,
+           r->n_inside, r->n_covered - far);
+    if (far > 0)
+        printf(", %u too far from the scene", far);
+    putchar(':');
     for (uint32_t i = 0; i < n && told < LEFT_OUT_TOLD; i++) {
         if (!lum_sensor_left_out(lum_sensor_reading(m->sensor, i).clearance))
             continue;
@@ -87,7 +92,9 @@ static bool tell_target(const char *name, const struct lum_verdict *v, double ta
 static bool print_observer(const struct lum_measured *m)
 {
     const struct lum_sensor_result *r = &m->result;
-    if (r->ugr.ugr == -(double)INFINITY)
+    if (isnan(r->ugr.ugr))
+        printf("UGR   none: too far from the scene\n");
+    else if (r->ugr.ugr == -(double)INFINITY)
         printf("UGR   none: no lamp is in sight\n");
     else
         printf("UGR   %.1f +/- %.2g, by formula (CIE 117), of %u lamps; background %.3g cd/m2 +/- %.2g\n", r->ugr.ugr,

@@ -215,8 +215,8 @@ static void sensors_of_the_scene_are_measured(void **state)
     free(csv);
 }
 
-/* A sensor inside the floor has no value, and says so; its neighbour is measured all the same. What is not known is
- * missed, and not for sure. */
+/* Sensors inside the floor and far away have no value, and say so; their neighbour is measured all the same. What is
+ * not known is missed, and not for sure. */
 static void a_sensor_in_a_wall_keeps_no_other_from_its_value(void **state)
 {
     (void)state;
@@ -224,18 +224,23 @@ static void a_sensor_in_a_wall_keeps_no_other_from_its_value(void **state)
     snprintf(text, sizeof text,
              "%s{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"a\",\"kind\":\"point\",\"position\":[0,-0.1,0],"
              "\"target_lx\":100}\n"
-             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"b\",\"kind\":\"point\",\"position\":[0,1,0]}\n",
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"b\",\"kind\":\"point\",\"position\":[0,1,0]}\n"
+             "{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"eye\",\"kind\":\"observer\",\"position\":[1e9,0,0],\"target_"
+             "ugr\":19}\n",
              room);
     cli_write_text(cli_in_dir("walled.jsonl"), text);
     assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @walled.jsonl --json @w.json"), LUM_EXIT_FAILED);
     char *json = cli_read_text(cli_in_dir("w.json"));
     cJSON *o = lum_json_parse(json, strlen(json), NULL);
-    const cJSON *a = cJSON_GetArrayItem(cli_member(o, "sensors"), 0), *b = a->next,
+    const cJSON *a = cJSON_GetArrayItem(cli_member(o, "sensors"), 0), *b = a->next, *eye = b->next,
                 *em = cli_member(cli_member(a, "targets"), "em");
     assert_true(cJSON_IsNull(cli_member(a, "em_lx")));
     assert_int_equal(cli_member(a, "left_out")->valueint, 1);
     assert_true(cJSON_IsFalse(cli_member(em, "passes")) && cJSON_IsFalse(cli_member(em, "sure")));
     assert_true(fabs(cli_member(b, "em_lx")->valuedouble - 250.0) < 0.01);
+    assert_true(cJSON_IsNull(cli_member(eye, "ugr")));
+    em = cli_member(cli_member(eye, "targets"), "ugr");
+    assert_true(cJSON_IsFalse(cli_member(em, "passes")) && cJSON_IsFalse(cli_member(em, "sure")));
     cJSON_Delete(o);
     free(json);
 }
