@@ -157,9 +157,10 @@ enum lum_status lum_content_write(const struct lum_dir *content, struct lum_reco
     if (!st)
         st = finish_sha(w.sha, ret_sha, err);
     lum_block_close(&w);
-    if (!st && !lum_dir_has(content, ret_sha))
-        return lum_dir_rename(content, part, ret_sha, err);
-    lum_dir_remove(content, part);
+    if (!st)
+        st = lum_dir_rename(content, part, ret_sha, err);
+    if (st)
+        lum_dir_remove(content, part);
     return st;
 }
 

@@ -30,7 +30,8 @@ void lum_damage_no_memory(const struct lum_damage_sink *sink);
 void lum_damage_note(const struct lum_damage_sink *sink, const struct lum_proto_error *err);
 void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...) LUM_PRINTF(2, 3);
 
-/* Writes the records into the folder, synced, unless they are there. Thread: any, several at once. */
+/* Writes the records into the folder, synced, in place of what has the name already: it may be damaged. Thread: any,
+ * several at once. */
 LUM_MUST_USE enum lum_status lum_content_write(const struct lum_dir *content, struct lum_record *const *records,
                                                size_t n, lum_sha ret_sha, struct lum_error *err);
 /* Damaged records are told, and NULL in the list; an error only where nothing can be read. */

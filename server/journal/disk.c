@@ -140,10 +140,13 @@ enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *r
     return LUM_OK;
 }
 
-bool lum_dir_has(const struct lum_dir *dir, const char *name)
+bool lum_dir_has(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes)
 {
     struct stat st;
-    return fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(st.st_mode);
+    if (fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(st.st_mode))
+        return false;
+    *ret_n_bytes = (uint64_t)st.st_size;
+    return true;
 }
 
 enum lum_status lum_dir_write(const struct lum_dir *dir, const char *name, int fd, const void *bytes, size_t n,

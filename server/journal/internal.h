@@ -36,6 +36,7 @@ struct lum_journal {
     uint64_t state_seq, snapshot_bytes;
     int64_t retry_due_ns;       /* no snapshot before */
     struct lum_kept_list fresh; /* content that was stored since the last snapshot began; added to under both locks */
+    uint64_t fresh_bytes;       /* of it, on disk */
     struct lum_journal_status status;
 
     _Atomic uint64_t acknowledged;

@@ -79,6 +79,8 @@ enum lum_status lum_journal_open(const struct lum_journal_config *config, struct
     j->config = *config;
     if (!config->compact_bytes)
         j->config.compact_bytes = LUM_JOURNAL_COMPACT_BYTES;
+    if (!config->compact_content_bytes)
+        j->config.compact_content_bytes = LUM_JOURNAL_CONTENT_BYTES;
     if (!config->retry_ns)
         j->config.retry_ns = LUM_JOURNAL_RETRY_NS;
     j->lock_fd = j->dir.fd = j->content.fd = j->file.fd = -1;
@@ -168,12 +170,14 @@ enum lum_status lum_journal_store(struct lum_journal *j, struct lum_record *cons
 {
     enum lum_status st = LUM_OK;
     for (bool there = false; !st && !there;) {
+        uint64_t n_bytes = 0;
         st = lum_content_write(&j->content, records, n, ret_sha, err);
         pthread_mutex_lock(&j->content_lock);
-        there = !st && lum_dir_has(&j->content, ret_sha); /* else it was just removed, as unused till now */
+        there = !st && lum_dir_has(&j->content, ret_sha, &n_bytes); /* else it was just removed, as unused till now */
         pthread_mutex_lock(&j->lock);
         if (there && n > 0)
             lum_kept_add(&j->fresh, records[0], n, ret_sha);
+        j->fresh_bytes += n_bytes;
         pthread_mutex_unlock(&j->lock);
         pthread_mutex_unlock(&j->content_lock);
     }
@@ -233,8 +237,9 @@ bool lum_journal_failed(struct lum_journal *j, uint64_t *ret_durable, char ret_w
 bool lum_journal_wants_state(struct lum_journal *j)
 {
     pthread_mutex_lock(&j->lock);
-    bool due = !j->read_only && j->status.journal_bytes > j->config.compact_bytes &&
-               j->status.journal_bytes > j->snapshot_bytes && lum_clock_ns() >= j->retry_due_ns;
+    bool much = j->fresh_bytes > j->config.compact_content_bytes ||
+                (j->status.journal_bytes > j->config.compact_bytes && j->status.journal_bytes > j->snapshot_bytes);
+    bool due = much && !j->read_only && lum_clock_ns() >= j->retry_due_ns;
     bool wants = (j->wants_state || due) && !j->failed && !j->busy;
     pthread_mutex_unlock(&j->lock);
     return wants;

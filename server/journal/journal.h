@@ -26,9 +26,10 @@ extern const char *const lum_durability_names[2]; /* "commit", "interval" */
 struct lum_journal_config {
     const char *dir; /* made if it is not there */
     enum lum_durability durability;
-    uint64_t compact_bytes;      /* of edits, after which a snapshot is due; 0: LUM_JOURNAL_COMPACT_BYTES */
-    int64_t retry_ns;            /* after a failure; 0: LUM_JOURNAL_RETRY_NS */
-    const struct lum_disk *disk; /* NULL: the real one */
+    uint64_t compact_bytes;         /* of edits, after which a snapshot is due; 0: LUM_JOURNAL_COMPACT_BYTES */
+    uint64_t compact_content_bytes; /* of content; 0: LUM_JOURNAL_CONTENT_BYTES */
+    int64_t retry_ns;               /* after a failure; 0: LUM_JOURNAL_RETRY_NS */
+    const struct lum_disk *disk;    /* NULL: the real one */
     struct lum_log log;
     /* Called on the journal's thread; must only wake somebody. saved: lum_journal_acknowledged grew. attention: ask
      * lum_journal_failed and lum_journal_wants_state. */
@@ -37,6 +38,8 @@ struct lum_journal_config {
     void *user;
 };
 #define LUM_JOURNAL_COMPACT_BYTES (8u << 20) /* a second to do again */
+/* Content of which nothing is used any more is held on disk, and in part in memory, until two snapshots later. */
+#define LUM_JOURNAL_CONTENT_BYTES (256u << 20)
 #define LUM_JOURNAL_RETRY_NS 1000000000ll
 #define LUM_JOURNAL_QUEUE_BYTES (256u << 20) /* of edits that wait for a disk that hangs */
 #define LUM_JOURNAL_QUEUE_ENTRIES 65536u

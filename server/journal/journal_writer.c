@@ -137,6 +137,7 @@ static enum lum_status begin_snapshot(struct lum_journal *j, struct lum_error *e
     lum_kept_finish(&j->recent);
     j->recent = j->fresh;
     j->fresh = (struct lum_kept_list){0};
+    j->fresh_bytes = 0;
     pthread_mutex_unlock(&j->lock);
     enum lum_status st = read_only ? LUM_OK : new_file(j, j->snapshot_seq, err);
     if (st) {

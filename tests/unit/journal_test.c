@@ -1,5 +1,6 @@
 #define _GNU_SOURCE /* memmem */
 /* What a daemon finds again: all edits, revisions and histories, after any end; and what each damage costs. */
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -191,6 +192,56 @@ static void snapshots_take_the_place_of_edits(void **state)
     keeper_close(k);
     assert_found(k, text, 401);
     free(text);
+}
+
+/* What importers made, and nothing refers to any more, is on disk and in memory until two snapshots have passed: they
+ * are due when there is much of it, too, however short its edits are. Of three times eight records the first eight are
+ * gone, and the memory of the second. */
+static void content_that_is_not_used_goes(void **state)
+{
+    struct keeper *k = *state;
+    k->config.compact_content_bytes = 1000;
+    open_new(k);
+    enum { ROUNDS = 3, EACH = 8 };
+    struct lum_record *made[ROUNDS][EACH];
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        for (unsigned i = 0; i < EACH; i++) {
+            char id[16];
+            lum_sha sha;
+            struct lum_error err;
+            snprintf(id, sizeof id, "m%u-%u", round, i);
+            made[round][i] = lum_record_create(LUM_RECORD_MATERIAL, id);
+            assert_int_equal(lum_journal_store(k->journal, &made[round][i], 1, sha, &err), LUM_OK);
+        }
+        keeper_wait_snapshots(k, 2 + round);
+    }
+    assert_int_equal(keeper_count(k, "/content", ""), 2 * EACH);
+    for (unsigned i = 0; i < EACH; i++)
+        assert_int_equal(atomic_load(&made[0][i]->refs) + atomic_load(&made[1][i]->refs), 2);
+    for (unsigned i = 0; i < ROUNDS * EACH; i++)
+        lum_record_unref(made[i / EACH][i % EACH]);
+}
+
+/* A file of content that was damaged since is whole once the same is made again. */
+static void content_that_is_made_again_is_mended(void **state)
+{
+    struct keeper *k = *state;
+    open_new(k);
+    struct lum_record *made = lum_record_create(LUM_RECORD_MATERIAL, "m");
+    struct lum_error err;
+    lum_sha sha;
+    char path[128];
+    assert_int_equal(lum_journal_store(k->journal, &made, 1, sha, &err), LUM_OK);
+    snprintf(path, sizeof path, "%s/content/%s", k->dir, sha);
+    keeper_write(path, (const uint8_t *)"damaged", 7);
+    assert_int_equal(lum_journal_store(k->journal, &made, 1, sha, &err), LUM_OK);
+    struct lum_dir dir, content;
+    assert_int_equal(lum_dir_open(AT_FDCWD, k->dir, false, &lum_disk_real, &dir, &err), LUM_OK);
+    assert_int_equal(lum_dir_open(dir.fd, "content", false, &lum_disk_real, &content, &err), LUM_OK);
+    assert_int_equal(lum_content_check(&content, sha, &err), LUM_OK);
+    lum_dir_close(&content);
+    lum_dir_close(&dir);
+    lum_record_unref(made);
 }
 
 /* From the journal alone, and from a snapshot; with what a field was before an edit, and what was removed. */
@@ -526,6 +577,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(one_writer, setup, teardown),
         cmocka_unit_test_setup_teardown(histories_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(snapshots_take_the_place_of_edits, setup, teardown),
+        cmocka_unit_test_setup_teardown(content_that_is_not_used_goes, setup, teardown),
+        cmocka_unit_test_setup_teardown(content_that_is_made_again_is_mended, setup, teardown),
         cmocka_unit_test_setup_teardown(daylight_and_sensors_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(a_torn_tail_is_cut, setup, teardown),
         cmocka_unit_test_setup_teardown(a_flipped_bit_costs_one_edit, setup, teardown),
