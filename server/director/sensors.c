@@ -516,9 +516,11 @@ static void place(struct lum_director *d, const struct lum_request *q)
         lum_director_refuse(d, q, &err);
         return;
     }
+    lum_work_plane_fit(&desc, LUM_LIMIT_SENSOR_POINTS);
     cJSON *o = cJSON_CreateObject();
     if (!lum_json_add_string(o, "kind", lum_sensor_kind_names[desc.kind]) ||
-        !add_vector(o, "position", desc.position) || !add_vector(o, "u", desc.u) || !add_vector(o, "v", desc.v)) {
+        !add_vector(o, "position", desc.position) || !add_vector(o, "u", desc.u) || !add_vector(o, "v", desc.v) ||
+        (desc.spacing_m > 0.0 && !lum_json_add_number(o, "spacing_m", desc.spacing_m))) {
         cJSON_Delete(o);
         o = NULL;
     }

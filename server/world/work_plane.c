@@ -32,6 +32,17 @@ static bool find_object(const struct lum_world *world, const char *on, struct lu
                           on, near);
 }
 
+void lum_work_plane_fit(struct lum_sensor_desc *d, uint32_t max_points)
+{
+    double a = lum_v3d_length(d->u), b = lum_v3d_length(d->v);
+    if (!lum_sensor_check(d, max_points, NULL))
+        return;
+    /* cells of that size fill it but for what whole numbers add: the steps are few */
+    d->spacing_m = fmax(sqrt(a * b / max_points), fmax(a, b) / max_points);
+    while (lum_sensor_check(d, max_points, NULL))
+        d->spacing_m *= 1.01;
+}
+
 bool lum_work_plane_place(const struct lum_world *world, const struct lum_work_plane *plane,
                           struct lum_sensor_desc *ret_desc, struct lum_proto_error *err)
 {

@@ -17,4 +17,7 @@ struct lum_work_plane {
 bool lum_work_plane_place(const struct lum_world *world, const struct lum_work_plane *plane,
                           struct lum_sensor_desc *ret_desc, struct lum_proto_error *err);
 
+/* Where the standard asks for more points than that, spacing_m becomes what leaves as many, about. */
+void lum_work_plane_fit(struct lum_sensor_desc *inout_desc, uint32_t max_points);
+
 #endif

@@ -1,5 +1,7 @@
 /* Sensors over the protocol: values follow edits, settle, are undone; nothing is measured unless somebody watches. */
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tests/support/director_client.h"
@@ -125,6 +127,39 @@ static void points_are_read(void **state)
     cJSON_Delete(reply);
 }
 
+/* A ground of 3 km by 2 km, and one of 1 km by 1 m, have more points by the standard than a sensor may: what is placed
+ * there says how far apart as many lie as it may have, and is accepted. */
+static void a_plane_over_a_town_is_placed(void **state)
+{
+    struct client *c = *state;
+    static const char *const grounds[] = {"3000,0,2000", "1000,0,1"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(grounds); i++) {
+        char ops[512];
+        snprintf(ops, sizeof ops,
+                 "[{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"land%zu\",\"shape\":\"quad\",\"size\":[%s]},"
+                 "{\"op\":\"add\",\"type\":\"object\",\"id\":\"town%zu\",\"mesh\":\"land%zu\",\"material\":\"black\"}]",
+                 i, grounds[i], i, i);
+        if (i == 0)
+            client_apply(c, lit);
+        client_apply(c, ops);
+        struct lum_request *q = client_request(c, &lum_request_sensor_place);
+        q->has_point = true;
+        snprintf(q->id, sizeof q->id, "town%zu", i);
+        cJSON *reply = client_ask(c, q), *sensor = cJSON_DetachItemFromObject(reply, "result"),
+              *list = cJSON_CreateArray();
+        assert_true(cJSON_GetObjectItem(sensor, "spacing_m")->valuedouble < 45.0);
+        cJSON_AddStringToObject(sensor, "op", "add");
+        cJSON_AddStringToObject(sensor, "type", "sensor");
+        cJSON_AddStringToObject(sensor, "id", i ? "lane" : "land");
+        cJSON_AddItemToArray(list, sensor);
+        char *text = cJSON_PrintUnformatted(list);
+        client_apply(c, text);
+        free(text);
+        cJSON_Delete(list);
+        cJSON_Delete(reply);
+    }
+}
+
 /* Too many points for one sensor are refused, and the scene is as before. */
 static void too_many_points_are_refused(void **state)
 {
@@ -184,6 +219,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,
                                         client_teardown),
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_plane_over_a_town_is_placed, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(who_stops_watching_hears_no_more, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(nothing_is_known_once_nobody_watches, client_setup, client_teardown),
