@@ -36,7 +36,7 @@ struct entry {
     enum stage stage;
     bool seen; /* while comparing with the document */
     /* What was last known of a whole scene: shown until the next is. */
-    bool known, news;
+    bool known, news, fresh; /* fresh: news of another scene, and not of more paths */
     struct lum_sensor_result result;
     uint64_t result_rev;
 };
@@ -220,7 +220,7 @@ static void tell(struct lum_director *d, int64_t now)
             cJSON_Delete(o);
     }
     for (struct entry *e = s->entries; e; e = e->next)
-        e->news = false;
+        e->news = e->fresh = false;
     s->told_ns = now;
 }
 
@@ -231,7 +231,7 @@ static void tell_if_due(struct lum_director *d)
     bool news = false, fresh = false, working = false;
     for (const struct entry *e = s->entries; e; e = e->next) {
         news = news || (e->news && e->known);
-        fresh = fresh || (e->news && e->known && e->stage != STAGE_REFINING);
+        fresh = fresh || e->fresh;
         working = working || (e->stage != STAGE_SETTLED && e->stage != STAGE_FAILED);
     }
     double since = (double)(now - s->told_ns);
@@ -248,6 +248,7 @@ static void keep_result(struct entry *e)
     (void)lum_sensor_result(e->sensor, &now);
     if (now.n_known == 0 && now.n_covered + now.n_inside < now.n)
         return;
+    e->fresh = e->fresh || !e->known || e->result_rev != e->scene_rev;
     e->known = e->news = true;
     e->result_rev = e->scene_rev;
     e->result = now;
@@ -258,7 +259,7 @@ static void take_revision(struct entry *e, uint64_t rev)
 {
     if (e->result_rev == e->scene_rev && e->scene_rev != rev) {
         e->result_rev = rev;
-        e->news = e->known;
+        e->news = e->fresh = e->known;
     }
     e->scene_rev = rev;
 }
@@ -328,21 +329,22 @@ static void refine(struct lum_director *d, struct entry *e)
     keep_result(e);
 }
 
-/* Who is next: first who has not been looked at, then in turn. */
+/* Who is next: of those that are looked at, who has waited longest, so that none waits for ever while edits go on. Then
+ * all in turn. */
 static struct entry *choose(struct lum_director_sensors *s)
 {
-    struct entry *first = NULL, *after = NULL;
+    struct entry *oldest = NULL, *first = NULL, *after = NULL;
     bool past = false;
     for (struct entry *e = s->entries; e; e = e->next) {
-        if (e->stage == STAGE_LOOKING)
-            return e;
+        if (e->stage == STAGE_LOOKING && (!oldest || e->scene_rev < oldest->scene_rev))
+            oldest = e;
         if (e->stage == STAGE_REFINING) {
             first = first ? first : e;
             after = !after && past ? e : after;
         }
         past = past || e == s->turn;
     }
-    return after ? after : first;
+    return oldest ? oldest : after ? after : first;
 }
 
 /* Time passes, and a share of it may be taken. */

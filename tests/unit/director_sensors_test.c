@@ -172,6 +172,41 @@ static void too_many_points_are_refused(void **state)
                     "\"u\":[64,0,0],\"v\":[0,0,64],\"spacing_m\":1}]");
 }
 
+/* Raises *inout_rev to what texts from number `from` on say of the sensor; without a parser, so that no hand rests. */
+static void raise_rev(const struct client *c, size_t from, const char *id, uint64_t *inout_rev)
+{
+    char member[64];
+    snprintf(member, sizeof member, "\"id\":\"%s\",\"scene_rev\":", id);
+    for (; from < c->n_texts; from++) {
+        const char *at = strstr(c->texts[from], member);
+        if (at)
+            *inout_rev = strtoull(at + strlen(member), NULL, 10);
+    }
+}
+
+/* While a lamp is dragged and dragged, a grid that takes longer than the next edit keeps no other sensor from its turn:
+ * once it has had its second, each has had its first. */
+static void every_sensor_follows_a_hand_that_does_not_rest(void **state)
+{
+    struct client *c = *state;
+    client_apply(c, lit);
+    uint64_t rev = client_apply(
+        c, "[{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"field\",\"kind\":\"grid\",\"position\":[50,1,50],"
+           "\"u\":[6,0,0],\"v\":[0,0,6],\"spacing_m\":0.1}]");
+    struct lum_request *q = client_request(c, &lum_request_sensor_watch);
+    q->on = true;
+    cJSON_Delete(client_ask(c, q));
+    uint64_t field = 0, spot = 0;
+    for (size_t read = 0, i = 0; field <= rev; i++) {
+        client_apply(c, i % 2 ? "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":40}]"
+                              : "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":50}]");
+        raise_rev(c, read, "field", &field);
+        raise_rev(c, read, "spot", &spot);
+        read = c->n_texts;
+    }
+    assert_true(spot > 0);
+}
+
 /* Whoever leaves, or says so, hears no more; what is said after that to others is not to them. */
 static void who_stops_watching_hears_no_more(void **state)
 {
@@ -221,6 +256,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_plane_over_a_town_is_placed, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(too_many_points_are_refused, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(every_sensor_follows_a_hand_that_does_not_rest, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(who_stops_watching_hears_no_more, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(nothing_is_known_once_nobody_watches, client_setup, client_teardown),
     };
