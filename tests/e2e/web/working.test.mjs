@@ -157,6 +157,7 @@ test('sun and sky are let in, stand by the hour that a key sets, and are as brig
     const panel = page.getByRole('region', { name: 'Daylight' });
     const elevation = async () => Number(((await panel.innerText()).match(/elevation\s+(-?[\d.]+)°/) ?? [])[1]);
     await eventually(async () => Number.isFinite(await elevation()), () => panel.innerText());
+    assert.match(await panel.innerText(), /sun\s+[\d.]+ k?lx/);
     const before = await elevation();
     await edit(() => panel.getByRole('slider', { name: 'Time of day' }).press('ArrowLeft'));
     await eventually(async () => (await elevation()) !== before, async () => `${before} degrees, then ${await panel.innerText()}`);

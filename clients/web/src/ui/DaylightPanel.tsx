@@ -135,8 +135,8 @@ function ReadOuts() {
             <dl>
                 {sun && <Fact name="elevation" value={`${fixed(sun.elevation_deg, 1)}°`} title="Of the sun over the horizon" />}
                 {sun && <Fact name="azimuth" value={`${fixed(sun.azimuth_deg, 1)}°`} title="Of the sun, from north by east" />}
-                {sun && <Fact name="sun" value={`${si(sun.horizontal_lx)} lx`} title="On the open horizontal plane" />}
-                {sky && <Fact name="sky" value={`${si(sky.horizontal_lx)} lx`} title="On the open horizontal plane" />}
+                {sun && <Fact name="sun" value={`${si(sun.horizontal_lx)}lx`} title="On the open horizontal plane" />}
+                {sky && <Fact name="sky" value={`${si(sky.horizontal_lx)}lx`} title="On the open horizontal plane" />}
             </dl>
         </div>
     );
