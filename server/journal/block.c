@@ -253,6 +253,14 @@ static uint64_t find_head(const struct lum_block_reader *r, uint64_t at)
     return r->n_bytes;
 }
 
+/* Is what stands here, and has no block behind it, the beginning of one that was never whole? Then less than a head is
+ * there, or zeros, which a file system leaves where a power cut came before the data. */
+static bool is_cut(const struct lum_block_reader *r, const struct block_head *h)
+{
+    static const struct block_head zeros = {0};
+    return r->n_bytes - r->at < sizeof *h || memcmp(h, &zeros, sizeof zeros) == 0;
+}
+
 static bool read_body(struct lum_block_reader *r, const struct block_head *h, struct lum_error *err)
 {
     size_t n = (size_t)(h->n_json + h->n_blobs);
@@ -289,16 +297,17 @@ static bool split_blobs(const struct lum_block_reader *r, const struct block_hea
 
 enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err)
 {
-    struct block_head h;
+    struct block_head h = {.n_json = 1}; /* where it cannot be read it is no zeros either */
     struct lum_block *f = ret_block;
     *f = (struct lum_block){.offset = r->at, .n_bytes = r->n_bytes - r->at};
     if (r->at >= r->n_bytes)
         return LUM_BLOCK_END;
     if (!read_at(r, r->at, &h, sizeof h) || !is_head(r, &h)) {
         uint64_t next = find_head(r, r->at + 8);
+        bool torn = next == r->n_bytes && is_cut(r, &h);
         f->n_bytes = next - r->at;
         r->at = next;
-        return next == r->n_bytes ? LUM_BLOCK_TORN : LUM_BLOCK_DAMAGED;
+        return torn ? LUM_BLOCK_TORN : LUM_BLOCK_DAMAGED;
     }
     if (body_bytes(&h) > r->n_bytes - r->at - sizeof h) {
         r->at = r->n_bytes;
