@@ -49,10 +49,10 @@ function Sensor({ id }: { id: string }) {
             <p class="kind">{stateOf(reading, current)}</p>
             {reading && (
                 <dl class={`sensor-values ${current ? '' : 'is-old'}`}>
-                    <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />
+                    {reading.kind !== 'observer' && <Row name="Mean" value={reading.em} unit="lx" target={reading.targets.em} />}
                     {reading.points > 1 && <Row name="Least" value={reading.emin} unit="lx" />}
                     {reading.points > 1 && <Row name="Uniformity" value={reading.uo} unit="" target={reading.targets.uo} />}
-                    <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />
+                    {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
                 </dl>
             )}
             <Wanted record={record} />
@@ -60,9 +60,8 @@ function Sensor({ id }: { id: string }) {
     );
 }
 
-/** A value that there is not, and that was asked for, is said to be missing. */
+/** Null: there is none, as of a point inside a wall, or of an eye that sees no lamp. */
 function Row({ name, value, unit, target }: { name: string; value: Value | null; unit: string; target?: Target }) {
-    if (!value && !target) return null;
     const text = !value ? '–' : value.value < 10 ? fixed(value.value, 2) : number(toError(value.value, value.stderr));
     const error = value && Number.isFinite(value.stderr) ? ` ± ${value.stderr < 1 ? fixed(value.stderr, 2) : number(Number(value.stderr.toPrecision(2)))}` : '';
     return (
