@@ -34,34 +34,31 @@ static uint32_t digit_value(char c)
     return c == '+' ? 62 : c == '/' ? 63 : 64;
 }
 
-bool lum_base64_decode(const char *text, uint8_t **ret_bytes, size_t *ret_n_bytes, bool *ret_memory)
+static size_t padding(const char *text, size_t length)
+{
+    return length && text[length - 1] == '=' ? 1 + (text[length - 2] == '=') : 0;
+}
+
+bool lum_base64_bytes(const char *text, size_t *ret_n_bytes)
 {
     size_t length = strlen(text);
-    *ret_memory = false;
-    if (length % 4 != 0)
-        return false;
-    size_t pad = length && text[length - 1] == '=' ? 1 + (text[length - 2] == '=') : 0;
-    size_t n = length / 4 * 3 - pad;
-    uint8_t *bytes = calloc(n ? n : 1, 1);
-    if (!bytes) {
-        *ret_memory = true;
-        return false;
-    }
+    *ret_n_bytes = length / 4 * 3 - (length % 4 == 0 ? padding(text, length) : 0);
+    return length % 4 == 0;
+}
+
+bool lum_base64_decode(const char *text, uint8_t *ret_bytes)
+{
+    size_t length = strlen(text), pad = padding(text, length), n = length / 4 * 3 - pad;
     for (size_t i = 0, o = 0; i < length; i += 4) {
         uint32_t v = 0;
         for (size_t k = 0; k < 4; k++) {
             uint32_t d = i + k >= length - pad ? 0 : digit_value(text[i + k]);
             if (d > 63)
-                goto fail;
+                return false;
             v = v << 6 | d;
         }
         for (size_t k = 0; k < 3 && o < n; k++)
-            bytes[o++] = (uint8_t)(v >> (16 - 8 * k));
+            ret_bytes[o++] = (uint8_t)(v >> (16 - 8 * k));
     }
-    *ret_bytes = bytes;
-    *ret_n_bytes = n;
     return true;
-fail:
-    free(bytes);
-    return false;
 }

@@ -8,7 +8,9 @@
 
 /* The caller frees the text. NULL when memory is short. */
 char *lum_base64_encode(const uint8_t *bytes, size_t n_bytes);
-/* False when the text is not base64, or memory is short (*ret_memory). The caller frees *ret_bytes. */
-bool lum_base64_decode(const char *text, uint8_t **ret_bytes, size_t *ret_n_bytes, bool *ret_memory);
+/* How many bytes the text stands for. False when its length is not one of base64. */
+bool lum_base64_bytes(const char *text, size_t *ret_n_bytes);
+/* Fills so many bytes. False when the text is not base64. */
+bool lum_base64_decode(const char *text, uint8_t *ret_bytes);
 
 #endif

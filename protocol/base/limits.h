@@ -24,6 +24,7 @@
 
 /* ---- scene ---- */
 #define LUM_LIMIT_RECORDS 200000u
+#define LUM_LIMIT_MOVED (2u * LUM_LIMIT_RECORDS) /* by imports that a transaction sets: all of a scene, twice */
 #define LUM_LIMIT_LIGHTS 4096u
 #define LUM_LIMIT_MEDIA 8u             /* every ray is cut by every one of them */
 #define LUM_LIMIT_SENSORS 64u          /* a plane and an observer in each of 32 rooms */
@@ -49,7 +50,7 @@
 #define LUM_LIMIT_VIEWS 64u
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
-#define LUM_LIMIT_SOLO 16u /* names of lamps and groups that a view shows alone */
+#define LUM_LIMIT_SOLO 16u     /* names of lamps and groups that a view shows alone */
 #define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
 #define LUM_LIMIT_DEPTH 64u    /* and the default: roulette ends nearly all paths before */
 

@@ -152,6 +152,25 @@ static bool move_children(struct lum_txn *t, const struct lum_record *before, co
     return ok;
 }
 
+/* A run of sets of one import, of which a drag has many, moves what it made once, at its end. */
+static bool settle_import(struct lum_txn *t)
+{
+    struct lum_record *before = t->moving;
+    if (!before)
+        return true;
+    const struct lum_record *after = lum_table_find(&t->doc->table, before->id)->record;
+    t->n_moved += after->import.n_made;
+    bool ok = t->n_moved <= LUM_LIMIT_MOVED ||
+              lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id",
+                             "the sets of \"%s\" and of imports before it would move %zu records, and one transaction "
+                             "may move %u: let sets of one import follow each other, or send them apart",
+                             after->id, t->n_moved, LUM_LIMIT_MOVED);
+    ok = ok && move_children(t, before, after);
+    t->moving = NULL;
+    lum_record_unref(before);
+    return ok;
+}
+
 static bool step_set(struct lum_txn *t, struct lum_record *before, struct lum_record *after)
 {
     if (before->type != LUM_RECORD_IMPORT)
@@ -159,7 +178,9 @@ static bool step_set(struct lum_txn *t, struct lum_record *before, struct lum_re
     if (strcmp(before->import.asset, after->import.asset) != 0)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "unsupported", "asset",
                               "an import can be moved, but its asset stays: remove it and import the other one");
-    return lum_txn_step(t, before, after) && move_children(t, before, after);
+    if (!t->moving)
+        t->moving = lum_record_ref(before);
+    return lum_txn_step(t, before, after);
 }
 
 static bool fail_unknown(const struct lum_txn *t, const char *id)
@@ -218,7 +239,7 @@ static struct lum_record *import_record(const struct lum_op *op, const struct lu
     struct lum_record *import = lum_record_clone(op->record);
     if (!import)
         return NULL;
-    import->import.made = calloc(made->n ? made->n : 1, sizeof(*import->import.made));
+    import->import.made = lum_bulk_create(made->n * sizeof(*import->import.made));
     if (!import->import.made) {
         lum_record_unref(import);
         return NULL;
@@ -309,37 +330,53 @@ static bool check_home_camera(const struct lum_txn *t)
                           "camera of \"render\": there is no camera \"%s\"%s", id, near);
 }
 
+static bool apply_op(struct lum_txn *t, const struct lum_op *op, const struct lum_import_children *children,
+                     size_t n_children)
+{
+    if (op->kind == LUM_OP_ADD)
+        return check_free(t, op->id) && lum_txn_step(t, NULL, op->record);
+    if (op->kind == LUM_OP_SET)
+        return apply_set(t, op);
+    if (op->kind == LUM_OP_REMOVE)
+        return apply_remove(t, op);
+    return apply_import(t, op, children_of(children, n_children, op->id));
+}
+
+/* False: *ret_at is the op that is at fault; of an import that moves, the last that set it. */
+static bool apply_ops(struct lum_txn *t, const struct lum_ops *ops, const struct lum_import_children *children,
+                      size_t n_children, size_t *ret_at)
+{
+    size_t named_at = ops->n;
+    lum_id home;
+    for (size_t i = 0; i < ops->n; i++) {
+        const struct lum_op *op = &ops->ops[i];
+        bool goes_on = t->moving && op->kind == LUM_OP_SET && strcmp(op->id, t->moving->id) == 0;
+        if (!goes_on && !settle_import(t))
+            return false;
+        *ret_at = i;
+        memcpy(home, home_camera(t->doc), sizeof home);
+        if (!apply_op(t, op, children, n_children))
+            return false;
+        if (strcmp(home, home_camera(t->doc)) != 0)
+            named_at = i;
+    }
+    if (!settle_import(t))
+        return false;
+    *ret_at = named_at;
+    return named_at == ops->n || check_home_camera(t);
+}
+
 bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,
                         const struct lum_import_children *children, size_t n_children, struct lum_changes *ret_changes,
                         struct lum_proto_error *err)
 {
     struct lum_txn t = {.doc = doc, .err = err};
     struct lum_changes changes;
-    bool ok = true;
-    size_t i = 0, named_at = ops->n;
-    lum_id home;
+    size_t at = 0;
     lum_history_settle(doc);
-    for (; i < ops->n && ok; i++) {
-        memcpy(home, home_camera(doc), sizeof home);
-        const struct lum_op *op = &ops->ops[i];
-        if (op->kind == LUM_OP_ADD)
-            ok = check_free(&t, op->id) && lum_txn_step(&t, NULL, op->record);
-        else if (op->kind == LUM_OP_SET)
-            ok = apply_set(&t, op);
-        else if (op->kind == LUM_OP_REMOVE)
-            ok = apply_remove(&t, op);
-        else
-            ok = apply_import(&t, op, children_of(children, n_children, op->id));
-        if (strcmp(home, home_camera(doc)) != 0)
-            named_at = i;
-    }
-    if (ok && named_at < ops->n && !check_home_camera(&t)) {
-        ok = false;
-        i = named_at + 1;
-    }
-    if (!ok) {
+    if (!apply_ops(&t, ops, children, n_children, &at)) {
         char prefix[32];
-        snprintf(prefix, sizeof prefix, "ops/%zu", i - 1);
+        snprintf(prefix, sizeof prefix, "ops/%zu", at);
         lum_proto_prefix(err, prefix);
         lum_txn_rollback(&t);
         return false;

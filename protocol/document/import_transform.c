@@ -187,17 +187,15 @@ struct lum_record *lum_import_apply_transform(const struct lum_record_transform 
 }
 
 /* The fields that are the same in `now` and `before` become those of `after`. */
-static bool follow(struct lum_record *moved, const struct lum_record *now, const struct lum_record *before,
+static void follow(struct lum_record *moved, const struct lum_record *now, const struct lum_record *before,
                    const struct lum_record *after)
 {
     const struct lum_fields *t = lum_fields_of(now->type);
-    bool ok = true;
-    for (size_t i = 0; i < t->n && ok; i++)
+    for (size_t i = 0; i < t->n; i++)
         if (lum_field_equal(&t->fields[i], lum_record_body(now), lum_record_body(before))) {
             lum_field_reset(&t->fields[i], lum_record_body(moved));
-            ok = lum_field_copy(&t->fields[i], lum_record_body(moved), lum_record_body(after));
+            lum_field_copy(&t->fields[i], lum_record_body(moved), lum_record_body(after));
         }
-    return ok;
 }
 
 struct lum_record *lum_import_reapply_transform(const struct lum_import_move *move, struct lum_record *local,
@@ -211,12 +209,9 @@ struct lum_record *lum_import_reapply_transform(const struct lum_import_move *mo
     struct map back = inverse(&from), step = multiply(&to, &back);
     struct lum_record *before = mapped(&from, local, err), *after = mapped(&to, local, err);
     struct lum_record *moved = mapped(&step, now, err);
-    if (before && after && moved && !follow(moved, now, before, after)) {
-        lum_proto_fail_memory(err);
-        lum_record_unref(moved);
-        moved = NULL;
-    }
     bool ok = before && after && moved;
+    if (ok)
+        follow(moved, now, before, after);
     lum_record_unref(before);
     lum_record_unref(after);
     if (ok)

@@ -7,17 +7,26 @@
 
 /* ---- a transaction while it runs (transaction.c) ---- */
 
-/* Every step is applied to the table at once and logged; on failure the log is taken back. */
+/* Each step is applied to the table at once. The log keeps what stood before the first step of an id and what stands
+ * after its last: a transaction holds two records of each, however many steps it takes. On failure it is taken back. */
+struct lum_step {
+    struct lum_change change; /* owned references; both the same, or NULL: nothing came of it */
+    lum_id id;
+};
 struct lum_txn {
     struct lum_document *doc;
-    struct lum_change *log; /* owned references */
-    size_t n, capacity;
+    struct lum_step *log; /* in the order of their first steps; room for half of n_places */
+    size_t n;
+    uint32_t *places;          /* by the hash of the id: 1 + index in log, or 0 */
+    size_t n_places;           /* 0 or a power of two */
+    struct lum_record *moving; /* an import as it stood before the run of sets that has come to here, or NULL; owned */
+    size_t n_moved;            /* records that imports have moved */
     struct lum_proto_error *err;
 };
 /* One step: checks references, limits and use, then changes the table. before is the record that stands there now, or
  * NULL; after passes no reference. */
 bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_record *after);
-void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees the log */
+void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees what the transaction holds */
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
 

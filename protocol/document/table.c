@@ -93,6 +93,11 @@ bool lum_table_reserve(struct lum_table *t, size_t n_more)
     return true;
 }
 
+uint64_t lum_table_hash(const struct lum_table *t, const char *id)
+{
+    return hash_id(t->key, id);
+}
+
 struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id)
 {
     if (t->capacity == 0)
@@ -154,6 +159,8 @@ void lum_table_change(struct lum_table *t, const struct lum_record *before, stru
     if (before && after) {
         struct lum_table_slot *slot = lum_table_find(t, before->id);
         lum_record_ref(after);
+        t->n_of_type[slot->record->type]--;
+        t->n_of_type[after->type]++;
         lum_record_unref(slot->record);
         slot->record = after;
     } else if (after) {

@@ -24,6 +24,7 @@ void lum_table_init(struct lum_table *t);
 void lum_table_finish(struct lum_table *t);
 bool lum_table_reserve(struct lum_table *t, size_t n_more); /* false: memory is short */
 
+uint64_t lum_table_hash(const struct lum_table *t, const char *id);
 struct lum_table_slot *lum_table_find(const struct lum_table *t, const char *id); /* NULL: none; valid until a change */
 /* Puts after in place of before: NULL before inserts (reserve first), NULL after removes. What after refers to exists.
  * The table takes its own reference. */

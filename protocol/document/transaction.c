@@ -75,19 +75,47 @@ static bool check_empty(const struct lum_txn *t, const struct lum_record *import
     return true;
 }
 
-/* ---- steps ---- */
+/* ---- the log: one step for each id that was named ---- */
+
+/* Where the id's step is noted, as 1 + its index, or will be: 0. Some places are always free. */
+static uint32_t *place_of(const struct lum_txn *t, const char *id)
+{
+    size_t i = lum_table_hash(&t->doc->table, id) & (t->n_places - 1);
+    while (t->places[i] && strcmp(t->log[t->places[i] - 1].id, id) != 0)
+        i = (i + 1) & (t->n_places - 1);
+    return &t->places[i];
+}
 
 static bool grow_log(struct lum_txn *t)
 {
-    if (t->n < t->capacity)
+    if (2 * (t->n + 1) <= t->n_places)
         return true;
-    size_t capacity = t->capacity ? 2 * t->capacity : 8;
-    struct lum_change *log = realloc(t->log, capacity * sizeof *log);
-    if (!log)
+    size_t n_places = t->n_places ? 2 * t->n_places : 16;
+    struct lum_step *log = realloc(t->log, n_places / 2 * sizeof *log);
+    if (log)
+        t->log = log;
+    uint32_t *places = log ? calloc(n_places, sizeof *places) : NULL;
+    if (!places)
         return false;
-    t->log = log;
-    t->capacity = capacity;
+    free(t->places);
+    t->places = places;
+    t->n_places = n_places;
+    for (size_t i = 0; i < t->n; i++)
+        *place_of(t, t->log[i].id) = (uint32_t)i + 1;
     return true;
+}
+
+/* The step of the id, which leads from `before` to `before` when it is new. There is room. */
+static struct lum_step *step_of(struct lum_txn *t, const char *id, struct lum_record *before)
+{
+    uint32_t *place = place_of(t, id);
+    if (*place)
+        return &t->log[*place - 1];
+    struct lum_step *s = &t->log[t->n++];
+    *place = (uint32_t)t->n;
+    memcpy(s->id, id, sizeof s->id);
+    s->change = (struct lum_change){before ? lum_record_ref(before) : NULL, before ? lum_record_ref(before) : NULL};
+    return s;
 }
 
 bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_record *after)
@@ -104,24 +132,30 @@ bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_recor
         return false;
     if (!grow_log(t) || (!before && !lum_table_reserve(table, 1)))
         return lum_proto_fail_memory(t->err);
-    t->log[t->n++] = (struct lum_change){before ? lum_record_ref(before) : NULL, after ? lum_record_ref(after) : NULL};
+    struct lum_step *s = step_of(t, before ? before->id : after->id, before);
     lum_table_change(table, before, after);
+    lum_record_unref(s->change.after); /* which is before */
+    s->change.after = after ? lum_record_ref(after) : NULL;
     return true;
+}
+
+static void finish_step(struct lum_step *s)
+{
+    lum_record_unref(s->change.before);
+    lum_record_unref(s->change.after);
 }
 
 static void free_log(struct lum_txn *t)
 {
-    struct lum_changes log = {t->log, t->n};
-    lum_changes_finish(&log);
+    for (size_t i = 0; i < t->n; i++)
+        finish_step(&t->log[i]);
+    free(t->log);
+    free(t->places);
+    lum_record_unref(t->moving);
     t->log = NULL;
-    t->n = t->capacity = 0;
-}
-
-void lum_txn_rollback(struct lum_txn *t)
-{
-    for (size_t i = t->n; i-- > 0;)
-        lum_table_change(&t->doc->table, t->log[i].after, t->log[i].before);
-    free_log(t);
+    t->places = NULL;
+    t->moving = NULL;
+    t->n = t->n_places = 0;
 }
 
 /* ---- net effect ---- */
@@ -131,14 +165,7 @@ static const struct lum_record *subject(const struct lum_change *c)
     return c->after ? c->after : c->before;
 }
 
-static int by_id_and_time(const void *a, const void *b)
-{
-    const struct lum_change *p = *(const struct lum_change *const *)a, *q = *(const struct lum_change *const *)b;
-    int d = strcmp(subject(p)->id, subject(q)->id);
-    return d ? d : (p > q) - (p < q);
-}
-
-/* Puts in dependency order, then removals in the opposite order. */
+/* Puts in dependency order, then removals in the opposite order. Of changes, or of steps, which begin with one. */
 static int by_dependency(const void *a, const void *b)
 {
     const struct lum_change *p = a, *q = b;
@@ -149,47 +176,55 @@ static int by_dependency(const void *a, const void *b)
     return p->after ? d : -d;
 }
 
-/* One run of changes of one id becomes one change, or none. */
-static bool put_net(struct lum_txn *t, struct lum_changes *net, struct lum_record *before, struct lum_record *after)
+/* Leaves the steps that lead somewhere, in an order that can be walked, or gone back. */
+static void sort_log(struct lum_txn *t)
 {
-    if (before == after)
-        return true;
-    if (before && after && before->type != after->type)
-        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
-                              "\"%s\" cannot turn from a %s into a %s in one transaction", before->id,
-                              lum_record_type_names[before->type], lum_record_type_names[after->type]);
-    net->changes[net->n++] =
-        (struct lum_change){before ? lum_record_ref(before) : NULL, after ? lum_record_ref(after) : NULL};
-    return true;
+    size_t n = 0;
+    for (size_t i = 0; i < t->n; i++) {
+        if (t->log[i].change.before == t->log[i].change.after)
+            finish_step(&t->log[i]);
+        else
+            t->log[n++] = t->log[i];
+    }
+    t->n = n;
+    if (n)
+        qsort(t->log, n, sizeof *t->log, by_dependency);
 }
 
-static bool coalesce(struct lum_txn *t, const struct lum_change **order, struct lum_changes *net)
+void lum_txn_rollback(struct lum_txn *t)
 {
-    bool ok = true;
-    for (size_t i = 0; i < t->n; i++)
-        order[i] = &t->log[i];
-    qsort(order, t->n, sizeof(*order), by_id_and_time);
-    for (size_t i = 0, end; i < t->n && ok; i = end) {
-        for (end = i + 1; end < t->n && strcmp(subject(order[end])->id, subject(order[i])->id) == 0;)
-            end++;
-        ok = put_net(t, net, order[i]->before, order[end - 1]->after);
+    sort_log(t);
+    for (size_t i = t->n; i-- > 0;)
+        lum_table_change(&t->doc->table, t->log[i].change.after, t->log[i].change.before);
+    free_log(t);
+}
+
+static bool check_types(const struct lum_txn *t)
+{
+    for (size_t i = 0; i < t->n; i++) {
+        const struct lum_record *before = t->log[i].change.before, *after = t->log[i].change.after;
+        if (before && after && before->type != after->type)
+            return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "conflict", "id",
+                                  "\"%s\" cannot turn from a %s into a %s in one transaction", before->id,
+                                  lum_record_type_names[before->type], lum_record_type_names[after->type]);
     }
-    qsort(net->changes, net->n, sizeof *net->changes, by_dependency);
-    return ok;
+    return true;
 }
 
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes)
 {
-    size_t n = t->n ? t->n : 1;
-    const struct lum_change **order = calloc(n, sizeof(*order));
-    struct lum_changes net = {calloc(n, sizeof *net.changes), 0};
-    bool ok = order && net.changes ? coalesce(t, order, &net) : lum_proto_fail_memory(t->err);
-    free(order);
-    if (!ok) {
-        lum_changes_finish(&net);
+    sort_log(t);
+    struct lum_changes net = {calloc(t->n ? t->n : 1, sizeof *net.changes), t->n};
+    if (!net.changes || !check_types(t)) {
+        if (!net.changes)
+            lum_proto_fail_memory(t->err);
+        free(net.changes);
         lum_txn_rollback(t);
         return false;
     }
+    for (size_t i = 0; i < t->n; i++)
+        net.changes[i] = t->log[i].change;
+    t->n = 0; /* its references went over */
     free_log(t);
     *ret_changes = net;
     return true;

@@ -261,10 +261,7 @@ static struct lum_record *merge(struct lum_txn *t, const struct lum_record *now,
             goto fail;
         }
         lum_field_reset(f, lum_record_body(merged));
-        if (!lum_field_copy(f, lum_record_body(merged), lum_record_body(to))) {
-            lum_proto_fail_memory(t->err);
-            goto fail;
-        }
+        lum_field_copy(f, lum_record_body(merged), lum_record_body(to));
     }
     if (lum_record_validate(merged, t->err))
         return merged;

@@ -2,17 +2,27 @@
 #ifndef LUM_PROTOCOL_RECORD_BULK_H
 #define LUM_PROTOCOL_RECORD_BULK_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-/* Numbers in bulk, owned. From a JSON array, or from a binary blob of an importer. */
+/* Arrays in bulk are shared: each record that has one holds a reference, and nobody writes to one that is shared. */
+void *lum_bulk_create(size_t n_bytes); /* zeros, one reference; NULL: memory is short */
+void *lum_bulk_ref(void *bytes);       /* accepts NULL */
+void lum_bulk_unref(void *bytes);      /* accepts NULL */
+/* The same in two steps, for what the array itself refers to. True: it was the last reference; then free it. */
+bool lum_bulk_leave(void *bytes); /* accepts NULL */
+void lum_bulk_free(void *bytes);
+size_t lum_bulk_bytes(const void *bytes); /* accepts NULL */
+
+/* Numbers in bulk. From a JSON array, or from a binary blob of an importer. */
 struct lum_floats {
-    double *f64; /* positions from JSON keep double precision */
-    float *f32;  /* else this; exactly one is set when n > 0 */
+    double *f64; /* a reference: positions from JSON keep double precision */
+    float *f32;  /* a reference: else this; exactly one is set when n > 0 */
     size_t n;
 };
 struct lum_indices {
-    uint32_t *u32;
+    uint32_t *u32; /* a reference */
     size_t n;
 };
 

@@ -1,7 +1,6 @@
 /* Values without JSON: defaults, comparison, copies. */
 #include "protocol/record/field.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static void *at(const struct lum_field *f, void *base)
@@ -97,12 +96,12 @@ static void reset_bulk(const struct lum_field *f, void *base)
 {
     if (f->kind == LUM_FIELD_FLOATS) {
         struct lum_floats *v = at(f, base);
-        free(v->f64);
-        free(v->f32);
+        lum_bulk_unref(v->f64);
+        lum_bulk_unref(v->f32);
         *v = (struct lum_floats){0};
     } else if (f->kind == LUM_FIELD_INDICES) {
         struct lum_indices *v = at(f, base);
-        free(v->u32);
+        lum_bulk_unref(v->u32);
         *v = (struct lum_indices){0};
     } else if (f->kind == LUM_FIELD_WEB) {
         struct lum_record_web **web = at(f, base);
@@ -110,7 +109,7 @@ static void reset_bulk(const struct lum_field *f, void *base)
         *web = NULL;
     } else {
         struct lum_record_image *image = base;
-        free(image->pixels);
+        lum_bulk_unref(image->pixels);
         image->pixels = NULL;
         image->n_bytes = 0;
     }
@@ -153,6 +152,8 @@ static bool floats_equal(const struct lum_floats *a, const struct lum_floats *b)
 {
     if (a->n != b->n)
         return false;
+    if (a->f64 == b->f64 && a->f32 == b->f32)
+        return true;
     for (size_t i = 0; i < a->n; i++)
         if (float_at(a, i) != float_at(b, i))
             return false;
@@ -161,7 +162,7 @@ static bool floats_equal(const struct lum_floats *a, const struct lum_floats *b)
 
 static bool bytes_equal(const void *a, size_t n_a, const void *b, size_t n_b)
 {
-    return n_a == n_b && (n_a == 0 || memcmp(a, b, n_a) == 0);
+    return n_a == n_b && (n_a == 0 || a == b || memcmp(a, b, n_a) == 0);
 }
 
 static bool doubles_equal(const double *a, const double *b, unsigned n)
@@ -235,62 +236,23 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b)
 
 /* ---- copies ---- */
 
-/* *ret is NULL when n_bytes is 0. */
-static bool copy_bytes(const void *from, size_t n_bytes, void **ret)
+void lum_field_copy(const struct lum_field *f, void *to, const void *from)
 {
-    void *p = NULL;
-    if (from && n_bytes) {
-        p = calloc(1, n_bytes);
-        if (!p)
-            return false;
-        memcpy(p, from, n_bytes);
-    }
-    *ret = p;
-    return true;
-}
-
-static bool copy_floats(struct lum_floats *to, const struct lum_floats *from)
-{
-    struct lum_floats v = {.n = from->n};
-    void *f64 = NULL, *f32 = NULL;
-    if (!copy_bytes(from->f64, from->n * sizeof *v.f64, &f64))
-        return false;
-    if (!copy_bytes(from->f32, from->n * sizeof *v.f32, &f32)) {
-        free(f64);
-        return false;
-    }
-    v.f64 = f64;
-    v.f32 = f32;
-    *to = v;
-    return true;
-}
-
-bool lum_field_copy(const struct lum_field *f, void *to, const void *from)
-{
-    void *bytes = NULL;
     if (!lum_field_is_bulk(f)) {
         memcpy(at(f, to), at_const(f, from), plain_size(f));
-        return true;
-    }
-    if (f->kind == LUM_FIELD_FLOATS)
-        return copy_floats(at(f, to), at_const(f, from));
-    if (f->kind == LUM_FIELD_WEB) {
+    } else if (f->kind == LUM_FIELD_FLOATS) {
+        const struct lum_floats *v = at_const(f, from);
+        *(struct lum_floats *)at(f, to) = (struct lum_floats){lum_bulk_ref(v->f64), lum_bulk_ref(v->f32), v->n};
+    } else if (f->kind == LUM_FIELD_INDICES) {
+        const struct lum_indices *v = at_const(f, from);
+        *(struct lum_indices *)at(f, to) = (struct lum_indices){lum_bulk_ref(v->u32), v->n};
+    } else if (f->kind == LUM_FIELD_WEB) {
         struct lum_record_web *const *web = at_const(f, from);
         *(struct lum_record_web **)at(f, to) = *web ? lum_record_web_ref(*web) : NULL;
-        return true;
+    } else {
+        const struct lum_record_image *v = from;
+        struct lum_record_image *image = to;
+        image->pixels = lum_bulk_ref(v->pixels);
+        image->n_bytes = v->n_bytes;
     }
-    if (f->kind == LUM_FIELD_INDICES) {
-        const struct lum_indices *v = at_const(f, from);
-        if (!copy_bytes(v->u32, v->n * sizeof *v->u32, &bytes))
-            return false;
-        *(struct lum_indices *)at(f, to) = (struct lum_indices){bytes, v->n};
-        return true;
-    }
-    const struct lum_record_image *v = from;
-    struct lum_record_image *image = to;
-    if (!copy_bytes(v->pixels, v->n_bytes, &bytes))
-        return false;
-    image->pixels = bytes;
-    image->n_bytes = v->n_bytes;
-    return true;
 }

@@ -94,7 +94,7 @@ struct cJSON *lum_field_write_bulk(const struct lum_field *f, const void *base);
 /* {"blob":k}, and the array as blob k of out, borrowed from base. */
 struct cJSON *lum_field_write_blob(const struct lum_field *f, const void *base, struct lum_blobs_out *out);
 bool lum_field_equal(const struct lum_field *f, const void *a, const void *b);
-bool lum_field_copy(const struct lum_field *f, void *to, const void *from);
+void lum_field_copy(const struct lum_field *f, void *to, const void *from); /* bulk data is shared */
 void lum_field_reset(const struct lum_field *f, void *base);
 bool lum_field_is_null(const struct lum_field *f, const void *base);
 bool lum_field_is_bulk(const struct lum_field *f);

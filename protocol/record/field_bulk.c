@@ -26,7 +26,7 @@ static bool wrong_element(const struct lum_field *f, size_t i, double min, doubl
     return lum_proto_fail_range(err, path, min, max);
 }
 
-/* {"blob":k} to a copy of blob k, whose numbers have `width` bytes. */
+/* {"blob":k} to a copy of blob k, whose numbers have `width` bytes: one reference. */
 static bool read_blob(const struct lum_field *f, const cJSON *json, const struct lum_blobs *blobs, size_t width,
                       struct lum_blob *ret_copy, struct lum_proto_error *err)
 {
@@ -38,7 +38,7 @@ static bool read_blob(const struct lum_field *f, const cJSON *json, const struct
     const struct lum_blob *blob = &blobs->blobs[(size_t)k->valuedouble];
     if (blob->n_bytes % width != 0)
         return wrong(f, err, "a blob of whole numbers");
-    uint8_t *copy = calloc(blob->n_bytes ? blob->n_bytes : 1, 1);
+    uint8_t *copy = lum_bulk_create(blob->n_bytes);
     if (!copy)
         return lum_proto_fail_memory(err);
     if (blob->n_bytes)
@@ -81,8 +81,8 @@ static bool read_floats(const struct lum_field *f, struct lum_floats *ret, const
         return wrong(f, err, "an array of numbers");
     size_t n = count(json);
     bool wide = f->flags & LUM_FIELD_DOUBLE;
-    double *f64 = wide ? calloc(n ? n : 1, sizeof *f64) : NULL;
-    float *f32 = wide ? NULL : calloc(n ? n : 1, sizeof *f32);
+    double *f64 = wide ? lum_bulk_create(n * sizeof *f64) : NULL;
+    float *f32 = wide ? NULL : lum_bulk_create(n * sizeof *f32);
     if (!f64 && !f32)
         return lum_proto_fail_memory(err);
     *ret = (struct lum_floats){.f64 = f64, .f32 = f32, .n = n};
@@ -112,7 +112,7 @@ static bool read_indices(const struct lum_field *f, struct lum_indices *ret, con
     if (!cJSON_IsArray(json))
         return wrong(f, err, "an array of numbers");
     size_t n = count(json), i = 0;
-    uint32_t *u32 = calloc(n ? n : 1, sizeof *u32);
+    uint32_t *u32 = lum_bulk_create(n * sizeof *u32);
     if (!u32)
         return lum_proto_fail_memory(err);
     *ret = (struct lum_indices){u32, n};
@@ -136,10 +136,14 @@ static bool read_pixels(const struct lum_field *f, struct lum_record_image *imag
         image->n_bytes = copy.n_bytes;
         return true;
     }
-    bool memory = false;
-    if (cJSON_IsString(json) && lum_base64_decode(json->valuestring, &image->pixels, &image->n_bytes, &memory))
-        return true;
-    return memory ? lum_proto_fail_memory(err) : wrong(f, err, "base64");
+    size_t n_bytes;
+    if (!cJSON_IsString(json) || !lum_base64_bytes(json->valuestring, &n_bytes))
+        return wrong(f, err, "base64");
+    image->pixels = lum_bulk_create(n_bytes);
+    if (!image->pixels)
+        return lum_proto_fail_memory(err);
+    image->n_bytes = n_bytes;
+    return lum_base64_decode(json->valuestring, image->pixels) || wrong(f, err, "base64");
 }
 
 bool lum_field_read_bulk(const struct lum_field *f, void *base, const cJSON *json, const struct lum_blobs *blobs,

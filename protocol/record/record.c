@@ -34,11 +34,11 @@ static void free_bulk(struct lum_record *r)
     for (size_t i = 0; i < t->n; i++)
         if (lum_field_is_bulk(&t->fields[i]))
             lum_field_reset(&t->fields[i], lum_record_body(r));
-    if (r->type != LUM_RECORD_IMPORT)
+    if (r->type != LUM_RECORD_IMPORT || !lum_bulk_leave(r->import.made))
         return;
     for (size_t i = 0; i < r->import.n_made; i++)
         lum_record_unref(r->import.made[i]); /* one level: an import never makes imports */
-    free(r->import.made);
+    lum_bulk_free(r->import.made);
 }
 
 void lum_record_unref(struct lum_record *r)
@@ -49,19 +49,6 @@ void lum_record_unref(struct lum_record *r)
     free(r);
 }
 
-static bool copy_made(struct lum_record_import *to, const struct lum_record_import *from)
-{
-    if (from->n_made == 0)
-        return true;
-    to->made = calloc(from->n_made, sizeof *to->made);
-    if (!to->made)
-        return false;
-    for (size_t i = 0; i < from->n_made; i++)
-        to->made[i] = lum_record_ref(from->made[i]);
-    to->n_made = from->n_made;
-    return true;
-}
-
 struct lum_record *lum_record_clone(const struct lum_record *r)
 {
     struct lum_record *c = lum_record_create(r->type, r->id);
@@ -69,13 +56,13 @@ struct lum_record *lum_record_clone(const struct lum_record *r)
         return NULL;
     memcpy(c->origin, r->origin, sizeof c->origin);
     const struct lum_fields *t = lum_fields_of(r->type);
-    bool ok = r->type != LUM_RECORD_IMPORT || copy_made(&c->import, &r->import);
-    for (size_t i = 0; i < t->n && ok; i++)
-        ok = lum_field_copy(&t->fields[i], lum_record_body(c), lum_record_body(r));
-    if (ok)
-        return c;
-    lum_record_unref(c);
-    return NULL;
+    for (size_t i = 0; i < t->n; i++)
+        lum_field_copy(&t->fields[i], lum_record_body(c), lum_record_body(r));
+    if (r->type == LUM_RECORD_IMPORT) {
+        c->import.made = lum_bulk_ref(r->import.made);
+        c->import.n_made = r->import.n_made;
+    }
+    return c;
 }
 
 /* ---- references ---- */

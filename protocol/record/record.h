@@ -40,7 +40,7 @@ struct lum_record_image {
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* decoded by the importer; or "" when pixels are given */
     uint32_t width, height;
     char texel[12];  /* "srgb8" "linear8" "rgb32f" */
-    uint8_t *pixels; /* owned; NULL until an asset is decoded */
+    uint8_t *pixels; /* a reference (bulk.h); NULL until an asset is decoded */
     size_t n_bytes;
 };
 
@@ -79,7 +79,7 @@ struct lum_record_object {
 struct lum_record_light {
     char kind[16]; /* point spot ies directional quad disc sphere environment sky sun */
     double position[3], direction[3], roll_deg, u[3], v[3], radius;
-    double inner_cone_deg, outer_cone_deg;                                             /* spot: half angles */
+    double inner_cone_deg, outer_cone_deg; /* spot: half angles */
     struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx,
         multiplier;                        /* exactly one; ies, sky, sun: at most */
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* ies: read by the importer; or "" when the web is given */
@@ -129,7 +129,7 @@ struct lum_record_import {
     struct lum_record_transform transform;
     /* What the import made, as the model file has it: not placed by the transform yet. Moving the import places it
      * anew, and scene.get compares with it to find later edits. Filled once by the document, before the record is
-     * shared. Owned references. */
+     * shared. An array in bulk, shared by copies of this record, of references. */
     struct lum_record **made;
     size_t n_made;
 };
@@ -158,7 +158,7 @@ struct lum_record {
 struct lum_record *lum_record_create(enum lum_record_type type, const char *id);
 struct lum_record *lum_record_ref(struct lum_record *r);
 void lum_record_unref(struct lum_record *r); /* accepts NULL */
-/* A copy that may be changed; bulk arrays are copied too. */
+/* A copy that may be changed, but for its bulk arrays: these are shared, and can only be replaced. */
 struct lum_record *lum_record_clone(const struct lum_record *r);
 
 #endif

@@ -140,7 +140,7 @@ void lum_view_params_merge(struct lum_view_params *params, const struct lum_view
         for (size_t k = 0; rows[i].group && k < COUNT(rows); k++)
             if (rows[k].group == rows[i].group) /* the named camera replaces the explicit one, and the other way */
                 params->given &= ~(1u << k);
-        lum_field_copy(&rows[i], params, more); /* which cannot fail: no row owns memory */
+        lum_field_copy(&rows[i], params, more);
         params->given |= 1u << i;
     }
     if (more->solo_given) {

@@ -101,7 +101,7 @@ static bool take_made(const struct loader *l, const cJSON *json, struct lum_reco
         run[0] + run[1] > (double)l->all.n)
         return false;
     size_t first = (size_t)run[0], n = (size_t)run[1];
-    import->import.made = calloc(n ? n : 1, sizeof(*import->import.made));
+    import->import.made = lum_bulk_create(n * sizeof(*import->import.made));
     if (!import->import.made) {
         lum_damage_no_memory(l->damage);
         return false;

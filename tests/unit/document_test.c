@@ -206,6 +206,36 @@ static void rollback_leaves_no_trace(void **state)
     lum_document_destroy(doc);
 }
 
+/* Steps of one id are one, so that what is taken back goes another way than it came: whatever order the ops had, and
+ * where ids became others meanwhile. */
+static void what_is_taken_back_may_be_entangled(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    must(doc, "ann", "[" MESH("m") "," MATERIAL("w") "," MATERIAL("v") "," OBJECT("o", "m", "w") "," LIGHT("l") "]");
+    must_not(doc, /* o is named before what it comes to refer to */
+             "[" SET("o", "/visible", "false") "," MESH("n") "," SET("o", "/mesh",
+                                                                     "'n'") "," REMOVE("m") "," REMOVE("none") "]",
+             "not_found", "ops/4/id");
+    must_not(doc, /* w and m change places, and both are used */
+             "[" SET("o", "/material", "'v'") "," REMOVE("w") "," MESH("w") "," SET("o", "/mesh", "'w'") "," REMOVE(
+                 "m") "," MATERIAL("m") "," OBJECT("p", "w", "m") "," REMOVE("none") "]",
+             "not_found", "ops/7/id");
+    must_not(doc, "[" REMOVE("l") "," MESH("l") "," SET("o", "/mesh", "'l'") "," REMOVE("none") "]", "not_found",
+             "ops/3/id");
+    must_not(doc, "[" OBJECT("p", "m", "w") "," REMOVE("p") "," LIGHT("p") "," REMOVE("none") "]", "not_found",
+             "ops/3/id");
+    must(doc, "ann", "[" REMOVE("l") "," MESH("l") "," REMOVE("l") "," LIGHT("l") "]");
+    must(doc, "ann", "[" OBJECT("p", "m", "w") "," REMOVE("p") "]");
+    must_not(doc, "[" SET("o", "/mesh", "'z'") "]", "not_found", "ops/0/mesh");
+    struct lum_proto_error err = {0};
+    assert_false(apply_text(doc, "ann", "[" SET("o", "/mesh", "'z'") "]", &err));
+    assert_non_null(strstr(err.text, "there is no mesh \"z\"; there are m")); /* each type is counted rightly */
+    assert_null(strstr(err.text, "..."));
+    must(doc, "ann", "[" REMOVE("o") "," REMOVE("m") "," REMOVE("w") "," REMOVE("v") "]"); /* so are users */
+    lum_document_destroy(doc);
+}
+
 /* ---- limits ---- */
 
 /* One more than the limit is refused, the limit is not. */
@@ -284,6 +314,7 @@ int main(void)
         cmocka_unit_test(changes_are_net_and_ordered),
         cmocka_unit_test(the_news_name_what_was_reset),
         cmocka_unit_test(rollback_leaves_no_trace),
+        cmocka_unit_test(what_is_taken_back_may_be_entangled),
         cmocka_unit_test(record_limits),
         cmocka_unit_test(many_records),
     };
