@@ -182,7 +182,7 @@ struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand)
 
 /* ---- changes ---- */
 
-/* The imports among the changes. */
+/* The imports among the changes, by id. */
 struct news {
     const struct lum_change **imports;
     size_t n_imports;
@@ -193,12 +193,24 @@ static const struct lum_record *subject(const struct lum_change *c)
     return c->after ? c->after : c->before;
 }
 
+static int by_id(const void *a, const void *b)
+{
+    return strcmp(subject(*(const struct lum_change *const *)a)->id, subject(*(const struct lum_change *const *)b)->id);
+}
+
+static int origin_and_id(const void *origin, const void *import)
+{
+    return strcmp(origin, subject(*(const struct lum_change *const *)import)->id);
+}
+
 static bool news_init(struct news *n, const struct lum_changes *c)
 {
     *n = (struct news){.imports = calloc(c->n ? c->n : 1, sizeof(*n->imports))};
     for (size_t i = 0; i < c->n && n->imports; i++)
         if (subject(&c->changes[i])->type == LUM_RECORD_IMPORT)
             n->imports[n->n_imports++] = &c->changes[i];
+    if (n->n_imports)
+        qsort(n->imports, n->n_imports, sizeof(*n->imports), by_id);
     return n->imports != NULL;
 }
 
@@ -206,13 +218,9 @@ static bool news_init(struct news *n, const struct lum_changes *c)
  */
 static bool import_does(const struct news *n, const struct lum_change *c)
 {
-    const struct lum_record *r = subject(c);
-    for (size_t i = 0; r->origin[0] && i < n->n_imports; i++) {
-        const struct lum_change *o = n->imports[i];
-        if (!o->before == !c->before && !o->after == !c->after && strcmp(subject(o)->id, r->origin) == 0)
-            return true;
-    }
-    return false;
+    const struct lum_change *const *o =
+        bsearch(subject(c)->origin, n->imports, n->n_imports, sizeof(*n->imports), origin_and_id);
+    return o && !(*o)->before == !c->before && !(*o)->after == !c->after;
 }
 
 /* Objects go where their import goes; a model may have thousands of them, and a drag thirty steps a second. */

@@ -124,7 +124,8 @@ static const char *why_not(const struct lum_document *doc, const struct lum_reco
         return "its import is lost";
     if ((r->type == LUM_RECORD_LIGHT && n[LUM_RECORD_LIGHT] >= LUM_LIMIT_LIGHTS) ||
         (r->type == LUM_RECORD_MEDIUM && n[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA) ||
-        (r->type == LUM_RECORD_SENSOR && n[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS) || doc->table.n >= LUM_LIMIT_RECORDS)
+        (r->type == LUM_RECORD_SENSOR && n[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS) ||
+        doc->table.n >= LUM_LIMIT_RECORDS)
         return "a scene may not have so many";
     if (lum_record_each_ref(r, is_there, &f))
         return NULL;
@@ -132,11 +133,9 @@ static const char *why_not(const struct lum_document *doc, const struct lum_reco
     return text;
 }
 
-static int by_rank(const void *a, const void *b)
+static int by_order(const void *a, const void *b)
 {
-    const struct lum_record *p = *(struct lum_record *const *)a, *q = *(struct lum_record *const *)b;
-    int d = lum_record_rank(p->type) - lum_record_rank(q->type);
-    return d ? d : strcmp(p->id, q->id);
+    return lum_record_order(*(struct lum_record *const *)a, *(struct lum_record *const *)b);
 }
 
 static bool put_records(struct lum_document *doc, const struct lum_document_state *s,
@@ -150,7 +149,7 @@ static bool put_records(struct lum_document *doc, const struct lum_document_stat
     }
     if (s->n_records)
         memcpy(sorted, s->records, s->n_records * sizeof *sorted);
-    qsort(sorted, s->n_records, sizeof(*sorted), by_rank);
+    qsort(sorted, s->n_records, sizeof(*sorted), by_order);
     for (size_t i = 0; i < s->n_records; i++) {
         struct lum_record *r = sorted[i];
         if (r->type == LUM_RECORD_RENDER) { /* always exists already */

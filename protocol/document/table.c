@@ -184,11 +184,15 @@ int lum_record_rank(enum lum_record_type type)
     return ranks[type];
 }
 
-static int by_rank_and_id(const void *a, const void *b)
+int lum_record_order(const struct lum_record *a, const struct lum_record *b)
 {
-    const struct lum_record *p = *(const struct lum_record *const *)a, *q = *(const struct lum_record *const *)b;
-    int d = lum_record_rank(p->type) - lum_record_rank(q->type);
-    return d ? d : strcmp(p->id, q->id);
+    int d = lum_record_rank(a->type) - lum_record_rank(b->type);
+    return d ? d : strcmp(a->id, b->id);
+}
+
+static int by_order(const void *a, const void *b)
+{
+    return lum_record_order(*(const struct lum_record *const *)a, *(const struct lum_record *const *)b);
 }
 
 bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records)
@@ -200,7 +204,7 @@ bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_
     for (size_t i = 0; i < t->capacity; i++)
         if (t->slots[i].record)
             records[n++] = t->slots[i].record;
-    qsort(records, n, sizeof(*records), by_rank_and_id);
+    qsort(records, n, sizeof(*records), by_order);
     *ret_records = records;
     return true;
 }

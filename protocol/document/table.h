@@ -33,7 +33,8 @@ void lum_table_change(struct lum_table *t, const struct lum_record *before, stru
 /* Dependencies first, then by id: an order that does not depend on history. The records are borrowed; the caller frees
  * the array. False: memory is short. */
 bool lum_table_sorted(const struct lum_table *t, const struct lum_record ***ret_records);
-/* Place of a type in that order. */
+/* Place of a type in that order, and whether a comes before b (below 0) or after it. */
 int lum_record_rank(enum lum_record_type type);
+int lum_record_order(const struct lum_record *a, const struct lum_record *b);
 
 #endif

@@ -171,8 +171,7 @@ static int by_dependency(const void *a, const void *b)
     const struct lum_change *p = a, *q = b;
     if (!p->after != !q->after)
         return !p->after - !q->after;
-    int d = lum_record_rank(subject(p)->type) - lum_record_rank(subject(q)->type);
-    d = d ? d : strcmp(subject(p)->id, subject(q)->id);
+    int d = lum_record_order(subject(p), subject(q));
     return p->after ? d : -d;
 }
 

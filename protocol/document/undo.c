@@ -63,11 +63,18 @@ size_t lum_history_bulk_bytes(const struct lum_record *r)
 
 /* ---- groups: the steps of one drag are one entry ---- */
 
-static struct lum_change *change_that_left(const struct lum_changes *c, const struct lum_record *record)
+/* The change of c that left `record`, from the place *inout_at on, which goes along: both lists are in one order, so
+ * that asking for all records of one is one walk through the other. */
+static struct lum_change *change_that_left(const struct lum_changes *c, size_t *inout_at,
+                                           const struct lum_record *record)
 {
-    for (size_t i = 0; i < c->n; i++)
-        if (record && c->changes[i].after == record)
-            return &c->changes[i];
+    for (; record && *inout_at < c->n; ++*inout_at) {
+        struct lum_change *change = &c->changes[*inout_at];
+        if (change->after == record)
+            return change;
+        if (!change->after || lum_record_order(change->after, record) >= 0)
+            return NULL;
+    }
     return NULL;
 }
 
@@ -77,9 +84,9 @@ static bool continues(const struct lum_history_entry *e, const struct lum_histor
 {
     if (!e || !next->group[0] || strcmp(e->group, next->group) != 0)
         return false;
-    for (size_t i = 0; i < next->changes.n; i++) {
+    for (size_t i = 0, at = 0; i < next->changes.n; i++) {
         const struct lum_change *c = &next->changes.changes[i];
-        if (!c->after || !change_that_left(&e->changes, c->before))
+        if (!c->after || !change_that_left(&e->changes, &at, c->before))
             return false;
     }
     return true;
@@ -88,8 +95,8 @@ static bool continues(const struct lum_history_entry *e, const struct lum_histor
 /* e then leads from its own start to where `next` ended. Allocates nothing; next is freed. */
 static void absorb(struct lum_history_entry *e, struct lum_history_entry *next)
 {
-    for (size_t i = 0; i < next->changes.n; i++) {
-        struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, step->before);
+    for (size_t i = 0, at = 0; i < next->changes.n; i++) {
+        struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, &at, step->before);
         struct lum_record *left = whole->after;
         e->n_bytes += lum_history_bulk_bytes(step->after) - lum_history_bulk_bytes(left);
         whole->after = step->after;

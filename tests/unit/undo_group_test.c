@@ -3,7 +3,20 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "protocol/document/table.h"
 #include "tests/unit/document_util.h"
+
+/* The linker sends comparisons of undo.c and transaction.c here (-Wl,--wrap). */
+int __real_lum_record_order(const struct lum_record *a, const struct lum_record *b);
+int __wrap_lum_record_order(const struct lum_record *a, const struct lum_record *b);
+
+static size_t n_compared;
+
+int __wrap_lum_record_order(const struct lum_record *a, const struct lum_record *b)
+{
+    n_compared++;
+    return __real_lum_record_order(a, b);
+}
 
 static void read_op(const char *json, const char *group, struct lum_ops *ret_ops)
 {
@@ -130,12 +143,75 @@ static void a_user_is_forgotten(void **state)
     lum_document_destroy(doc);
 }
 
+/* ---- a large import is dragged ---- */
+
+enum { N_OBJECTS = 50000 };
+
+static void import_house(struct lum_document *doc)
+{
+    static struct lum_record *records[N_OBJECTS + 2];
+    struct lum_proto_error err;
+    struct lum_ops ops;
+    struct lum_changes changes;
+    records[0] = lum_record_create(LUM_RECORD_MESH, "house/m");
+    records[1] = lum_record_create(LUM_RECORD_MATERIAL, "house/w");
+    memcpy(records[0]->mesh.shape, "box", 4);
+    for (size_t i = 2; i < N_OBJECTS + 2; i++) {
+        lum_id id;
+        snprintf(id, sizeof id, "house/o%zu", i);
+        records[i] = lum_record_create(LUM_RECORD_OBJECT, id);
+        memcpy(records[i]->object.mesh, "house/m", 8);
+        memcpy(records[i]->object.material, "house/w", 8);
+    }
+    struct lum_import_children children = {"house", records, N_OBJECTS + 2};
+    read_op("{\"op\":\"import\",\"id\":\"house\",\"asset\":\"house.glb\"}", "", &ops);
+    assert_true(lum_document_apply(doc, "ann", &ops, &children, 1, &changes, &err));
+    lum_changes_finish(&changes);
+    lum_ops_finish(&ops);
+    for (size_t i = 0; i < N_OBJECTS + 2; i++)
+        lum_record_unref(records[i]);
+}
+
+/* Comparisons that putting what the step before changed into the history takes. */
+static size_t settle_cost(struct lum_document *doc)
+{
+    n_compared = 0;
+    lum_document_next_undo(doc, "ann", false);
+    return n_compared;
+}
+
+static void a_step_of_a_large_drag_is_one_walk(void **state)
+{
+    (void)state;
+    struct lum_document *doc = create();
+    char json[128];
+    import_house(doc);
+    for (int step = 1; step <= 4; step++) {
+        snprintf(json, sizeof json,
+                 "{\"op\":\"set\",\"id\":\"house\",\"path\":\"/transform/translate\",\"value\":[%d,0,0]}", step);
+        apply(doc, "ann", "drag", json);
+        size_t n = settle_cost(doc);
+        assert_true(n <= 2 * (N_OBJECTS + 1)); /* once to find that it goes on, once to join it */
+        assert_true(step == 1 || n >= N_OBJECTS);
+    }
+    snprintf(json, sizeof json, "{\"op\":\"set\",\"id\":\"house/o49999\",\"path\":\"/visible\",\"value\":false}");
+    apply(doc, "ann", "drag", json);
+    assert_true(settle_cost(doc) <= 2 * (N_OBJECTS + 1));
+    assert_true(undo(doc, "ann", NULL));
+    const struct lum_record *last = lum_document_find(doc, "house/o49999");
+    assert_true(last->object.visible && last->object.transform.matrix[3] == 0.0);
+    assert_true(redo(doc, "ann", NULL));
+    last = lum_document_find(doc, "house/o49999");
+    assert_true(!last->object.visible && last->object.transform.matrix[3] == 4.0);
+    lum_document_destroy(doc);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(drag_is_one_step),           cmocka_unit_test(without_a_group_each_is_a_step),
         cmocka_unit_test(another_hand_cuts_the_drag), cmocka_unit_test(rollback_leaves_the_group_as_it_was),
-        cmocka_unit_test(a_user_is_forgotten),
+        cmocka_unit_test(a_user_is_forgotten),        cmocka_unit_test(a_step_of_a_large_drag_is_one_walk),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
