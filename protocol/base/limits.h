@@ -39,7 +39,7 @@
 #define LUM_LIMIT_COORD_M 1e9                /* metres from the origin: an Earth's orbit of satellites is not a scene */
 #define LUM_LIMIT_UNDO 256u                  /* transactions kept per user */
 #define LUM_LIMIT_UNDO_BYTES                                                                                           \
-    (1ull << 29)                  /* bulk data that one user's undone and undoable transactions may hold on to */
+    (1ull << 29)                  /* records that undone and undoable transactions of all users may hold on to */
 #define LUM_LIMIT_UNDO_USERS 256u /* users with a history; beyond, the one idle longest loses it */
 
 /* ---- views ---- */

@@ -35,10 +35,10 @@ void lum_document_nearest(const struct lum_document *doc, enum lum_record_type t
  */
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);
 
-/* Applies ops as one transaction by `user` (who may undo it). Import ops must come expanded: children carries the
- * records that an import op of this transaction made, in op order; setting an import's transform later moves what is
- * left of them. On success the revision grows by 1 and *ret_changes is filled (the caller applies it, then frees it).
- * On failure nothing changed; err->path names "ops/N/...". */
+/* Applies ops as one transaction by `user`, who may undo it; "(...)" is the server itself, who does not. Import ops
+ * must come expanded: children carries the records that an import op of this transaction made, in op order; setting an
+ * import's transform later moves what is left of them. On success the revision grows by 1 and *ret_changes is filled
+ * (the caller applies it, then frees it). On failure nothing changed; err->path names "ops/N/...". */
 struct lum_import_children {
     lum_id import_id;
     struct lum_record **records; /* as the file has them. Borrowed: the document sets their origin and places copies */

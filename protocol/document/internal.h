@@ -1,8 +1,9 @@
-/* Inside of struct lum_document, shared by document.c, transaction.c, undo.c and document_json.c. */
+/* Inside of struct lum_document, shared by document.c, transaction.c, history.c, undo.c, state.c and document_json.c. */
 #ifndef LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 #define LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 
 #include "protocol/document/document.h"
+#include "protocol/document/held.h"
 #include "protocol/document/table.h"
 
 /* ---- a transaction while it runs (transaction.c) ---- */
@@ -30,19 +31,19 @@ void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees what the
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
 
-/* ---- history (undo.c) ---- */
+/* ---- history (history.c) ---- */
 
 struct lum_history_entry {
     struct lum_history_entry *next; /* older */
     struct lum_changes changes;
-    lum_id group;   /* lum_ops.undo_group */
-    uint64_t rev;   /* that it made; of a drag, the last of them */
-    size_t n_bytes; /* of bulk data that it holds on to */
+    lum_id group; /* lum_ops.undo_group */
+    uint64_t rev; /* that it made; of a drag, the last of them */
 };
 struct lum_history {
     struct lum_history *next; /* used less recently */
     char user[LUM_LIMIT_ID_BYTES + 1];
     struct lum_history_entry *undo, *redo; /* newest first */
+    struct lum_held held;                  /* by all of them, and by the entry of the last action */
 };
 enum lum_action { LUM_ACTION_NONE, LUM_ACTION_APPLY, LUM_ACTION_UNDO, LUM_ACTION_REDO };
 
@@ -50,8 +51,8 @@ enum lum_action { LUM_ACTION_NONE, LUM_ACTION_APPLY, LUM_ACTION_UNDO, LUM_ACTION
  * and settling cannot fail because it only moves list entries. */
 struct lum_last_action {
     enum lum_action action;
-    struct lum_history *history;
-    struct lum_history_entry *entry; /* apply: owned; else the head of a list of history */
+    struct lum_history *history;     /* NULL: of the server itself, who undoes nothing */
+    struct lum_history_entry *entry; /* apply: owned; else the head of a list of history. NULL: history is */
 };
 
 struct lum_document {
@@ -65,7 +66,12 @@ void lum_history_settle(struct lum_document *doc);
 /* Takes note of an applied transaction; it becomes pending. False: memory is short. */
 bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes);
 void lum_history_finish(struct lum_document *doc);
-/* Of bulk data in a record; 0 of NULL. */
-size_t lum_history_bulk_bytes(const struct lum_record *r);
+struct lum_history *lum_history_find(struct lum_document *doc, const char *user); /* moved to the front; NULL: none */
+/* A step along the changes, in no list yet. NULL: memory is short. */
+struct lum_history_entry *lum_history_entry_create(struct lum_history *h, const struct lum_changes *changes,
+                                                   const char *group, uint64_t rev);
+void lum_history_push(struct lum_history_entry **list, struct lum_history_entry *e); /* of the same history */
+void lum_history_drop(struct lum_history *h, struct lum_history_entry **link);
+bool lum_changes_copy(const struct lum_changes *from, struct lum_changes *ret); /* false: memory is short */
 
 #endif

@@ -24,20 +24,6 @@ void lum_document_state_finish(struct lum_document_state *s)
 
 /* ---- out of the document ---- */
 
-static bool copy_changes(const struct lum_changes *from, struct lum_changes *ret)
-{
-    struct lum_changes c = {.changes = calloc(from->n ? from->n : 1, sizeof *c.changes), .n = from->n};
-    if (!c.changes)
-        return false;
-    for (size_t i = 0; i < c.n; i++) {
-        const struct lum_change *f = &from->changes[i];
-        c.changes[i] = (struct lum_change){f->before ? lum_record_ref(f->before) : NULL,
-                                           f->after ? lum_record_ref(f->after) : NULL};
-    }
-    *ret = c;
-    return true;
-}
-
 static size_t length(const struct lum_history_entry *list)
 {
     size_t n = 0;
@@ -50,7 +36,7 @@ static bool take_list(const struct lum_history_entry *list, struct lum_history_s
 {
     for (; list; list = list->next, ++*n) {
         struct lum_step_state *s = &h->steps[h->n_undo + h->n_redo];
-        if (!copy_changes(&list->changes, &s->changes))
+        if (!lum_changes_copy(&list->changes, &s->changes))
             return false;
         memcpy(s->group, list->group, sizeof s->group);
         s->rev = list->rev;
@@ -74,8 +60,7 @@ static bool take_histories(const struct lum_document *doc, struct lum_document_s
     s->histories = calloc(n ? n : 1, sizeof *s->histories);
     bool ok = s->histories != NULL;
     for (const struct lum_history *h = doc->histories; h && ok; h = h->next)
-        if (h->user[0] != '(')
-            ok = take_history(h, &s->histories[s->n_histories++]);
+        ok = take_history(h, &s->histories[s->n_histories++]);
     return ok;
 }
 
@@ -166,20 +151,16 @@ static bool put_records(struct lum_document *doc, const struct lum_document_stat
     return true;
 }
 
-static bool put_step(const struct lum_step_state *s, struct lum_history_entry ***link)
+/* Newest first, so that the last comes in first. */
+static bool put_steps(struct lum_history *h, struct lum_history_entry **list, const struct lum_step_state *steps,
+                      size_t n)
 {
-    struct lum_history_entry *e = calloc(1, sizeof *e);
-    if (!e || !copy_changes(&s->changes, &e->changes)) {
-        free(e);
-        return false;
+    while (n-- > 0) {
+        struct lum_history_entry *e = lum_history_entry_create(h, &steps[n].changes, steps[n].group, steps[n].rev);
+        if (!e)
+            return false;
+        lum_history_push(list, e);
     }
-    memcpy(e->group, s->group, sizeof e->group);
-    e->rev = s->rev;
-    for (size_t i = 0; i < e->changes.n; i++)
-        e->n_bytes +=
-            lum_history_bulk_bytes(e->changes.changes[i].before) + lum_history_bulk_bytes(e->changes.changes[i].after);
-    **link = e;
-    *link = &e->next;
     return true;
 }
 
@@ -193,10 +174,9 @@ static bool put_histories(struct lum_document *doc, const struct lum_document_st
             return false;
         link = &h->next;
         memcpy(h->user, from->user, sizeof h->user);
-        struct lum_history_entry **undo = &h->undo, **redo = &h->redo;
-        for (size_t k = 0; k < from->n_undo + from->n_redo; k++)
-            if (!put_step(&from->steps[k], k < from->n_undo ? &undo : &redo))
-                return false;
+        if (!put_steps(h, &h->undo, from->steps, from->n_undo) ||
+            !put_steps(h, &h->redo, from->steps + from->n_undo, from->n_redo))
+            return false;
     }
     return true;
 }

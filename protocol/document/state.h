@@ -24,8 +24,7 @@ struct lum_document_state {
 };
 void lum_document_state_finish(struct lum_document_state *s); /* accepts a zeroed or half-filled one */
 
-/* Histories of users whose names begin with "(", who are the server itself, stay behind. False: memory is short.
- * Thread: the document's. */
+/* False: memory is short. Thread: the document's. */
 bool lum_document_take_state(struct lum_document *doc, struct lum_document_state *ret_state);
 
 /* A document in that state; a record may have been lost from it. What refers to a lost one, or stands there twice, is

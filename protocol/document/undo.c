@@ -1,4 +1,4 @@
-/* Undo and redo, per user, by field.
+/* Undo and redo, by field.
  *
  * A history entry keeps the net changes of one transaction. Taking it back compares, field by field, what stands now
  * with what the transaction left: fields that it did not touch may have been edited by others, fields that it did touch
@@ -6,240 +6,9 @@
 #include "protocol/document/internal.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "protocol/record/field.h"
-
-/* ---- lists ---- */
-
-static void entry_destroy(struct lum_history_entry *e)
-{
-    lum_changes_finish(&e->changes);
-    free(e);
-}
-
-static void list_free(struct lum_history_entry **list)
-{
-    while (*list) {
-        struct lum_history_entry *e = *list;
-        *list = e->next;
-        entry_destroy(e);
-    }
-}
-
-static void move_head(struct lum_history_entry **from, struct lum_history_entry **to)
-{
-    struct lum_history_entry *e = *from;
-    *from = e->next;
-    e->next = *to;
-    *to = e;
-}
-
-/* Forgets the oldest beyond the limits; the newest stays whatever its size. */
-static void trim(struct lum_history_entry *list)
-{
-    size_t n = 1;
-    unsigned long long n_bytes = list ? list->n_bytes : 0;
-    for (struct lum_history_entry *e = list; e; e = e->next) {
-        n_bytes += e->next ? e->next->n_bytes : 0;
-        if (e->next && (++n > LUM_LIMIT_UNDO || n_bytes > LUM_LIMIT_UNDO_BYTES)) {
-            list_free(&e->next);
-            return;
-        }
-    }
-}
-
-size_t lum_history_bulk_bytes(const struct lum_record *r)
-{
-    if (r && r->type == LUM_RECORD_MESH) {
-        const struct lum_record_mesh *m = &r->mesh;
-        return 8 * m->positions.n + 4 * (m->normals.n + m->uvs.n + m->colors.n + m->indices.n);
-    }
-    if (r && r->type == LUM_RECORD_LIGHT)
-        return lum_record_web_bytes(r->light.web);
-    return r && r->type == LUM_RECORD_IMAGE ? r->image.n_bytes : 0;
-}
-
-/* ---- groups: the steps of one drag are one entry ---- */
-
-/* The change of c that left `record`, from the place *inout_at on, which goes along: both lists are in one order, so
- * that asking for all records of one is one walk through the other. */
-static struct lum_change *change_that_left(const struct lum_changes *c, size_t *inout_at,
-                                           const struct lum_record *record)
-{
-    for (; record && *inout_at < c->n; ++*inout_at) {
-        struct lum_change *change = &c->changes[*inout_at];
-        if (change->after == record)
-            return change;
-        if (!change->after || lum_record_order(change->after, record) >= 0)
-            return NULL;
-    }
-    return NULL;
-}
-
-/* True when `next` goes on exactly where `e` stopped: each of its changes starts from a record that e left, so nobody
- * else was there in between (records are immutable: the same pointer is the same state). */
-static bool continues(const struct lum_history_entry *e, const struct lum_history_entry *next)
-{
-    if (!e || !next->group[0] || strcmp(e->group, next->group) != 0)
-        return false;
-    for (size_t i = 0, at = 0; i < next->changes.n; i++) {
-        const struct lum_change *c = &next->changes.changes[i];
-        if (!c->after || !change_that_left(&e->changes, &at, c->before))
-            return false;
-    }
-    return true;
-}
-
-/* e then leads from its own start to where `next` ended. Allocates nothing; next is freed. */
-static void absorb(struct lum_history_entry *e, struct lum_history_entry *next)
-{
-    for (size_t i = 0, at = 0; i < next->changes.n; i++) {
-        struct lum_change *step = &next->changes.changes[i], *whole = change_that_left(&e->changes, &at, step->before);
-        struct lum_record *left = whole->after;
-        e->n_bytes += lum_history_bulk_bytes(step->after) - lum_history_bulk_bytes(left);
-        whole->after = step->after;
-        step->after = left; /* freed with next */
-    }
-    e->rev = next->rev;
-    entry_destroy(next);
-}
-
-/* ---- histories ---- */
-
-static void history_destroy(struct lum_history *h)
-{
-    list_free(&h->undo);
-    list_free(&h->redo);
-    free(h);
-}
-
-void lum_history_settle(struct lum_document *doc)
-{
-    struct lum_last_action p = doc->last;
-    doc->last = (struct lum_last_action){0};
-    switch (p.action) {
-    case LUM_ACTION_APPLY:
-        list_free(&p.history->redo);
-        if (continues(p.history->undo, p.entry)) {
-            absorb(p.history->undo, p.entry);
-            trim(p.history->undo);
-            break;
-        }
-        p.entry->next = p.history->undo;
-        p.history->undo = p.entry;
-        trim(p.history->undo);
-        break;
-    case LUM_ACTION_UNDO:
-        move_head(&p.history->undo, &p.history->redo);
-        break;
-    case LUM_ACTION_REDO:
-        move_head(&p.history->redo, &p.history->undo);
-        break;
-    case LUM_ACTION_NONE:
-        break;
-    }
-}
-
-void lum_history_finish(struct lum_document *doc)
-{
-    lum_history_settle(doc);
-    while (doc->histories) {
-        struct lum_history *h = doc->histories;
-        doc->histories = h->next;
-        history_destroy(h);
-    }
-}
-
-/* The user's history, moved to the front; NULL when there is none. */
-static struct lum_history *find_history(struct lum_document *doc, const char *user)
-{
-    for (struct lum_history **link = &doc->histories; *link; link = &(*link)->next) {
-        struct lum_history *h = *link;
-        if (strcmp(h->user, user) != 0)
-            continue;
-        *link = h->next;
-        h->next = doc->histories;
-        doc->histories = h;
-        return h;
-    }
-    return NULL;
-}
-
-void lum_document_forget_user(struct lum_document *doc, const char *user)
-{
-    lum_history_settle(doc);
-    struct lum_history *h = find_history(doc, user);
-    if (!h)
-        return;
-    doc->histories = h->next;
-    history_destroy(h);
-}
-
-/* Forgets who was idle longest. Only while nothing is pending, because that may point here. */
-static void limit_histories(struct lum_document *doc)
-{
-    size_t n = 0;
-    for (struct lum_history **link = &doc->histories; *link;) {
-        struct lum_history *h = *link;
-        if (n++ < LUM_LIMIT_UNDO_USERS) {
-            link = &h->next;
-            continue;
-        }
-        *link = h->next;
-        history_destroy(h);
-    }
-}
-
-static struct lum_history *make_history(struct lum_document *doc, const char *user)
-{
-    struct lum_history *h = find_history(doc, user);
-    if (h)
-        return h;
-    h = calloc(1, sizeof *h);
-    if (!h)
-        return NULL;
-    snprintf(h->user, sizeof h->user, "%s", user);
-    h->next = doc->histories;
-    doc->histories = h;
-    limit_histories(doc);
-    return h;
-}
-
-bool lum_history_note(struct lum_document *doc, const char *user, const char *group, const struct lum_changes *changes)
-{
-    struct lum_history *h = make_history(doc, user);
-    struct lum_history_entry *e = h ? calloc(1, sizeof *e) : NULL;
-    if (!e)
-        return false;
-    e->changes.changes = calloc(changes->n ? changes->n : 1, sizeof *e->changes.changes);
-    if (!e->changes.changes) {
-        free(e);
-        return false;
-    }
-    e->changes.n = changes->n;
-    snprintf(e->group, sizeof e->group, "%s", group);
-    e->rev = doc->rev;
-    for (size_t i = 0; i < changes->n; i++) {
-        const struct lum_change *c = &changes->changes[i];
-        e->changes.changes[i] = (struct lum_change){c->before ? lum_record_ref(c->before) : NULL,
-                                                    c->after ? lum_record_ref(c->after) : NULL};
-        e->n_bytes += lum_history_bulk_bytes(c->before) + lum_history_bulk_bytes(c->after);
-    }
-    doc->last = (struct lum_last_action){LUM_ACTION_APPLY, h, e};
-    return true;
-}
-
-void lum_document_rollback(struct lum_document *doc, const struct lum_changes *changes)
-{
-    for (size_t i = changes->n; i-- > 0;)
-        lum_table_change(&doc->table, changes->changes[i].after, changes->changes[i].before);
-    doc->rev--;
-    if (doc->last.action == LUM_ACTION_APPLY)
-        entry_destroy(doc->last.entry);
-    doc->last = (struct lum_last_action){0};
-}
 
 /* ---- taking back ---- */
 
@@ -347,9 +116,7 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
         lum_txn_rollback(&t);
     if (!ok || !lum_txn_end(&t, ret_changes)) {
         if (is_conflict(&local)) {
-            struct lum_history_entry *dropped = *list;
-            *list = dropped->next;
-            entry_destroy(dropped);
+            lum_history_drop(h, list);
             snprintf(local.app, sizeof local.app, "conflict");
         }
         if (err)
@@ -364,7 +131,7 @@ static bool walk(struct lum_document *doc, struct lum_history *h, enum lum_actio
 uint64_t lum_document_next_undo(struct lum_document *doc, const char *user, bool redo)
 {
     lum_history_settle(doc);
-    const struct lum_history *h = find_history(doc, user);
+    const struct lum_history *h = lum_history_find(doc, user);
     const struct lum_history_entry *e = h ? redo ? h->redo : h->undo : NULL;
     return e ? e->rev : 0;
 }
@@ -373,7 +140,7 @@ bool lum_document_undo(struct lum_document *doc, const char *user, struct lum_ch
                        struct lum_proto_error *err)
 {
     lum_history_settle(doc);
-    struct lum_history *h = find_history(doc, user);
+    struct lum_history *h = lum_history_find(doc, user);
     if (!h || !h->undo)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing to undo");
     return walk(doc, h, LUM_ACTION_UNDO, ret_changes, err);
@@ -383,7 +150,7 @@ bool lum_document_redo(struct lum_document *doc, const char *user, struct lum_ch
                        struct lum_proto_error *err)
 {
     lum_history_settle(doc);
-    struct lum_history *h = find_history(doc, user);
+    struct lum_history *h = lum_history_find(doc, user);
     if (!h || !h->redo)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing to redo");
     return walk(doc, h, LUM_ACTION_REDO, ret_changes, err);

@@ -65,6 +65,37 @@ struct lum_record *lum_record_clone(const struct lum_record *r)
     return c;
 }
 
+/* ---- size ---- */
+
+_Static_assert(sizeof(struct lum_record) <= LUM_RECORD_BYTES, "LUM_RECORD_BYTES is what a record takes");
+
+static size_t field_bytes(const struct lum_field *f, const void *base)
+{
+    const void *p = (const char *)base + f->offset;
+    switch (f->kind) {
+    case LUM_FIELD_FLOATS:
+        return lum_bulk_bytes(((const struct lum_floats *)p)->f64) +
+               lum_bulk_bytes(((const struct lum_floats *)p)->f32);
+    case LUM_FIELD_INDICES:
+        return lum_bulk_bytes(((const struct lum_indices *)p)->u32);
+    case LUM_FIELD_PIXELS:
+        return lum_bulk_bytes(((const struct lum_record_image *)base)->pixels);
+    case LUM_FIELD_WEB:
+        return lum_record_web_bytes(*(struct lum_record_web *const *)p);
+    default:
+        return 0;
+    }
+}
+
+size_t lum_record_bytes(const struct lum_record *r)
+{
+    const struct lum_fields *t = lum_fields_of(r->type);
+    size_t n = LUM_RECORD_BYTES;
+    for (size_t i = 0; i < t->n; i++)
+        n += field_bytes(&t->fields[i], lum_record_body(r));
+    return r->type == LUM_RECORD_IMPORT ? n + lum_bulk_bytes(r->import.made) : n;
+}
+
 /* ---- references ---- */
 
 static bool ref_field(const struct lum_field *f, const void *base, const char *path, lum_ref_fn fn, void *user)

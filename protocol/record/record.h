@@ -161,4 +161,9 @@ void lum_record_unref(struct lum_record *r); /* accepts NULL */
 /* A copy that may be changed, but for its bulk arrays: these are shared, and can only be replaced. */
 struct lum_record *lum_record_clone(const struct lum_record *r);
 
+/* Of one record without its arrays, about: the same in every build, for what is forgotten hangs on it. */
+#define LUM_RECORD_BYTES 1024u
+/* With its arrays, also those that it shares; of an import, not the records that it made. */
+size_t lum_record_bytes(const struct lum_record *r);
+
 #endif

@@ -218,14 +218,98 @@ static void moves_of_one_transaction_are_limited(void **state)
     lum_document_destroy(doc);
 }
 
+/* ---- what can be undone ---- */
+
+#define BIG (64u << 20) /* of pixels that nobody writes to: they cost addresses, not memory */
+
+static void apply_as(struct lum_document *doc, const char *user, struct lum_op *ops, size_t n)
+{
+    struct lum_changes changes;
+    struct lum_proto_error err;
+    if (!lum_document_apply(doc, user, &(struct lum_ops){.ops = ops, .n = n}, NULL, 0, &changes, &err))
+        fail_msg("%s", err.text);
+    lum_changes_finish(&changes);
+}
+
+/* The user brings a big image and takes it away again. */
+static void hold_big(struct lum_document *doc, unsigned user)
+{
+    char name[20];
+    struct lum_op add = {.kind = LUM_OP_ADD, .id = "big", .record = lum_record_create(LUM_RECORD_IMAGE, "big")};
+    struct lum_op remove = {.kind = LUM_OP_REMOVE, .id = "big"};
+    snprintf(name, sizeof name, "user%02u", user);
+    add.record->image.pixels = lum_bulk_create(BIG);
+    add.record->image.n_bytes = BIG;
+    assert_non_null(add.record->image.pixels);
+    apply_as(doc, name, &add, 1);
+    apply_as(doc, name, &remove, 1);
+    lum_op_finish(&add);
+}
+
+static unsigned count_undone(struct lum_document *doc, const char *user)
+{
+    unsigned n = 0;
+    while (undo(doc, user, NULL))
+        n++;
+    return n;
+}
+
+/* All users together hold on to no more than the limit and the newest step, and who holds little loses nothing. */
+static void histories_of_all_users_share_a_limit(void **state)
+{
+    (void)state;
+    enum { USERS = 64 };
+    struct lum_document *doc = lum_document_create();
+    struct lum_op light = op_of(LIGHT("l"), NULL), dim = op_of(SET("l", "/flux_lm", "7"), NULL);
+    apply_as(doc, "modest", &light, 1);
+    apply_as(doc, "modest", &dim, 1);
+    size_t before = now;
+    for (unsigned i = 0; i < USERS; i++) {
+        hold_big(doc, i);
+        if (now - before > LUM_LIMIT_UNDO_BYTES + BIG)
+            fail_msg("%zu bytes after %u users", now - before, i + 1);
+    }
+    lum_document_next_undo(doc, "modest", false); /* the last step counts, too */
+    print_message("%u users with %u bytes each: %zu bytes\n", USERS, BIG, now - before);
+    assert_true(now - before <= LUM_LIMIT_UNDO_BYTES);
+    assert_int_equal(count_undone(doc, "modest"), 2);
+    assert_int_equal(count_undone(doc, "user63"), 2);
+    assert_int_equal(count_undone(doc, "user00"), 0);
+    lum_op_finish(&light);
+    lum_op_finish(&dim);
+    lum_document_destroy(doc);
+}
+
+/* Records count where they hold no arrays, too: an import of many objects that is moved and moved. */
+static void histories_count_what_has_no_arrays(void **state)
+{
+    (void)state;
+    enum { N = 20000, STEPS = 40, FIT = LUM_LIMIT_UNDO_BYTES / LUM_RECORD_BYTES / N };
+    struct lum_document *doc = document_with_room(N);
+    size_t before = now;
+    for (int i = 0; i < STEPS; i++) {
+        char text[120];
+        snprintf(text, sizeof text, SET("room", "/transform/translate", "[%d,0,0]"), i + 1);
+        struct lum_op op = op_of(text, NULL);
+        apply_as(doc, "bob", &op, 1);
+        lum_op_finish(&op);
+    }
+    lum_document_next_undo(doc, "bob", false);
+    unsigned undone = count_undone(doc, "bob");
+    print_message("%u of %d moves of %d records can be undone, %zu bytes\n", undone, STEPS, N, now - before);
+    assert_in_range(undone, FIT - 6, FIT); /* what ann holds, and what each step does beside its records */
+    assert_true(now - before <= LUM_LIMIT_UNDO_BYTES);
+    lum_document_destroy(doc);
+}
+
 int main(void)
 {
     cJSON_Hooks hooks = {__wrap_malloc, __wrap_free};
     cJSON_InitHooks(&hooks);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sets_of_one_image_share_its_pixels),
-        cmocka_unit_test(sets_of_one_import_move_it_once),
-        cmocka_unit_test(moves_of_one_transaction_are_limited),
+        cmocka_unit_test(sets_of_one_image_share_its_pixels),   cmocka_unit_test(sets_of_one_import_move_it_once),
+        cmocka_unit_test(moves_of_one_transaction_are_limited), cmocka_unit_test(histories_of_all_users_share_a_limit),
+        cmocka_unit_test(histories_count_what_has_no_arrays),
     };
     return cmocka_run_group_tests_name("document_memory", tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/document/internal.h"
 #include "protocol/json/json.h"
 #include "tests/unit/document_util.h"
 
@@ -193,6 +194,24 @@ static void undo_and_redo_walk(void **state)
     }
 }
 
+/* What each history says that it holds is what its steps hold. */
+static bool histories_counted(const struct lum_document *doc)
+{
+    bool ok = true;
+    for (const struct lum_history *h = doc->histories; h; h = h->next) {
+        struct lum_held held = {0};
+        for (const struct lum_history_entry *e = h->undo; e; e = e->next)
+            assert_true(lum_held_add(&held, &e->changes));
+        for (const struct lum_history_entry *e = h->redo; e; e = e->next)
+            assert_true(lum_held_add(&held, &e->changes));
+        if (doc->last.action == LUM_ACTION_APPLY && doc->last.history == h)
+            assert_true(lum_held_add(&held, &doc->last.entry->changes));
+        ok = ok && held.n == h->held.n && held.n_bytes == h->held.n_bytes;
+        lum_held_finish(&held);
+    }
+    return ok;
+}
+
 /* Two users at once: whatever conflicts, the document stays whole, and its ops rebuild it. */
 static void two_users_walk(void **state)
 {
@@ -211,7 +230,9 @@ static void two_users_walk(void **state)
                       : what == 1 ? redo(doc, user, NULL)
                                   : apply_text(doc, user, ops, NULL);
             assert_int_equal(lum_document_rev(doc), rev + ok);
-            if (!document_whole(doc))
+            if (rng_below(&rng, 50) == 0)
+                lum_document_forget_user(doc, user);
+            if (!document_whole(doc) || !histories_counted(doc))
                 fail_msg("seed %llu, step %d", (unsigned long long)seed, step);
         }
         char *text = document_text(doc);
