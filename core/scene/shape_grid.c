@@ -79,6 +79,10 @@ enum lum_status lum_shape_of_grids(struct lum_shape_build *b, const struct lum_g
         n_vertices += grid_vertices(&grids[i]);
         n_triangles += grid_triangles(&grids[i]);
     }
+    if (b->counts) {
+        b->mesh.n_triangles = n_triangles;
+        return LUM_OK;
+    }
     enum lum_status status = lum_shape_reserve(b, n_vertices, n_triangles, err);
     for (uint32_t i = 0; i < n_grids && status == LUM_OK; i++)
         add_grid(b, &grids[i]);

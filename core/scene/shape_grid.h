@@ -9,6 +9,7 @@
 /* A mesh in the making, with the storage that lum_shape_reserve made. */
 struct lum_shape_build {
     struct lum_shape_mesh mesh;
+    bool counts;    /* its triangles only: nothing is made */
     double half[3]; /* of the box around the origin that is stretched to the size; 0: the box of the vertices is. */
 };
 

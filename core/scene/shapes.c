@@ -364,20 +364,34 @@ static void stretch(struct lum_shape_build *b, const struct shape *shape, const 
     }
 }
 
-enum lum_status lum_shape_make(const char *name, const struct lum_shape_params *params, struct lum_shape_mesh *ret_mesh,
-                               struct lum_error *err)
+static enum lum_status build(const struct shape *shape, const char *name, const struct lum_shape_params *params,
+                             struct lum_shape_build *b, struct lum_error *err)
 {
-    const struct shape *shape = find_shape(name);
     if (!shape)
         return lum_fail(err, LUM_ERR_NOT_FOUND, "shape", "there is no shape \"%.32s\"", name ? name : "");
     struct lum_shape_input in;
     enum lum_status status = fill_input(shape, params, &in, err);
-    struct lum_shape_build b = {.half = {0}};
-    if (status == LUM_OK)
-        status = shape->make(&b, &in, err);
+    return status ? status : shape->make(b, &in, err);
+}
+
+enum lum_status lum_shape_make(const char *name, const struct lum_shape_params *params, struct lum_shape_mesh *ret_mesh,
+                               struct lum_error *err)
+{
+    const struct shape *shape = find_shape(name);
+    struct lum_shape_build b = {.counts = false};
+    enum lum_status status = build(shape, name, params, &b, err);
     if (status != LUM_OK)
         return status;
     stretch(&b, shape, params->size);
     *ret_mesh = b.mesh;
     return LUM_OK;
+}
+
+enum lum_status lum_shape_count(const char *name, const struct lum_shape_params *params, uint32_t *ret_triangles,
+                                struct lum_error *err)
+{
+    struct lum_shape_build b = {.counts = true};
+    enum lum_status status = build(find_shape(name), name, params, &b, err);
+    *ret_triangles = b.mesh.n_triangles;
+    return status;
 }

@@ -21,6 +21,9 @@ struct lum_shape_params {
  * sine wave; its size is the box of all poses). See lum_shape_names. */
 LUM_MUST_USE enum lum_status lum_shape_make(const char *name, const struct lum_shape_params *params,
                                             struct lum_shape_mesh *ret_mesh, struct lum_error *err);
+/* How many triangles that would make, without making it: exact, but for a bunny, which has no more. */
+LUM_MUST_USE enum lum_status lum_shape_count(const char *name, const struct lum_shape_params *params,
+                                             uint32_t *ret_triangles, struct lum_error *err);
 void lum_shape_finish(struct lum_shape_mesh *mesh);
 /* NULL-terminated list. */
 const char *const *lum_shape_names(void);

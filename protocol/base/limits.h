@@ -34,10 +34,13 @@
 #define LUM_LIMIT_SEGMENTS 2048u /* built-in shapes: 2048^2 * 2 = 8 M triangles */
 #define LUM_LIMIT_IMAGE_SIDE 16384u
 #define LUM_LIMIT_IMAGE_TEXELS (1u << 27)
-#define LUM_LIMIT_WEB_VALUES (1u << 18)      /* intensities of a photometric web: half a degree in all directions */
-#define LUM_LIMIT_WEB_FILE_BYTES (16u << 20) /* text of a photometric file: 64 bytes for each of so many */
-#define LUM_LIMIT_COORD_M 1e9                /* metres from the origin: an Earth's orbit of satellites is not a scene */
-#define LUM_LIMIT_UNDO 256u                  /* transactions kept per user */
+#define LUM_LIMIT_SCENE_TRIANGLES (64u << 20) /* of all meshes: some 12 GiB as they are drawn */
+#define LUM_LIMIT_SCENE_TEXELS (1u << 28)     /* of all images: two of the largest */
+#define LUM_LIMIT_SCENE_MEMORY (16ull << 30)  /* of all records, as sent and as drawn; or most of the machine's */
+#define LUM_LIMIT_WEB_VALUES (1u << 18)       /* intensities of a photometric web: half a degree in all directions */
+#define LUM_LIMIT_WEB_FILE_BYTES (16u << 20)  /* text of a photometric file: 64 bytes for each of so many */
+#define LUM_LIMIT_COORD_M 1e9 /* metres from the origin: an Earth's orbit of satellites is not a scene */
+#define LUM_LIMIT_UNDO 256u   /* transactions kept per user */
 #define LUM_LIMIT_UNDO_BYTES                                                                                           \
     (1ull << 29)                  /* records that undone and undoable transactions of all users may hold on to */
 #define LUM_LIMIT_UNDO_USERS 256u /* users with a history; beyond, the one idle longest loses it */

@@ -14,6 +14,7 @@ enum lum_status lum_world_init(struct lum_world *w, uint32_t threads, const char
     memset(w, 0, sizeof *w);
     if (log)
         w->log = *log;
+    w->limits = lum_totals_limits();
     lum_thread_init_fp(); /* of whoever works between the workers, as in theirs: pictures do not hang on how many there
                              are */
     enum lum_status st = lum_pool_create(threads, &w->pool, err);
@@ -48,6 +49,7 @@ void lum_world_finish(struct lum_world *w)
 
 struct rebuild {
     struct lum_scene *scene;
+    struct lum_totals totals;
     enum lum_status status;
     struct lum_error error; /* of the record that was refused */
     lum_id id;
@@ -58,6 +60,7 @@ static void rebuild_one(void *user, const struct lum_record *r)
     struct rebuild *b = user;
     if (b->status)
         return;
+    b->totals = lum_totals_sum(b->totals, lum_totals_of(r));
     b->status = lum_apply_put(b->scene, r, &b->error);
     memcpy(b->id, r->id, sizeof b->id);
 }
@@ -89,6 +92,7 @@ enum lum_status lum_world_restore(struct lum_world *w, struct lum_document *doc,
     w->doc = doc;
     if (!lum_document_each(doc, rebuild_one, &b))
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
+    w->totals = b.totals; /* whatever they are: it was accepted once */
     if (b.status)
         return lum_fail(err, b.status, b.error.field, "\"%.64s\" cannot be shown: %.160s", b.id, b.error.text);
     return lum_world_commit(w, err);
@@ -112,9 +116,13 @@ static bool follow_document(struct lum_world *w, const struct lum_ops *ops, stru
 {
     struct lum_error e = {0};
     size_t failed = 0;
-    enum lum_status st = lum_apply_changes(w->scene, changes, &failed, &e);
-    if (!st)
-        return true;
+    enum lum_status st = lum_totals_change(&w->totals, &w->limits, changes, &failed, &e);
+    if (!st) {
+        st = lum_apply_changes(w->scene, changes, &failed, &e);
+        if (!st)
+            return true;
+        lum_totals_take_back(&w->totals, changes);
+    }
     char path[32];
     find_op(ops, &changes->changes[failed], path);
     lum_apply_error(&e, path, err);
@@ -157,6 +165,7 @@ bool lum_world_redo(struct lum_world *w, const char *user, struct lum_changes *r
 void lum_world_rollback(struct lum_world *w, const struct lum_changes *changes)
 {
     lum_document_rollback(w->doc, changes);
+    lum_totals_take_back(&w->totals, changes);
     if (lum_apply_reverse(w->scene, changes, NULL))
         rebuild_scene(w);
 }

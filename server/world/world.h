@@ -14,6 +14,7 @@
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
 #include "protocol/document/document.h"
+#include "server/world/totals.h"
 
 struct lum_world {
     struct lum_pool *pool;
@@ -21,6 +22,7 @@ struct lum_world {
     struct lum_caches *caches; /* what all views of the scene share */
     struct lum_scene *scene;
     struct lum_document *doc;
+    struct lum_totals totals, limits; /* limits: set by lum_world_init; the owner may lower them */
     bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by
                            the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
@@ -47,7 +49,8 @@ bool lum_world_undo(struct lum_world *world, const char *user, struct lum_change
 bool lum_world_redo(struct lum_world *world, const char *user, struct lum_changes *ret_changes,
                     struct lum_proto_error *err);
 
-/* Takes the document over in place of the empty one, makes the renderer's scene of it, and commits. Into an empty world.
+/* Takes the document over in place of the empty one, makes the renderer's scene of it, and commits. Into an empty
+ * world.
  */
 LUM_MUST_USE enum lum_status lum_world_restore(struct lum_world *world, struct lum_document *doc,
                                                struct lum_error *err);

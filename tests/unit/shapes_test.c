@@ -251,13 +251,38 @@ static void failing_allocations_leave_nothing(void **state)
         }
 }
 
+/* What is counted is what is made, and a bunny has no more than was counted. */
+static void triangles_are_counted_before_they_are_made(void **state)
+{
+    (void)state;
+    static const uint32_t segments[][2] = {{0, 0}, {16, 16}, {37, 51}, {160, 20}};
+    for (const char *const *name = lum_shape_names(); *name; name++)
+        for (size_t k = 0; k < LUM_ARRAY_LEN(segments); k++) {
+            struct lum_shape_params params = {.segments = {segments[k][0], segments[k][1]}};
+            struct lum_shape_mesh m;
+            uint32_t n;
+            CHECK_OK(lum_shape_make(*name, &params, &m, err));
+            CHECK_OK(lum_shape_count(*name, &params, &n, err));
+            assert_true(strcmp(*name, "bunny") == 0 ? m.n_triangles <= n && n < 2 * m.n_triangles : n == m.n_triangles);
+            lum_shape_finish(&m);
+        }
+    struct lum_shape_params params = {.segments = {2049, 0}};
+    uint32_t n;
+    assert_int_equal(lum_shape_count("box", &params, &n, NULL), LUM_ERR_LIMIT);
+    assert_int_equal(lum_shape_count("cow", &params, &n, NULL), LUM_ERR_NOT_FOUND);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_shapes_are_closed_and_outward), cmocka_unit_test(volumes_are_those_of_the_solids),
-        cmocka_unit_test(every_shape_is_well_formed),           cmocka_unit_test(dense_ones_are_dense),
-        cmocka_unit_test(a_wobble_bends_and_nothing_else),      cmocka_unit_test(limits_are_named),
+        cmocka_unit_test(closed_shapes_are_closed_and_outward),
+        cmocka_unit_test(volumes_are_those_of_the_solids),
+        cmocka_unit_test(every_shape_is_well_formed),
+        cmocka_unit_test(dense_ones_are_dense),
+        cmocka_unit_test(a_wobble_bends_and_nothing_else),
+        cmocka_unit_test(limits_are_named),
         cmocka_unit_test(failing_allocations_leave_nothing),
+        cmocka_unit_test(triangles_are_counted_before_they_are_made),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
