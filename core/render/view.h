@@ -85,4 +85,18 @@ enum lum_status lum_probe_at(struct lum_pool *pool, const struct lum_snapshot *s
                              struct lum_vec3 normal, uint32_t n_samples, uint32_t seed, struct lum_probe *ret_probe,
                              uint64_t *ret_rays, struct lum_error *err);
 
+/* The same in slices that a caller fits between other work. What comes out does not depend on how they are cut. */
+struct lum_probing;
+/* Holds the snapshot. Errors as of lum_probe_at. */
+LUM_MUST_USE enum lum_status lum_probing_create(const struct lum_snapshot *snapshot, struct lum_vec3d point_world,
+                                                struct lum_vec3 normal, uint32_t n_samples, uint32_t seed,
+                                                struct lum_probing **ret_probing, struct lum_error *err);
+void lum_probing_destroy(struct lum_probing *probing); /* accepts NULL */
+/* So many samples more, rounded up to whole batches of rays. Thread: as lum_view_pass. */
+LUM_MUST_USE enum lum_status lum_probing_go_on(struct lum_probing *probing, struct lum_pool *pool, uint32_t n_samples,
+                                               bool *ret_more, struct lum_error *err);
+uint64_t lum_probing_scene_rev(const struct lum_probing *probing);
+/* Of the samples so far, one at least. */
+void lum_probing_result(const struct lum_probing *probing, struct lum_probe *ret_probe, uint64_t *ret_rays);
+
 #endif

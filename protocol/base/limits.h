@@ -73,6 +73,9 @@
 #define LUM_LIMIT_HANGUP_S 25
 #define LUM_LIMIT_HTTP_HEADER_BYTES 4096u
 
+/* ---- probes ---- */
+#define LUM_LIMIT_PROBES_WAITING 64u /* of a session: a work plane of points; a minute of work */
+
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
 #define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */

@@ -89,10 +89,12 @@ static struct lum_request *take_inbox(struct lum_director *d)
     return all;
 }
 
-/* Is it answered from the scene after the edits before it? Camera moves are not: a drag of both costs one commit. A
- * session's end forgets history, and an edit that may still be taken back needs its own. */
+/* Is it answered from the scene after the edits before it? Edits are not, nor camera moves: a drag of both costs one
+ * commit. A session's end forgets history, and an edit that may still be taken back needs its own. */
 static bool needs_commit(const struct lum_request *q)
 {
+    if (q->type->edits)
+        return false;
     if (q->type == &lum_request_view_update)
         return q->view.given & LUM_VIEW_BIT(CAMERA_ID);
     return q->type != &lum_request_view_close;
@@ -100,12 +102,12 @@ static bool needs_commit(const struct lum_request *q)
 
 static void handle(struct lum_director *d, struct lum_request *q)
 {
-    if (q->type->edits) {
-        lum_director_edit(d, q);
-        return;
-    }
     if (needs_commit(q))
         lum_director_commit(d);
+    if (q->type->take) {
+        q->type->take(d, q);
+        return;
+    }
     q->type->answer(d, q);
     lum_request_destroy(q);
 }
@@ -147,6 +149,19 @@ static bool stopping(struct lum_director *d)
     return stop;
 }
 
+/* A burst is no reason to look dead, nor to go on when nobody waits for answers. */
+static void work_off_inbox(struct lum_director *d)
+{
+    for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
+        next = q->next;
+        atomic_store(&d->tick_ns, lum_clock_ns());
+        if (stopping(d))
+            lum_request_destroy(q);
+        else
+            handle(d, q);
+    }
+}
+
 static void *director_main(void *arg)
 {
     struct lum_director *d = arg;
@@ -155,18 +170,15 @@ static void *director_main(void *arg)
     while (!stopping(d)) {
         atomic_store(&d->tick_ns, lum_clock_ns());
         lum_director_turn_saving(d);
-        for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
-            next = q->next;
-            handle(d, q);
-        }
+        work_off_inbox(d);
         lum_director_turn_imports(d);
         lum_director_commit(d);
         int64_t wait_ns = lum_director_publish_due(d);
         struct lum_server_view *v = lum_director_choose_view(d);
-        bool measuring = lum_director_measure(d, v != NULL);
-        if (v)
+        enum lum_beside_state beside = lum_director_work_beside(d, v);
+        if (v && beside != LUM_BESIDE_OWED)
             lum_director_run_pass(d, v);
-        else if (wait_ns > 0 && !measuring)
+        else if (!v && wait_ns > 0 && beside == LUM_BESIDE_DONE)
             rest(d, wait_ns);
     }
     return NULL;
@@ -328,6 +340,7 @@ void lum_director_destroy(struct lum_director *d)
     }
     lum_encoder_destroy(d->encoder);
     lum_director_sensors_destroy(d->sensors);
+    lum_director_drop_all_probes(d);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);

@@ -121,7 +121,7 @@ static void start_import(struct lum_director *d, struct lum_request *q)
     *last = job;
 }
 
-void lum_director_edit(struct lum_director *d, struct lum_request *q)
+static void edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
     if (q->type == &lum_request_scene_apply && lum_ops_need_import(&q->ops)) {
@@ -154,13 +154,13 @@ static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
 }
 
 const struct lum_request_type lum_request_scene_apply = {
-    .name = "scene.apply", .read = read_scene_apply, .edits = true};
+    .name = "scene.apply", .read = read_scene_apply, .take = edit, .edits = true};
 
 const struct lum_request_type lum_request_scene_undo = {
-    .name = "scene.undo", .read = lum_request_read_nothing, .edits = true};
+    .name = "scene.undo", .read = lum_request_read_nothing, .take = edit, .edits = true};
 
 const struct lum_request_type lum_request_scene_redo = {
-    .name = "scene.redo", .read = lum_request_read_nothing, .edits = true};
+    .name = "scene.redo", .read = lum_request_read_nothing, .take = edit, .edits = true};
 
 /* ---- imports ---- */
 

@@ -2,7 +2,7 @@
  *
  * One turn of the loop:
  *   take the inbox -> edit the world (document and renderer) -> commit once -> answer -> refresh the views
- *   -> send the frames that are due -> one pass of the view that needs it most -> its frame
+ *   -> send the frames that are due -> a slice of other work -> one pass of the view that needs it most -> its frame
  * and when no view needs a pass and no frame waits for its time, sleep until something is posted.
  *
  * Import threads (at most LUM_LIMIT_IMPORTS_AT_ONCE) turn an edit's assets into records; the edit joins the loop when
@@ -12,7 +12,9 @@
 
 #include <pthread.h>
 
+#include "server/director/beside.h"
 #include "server/director/director.h"
+#include "server/director/probes.h"
 #include "server/director/sensors.h"
 #include "server/director/view.h"
 #include "server/import/expand.h"
@@ -63,6 +65,8 @@ struct lum_director {
     struct lum_world world;
     struct lum_encoder *encoder;
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
+    struct lum_director_probes probes;
+    struct lum_beside beside;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
     uint64_t order;                                  /* counts changes */
@@ -112,8 +116,6 @@ void lum_director_reply_edit(struct lum_director *d, const struct lum_request *q
 void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const struct lum_proto_error *err);
 
 /* ---- edits.c ---- */
-/* Takes the request over. */
-void lum_director_edit(struct lum_director *d, struct lum_request *q);
 /* Takes in finished imports, starts waiting ones. */
 void lum_director_turn_imports(struct lum_director *d);
 /* Publishes pending edits, answers them, and refreshes the views. */
@@ -131,5 +133,10 @@ struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lu
 int64_t lum_director_publish_due(struct lum_director *d);
 struct lum_server_view *lum_director_choose_view(struct lum_director *d);
 void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
+
+/* ---- query.c ---- */
+/* What lies under the request's pixel. False: it has no such view, or pixel. */
+bool lum_director_pick(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick,
+                       struct lum_proto_error *err);
 
 #endif

@@ -1,4 +1,4 @@
-/* The director's answers about the scene: pick, bounds, photometry, daylight, probe, statistics. */
+/* The director's answers about the scene: pick, bounds, photometry, daylight, statistics. */
 #include "server/director/internal.h"
 
 #include <string.h>
@@ -11,38 +11,31 @@
 #include "server/world/daylight.h"
 #include "server/world/photometry.h"
 
-#define SAMPLES_MAX 65536u /* of one probe: about a second of tracing */
-#define SAMPLES_DEFAULT 256u
-
 static bool add_numbers(cJSON *o, const char *key, const double *values, int n)
 {
     return lum_json_add(o, key, cJSON_CreateDoubleArray(values, n));
 }
 
-static bool read_pixel(struct lum_json_reader *r, struct lum_request *q)
+bool lum_request_read_pixel(struct lum_json_reader *r, struct lum_request *q)
 {
     return lum_request_read_view_id(r, q) && lum_json_require(r, "x") && lum_json_require(r, "y") &&
            lum_json_number(r, "x", 0.0, LUM_LIMIT_VIEW_SIDE, &q->x) &&
            lum_json_number(r, "y", 0.0, LUM_LIMIT_VIEW_SIDE, &q->y);
 }
 
-/* What lies under the request's pixel. False: refused. */
-static bool pick_pixel(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick)
+bool lum_director_pick(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick,
+                       struct lum_proto_error *err)
 {
-    struct lum_proto_error err;
     const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
     if (!v)
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
-    else if (!(q->x >= 0.0 && q->x < v->settings.w))
-        lum_proto_fail_range(&err, "x", 0.0, v->settings.w);
-    else if (!(q->y >= 0.0 && q->y < v->settings.h))
-        lum_proto_fail_range(&err, "y", 0.0, v->settings.h);
-    else {
-        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
-        return true;
-    }
-    lum_director_refuse(d, q, &err);
-    return false;
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u",
+                              q->view_id);
+    if (!(q->x >= 0.0 && q->x < v->settings.w))
+        return lum_proto_fail_range(err, "x", 0.0, v->settings.w);
+    if (!(q->y >= 0.0 && q->y < v->settings.h))
+        return lum_proto_fail_range(err, "y", 0.0, v->settings.h);
+    lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
+    return true;
 }
 
 static bool add_point(cJSON *o, const struct lum_pick *p)
@@ -54,14 +47,17 @@ static bool add_point(cJSON *o, const struct lum_pick *p)
 
 static bool read_pick(struct lum_json_reader *r, struct lum_request *q)
 {
-    return read_pixel(r, q) && lum_json_end(r);
+    return lum_request_read_pixel(r, q) && lum_json_end(r);
 }
 
 static void pick(struct lum_director *d, const struct lum_request *q)
 {
     struct lum_pick p;
-    if (!pick_pixel(d, q, &p))
+    struct lum_proto_error err;
+    if (!lum_director_pick(d, q, &p, &err)) {
+        lum_director_refuse(d, q, &err);
         return;
+    }
     cJSON *o = cJSON_CreateObject();
     if (p.hit) {
         lum_json_add_string(o, "id", p.id);
@@ -128,75 +124,6 @@ static void daylight(struct lum_director *d, const struct lum_request *q)
 
 const struct lum_request_type lum_request_daylight = {
     .name = "daylight", .read = lum_request_read_nothing, .answer = daylight};
-
-/* {view_id, x, y} or {point, normal, view_id?}, and samples. */
-static bool read_probe(struct lum_json_reader *r, struct lum_request *q)
-{
-    q->samples = SAMPLES_DEFAULT;
-    lum_json_u32(r, "samples", 1, SAMPLES_MAX, &q->samples);
-    q->has_point = lum_json_numbers(r, "point", 3, -LUM_LIMIT_COORD_M, LUM_LIMIT_COORD_M, q->point);
-    if (!q->has_point)
-        return read_pixel(r, q) && lum_json_end(r);
-    lum_json_u32(r, "view_id", 1, UINT32_MAX, &q->view_id);
-    if (!lum_json_require(r, "normal") || !lum_json_numbers(r, "normal", 3, -1.0, 1.0, q->normal) || !lum_json_end(r))
-        return false;
-    if (lum_length(lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])) > 0.0f)
-        return true;
-    return lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "invalid_value", "normal", "normal must not be zero");
-}
-
-/* What the view shows that the request names; all where it names none. NULL: refused. */
-static const struct lum_snapshot *scene_of(struct lum_director *d, const struct lum_request *q)
-{
-    struct lum_proto_error err;
-    const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
-    if (v)
-        return v->solo ? v->solo : d->world.snapshot;
-    if (q->view_id == 0)
-        return d->world.snapshot;
-    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
-    lum_director_refuse(d, q, &err);
-    return NULL;
-}
-
-static void probe(struct lum_director *d, const struct lum_request *q)
-{
-    struct lum_pick at = {.hit = true,
-                          .point_world = {q->point[0], q->point[1], q->point[2]},
-                          .normal = lum_v3((float)q->normal[0], (float)q->normal[1], (float)q->normal[2])};
-    struct lum_proto_error err;
-    if (!q->has_point && !pick_pixel(d, q, &at))
-        return;
-    at.normal = lum_normalize(at.normal);
-    if (!at.hit) {
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_found", "", "there is nothing under this pixel");
-        lum_director_refuse(d, q, &err);
-        return;
-    }
-    const struct lum_snapshot *scene = scene_of(d, q);
-    if (!scene)
-        return;
-    struct lum_probe probe;
-    struct lum_error e;
-    uint64_t rays = 0;
-    if (lum_probe_at(d->world.pool, scene, at.point_world, at.normal, q->samples, 0, &probe, &rays, &e)) {
-        lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
-        lum_director_refuse(d, q, &err);
-        return;
-    }
-    const double rgb[3] = {(double)probe.irradiance.r, (double)probe.irradiance.g, (double)probe.irradiance.b};
-    cJSON *o = cJSON_CreateObject();
-    lum_json_add_number(o, "illuminance_lx", probe.illuminance_lx);
-    lum_json_add_number(o, "stderr_lx", probe.stderr_lx);
-    add_numbers(o, "irradiance", rgb, 3);
-    add_point(o, &at);
-    lum_json_add_number(o, "samples", q->samples);
-    lum_json_add_number(o, "rays", (double)rays);
-    lum_json_add_number(o, "scene_rev", (double)scene->scene_rev);
-    lum_director_reply(d, q, o);
-}
-
-const struct lum_request_type lum_request_probe = {.name = "probe", .read = read_probe, .answer = probe};
 
 /* ---- stats.get ---- */
 

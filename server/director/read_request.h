@@ -10,8 +10,9 @@ struct lum_rpc;
 /* A request with everything but the session filled in. NULL: err says what is wrong. Takes over rpc->id. */
 struct lum_request *lum_request_read(struct lum_rpc *rpc, struct lum_proto_error *err);
 
-/* For lum_request_type.read: no params; the member view_id. */
+/* For lum_request_type.read: no params; the member view_id; that with x and y. */
 bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q);
 bool lum_request_read_view_id(struct lum_json_reader *r, struct lum_request *q);
+bool lum_request_read_pixel(struct lum_json_reader *r, struct lum_request *q);
 
 #endif

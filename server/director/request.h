@@ -11,19 +11,25 @@
 struct lum_session_ref {
     uint32_t slot, generation;
 };
+static inline bool lum_session_same(struct lum_session_ref a, struct lum_session_ref b)
+{
+    return a.slot == b.slot && a.generation == b.generation;
+}
 
 struct lum_director;
 struct lum_json_reader;
 struct lum_request;
 
-/* What can be asked. Each is defined beside its answer (edits.c, views.c, query.c). */
+/* What can be asked. Each is defined beside its answer. */
 struct lum_request_type {
     const char *name; /* the method of JSON-RPC; NULL: a note of the net thread, which no client can send */
     /* Params into q. False: r->err says what is wrong. Thread: net. */
     bool (*read)(struct lum_json_reader *r, struct lum_request *q);
     /* Ends in lum_director_reply or lum_director_refuse (internal.h). Thread: director. */
     void (*answer)(struct lum_director *d, const struct lum_request *q);
-    bool edits; /* instead of answer: lum_director_edit takes the request over, and lum_director_commit answers it */
+    /* Instead of answer: takes the request over, and ends in the same later. */
+    void (*take)(struct lum_director *d, struct lum_request *q);
+    bool edits; /* lum_director_commit answers it */
 };
 /* All that clients can ask for: X(scene_get) stands for the row lum_request_scene_get. */
 #define LUM_REQUESTS(X)                                                                                                \
@@ -66,7 +72,7 @@ struct lum_request {
     struct lum_view_params view; /* open, update */
     uint32_t view_id;            /* update, close, pick, probe */
     double x, y;                 /* pick, probe: pixel of the view */
-    bool has_point;              /* probe: point and normal instead of a pixel */
+    bool has_point;              /* probe: point and normal instead of a pixel, which becomes such */
     double point[3], normal[3];
     uint32_t samples;          /* probe */
     lum_id id;                 /* bounds, photometry, sensor.read; sensor.place: what it lies on */

@@ -14,10 +14,6 @@
 #include "server/world/sensors.h"
 #include "server/world/work_plane.h"
 
-#define SLICE_NS 8e6 /* of one slice, or what was saved while a long pass ran: a frame that is due waits no longer */
-#define SHARE_GLANCE 0.25 /* of the time, while views want passes */
-#define SHARE_REFINE 0.1
-#define SAVED_NS 6e7         /* of the share, at most */
 #define TOLD_EVERY_NS 5e7    /* 20 times a second */
 #define REFINED_EVERY_NS 5e8 /* of what only grows more exact */
 #define SAMPLES_MIN 256u
@@ -53,9 +49,7 @@ struct lum_director_sensors {
     struct entry *turn;                 /* who was refined last */
     uint64_t document_rev;              /* that the entries are of */
     double ns_per_place, ns_per_sample; /* measured */
-    double saved_ns;                    /* of the share that may be taken */
-    double slice_ns;                    /* that the next slice may take */
-    int64_t counted_ns, told_ns;
+    int64_t told_ns;
 };
 
 /* ---- entries ---- */
@@ -224,9 +218,11 @@ static void tell(struct lum_director *d, int64_t now)
     s->told_ns = now;
 }
 
-static void tell_if_due(struct lum_director *d)
+void lum_director_tell_sensors(struct lum_director *d)
 {
     struct lum_director_sensors *s = d->sensors;
+    if (!s || !s->watchers)
+        return;
     int64_t now = lum_clock_ns();
     bool news = false, fresh = false, working = false;
     for (const struct entry *e = s->entries; e; e = e->next) {
@@ -286,12 +282,12 @@ static void fail(struct lum_director *d, struct entry *e, const struct lum_error
     e->stage = STAGE_FAILED; /* until something changes */
 }
 
-static void look(struct lum_director *d, struct entry *e)
+static void look(struct lum_director *d, struct entry *e, double slice_ns)
 {
     struct lum_director_sensors *s = d->sensors;
     struct lum_error err;
     bool more = false;
-    uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(s->slice_ns / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
+    uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(slice_ns / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
     n = n > 0 ? n : 1;
     int64_t from = lum_clock_ns();
     if (lum_sensor_look(e->sensor, d->world.pool, n, true, &more, &err)) {
@@ -307,13 +303,13 @@ static void look(struct lum_director *d, struct entry *e)
     keep_result(e);
 }
 
-static void refine(struct lum_director *d, struct entry *e)
+static void refine(struct lum_director *d, struct entry *e, double slice_ns)
 {
     struct lum_director_sensors *s = d->sensors;
     const struct lum_meter_goal goal = {LUM_SENSOR_ERROR, LUM_SENSOR_DARK, LUM_SENSOR_SAMPLES_MAX};
     struct lum_error err;
     bool more = false;
-    double fit = s->ns_per_sample > 0.0 ? s->slice_ns / s->ns_per_sample : 0.0;
+    double fit = s->ns_per_sample > 0.0 ? slice_ns / s->ns_per_sample : 0.0;
     uint32_t n = (uint32_t)fmax(SAMPLES_MIN, fmin(fit, SAMPLES_MAX));
     uint64_t before = lum_sensor_samples(e->sensor);
     int64_t from = lum_clock_ns();
@@ -347,52 +343,35 @@ static struct entry *choose(struct lum_director_sensors *s)
     return oldest ? oldest : after ? after : first;
 }
 
-/* Time passes, and a share of it may be taken. */
-static bool may_take(struct lum_director_sensors *s, bool busy, double share)
-{
-    int64_t now = lum_clock_ns();
-    s->saved_ns = fmin(s->saved_ns + share * (double)(now - s->counted_ns), SAVED_NS);
-    s->counted_ns = now;
-    return !busy || s->saved_ns > 0.0;
-}
-
-bool lum_director_measure(struct lum_director *d, bool busy)
+enum lum_need lum_director_sensors_need(struct lum_director *d)
 {
     struct lum_director_sensors *s = d->sensors;
     if (!s || !s->watchers)
-        return false;
+        return LUM_NEED_NOTHING;
     follow_document(d);
     for (struct entry *e = s->entries; e; e = e->next)
         aim(d, e);
-    struct entry *e = choose(s);
-    if (e && may_take(s, busy, e->stage == STAGE_LOOKING ? SHARE_GLANCE : SHARE_REFINE)) {
-        int64_t from = lum_clock_ns();
-        s->turn = e;
-        s->slice_ns = busy ? fmax(SLICE_NS, s->saved_ns) : SLICE_NS;
-        if (e->stage == STAGE_LOOKING)
-            look(d, e);
-        else
-            refine(d, e);
-        s->saved_ns = fmax(s->saved_ns - (double)(lum_clock_ns() - from), -SAVED_NS);
-        s->counted_ns = lum_clock_ns();
-    }
-    tell_if_due(d);
-    return choose(s) != NULL;
+    const struct entry *e = choose(s);
+    return !e ? LUM_NEED_NOTHING : e->stage == STAGE_LOOKING ? LUM_NEED_AWAITED : LUM_NEED_REFINES;
+}
+
+void lum_director_measure(struct lum_director *d, double slice_ns)
+{
+    struct entry *e = d->sensors->turn = choose(d->sensors);
+    if (e->stage == STAGE_LOOKING)
+        look(d, e, slice_ns);
+    else
+        refine(d, e, slice_ns);
 }
 
 /* ---- requests ---- */
-
-static bool same_session(struct lum_session_ref a, struct lum_session_ref b)
-{
-    return a.slot == b.slot && a.generation == b.generation;
-}
 
 void lum_director_stop_watching(struct lum_director *d, struct lum_session_ref session)
 {
     if (!d->sensors)
         return;
     for (struct watcher **at = &d->sensors->watchers, *w; (w = *at);) {
-        if (!same_session(w->session, session)) {
+        if (!lum_session_same(w->session, session)) {
             at = &w->next;
             continue;
         }
@@ -421,7 +400,7 @@ static struct watcher *watcher_of(struct lum_director *d, struct lum_session_ref
     if (!d->sensors)
         return NULL;
     struct watcher *w = d->sensors->watchers;
-    while (w && !same_session(w->session, session))
+    while (w && !lum_session_same(w->session, session))
         w = w->next;
     if (w)
         return w;

@@ -17,15 +17,10 @@
 
 /* ---- requests ---- */
 
-static bool same_session(struct lum_session_ref a, struct lum_session_ref b)
-{
-    return a.slot == b.slot && a.generation == b.generation;
-}
-
 struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lum_session_ref session, uint32_t id)
 {
     for (struct lum_server_view *v = d->views; v; v = v->next)
-        if (v->id == id && same_session(v->session, session))
+        if (v->id == id && lum_session_same(v->session, session))
             return v;
     return NULL;
 }
@@ -50,7 +45,7 @@ static bool has_room(const struct lum_director *d, const struct lum_request *q,
         if (v == instead_of)
             continue;
         n++;
-        own += same_session(v->session, q->session);
+        own += lum_session_same(v->session, q->session);
         pixels += (uint64_t)v->settings.w * v->settings.h;
     }
     if (own >= LUM_LIMIT_VIEWS_PER_SESSION)
@@ -155,12 +150,13 @@ const struct lum_request_type lum_request_view_close = {
 static void session_closed(struct lum_director *d, const struct lum_request *q)
 {
     for (struct lum_server_view **at = &d->views; *at;) {
-        if (same_session((*at)->session, q->session))
+        if (lum_session_same((*at)->session, q->session))
             close_view(d, at);
         else
             at = &(*at)->next;
     }
     lum_director_stop_watching(d, q->session);
+    lum_director_drop_probes(d, q->session);
     if (lum_document_next_undo(d->world.doc, q->user, false) || lum_document_next_undo(d->world.doc, q->user, true))
         lum_director_note(d, LUM_ENTRY_FORGET, q->user, 0);
     lum_document_forget_user(d->world.doc, q->user);

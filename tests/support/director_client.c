@@ -24,6 +24,8 @@ static const char scene_text[] =
 static void wake(void *user)
 {
     struct client *c = user;
+    if (c->on_said)
+        c->on_said(c);
     pthread_mutex_lock(&c->lock);
     c->rung = true;
     pthread_cond_signal(&c->bell);
@@ -130,8 +132,7 @@ struct lum_request *client_request(struct client *c, const struct lum_request_ty
     return request;
 }
 
-/* Waits for the reply to request id; the whole message. */
-static cJSON *wait_for_reply(struct client *c, uint64_t id)
+cJSON *client_reply(struct client *c, uint64_t id)
 {
     for (size_t i = 0;;) {
         client_listen(c);
@@ -150,7 +151,7 @@ cJSON *client_ask(struct client *c, struct lum_request *request)
 {
     uint64_t id = c->next_id;
     assert_true(lum_director_post(c->director, request));
-    return wait_for_reply(c, id);
+    return client_reply(c, id);
 }
 
 struct lum_request *client_edit(struct client *c, const char *ops)

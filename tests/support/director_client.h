@@ -28,6 +28,9 @@ struct client {
     size_t n_texts;
     uint64_t next_id;
     char path[64], importer[64]; /* files to remove */
+    /* NULL, or called on the director's own thread each time it has said something, while it goes no further: what is
+     * to happen just then. */
+    void (*on_said)(struct client *c);
 };
 
 /* Takes what the director said. */
@@ -41,8 +44,9 @@ int client_setup(void **state);
 int client_setup_saved(void **state, const char *state_dir, const struct lum_disk *disk);
 int client_teardown(void **state);
 struct lum_request *client_request(struct client *c, const struct lum_request_type *type);
-/* The reply, whole; delete it. */
+/* The reply, whole; delete it. That of a request posted before: by its id, which is next_id after client_request. */
 cJSON *client_ask(struct client *c, struct lum_request *request);
+cJSON *client_reply(struct client *c, uint64_t id);
 struct lum_request *client_edit(struct client *c, const char *ops);
 uint64_t scene_rev_of(cJSON *reply);
 /* Checks that the reply is this error, and drops it. */
