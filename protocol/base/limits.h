@@ -11,7 +11,7 @@
 
 /* ---- JSON ---- */
 #define LUM_LIMIT_MESSAGE_BYTES                                                                                        \
-    (8u << 20)                     /* a mesh edit of 100 k vertices fits; parsed on the net thread in < 100 ms */
+    (8u << 20)                     /* a mesh edit of 100 k vertices fits; parsed on the net thread in 30 to 200 ms */
 #define LUM_LIMIT_JSON_DEPTH 32    /* the deepest message is 8 */
 #define LUM_LIMIT_JSON_MEMBERS 64u /* of one object: the largest record has 25 fields; keeps duplicate checks cheap */
 #define LUM_LIMIT_JSON_NUMBER_BYTES 63 /* digits of one number: the parser's own buffer */
@@ -66,6 +66,10 @@
 #define LUM_LIMIT_CONNECTIONS_PER_IP 64u /* one address cannot shut out the others; a proxy in front is one address */
 #define LUM_LIMIT_HELLO_S 5              /* from connection to an accepted session.hello */
 #define LUM_LIMIT_MESSAGES_PER_S 240u    /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
+#define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
+#define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
+#define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */

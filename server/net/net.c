@@ -11,8 +11,8 @@
  *   connection the header block may be gone and `in` dangling (read after free in 4.1.6 before any authentication), and
  *   "h2c" would be accepted on a clear-text port.
  * - Host and Origin are checked for pages and upgrades alike.
- * - There is no limit on message size, connections per address or messages per second in the library: they are here, in
- *   peers.c and in session.c. */
+ * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
+ *   here, in peers.c and in session.c. */
 #define _GNU_SOURCE
 #include "server/net/net.h"
 
@@ -34,9 +34,10 @@
 #define RX_BYTES (16u << 10)
 #define CHUNK_BYTES (TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
 #define UNSENT_BYTES                                                                                                   \
-    (128 << 10)         /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
-#define HEADER_POOL 128 /* connections that may be in their HTTP phase at once */
-#define CLOSE_GRACE_S 5 /* a peer that does not take the close frame is cut off */
+    (128 << 10) /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
+#define READ_LATER_US 20000 /* at least so long, so that a flood does not mean a timer for every read */
+#define HEADER_POOL 128     /* connections that may be in their HTTP phase at once */
+#define CLOSE_GRACE_S 5     /* a peer that does not take the close frame is cut off */
 
 /* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
 struct conn {
@@ -49,6 +50,7 @@ struct conn {
     struct lum_session *session; /* NULL: not a WebSocket */
     char *rx;
     size_t n_rx, rx_capacity;
+    lws_sorted_usec_list_t read_later;
     bool closing; /* close_soon was called */
     bool sending; /* message is on its way */
     struct lum_message message;
@@ -286,6 +288,7 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     if (!c->session)
         return;
     net->conns[lum_session_slot(c->session)] = NULL;
+    lws_sul_cancel(&c->read_later);
     lum_session_close(c->session);
     free(c->rx);
     c->session = NULL;
@@ -309,6 +312,22 @@ static bool rx_reserve(struct conn *c, size_t n, size_t max)
     return true;
 }
 
+static void read_on(lws_sorted_usec_list_t *sul)
+{
+    lws_rx_flow_control(lws_container_of(sul, struct conn, read_later)->wsi, 1);
+}
+
+/* What a client sends is paid for before anybody looks at it. Who owes is not read from until then: what comes waits in
+ * the kernel, and with the sender. */
+static void charge(struct conn *c, const char *bytes, size_t n)
+{
+    int64_t wait_ns = lum_session_charge(c->session, bytes, n, lws_remaining_packet_payload(c->wsi) == 0);
+    if (!wait_ns)
+        return;
+    lws_rx_flow_control(c->wsi, 0);
+    lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
+}
+
 static int ws_receive(struct conn *c, const char *bytes, size_t n)
 {
     struct lws *wsi = c->wsi;
@@ -316,6 +335,7 @@ static int ws_receive(struct conn *c, const char *bytes, size_t n)
     lws_validity_confirmed(wsi); /* a pong may be stuck behind tiles on a slow line; who talks is alive all the same */
     if (lws_frame_is_binary(wsi))
         return close_with(c, LUM_CLOSE_UNSUPPORTED);
+    charge(c, bytes, n);
     /* What this fragment declares still to come counts too: no need to receive it all first. */
     if (c->n_rx + n + lws_remaining_packet_payload(wsi) > max)
         return close_with(c, LUM_CLOSE_TOO_BIG);

@@ -11,6 +11,8 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/read_request.h"
+#include "server/net/bucket.h"
+#include "server/net/hello.h"
 #include "server/net/metrics.h"
 #include "server/net/text_queue.h"
 #include "server/net/user_name.h"
@@ -25,8 +27,8 @@ struct lum_session {
     enum lum_close close;
     char user[LUM_LIMIT_ID_BYTES + 1];
     char peer[INET6_ADDRSTRLEN];
-    double rate_tokens; /* messages that may come now */
-    int64_t rate_refilled_ns;
+    struct lum_bucket bytes;    /* paid before anybody looks at what came */
+    struct lum_bucket messages; /* paid for what the director is asked */
     struct lum_text_queue text;
     struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
     uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
@@ -104,11 +106,14 @@ struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *
         return NULL;
     }
     struct lum_session_ref ref = {.slot = s->ref.slot, .generation = s->ref.generation + 1};
-    *s = (struct lum_session){.table = sessions,
-                              .ref = ref,
-                              .open = true,
-                              .rate_tokens = 2.0 * LUM_LIMIT_MESSAGES_PER_S,
-                              .rate_refilled_ns = lum_clock_ns()};
+    int64_t now_ns = lum_clock_ns();
+    *s = (struct lum_session){
+        .table = sessions,
+        .ref = ref,
+        .open = true,
+        .bytes = lum_bucket_full(LUM_LIMIT_RX_BYTES_PER_S, LUM_LIMIT_RX_BURST_BYTES, now_ns),
+        .messages = lum_bucket_full(LUM_LIMIT_MESSAGES_PER_S, 2.0 * LUM_LIMIT_MESSAGES_PER_S, now_ns),
+    };
     snprintf(s->peer, sizeof s->peer, "%s", peer);
     sessions->config.counters->sessions++;
     sessions->config.counters->sessions_open++;
@@ -211,53 +216,6 @@ static void set_user(struct lum_session *s, const char *client, const char *resu
         strcat(s->user, "_");
 }
 
-static struct cJSON *hello_limits(void)
-{
-    static const struct {
-        const char *name;
-        double value;
-    } limits[] = {
-        {"message_bytes", LUM_LIMIT_MESSAGE_BYTES}, {"messages_per_s", LUM_LIMIT_MESSAGES_PER_S},
-        {"json_depth", LUM_LIMIT_JSON_DEPTH},       {"ops_per_message", LUM_LIMIT_OPS_PER_MESSAGE},
-        {"views", LUM_LIMIT_VIEWS_PER_SESSION},     {"view_side", LUM_LIMIT_VIEW_SIDE},
-        {"view_pixels", LUM_LIMIT_VIEW_PIXELS},     {"unacked_frames", LUM_LIMIT_UNACKED_FRAMES},
-        {"tile_side", LUM_LIMIT_TILE_SIDE},
-    };
-    struct cJSON *object = cJSON_CreateObject();
-    for (size_t i = 0; object && i < LUM_ARRAY_LEN(limits); i++) {
-        if (!lum_json_add_number(object, limits[i].name, limits[i].value)) {
-            cJSON_Delete(object);
-            return NULL;
-        }
-    }
-    return object;
-}
-
-static struct cJSON *hello_result(const struct lum_session *s)
-{
-    struct cJSON *result = cJSON_CreateObject();
-    double rev = (double)lum_director_scene_rev(s->table->config.director);
-    bool ok = lum_json_add_string(result, "session", s->user) && lum_json_add_string(result, "role", "edit") &&
-              lum_json_add_bool(result, "imports", s->table->config.imports) &&
-              lum_json_add_string(result, "saved", s->table->config.saved ? s->table->config.saved : "no") &&
-              lum_json_add(result, "limits", hello_limits()) && lum_json_add_number(result, "scene_rev", rev) &&
-              lum_json_add_number(result, "protocol", 1);
-    if (ok)
-        return result;
-    cJSON_Delete(result);
-    return NULL;
-}
-
-static bool read_hello(const struct lum_rpc *rpc, char *token, char *client, lum_id resume, struct lum_proto_error *err)
-{
-    struct lum_json_reader r;
-    lum_json_begin(&r, rpc->params, "", err);
-    lum_json_string(&r, "token", token, LUM_TOKEN_MAX_BYTES + 1);
-    lum_json_string(&r, "client", client, LUM_LIMIT_ID_BYTES + 1);
-    lum_json_id(&r, "resume", resume);
-    return lum_json_end(&r);
-}
-
 static void refuse_hello(struct lum_session *s, const struct lum_rpc *rpc, const struct lum_proto_error *err,
                          enum lum_close code)
 {
@@ -286,23 +244,22 @@ static void log_refusal(const struct lum_session *s, bool has_token, int64_t now
 static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
 {
     struct lum_proto_error err;
-    char token[LUM_TOKEN_MAX_BYTES + 1] = "", client[LUM_LIMIT_ID_BYTES + 1] = "";
-    lum_id resume = "";
+    struct lum_hello hello;
     if (s->greeted) {
         lum_proto_fail(&err, LUM_PROTO_BAD_REQUEST, "conflict", "method", "hello was said already");
         refuse(s, rpc->id, &err);
         return;
     }
-    if (!read_hello(rpc, token, client, resume, &err)) {
+    if (!lum_hello_read(rpc, &hello, &err)) {
         refuse(s, rpc->id, &err);
         return;
     }
-    if (!lum_auth_check(s->table->config.auth, token)) {
+    if (!lum_auth_check(s->table->config.auth, hello.token)) {
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_authorised", "token", "%s",
-                       token[0] ? "this is not the token of this server"
-                                : "a token is needed: it is in the URL that the server printed");
+                       hello.token[0] ? "this is not the token of this server"
+                                      : "a token is needed: it is in the URL that the server printed");
         refuse_hello(s, rpc, &err, LUM_CLOSE_AUTH);
-        log_refusal(s, token[0], now_ns);
+        log_refusal(s, hello.token[0], now_ns);
         return;
     }
     if (s->table->n_greeted == LUM_LIMIT_SESSIONS) {
@@ -311,33 +268,21 @@ static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int6
         refuse_hello(s, rpc, &err, LUM_CLOSE_BUSY);
         return;
     }
-    set_user(s, client, resume);
+    set_user(s, hello.client, hello.resume);
     s->greeted = true;
     s->table->n_greeted++;
     lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s came", s->user);
     if (rpc->id)
-        say(s, lum_rpc_result(rpc->id, hello_result(s)));
+        say(s, lum_rpc_result(rpc->id, lum_hello_result(&s->table->config, s->user)));
 }
 
 /* ---- incoming text ---- */
 
-/* Token bucket: LUM_LIMIT_MESSAGES_PER_S, with two seconds of burst. */
-static bool take_rate_token(struct lum_session *s, int64_t now_ns)
-{
-    const double full = 2.0 * LUM_LIMIT_MESSAGES_PER_S;
-    s->rate_tokens += (double)(now_ns - s->rate_refilled_ns) * 1e-9 * LUM_LIMIT_MESSAGES_PER_S;
-    s->rate_tokens = s->rate_tokens > full ? full : s->rate_tokens;
-    s->rate_refilled_ns = now_ns;
-    if (s->rate_tokens < 1.0)
-        return false;
-    s->rate_tokens -= 1.0;
-    return true;
-}
-
 static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_proto_error *err)
 {
-    return take_rate_token(s, now_ns) || lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "",
-                                                        "more than %u messages a second", LUM_LIMIT_MESSAGES_PER_S);
+    return lum_bucket_take(&s->messages, now_ns) ||
+           lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "more than %u messages a second",
+                          LUM_LIMIT_MESSAGES_PER_S);
 }
 
 /* A full stream tells the director that it may render for it again. Losing this in a full inbox does no harm: the
@@ -388,7 +333,7 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
     uint64_t frame_seq;
     bool ok = read_ack(rpc, &view_id, &frame_seq, &err);
     if (!ok)
-        (void)take_rate_token(s, now_ns);
+        (void)lum_bucket_take(&s->messages, now_ns);
     else if (!take_ack(s, view_id, frame_seq))
         ok = charge_message(s, now_ns, &err);
     if (!ok)
@@ -428,6 +373,23 @@ static bool admit(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_
     return true;
 }
 
+/* What reading these bytes as JSON will cost, in bytes: each value is an allocation. */
+static size_t reading_cost(const char *bytes, size_t n)
+{
+    size_t n_values = 0;
+    for (size_t i = 0; i < n; i++)
+        n_values += (bytes[i] == ',') + (bytes[i] == ':') + (bytes[i] == '[') + (bytes[i] == '{');
+    return n + n_values * LUM_LIMIT_VALUE_COST_BYTES;
+}
+
+int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, bool whole_frame)
+{
+    size_t cost = reading_cost(bytes, n) + (whole_frame ? LUM_LIMIT_FRAME_COST_BYTES : 0);
+    int64_t wait_ns = lum_bucket_charge(&s->bytes, (double)cost, lum_clock_ns());
+    s->table->config.counters->rx_waits += wait_ns > 0;
+    return wait_ns;
+}
+
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes)
 {
     struct lum_proto_error err;
@@ -440,7 +402,7 @@ void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes
     counters->rx_bytes += n_bytes;
     if (!lum_rpc_parse(text, n_bytes, &rpc, &err)) {
         refuse(s, rpc.id ? rpc.id : "null", &err);
-        (void)take_rate_token(s, now_ns);
+        (void)lum_bucket_take(&s->messages, now_ns);
     } else if (s->greeted && strcmp(rpc.method, "frame.ack") == 0) {
         receive_ack(s, &rpc, now_ns);
     } else if (!admit(s, &rpc, now_ns, &err)) {

@@ -3,13 +3,17 @@ import os
 import random
 import socket
 import struct
+import time
 import unittest
 
 from daemon import Daemon
-from wsclient import HandshakeFailed, TEXT, Closed, WebSocket, connect_tcp, frame
+from wsclient import HandshakeFailed, RpcError, TEXT, Closed, WebSocket, connect_tcp, frame
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
+RX_PER_S = 4 << 20     # LUM_LIMIT_RX_BYTES_PER_S
+RX_BURST = 16 << 20    # LUM_LIMIT_RX_BURST_BYTES
+MESSAGE_BYTES = 8 << 20
 SEED = int(os.environ.get("SEED", "1"))
 
 
@@ -177,6 +181,23 @@ class Abuse(unittest.TestCase):
                 reset(ws.sock)
             else:
                 ws.close()
+
+    def test_a_flood_of_large_messages_is_read_at_its_pace(self):
+        """More than the burst waits with the sender: nothing is lost, and others are read meanwhile."""
+        n = 4
+        flooder = self.daemon.connect()
+        head, tail = b'{"jsonrpc":"2.0","id":%d,"method":"no.such","params":{"x":"', b'"}}'
+        start = time.monotonic()
+        for i in range(n):
+            begin = head % (1000 + i)
+            flooder.send_text(begin + b"a" * (MESSAGE_BYTES - len(begin) - len(tail)) + tail)
+            self.good.call("scene.get")
+        for i in range(n):
+            with self.assertRaises(RpcError) as caught:
+                flooder.reply(1000 + i)
+            self.assertEqual(caught.exception.app, "unsupported")
+        self.assertGreaterEqual(time.monotonic() - start, (n * MESSAGE_BYTES - RX_BURST) / RX_PER_S)
+        self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
 
     def test_sessions_leave_nothing_behind(self):
         for _ in range(30):

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/net/bucket.h"
 #include "server/net/metrics.h"
 #include "server/net/session.h"
 #include "tests/support/fake_director.h"
@@ -339,6 +340,51 @@ static void test_wrong_tokens_are_logged_and_do_not_flood(void **state)
         assert_null(strstr(f->lines[i], "guess"));
 }
 
+static void test_buckets_fill_at_their_pace(void **state)
+{
+    (void)state;
+    const int64_t s = 1000000000;
+    struct lum_bucket b = lum_bucket_full(10.0, 20.0, 5 * s);
+    for (int i = 0; i < 20; i++)
+        assert_true(lum_bucket_take(&b, 5 * s));
+    assert_false(lum_bucket_take(&b, 5 * s));
+    assert_false(lum_bucket_take(&b, 5 * s + s / 20));
+    assert_true(lum_bucket_take(&b, 5 * s + s / 10));
+    assert_int_equal(lum_bucket_charge(&b, 20.0, 100 * s), 0); /* never more than it holds */
+    assert_int_equal(lum_bucket_charge(&b, 5.0, 100 * s), s / 2);
+    assert_int_equal(lum_bucket_charge(&b, 5.0, 100 * s), s);
+    assert_false(lum_bucket_take(&b, 101 * s)); /* what was owed is paid, and no more */
+    assert_int_equal(lum_bucket_charge(&b, 0.0, 101 * s), 0);
+}
+
+/* How many of these bytes a new session may send before it has to wait. */
+static size_t bytes_before_wait(struct fixture *f, const char *bytes, size_t n, bool whole_frames)
+{
+    struct lum_session *s = open_greeted(f);
+    uint64_t before = f->counters.rx_waits;
+    size_t sum = 0;
+    while (lum_session_charge(s, bytes, n, whole_frames) == 0)
+        sum += n;
+    assert_int_equal(f->counters.rx_waits, before + 1);
+    lum_session_close(s);
+    return sum;
+}
+
+static void test_bytes_are_paid_for_before_they_are_read(void **state)
+{
+    struct fixture *f = *state;
+    char text[1u << 16], values[1u << 16];
+    memset(text, 'a', sizeof text);
+    for (size_t i = 0; i < sizeof values; i++)
+        values[i] = "0,"[i % 2];
+    size_t n_text = bytes_before_wait(f, text, sizeof text, false),
+           n_values = bytes_before_wait(f, values, sizeof text, false), n_frames = bytes_before_wait(f, text, 1, true);
+    assert_true(n_text >= LUM_LIMIT_RX_BURST_BYTES - sizeof text);
+    assert_true(n_text >= 2 * LUM_LIMIT_MESSAGE_BYTES);
+    assert_true(n_values >= LUM_LIMIT_RX_BURST_BYTES / (1 + LUM_LIMIT_VALUE_COST_BYTES / 2) - sizeof text);
+    assert_true(n_frames >= LUM_LIMIT_RX_BURST_BYTES / (1 + LUM_LIMIT_FRAME_COST_BYTES) - 1);
+}
+
 static void test_drain(void **state)
 {
     struct fixture *f = *state;
@@ -380,6 +426,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_closed_views_are_forgotten, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_the_queue_of_one_who_does_not_read_is_bounded, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_wrong_tokens_are_logged_and_do_not_flood, set_up, tear_down),
+        cmocka_unit_test(test_buckets_fill_at_their_pace),
+        cmocka_unit_test_setup_teardown(test_bytes_are_paid_for_before_they_are_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),
     };

@@ -1,0 +1,55 @@
+#include "server/net/hello.h"
+
+#include <cjson/cJSON.h>
+
+#include "protocol/json/json.h"
+#include "server/net/session.h"
+
+static struct cJSON *limits_object(void)
+{
+    static const struct {
+        const char *name;
+        double value;
+    } limits[] = {
+        {"message_bytes", LUM_LIMIT_MESSAGE_BYTES}, {"messages_per_s", LUM_LIMIT_MESSAGES_PER_S},
+        {"json_depth", LUM_LIMIT_JSON_DEPTH},       {"ops_per_message", LUM_LIMIT_OPS_PER_MESSAGE},
+        {"views", LUM_LIMIT_VIEWS_PER_SESSION},     {"view_side", LUM_LIMIT_VIEW_SIDE},
+        {"view_pixels", LUM_LIMIT_VIEW_PIXELS},     {"unacked_frames", LUM_LIMIT_UNACKED_FRAMES},
+        {"tile_side", LUM_LIMIT_TILE_SIDE},
+    };
+    struct cJSON *object = cJSON_CreateObject();
+    for (size_t i = 0; object && i < LUM_ARRAY_LEN(limits); i++) {
+        if (!lum_json_add_number(object, limits[i].name, limits[i].value)) {
+            cJSON_Delete(object);
+            return NULL;
+        }
+    }
+    return object;
+}
+
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user)
+{
+    struct cJSON *result = cJSON_CreateObject();
+    bool ok = lum_json_add_string(result, "session", user) && lum_json_add_string(result, "role", "edit") &&
+              lum_json_add_bool(result, "imports", config->imports) &&
+              lum_json_add_string(result, "saved", config->saved ? config->saved : "no") &&
+              lum_json_add(result, "limits", limits_object()) &&
+              lum_json_add_number(result, "scene_rev", (double)lum_director_scene_rev(config->director)) &&
+              lum_json_add_number(result, "protocol", 1);
+    if (ok)
+        return result;
+    cJSON_Delete(result);
+    return NULL;
+}
+
+bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, struct lum_proto_error *err)
+{
+    struct lum_json_reader r;
+    struct lum_hello hello = {0};
+    lum_json_begin(&r, rpc->params, "", err);
+    lum_json_string(&r, "token", hello.token, sizeof hello.token);
+    lum_json_string(&r, "client", hello.client, sizeof hello.client);
+    lum_json_id(&r, "resume", hello.resume);
+    *ret_hello = hello;
+    return lum_json_end(&r);
+}

@@ -1,0 +1,22 @@
+/* session.hello: what a client says first, and what it is told then. */
+#ifndef LUM_SERVER_NET_HELLO_H
+#define LUM_SERVER_NET_HELLO_H
+
+#include "protocol/message/rpc.h"
+#include "protocol/record/record.h"
+#include "server/net/auth.h"
+
+struct cJSON;
+struct lum_sessions_config;
+
+struct lum_hello {
+    char token[LUM_TOKEN_MAX_BYTES + 1]; /* "": none */
+    char client[LUM_LIMIT_ID_BYTES + 1]; /* how it calls itself */
+    lum_id resume;                       /* a name from before, which who was cut off may take again; "": none */
+};
+
+LUM_MUST_USE bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, struct lum_proto_error *err);
+/* The reply to the session of that name. NULL: memory is short. */
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user);
+
+#endif
