@@ -47,7 +47,8 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
     [LUM_SERVE_LISTEN] = {"listen", "HOST:PORT", .fallback = "127.0.0.1:9460", OTHER(read_listen),
         .help = "where to accept connections; port 0 picks a free one"},
     [LUM_SERVE_TOKEN_FILE] = {"token-file", "FILE", TEXT(token_file),
-        .help = "who knows the token in FILE may connect; without it a random one is made and printed"},
+        .help = "who knows the token in FILE may connect; only its owner may read FILE (chmod 600). Without\n"
+                "it a random one is made and printed"},
     [LUM_SERVE_NO_AUTH] = {"no-auth", SWITCH(no_auth), .help = "no token at all; only for a loopback address"},
     [LUM_SERVE_ALLOW_HOST] = {"allow-host", "NAME,...", .fallback = "", TEXT(allow_host),
         .help = "names by which browsers may reach this server, beside localhost and addresses"},

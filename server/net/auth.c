@@ -51,8 +51,14 @@ enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, 
         return lum_fail(err, LUM_ERR_IO, "token-file",
                         "cannot read the token file %s: %s (without --token-file a token is made)", path,
                         strerror(errno));
-    if (fstat(fd, &st) || (st.st_mode & S_IWOTH)) {
-        status = lum_fail(err, LUM_ERR_INVALID, "token-file", "%s: everybody may write it; chmod 600 it", path);
+    if (fstat(fd, &st)) {
+        status = lum_fail(err, LUM_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
+        goto done;
+    }
+    if (st.st_mode & (S_IRWXG | S_IRWXO)) {
+        status = lum_fail(err, LUM_ERR_INVALID, "token-file",
+                          "%s: its mode is %03o, so others than its owner may use it: chmod 600 %s", path,
+                          (unsigned)st.st_mode & 0777u, path);
         goto done;
     }
     ssize_t n = read(fd, line, sizeof line - 1);

@@ -17,8 +17,8 @@ struct lum_auth {
 
 /* 192 bits from the kernel, as 32 characters. */
 LUM_MUST_USE enum lum_status lum_auth_random(struct lum_auth *ret_auth, struct lum_error *err);
-/* The first line of the file. Refuses a file that everybody may write, and a token that is short or does not fit a URL.
- */
+/* The first line of the file. Refuses a file that others than its owner may read or write, and a token that is short or
+ * does not fit a URL. */
 LUM_MUST_USE enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, struct lum_error *err);
 /* token may be NULL. Takes the same time for every wrong token of one length. */
 bool lum_auth_check(const struct lum_auth *auth, const char *token);

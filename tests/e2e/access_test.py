@@ -196,9 +196,12 @@ class Start(unittest.TestCase):
                 daemon.assert_well()
             with Daemon(environment={"LUMEND_TOKEN_FILE": file.name}) as daemon:
                 self.assertEqual(daemon.token, TOKEN)
-            os.chmod(file.name, 0o666)
-            with self.assertRaisesRegex(AssertionError, "chmod 600"):
-                Daemon("--token-file", file.name)
+            for mode in (0o666, 0o644, 0o640, 0o620, 0o604, 0o601):
+                os.chmod(file.name, mode)
+                with self.assertRaisesRegex(AssertionError, f"its mode is {mode:o}, .* chmod 600 {file.name}"):
+                    Daemon("--token-file", file.name)
+            os.chmod(file.name, 0o400)
+            Daemon("--token-file", file.name).stop()
 
     def test_open_door_is_refused(self):
         with self.assertRaisesRegex(AssertionError, "--no-auth is refused on 0.0.0.0"):
