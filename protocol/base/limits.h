@@ -61,11 +61,12 @@
     (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */
 
 /* ---- network ---- */
-#define LUM_LIMIT_SESSIONS 64u           /* that said hello */
-#define LUM_LIMIT_CONNECTIONS 256u       /* TCP: a browser opens six for the page beside its session */
-#define LUM_LIMIT_CONNECTIONS_PER_IP 64u /* one address cannot shut out the others; a proxy in front is one address */
-#define LUM_LIMIT_HELLO_S 5              /* from connection to an accepted session.hello */
-#define LUM_LIMIT_MESSAGES_PER_S 240u    /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_SESSIONS 64u     /* that said hello */
+#define LUM_LIMIT_CONNECTIONS 256u /* TCP: a browser opens six for the page beside its session */
+#define LUM_LIMIT_CONNECTIONS_PER_IP                                                                                   \
+    64u                               /* an IPv6 /64 is one; it cannot shut out the others. A proxy in front is one */
+#define LUM_LIMIT_HELLO_S 5           /* from connection to an accepted session.hello */
+#define LUM_LIMIT_MESSAGES_PER_S 240u /* a 120 Hz drag of two values; token bucket with 2 s of burst */
 #define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
 #define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
 #define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */

@@ -54,6 +54,8 @@ static void print_net_metrics(FILE *out, const struct lum_net_counters *c, int64
         {"uptime_seconds", "gauge", "Since the start", (double)(lum_clock_ns() - started_ns) * 1e-9},
         {"connections_total", "counter", "TCP connections accepted", (double)c->connections},
         {"connections_refused_total", "counter", "TCP connections over a limit", (double)c->connections_refused},
+        {"connections_turned_out_total", "counter", "TCP connections without hello that made room for new ones",
+         (double)c->connections_turned_out},
         {"http_requests_total", "counter", "HTTP requests", (double)c->http_requests},
         {"sessions", "gauge", "Open WebSocket sessions", (double)c->sessions_open},
         {"sessions_total", "counter", "WebSocket sessions opened", (double)c->sessions},

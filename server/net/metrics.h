@@ -9,8 +9,8 @@ struct lum_director;
 
 /* Thread: the net thread, for everything. */
 struct lum_net_counters {
-    uint64_t connections, connections_refused, http_requests, sessions, sessions_refused, messages, messages_refused,
-        frames_acked, tx_bytes, rx_bytes, rx_waits, tiles_sent;
+    uint64_t connections, connections_refused, connections_turned_out, http_requests, sessions, sessions_refused,
+        messages, messages_refused, frames_acked, tx_bytes, rx_bytes, rx_waits, tiles_sent;
     uint32_t sessions_open;
 };
 

@@ -35,9 +35,9 @@
 #define CHUNK_BYTES (TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
 #define UNSENT_BYTES                                                                                                   \
     (128 << 10) /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
-#define READ_LATER_US 20000 /* at least so long, so that a flood does not mean a timer for every read */
-#define HEADER_POOL 128     /* connections that may be in their HTTP phase at once */
-#define CLOSE_GRACE_S 5     /* a peer that does not take the close frame is cut off */
+#define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
+#define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
+#define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
 
 /* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
 struct conn {
@@ -77,13 +77,27 @@ static const lws_retry_bo_t idle_policy = {
     .secs_since_valid_hangup = LUM_LIMIT_HANGUP_S,
 };
 
-/* ---- connections by address ---- */
+/* ---- connections by network ---- */
+
+/* At once, so that its place is free. Twice, because the library at first only shuts a socket down, and waits. */
+static void turn_out(struct lum_net *net, const struct lum_peer *peer)
+{
+    for (int i = 0; i < 2 && peer->connection; i++)
+        lws_set_timeout(peer->connection, PENDING_TIMEOUT_USER_REASON_BASE, LWS_TO_KILL_SYNC);
+    net->counters.connections_turned_out++;
+}
 
 /* Before a byte is read. Nonzero: hang up. */
 static int filter_connection(struct lum_net *net, int fd)
 {
-    if (!atomic_load(&net->stop) && lum_peers_admit(&net->peers, fd))
-        return 0;
+    struct in6_addr network;
+    if (!atomic_load(&net->stop) && lum_peer_network_of(fd, &network)) {
+        const struct lum_peer *guest = lum_peers_in_the_way(&net->peers, &network);
+        if (guest)
+            turn_out(net, guest);
+        if (lum_peers_admit(&net->peers, &network))
+            return 0;
+    }
     net->counters.connections_refused++;
     return 1;
 }
@@ -91,13 +105,15 @@ static int filter_connection(struct lum_net *net, int fd)
 /* The connection remembers its peer in the library's opaque pointer until it is destroyed. */
 static void count_connection(struct lum_net *net, struct lws *wsi)
 {
-    lws_set_opaque_user_data(wsi, lum_peers_add(&net->peers, lws_get_socket_fd(wsi)));
+    struct in6_addr network;
+    if (lum_peer_network_of(lws_get_socket_fd(wsi), &network))
+        lws_set_opaque_user_data(wsi, lum_peers_add(&net->peers, &network, wsi));
     net->counters.connections++;
 }
 
-static void uncount_connection(struct lum_net *net, struct lws *wsi)
+static void uncount_connection(struct lws *wsi)
 {
-    lum_peers_remove(&net->peers, lws_get_opaque_user_data(wsi));
+    lum_peers_remove(lws_get_opaque_user_data(wsi));
     lws_set_opaque_user_data(wsi, NULL);
 }
 
@@ -233,22 +249,7 @@ static int http_writeable(struct lum_net *net, struct conn *c)
 
 static int close_with(struct conn *c, enum lum_close code)
 {
-    static const struct {
-        enum lum_close code;
-        const char *reason;
-    } reasons[] = {
-        {LUM_CLOSE_UNSUPPORTED, "binary messages are not understood"},
-        {LUM_CLOSE_TOO_BIG, "the message is too big"},
-        {LUM_CLOSE_INTERNAL, "out of memory"},
-        {LUM_CLOSE_RESTART, "the server is stopping"},
-        {LUM_CLOSE_BUSY, "too many sessions"},
-        {LUM_CLOSE_AUTH, "no session.hello with the right token"},
-        {LUM_CLOSE_SLOW, "too much text waits to be read"},
-    };
-    const char *reason = "";
-    for (size_t i = 0; i < LUM_ARRAY_LEN(reasons); i++)
-        if (reasons[i].code == code)
-            reason = reasons[i].reason;
+    const char *reason = lum_close_reason(code);
     lws_close_reason(c->wsi, (enum lws_close_status)code, (unsigned char *)reason, strlen(reason));
     return -1;
 }
@@ -328,6 +329,14 @@ static void charge(struct conn *c, const char *bytes, size_t n)
     lws_sul_schedule(lws_get_context(c->wsi), 0, &c->read_later, read_on, wait_ns / 1000 + READ_LATER_US);
 }
 
+static void keep_for_good(struct lws *wsi)
+{
+    struct lum_peer *peer = lws_get_opaque_user_data(wsi);
+    if (peer)
+        peer->greeted = true;
+    lws_set_timer_usecs(wsi, LWS_SET_TIMER_USEC_CANCEL);
+}
+
 static int ws_receive(struct conn *c, const char *bytes, size_t n)
 {
     struct lws *wsi = c->wsi;
@@ -354,26 +363,10 @@ static int ws_receive(struct conn *c, const char *bytes, size_t n)
         c->rx_capacity = 0;
     }
     if (lum_session_greeted(c->session))
-        lws_set_timer_usecs(wsi, LWS_SET_TIMER_USEC_CANCEL);
+        keep_for_good(wsi);
     if (lum_session_pending(c->session))
         lws_callback_on_writable(wsi);
     return 0;
-}
-
-/* Copies the next part of head and body. Returns its length. */
-static size_t copy_part(const struct conn *c, unsigned char *out)
-{
-    const struct lum_message *m = &c->message;
-    size_t at = c->message_sent, n = 0;
-    if (at < m->n_head) {
-        n = m->n_head - at;
-        memcpy(out, m->head + at, n);
-        at = m->n_head;
-    }
-    size_t left = m->n_head + m->n_body - at, room = CHUNK_BYTES - n, k = left < room ? left : room;
-    if (k)
-        memcpy(out + n, m->body + (at - m->n_head), k);
-    return n + k;
 }
 
 static int ws_writeable(struct lum_net *net, struct conn *c)
@@ -391,7 +384,7 @@ static int ws_writeable(struct lum_net *net, struct conn *c)
         c->sending = true;
         c->message_sent = 0;
     }
-    size_t n = copy_part(c, net->tx + LWS_PRE);
+    size_t n = lum_message_copy(&c->message, c->message_sent, net->tx + LWS_PRE, CHUNK_BYTES);
     bool first = c->message_sent == 0, last = c->message_sent + n == c->message.n_head + c->message.n_body;
     int flags = lws_write_ws_flags(c->message.binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, first, last);
     if (lws_write(c->wsi, net->tx + LWS_PRE, n, (enum lws_write_protocol)flags) < (int)n)
@@ -451,7 +444,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         count_connection(net, wsi);
         return 0;
     case LWS_CALLBACK_WSI_DESTROY:
-        uncount_connection(net, wsi);
+        uncount_connection(wsi);
         return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
         return confirm_upgrade(net, wsi);

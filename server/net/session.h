@@ -11,18 +11,7 @@
 
 #include "server/director/director.h"
 #include "server/net/auth.h"
-
-/* WebSocket close codes; PROTOCOL.md lists them for clients. */
-enum lum_close {
-    LUM_CLOSE_NONE = 0,
-    LUM_CLOSE_UNSUPPORTED = 1003, /* a binary message */
-    LUM_CLOSE_TOO_BIG = 1009,
-    LUM_CLOSE_INTERNAL = 1011, /* memory is short */
-    LUM_CLOSE_RESTART = 1012,  /* the server stops */
-    LUM_CLOSE_BUSY = 1013,     /* too many sessions */
-    LUM_CLOSE_AUTH = 4001,     /* wrong token, or no hello in time */
-    LUM_CLOSE_SLOW = 4008,     /* LUM_LIMIT_CONTROL_QUEUE_BYTES of text wait: the client does not read */
-};
+#include "server/net/message.h"
 
 struct lum_net_counters;
 struct lum_session;
@@ -64,13 +53,6 @@ void lum_session_abort(struct lum_session *s, enum lum_close code);
 void lum_session_abort_after_text(struct lum_session *s, enum lum_close code);
 
 /* ---- sending ---- */
-struct lum_message {
-    bool binary;
-    uint8_t head[LUM_FRAME_HEADER_BYTES]; /* of a binary message */
-    size_t n_head;
-    const uint8_t *body; /* lent until lum_session_sent */
-    size_t n_body;
-};
 bool lum_session_pending(const struct lum_session *s); /* there is a message to send, or a close */
 /* Why to close now, or LUM_CLOSE_NONE. Not asked for in the middle of a message. */
 enum lum_close lum_session_close_now(const struct lum_session *s);

@@ -11,6 +11,7 @@ from wsclient import HandshakeFailed, RpcError, TEXT, Closed, WebSocket, connect
 
 PER_ADDRESS = 64   # LUM_LIMIT_CONNECTIONS_PER_IP
 SESSIONS = 64      # LUM_LIMIT_SESSIONS
+CONNECTIONS = 256  # LUM_LIMIT_CONNECTIONS
 RX_PER_S = 4 << 20     # LUM_LIMIT_RX_BYTES_PER_S
 RX_BURST = 16 << 20    # LUM_LIMIT_RX_BURST_BYTES
 MESSAGE_BYTES = 8 << 20
@@ -118,20 +119,46 @@ class Abuse(unittest.TestCase):
                 sock.close()
 
     def test_too_many_connections_of_one_address(self):
-        here = 1  # self.good
-        socks = []
-        for _ in range(PER_ADDRESS - here):
-            socks.append(connect_tcp(self.daemon.port))
-        over = connect_tcp(self.daemon.port)
-        self.assertEqual(read_to_end(over), b"")  # hung up at once: within the limit it would wait 10 s for a request
+        """Who has said hello is not turned out; of the others the oldest makes room."""
+        sessions = [self.daemon.connect() for _ in range(PER_ADDRESS - 2)]  # with self.good one is left
+        first = connect_tcp(self.daemon.port)
+        second = connect_tcp(self.daemon.port)
+        self.assertEqual(read_to_end(first), b"")  # within the limit it would wait for a request, and be told so
+        sessions.append(self.daemon.connect())
+        self.assertEqual(read_to_end(second), b"")
+        self.assertEqual(read_to_end(connect_tcp(self.daemon.port)), b"")
         with self.assertRaises(HandshakeFailed):
             WebSocket(self.daemon.port)
-        self.good.call("scene.get")
+        for ws in (self.good, *sessions):
+            ws.call("stats.get")
         other = WebSocket(self.daemon.port, source="127.0.0.2")  # another address is not shut out
-        other.hello(self.daemon.token)
-        other.close()
+        other.send_request("session.hello", {"token": self.daemon.token})
+        self.assertEqual(other.wait_close(), 1013)  # it had all its say: the sessions are 64 in all
+        for ws in sessions:
+            ws.close()
+
+    def test_half_open_connections_shut_nobody_out(self):
+        """More than there are places for, of one address and of many, dribbling or not: who comes is served."""
+        starts = (b"", b"G", b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: ", b"GET / HTTP/1.1\r\nUpgrade: websocket\r\n")
+        socks = []
+        for sources in (["127.0.0.1"], [f"127.0.0.{2 + i}" for i in range(7)]):
+            for i in range(CONNECTIONS + PER_ADDRESS):
+                sock = connect_tcp(self.daemon.port, source=sources[i % len(sources)])
+                sock.sendall(starts[i % len(starts)])
+                socks.append(sock)
+            for source in (sources[0], "127.0.0.99"):
+                ws = WebSocket(self.daemon.port, source=source)
+                ws.hello(self.daemon.token)
+                for sock in socks[-20:]:  # half of a header more, and more of them
+                    sock.sendall(b"a")
+                    socks.append(connect_tcp(self.daemon.port, source=sources[-1]))
+                ws.call("scene.get")
+                ws.close()
+            self.assertEqual(self.daemon.get("/")[0], 200)
+            self.good.call("scene.get")
+        self.assertGreater(self.daemon.metric("connections_turned_out_total"), PER_ADDRESS)
         for sock in socks:
-            sock.close()
+            reset(sock)
 
     def test_too_many_sessions(self):
         sources = ["127.0.0.3", "127.0.0.4"]
