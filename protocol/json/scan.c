@@ -159,5 +159,8 @@ bool lum_json_scan(const char *text, size_t n_bytes, bool stored, struct lum_pro
         else if (!scan_token(&s))
             return false;
     }
+    /* cJSON up to 1.7.17 reads on beyond the end after a comma there (CVE-2023-53154) */
+    if (s.depth)
+        return syntax(&s, "bracket without end");
     return true;
 }

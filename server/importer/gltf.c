@@ -70,6 +70,12 @@ static bool parse(struct lum_gltf *g, struct lum_bytes json)
         json.data += 3;
         json.n -= 3;
     }
+    size_t n = json.n;
+    while (n && json.data[n - 1] <= ' ') /* GLB is padded */
+        n--;
+    if (!n || (json.data[n - 1] != '}' &&
+               json.data[n - 1] != ']')) /* cJSON up to 1.7.17 reads on beyond a comma at the end (CVE-2023-53154) */
+        return lum_gltf_fail(g, LUM_ERR_INVALID, "the JSON is damaged: it does not end with a bracket");
     const char *end = NULL;
     g->root = cJSON_ParseWithLengthOpts((const char *)json.data, json.n, &end, false);
     if (!g->root)

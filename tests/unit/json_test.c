@@ -1,4 +1,5 @@
 /* JSON texts, typed reading, the JSON-RPC envelope. */
+#define _GNU_SOURCE
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,6 +10,8 @@
 
 #include <cjson/cJSON.h>
 #include <cmocka.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "protocol/base/nearest.h"
 #include "protocol/json/json.h"
@@ -99,6 +102,31 @@ static char *nested(unsigned n, const char *open, const char *close)
     for (unsigned i = 0; i < n; i++)
         p += sprintf(p, "%s", close);
     return text;
+}
+
+/* Parts of a message, each right before memory that may not be read. */
+static void cut_texts_are_not_read_beyond_their_end(void **state)
+{
+    static const char *const texts[] = {"{\"a\":[1,{\"b\":\"c\"},[],null],\"d\":{\"e\":-1.5e3}}", "{\"1\":1,  ",
+                                        "[1,\n"};
+    (void)state;
+    size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    char *pages = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(pages != MAP_FAILED);
+    assert_int_equal(mprotect(pages + page, page, PROT_NONE), 0);
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        size_t n_text = strlen(texts[i]);
+        for (size_t n = 1; n < n_text + (i > 0); n++) {
+            struct lum_proto_error err = {0};
+            char *cut = pages + page - n;
+            memcpy(cut, texts[i], n);
+            assert_false(parses(cut, n, &err));
+            assert_int_equal(err.code, LUM_PROTO_PARSE);
+            if (n == n_text || texts[i][n - 1] == ',')
+                assert_non_null(strstr(err.text, "bracket without end"));
+        }
+    }
+    munmap(pages, 2 * page);
 }
 
 static void depth_limit(void **state)
@@ -473,21 +501,14 @@ static void rpc_incoming(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(strict_grammar),
-        cmocka_unit_test(depth_limit),
-        cmocka_unit_test(size_and_token_limits),
-        cmocka_unit_test(member_limit),
-        cmocka_unit_test(large_arrays_are_linear),
-        cmocka_unit_test(numbers_come_back),
-        cmocka_unit_test(texts_come_back),
-        cmocka_unit_test(texts_are_utf8),
-        cmocka_unit_test(reader_reads),
-        cmocka_unit_test(reader_refuses),
-        cmocka_unit_test(ids),
-        cmocka_unit_test(nearest_names),
-        cmocka_unit_test(rpc_requests),
-        cmocka_unit_test(rpc_texts),
-        cmocka_unit_test(rpc_incoming),
+        cmocka_unit_test(strict_grammar),    cmocka_unit_test(cut_texts_are_not_read_beyond_their_end),
+        cmocka_unit_test(depth_limit),       cmocka_unit_test(size_and_token_limits),
+        cmocka_unit_test(member_limit),      cmocka_unit_test(large_arrays_are_linear),
+        cmocka_unit_test(numbers_come_back), cmocka_unit_test(texts_come_back),
+        cmocka_unit_test(texts_are_utf8),    cmocka_unit_test(reader_reads),
+        cmocka_unit_test(reader_refuses),    cmocka_unit_test(ids),
+        cmocka_unit_test(nearest_names),     cmocka_unit_test(rpc_requests),
+        cmocka_unit_test(rpc_texts),         cmocka_unit_test(rpc_incoming),
     };
     return cmocka_run_group_tests_name("json", tests, NULL, NULL);
 }
