@@ -390,6 +390,7 @@ void lum_trace_closest(const struct lum_trace *trace, const struct lum_rays *ray
 {
     struct filter_context context;
     filter_context_init(&context, trace, NULL, trace->coherent);
+    ret_hits->white = false;
     uint32_t bad = trace->top->device->singly ? closest_singles(trace, &context, rays, ret_hits)
                                               : closest_packets(trace, &context, rays, ret_hits);
     if (trace->top->n_shapes)

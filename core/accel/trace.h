@@ -39,6 +39,8 @@ struct lum_hits {
     float u[LUM_RAY_BATCH], v[LUM_RAY_BATCH];
     float ngx[LUM_RAY_BATCH], ngy[LUM_RAY_BATCH], ngz[LUM_RAY_BATCH];
     uint32_t object[LUM_RAY_BATCH], prim[LUM_RAY_BATCH];
+    bool white; /* they are looked at as if all were matt, white, and dark by themselves: what leaves them then is
+                   illuminance / pi. Whoever traces says so afterwards: tracing leaves it false */
 };
 
 struct lum_trace {

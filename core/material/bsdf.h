@@ -53,6 +53,9 @@ struct lum_bsdf {
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
                    struct lum_vec3 wo);
 
+/* Of a matt white surface, which reflects all light evenly: radiance is irradiance / pi. n, ng: unit. */
+struct lum_bsdf lum_bsdf_white(struct lum_vec3 n, struct lum_vec3 ng);
+
 /* f(wo, wi) |cos wi| of the non-delta lobes, and the solid-angle pdf with which lum_bsdf_sample makes wi. wo as given
  * to lum_bsdf_init. Black and 0 where wi lies on different sides of the shading and of the geometric normal (light
  * leaks, else). Transmission is of radiance: it includes eta^2. */

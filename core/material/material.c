@@ -209,9 +209,36 @@ static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
     b->diffuse_prob = cosine > 0.0f ? cosine / (cosine + rest) : 0.0f;
 }
 
+struct lum_bsdf lum_bsdf_white(struct lum_vec3 n, struct lum_vec3 ng)
+{
+    return (struct lum_bsdf){.frame = lum_frame_from_normal(n),
+                             .ng = ng,
+                             .diffuse = lum_grey(1.0f),
+                             .diffuse_prob = 1.0f,
+                             .coat = {1.0f},
+                             .coat_norm = 1.0f,
+                             .alpha = 1.0f,
+                             .eta = 1.0f};
+}
+
+/* A luxmeter lies on the surface, and not on the bumps of a normal map. */
+static void init_white(struct lum_bsdf *b, const struct lum_surface *s, struct lum_vec3 wo)
+{
+    float side = lum_dot(wo, s->ng);
+    struct lum_vec3 ng = side < 0.0f ? lum_v3_neg(s->ng) : s->ng, ns = side < 0.0f ? lum_v3_neg(s->ns) : s->ns;
+    if (side != 0.0f && lum_v3_finite(ns))
+        *b = lum_bsdf_white(normal_facing(ns, ng, wo), ng);
+    else
+        *b = (struct lum_bsdf){.eta = 1.0f};
+}
+
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
                    struct lum_vec3 wo)
 {
+    if (s->white) {
+        init_white(ret_bsdf, s, wo);
+        return;
+    }
     *ret_bsdf =
         (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->emission, s->uv, s->vertex_color)};
     if (!init_frame(ret_bsdf, m, s, wo) || m->unlit)

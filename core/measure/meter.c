@@ -285,17 +285,6 @@ struct refine {
     float *values; /* lx of each sample */
 };
 
-static struct lum_bsdf white_with(struct lum_vec3 n)
-{
-    return (struct lum_bsdf){.frame = lum_frame_from_normal(n),
-                             .ng = n,
-                             .diffuse = lum_grey(1.0f),
-                             .diffuse_prob = 1.0f,
-                             .coat_norm = 1.0f,
-                             .alpha = 1.0f,
-                             .eta = 1.0f};
-}
-
 /* A white diffuse surface without extent: E = pi times the radiance that it would reflect. The path tracer has direct
  * light by sampling lights and indirect by paths, with the weights that it uses everywhere. Cylinders: the same of a
  * plane that is turned at random, sample by sample. */
@@ -304,7 +293,8 @@ static void start_path(struct lum_wave *w, const struct lum_meter *m, uint32_t p
 {
     const struct lum_meter_place *at = &m->places[place];
     const struct lum_frame frame = frame_of(at);
-    struct lum_bsdf white = white_with(plane_of(at, &frame, lum_sampler_2d(&sampler, PAIR_TURN).x));
+    struct lum_vec3 n = plane_of(at, &frame, lum_sampler_2d(&sampler, PAIR_TURN).x);
+    struct lum_bsdf white = lum_bsdf_white(n, n);
     lum_wave_add_vertex(w, slot, sampler, place_in_scene(m, place), &white, white.ng);
 }
 

@@ -67,7 +67,7 @@ static bool reserve(struct lum_components *c, const struct lum_pass *pass)
         else if (!reserve_buffer(&c->buffer[i], (size_t)c->w * c->h, (size_t)(c->w + 1) * (c->h + 1)))
             return false;
     }
-    return reserve_radiance(c, pass->on[LUM_EFFECT_ANTIALIAS]);
+    return reserve_radiance(c, lum_pass_antialiased(pass));
 }
 
 static void forget(struct lum_components *c, enum lum_fate fate)

@@ -14,6 +14,7 @@ static void gbuffer_tile(const struct lum_pass *pass, uint32_t tile, struct lum_
     if (compare)
         before = g->tiles[tile];
     lum_trace_closest(&trace, &rays, &g->tiles[tile]);
+    g->tiles[tile].white = pass->settings->illuminance;
     if (compare)
         lum_motion_mask_compare(pass->motion_mask, &pass->tiling, tile, &before, &g->tiles[tile]);
     lum_memo_set(&g->made, tile, 1);

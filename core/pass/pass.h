@@ -56,6 +56,12 @@ static inline uint32_t lum_pass_effects_off(const struct lum_pass *pass)
     return off;
 }
 
+/* Rays go through all of a pixel. Of illuminance a mean over an edge would be that of no surface. */
+static inline bool lum_pass_antialiased(const struct lum_pass *pass)
+{
+    return pass->on[LUM_EFFECT_ANTIALIAS] && !pass->settings->illuminance;
+}
+
 /* Light goes through panes. Without the effect transmission they are opaque, to it and to the eye. */
 static inline bool lum_pass_panes(const struct lum_pass *pass)
 {

@@ -24,7 +24,8 @@ uint32_t lum_edits_of_settings(const struct lum_view_settings *a, const struct l
     return bit_if(!same_eye, LUM_EDIT_CAMERA) | bit_if(!same_method, LUM_EDIT_METHOD) |
            bit_if(a->max_depth != b->max_depth, LUM_EDIT_DEPTH) |
            bit_if(a->shadow_samples != b->shadow_samples, LUM_EDIT_SHADOW_SAMPLES) |
-           bit_if(a->n_vpls != b->n_vpls, LUM_EDIT_VPLS) | bit_if(!same_cache, LUM_EDIT_CACHE);
+           bit_if(a->n_vpls != b->n_vpls, LUM_EDIT_VPLS) | bit_if(!same_cache, LUM_EDIT_CACHE) |
+           bit_if(a->illuminance != b->illuminance, LUM_EDIT_QUANTITY);
 }
 
 bool lum_view_same_picture(const struct lum_view_settings *a, const struct lum_view_settings *b)

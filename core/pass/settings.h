@@ -22,6 +22,9 @@ struct lum_view_settings {
     size_t layers_bytes;     /* of buffers light by light (effect/direct/layers.h) */
     bool reproject_shadows; /* `live`: what was seen of lights stays known where the eye moves on. False: a picture does
                            not depend on where the eye was before */
+    bool illuminance;       /* the picture is of illuminance / pi: of what falls on each surface that the eye sees, as a
+                               matt white one in its place would show it. Black where there is none: background, lamps
+                               that are no objects. Without anti-aliasing: a mean over an edge is nobody's */
     bool antialias;         /* smooth edges, of hard shadows too; false: rays through pixel centres */
     uint32_t preview; /* methods that are progressive or refine: after a change, first one rough pass with one sample
                          per block of this many pixels a side, so that an edit shows early; those that refine show it by

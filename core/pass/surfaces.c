@@ -68,12 +68,13 @@ enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pas
     return LUM_OK;
 }
 
-static void set_background(struct lum_surfaces *s, size_t at)
+static void set_background(const struct lum_pass *pass, size_t at)
 {
+    struct lum_surfaces *s = pass->surfaces;
     s->p[at] = s->n[at] = s->ng[at] = lum_v3(0.0f, 0.0f, 0.0f);
     s->albedo[at] = lum_grey(0.0f);
     s->depth[at] = INFINITY;
-    s->kind[at] = LUM_PIXEL_SHINES; /* or may: an environment is switched on and off */
+    s->kind[at] = pass->settings->illuminance ? 0 : LUM_PIXEL_SHINES; /* or may: skies are switched on and off */
     s->object[at] = LUM_NO_OBJECT;
 }
 
@@ -82,7 +83,7 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
                        size_t at)
 {
     struct lum_surfaces *s = pass->surfaces;
-    set_background(s, at);
+    set_background(pass, at);
     if (hits->object[i] == LUM_NO_OBJECT)
         return;
     struct lum_surface surface;
@@ -93,7 +94,7 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     s->ng[at] = surface.ng;
     s->depth[at] = hits->t[i];
     if (surface.instance == LUM_NO_OBJECT) {
-        s->kind[at] = LUM_PIXEL_SHINES;
+        s->kind[at] = surface.white ? 0 : LUM_PIXEL_SHINES;
         return;
     }
     const struct lum_material *m = &pass->snapshot->materials[surface.material];
@@ -103,10 +104,11 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     s->albedo[at] = lum_bsdf_diffuse_albedo(&b);
     bool diffuse = !lum_rgb_black(s->albedo[at]);
     bool gloss = b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f);
-    bool specular = lum_material_is_specular(m);
+    bool specular = !surface.white && lum_material_is_specular(m);
+    bool shines = !surface.white && (surface.light != LUM_NO_OBJECT || m->unlit);
     s->kind[at] = (uint8_t)((diffuse || gloss || specular ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
                             (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) |
-                            (surface.light != LUM_NO_OBJECT || m->unlit ? LUM_PIXEL_SHINES : 0));
+                            (shines ? LUM_PIXEL_SHINES : 0));
 }
 
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)

@@ -465,19 +465,19 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     if (w->notes)
         note_segment(w, path.slot);
     if (w->hits.object[i] == LUM_NO_OBJECT) {
-        add_background(w, &path, d, depth == 0);
+        if (!w->hits.white)
+            add_background(w, &path, d, depth == 0);
         return;
     }
     const struct lum_snapshot *snapshot = w->snapshot;
     struct lum_surface s;
     lum_snapshot_surface(snapshot, &w->hits, i, d, &s);
     if (s.instance == LUM_NO_OBJECT) {
-        add(w, &path, s.light, s.emission,
-            emission_weight(w, &path, s.light, d, &s));
+        add(w, &path, s.light, s.emission, emission_weight(w, &path, s.light, d, &s));
         return;
     }
     const struct lum_material *m = &snapshot->materials[s.material];
-    if (s.backface)
+    if (s.backface && !s.white)
         path.throughput = lum_rgb_mul(path.throughput, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_vec3 wo = lum_v3_neg(d);
     struct lum_bsdf b;
@@ -503,6 +503,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
     w->every_light = false;
+    w->illuminance = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
@@ -591,9 +592,10 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
         w->counters->rays[LUM_RAY_PRIMARY] += n;
     }
     lum_trace_closest(&trace, &w->rays, &w->hits);
+    w->hits.white = depth == 0 && w->illuminance;
     for (uint32_t i = 0; w->segments_met && i < n; i++)
         add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
-    if (w->media)
+    if (w->media && !w->hits.white)
         cross_media(w, depth);
     w->rays.n = 0;
     for (uint32_t i = 0; i < n; i++)

@@ -73,6 +73,8 @@ struct lum_wave {
                                 otherwise */
     bool media;              /* there are some, and they are wanted */
     bool panes;              /* likewise: light goes straight through them */
+    bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
+                                what is before that. Set after lum_wave_begin */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
      * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path

@@ -43,6 +43,7 @@ static void fill_pixel(const struct aov_run *run, const struct lum_hits *hits, u
         return;
     struct lum_surface surface;
     lum_snapshot_surface(s, hits, i, d, &surface);
+    surface.white = false; /* the albedo is the surface's own, whatever the picture is of */
     aov->depth_m[at] = (float)((double)hits->t[i] / s->norm.scale);
     aov->normal_world[at] = surface.ns; /* scene space is world space moved and scaled evenly */
     aov->instance[at] = surface.instance;

@@ -51,6 +51,8 @@ static struct lum_rgb add_components(const struct lum_pass *pass, size_t pixel, 
     struct lum_rgb white = sum_of(pass, LUM_ADDS_WHITE, pixel);
     struct lum_rgb sum = lum_rgb_add(layers, lum_rgb_mul(pass->surfaces->albedo[pixel], white));
     sum = lum_rgb_add(sum, sum_of(pass, LUM_ADDS_SURFACE, pixel));
+    if (pass->settings->illuminance) /* what is before the eye takes no light from the surface */
+        return sum;
     if (pass->on[LUM_EFFECT_MEDIA])
         sum = lum_rgb_mul(sum, transmittance_to_eye(pass, pixel));
     return lum_rgb_add(sum, sum_of(pass, LUM_ADDS_AIR, pixel));

@@ -1,5 +1,6 @@
 #include "core/render/deferred.h"
 #include "core/effect/direct/direct.h"
+#include "core/method/method.h"
 
 #include <assert.h>
 #include <string.h>
@@ -41,6 +42,8 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
     if (!g->tiles || !lum_memo_reserve(&g->made, pass->tiling.n))
         return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the G-buffer");
     uint32_t edits = lum_basis_renew(&g->basis, pass);
+    for (uint32_t t = 0; t < pass->tiling.n; t++)
+        g->tiles[t].white = pass->settings->illuminance;
     if (!lum_is_stale(edits, LUM_PRODUCT_GBUFFER))
         return LUM_OK;
     bool moved_only = !lum_is_stale(edits & ~LUM_EDIT_BIT(LUM_EDIT_GEOMETRY), LUM_PRODUCT_GBUFFER);
@@ -85,6 +88,12 @@ static void plan_stage(struct plan *plan, const struct lum_estimator *stage)
         plan_stage(plan, stage->then);
 }
 
+/* What is before the eye, and means over edges. (Mirrors, glass and gloss find no pixel.) */
+static bool is_of_luminance(enum lum_effect e)
+{
+    return lum_effect_rows[e]->adds == LUM_ADDS_AIR || e == LUM_EFFECT_ANTIALIAS;
+}
+
 static struct plan make_plan(const struct lum_pass *pass)
 {
     const struct lum_method *method = pass->settings->method;
@@ -93,7 +102,7 @@ static struct plan make_plan(const struct lum_pass *pass)
     plan_stage(&plan, &lum_estimator_shadow);
     plan_stage(&plan, &lum_stage_composite);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        if (pass->on[e])
+        if (pass->on[e] && !(pass->settings->illuminance && is_of_luminance((enum lum_effect)e)))
             plan_stage(&plan, method->serves[e]);
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);

@@ -221,11 +221,12 @@ static void trace_job(void *ctx, uint32_t job, uint32_t worker)
     struct pair *pairs = t->p->batch + first;
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, &t->p->counters[worker], pass->settings->max_depth, lum_pass_effects_off(pass));
+    w.illuminance = pass->settings->illuminance;
     for (uint32_t i = 0; i < 2 * n; i++) {
         const struct probe *probe = &t->p->probes[pairs[i / 2].probe];
         struct lum_sampler sampler = lum_sampler_at(pairs[i / 2].probe, i % 2, pairs[i / 2].sample, t->seed);
         struct lum_vec2 at = {0.5f, 0.5f};
-        if (pass->on[LUM_EFFECT_ANTIALIAS])
+        if (lum_pass_antialiased(pass))
             at = lum_sampler_2d(&sampler, LUM_WAVE_PAIR_PIXEL);
         lum_wave_add_eye(&w, i, sampler, pass->eye.o,
                          lum_eye_direction(&pass->eye, (float)probe->x + at.x, (float)probe->y + at.y));

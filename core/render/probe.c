@@ -28,23 +28,12 @@ struct slice {
     struct lum_counters *counters; /* per worker */
 };
 
-static struct lum_bsdf white_with(struct lum_vec3 n)
-{
-    return (struct lum_bsdf){.frame = lum_frame_from_normal(n),
-                             .ng = n,
-                             .diffuse = lum_grey(1.0f),
-                             .diffuse_prob = 1.0f,
-                             .coat_norm = 1.0f,
-                             .alpha = 1.0f,
-                             .eta = 1.0f};
-}
-
 static void probe_job(void *ctx, uint32_t job, uint32_t worker)
 {
     const struct slice *slice = ctx;
     const struct lum_probing *g = slice->probing;
     struct lum_counters *c = &slice->counters[worker];
-    struct lum_bsdf white = white_with(g->n);
+    struct lum_bsdf white = lum_bsdf_white(g->n, g->n);
     struct lum_wave w;
     lum_wave_begin(&w, g->snapshot, c, LUM_DEPTH_DEFAULT, 0);
     uint32_t first = (slice->first + job) * LUM_RAY_BATCH;

@@ -210,7 +210,10 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
     v->settings = *pass->settings;
     v->rendered = true;
     v->chosen = v->demand;
-    lum_demand_choose(&v->chosen, pass->settings->antialias, pass->settings->effects_off, pass->settings->effects_on);
+    /* On a white surface light arrives by way of others even if no other scatters it evenly. */
+    bool called = pass->settings->illuminance && !v->demand.on[LUM_EFFECT_INDIRECT_DIFFUSE];
+    lum_demand_choose(&v->chosen, pass->settings->antialias, pass->settings->effects_off,
+                      pass->settings->effects_on | (called ? LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) : 0));
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         pass->on[e] = v->chosen.on[e] && pass->settings->method->serves[e];
 }
@@ -534,7 +537,7 @@ enum lum_status lum_view_aovs(struct lum_view *view, const struct lum_snapshot *
         status = lum_deferred_look(&view->deferred, &pass, err);
     if (status == LUM_OK)
         status = lum_stage_run(&runner, &pass, &lum_stage_gbuffer);
-    if (stamp != view->deferred.gbuffer.stamp)
+    if (stamp != view->deferred.gbuffer.stamp && !settings->method->progressive)
         view->rendered = false; /* the frame that rests is of another G-buffer */
     if (status == LUM_OK)
         status = lum_aov_update(&view->aov, &pass, view->pool, err);

@@ -280,6 +280,9 @@ void lum_snapshot_surface(const struct lum_snapshot *snapshot, const struct lum_
         triangle_surface(snapshot, hits, i, d, &s);
     else
         shape_surface(snapshot, hits, i, d, &s);
+    s.white = hits->white;
+    if (s.white)
+        s.emission = lum_grey(0.0f);
     *ret_surface = s;
 }
 
@@ -332,6 +335,7 @@ bool lum_snapshot_passes(const void *user, uint32_t object, uint32_t prim, float
     hits.prim[0] = prim;
     hits.u[0] = u;
     hits.v[0] = v;
+    hits.white = false;
     lum_snapshot_surface(snapshot, &hits, 0, wi, &s);
     lum_bsdf_init(&b, m, &s, lum_v3_neg(wi));
     float inside = m->thin ? 0.0f : s.backface ? 1.0f : -1.0f;

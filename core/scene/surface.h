@@ -20,6 +20,7 @@ struct lum_surface {
     uint32_t light; /* emitter hit, or LUM_NO_OBJECT */
     uint32_t prim;
     bool backface;               /* hit from behind the winding (entering or leaving a solid) */
+    bool white;                  /* as of struct lum_hits: lum_bsdf_init makes it lum_bsdf_white, without emission */
     struct lum_rgb vertex_color; /* white when the mesh has none */
     struct lum_rgb emission; /* of a surface that is a light: towards where the ray came from, but for its texture */
     /* Change of position with uv over the triangle, scene space, not unit; 0 without uvs and where

@@ -25,6 +25,8 @@ static const uint32_t made_stale[LUM_EDIT_COUNT] = {
     [LUM_EDIT_SHADOW_SAMPLES] = BIT(VISIBILITY) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT),
     [LUM_EDIT_VPLS] = BIT(COMPONENTS),
     [LUM_EDIT_CACHE] = BIT(COMPONENTS),
+    /* As if materials that the eye sees had changed, and no other. */
+    [LUM_EDIT_QUANTITY] = BIT(SURFACES) | BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(EDGES),
 };
 
 bool lum_is_stale(uint32_t edits, enum lum_product product)

@@ -3,7 +3,8 @@
  * An edit is of a kind: a class of changes of the scene (the counters of struct lum_versions), of the camera, or of a
  * setting. A product is what a stage makes and keeps. The table in stale.c has a row for each kind of edit, with the
  * products that have to be made anew after it; whatever keeps a product remembers what it was made of, and asks here.
- * Exposure, tone map and false colour are no edits: the core makes radiance, and knows nothing of them.
+ * Exposure, tone map and false colour are no edits: the core makes radiance (or illuminance, a setting), and knows
+ * nothing of them.
  *
  * Finer than the table, each within its product: of lights' own layers only those of lights that moved (layers.c); of
  * VPLs the mask of those that did (vpl.h); of records what their kind finds that motion met (core/cache/kind.h). */
@@ -22,8 +23,9 @@ enum lum_edit_kind {
     LUM_EDIT_METHOD, /* what estimates what, with which random numbers: method, effects, seed */
     LUM_EDIT_DEPTH,
     LUM_EDIT_SHADOW_SAMPLES,
-    LUM_EDIT_VPLS,  /* how many */
-    LUM_EDIT_CACHE, /* accuracy, storage, deterministic */
+    LUM_EDIT_VPLS,     /* how many */
+    LUM_EDIT_CACHE,    /* accuracy, storage, deterministic */
+    LUM_EDIT_QUANTITY, /* the picture is of luminance, or of illuminance: of surfaces that are all white */
     LUM_EDIT_COUNT
 };
 #define LUM_EDIT_BIT(e) (1u << (e))

@@ -146,6 +146,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
         s.error_share = LUM_ERROR_SHARE;
     s.effects_off = o->effects_off;
     s.effects_on = o->effects_on;
+    s.illuminance = o->overlay && lum_overlay_is_illuminance(o->overlay);
     /* render.spp says where a resting picture stops in the daemon: far more than one waits for here */
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
@@ -396,7 +397,8 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
     struct lum_overlay overlay = {0};
     if (!st && o->overlay)
-        st = lum_overlay_make(&overlay, o->overlay, b->view, b->settings.method->ais != NULL, err);
+        st = lum_overlay_make(&overlay, o->overlay,
+                              &(struct lum_overlay_source){b->view, b->world.snapshot, &b->settings}, err);
     if (!st && o->overlay)
         tell_legend(o->overlay, &overlay);
     const struct lum_display display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone};

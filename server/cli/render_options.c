@@ -72,7 +72,7 @@ READ(read_overlay)
     if (lum_overlay_is_kind(text))
         return LUM_OK;
     return lum_fail(err, LUM_ERR_INVALID, row->name,
-                    "%s must be luminance, error, guidance_EFFECT or none, not '%.40s'", given, text);
+                    "%s must be luminance, illuminance, error, guidance_EFFECT or none, not '%.40s'", given, text);
 }
 
 READ(read_storage)
@@ -154,9 +154,10 @@ static const struct lum_option_row rows[] = {
     {"tone-map", "T", OTHER(read_tone_map, tone_map), .help =
         "of a PNG: agx, aces, reinhard or none (default: the scene's)"},
     {"overlay", "MAP", OTHER(read_overlay, overlay), .help =
-        "of a PNG: luminance in false colour, or over the grey picture error (how far it is off, over\n"
-        "the light around) or guidance_EFFECT (of ais: how often samples were refined). What its\n"
-        "colours stand for is printed. (An .exr has the values: R G B, error.Y and guidance.EFFECT)"},
+        "of a PNG: luminance, or illuminance of all surfaces, in false colour; or over the grey picture\n"
+        "error (how far it is off, over the light around) or guidance_EFFECT (of ais: how often samples\n"
+        "were refined). What its colours stand for is printed. (An .exr has the values: R G B, error.Y\n"
+        "and guidance.EFFECT)"},
     {"light-groups", SWITCH(light_groups), .help = "a layer for each light group (EXR)"},
     {"threads", "N", WHOLE(threads, 1, 1024), .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help =

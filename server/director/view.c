@@ -73,6 +73,7 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     r->settings.deterministic = world->deterministic;
     r->settings.effects_off = want->effects_off;
     r->settings.effects_on = want->effects_on;
+    r->settings.illuminance = lum_overlay_is_illuminance(want->overlay);
     if (gives(want, LUM_VIEW_SPP))
         r->settings.max_spp = want->spp;
     else if (r->settings.max_spp == 0 || want->budget.error.set || want->budget.time_ms.set)
@@ -414,12 +415,14 @@ static enum lum_in_view in_view(const struct lum_server_view *v, const struct lu
     return is_black(film) ? LUM_IN_VIEW_DARK : LUM_IN_VIEW_SCENE;
 }
 
-enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
+enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct lum_snapshot *scene,
+                                        struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
-    enum lum_status st = lum_overlay_make(&v->overlay, v->want.overlay, v->core, v->settings.method->ais != NULL, err);
+    const struct lum_overlay_source source = {v->core, v->solo ? v->solo : scene, &v->settings};
+    enum lum_status st = lum_overlay_make(&v->overlay, v->want.overlay, &source, err);
     if (st)
         return st;
     struct lum_picture picture = {.film = film,

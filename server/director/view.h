@@ -101,7 +101,9 @@ struct lum_published {
     uint32_t server_us;
     enum lum_in_view in_view;
 };
-enum lum_status lum_server_view_publish(struct lum_server_view *v, struct lum_encoder *encoder, enum lum_frame_due due,
+/* scene: of the last pass, or the same picture under a newer revision. */
+enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct lum_snapshot *scene,
+                                        struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err);
 
 #endif

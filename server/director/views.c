@@ -219,7 +219,7 @@ static void publish(struct lum_director *d, struct lum_server_view *v, enum lum_
     struct lum_published p;
     struct lum_error err;
     v->frame.sum.scene_rev = v->scene_rev;
-    if (lum_server_view_publish(v, d->encoder, due, &p, &err)) {
+    if (lum_server_view_publish(v, d->world.snapshot, d->encoder, due, &p, &err)) {
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "view %u: %s", v->id, err.text);
         v->failed = true; /* nothing is tried again before something changes */
         return;

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/accel/accel.h"
 #include "core/interleave/interleave.h"
 
 /* ---- kinds ---- */
@@ -84,23 +85,22 @@ static double round_up(double x)
     return 10.0 * ten;
 }
 
-/* All but one in a hundred pixels that emit or reflect light are below the highest limit: lamps are above it. */
+/* All but one in a hundred pixels that have a value are below the highest limit: lamps, and what is next to them, are
+ * above it. */
 #define BELOW_TOP 0.99
 
-/* Luminance that a share of the pixels that are not black do not reach, to a twelfth of an octave. 0: all are black. */
-static double percentile(const struct lum_film *film, double share)
+/* The value that a share of those above 0 do not reach, to a twelfth of an octave. 0: there is none. */
+static double percentile(const float *values, size_t n_values, double share)
 {
     enum { BINS = 1536, PER_OCTAVE = 12, LOWEST = -64 };
     uint64_t n[BINS] = {0}, all = 0, below = 0;
-    for (uint32_t y = 0; y < film->h; y++)
-        for (uint32_t x = 0; x < film->w; x++) {
-            float l = lum_luminance(lum_film_mean(film, x, y));
-            if (!(l > 0.0f))
-                continue;
-            int bin = (int)((log2((double)l) - LOWEST) * PER_OCTAVE);
-            n[bin < 0 ? 0 : bin < BINS ? bin : BINS - 1]++;
-            all++;
-        }
+    for (size_t i = 0; i < n_values; i++) {
+        if (!(values[i] > 0.0f))
+            continue;
+        int bin = (int)((log2((double)values[i]) - LOWEST) * PER_OCTAVE);
+        n[bin < 0 ? 0 : bin < BINS ? bin : BINS - 1]++;
+        all++;
+    }
     if (all == 0)
         return 0.0;
     uint32_t i = 0;
@@ -109,25 +109,63 @@ static double percentile(const struct lum_film *film, double share)
     return exp2((double)(i + 1) / PER_OCTAVE + LOWEST);
 }
 
-/* False colour. Steps of 1, 2, 5, 10 ... cd/m2 up to what the picture needs: they change rarely while a lamp is dimmed.
- */
-static bool make_luminance(struct lum_overlay *o, const struct lum_film *film)
+/* What a map of light is of: cd/m2, or lx. */
+struct field {
+    float *values; /* w * h; NAN: there is none */
+    bool illuminance;
+};
+
+/* A surface that the eye sees has an illuminance, whatever it is made of; background and lamps that are no objects have
+ * none. */
+static enum lum_status take_field(struct field *f, const struct lum_overlay_source *source, struct lum_error *err)
+{
+    const struct lum_film *film = lum_view_film(source->view);
+    size_t n = (size_t)film->w * film->h;
+    struct lum_aovs seen = {0};
+    enum lum_status status = LUM_OK;
+    f->values = lum_calloc(n, sizeof *f->values);
+    if (!f->values)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a map of %u x %u", film->w, film->h);
+    if (f->illuminance)
+        status = lum_view_aovs(source->view, source->snapshot, source->settings, &seen, err);
+    for (size_t i = 0; i < n && !status; i++) {
+        float l = lum_luminance(lum_film_mean(film, (uint32_t)(i % film->w), (uint32_t)(i / film->w)));
+        f->values[i] = !f->illuminance ? l : seen.instance[i] == LUM_NO_OBJECT ? NAN : l * LUM_PI;
+    }
+    return status;
+}
+
+/* False colour. Steps of 1, 2, 5, 10 ... up to what the picture needs: they change rarely while a lamp is dimmed. */
+static bool color_field(struct lum_overlay *o, const struct field *f)
 {
     static const uint32_t colors[LUM_OVERLAY_CLASSES] = {0x1b1440, 0x2a2f8f, 0x2457c5, 0x1a86c9, 0x16a8a0, 0x3dbb5f,
                                                          0x8cc63f, 0xd6c72f, 0xf5a623, 0xf2711c, 0xe2342d, 0xffd9ec};
-    double top = percentile(film, BELOW_TOP);
+    size_t n = (size_t)o->w * o->h;
+    double top = percentile(f->values, n, BELOW_TOP);
     if (!(top > 0.0))
         return false;
-    o->unit = "cd/m2";
+    o->unit = f->illuminance ? "lx" : "cd/m2";
     o->opaque = true;
     set_colors(o, colors, LUM_OVERLAY_CLASSES);
     o->limits[o->n - 2] = round_up(top);
     for (uint32_t i = o->n - 2; i > 0; i--) /* 5 is followed by 2, others by their half */
         o->limits[i - 1] = round_up(o->limits[i] * 0.39);
-    for (uint32_t y = 0; y < o->h; y++)
-        for (uint32_t x = 0; x < o->w; x++)
-            o->classes[(size_t)y * o->w + x] = class_of(o, (double)lum_luminance(lum_film_mean(film, x, y)));
+    for (size_t i = 0; i < n; i++)
+        o->classes[i] = isnan(f->values[i]) ? (uint8_t)LUM_OVERLAY_NONE : class_of(o, (double)f->values[i]);
     return true;
+}
+
+static enum lum_status make_field(struct lum_overlay *o, const char *name, const struct lum_overlay_source *source,
+                                  bool *ret_made, struct lum_error *err)
+{
+    struct field f = {.illuminance = lum_overlay_is_illuminance(name)};
+    enum lum_status status = LUM_OK;
+    if (f.illuminance == source->settings->illuminance) /* else the picture is not of what the map is to show */
+        status = take_field(&f, source, err);
+    if (!status && f.values)
+        *ret_made = color_field(o, &f);
+    lum_free(f.values);
+    return status;
 }
 
 /* ---- */
@@ -141,8 +179,13 @@ void lum_overlay_finish(struct lum_overlay *overlay)
 bool lum_overlay_is_kind(const char *name)
 {
     enum lum_effect unused;
-    return strcmp(name, "none") == 0 || strcmp(name, "luminance") == 0 || strcmp(name, "error") == 0 ||
-           has_guidance(name, &unused);
+    return strcmp(name, "none") == 0 || strcmp(name, "luminance") == 0 || lum_overlay_is_illuminance(name) ||
+           strcmp(name, "error") == 0 || has_guidance(name, &unused);
+}
+
+bool lum_overlay_is_illuminance(const char *name)
+{
+    return strcmp(name, "illuminance") == 0;
 }
 
 static bool reserve(struct lum_overlay *o, const struct lum_film *film)
@@ -156,10 +199,10 @@ static bool reserve(struct lum_overlay *o, const struct lum_film *film)
     return classes != NULL;
 }
 
-enum lum_status lum_overlay_make(struct lum_overlay *overlay, const char *name, const struct lum_view *view,
-                                 bool guided, struct lum_error *err)
+enum lum_status lum_overlay_make(struct lum_overlay *overlay, const char *name, const struct lum_overlay_source *source,
+                                 struct lum_error *err)
 {
-    const struct lum_film *film = lum_view_film(view);
+    const struct lum_film *film = lum_view_film(source->view);
     enum lum_effect effect;
     enum lum_status status = LUM_OK;
     bool made = false;
@@ -167,11 +210,11 @@ enum lum_status lum_overlay_make(struct lum_overlay *overlay, const char *name, 
         if (!reserve(overlay, film))
             return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a map of %u x %u", film->w, film->h);
         if (has_guidance(name, &effect))
-            made = guided && make_guidance(overlay, lum_view_guidance(view, effect));
+            made = source->settings->method->ais && make_guidance(overlay, lum_view_guidance(source->view, effect));
         else if (strcmp(name, "error") == 0)
-            status = make_error(overlay, view, &made, err);
+            status = make_error(overlay, source->view, &made, err);
         else
-            made = make_luminance(overlay, film);
+            status = make_field(overlay, name, source, &made, err);
     }
     if (!made)
         lum_overlay_finish(overlay);

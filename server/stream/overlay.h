@@ -15,17 +15,26 @@ struct lum_overlay {
     uint32_t n;
     uint8_t colors[LUM_OVERLAY_CLASSES][3]; /* sRGB */
     double limits[LUM_OVERLAY_CLASSES - 1]; /* between classes; of unit */
-    const char *unit;                       /* "times refined", "relative" or "cd/m2" */
+    const char *unit;                       /* "times refined", "relative", "cd/m2" or "lx" */
 };
 
-/* "none", "luminance", "error", or "guidance_EFFECT". */
+/* "none", "luminance", "illuminance", "error", or "guidance_EFFECT". */
 bool lum_overlay_is_kind(const char *name);
+/* True when the view is to show illuminance (lum_view_settings) for it. */
+bool lum_overlay_is_illuminance(const char *name);
+
+/* What the last pass of a view was made from. */
+struct lum_overlay_source {
+    struct lum_view *view;
+    const struct lum_snapshot *snapshot;
+    const struct lum_view_settings *settings;
+};
 
 /* Makes the map that the wire calls by this name, of what the view shows. There is none for "none", if the method makes
  * no such map, and while nothing is known of it. Keeps its memory from call to call (zeroed at first); freed by
- * lum_overlay_finish. */
+ * lum_overlay_finish. Thread: as lum_view_pass. */
 LUM_MUST_USE enum lum_status lum_overlay_make(struct lum_overlay *overlay, const char *name,
-                                              const struct lum_view *view, bool guided, struct lum_error *err);
+                                              const struct lum_overlay_source *source, struct lum_error *err);
 void lum_overlay_finish(struct lum_overlay *overlay); /* accepts a zeroed one */
 
 /* The map's colours over the pixels of a tile (w * h of RGBA8, display-referred). Nothing without a map, or for NULL.

@@ -294,13 +294,7 @@ static void radius_is_the_harmonic_mean(void **state)
 /* Mean irradiance by paths of up to depth segments from a white surface at p, over n samples. */
 static struct mean irradiance_by_paths(const struct rig *r, struct lum_vec3 p, struct lum_vec3 n, uint32_t depth)
 {
-    struct lum_bsdf white = {.frame = lum_frame_from_normal(n),
-                             .ng = n,
-                             .diffuse = lum_grey(1.0f),
-                             .diffuse_prob = 1.0f,
-                             .coat_norm = 1.0f,
-                             .alpha = 1.0f,
-                             .eta = 1.0f};
+    struct lum_bsdf white = lum_bsdf_white(n, n);
     struct lum_counters counters = {0};
     struct mean mean = {0};
     for (uint32_t seed = 0; seed < 64; seed++) {

@@ -271,6 +271,29 @@ static const char *final_stats(struct client *c, uint32_t seq)
     }
 }
 
+/* Of illuminance the picture is another one: passes run for it, and it is grey where there is no surface. Back, it is
+ * the one that it was. */
+static void illuminance_is_a_picture_of_its_own(void **state)
+{
+    struct client *c = *state;
+    uint8_t plain[W * H * 4], shown[W * H * 4], again[W * H * 4];
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    sum_of_numbered(c, 1, plain);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"illuminance\",\"camera_seq\":2}"));
+    memcpy(shown, plain, sizeof plain);
+    sum_of_numbered(c, 2, shown);
+    assert_memory_not_equal(shown, plain, sizeof plain);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"none\",\"camera_seq\":3}"));
+    memcpy(again, shown, sizeof again);
+    sum_of_numbered(c, 3, again);
+    assert_memory_equal(again, plain, sizeof plain);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"illuminance\",\"camera_seq\":4}"));
+    const char *stats = final_stats(c, 4);
+    assert_non_null(strstr(stats, "\"overlay_map\":true"));
+    assert_non_null(strstr(stats, "\"unit\":\"lx\""));
+}
+
 static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
 {
     char told[32];
@@ -377,6 +400,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(samples_end_what_a_budget_does_not, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(illuminance_is_a_picture_of_its_own, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(light_that_mirrors_send_on_is_told_at_rest, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, client_setup, client_teardown),

@@ -217,6 +217,8 @@ static void edit_settings(struct editor *e)
         s->antialias = !s->antialias;
     if (chance(e, 0.2))
         s->effects_off = LUM_EFFECT_BIT(choose(e, LUM_EFFECT_COUNT));
+    if (chance(e, 0.1))
+        s->illuminance = !s->illuminance;
     if (!e->steady)
         s->effects_off |= LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
 }

@@ -478,7 +478,7 @@ static void mark_stale(struct lum_layers *l, const struct lum_pass *pass, uint64
     uint32_t edits = lum_basis_renew(&l->basis, pass);
     if (gbuffer_stamp != l->gbuffer_stamp)
         edits |= LUM_EDIT_BIT(LUM_EDIT_CAMERA);
-    l->doubted = edits & LUM_EDIT_BIT(LUM_EDIT_MATERIAL);
+    l->doubted = edits & (LUM_EDIT_BIT(LUM_EDIT_MATERIAL) | LUM_EDIT_BIT(LUM_EDIT_QUANTITY));
     bool same = !lum_is_stale(edits, LUM_PRODUCT_LAYERS), moved = lum_is_stale(edits, LUM_PRODUCT_GBUFFER);
     bool same_visibility = same && !lum_is_stale(edits, LUM_PRODUCT_VISIBILITY);
     bool elsewhere = same_visibility && !lum_is_stale(edits, LUM_PRODUCT_OWN_LAYER) && edits & LUM_EDITS_OF_SCENE;

@@ -11,7 +11,7 @@ static void visit_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slo
     const struct lum_snapshot *unit = &pass->layers->unit;
     const struct lum_hits *hits = &pass->gbuffer->tiles[tile];
     if (hits->object[slot] == LUM_NO_OBJECT) {
-        if (unit->lights.environment != LUM_NO_OBJECT) {
+        if (!hits->white && unit->lights.environment != LUM_NO_OBJECT) {
             struct lum_emission e = {slot, unit->lights.environment, lum_lights_background(&unit->lights, d, true)};
             lum_layers_add(pass, tile, &e, LUM_LAYER_DIRECT);
         }

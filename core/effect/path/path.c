@@ -14,7 +14,7 @@ static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const
         for (uint32_t x = r->x; x < r->x + r->w; x += pass->block) {
             struct lum_sampler sampler = lum_sampler_halves(x, y, sample, pass->settings->seed);
             struct lum_vec2 at = {0.5f, 0.5f};
-            if (pass->on[LUM_EFFECT_ANTIALIAS])
+            if (lum_pass_antialiased(pass))
                 at = lum_sampler_2d(&sampler, LUM_WAVE_PAIR_PIXEL);
             float side = (float)pass->block;
             struct lum_vec3 d = lum_eye_direction(&pass->eye, (float)x + side * at.x, (float)y + side * at.y);
@@ -53,6 +53,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         return;
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
+    w.illuminance = pass->settings->illuminance;
     struct lum_path_guide_notes notes;
     if (pass->guide && lum_path_guide_serves(pass->guide, tile % pass->tiling.nx, tile / pass->tiling.nx))
         w.guide = pass->guide;

@@ -394,6 +394,8 @@ static void plant(struct tree *t)
 {
     const struct lum_snapshot *unit = &t->pass->layers->unit;
     const struct lum_hits *hits = &t->pass->gbuffer->tiles[t->tile];
+    if (hits->white)
+        return;
     lum_tile_center_rays(t->pass, t->tile, &t->rays);
     for (uint32_t i = 0; i < t->rays.n; i++) {
         if (hits->object[i] >= unit->n_instances) /* background and emitters */

@@ -48,6 +48,7 @@ export const STOP_NAMES = Object.keys(STOPS) as Stop[];
 export const OVERLAYS = {
     none: 'Off',
     luminance: 'Luminance',
+    illuminance: 'Illuminance',
     error: 'Error',
     guidance_soft_shadow: 'Refined: soft shadows',
     guidance_indirect_diffuse: 'Refined: indirect light',

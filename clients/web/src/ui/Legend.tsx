@@ -6,6 +6,7 @@ import { useApp } from './context';
 const WHAT: Record<OverlayName, string> = {
     none: '',
     luminance: 'How bright each place is seen from here.',
+    illuminance: 'How much light falls on each surface, whatever it is made of.',
     error: 'How far the picture may be off, over the light around.',
     guidance_soft_shadow: 'How often samples of soft shadows were refined.',
     guidance_indirect_diffuse: 'How often samples of indirect light were refined.',
@@ -60,7 +61,7 @@ function number(value: number, percent: boolean): string {
 function NoMap({ overlay }: { overlay: OverlayName }) {
     const server = useApp().meter.server.value;
     if (overlay === 'error') return <>Not known yet: it is measured while the picture rests.</>;
-    if (overlay === 'luminance') return <>The picture is black.</>;
+    if (overlay === 'luminance' || overlay === 'illuminance') return <>The picture is black.</>;
     const effect = server?.effects.find((e) => `guidance_${e.name}` === overlay);
     return effect && !effect.on ? (
         <>Nothing to refine: the effect is off.</>

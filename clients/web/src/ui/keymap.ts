@@ -45,7 +45,7 @@ function stopAt(app: App, step: number): void {
 }
 
 function nextMap(app: App): void {
-    const maps = ['none', 'luminance', 'error'] as const;
+    const maps = ['none', 'luminance', 'illuminance', 'error'] as const;
     const now = maps.findIndex((m) => m === app.view.settings.value.overlay);
     app.view.change({ overlay: maps[(now + 1) % maps.length]! });
 }
@@ -126,7 +126,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['s'], shown: 'S', label: 'Solo the selected light', run: (app) => withSelected(app, (id) => app.toggleSolo(id)) },
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
-    { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then the error, then neither', run: nextMap },
+    { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then illuminance, then the error, then none of them', run: nextMap },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },

@@ -1,0 +1,255 @@
+/* Pictures of illuminance against closed forms, by every method: whatever surfaces are made of, whatever is before the
+ * eye, and through edits. */
+#include "core/method/method.h"
+#include "core/pass/eye.h"
+#include "tests/support/rig.h"
+
+#define PI 3.14159265358979323846
+
+/* A floor under a bulb, seen from above and aside. */
+enum { CD = 500 };
+static const struct lum_vec3d lamp = {0.5, 3, -0.5}, eye = {0, 2, 3};
+
+static void floor_of(struct rig *r, const struct lum_material_desc *m)
+{
+    rig_material(r, "made of", m);
+    rig_square(r, "floor", 6);
+    rig_object(r, "floor", "floor", "made of", rig_v(0, 0, 0));
+    rig_bulb(r, "lamp", lamp, CD);
+    rig_camera(r, eye, rig_v(0, 0, -0.5), 60);
+    r->settings.illuminance = true;
+    rig_commit(r);
+}
+
+/* Where the ray through the middle of a pixel meets the floor. */
+static struct lum_vec3d floor_at(const struct rig *r, uint32_t x, uint32_t y)
+{
+    struct lum_eye e;
+    RIG_OK(lum_eye_init(&e, &r->settings.camera, &r->snapshot->norm, r->settings.w, r->settings.h, &err));
+    struct lum_vec3 d = lum_eye_direction(&e, (float)x + 0.5f, (float)y + 0.5f);
+    double t = eye.y / -(double)d.y;
+    return rig_v(eye.x + t * (double)d.x, 0, eye.z + t * (double)d.z);
+}
+
+static double lux_at(const struct rig *r, uint32_t x, uint32_t y)
+{
+    return PI * (double)lum_luminance(lum_film_mean(lum_view_film(r->view), x, y));
+}
+
+/* E = I cos / d^2. */
+static double closed_form(struct lum_vec3d p)
+{
+    double x = p.x - lamp.x, z = p.z - lamp.z, d2 = x * x + z * z + lamp.y * lamp.y;
+    return CD * lamp.y / (d2 * sqrt(d2));
+}
+
+/* Hits, directions and irradiance are floats: places on the floor are off by 6e-8 times some 10 m and the lamp's
+ * distance is 3 m, of which E has the third power. Half floats keep 2^-11 of what some methods interpolate. */
+#define OFF 1e-3
+
+static void check_floor(const struct rig *r, const char *what, double left_by_fog)
+{
+    double worst = 0.0;
+    for (uint32_t y = 0; y < r->settings.h; y++)
+        for (uint32_t x = 0; x < r->settings.w; x++) {
+            struct lum_vec3d p = floor_at(r, x, y);
+            if (fabs(p.x) > 5.9 || fabs(p.z) > 5.9)
+                continue; /* beside the floor */
+            double want = closed_form(p), got = lux_at(r, x, y);
+            if (left_by_fog > 0.0) {
+                double dx = p.x - lamp.x, dz = p.z - lamp.z;
+                want *= exp(-left_by_fog * sqrt(dx * dx + dz * dz + lamp.y * lamp.y));
+            }
+            worst = fmax(worst, fabs(got / want - 1.0));
+            if (fabs(got - want) > OFF * want)
+                fail_msg("%s, pixel %u,%u: %g lx, closed form %g", what, x, y, got, want);
+        }
+    print_message("%s: off by %.2g at most\n", what, worst);
+}
+
+static void until_complete(struct rig *r)
+{
+    while (!rig_pass(r).complete)
+        continue;
+}
+
+enum { SHINES = 8 };
+
+static struct lum_material_desc made_of(int k, const char **ret_what)
+{
+    static const char *const names[] = {"matt",   "black", "mirror", "brushed metal",  "clear glass",
+                                        "a pane", "coat",  "unlit",  "that shines too"};
+    struct lum_material_desc m = rig_diffuse(0.5f);
+    if (k == 1)
+        m.base_color = lum_grey(0.0f);
+    m.metallic = k == 2 || k == 3 ? 1.0f : 0.0f;
+    m.roughness = k == 2 || k == 4 || k == 5 ? 0.0f : 0.3f;
+    m.transmission = k == 4 || k == 5 ? 1.0f : 0.0f;
+    m.thin = k == 5;
+    m.specular = k >= 2 && k <= 6 ? 1.0f : 0.0f;
+    m.unlit = k == 7;
+    m.emission_cd_m2 = k == SHINES ? 1000.0 : 0.0;
+    *ret_what = k < (int)LUM_ARRAY_LEN(names) ? names[k] : NULL;
+    return m;
+}
+
+/* Of a lone plane no light comes back: each method has the closed form in every pixel. But where the floor is a lamp,
+ * too, paths choose between the two: then without them. */
+static void a_lambert_floor_under_a_lamp(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    const char *what;
+    for (size_t i = 0; i < n; i++)
+        for (int k = 0; made_of(k, &what), what; k++) {
+            struct lum_material_desc m = made_of(k, &what);
+            char where[96];
+            struct rig r;
+            snprintf(where, sizeof where, "%s, floor: %s", methods[i].name, what);
+            rig_begin(&r, 1);
+            r.settings.method = &methods[i];
+            r.settings.max_spp = k == SHINES ? 1 : 4;
+            floor_of(&r, &m);
+            until_complete(&r);
+            if (!(k == SHINES && methods[i].progressive))
+                check_floor(&r, where, 0.0);
+            rig_end(&r);
+        }
+}
+
+/* Between lamp and floor it takes light, between floor and eye it does not: nothing is seen of it. */
+static void fog_before_the_eye_is_not_in_it(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"path", "live", "ais"};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        const char *what;
+        struct lum_material_desc matt = made_of(0, &what);
+        struct lum_medium_desc fog = {.sigma_s = lum_grey(0.04f), .sigma_a = lum_grey(0.06f), .everywhere = true};
+        struct rig r;
+        rig_begin(&r, 1);
+        r.settings.method = lum_method_find(names[i]);
+        r.settings.max_spp = 4;
+        RIG_OK(lum_scene_put_medium(r.scene, "fog", &fog, &err));
+        floor_of(&r, &matt);
+        until_complete(&r);
+        check_floor(&r, names[i], 0.1);
+        rig_end(&r);
+    }
+}
+
+/* Under an even sky of 100 cd/m2 a ball has pi times that where it faces up; the sky itself has none, and a lamp before
+ * it that the eye sees has none. Sky and lamp shape would show their luminance, were they in it. */
+static void what_is_no_surface_is_black(void **state)
+{
+    (void)state;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t i = 0; i < n; i++) {
+        struct rig r;
+        struct lum_light_desc sky = {
+            .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 100, .on = true, .camera_visible = true};
+        struct lum_light_desc panel = rig_quad(rig_v(0, 1, 0), rig_v(0.5, 0, 0), rig_v(0, 0.5, 0), 300);
+        rig_begin(&r, 1);
+        r.settings.method = &methods[i];
+        r.settings.max_spp = 2;
+        r.settings.illuminance = true;
+        rig_light(&r, "sky", &sky);
+        rig_light(&r, "panel", &panel);
+        rig_camera(&r, rig_v(0, 1, 3), rig_v(0, 1, 0), 40);
+        rig_commit(&r);
+        until_complete(&r);
+        assert_true(lum_luminance(rig_mean(&r)) == 0.0f);
+        rig_end(&r);
+    }
+}
+
+/* A closed room in which all is lit by way of others: pictures at rest say what the light meter says. */
+static void a_room_as_the_light_meter_has_it(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"path", "live"};
+    struct lum_material_desc mirror = lum_material_default();
+    mirror.metallic = 1.0f;
+    mirror.roughness = 0.0f;
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        struct rig r;
+        rig_begin(&r, 2);
+        rig_room(&r);
+        rig_material(&r, "red", &mirror); /* the crate's sides */
+        struct lum_light_desc panel = rig_quad(rig_v(0, 2.9, 0), rig_v(0.4, 0, 0), rig_v(0, 0, 0.4), 2000);
+        rig_light(&r, "panel", &panel);
+        r.settings.method = lum_method_find(names[i]);
+        r.settings.illuminance = true;
+        r.settings.w = 24;
+        r.settings.h = 16;
+        r.settings.max_spp = 512;
+        rig_commit(&r);
+        struct lum_pass_stats last;
+        do
+            last = rig_pass(&r);
+        while (!last.complete);
+        double sum = 0.0, known = 0.0, square = 0.0;
+        uint32_t n = 0;
+        for (uint32_t y = 1; y < r.settings.h; y += 2)
+            for (uint32_t x = 1; x < r.settings.w; x += 2) {
+                struct lum_pick pick;
+                struct lum_probe probe;
+                uint64_t rays;
+                lum_pick_at(r.snapshot, &r.settings.camera, r.settings.w, r.settings.h, (double)x + 0.5,
+                            (double)y + 0.5, &pick);
+                if (!pick.hit || strcmp(pick.id, "panel") == 0)
+                    continue;
+                RIG_OK(lum_probe_at(r.pool, r.snapshot, pick.point_world, pick.normal, 4096, 7, &probe, &rays, &err));
+                sum += lux_at(&r, x, y);
+                known += probe.illuminance_lx;
+                square += probe.stderr_lx * probe.stderr_lx;
+                n++;
+            }
+        /* Four deviations of both: the picture's own error is of pixels, whose noise is independent in `path`. */
+        double tolerance = 4.0 * sqrt(square + pow(last.error.bound * sum, 2.0) / n);
+        print_message("%s: %.4g lx in the mean, light meter %.4g +- %.2g\n", names[i], sum / n, known / n,
+                      sqrt(square) / n);
+        assert_true(n > 80);
+        if (!(fabs(sum - known) <= tolerance))
+            fail_msg("%s: %g lx in the mean, light meter %g, tolerance %g", names[i], sum / n, known / n,
+                     tolerance / n);
+        rig_end(&r);
+    }
+}
+
+/* From luminance to illuminance and back: no eye ray, no shadow ray of surfaces whose visibility is known; and the same
+ * picture as before. */
+static void to_and_fro_by_what_is_known(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 1);
+    rig_room(&r);
+    rig_bulb(&r, "lamp", rig_v(0.5, 2.5, 0.5), CD);
+    r.settings.max_spp = 1;
+    rig_commit(&r);
+    rig_pass(&r);
+    struct lum_rgb *before = rig_picture(&r);
+    for (int there = 1; there >= 0; there--) {
+        r.settings.illuminance = there;
+        struct lum_pass_stats stats = rig_pass(&r);
+        assert_true(stats.changed);
+        assert_int_equal(stats.rays[LUM_RAY_PRIMARY], 0);
+        assert_int_equal(stats.rays[LUM_RAY_DIRECT], 0);
+    }
+    rig_assert_picture(&r, before, "luminance again");
+    lum_free(before);
+    rig_end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_lambert_floor_under_a_lamp), cmocka_unit_test(fog_before_the_eye_is_not_in_it),
+        cmocka_unit_test(what_is_no_surface_is_black),  cmocka_unit_test(a_room_as_the_light_meter_has_it),
+        cmocka_unit_test(to_and_fro_by_what_is_known),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
