@@ -53,9 +53,10 @@
 #define LUM_LIMIT_VIEWS 64u
 #define LUM_LIMIT_VIEWS_PIXELS (1u << 25) /* all views together: 1.6 GiB of film */
 #define LUM_LIMIT_SPP 65536u
-#define LUM_LIMIT_SOLO 16u     /* names of lamps and groups that a view shows alone */
-#define LUM_LIMIT_VIEW_EV 40.0 /* either way: a thousand times beyond starlight and the sun's disc */
-#define LUM_LIMIT_DEPTH 64u    /* and the default: roulette ends nearly all paths before */
+#define LUM_LIMIT_SOLO 16u         /* names of lamps and groups that a view shows alone */
+#define LUM_LIMIT_FALSE_COLOR 1e12 /* lx or cd/m2 of a scale: the sun's disc has 1.6e9 cd/m2 */
+#define LUM_LIMIT_VIEW_EV 40.0     /* either way: a thousand times beyond starlight and the sun's disc */
+#define LUM_LIMIT_DEPTH 64u        /* and the default: roulette ends nearly all paths before */
 
 #define LUM_LIMIT_CACHES_BYTES                                                                                         \
     (2ull << 30) /* records of all irradiance caches of a scene: four at their largest, 512 MiB */

@@ -371,18 +371,27 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
 
 static void tell_legend(const char *name, const struct lum_overlay *o)
 {
+    const struct lum_scale *s = &o->scale;
     if (strcmp(name, "none") == 0)
         return;
-    if (!o->classes)
+    if (!o->classes) {
         fprintf(stderr, "lumend render: there is no map '%s': of this picture it is not known\n", name);
+        return;
+    }
+    if (s->smooth)
+        printf("colours of %s, %s, %s from %g to %g:\n", name, o->unit, lum_scale_kind_names[s->kind], s->min, s->max);
     else
         printf("colours of %s, %s:\n", name, o->unit);
-    for (uint32_t i = 0; o->classes && i < o->n; i++) {
-        printf("  #%02x%02x%02x", o->colors[i][0], o->colors[i][1], o->colors[i][2]);
+    for (uint32_t i = 0; s->smooth && i < s->n_limits; i++) {
+        const uint8_t *c = s->colors[lum_scale_color(s, s->limits[i])];
+        printf("  #%02x%02x%02x at %g\n", c[0], c[1], c[2], s->limits[i]);
+    }
+    for (uint32_t i = 0; !s->smooth && i < s->n_colors; i++) {
+        printf("  #%02x%02x%02x", s->colors[i][0], s->colors[i][1], s->colors[i][2]);
         if (i > 0)
-            printf(" from %g", o->limits[i - 1]);
-        if (i + 1 < o->n)
-            printf(" below %g", o->limits[i]);
+            printf(" from %g", s->limits[i - 1]);
+        if (i < s->n_limits)
+            printf(" below %g", s->limits[i]);
         putchar('\n');
     }
 }
@@ -396,9 +405,10 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
     enum lum_tone_map tone = LUM_TONE_AGX;
     enum lum_status st = lum_apply_tone_map(o->tone_map ? o->tone_map : r->tone_map, &tone, err);
     struct lum_overlay overlay = {0};
+    const struct lum_overlay_want want = {o->overlay, o->false_color, !o->only_lines, o->lines};
     if (!st && o->overlay)
-        st = lum_overlay_make(&overlay, o->overlay,
-                              &(struct lum_overlay_source){b->view, b->world.snapshot, &b->settings}, err);
+        st = lum_overlay_make(&overlay, &want, &(struct lum_overlay_source){b->view, b->world.snapshot, &b->settings},
+                              err);
     if (!st && o->overlay)
         tell_legend(o->overlay, &overlay);
     const struct lum_display display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone};

@@ -75,6 +75,77 @@ READ(read_overlay)
                     "%s must be luminance, illuminance, error, guidance_EFFECT or none, not '%.40s'", given, text);
 }
 
+/* Where a name is in a list that ends with NULL; else as many as it has. */
+static uint32_t place_of(const char *text, const char *const *names)
+{
+    uint32_t i = 0;
+    while (names[i] && strcmp(names[i], text) != 0)
+        i++;
+    return i;
+}
+
+READ(read_scale)
+{
+    struct lum_render_options *o = options;
+    uint32_t i = place_of(text, lum_scale_kind_names);
+    if (!lum_scale_kind_names[i])
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be log or linear, not '%.40s'", given, text);
+    o->false_color.scale = (enum lum_scale_kind)i;
+    o->has_false_color = true;
+    return LUM_OK;
+}
+
+READ(read_palette)
+{
+    struct lum_render_options *o = options;
+    uint32_t i = place_of(text, lum_palette_names);
+    if (!lum_palette_names[i])
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be even or spectrum, not '%.40s'", given, text);
+    o->false_color.palette = (enum lum_palette)i;
+    o->has_false_color = true;
+    return LUM_OK;
+}
+
+READ(read_isolines)
+{
+    static const char *const names[] = {"off", "on", "only", NULL};
+    struct lum_render_options *o = options;
+    uint32_t i = place_of(text, names);
+    if (!names[i])
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s must be off, on or only, not '%.40s'", given, text);
+    o->lines = i > 0;
+    o->only_lines = i == 2;
+    o->has_false_color = true;
+    return LUM_OK;
+}
+
+/* MIN..MAX, either of which may be left out. */
+READ(read_range)
+{
+    struct lum_render_options *o = options;
+    const char *dots = strstr(text, "..");
+    char *end;
+    double min = (double)NAN, max = (double)NAN;
+    bool ok = dots != NULL;
+    if (ok && dots > text) {
+        min = strtod(text, &end);
+        ok = end == dots || (end == dots + 1 && *dots == '.'); /* 100. is a number, too */
+    }
+    if (ok && dots[2]) {
+        max = strtod(dots + 2, &end);
+        ok = end > dots + 2 && !*end;
+    }
+    if (!ok || min < 0.0 || max <= 0.0 || max <= min || min > LUM_LIMIT_FALSE_COLOR || max > LUM_LIMIT_FALSE_COLOR ||
+        (dots == text && !dots[2]))
+        return lum_fail(err, LUM_ERR_INVALID, row->name,
+                        "%s must be MIN..MAX, MIN.. or ..MAX with 0 <= MIN < MAX <= %g, not '%.40s'", given,
+                        LUM_LIMIT_FALSE_COLOR, text);
+    o->false_color.min = min;
+    o->false_color.max = max;
+    o->has_false_color = true;
+    return LUM_OK;
+}
+
 READ(read_storage)
 {
     struct lum_render_options *o = options;
@@ -158,6 +229,18 @@ static const struct lum_option_row rows[] = {
         "error (how far it is off, over the light around) or guidance_EFFECT (of ais: how often samples\n"
         "were refined). What its colours stand for is printed. (An .exr has the values: R G B, error.Y\n"
         "and guidance.EFFECT)"},
+    {"scale", "S", OTHER(read_scale, false_color), .help =
+        "of false colour: log (the default) or linear"},
+    {"range", "MIN..MAX", OTHER(read_range, false_color), .help =
+        "of false colour: ends of the scale in lx or cd/m2, either of which may be left out (default:\n"
+        "as the picture has it)"},
+    {"smooth", SWITCH(false_color.smooth), .help = "of false colour: without steps"},
+    {"palette", "P", OTHER(read_palette, false_color), .help =
+        "of false colour: even (the default: lighter is more, for all eyes) or spectrum"},
+    {"isolines", "L", OTHER(read_isolines, lines), .help =
+        "lines at the round values of the scale: off (the default), on, or only, over a grey picture.\n"
+        "Left out where noise may move them to the next"},
+    {"legend", SWITCH(legend), .help = "the scale of false colour is drawn at the right of the picture"},
     {"light-groups", SWITCH(light_groups), .help = "a layer for each light group (EXR)"},
     {"threads", "N", WHOLE(threads, 1, 1024), .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help =
@@ -227,6 +310,14 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
                         o->tone_map  ? "tone-map"
                         : o->overlay ? "overlay"
                                      : "exposure");
+    bool of_light = o->overlay && (strcmp(o->overlay, "luminance") == 0 || lum_overlay_is_illuminance(o->overlay));
+    if ((o->has_false_color || o->false_color.smooth || o->legend) && !of_light)
+        return lum_fail(err, LUM_ERR_INVALID, "overlay",
+                        "--scale, --range, --smooth, --palette, --isolines and --legend need --overlay luminance or "
+                        "illuminance");
+    if (o->false_color.scale == LUM_SCALE_LOG && o->false_color.min == 0.0)
+        return lum_fail(err, LUM_ERR_INVALID, "range",
+                        "--range of a logarithmic scale must begin above 0, or needs --scale linear");
     enum lum_status st = check_effects(o, err);
     return st || !o->method ? st : lum_render_options_allow(o, lum_method_find(o->method), err);
 }
@@ -241,7 +332,7 @@ static enum lum_status take(void *user, size_t i, const char *text, struct lum_e
 enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                          struct lum_error *err)
 {
-    struct lum_render_options o = {.fps = 30.0};
+    struct lum_render_options o = {.fps = 30.0, .false_color = {.min = (double)NAN, .max = (double)NAN}};
     enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
     if (!st && !o.help)
         st = check(&o, err);

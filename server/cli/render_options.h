@@ -6,6 +6,7 @@
 
 #include "core/base/base.h"
 #include "core/cache/caches.h"
+#include "core/film/false_color.h"
 #include "core/method/method.h"
 #include "protocol/record/record.h"
 
@@ -29,6 +30,10 @@ struct lum_render_options {
     struct lum_opt exposure_ev; /* not set: automatic */
     const char *tone_map;       /* of a .png; NULL: the scene's */
     const char *overlay;        /* of a .png; NULL: none */
+    struct lum_false_color false_color;
+    bool lines, only_lines; /* isolines over it; over the grey picture */
+    bool has_false_color;   /* one of these was given */
+    bool legend;            /* the scale is part of the picture */
 };
 
 /* LUM_ERR_INVALID when the options promise what the method cannot keep: the picture's error is known, and can be made

@@ -23,19 +23,29 @@ bool lum_request_read_pixel(struct lum_json_reader *r, struct lum_request *q)
            lum_json_number(r, "y", 0.0, LUM_LIMIT_VIEW_SIDE, &q->y);
 }
 
+/* The view whose pixel the request names. NULL: there is none, and err says why. */
+static struct lum_server_view *view_of_pixel(struct lum_director *d, const struct lum_request *q,
+                                             struct lum_proto_error *err)
+{
+    struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
+    if (!v)
+        lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
+    else if (!(q->x >= 0.0 && q->x < v->settings.w))
+        lum_proto_fail_range(err, "x", 0.0, v->settings.w);
+    else if (!(q->y >= 0.0 && q->y < v->settings.h))
+        lum_proto_fail_range(err, "y", 0.0, v->settings.h);
+    else
+        return v;
+    return NULL;
+}
+
 bool lum_director_pick(struct lum_director *d, const struct lum_request *q, struct lum_pick *ret_pick,
                        struct lum_proto_error *err)
 {
-    const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
-    if (!v)
-        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u",
-                              q->view_id);
-    if (!(q->x >= 0.0 && q->x < v->settings.w))
-        return lum_proto_fail_range(err, "x", 0.0, v->settings.w);
-    if (!(q->y >= 0.0 && q->y < v->settings.h))
-        return lum_proto_fail_range(err, "y", 0.0, v->settings.h);
-    lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
-    return true;
+    const struct lum_server_view *v = view_of_pixel(d, q, err);
+    if (v)
+        lum_pick_at(d->world.snapshot, &v->settings.camera, v->settings.w, v->settings.h, q->x, q->y, ret_pick);
+    return v != NULL;
 }
 
 static bool add_point(cJSON *o, const struct lum_pick *p)
@@ -70,6 +80,31 @@ static void pick(struct lum_director *d, const struct lum_request *q)
 }
 
 const struct lum_request_type lum_request_pick = {.name = "pick", .read = read_pick, .answer = pick};
+
+/* What the picture has at the request's pixel: no ray is traced for it. */
+static void view_read(struct lum_director *d, const struct lum_request *q)
+{
+    struct lum_proto_error err;
+    struct lum_server_view *v = view_of_pixel(d, q, &err);
+    struct lum_reading reading;
+    struct lum_error e;
+    bool read = v && !lum_server_view_read(v, d->world.snapshot, (uint32_t)q->x, (uint32_t)q->y, &reading, &e);
+    if (v && !read)
+        lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
+    if (!read) {
+        lum_director_refuse(d, q, &err);
+        return;
+    }
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_string(o, "unit", reading.unit);
+    lum_json_add_number(o, "value", reading.value);
+    lum_json_add_number(o, "error", reading.error);
+    lum_json_add_number(o, "camera_seq", v->want.camera_seq);
+    lum_json_add_number(o, "scene_rev", (double)v->scene_rev);
+    lum_director_reply(d, q, o);
+}
+
+const struct lum_request_type lum_request_view_read = {.name = "view.read", .read = read_pick, .answer = view_read};
 
 static bool read_bounds(struct lum_json_reader *r, struct lum_request *q)
 {

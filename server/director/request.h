@@ -40,6 +40,7 @@ struct lum_request_type {
     X(view_open)                                                                                                       \
     X(view_update)                                                                                                     \
     X(view_close)                                                                                                      \
+    X(view_read)                                                                                                       \
     X(pick)                                                                                                            \
     X(bounds)                                                                                                          \
     X(photometry)                                                                                                      \

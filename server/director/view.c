@@ -399,6 +399,21 @@ static struct lum_display display(struct lum_server_view *v, const struct lum_fi
     return d;
 }
 
+static struct lum_overlay_want overlay_want(const struct lum_view_params *want)
+{
+    const struct lum_view_false_color *f = &want->false_color;
+    return (struct lum_overlay_want){
+        .name = want->overlay,
+        .colors = {.scale = strcmp(f->scale, "linear") == 0 ? LUM_SCALE_LINEAR : LUM_SCALE_LOG,
+                   .palette = strcmp(f->palette, "spectrum") == 0 ? LUM_PALETTE_SPECTRUM : LUM_PALETTE_EVEN,
+                   .smooth = f->smooth,
+                   .min = f->min.set ? f->min.value : (double)NAN,
+                   .max = f->max.set ? f->max.value : (double)NAN},
+        .fill = strcmp(f->lines, "only") != 0,
+        .lines = strcmp(f->lines, "off") != 0,
+    };
+}
+
 static bool is_black(const struct lum_film *film)
 {
     for (uint32_t y = 0; y < film->h; y++)
@@ -422,7 +437,8 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
     int64_t start = lum_clock_ns();
     const struct lum_film *film = lum_view_film(v->core);
     const struct lum_overlay_source source = {v->core, v->solo ? v->solo : scene, &v->settings};
-    enum lum_status st = lum_overlay_make(&v->overlay, v->want.overlay, &source, err);
+    const struct lum_overlay_want map = overlay_want(&v->want);
+    enum lum_status st = lum_overlay_make(&v->overlay, &map, &source, err);
     if (st)
         return st;
     struct lum_picture picture = {.film = film,
@@ -455,4 +471,31 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
     }
     lum_free(tiles);
     return st;
+}
+
+enum lum_status lum_server_view_read(struct lum_server_view *v, const struct lum_snapshot *scene, uint32_t x,
+                                     uint32_t y, struct lum_reading *ret_reading, struct lum_error *err)
+{
+    bool illuminance = v->settings.illuminance;
+    const struct lum_film *film = lum_view_film(v->core);
+    double scale = illuminance ? LUM_PI_D : 1.0;
+    struct lum_reading r = {.unit = illuminance ? "lx" : "cd/m2", .value = (double)NAN, .error = (double)NAN};
+    struct lum_aovs seen = {0};
+    struct lum_error_map errors;
+    enum lum_status st = LUM_OK;
+    *ret_reading = r;
+    if (v->stale || v->failed || v->frame_seq == 0 || x >= film->w || y >= film->h)
+        return LUM_OK;
+    if (illuminance)
+        st = lum_view_aovs(v->core, v->solo ? v->solo : scene, &v->settings, &seen, err);
+    if (st || (illuminance && seen.instance[(size_t)y * film->w + x] == LUM_NO_OBJECT))
+        return st;
+    r.value = scale * (double)lum_luminance(lum_film_mean(film, x, y));
+    st = lum_view_error_map(v->core, &errors, err);
+    if (st)
+        return st;
+    r.error = scale * (double)lum_error_map_at(&errors, errors.rms, x, y);
+    lum_error_map_finish(&errors);
+    *ret_reading = r;
+    return LUM_OK;
 }

@@ -106,4 +106,16 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
                                         struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err);
 
+/* What the picture has at a pixel. */
+struct lum_reading {
+    const char *unit; /* "cd/m2" or "lx" */
+    double value;     /* NAN: none. Of illuminance where there is no surface; of any while a pass is due that shows what
+                         has changed */
+    double error;     /* root mean square around there; NAN: not known */
+};
+/* scene: as of lum_server_view_publish. */
+LUM_MUST_USE enum lum_status lum_server_view_read(struct lum_server_view *v, const struct lum_snapshot *scene,
+                                                  uint32_t x, uint32_t y, struct lum_reading *ret_reading,
+                                                  struct lum_error *err);
+
 #endif

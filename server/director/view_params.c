@@ -18,6 +18,18 @@ static const struct lum_field budget_rows[] = {
     {AT(struct lum_view_budget, time_ms), .kind = LUM_FIELD_OPT, .min = 1, .max = 60000},
     {AT(struct lum_view_budget, error), .kind = LUM_FIELD_OPT, .min = 1e-4, .max = 10},
 };
+#define FALSE_COLOR(m, k) AT(struct lum_view_false_color, m), .kind = LUM_FIELD_##k
+#define FALSE_COLOR_BYTES(m) .n = sizeof((struct lum_view_false_color *)0)->m
+static const struct lum_field false_color_rows[] = {
+    {FALSE_COLOR(scale, CHOICE), FALSE_COLOR_BYTES(scale), .text = "log|linear"},
+    {FALSE_COLOR(palette, CHOICE), FALSE_COLOR_BYTES(palette), .text = "even|spectrum"},
+    {FALSE_COLOR(lines, CHOICE), FALSE_COLOR_BYTES(lines), .text = "off|on|only"},
+    {FALSE_COLOR(min, OPT), .min = 0, .max = LUM_LIMIT_FALSE_COLOR},
+    {FALSE_COLOR(max, OPT), .min = 0, .max = LUM_LIMIT_FALSE_COLOR},
+    {FALSE_COLOR(smooth, BOOL)},
+};
+static const struct lum_fields false_color_fields = {false_color_rows, COUNT(false_color_rows)};
+
 static const struct lum_fields budget_fields = {budget_rows, COUNT(budget_rows)};
 
 /* clang-format off */
@@ -37,6 +49,7 @@ static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
     [LUM_VIEW_WHITE_BALANCE_K] = {ROW(white_balance_k, OPT), .min = 1667, .max = 25000},
     [LUM_VIEW_OVERLAY] = {ROW(overlay, CHOICE), BYTES(overlay),
                           .text = "none|luminance|illuminance|error|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
+    [LUM_VIEW_FALSE_COLOR] = {ROW(false_color, PARTS), BYTES(false_color), .parts = &false_color_fields},
     [LUM_VIEW_BUDGET] = {ROW(budget, PARTS), BYTES(budget), .parts = &budget_fields},
     [LUM_VIEW_STATS] = {ROW(stats, BOOL), .def = {true}},
     [LUM_VIEW_RESEND] = {ROW(resend, BOOL)},
@@ -101,6 +114,20 @@ static void read_solo(struct lum_json_reader *r, struct lum_view_params *p)
         }
 }
 
+/* A scale has an extent, and one in decades no 0. */
+static bool check_scale(const struct lum_view_false_color *f, struct lum_proto_error *err)
+{
+    bool log = strcmp(f->scale, "log") == 0;
+    if (log && f->min.set && !(f->min.value > 0.0))
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "false_color/min",
+                              "false_color/min of a logarithmic scale must be above 0: give another, or scale linear");
+    if (f->max.set && !(f->max.value > (f->min.set ? f->min.value : 0.0)))
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "false_color/max",
+                              "false_color/max must be above %s, not %g", f->min.set ? "false_color/min" : "0",
+                              f->max.value);
+    return true;
+}
+
 /* What no row says alone. */
 static bool check(struct lum_json_reader *r, const struct lum_view_params *p)
 {
@@ -113,7 +140,7 @@ static bool check(struct lum_json_reader *r, const struct lum_view_params *p)
     else if (p->size[0] * p->size[1] > LUM_LIMIT_VIEW_PIXELS)
         lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "size", "a view has at most %u pixels",
                        LUM_LIMIT_VIEW_PIXELS);
-    else
+    else if (!(p->given & LUM_VIEW_BIT(FALSE_COLOR)) || check_scale(&p->false_color, r->err))
         return true;
     return lum_json_fail(r);
 }

@@ -22,6 +22,7 @@ enum lum_view_param {
     LUM_VIEW_TONE_MAP,
     LUM_VIEW_WHITE_BALANCE_K,
     LUM_VIEW_OVERLAY,
+    LUM_VIEW_FALSE_COLOR,
     LUM_VIEW_BUDGET,
     LUM_VIEW_STATS,
     LUM_VIEW_RESEND,
@@ -32,6 +33,12 @@ extern const struct lum_fields lum_view_fields;
 
 struct lum_view_budget {
     struct lum_opt time_ms, error; /* both unset: none */
+};
+
+struct lum_view_false_color {
+    char scale[8], palette[12], lines[8]; /* words */
+    struct lum_opt min, max;              /* of the map's unit; null: as the picture has it */
+    bool smooth;
 };
 
 struct lum_view_params {
@@ -49,6 +56,7 @@ struct lum_view_params {
     char tone_map[12];
     struct lum_opt white_balance_k; /* light of this temperature is shown as white; null: none */
     char overlay[32];
+    struct lum_view_false_color false_color; /* of the overlays luminance and illuminance */
     struct lum_view_budget budget;
     bool stats;  /* wants frame.stats */
     bool resend; /* of this message alone: all tiles go out anew */

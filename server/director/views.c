@@ -173,22 +173,41 @@ void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 
 /* ---- frames ---- */
 
-/* What the colours of a map stand for: n colours, n - 1 limits between them. */
+/* [x, y, value] of each. */
+static cJSON *labels_json(const struct lum_overlay *overlay)
+{
+    cJSON *labels = cJSON_CreateArray();
+    for (uint32_t i = 0; i < overlay->n_labels; i++) {
+        const struct lum_isoline_label *l = &overlay->labels[i];
+        const double label[3] = {l->x, l->y, overlay->scale.limits[l->level]};
+        lum_json_add(labels, NULL, cJSON_CreateDoubleArray(label, 3));
+    }
+    return labels;
+}
+
+/* What the colours of a map stand for. */
 static bool add_legend(cJSON *to, const struct lum_overlay *overlay)
 {
+    const struct lum_scale *s = &overlay->scale;
     if (!overlay->classes)
         return true;
-    cJSON *o = cJSON_CreateObject(), *limits = cJSON_CreateDoubleArray(overlay->limits, (int)overlay->n - 1),
+    cJSON *o = cJSON_CreateObject(), *limits = cJSON_CreateDoubleArray(s->limits, (int)s->n_limits),
           *colors = cJSON_CreateArray();
-    for (uint32_t i = 0; colors && i < overlay->n; i++) {
+    for (uint32_t i = 0; colors && i < s->n_colors; i++) {
         char text[8];
-        const uint8_t *c = overlay->colors[i];
+        const uint8_t *c = s->colors[i];
         snprintf(text, sizeof text, "#%02x%02x%02x", c[0], c[1], c[2]);
         cJSON_AddItemToArray(colors, cJSON_CreateString(text));
     }
     bool ok = lum_json_add_string(o, "unit", overlay->unit);
     ok = lum_json_add(o, "limits", limits) && ok;
     ok = lum_json_add(o, "colors", colors) && ok;
+    if (overlay->false_color) {
+        ok = lum_json_add_string(o, "scale", lum_scale_kind_names[s->kind]) &&
+             lum_json_add_bool(o, "smooth", s->smooth) && lum_json_add_number(o, "min", s->min) &&
+             lum_json_add_number(o, "max", s->max) && ok;
+        ok = lum_json_add(o, "labels", labels_json(overlay)) && ok;
+    }
     return lum_json_add(to, "overlay", o) && ok;
 }
 

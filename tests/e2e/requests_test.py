@@ -23,6 +23,7 @@ FORMS = {
     "view.update": {"view_id": 4000000000, "camera_id": "main", "size": [64, 48], "camera_seq": 1},
     "view.close": {"view_id": 4000000000},
     "pick": {"view_id": 4000000000, "x": 1, "y": 1},
+    "view.read": {"view_id": 4000000000, "x": 1, "y": 1},
     "bounds": {"id": "floor"},
     "photometry": {"id": "panel"},
     "daylight": {},
@@ -33,7 +34,7 @@ FORMS = {
     "stats.get": {},
 }
 REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
-            "pick": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
+            "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 
@@ -184,7 +185,7 @@ class Requests(unittest.TestCase):
     def test_other_peoples_views(self):
         other = self.daemon.connect()
         view_id = other.call("view.open", {"size": [32, 32], "camera_id": "main"})["view_id"]
-        for method in ("view.update", "view.close", "pick", "probe"):
+        for method in ("view.update", "view.close", "view.read", "pick", "probe"):
             self.fails(method, {**FORMS[method], "view_id": view_id}, -32000, "not_found")
         other.call("view.close", {"view_id": view_id})
 

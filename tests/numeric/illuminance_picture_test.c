@@ -1,7 +1,9 @@
 /* Pictures of illuminance against closed forms, by every method: whatever surfaces are made of, whatever is before the
  * eye, and through edits. */
 #include "core/method/method.h"
+#include "core/film/false_color.h"
 #include "core/pass/eye.h"
+#include "core/render/isolines.h"
 #include "tests/support/rig.h"
 
 #define PI 3.14159265358979323846
@@ -244,12 +246,166 @@ static void to_and_fro_by_what_is_known(void **state)
     rig_end(&r);
 }
 
+/* ---- lines ---- */
+
+static float *lux_of_picture(const struct rig *r)
+{
+    float *lux = lum_calloc((size_t)r->settings.w * r->settings.h, sizeof *lux);
+    assert_non_null(lux);
+    for (uint32_t y = 0; y < r->settings.h; y++)
+        for (uint32_t x = 0; x < r->settings.w; x++)
+            lux[(size_t)y * r->settings.w + x] = (float)lux_at(r, x, y);
+    return lux;
+}
+
+static void find_lines(struct rig *r, const float *lux, const double *levels, uint32_t n, uint8_t *ret_lines)
+{
+    struct lum_aovs seen;
+    RIG_OK(lum_view_aovs(r->view, r->snapshot, &r->settings, &seen, &err));
+    const struct lum_isolines of = {.w = r->settings.w,
+                                    .h = r->settings.h,
+                                    .values = lux,
+                                    .seen = &seen,
+                                    .camera = &r->settings.camera,
+                                    .levels = levels,
+                                    .n_levels = n};
+    RIG_OK(lum_isolines_find(&of, ret_lines, &err));
+}
+
+/* A line lies between pixels on either side of the level in closed form, or one pixel beside that: the mean over 5 x 5
+ * pixels is off by (h^2 / 24) (d2E/dx2 + d2E/dy2), h the 5 pixels, which moves the line by less than a pixel where E is
+ * no narrower than 10 of them. And wherever the closed form crosses a level there is such a line. */
+static void isolux_lines_lie_where_the_closed_form_has_them(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"live", "path", "ic"};
+    static const double levels[] = {5, 10, 20, 30, 50};
+    enum { N = LUM_ARRAY_LEN(levels) };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++) {
+        const char *what;
+        struct lum_material_desc matt = made_of(0, &what);
+        struct rig r;
+        rig_begin(&r, 1);
+        r.settings.method = lum_method_find(names[i]);
+        r.settings.max_spp = 2;
+        r.settings.w = 160;
+        r.settings.h = 120;
+        floor_of(&r, &matt);
+        until_complete(&r);
+        float *lux = lux_of_picture(&r);
+        uint8_t *lines = lum_calloc((size_t)r.settings.w * r.settings.h, 1);
+        assert_non_null(lines);
+        find_lines(&r, lux, levels, N, lines);
+        uint32_t n[N] = {0};
+        for (uint32_t y = 1; y + 2 < r.settings.h; y++)
+            for (uint32_t x = 1; x + 2 < r.settings.w; x++) {
+                uint8_t line = lines[(size_t)y * r.settings.w + x];
+                double lo = INFINITY, hi = 0.0; /* of what is within a pixel of the line */
+                bool beside = false, found = false;
+                for (uint32_t k = y - 1; k <= y + 2; k++)
+                    for (uint32_t l = x - 1; l <= x + 2; l++) {
+                        struct lum_vec3d p = floor_at(&r, l, k);
+                        beside = beside || fabs(p.x) > 5.9 || fabs(p.z) > 5.9;
+                        lo = fmin(lo, closed_form(p));
+                        hi = fmax(hi, closed_form(p));
+                    }
+                if (beside)
+                    continue;
+                if (line && !(lo <= levels[line - 1] && hi >= levels[line - 1]))
+                    fail_msg("%s, pixel %u,%u: line of %g lx, closed form %g to %g", names[i], x, y, levels[line - 1],
+                             lo, hi);
+                n[line ? line - 1 : 0] += line > 0;
+                double here = closed_form(floor_at(&r, x, y)), right = closed_form(floor_at(&r, x + 1, y));
+                for (uint32_t k = 0; k < N; k++) {
+                    if ((here < levels[k]) == (right < levels[k]))
+                        continue;
+                    for (uint32_t dy = y - 1; dy <= y + 1; dy++)
+                        for (uint32_t dx = x - 1; dx <= x + 1; dx++)
+                            found = found || lines[(size_t)dy * r.settings.w + dx] == k + 1;
+                    if (!found)
+                        fail_msg("%s, pixel %u,%u: no line of %g lx between %g and %g", names[i], x, y, levels[k], here,
+                                 right);
+                }
+            }
+        for (uint32_t k = 0; k < N; k++)
+            assert_true(n[k] > 20);
+        struct lum_isoline_label labels[LUM_ISOLINE_LABELS];
+        uint32_t n_labels = lum_isolines_label(lines, r.settings.w, r.settings.h, labels);
+        assert_true(n_labels > 0);
+        for (uint32_t k = 0; k < n_labels; k++)
+            assert_int_equal(lines[(size_t)labels[k].y * r.settings.w + labels[k].x], labels[k].level + 1);
+        lum_free(lines);
+        lum_free(lux);
+        rig_end(&r);
+    }
+}
+
+/* A crate on the floor is brighter than what is behind it: no line goes along its edge. And where noise may move a line
+ * to the next level there is none. */
+static void lines_keep_to_surfaces_and_to_what_is_certain(void **state)
+{
+    (void)state;
+    enum { SIDE = 64 };
+    float values[SIDE * SIDE], depth[SIDE * SIDE];
+    struct lum_vec3 normal[SIDE * SIDE];
+    uint32_t instance[SIDE * SIDE];
+    uint8_t lines[SIDE * SIDE];
+    const double levels[] = {10, 20};
+    const struct lum_camera camera = {{0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 40};
+    struct lum_eye e;
+    RIG_OK(lum_eye_init(&e, &camera, &(struct lum_normalisation){.scale = 1.0}, SIDE, SIDE, &err));
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) { /* two planes that face the eye, one behind the other */
+        uint32_t x = i % SIDE;
+        bool near = x < SIDE / 2;
+        values[i] = near ? 5.0f : x < 3 * SIDE / 4 ? 15.0f : 25.0f;
+        depth[i] = (near ? 1.0f : 3.0f) / -lum_eye_direction(&e, (float)x + 0.5f, (float)(i / SIDE) + 0.5f).z;
+        normal[i] = lum_v3(0, 0, 1);
+        instance[i] = 7;
+    }
+    const struct lum_aovs seen = {.normal_world = normal, .depth_m = depth, .instance = instance};
+    struct lum_isolines of = {
+        .w = SIDE, .h = SIDE, .values = values, .seen = &seen, .camera = &camera, .levels = levels, .n_levels = 2};
+    RIG_OK(lum_isolines_find(&of, lines, &err));
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+        if (!lines[i])
+            continue;
+        n++;
+        assert_int_equal(lines[i], 2);
+        assert_in_range(i % SIDE, 3 * SIDE / 4 - 3, 3 * SIDE / 4 + 2);
+    }
+    assert_int_equal(n, SIDE);
+    struct lum_film film;
+    struct lum_error_map errors;
+    RIG_OK(lum_film_init(&film, SIDE, SIDE, &err));
+    for (int noisy = 0; noisy < 2;
+         noisy++) { /* 2 sigma are 10 where lines are 10 apart: as many as may be, then more */
+        RIG_OK(lum_error_map_init(&errors, &film, &err));
+        for (uint32_t i = 0; i < SIDE * SIDE; i++)
+            lum_error_map_add(&errors, i % SIDE, i / SIDE, noisy ? 25.1 : 24.9, 1.0);
+        lum_error_map_settle(&errors);
+        of.errors = &errors;
+        of.per_error = 1.0;
+        RIG_OK(lum_isolines_find(&of, lines, &err));
+        n = 0;
+        for (uint32_t i = 0; i < SIDE * SIDE; i++)
+            n += lines[i] > 0;
+        assert_int_equal(n, noisy ? 0 : SIDE);
+        lum_error_map_finish(&errors);
+    }
+    lum_film_finish(&film);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_lambert_floor_under_a_lamp), cmocka_unit_test(fog_before_the_eye_is_not_in_it),
-        cmocka_unit_test(what_is_no_surface_is_black),  cmocka_unit_test(a_room_as_the_light_meter_has_it),
+        cmocka_unit_test(a_lambert_floor_under_a_lamp),
+        cmocka_unit_test(fog_before_the_eye_is_not_in_it),
+        cmocka_unit_test(what_is_no_surface_is_black),
+        cmocka_unit_test(a_room_as_the_light_meter_has_it),
         cmocka_unit_test(to_and_fro_by_what_is_known),
+        cmocka_unit_test(isolux_lines_lie_where_the_closed_form_has_them),
+        cmocka_unit_test(lines_keep_to_surfaces_and_to_what_is_certain),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -90,13 +90,13 @@ static void a_larger_budget_resumes(void **state)
 
 /* view.update as its JSON text; the reply. A text that is refused when it is read gives its error, as the session does.
  */
-static cJSON *update_view(struct client *c, const char *params)
+static cJSON *ask(struct client *c, const char *method, const char *params)
 {
     char text[512];
     struct lum_rpc rpc;
     struct lum_proto_error err;
-    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"view.update\",\"params\":%s}",
-             (unsigned long long)++c->next_id, params);
+    snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"%s\",\"params\":%s}",
+             (unsigned long long)++c->next_id, method, params);
     assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
     struct lum_request *request = lum_request_read(&rpc, &err);
     cJSON *reply = NULL;
@@ -111,6 +111,11 @@ static cJSON *update_view(struct client *c, const char *params)
     }
     lum_rpc_finish(&rpc);
     return reply;
+}
+
+static cJSON *update_view(struct client *c, const char *params)
+{
+    return ask(c, "view.update", params);
 }
 
 static void assert_taken(cJSON *reply)
@@ -294,6 +299,43 @@ static void illuminance_is_a_picture_of_its_own(void **state)
     assert_non_null(strstr(stats, "\"unit\":\"lx\""));
 }
 
+/* What a view's picture has in the middle; NAN: nothing. */
+static double read_middle(struct client *c, const char *unit)
+{
+    cJSON *reply = ask(c, "view.read", "{\"view_id\":1,\"x\":20,\"y\":15}"),
+          *result = cJSON_GetObjectItem(reply, "result");
+    const cJSON *value = cJSON_GetObjectItem(result, "value");
+    assert_string_equal(cJSON_GetObjectItem(result, "unit")->valuestring, unit);
+    double number = cJSON_IsNumber(value) ? value->valuedouble : (double)NAN;
+    cJSON_Delete(reply);
+    return number;
+}
+
+/* The picture's value is told at any pixel without a ray: of a surface that reflects less than all, luminance is less
+ * than illuminance / pi; of what is no surface there is no illuminance. */
+static void values_are_read_off_the_picture(void **state)
+{
+    struct client *c = *state;
+    struct lum_director_metrics before, after;
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}"));
+    final_stats(c, 1);
+    lum_director_metrics(c->director, &before);
+    double luminance = read_middle(c, "cd/m2");
+    lum_director_metrics(c->director, &after);
+    assert_int_equal(after.rays, before.rays);
+    assert_taken(update_view(c, "{\"view_id\":1,\"overlay\":\"illuminance\",\"camera_seq\":2}"));
+    final_stats(c, 2);
+    double illuminance = read_middle(c, "lx");
+    assert_true(luminance > 0.0 && luminance < illuminance / 3.14159265358979);
+    assert_taken(
+        update_view(c, "{\"view_id\":1,\"camera\":{\"position\":[0,50,0],\"target\":[0,60,1]},\"camera_seq\":3}"));
+    final_stats(c, 3);
+    assert_true(isnan(read_middle(c, "lx")));
+    assert_refused(ask(c, "view.read", "{\"view_id\":1,\"x\":1,\"y\":4000}"), "invalid_value", "y");
+    assert_refused(ask(c, "view.read", "{\"view_id\":9,\"x\":1,\"y\":1}"), "not_found", "view_id");
+}
+
 static void assert_in_view(struct client *c, uint32_t seq, const char *wanted)
 {
     char told[32];
@@ -401,6 +443,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(illuminance_is_a_picture_of_its_own, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(values_are_read_off_the_picture, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_empty_picture_is_explained, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(light_that_mirrors_send_on_is_told_at_rest, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(requests_that_name_nothing_are_refused, client_setup, client_teardown),

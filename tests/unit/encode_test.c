@@ -212,7 +212,8 @@ static void colours_of_a_map_lie_over_grey(void **state)
 {
     struct fixture *f = *state;
     uint8_t map[W * H];
-    struct lum_overlay overlay = {.w = W, .h = H, .n = 3, .colors = {{0, 0, 255}, {255, 0, 0}, {9, 99, 200}}};
+    struct lum_overlay overlay = {
+        .w = W, .h = H, .scale = {.n_colors = 3, .colors = {{0, 0, 255}, {255, 0, 0}, {9, 99, 200}}}};
     for (uint32_t i = 0; i < W * H; i++)
         map[i] = (uint8_t)(i % 4 == 3 ? LUM_OVERLAY_NONE : i % 4);
     const struct lum_frame_header tile = {.x = 3, .y = 5, .w = 100, .h = 2};
@@ -232,7 +233,7 @@ static void colours_of_a_map_lie_over_grey(void **state)
             int grey = (54 * p[0] + 183 * p[1] + 19 * p[2] + 128) / 256; /* Rec.709 luma */
             uint8_t class = map[(size_t)(tile.y + i / 100) * W + tile.x + i % 100];
             for (int k = 0; k < 3; k++) {
-                int color = class == LUM_OVERLAY_NONE ? grey : overlay.colors[class][k];
+                int color = class == LUM_OVERLAY_NONE ? grey : overlay.scale.colors[class][k];
                 assert_int_equal(c[k], class != LUM_OVERLAY_NONE && opaque ? color : (grey + color + 1) / 2);
             }
             assert_int_equal(c[3], p[3]);
