@@ -110,6 +110,42 @@ static void look(struct job *j, const struct lum_eye *eye)
         }
 }
 
+/* ---- specks ---- */
+
+#define LEAST_LINE 20u /* pixels: what is shorter is noise, or a spot of sun, and hides the others */
+
+/* Takes the pixels of one line that touch, from `at` on, out of `left`, into list. Returns how many. */
+static uint32_t take_piece(const struct job *j, uint8_t *left, uint32_t at, uint32_t *list)
+{
+    const uint32_t w = j->of->w, h = j->of->h;
+    const uint8_t line = left[at];
+    uint32_t n = 0;
+    left[at] = 0;
+    list[n++] = at;
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t k = 0; k < 9; k++) {
+            uint32_t x = list[i] % w + k % 3 - 1, y = list[i] / w + k / 3 - 1; /* left of 0 is right of all */
+            if (x >= w || y >= h || left[(size_t)y * w + x] != line)
+                continue;
+            left[(size_t)y * w + x] = 0;
+            list[n++] = y * w + x;
+        }
+    return n;
+}
+
+static void drop_specks(const struct job *j, uint8_t *left, uint32_t *list, uint8_t *lines)
+{
+    const uint32_t n_pixels = j->of->w * j->of->h;
+    memcpy(left, lines, n_pixels);
+    for (uint32_t at = 0; at < n_pixels; at++) {
+        uint32_t n = left[at] ? take_piece(j, left, at, list) : LEAST_LINE;
+        for (uint32_t i = 0; n < LEAST_LINE && i < n; i++)
+            lines[list[i]] = 0;
+    }
+}
+
+/* ---- */
+
 static void find_lines(struct job *j, uint8_t *ret_lines)
 {
     for (uint32_t y = 0; y < j->of->h; y++)
@@ -134,15 +170,18 @@ enum lum_status lum_isolines_find(const struct lum_isolines *of, uint8_t *ret_li
     j.place = lum_calloc(n, sizeof *j.place);
     j.below = lum_calloc(n, sizeof *j.below);
     j.smooth = lum_calloc(n, sizeof *j.smooth);
-    if (j.place && j.below && j.smooth) {
+    uint32_t *list = lum_calloc(n, sizeof *list);
+    if (j.place && j.below && j.smooth && list) {
         look(&j, &eye);
         find_lines(&j, ret_lines);
+        drop_specks(&j, j.below, list, ret_lines);
     } else {
         status = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for lines over %u x %u pixels", of->w, of->h);
     }
     lum_free(j.place);
     lum_free(j.below);
     lum_free(j.smooth);
+    lum_free(list);
     return status;
 }
 

@@ -1,7 +1,8 @@
 /* Lines of equal value over a picture, such as isolux lines: where what surfaces show crosses a level.
  *
  * Values are first averaged over the 5 x 5 pixels around that lie on the same surface; so lines are smooth, and none
- * follows the edge between two surfaces. A line is left out where noise might move it to the next level. */
+ * follows the edge between two surfaces. A line is left out where noise might move it to the next level, or where it
+ * is a speck. */
 #ifndef LUM_CORE_RENDER_ISOLINES_H
 #define LUM_CORE_RENDER_ISOLINES_H
 

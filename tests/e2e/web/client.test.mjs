@@ -561,6 +561,8 @@ test('false colour and the error are laid over the picture by a key, with what t
     assert.ok(overlay.limits.every((limit, i) => i === 0 || limit > overlay.limits[i - 1]), `${overlay.limits}`);
     await eventually(async () => difference(plain, await thumbnail(page)) > 5, () => 'no colours');
     await page.keyboard.press('c');
+    await legend.getByText('lx', { exact: true }).waitFor();
+    await page.keyboard.press('c');
     await legend.getByText('below 0.5 %').waitFor();
     await page.keyboard.press('c');
     await settled(tab);

@@ -15,6 +15,7 @@ import { Imports } from './imports';
 import { Lamps } from './lamps';
 import { centreOf, extentOf, isLamp, isPlaced } from './lights';
 import { LuxMeter } from './luxmeter';
+import { Reader } from './readout';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -22,7 +23,7 @@ import { sceneFile } from './scene_ops';
 import { Sensors } from './sensors';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
-import { DEFAULT_POSE, ViewLink } from './view';
+import { DEFAULT_POSE, isOfLight, ViewLink } from './view';
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
 const MIDDLE_EV = 8;
@@ -60,6 +61,7 @@ export class App {
     readonly lamps: Lamps;
     readonly imports: Imports;
     readonly sensors: Sensors;
+    readonly reader: Reader;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -103,6 +105,12 @@ export class App {
         this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.sensors = new Sensors({ scene, edits, call, onError });
+        this.reader = new Reader({
+            ...{ call, online: this.online, frame: this.meter.frame },
+            wanted: computed(() => isOfLight(view.settings.value.overlay)),
+            viewId: () => view.viewId,
+            size: () => view.size.peek(),
+        });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),

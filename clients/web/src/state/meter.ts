@@ -78,8 +78,26 @@ export interface OverlayLegend {
     unit: string;
     /** CSS colours, from the least class to the greatest. */
     colors: string[];
-    /** Between each two. */
+    /** Between each two; of a smooth scale, round values on it. */
     limits: number[];
+    /** Of maps of light. */
+    scale: Scale | null;
+    /** Where the values of lines are written. */
+    labels: Label[];
+}
+
+export interface Scale {
+    kind: 'log' | 'linear';
+    smooth: boolean;
+    min: number;
+    max: number;
+}
+
+/** In pixels of the frame. */
+export interface Label {
+    x: number;
+    y: number;
+    value: number;
 }
 
 export interface ServerNumbers extends Work {
@@ -190,7 +208,25 @@ function cacheOf(cache: JsonObject): CacheNumbers {
 export function legendOf(o: JsonObject): OverlayLegend | null {
     const colors = list(o.colors).filter((c): c is string => typeof c === 'string' && /^#[0-9a-f]{6}$/.test(c));
     const limits = list(o.limits).filter((l): l is number => typeof l === 'number');
-    return colors.length === limits.length + 1 ? { unit: stringOr(o.unit, ''), colors, limits } : null;
+    const scale = scaleOf(o);
+    if (scale?.smooth ? colors.length < 2 : colors.length !== limits.length + 1) return null;
+    return { unit: stringOr(o.unit, ''), colors, limits, scale, labels: list(o.labels).flatMap(labelOf) };
+}
+
+function scaleOf(o: JsonObject): Scale | null {
+    if (o.scale !== 'log' && o.scale !== 'linear') return null;
+    return { kind: o.scale, smooth: o.smooth === true, min: numberOr(o.min, 0), max: numberOr(o.max, 1) };
+}
+
+function labelOf(label: unknown): Label[] {
+    const [x, y, value] = list(label);
+    return typeof x === 'number' && typeof y === 'number' && typeof value === 'number' ? [{ x, y, value }] : [];
+}
+
+/** Where a value is on a scale: 0 at its least, 1 at its greatest. */
+export function placeOn({ kind, min, max }: Scale, value: number): number {
+    const at = kind === 'log' ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+    return Math.min(1, Math.max(0, at));
 }
 
 function list(value: unknown): unknown[] {

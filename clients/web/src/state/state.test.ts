@@ -5,7 +5,7 @@ import type { SceneRecord } from '../protocol/types';
 import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
 import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
-import { Meter } from './meter';
+import { legendOf, Meter, placeOn } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
 import { STOPS, ViewLink, viewSize } from './view';
@@ -228,6 +228,16 @@ test('light that is in no picture is told once there is enough of it', () => {
     assert.deepEqual(meter.server.value?.missing, { why: '3.1 % of the light of sun is in no picture', mend: 'Give it' });
     meter.stats({ ...frame, caustics: { share: 0.001, why: '', mend: '' } });
     assert.equal(meter.server.value?.missing, null);
+});
+
+test('what the colours of a map stand for is told, in steps or smooth', () => {
+    const light = { unit: 'lx', scale: 'log', smooth: true, min: 10, max: 1000, limits: [10, 100, 1000], colors: ['#000000', '#ffffff'] };
+    const legend = legendOf({ ...light, labels: [[3, 4, 100], [5, 6], 'seven'] })!;
+    assert.deepEqual(legend.labels, [{ x: 3, y: 4, value: 100 }]);
+    assert.deepEqual([5, 10, 100, 1000, 2000].map((lx) => placeOn(legend.scale!, lx)), [0, 0, 0.5, 1, 1]);
+    assert.equal(placeOn({ ...legend.scale!, kind: 'linear', min: 0 }, 250), 0.25);
+    assert.equal(legendOf({ ...light, smooth: false }), null, 'three limits part four colours');
+    assert.equal(legendOf({ unit: 'relative', limits: [0.1], colors: ['#000000', '#ffffff'] })!.scale, null);
 });
 
 test('a frame that took no work says what it shows, and not that it took nothing', () => {

@@ -56,6 +56,21 @@ export const OVERLAYS = {
 } as const;
 export type OverlayName = keyof typeof OVERLAYS;
 
+/** Maps of light, whose colours stand for values as somebody wants them to. */
+export const isOfLight = (overlay: OverlayName): boolean => overlay === 'luminance' || overlay === 'illuminance';
+
+/** How maps of light are drawn; as the protocol has it. */
+export interface FalseColour {
+    scale: 'log' | 'linear';
+    /** Ends of the scale; null: as the picture has it. */
+    min: number | null;
+    max: number | null;
+    smooth: boolean;
+    lines: 'off' | 'on' | 'only';
+    palette: 'even' | 'spectrum';
+}
+export const PLAIN_FALSE_COLOUR: FalseColour = { scale: 'log', min: null, max: null, smooth: false, lines: 'off', palette: 'even' };
+
 /** auto: when the scene calls for it. */
 export const FORCES = ['auto', 'off', 'on'] as const;
 export type Force = (typeof FORCES)[number];
@@ -70,6 +85,7 @@ export interface ViewSettings {
     /** By name; those not named are automatic. */
     effects: Readonly<Record<string, Force>>;
     overlay: OverlayName;
+    falseColour: FalseColour;
     stop: Stop;
     /** Lamps and groups that alone shine in this view; empty: all that are on. */
     solo: readonly string[];
@@ -89,6 +105,7 @@ function rememberedSettings(): ViewSettings {
         whiteBalance: null,
         effects: {},
         overlay: 'none',
+        falseColour: PLAIN_FALSE_COLOUR,
         stop: 'exact',
         solo: [],
         resolution: resolution && resolution in RESOLUTIONS ? (resolution as Resolution) : 'balanced',
@@ -284,6 +301,7 @@ export class ViewLink {
         const error = STOPS[s.stop];
         const budget: JsonObject = error !== null && this.addsSamples() ? { error } : {};
         const params: JsonObject = { codec, quality, white_balance_k: s.whiteBalance, overlay: s.overlay, budget, solo: [...s.solo] };
+        if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour };
         if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
         if (s.method !== null) params.method = s.method;
         if (s.toneMap !== null) params.tone_map = s.toneMap;

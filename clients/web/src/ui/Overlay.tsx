@@ -1,10 +1,12 @@
 import { useRef } from 'preact/hooks';
 import { swatch } from '../lib/colour';
+import { number } from '../lib/format';
 import { add, scale, sub, type Vec3 } from '../lib/vec';
 import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
 import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
+import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
 import { useApp } from './context';
 import { Handle } from './Handle';
@@ -30,11 +32,30 @@ export function Overlay() {
     const ordered = app.markers.value ? shown : ids.filter((id) => id === selected);
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
+            <Isolines />
             <PickMark />
             {ordered.map((id) => (
                 <Lamp key={id} id={id} />
             ))}
         </svg>
+    );
+}
+
+/** The values of lines of equal light; the lines are in the picture. */
+function Isolines() {
+    const app = useApp();
+    const frame = app.meter.frame.value;
+    const legend = app.meter.server.value?.legend;
+    const [width, height] = app.view.cssSize.value;
+    if (!frame || !legend || !isOfLight(app.view.settings.value.overlay)) return null;
+    return (
+        <g class="isolines" aria-hidden="true">
+            {legend.labels.map(({ x, y, value }) => (
+                <text key={`${x} ${y}`} x={(x / frame.width) * width} y={(y / frame.height) * height} text-anchor="middle" dominant-baseline="central">
+                    {number(value)}
+                </text>
+            ))}
+        </g>
     );
 }
 

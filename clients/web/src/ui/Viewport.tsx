@@ -41,6 +41,8 @@ export function Viewport() {
                 class="stage"
                 tabIndex={0}
                 role="application"
+                onPointerMove={(e) => app.reader.pointAt(placeIn(e))}
+                onPointerLeave={() => app.reader.pointAt(null)}
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class="picture" />
@@ -53,6 +55,11 @@ export function Viewport() {
             <Banner />
         </main>
     );
+}
+
+function placeIn(e: PointerEvent & { currentTarget: HTMLElement }): [number, number] {
+    const box = e.currentTarget.getBoundingClientRect();
+    return [(e.clientX - box.left) / box.width, (e.clientY - box.top) / box.height];
 }
 
 /** What is otherwise than usual: a lamp that waits for a pick, lamps that are shown alone. */

@@ -1,0 +1,112 @@
+// Light read off the picture: false colour, its scale, lines, and the value of a place. Scene: room.jsonl.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { eventually, field, launch, open, settled, shownRev } from './browser.mjs';
+import { Daemon } from './daemon.mjs';
+
+const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
+const AXE = readFileSync(createRequire(new URL('../../../clients/web/package.json', import.meta.url)).resolve('axe-core/axe.min.js'), 'utf8');
+const daemon = new Daemon(ROOM);
+let context;
+let tab;
+let page;
+let legend;
+
+before(async () => {
+    await daemon.start();
+    context = await launch();
+    tab = await open(context, daemon.url);
+    page = tab.page;
+    legend = page.getByRole('complementary', { name: 'Legend' });
+    await page.getByLabel('Resolution').selectOption('fast');
+    await settled(tab);
+});
+
+after(async () => {
+    await context?.close();
+    if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
+});
+
+/** The value and its error, of "1 234 lx ± 5"; NaN where it does not say. */
+function numbersIn(text) {
+    const [value, error] = text.replace(/[\u2009 ]/g, '').split(/lx|cd\/m²|±/).filter((part) => part !== '');
+    return [Number(value), Number(error)];
+}
+const told = () => tab.watch.stats.at(-1).overlay;
+
+async function assertAccessible() {
+    await page.evaluate(AXE);
+    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa'] }));
+    assert.deepEqual(violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join()}`), []);
+}
+
+test('illuminance is read in the middle of the picture as the light meter has it there, and under the pointer', async () => {
+    await page.locator('.stage').focus();
+    await page.keyboard.press('c');
+    await page.keyboard.press('c');
+    await settled(tab, { spp: 32 });
+    assert.equal(told().unit, 'lx');
+    const value = legend.locator('.legend-value');
+    await eventually(async () => numbersIn(await value.locator('dd').textContent())[1] > 0, async () => value.textContent());
+    assert.match(await value.textContent(), /^In the middle/);
+    await page.keyboard.press('Enter');
+    const meter = page.locator('.reading-lux:not(.is-old)');
+    await eventually(async () => numbersIn(await meter.textContent())[1] > 0, async () => meter.textContent());
+    // Four errors of both, and half a pixel.
+    const near = async () => {
+        const [shown, off] = numbersIn(await value.locator('dd').textContent());
+        const [lx, stderr] = numbersIn((await meter.textContent()).replace(/measuring.*/, ''));
+        return Math.abs(shown - lx) <= 4 * Math.hypot(off, stderr) + 0.01 * lx;
+    };
+    await eventually(near, async () => `${await value.textContent()}, light meter: ${await meter.textContent()}`);
+    const stage = await page.locator('.stage').boundingBox();
+    await page.mouse.move(stage.x + 0.6 * stage.width, stage.y + 0.8 * stage.height);
+    await value.getByText('Under the pointer').waitFor();
+    await page.locator('.stage').press('Escape');
+    assert.deepEqual(tab.watch.errors, []);
+});
+
+test('scale, colours, lines and range by keyboard alone', async () => {
+    const options = legend.getByRole('button', { name: 'Scale and lines' });
+    await options.focus();
+    await page.keyboard.press('Enter');
+    assert.equal(await options.getAttribute('aria-expanded'), 'true');
+    const choose = async (name, key) => {
+        await page.getByRole('combobox', { name, exact: true }).focus();
+        await page.keyboard.press(key);
+        await settled(tab);
+    };
+    assert.deepEqual([told().scale, told().smooth], ['log', false]);
+    const items = await legend.getByRole('listitem').count();
+    assert.equal(items, told().colors.length);
+    await choose('Lines', 'ArrowDown');
+    await eventually(() => told().labels.length > 0, () => JSON.stringify(told().labels));
+    await eventually(async () => (await page.locator('.isolines text').count()) === told().labels.length, () => 'labels of lines');
+    for (const [, , lx] of told().labels) assert.ok(told().limits.includes(lx), `${lx} is no limit of the scale`);
+    await choose('Scale', 'ArrowDown');
+    await eventually(() => told().scale === 'linear' && told().min === 0, () => JSON.stringify(told()));
+    await choose('Colours', 'ArrowDown');
+    await eventually(() => told().smooth, () => 'still in steps');
+    assert.equal(await legend.getByRole('listitem').count(), told().limits.length);
+    await assertAccessible();
+    // The range is held while a lamp is dimmed.
+    await legend.getByRole('button', { name: 'Hold this range' }).press('Enter');
+    const { min, max, limits } = told();
+    const rev = await shownRev(page);
+    await field(page, 'ceiling-panel', 'ceiling-panel on').click();
+    await settled(tab, { rev: rev + 1 });
+    assert.deepEqual([told().min, told().max, told().limits], [min, max, limits]);
+    await legend.getByLabel('To').fill('250');
+    await legend.getByLabel('To').press('Enter');
+    await eventually(() => told().max === 250, () => JSON.stringify(told().max));
+    await legend.getByRole('button', { name: 'Hold this range' }).press('Enter');
+    await eventually(() => told().max !== 250, () => 'the range is still held');
+    await legend.getByRole('button', { name: 'Hide' }).press('Enter');
+    await settled(tab);
+    assert.equal(await legend.count(), 0);
+    assert.equal(await page.locator('.isolines').count(), 0);
+    assert.deepEqual(tab.watch.errors, []);
+});
