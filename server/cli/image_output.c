@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/accel/accel.h"
+#include "server/cli/annotate.h"
 #include "server/stream/png.h"
 
 enum { PNG_FILE_LEVEL = 6 };
@@ -17,20 +18,38 @@ struct lum_rgb *lum_film_pixels(const struct lum_film *film)
     return pixels;
 }
 
-enum lum_status lum_write_png(const char *path, const struct lum_film *film, const struct lum_display *display,
-                              const struct lum_overlay *overlay, struct lum_error *err)
+/* The picture in the first columns of a canvas that may be wider. */
+static enum lum_status paint_picture(const struct lum_png_output *o, const struct lum_canvas *canvas,
+                                     struct lum_error *err)
 {
-    size_t n = (size_t)film->w * film->h;
-    uint8_t *rgba = lum_calloc(n, 4);
+    const struct lum_film *film = o->film;
+    uint8_t *rgba = lum_calloc((size_t)film->w * film->h, 4);
     if (!rgba)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", film->w, film->h);
-    lum_film_resolve(film, 0, 0, film->w, film->h, display, rgba, (size_t)film->w * 4);
-    lum_overlay_paint(overlay, &(struct lum_frame_header){.w = (uint16_t)film->w, .h = (uint16_t)film->h}, rgba);
-    uint8_t *rgb = rgba; /* packed in place: the source is never behind the target */
-    for (size_t i = 0; i < n; i++)
-        memmove(rgb + 3 * i, rgba + 4 * i, 3);
-    enum lum_status st = lum_png_write(path, &(struct lum_png){rgb, film->w, film->h, PNG_FILE_LEVEL}, err);
+    lum_film_resolve(film, 0, 0, film->w, film->h, &o->display, rgba, (size_t)film->w * 4);
+    lum_overlay_paint(o->overlay, &(struct lum_frame_header){.w = (uint16_t)film->w, .h = (uint16_t)film->h}, rgba);
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            memcpy(canvas->rgb + 3 * ((size_t)y * canvas->w + x), rgba + 4 * ((size_t)y * film->w + x), 3);
     lum_free(rgba);
+    return LUM_OK;
+}
+
+enum lum_status lum_write_png(const char *path, const struct lum_png_output *o, struct lum_error *err)
+{
+    struct lum_canvas canvas = {.w = o->film->w, .h = o->film->h};
+    canvas.w += o->legend ? lum_annotate_legend_width(o->overlay, canvas.h) : 0;
+    canvas.rgb = lum_calloc((size_t)canvas.w * canvas.h, 3);
+    if (!canvas.rgb)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", canvas.w, canvas.h);
+    enum lum_status st = paint_picture(o, &canvas, err);
+    if (!st) {
+        lum_annotate_lines(o->overlay, &canvas);
+        if (o->legend)
+            lum_annotate_legend(o->overlay, &canvas);
+        st = lum_png_write(path, &(struct lum_png){canvas.rgb, canvas.w, canvas.h, PNG_FILE_LEVEL}, err);
+    }
+    lum_free(canvas.rgb);
     return st;
 }
 
@@ -89,7 +108,8 @@ static bool add_guidance(struct channels *c, const struct lum_exr_output *o, flo
     return true;
 }
 
-static bool add_errors(struct channels *c, const struct lum_error_map *map, float **ret_pixels)
+static bool add_errors(struct channels *c, const char *layer, const char *name, const struct lum_error_map *map,
+                       double scale, float **ret_pixels)
 {
     if (!map)
         return true;
@@ -98,8 +118,22 @@ static bool add_errors(struct channels *c, const struct lum_error_map *map, floa
         return false;
     for (uint32_t y = 0; y < map->h; y++)
         for (uint32_t x = 0; x < map->w; x++)
-            (*ret_pixels)[(size_t)y * map->w + x] = lum_error_map_at(map, map->rms, x, y);
-    add_channel(c, "error", "Y", *ret_pixels, 1);
+            (*ret_pixels)[(size_t)y * map->w + x] = (float)(scale * (double)lum_error_map_at(map, map->rms, x, y));
+    add_channel(c, layer, name, *ret_pixels, 1);
+    return true;
+}
+
+static bool add_illuminance(struct channels *c, const struct lum_film *film, float **ret_pixels)
+{
+    if (!film)
+        return true;
+    *ret_pixels = lum_calloc((size_t)film->w * film->h, sizeof **ret_pixels);
+    if (!*ret_pixels)
+        return false;
+    for (uint32_t y = 0; y < film->h; y++)
+        for (uint32_t x = 0; x < film->w; x++)
+            (*ret_pixels)[(size_t)y * film->w + x] = LUM_PI * lum_luminance(lum_film_mean(film, x, y));
+    add_channel(c, "illuminance", "Y", *ret_pixels, 1);
     return true;
 }
 
@@ -107,10 +141,12 @@ enum lum_status lum_write_exr(const char *path, const struct lum_exr_output *o, 
 {
     size_t n = (size_t)o->w * o->h;
     float *ids = o->aovs.instance ? lum_calloc(n, sizeof *ids) : NULL;
-    float *maps[LUM_EFFECT_COUNT] = {NULL}, *errors = NULL;
-    struct channels c = {.list = lum_calloc(12 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
+    float *maps[LUM_EFFECT_COUNT] = {NULL}, *errors = NULL, *lux = NULL, *lux_errors = NULL;
+    struct channels c = {.list = lum_calloc(14 + LUM_EFFECT_COUNT + (size_t)3 * o->n_layers, sizeof *c.list)};
     enum lum_status st = LUM_OK;
-    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps) || !add_errors(&c, o->errors, &errors)) {
+    if (!c.list || (o->aovs.instance && !ids) || !add_guidance(&c, o, maps) ||
+        !add_errors(&c, "error", "Y", o->errors, 1.0, &errors) || !add_illuminance(&c, o->illuminance, &lux) ||
+        !add_errors(&c, "illuminance", "error", o->illuminance_errors, LUM_PI_D, &lux_errors)) {
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
         goto done;
     }
@@ -126,6 +162,8 @@ done:
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         lum_free(maps[e]);
     lum_free(errors);
+    lum_free(lux);
+    lum_free(lux_errors);
     lum_free(ids);
     return st;
 }

@@ -33,6 +33,7 @@ struct batch {
     struct lum_ops edits;
     size_t n_edits_done;
     struct lum_view *view;
+    struct lum_view *meter; /* whose pictures are of illuminance; NULL: not asked for */
     struct lum_view_settings settings;
     /* of the current frame */
     struct lum_frame_stats frame_stats;
@@ -315,6 +316,23 @@ static void tell_missed_error(const struct batch *b, uint32_t frame)
     fprintf(stderr, " after %u samples, which is all that --%s allows\n", s->sum.spp, s->stopped_by);
 }
 
+/* The same of illuminance, as exact as the picture: by as many passes, or as much time. Its cost is in no statistics.
+ */
+static enum lum_status render_illuminance(struct batch *b, struct lum_error *err)
+{
+    const struct lum_view_budget budget = budget_of(&b->options);
+    struct lum_view_settings settings = b->settings;
+    struct lum_pass_stats last;
+    int64_t start = lum_clock_ns();
+    settings.illuminance = true;
+    do {
+        enum lum_status st = lum_view_pass(b->meter, b->world.snapshot, &settings, NULL, &last, err);
+        if (st)
+            return st;
+    } while (!lum_budget_stop(&budget, settings.method, &last, (double)(lum_clock_ns() - start) * 1e-6));
+    return LUM_OK;
+}
+
 static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_error *err)
 {
     struct lum_error e;
@@ -325,6 +343,8 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     struct lum_pass_stats last;
     enum lum_status st =
         b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &budget, &last, &e);
+    if (!st && b->meter)
+        st = render_illuminance(b, &e);
     if (!st) {
         tell_missed_error(b, frame);
         tell_caustics(b);
@@ -332,21 +352,11 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     return !st || core_failed(&e, err);
 }
 
-static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
+/* The file's attributes, and the file. */
+static enum lum_status write_layers(struct batch *b, const char *path, struct lum_exr_output *out,
+                                    struct lum_error *err)
 {
-    struct lum_exr_output out = {.w = b->settings.w, .h = b->settings.h, .layers = b->layers, .n_layers = b->n_layers};
-    enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
-    if (st)
-        return st;
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        out.guidance[e] = lum_view_guidance(b->view, (enum lum_effect)e);
-    struct lum_error_map errors = {0};
-    if (!b->options.light_groups) { /* else what was rendered last is one group's light */
-        st = lum_view_error_map(b->view, &errors, err);
-        out.errors = &errors;
-    }
-    if (st)
-        return st;
+    enum lum_status st;
     cJSON *json = lum_frame_stats_json(&b->frame_stats);
     char *stats = json ? lum_json_print(json, NULL) : NULL;
     cJSON_Delete(json);
@@ -357,15 +367,37 @@ static enum lum_status write_exr(struct batch *b, const char *path, struct lum_e
                                                  {"lumend:scene", b->options.scene},
                                                  {"lumend:method", b->settings.method->name},
                                                  {"lumend:stats", stats}};
-        out.beauty = b->beauty;
-        out.attributes = attributes;
-        out.n_attributes = LUM_ARRAY_LEN(attributes);
-        st = lum_write_exr(path, &out, err);
+        out->beauty = b->beauty;
+        out->attributes = attributes;
+        out->n_attributes = LUM_ARRAY_LEN(attributes);
+        st = lum_write_exr(path, out, err);
     } else {
         st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory to write %s", path);
     }
     free(stats);
+    return st;
+}
+
+static enum lum_status write_exr(struct batch *b, const char *path, struct lum_error *err)
+{
+    struct lum_exr_output out = {.w = b->settings.w, .h = b->settings.h, .layers = b->layers, .n_layers = b->n_layers};
+    struct lum_error_map errors = {0}, lux_errors = {0};
+    enum lum_status st = lum_view_aovs(b->view, b->world.snapshot, &b->settings, &out.aovs, err);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        out.guidance[e] = lum_view_guidance(b->view, (enum lum_effect)e);
+    if (!st && !b->options.light_groups) { /* else what was rendered last is one group's light */
+        st = lum_view_error_map(b->view, &errors, err);
+        out.errors = &errors;
+    }
+    if (!st && b->meter) {
+        st = lum_view_error_map(b->meter, &lux_errors, err);
+        out.illuminance = lum_view_film(b->meter);
+        out.illuminance_errors = &lux_errors;
+    }
+    if (!st)
+        st = write_layers(b, path, &out, err);
     lum_error_map_finish(&errors);
+    lum_error_map_finish(&lux_errors);
     return st;
 }
 
@@ -411,9 +443,12 @@ static enum lum_status write_png(struct batch *b, const char *path, struct lum_e
                               err);
     if (!st && o->overlay)
         tell_legend(o->overlay, &overlay);
-    const struct lum_display display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone};
+    const struct lum_png_output out = {.film = film,
+                                       .display = {.ev100 = ev.set ? ev.value : lum_exposure_auto(film), .tone = tone},
+                                       .overlay = &overlay,
+                                       .legend = o->legend};
     if (!st)
-        st = lum_write_png(path, film, &display, &overlay, err);
+        st = lum_write_png(path, &out, err);
     lum_overlay_finish(&overlay);
     return st;
 }
@@ -506,6 +541,10 @@ static bool set_up(struct batch *b, struct lum_proto_error *err)
     if (lum_view_create(b->world.pool, &b->view, &e))
         return core_failed(&e, err);
     lum_view_share(b->view, b->world.caches);
+    if (o->illuminance && lum_view_create(b->world.pool, &b->meter, &e))
+        return core_failed(&e, err);
+    if (b->meter)
+        lum_view_share(b->meter, b->world.caches);
     if (o->stats && !(b->frames = cJSON_CreateArray()))
         return lum_proto_fail_memory(err);
     b->setup_ms = (double)(lum_clock_ns() - b->progress.start_ns) * 1e-6;
@@ -543,6 +582,7 @@ int lum_cmd_render(int argc, char **argv)
         fprintf(stderr, "lumend render: %s%s%s\n", b.reading ? b.reading : "", b.reading ? ": " : "", err.text);
     cJSON_Delete(b.frames);
     lum_view_destroy(b.view);
+    lum_view_destroy(b.meter);
     lum_ops_finish(&b.edits);
     lum_world_finish(&b.world);
     return ok ? LUM_EXIT_OK : b.refused ? LUM_EXIT_USAGE : LUM_EXIT_FAILED;

@@ -228,7 +228,7 @@ static const struct lum_option_row rows[] = {
         "of a PNG: luminance, or illuminance of all surfaces, in false colour; or over the grey picture\n"
         "error (how far it is off, over the light around) or guidance_EFFECT (of ais: how often samples\n"
         "were refined). What its colours stand for is printed. (An .exr has the values: R G B, error.Y\n"
-        "and guidance.EFFECT)"},
+        "and guidance.EFFECT; with --illuminance that, too)"},
     {"scale", "S", OTHER(read_scale, false_color), .help =
         "of false colour: log (the default) or linear"},
     {"range", "MIN..MAX", OTHER(read_range, false_color), .help =
@@ -241,6 +241,9 @@ static const struct lum_option_row rows[] = {
         "lines at the round values of the scale: off (the default), on, or only, over a grey picture.\n"
         "Left out where noise may move them to the next"},
     {"legend", SWITCH(legend), .help = "the scale of false colour is drawn at the right of the picture"},
+    {"illuminance", SWITCH(illuminance), .help =
+        "of an EXR: layers illuminance.Y, what falls on each surface in lx (0: none is there), and\n"
+        "illuminance.error. A second picture, as exact, that --stats does not count"},
     {"light-groups", SWITCH(light_groups), .help = "a layer for each light group (EXR)"},
     {"threads", "N", WHOLE(threads, 1, 1024), .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help =
@@ -305,6 +308,9 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
         return lum_fail(err, LUM_ERR_INVALID, "out", "--out must hold %%04d when --frames is above 1");
     if (o->light_groups && !o->exr)
         return lum_fail(err, LUM_ERR_INVALID, "light-groups", "--light-groups needs an .exr as --out");
+    if (o->illuminance && !o->exr)
+        return lum_fail(err, LUM_ERR_INVALID, "illuminance",
+                        "--illuminance needs an .exr as --out: of a .png it is --overlay illuminance");
     if (o->exr && (o->has_exposure || o->tone_map || o->overlay))
         return lum_fail(err, LUM_ERR_INVALID, "out", "--%s needs a .png as --out: an .exr holds light itself",
                         o->tone_map  ? "tone-map"

@@ -33,6 +33,7 @@ struct lum_render_options {
     struct lum_false_color false_color;
     bool lines, only_lines; /* isolines over it; over the grey picture */
     bool has_false_color;   /* one of these was given */
+    bool illuminance;       /* a layer of an .exr */
     bool legend;            /* the scale is part of the picture */
 };
 

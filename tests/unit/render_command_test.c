@@ -10,10 +10,12 @@
 
 #include <cmocka.h>
 
+#include "core/film/false_color.h"
 #include "core/method/method.h"
 #include "protocol/json/json.h"
 #include "server/cli/commands.h"
 #include "server/cli/render_options.h"
+#include "server/stream/png.h"
 #include "tests/unit/cli_kit.h"
 
 /* Emission 1 and albedo 1/2 everywhere: L = 1 / (1 - 1/2) = 2 in every pixel. Next-event estimation and Russian
@@ -47,6 +49,113 @@ static void furnace_has_its_closed_form(void **state)
         assert_true(fabsf(albedo[i] - 0.5f) < 1e-6f);
     }
     lum_exr_finish(&im);
+}
+
+/* In the furnace light is even: pi times its radiance of 2 falls on everything. Noise as above; and the file says how
+ * far its values are off. */
+static void illuminance_is_a_layer(void **state)
+{
+    (void)state;
+    assert_int_equal(cli_run(lum_cmd_render, "render --scene furnace --method path --size 48x32 --spp 64 --illuminance "
+                                             "--out @e.exr"),
+                     LUM_EXIT_OK);
+    struct lum_exr_image im = cli_read_exr("e.exr");
+    size_t n = (size_t)im.w * im.h;
+    const float *lux = cli_channel(&im, "illuminance.Y"), *off = cli_channel(&im, "illuminance.error");
+    double sum = 0.0, square = 0.0, told = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        sum += (double)lux[i];
+        square += pow((double)lux[i] - 6.283185307, 2.0);
+        told += pow((double)off[i], 2.0);
+    }
+    double mean = sum / (double)n, error = sqrt(square / (double)n / (double)n);
+    if (!(fabs(mean - 6.283185307) <= 5.0 * error + 1e-5))
+        fail_msg("mean %.6f lx, standard error %.6f", mean, error);
+    assert_true(told > 0.5 * square && told < 2.0 * square);
+    lum_exr_finish(&im);
+}
+
+static const uint8_t *png_pixel(const struct lum_png_image *png, uint32_t x, uint32_t y)
+{
+    return png->rgb + 3 * ((size_t)y * png->w + x);
+}
+
+/* A floor below a bulb: E = 450 / 2^2 = 112.5 lx under it, and I h / d^3 elsewhere; seen from above, 4 m high, over 90
+ * degrees. Steps are those of the scale; lines are white or black; the legend is beside the picture, and nowhere else.
+ */
+static void false_colour_has_its_scale(void **state)
+{
+    static const char scene[] =
+        "{\"lumend\":1,\"kind\":\"scene\"}\n"
+        "{\"op\":\"add\",\"type\":\"material\",\"id\":\"dark\",\"base_color\":[0.1,0.1,0.1],\"specular\":0}\n"
+        "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"ground\",\"shape\":\"quad\",\"size\":[40,0,40]}\n"
+        "{\"op\":\"add\",\"type\":\"object\",\"id\":\"floor\",\"mesh\":\"ground\",\"material\":\"dark\"}\n"
+        "{\"op\":\"add\",\"type\":\"light\",\"id\":\"lamp\",\"kind\":\"point\",\"position\":[0,2,0],\"intensity_cd\":"
+        "450}\n"
+        "{\"op\":\"add\",\"type\":\"camera\",\"id\":\"main\",\"position\":[0,4,0],\"target\":[0,0,0],\"up\":[0,0,-1],"
+        "\"vfov_deg\":90}\n";
+    static const double limits[] = {10, 15, 20, 30, 50, 75, 100};
+    enum { SIDE = 100, N = LUM_ARRAY_LEN(limits) };
+    (void)state;
+    cli_write_text(cli_in_dir("floor.jsonl"), scene);
+    for (int lines = 0; lines < 2; lines++) {
+        char line[192];
+        snprintf(line, sizeof line,
+                 "render --scene @floor.jsonl --method whitted --size 100x100 --overlay illuminance --range 10..100 "
+                 "--legend --isolines %s --out @f.png",
+                 lines ? "on" : "off");
+        struct lum_png_image png;
+        assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+        assert_int_equal(lum_png_read(cli_in_dir("f.png"), 400, &png, NULL), LUM_OK);
+        assert_true(png.w > SIDE && png.h == SIDE);
+        uint32_t n_lines = 0;
+        for (uint32_t y = 0; y < SIDE; y++)
+            for (uint32_t x = 0; x < SIDE; x++) {
+                double u = (x + 0.5) / SIDE * 8 - 4, v = (y + 0.5) / SIDE * 8 - 4, d = sqrt(u * u + v * v + 4);
+                double lux = 450 * 2 / (d * d * d);
+                uint32_t step = 0;
+                uint8_t want[3];
+                while (step < N && lux >= limits[step])
+                    step++;
+                lum_palette_color(LUM_PALETTE_EVEN, (double)step / N, want);
+                const uint8_t *p = png_pixel(&png, x, y);
+                bool grey = p[0] == p[1] && p[1] == p[2] && (p[0] == 0 || p[0] == 255);
+                n_lines += grey;
+                if (memcmp(p, want, 3) != 0 && !grey)
+                    fail_msg("pixel %u,%u: #%02x%02x%02x for %g lx", x, y, p[0], p[1], p[2], lux);
+            }
+        assert_true(lines ? n_lines > 300 && n_lines < SIDE * SIDE / 3 : n_lines == 0);
+        lum_free(png.rgb);
+    }
+}
+
+static void scales_of_nothing_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *options, *says;
+    } cases[] = {
+        {"--out @x.png --scale linear", "need --overlay luminance or illuminance"},
+        {"--out @x.png --overlay error --legend", "need --overlay luminance or illuminance"},
+        {"--out @x.png --overlay illuminance --scale cubic", "--scale must be log or linear"},
+        {"--out @x.png --overlay illuminance --range 100", "--range must be MIN..MAX"},
+        {"--out @x.png --overlay illuminance --range 100..50", "--range must be MIN..MAX"},
+        {"--out @x.png --overlay illuminance --range ..", "--range must be MIN..MAX"},
+        {"--out @x.png --overlay illuminance --range 0..50", "must begin above 0"},
+        {"--out @x.png --overlay illuminance --isolines yes", "--isolines must be off, on or only"},
+        {"--out @x.png --overlay illuminance --palette loud", "--palette must be even or spectrum"},
+        {"--out @x.png --illuminance", "--illuminance needs an .exr"},
+    };
+    for (size_t i = 0; i < LUM_ARRAY_LEN(cases); i++) {
+        char line[160];
+        int status;
+        snprintf(line, sizeof line, "render --scene furnace %s", cases[i].options);
+        char *said = cli_said(line, &status);
+        assert_int_equal(status, LUM_EXIT_USAGE);
+        if (!strstr(said, cases[i].says))
+            fail_msg("%s: %s", cases[i].options, said);
+        free(said);
+    }
 }
 
 /* How well the error is known is a matter of time, unless pictures are to be deterministic. */
@@ -340,11 +449,19 @@ static void one_shadow_ray_passes_a_rod(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(furnace_has_its_closed_form),      cmocka_unit_test(threads_do_not_change_a_bit),
-        cmocka_unit_test(stats_hold_what_the_design_names), cmocka_unit_test(effects_are_forced),
-        cmocka_unit_test(light_that_is_left_out_is_told),   cmocka_unit_test(frames_say_what_stopped_them),
-        cmocka_unit_test(a_png_is_exposed_as_asked),        cmocka_unit_test(a_built_in_replay_is_rendered),
-        cmocka_unit_test(edits_follow_the_timeline),        cmocka_unit_test(one_shadow_ray_passes_a_rod),
+        cmocka_unit_test(furnace_has_its_closed_form),
+        cmocka_unit_test(illuminance_is_a_layer),
+        cmocka_unit_test(false_colour_has_its_scale),
+        cmocka_unit_test(scales_of_nothing_are_refused),
+        cmocka_unit_test(threads_do_not_change_a_bit),
+        cmocka_unit_test(stats_hold_what_the_design_names),
+        cmocka_unit_test(effects_are_forced),
+        cmocka_unit_test(light_that_is_left_out_is_told),
+        cmocka_unit_test(frames_say_what_stopped_them),
+        cmocka_unit_test(a_png_is_exposed_as_asked),
+        cmocka_unit_test(a_built_in_replay_is_rendered),
+        cmocka_unit_test(edits_follow_the_timeline),
+        cmocka_unit_test(one_shadow_ray_passes_a_rod),
     };
     return cmocka_run_group_tests(tests, cli_make_dir, cli_remove_dir);
 }
