@@ -269,6 +269,7 @@ static void every_setting_is_an_edit(void **state)
     CASE(storage, LUM_STORAGE_LOCK, LUM_EDIT_CACHE);
     CASE(cache_accuracy, 0.5f * a.cache_accuracy, LUM_EDIT_CACHE);
     CASE(deterministic, !a.deterministic, LUM_EDIT_CACHE);
+    CASE(illuminance, !a.illuminance, LUM_EDIT_QUANTITY);
 #undef CASE
     for (size_t i = 0; i < n; i++) {
         assert_int_equal(lum_edits_of_settings(&a, &cases[i].settings), LUM_EDIT_BIT(cases[i].edit));

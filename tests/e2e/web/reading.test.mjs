@@ -110,3 +110,25 @@ test('scale, colours, lines and range by keyboard alone', async () => {
     assert.equal(await page.locator('.isolines').count(), 0);
     assert.deepEqual(tab.watch.errors, []);
 });
+
+test('points of a work plane lie in the picture, by what is wanted of them, and as in words', async () => {
+    await page.getByRole('button', { name: 'Add work plane' }).press('Enter');
+    const plane = page.locator('.sensor');
+    await plane.getByText(/^\d+ of \d+ points reach 500 lx/).waitFor();
+    const points = page.locator('.sensor-points .point');
+    const agree = async () => {
+        const [, met, n, , missed = '0'] = /^(\d+) of (\d+) points reach 500 lx(, (\d+) (is|are) below 300)?/.exec(await plane.locator('.hint').textContent());
+        const counts = await Promise.all(['.is-met', '.is-missed'].map((c) => page.locator(`.sensor-points ${c}`).count()));
+        return (await points.count()) === Number(n) && counts[0] === Number(met) && counts[1] === Number(missed);
+    };
+    await eventually(agree, async () => `${await points.count()} points, ${await plane.textContent()}`);
+    assert.ok((await page.locator('.sensor-points text').count()) > 5, 'with numbers');
+    await assertAccessible();
+    const toggle = page.getByRole('button', { name: 'Points' });
+    assert.equal(await toggle.getAttribute('aria-pressed'), 'true');
+    await toggle.press('Enter');
+    assert.equal(await points.count(), 0);
+    await toggle.press('Enter');
+    await eventually(async () => (await points.count()) > 0, () => 'no points again');
+    assert.deepEqual(tab.watch.errors, []);
+});

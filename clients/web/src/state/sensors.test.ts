@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { readingOf, Sensors, stateOf, verdict } from './sensors';
+import { judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -39,15 +39,28 @@ test('sensors are watched where there are some, and anew on a new connection', (
     scene.load([], 1);
     assert.deepEqual(calls, []);
     scene.load([{ op: 'add', type: 'sensor', id: 'desks', kind: 'point', position: [0, 1, 0] }], 2);
-    assert.deepEqual(calls.pop(), ['sensor.watch', { on: true }]);
+    assert.deepEqual(calls.pop(), ['sensor.watch', { on: true, points: true }]);
     sensors.notified({ sensors: [TOLD] });
     assert.equal(sensors.readings.value.get('desks')?.rev, 7);
     sensors.closed();
     assert.equal(sensors.readings.value.size, 0);
     sensors.begin();
+    assert.deepEqual(calls.pop(), ['sensor.watch', { on: true, points: true }]);
+    sensors.pointsShown.value = false;
     assert.deepEqual(calls.pop(), ['sensor.watch', { on: true }]);
     scene.load([], 3);
     assert.deepEqual(calls.pop(), ['sensor.watch', { on: false }]);
+});
+
+test('points lie in the middles of cells, and are judged by what is wanted', () => {
+    const record = { type: 'sensor', id: 'desks', kind: 'grid', position: [1, 0.75, 2], u: [4, 0, 0], v: [0, 0, 2], target_lx: 500, target_uo: 0.6 };
+    const { nu, nv, lx } = readingOf({ ...TOLD, nu: 2, nv: 2, lx: [520, 480, null, 250] });
+    assert.deepEqual([0, 1, 2, 3].map((i) => pointAt(record, { nu, nv }, i)), [[0, 0.75, 1.5], [2, 0.75, 1.5], [0, 0.75, 2.5], [2, 0.75, 2.5]]);
+    assert.deepEqual(lx.map((v) => v && judge(v, record)), ['met', 'near', null, 'missed']);
+    assert.equal(pointsInWords(record, { lx }), '1 of 3 points reach 500 lx, 1 is below 300');
+    assert.equal(judge(499, { ...record, target_uo: null }), 'missed', 'nothing may be below the mean');
+    assert.equal(judge(1, { ...record, target_lx: null }), 'plain');
+    assert.equal(pointsInWords({ ...record, target_lx: null }, { lx }), null);
 });
 
 test('a work plane is placed by the server and asks for what office work needs', async () => {

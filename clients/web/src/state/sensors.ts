@@ -1,7 +1,8 @@
 /** Light meters that belong to the scene: what the server says of them, while somebody looks. */
 import { effect, signal } from '@preact/signals';
 import { isObject, type Json, type JsonObject } from '../protocol/rpc';
-import { numberOr, stringOr, type Op } from '../protocol/types';
+import { add, scale, type Vec3 } from '../lib/vec';
+import { numberOr, stringOr, vec3Or, type Op, type SceneRecord } from '../protocol/types';
 import type { Edits } from './edits';
 import { newId } from './imports';
 import type { SceneMirror } from './scene';
@@ -23,6 +24,11 @@ export interface SensorReading {
     settled: boolean;
     points: number;
     leftOut: number;
+    /** Points along u, and rows of them. */
+    nu: number;
+    nv: number;
+    /** Of each point, row by row; null: left out. Empty: they were not asked for. */
+    lx: (number | null)[];
     em: Value | null;
     emin: Value | null;
     uo: Value | null;
@@ -40,19 +46,22 @@ export interface SensorsHost {
 
 export class Sensors {
     readonly readings = signal<ReadonlyMap<string, SensorReading>>(new Map());
+    /** Their points are drawn in the picture. */
+    readonly pointsShown = signal(true);
     private readonly connected = signal(false);
-    private watched = false;
+    private watched: 'nothing' | 'means' | 'points' = 'nothing';
 
     constructor(private readonly host: SensorsHost) {
         effect(() => {
-            const wanted = host.scene.list('sensor').value.length > 0;
+            const some = host.scene.list('sensor').value.length > 0;
+            const wanted = !some ? 'nothing' : this.pointsShown.value ? 'points' : 'means';
             if (this.connected.value && wanted !== this.watched) void this.watch(wanted);
         });
     }
 
     /** The scene is known. A new connection knows nothing of what the last one asked for. */
     begin(): void {
-        this.watched = false;
+        this.watched = 'nothing';
         this.connected.value = true;
     }
 
@@ -100,10 +109,10 @@ export class Sensors {
         return `${lines.join('\n')}\n`;
     }
 
-    private async watch(on: boolean): Promise<void> {
-        this.watched = on;
+    private async watch(what: 'nothing' | 'means' | 'points'): Promise<void> {
+        this.watched = what;
         try {
-            await this.host.call('sensor.watch', { on });
+            await this.host.call('sensor.watch', what === 'points' ? { on: true, points: true } : { on: what === 'means' });
         } catch (error) {
             this.host.onError(error as Error);
         }
@@ -128,6 +137,9 @@ export function readingOf(sensor: JsonObject): SensorReading {
         settled: sensor.settled === true,
         points: numberOr(sensor.nu, 1) * numberOr(sensor.nv, 1),
         leftOut: numberOr(sensor.left_out, 0),
+        nu: numberOr(sensor.nu, 1),
+        nv: numberOr(sensor.nv, 1),
+        lx: Array.isArray(sensor.lx) ? sensor.lx.map((v) => (typeof v === 'number' ? v : null)) : [],
         em: valueOf(sensor, 'em_lx', 'em_stderr_lx'),
         emin: valueOf(sensor, 'emin_lx', 'emin_stderr_lx'),
         uo: valueOf(sensor, 'uo', 'uo_stderr'),
@@ -148,4 +160,34 @@ export function stateOf(reading: SensorReading | undefined, current: boolean): s
 /** In words, for who sees no colours and who sees nothing: "meets 500", "misses 500, as far as is known". */
 export function verdict(t: Target): string {
     return `${t.passes ? 'meets' : 'misses'} ${t.target}${t.sure ? '' : ', as far as is known'}`;
+}
+
+/** Where point number i lies: in the middles of equal cells, row by row along u. */
+export function pointAt(record: SceneRecord, { nu, nv }: Pick<SensorReading, 'nu' | 'nv'>, i: number): Vec3 {
+    const along = (edge: Json | undefined, part: number): Vec3 => scale(vec3Or(edge, [0, 0, 0]), part);
+    const u = record.kind === 'line' || record.kind === 'grid' ? ((i % nu) + 0.5) / nu - 0.5 : 0;
+    const v = record.kind === 'grid' ? (Math.floor(i / nu) + 0.5) / nv - 0.5 : 0;
+    return add(vec3Or(record.position, [0, 0, 0]), add(along(record.u, u), along(record.v, v)));
+}
+
+/** met: as much as the mean is to be. missed: less than the least may be. near: between. plain: nothing is asked. */
+export type PointVerdict = 'met' | 'near' | 'missed' | 'plain';
+
+export function judge(lx: number, record: SceneRecord): PointVerdict {
+    const wanted = numberOr(record.target_lx, 0);
+    if (!(wanted > 0)) return 'plain';
+    if (lx >= wanted) return 'met';
+    return lx < wanted * numberOr(record.target_uo, 1) ? 'missed' : 'near';
+}
+
+/** "9 of 12 points reach 500 lx, 1 is below 300"; null: nothing is asked, or not known. */
+export function pointsInWords(record: SceneRecord, { lx }: Pick<SensorReading, 'lx'>): string | null {
+    const wanted = numberOr(record.target_lx, 0);
+    const known = lx.filter((v) => v !== null);
+    if (known.length < 2 || !(wanted > 0)) return null;
+    const n = (verdict: PointVerdict): number => known.filter((v) => judge(v, record) === verdict).length;
+    const least = wanted * numberOr(record.target_uo, 1);
+    const missed = n('missed');
+    const below = missed > 0 && least < wanted ? `, ${missed} ${missed === 1 ? 'is' : 'are'} below ${Number(least.toPrecision(3))}` : '';
+    return `${n('met')} of ${known.length} points reach ${wanted} lx${below}`;
 }

@@ -6,6 +6,7 @@ import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
 import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
+import { judge, pointAt } from '../state/sensors';
 import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
 import { useApp } from './context';
@@ -33,6 +34,7 @@ export function Overlay() {
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
             <Isolines />
+            <SensorPoints />
             <PickMark />
             {ordered.map((id) => (
                 <Lamp key={id} id={id} />
@@ -55,6 +57,60 @@ function Isolines() {
                     {number(value)}
                 </text>
             ))}
+        </g>
+    );
+}
+
+/** Numbers that are closer than this, in pixels, are left out: the dots stay. */
+const NUMBER_ROOM = 34;
+/** Of more the picture would be a table. */
+const MOST_POINTS = 1500;
+
+/** The points of light meters, by what is wanted of them. What they say is in the panel, too. */
+function SensorPoints() {
+    const app = useApp();
+    if (!app.sensors.pointsShown.value) return null;
+    return (
+        <g class="sensor-points" aria-hidden="true">
+            {app.scene.list('sensor').value.map((id) => (
+                <PointsOf key={id} id={id} />
+            ))}
+        </g>
+    );
+}
+
+function PointsOf({ id }: { id: string }) {
+    const app = useApp();
+    const record = app.scene.record(id);
+    const reading = app.sensors.readings.value.get(id);
+    if (!record || !reading || reading.lx.length === 0 || reading.lx.length > MOST_POINTS) return null;
+    const [width, height] = app.view.cssSize.value;
+    const current = app.online.value && reading.rev >= app.scene.rev.value;
+    const places = reading.lx.map((_, i) => {
+        const at = project(app.view.shownPose.value, app.view.aspect.value, pointAt(record, reading, i));
+        return at && { x: at.x * width, y: at.y * height };
+    });
+    const roomy = (i: number): boolean => {
+        const [a, b, c] = [places[i], i % reading.nu > 0 ? places[i - 1] : undefined, places[i - reading.nu]];
+        return [b, c].every((p) => !a || !p || Math.abs(a.x - p.x) >= NUMBER_ROOM || Math.abs(a.y - p.y) >= NUMBER_ROOM / 2);
+    };
+    return (
+        <g class={current ? '' : 'is-old'}>
+            {reading.lx.map((lx, i) => {
+                const at = places[i];
+                if (lx === null || !at) return null;
+                const verdict = judge(lx, record);
+                return (
+                    <g key={i} class={`point is-${verdict}`} transform={`translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`}>
+                        {verdict === 'missed' ? <path d="M-4-4L4 4M-4 4L4-4" /> : <circle r="4" />}
+                        {roomy(i) && (
+                            <text y="14" text-anchor="middle">
+                                {number(lx < 10 ? Number(lx.toPrecision(2)) : Math.round(lx))}
+                            </text>
+                        )}
+                    </g>
+                );
+            })}
         </g>
     );
 }

@@ -1,6 +1,6 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
-import { stateOf, verdict, type Target, type Value } from '../state/sensors';
+import { pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
@@ -14,12 +14,23 @@ export function SensorPanel() {
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
                 {ids.length > 0 && (
-                    <button type="button" class="toggle at-end" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
+                    <button
+                        type="button"
+                        class="toggle at-end"
+                        aria-pressed={app.sensors.pointsShown.value}
+                        title="Draws their points in the picture, with what each has: ● as much as is wanted, ○ less, ✕ less than the least may be"
+                        onClick={() => (app.sensors.pointsShown.value = !app.sensors.pointsShown.value)}
+                    >
+                        Points
+                    </button>
+                )}
+                {ids.length > 0 && (
+                    <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
                         CSV
                     </button>
                 )}
-                <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} onClick={() => void app.sensors.addWorkPlane()}>
-                    Add work plane
+                <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                    {ids.length > 0 ? 'Add' : 'Add work plane'}
                 </button>
             </header>
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
@@ -55,9 +66,16 @@ function Sensor({ id }: { id: string }) {
                     {reading.kind === 'observer' && <Row name="UGR" value={reading.ugr} unit="" target={reading.targets.ugr} />}
                 </dl>
             )}
+            {reading && <Points record={record} reading={reading} />}
             <Wanted record={record} />
         </li>
     );
+}
+
+/** What the picture shows, in words. */
+function Points({ record, reading }: { record: SceneRecord; reading: SensorReading }) {
+    const text = pointsInWords(record, reading);
+    return text && <p class="hint">{text}</p>;
 }
 
 /** Null: there is none, as of a point inside a wall, or of an eye that sees no lamp. */
