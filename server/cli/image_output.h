@@ -23,8 +23,8 @@ struct lum_exr_output {
     uint32_t w, h;
     const struct lum_rgb *beauty;
     struct lum_aovs aovs;
-    const struct lum_error_map *errors;        /* settled; NULL: none */
-    const struct lum_film *illuminance;        /* a picture of it; NULL: none */
+    const struct lum_error_map *errors; /* settled; NULL: none */
+    const struct lum_film *illuminance; /* a picture of it; NULL: none */
     const struct lum_error_map *illuminance_errors;
     const uint8_t *guidance[LUM_EFFECT_COUNT]; /* lum_view_guidance; NULL: none */
     const struct lum_layer *layers;            /* light groups */
