@@ -12,6 +12,7 @@
 #define GLANCE_PATHS 32u
 #define GLANCE_RAYS 512u /* shadow rays of a glance; and where that is less than one for each lamp, paths alone */
 #define MORE_MAX 1048576u
+#define RECHECK_SAMPLES 32u /* that take as long as finding out about the clearance of a place */
 
 /* Sampler pairs: which way a cylinder's plane is turned; of a lamp's sample. Paths begin behind them. */
 enum { PAIR_TURN = LUM_WAVE_PAIR_PIXEL, PAIR_LAMP = 0x30000000 };
@@ -19,6 +20,7 @@ enum { PAIR_TURN = LUM_WAVE_PAIR_PIXEL, PAIR_LAMP = 0x30000000 };
 /* What one place knows. */
 struct knows {
     enum lum_clearance clearance;
+    bool checked; /* that is of the geometry there is now */
     bool glanced;
     double direct, direct_variance, indirect, indirect_variance; /* of the glance */
     double sum, square;                                          /* of n path samples */
@@ -77,7 +79,7 @@ void lum_meter_aim(struct lum_meter *m, const struct lum_snapshot *snapshot)
     m->n_samples = 0;
     m->glance_variance = m->glance_square = 0.0;
     for (uint32_t i = 0; i < m->n; i++)
-        m->knows[i] = (struct knows){.clearance = same ? m->knows[i].clearance : LUM_CLEARANCE_UNKNOWN};
+        m->knows[i] = (struct knows){.clearance = m->knows[i].clearance, .checked = same && m->knows[i].checked};
 }
 
 /* ---- geometry of a place ---- */
@@ -124,10 +126,10 @@ static float response(const struct lum_meter_place *at, const struct lum_frame *
 
 /* ---- a glance ---- */
 
+/* At places first, first + 1, ... */
 struct look {
     struct lum_meter *meter;
-    const uint32_t *places;
-    uint32_t n_places;
+    uint32_t first;
     bool glance;
 };
 
@@ -217,13 +219,16 @@ static bool is_counted(const struct lum_meter_place *at, const struct lum_light 
     return at->kind != LUM_METER_EYE || l->kind == LUM_EMIT_ENVIRONMENT;
 }
 
-static enum lum_clearance clearance_of(const struct lum_meter *m, uint32_t place)
+static void check(struct lum_meter *m, uint32_t place)
 {
     struct lum_vec3 p = place_in_scene(m, place);
-    if (m->places[place].kind != LUM_METER_EYE)
-        return lum_clearance_of(m->snapshot, p, m->places[place].normal);
-    return lum_max(lum_max(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) < LUM_RAY_LIMIT ? LUM_CLEARANCE_FREE
-                                                                                : LUM_CLEARANCE_FAR;
+    bool near = lum_max(lum_max(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) < LUM_RAY_LIMIT;
+    struct knows *k = &m->knows[place];
+    if (m->places[place].kind == LUM_METER_EYE)
+        k->clearance = near ? LUM_CLEARANCE_FREE : LUM_CLEARANCE_FAR;
+    else
+        k->clearance = lum_clearance_of(m->snapshot, p, m->places[place].normal);
+    k->checked = true;
 }
 
 static void look_job(void *ctx, uint32_t job, uint32_t worker)
@@ -231,11 +236,11 @@ static void look_job(void *ctx, uint32_t job, uint32_t worker)
     (void)worker;
     const struct look *look = ctx;
     struct lum_meter *m = look->meter;
-    uint32_t place = look->places[job];
+    uint32_t place = look->first + job;
     struct knows *k = &m->knows[place];
     const struct lum_light_table *lights = &m->snapshot->lights;
     if (k->clearance == LUM_CLEARANCE_UNKNOWN)
-        k->clearance = clearance_of(m, place);
+        check(m, place);
     if (!look->glance || k->clearance != LUM_CLEARANCE_FREE || lights->n_active > GLANCE_RAYS)
         return;
     uint32_t n_rays = lights->n_active > 0 ? GLANCE_RAYS / lights->n_active : 1;
@@ -247,25 +252,44 @@ static void look_job(void *ctx, uint32_t job, uint32_t worker)
     k->glanced = true;
 }
 
-enum lum_status lum_meter_look(struct lum_meter *m, struct lum_pool *pool, uint32_t n_places, bool glance,
-                               bool *ret_more, struct lum_error *err)
+bool lum_meter_look(struct lum_meter *m, struct lum_pool *pool, uint32_t n_places, bool glance)
 {
     uint32_t n = m->n - m->looked < n_places ? m->n - m->looked : n_places;
-    uint32_t *places = lum_calloc(n, sizeof *places);
-    if (!places)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory to look at %u places", n);
-    for (uint32_t i = 0; i < n; i++)
-        places[i] = m->looked + i;
-    struct look look = {m, places, n, glance};
-    enum lum_status st = lum_pool_run(pool, n, look_job, &look, NULL);
-    m->looked += n;
+    struct look look = {m, m->looked, glance};
+    (void)lum_pool_run(pool, n, look_job, &look, NULL); /* nobody cancels it */
     for (uint32_t i = 0; i < n; i++) {
-        const struct knows *k = &m->knows[places[i]];
+        const struct knows *k = &m->knows[m->looked + i];
         m->glance_variance += k->indirect_variance;
         m->glance_square += k->indirect * k->indirect;
     }
-    *ret_more = m->looked < m->n;
-    lum_free(places);
+    m->looked += n;
+    return m->looked < m->n;
+}
+
+struct recheck {
+    struct lum_meter *meter;
+    uint32_t *places;
+};
+
+static void recheck_job(void *ctx, uint32_t job, uint32_t worker)
+{
+    (void)worker;
+    const struct recheck *r = ctx;
+    check(r->meter, r->places[job]);
+}
+
+/* At most n of the places whose clearance is of another geometry; counts them. */
+static enum lum_status recheck(struct lum_meter *m, struct lum_pool *pool, uint32_t n, uint32_t *inout_n,
+                               struct lum_error *err)
+{
+    struct recheck r = {m, lum_calloc(n, sizeof *r.places)};
+    if (!r.places)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory to look at %u places", n);
+    for (uint32_t i = 0; i < m->n && *inout_n < n; i++)
+        if (!m->knows[i].checked)
+            r.places[(*inout_n)++] = i;
+    enum lum_status st = lum_pool_run(pool, *inout_n, recheck_job, &r, NULL);
+    lum_free(r.places);
     return st;
 }
 
@@ -452,6 +476,11 @@ static void take(struct lum_meter *m, const struct refine *r)
 enum lum_status lum_meter_refine(struct lum_meter *m, struct lum_pool *pool, const struct lum_meter_goal *goal,
                                  uint32_t n_samples, bool *ret_more, struct lum_error *err)
 {
+    uint32_t n_rechecked = 0;
+    enum lum_status checked = recheck(m, pool, n_samples / RECHECK_SAMPLES + 1, &n_rechecked, err);
+    *ret_more = true;
+    if (checked || n_rechecked > 0)
+        return checked;
     struct batch *batches = lum_calloc(m->n, sizeof *batches);
     struct refine r = {.meter = m, .batches = batches, .values = lum_calloc(n_samples, sizeof(float))};
     enum lum_status st = LUM_ERR_NOMEM;

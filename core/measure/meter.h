@@ -37,8 +37,9 @@ LUM_MUST_USE enum lum_status lum_meter_create(const struct lum_meter_place *plac
                                               struct lum_meter **ret_meter, struct lum_error *err);
 void lum_meter_destroy(struct lum_meter *meter); /* accepts NULL */
 
-/* Forgets what it read, and measures in this snapshot, which it holds. What is known of clearance stays while the
- * geometry does. */
+/* Forgets what it read, and measures in this snapshot, which it holds. What is known of clearance stays; where the
+ * geometry changed, until lum_meter_refine: it costs more rays than a glance, and of what a hand drags it would have to
+ * be known all the time. */
 void lum_meter_aim(struct lum_meter *meter, const struct lum_snapshot *snapshot);
 
 struct lum_meter_goal {
@@ -47,11 +48,11 @@ struct lum_meter_goal {
     uint64_t max_samples; /* of a place */
 };
 
-/* Clearance, and a glance with `glance`, of at most n_places that have not had it; false: all have. */
-LUM_MUST_USE enum lum_status lum_meter_look(struct lum_meter *meter, struct lum_pool *pool, uint32_t n_places,
-                                            bool glance, bool *ret_more, struct lum_error *err);
-/* At most n_samples paths, for places that are free and not as well known as the goal asks. Clearance of all is known
- * before. */
+/* Clearance where nothing is known of it, and a glance with `glance`, of at most n_places that have not had it; false:
+ * all have. */
+bool lum_meter_look(struct lum_meter *meter, struct lum_pool *pool, uint32_t n_places, bool glance);
+/* At most n_samples paths, for places that are free and not as well known as the goal asks; or as much of the clearance
+ * of places. Of all, something is known of that. */
 LUM_MUST_USE enum lum_status lum_meter_refine(struct lum_meter *meter, struct lum_pool *pool,
                                               const struct lum_meter_goal *goal, uint32_t n_samples, bool *ret_more,
                                               struct lum_error *err);

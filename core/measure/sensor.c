@@ -131,19 +131,18 @@ void lum_sensor_aim(struct lum_sensor *s, const struct lum_snapshot *snapshot)
     s->glare = (struct lum_glare){0};
 }
 
-enum lum_status lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance,
-                                bool *ret_more, struct lum_error *err)
+bool lum_sensor_look(struct lum_sensor *s, struct lum_pool *pool, uint32_t n_places, bool glance)
 {
-    enum lum_status st = lum_meter_look(s->meter, pool, n_places, glance, ret_more, err);
-    if (st || s->desc.kind != LUM_SENSOR_OBSERVER || s->looked)
-        return st;
+    bool more = lum_meter_look(s->meter, pool, n_places, glance);
+    if (s->desc.kind != LUM_SENSOR_OBSERVER || s->looked)
+        return more;
     s->looked = true;
     if (lum_meter_read(s->meter, 0).clearance == LUM_CLEARANCE_FREE) {
         uint32_t n = GLARE_RAYS_ALL / (s->snapshot->lights.n_active + 1), least = n < 4 ? 4 : n;
         const struct lum_observer eye = {s->desc.position, s->desc.facing};
         lum_glare_of(s->snapshot, &eye, least < GLARE_RAYS ? least : GLARE_RAYS, s->desc.seed, &s->glare);
     }
-    return LUM_OK;
+    return more;
 }
 
 enum lum_status lum_sensor_refine(struct lum_sensor *s, struct lum_pool *pool, const struct lum_meter_goal *goal,

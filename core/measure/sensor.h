@@ -44,8 +44,7 @@ uint64_t lum_sensor_samples(const struct lum_sensor *sensor);
 
 /* As of lum_meter_aim, lum_meter_look and lum_meter_refine. */
 void lum_sensor_aim(struct lum_sensor *sensor, const struct lum_snapshot *snapshot);
-LUM_MUST_USE enum lum_status lum_sensor_look(struct lum_sensor *sensor, struct lum_pool *pool, uint32_t n_places,
-                                             bool glance, bool *ret_more, struct lum_error *err);
+bool lum_sensor_look(struct lum_sensor *sensor, struct lum_pool *pool, uint32_t n_places, bool glance);
 LUM_MUST_USE enum lum_status lum_sensor_refine(struct lum_sensor *sensor, struct lum_pool *pool,
                                                const struct lum_meter_goal *goal, uint32_t n_samples, bool *ret_more,
                                                struct lum_error *err);

@@ -145,14 +145,12 @@ static bool measure_one(struct measuring *m, size_t i, struct lum_proto_error *e
     struct lum_measured *one = &m->measured[i];
     const struct lum_meter_goal goal = {m->options.error, LUM_SENSOR_DARK, LUM_SENSOR_SAMPLES_MAX};
     struct lum_error e;
-    bool more;
     one->desc.seed = m->options.seed;
     if (lum_sensor_create(&one->desc, LUM_SENSOR_POINTS_MAX, &one->sensor, &e))
         return core_failed(&e, err);
     lum_sensor_aim(one->sensor, m->world.snapshot);
-    if (lum_sensor_look(one->sensor, m->world.pool, LUM_SENSOR_POINTS_MAX, false, &more, &e))
-        return core_failed(&e, err);
-    for (more = true; more; tell_progress(m, i))
+    (void)lum_sensor_look(one->sensor, m->world.pool, LUM_SENSOR_POINTS_MAX, false); /* at all */
+    for (bool more = true; more; tell_progress(m, i))
         if (lum_sensor_refine(one->sensor, m->world.pool, &goal, SLICE_SAMPLES, &more, &e))
             return core_failed(&e, err);
     return lum_sensor_result(one->sensor, &one->result) || one->id || /* a sensor of the scene says so itself */

@@ -260,8 +260,9 @@ static void take_revision(struct entry *e, uint64_t rev)
     e->scene_rev = rev;
 }
 
-/* A scene in which other light arrives is measured anew; not before the glance that runs is whole. */
-static void aim(struct lum_director *d, struct entry *e)
+/* A scene in which other light arrives is measured anew; not before the glance that runs is whole, nor, where passes
+ * wait for their time, before its values could be told. */
+static void aim(struct lum_director *d, struct entry *e, bool may_begin)
 {
     const struct lum_snapshot *now = d->world.snapshot;
     if (e->stage == STAGE_LOOKING)
@@ -270,6 +271,9 @@ static void aim(struct lum_director *d, struct entry *e)
         take_revision(e, now->scene_rev);
         return;
     }
+    e->stage = STAGE_NEW;
+    if (!may_begin)
+        return;
     lum_sensor_aim(e->sensor, now);
     e->versions = now->versions;
     e->scene_rev = now->scene_rev;
@@ -285,18 +289,12 @@ static void fail(struct lum_director *d, struct entry *e, const struct lum_error
 static void look(struct lum_director *d, struct entry *e, double slice_ns)
 {
     struct lum_director_sensors *s = d->sensors;
-    struct lum_error err;
-    bool more = false;
     uint32_t n = s->ns_per_place > 0.0 ? (uint32_t)fmin(slice_ns / s->ns_per_place, LUM_LIMIT_SENSOR_POINTS) : 4;
     n = n > 0 ? n : 1;
     int64_t from = lum_clock_ns();
-    if (lum_sensor_look(e->sensor, d->world.pool, n, true, &more, &err)) {
-        fail(d, e, &err);
-        return;
-    }
-    uint32_t nu, nv;
-    lum_sensor_size(e->sensor, &nu, &nv);
-    s->ns_per_place = (double)(lum_clock_ns() - from) / (n < nu * nv ? n : nu * nv);
+    bool more = lum_sensor_look(e->sensor, d->world.pool, n, true);
+    if (more || s->ns_per_place == 0.0) /* the last slice of a glance has fewer places than n */
+        s->ns_per_place = (double)(lum_clock_ns() - from) / n;
     if (more)
         return;
     e->stage = STAGE_REFINING;
@@ -343,14 +341,15 @@ static struct entry *choose(struct lum_director_sensors *s)
     return oldest ? oldest : after ? after : first;
 }
 
-enum lum_need lum_director_sensors_need(struct lum_director *d)
+enum lum_need lum_director_sensors_need(struct lum_director *d, bool busy)
 {
     struct lum_director_sensors *s = d->sensors;
     if (!s || !s->watchers)
         return LUM_NEED_NOTHING;
     follow_document(d);
+    bool may_begin = !busy || (double)(lum_clock_ns() - s->told_ns) >= TOLD_EVERY_NS;
     for (struct entry *e = s->entries; e; e = e->next)
-        aim(d, e);
+        aim(d, e, may_begin);
     const struct entry *e = choose(s);
     return !e ? LUM_NEED_NOTHING : e->stage == STAGE_LOOKING ? LUM_NEED_AWAITED : LUM_NEED_REFINES;
 }

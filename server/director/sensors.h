@@ -13,8 +13,8 @@ struct lum_director_sensors;
 
 #define LUM_SENSOR_ERROR 0.01 /* standard error over the value of each point at rest, as of lumend measure */
 
-/* Of the scene as it is now. */
-enum lum_need lum_director_sensors_need(struct lum_director *d);
+/* Of the scene as it is now; busy: there are passes to do, too. */
+enum lum_need lum_director_sensors_need(struct lum_director *d, bool busy);
 /* About slice_ns, where there is a need. */
 void lum_director_measure(struct lum_director *d, double slice_ns);
 /* What is new to those who watch, if it is time. */

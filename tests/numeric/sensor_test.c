@@ -18,9 +18,8 @@ static struct lum_sensor *sensor_in(const struct rig *r, const struct lum_sensor
 static struct lum_sensor_result glance(const struct rig *r, struct lum_sensor *s)
 {
     struct lum_sensor_result result;
-    bool more = true;
-    while (more)
-        RIG_OK(lum_sensor_look(s, r->pool, 7, true, &more, &err));
+    while (lum_sensor_look(s, r->pool, 7, true))
+        continue;
     assert_true(lum_sensor_result(s, &result));
     return result;
 }
@@ -137,9 +136,8 @@ static void a_glance_knows_its_error(void **state)
                                       .facing = {1, 0, 0},
                                       .spacing_m = 0.475};
     struct lum_sensor *s = sensor_in(&r, &d), *reference = sensor_in(&r, &d);
-    bool more = false;
     glance(&r, s);
-    RIG_OK(lum_sensor_look(reference, r.pool, 64, false, &more, &err));
+    assert_false(lum_sensor_look(reference, r.pool, 64, false));
     settle(&r, reference, &(struct lum_meter_goal){0.01, 0.1, 1u << 20});
     double z2 = 0.0, n = 0.0, error = 0.0;
     for (uint32_t i = 0; i < 64; i++) {
@@ -192,6 +190,39 @@ static void threads_change_nothing(void **state)
         rig_end(&r);
     }
     assert_true(lx[0] == lx[1]);
+}
+
+/* What a hand drags changes nobody's clearance but at rest: then the point is inside of the chest that was put there,
+ * and free when that is gone. */
+static void clearance_is_found_anew_at_rest(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_room(&r);
+    rig_bulb(&r, "bulb", rig_v(-0.6, 2.5, 0.3), 500);
+    rig_box(&r, "chest", 0.4, 0.4, 0.4);
+    rig_object(&r, "chest", "chest", "red", rig_v(1.4, 0.5, 1.4));
+    rig_commit(&r);
+    struct lum_sensor *s = sensor_in(
+        &r, &(struct lum_sensor_desc){
+                .kind = LUM_SENSOR_POINT, .position = {-1.4, 0.5, 1.4}, .normal = {0, 1, 0}, .facing = {1, 0, 0}});
+    glance(&r, s);
+    for (int i = 0; i < 2; i++) {
+        enum lum_clearance was = i == 0 ? LUM_CLEARANCE_FREE : LUM_CLEARANCE_INSIDE;
+        bool more = true;
+        rig_object(&r, "chest", "chest", "red", rig_v(i == 0 ? -1.4 : 1.4, 0.5, 1.4));
+        rig_commit(&r);
+        lum_sensor_aim(s, r.snapshot);
+        assert_false(lum_sensor_look(s, r.pool, 7, true));
+        assert_int_equal(lum_sensor_reading(s, 0).clearance, was);
+        for (more = true; more;)
+            RIG_OK(lum_sensor_refine(s, r.pool, &one_percent, 4096, &more, &err));
+        assert_int_equal(lum_sensor_reading(s, 0).clearance, i == 0 ? LUM_CLEARANCE_INSIDE : LUM_CLEARANCE_FREE);
+    }
+    assert_true(lum_sensor_reading(s, 0).stderr_lx > 0.0);
+    lum_sensor_destroy(s);
+    rig_end(&r);
 }
 
 static void expect_points(const struct lum_sensor_desc *d, uint32_t want_u, uint32_t want_v)
@@ -335,6 +366,7 @@ int main(void)
         cmocka_unit_test(lamps_with_an_area_and_indirect_light),
         cmocka_unit_test(a_glance_knows_its_error),
         cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(clearance_is_found_anew_at_rest),
         cmocka_unit_test(points_lie_by_the_standard),
         cmocka_unit_test(position_index),
         cmocka_unit_test(one_lamp_glares_as_the_formula_says),
