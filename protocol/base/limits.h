@@ -79,8 +79,10 @@
 #define LUM_LIMIT_HANGUP_S 25
 #define LUM_LIMIT_HTTP_HEADER_BYTES 4096u
 
-/* ---- probes ---- */
+/* ---- answers that take their time ---- */
 #define LUM_LIMIT_PROBES_WAITING 64u /* of a session: a work plane of points; a minute of work */
+
+#define LUM_LIMIT_SCENE_GETS_WAITING 4u /* of a session: each answer is as long as the scene */
 
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u

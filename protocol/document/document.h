@@ -68,6 +68,29 @@ void lum_document_forget_user(struct lum_document *doc, const char *user);
  * import op and, where they were edited since, as set or remove ops; expand: as add ops with bulk data elided. */
 /* {"ops":[...]}; NULL when memory is short. */
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand);
+
+/* The same in parts, so that a caller can write it in slices: each gives at most one op, and the same one for as long
+ * as it names the same records. */
+enum lum_document_part_kind {
+    LUM_PART_RECORD,   /* as it was added */
+    LUM_PART_EXPANDED, /* as it is, for display */
+    LUM_PART_EDIT,     /* of what an import made */
+    LUM_PART_REMOVAL,  /* likewise */
+    LUM_PART_SETTINGS,
+};
+struct lum_document_part {
+    enum lum_document_part_kind kind;
+    const struct lum_record *record;
+    const struct lum_record *other;  /* EDIT: as it was made; SETTINGS: the camera, or NULL; else NULL */
+    const struct lum_record *import; /* EDIT */
+};
+/* In their order; the records are borrowed from the document as it is now, the array is the caller's to free. False:
+ * memory is short. */
+bool lum_document_parts(const struct lum_document *doc, bool expand, struct lum_document_part **ret_parts,
+                        size_t *ret_n);
+/* Adds its op, if there is one, to an array. False: memory is short. */
+bool lum_document_part_write(const struct lum_document_part *part, struct cJSON *ops);
+
 /* The ops that lead from before to after, for scene.changed notifications: bulk data is elided, and what an import
  * brings or takes, and the objects that it moves, are left to the import's own op. An array. */
 struct cJSON *lum_changes_to_json(const struct lum_changes *c);

@@ -88,9 +88,92 @@ static bool add_difference(cJSON *ops, const struct lum_record *a, const struct 
     return value && lum_json_add(ops, NULL, set_op(b->id, value));
 }
 
-/* ---- the document ---- */
+/* ---- the document in parts ---- */
 
-/* For people: every record as it is now, with the import that made it. */
+struct part_list {
+    struct lum_document_part *parts;
+    size_t n, capacity;
+};
+
+static bool push(struct part_list *l, struct lum_document_part part)
+{
+    if (l->n == l->capacity) {
+        size_t capacity = l->capacity ? 2 * l->capacity : 64;
+        struct lum_document_part *more = realloc(l->parts, capacity * sizeof *more);
+        if (!more)
+            return false;
+        l->parts = more;
+        l->capacity = capacity;
+    }
+    l->parts[l->n++] = part;
+    return true;
+}
+
+/* What happened since to what an import made: sets first, because they may end the use of what is removed. */
+static bool list_edits(struct part_list *l, const struct lum_document *doc, const struct lum_record *import)
+{
+    for (size_t i = 0; i < import->import.n_made; i++) {
+        const struct lum_record *made = import->import.made[i], *now = lum_document_find(doc, made->id);
+        if (now && now != made && now->type == made->type &&
+            !push(l, (struct lum_document_part){LUM_PART_EDIT, now, made, import}))
+            return false;
+    }
+    return true;
+}
+
+static bool list_removals(struct part_list *l, const struct lum_document *doc, const struct lum_record *import)
+{
+    for (int rank = lum_record_rank(LUM_RECORD_SENSOR); rank > 0; rank--)
+        for (size_t i = 0; i < import->import.n_made; i++) {
+            const struct lum_record *made = import->import.made[i];
+            if (lum_record_rank(made->type) == rank && !lum_document_find(doc, made->id) &&
+                !push(l, (struct lum_document_part){LUM_PART_REMOVAL, made, NULL, NULL}))
+                return false;
+        }
+    return true;
+}
+
+/* Settings last, for they name a camera. */
+static bool list_replayable(struct part_list *l, const struct lum_document *doc, const struct lum_record **records,
+                            size_t n)
+{
+    bool ok = true;
+    for (size_t i = 0; i < n && ok; i++)
+        if (!records[i]->origin[0] && records[i]->type != LUM_RECORD_RENDER)
+            ok = push(l, (struct lum_document_part){LUM_PART_RECORD, records[i], NULL, NULL});
+    for (size_t i = 0; i < n && ok; i++)
+        if (records[i]->type == LUM_RECORD_IMPORT)
+            ok = list_edits(l, doc, records[i]);
+    for (size_t i = 0; i < n && ok; i++)
+        if (records[i]->type == LUM_RECORD_IMPORT)
+            ok = list_removals(l, doc, records[i]);
+    const struct lum_record *render = lum_document_find(doc, "render"),
+                            *camera = lum_document_find(doc, render->render.camera);
+    return ok && push(l, (struct lum_document_part){LUM_PART_SETTINGS, render, camera, NULL});
+}
+
+bool lum_document_parts(const struct lum_document *doc, bool expand, struct lum_document_part **ret_parts,
+                        size_t *ret_n)
+{
+    const struct lum_record **records;
+    if (!lum_table_sorted(&doc->table, &records))
+        return false;
+    struct part_list l = {0};
+    bool ok = true;
+    for (size_t i = 0; expand && ok && i < doc->table.n; i++)
+        ok = push(&l, (struct lum_document_part){LUM_PART_EXPANDED, records[i], NULL, NULL});
+    ok = ok && (expand || list_replayable(&l, doc, records, doc->table.n));
+    free(records);
+    if (!ok) {
+        free(l.parts);
+        return false;
+    }
+    *ret_parts = l.parts;
+    *ret_n = l.n;
+    return true;
+}
+
+/* For people: a record as it is now, with the import that made it. */
 static bool add_expanded(cJSON *ops, const struct lum_record *r)
 {
     cJSON *op = lum_record_to_json(r, true);
@@ -101,80 +184,56 @@ static bool add_expanded(cJSON *ops, const struct lum_record *r)
     return lum_json_add(ops, NULL, op);
 }
 
-/* What happened since to what an import made: sets first, because they may end the use of what is removed. */
-static bool add_edits(cJSON *ops, const struct lum_document *doc, const struct lum_record_import *import)
+static bool add_edit(cJSON *ops, const struct lum_document_part *p)
 {
-    bool ok = true;
-    for (size_t i = 0; i < import->n_made && ok; i++) {
-        const struct lum_record *now = lum_document_find(doc, import->made[i]->id);
-        if (!now || now == import->made[i] || now->type != import->made[i]->type)
-            continue;
-        struct lum_record *placed = lum_import_apply_transform(&import->transform, import->made[i], NULL);
-        ok = placed && add_difference(ops, placed, now, false);
-        lum_record_unref(placed);
-    }
+    struct lum_record *made = (struct lum_record *)(uintptr_t)p->other; /* at most referred to once more */
+    struct lum_record *placed = lum_import_apply_transform(&p->import->import.transform, made, NULL);
+    bool ok = placed && add_difference(ops, placed, p->record, false);
+    lum_record_unref(placed);
     return ok;
 }
 
-static bool add_removals(cJSON *ops, const struct lum_document *doc, const struct lum_record_import *import)
+/* Without a camera that is gone, which nobody could set again. */
+static bool add_settings(cJSON *ops, const struct lum_document_part *p)
 {
-    for (int rank = lum_record_rank(LUM_RECORD_SENSOR); rank > 0; rank--)
-        for (size_t i = 0; i < import->n_made; i++) {
-            const struct lum_record *made = import->made[i];
-            if (lum_record_rank(made->type) == rank && !lum_document_find(doc, made->id) &&
-                !lum_json_add(ops, NULL, remove_op(made->id)))
-                return false;
-        }
-    return true;
-}
-
-/* Last, for they name a camera; without one that is gone, which nobody could set again. */
-static bool add_settings(cJSON *ops, const struct lum_document *doc)
-{
-    struct lum_record *r = lum_record_clone(lum_document_find(doc, "render"));
-    const struct lum_record *camera = r ? lum_document_find(doc, r->render.camera) : NULL;
-    if (r && (!camera || camera->type != LUM_RECORD_CAMERA))
+    struct lum_record *r = lum_record_clone(p->record);
+    if (r && (!p->other || p->other->type != LUM_RECORD_CAMERA))
         r->render.camera[0] = '\0';
     bool ok = r && lum_json_add(ops, NULL, lum_record_to_json(r, false));
     lum_record_unref(r);
     return ok;
 }
 
-static bool add_replayable(cJSON *ops, const struct lum_document *doc, const struct lum_record **records, size_t n)
+bool lum_document_part_write(const struct lum_document_part *p, struct cJSON *ops)
 {
-    bool ok = true;
-    for (size_t i = 0; i < n && ok; i++)
-        if (!records[i]->origin[0] && records[i]->type != LUM_RECORD_RENDER)
-            ok = lum_json_add(ops, NULL, lum_record_to_json(records[i], false));
-    for (size_t i = 0; i < n && ok; i++)
-        if (records[i]->type == LUM_RECORD_IMPORT)
-            ok = add_edits(ops, doc, &records[i]->import);
-    for (size_t i = 0; i < n && ok; i++)
-        if (records[i]->type == LUM_RECORD_IMPORT)
-            ok = add_removals(ops, doc, &records[i]->import);
-    return ok && add_settings(ops, doc);
+    switch (p->kind) {
+    case LUM_PART_EXPANDED:
+        return add_expanded(ops, p->record);
+    case LUM_PART_RECORD:
+        return lum_json_add(ops, NULL, lum_record_to_json(p->record, false));
+    case LUM_PART_EDIT:
+        return add_edit(ops, p);
+    case LUM_PART_REMOVAL:
+        return lum_json_add(ops, NULL, remove_op(p->record->id));
+    case LUM_PART_SETTINGS:
+        return add_settings(ops, p);
+    }
+    return false;
 }
 
 struct cJSON *lum_document_to_json(const struct lum_document *doc, bool expand)
 {
-    const struct lum_record **records;
-    if (!lum_table_sorted(&doc->table, &records))
+    struct lum_document_part *parts;
+    size_t n;
+    if (!lum_document_parts(doc, expand, &parts, &n))
         return NULL;
-    size_t n = doc->table.n;
-    cJSON *ops = cJSON_CreateArray();
+    cJSON *json = cJSON_CreateObject(), *ops = cJSON_CreateArray();
     bool ok = ops != NULL;
-    if (expand)
-        for (size_t i = 0; i < n && ok; i++)
-            ok = add_expanded(ops, records[i]);
-    else
-        ok = ok && add_replayable(ops, doc, records, n);
-    free(records);
-    if (!ok) {
-        cJSON_Delete(ops);
-        return NULL;
-    }
-    cJSON *json = cJSON_CreateObject();
-    if (lum_json_add(json, "ops", ops))
+    for (size_t i = 0; i < n && ok; i++)
+        ok = lum_document_part_write(&parts[i], ops);
+    free(parts);
+    ok = lum_json_add(json, "ops", ops) && ok;
+    if (ok)
         return json;
     cJSON_Delete(json);
     return NULL;

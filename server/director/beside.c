@@ -11,6 +11,23 @@
 #define SAVED_STALE_NS 6e7
 #define SAVED_NS 5e8
 
+/* The kinds of work take turns. */
+enum { SENSORS, PROBES, SCENE_GETS, N_KINDS };
+static void (*const work_of[N_KINDS])(struct lum_director *d, double slice_ns) = {
+    lum_director_measure, lum_director_probe, lum_director_write_scene};
+
+/* The most that any kind needs. */
+static enum lum_need needs(struct lum_director *d, bool busy, enum lum_need ret_needs[N_KINDS])
+{
+    enum lum_need most = LUM_NEED_NOTHING;
+    ret_needs[SENSORS] = lum_director_sensors_need(d, busy);
+    ret_needs[PROBES] = lum_director_probes_need(d);
+    ret_needs[SCENE_GETS] = lum_director_scene_gets_need(d);
+    for (int k = 0; k < N_KINDS; k++)
+        most = ret_needs[k] > most ? ret_needs[k] : most;
+    return most;
+}
+
 /* Time passes, and a share of it may be taken: of that in which there was something to do. */
 static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
 {
@@ -24,16 +41,15 @@ static void count_time(struct lum_beside *b, enum lum_need need, bool stale)
 }
 
 /* Between passes all that may be taken before a first picture at once: workers are slow to wake on a busy machine. */
-static void work(struct lum_director *d, enum lum_need sensors, enum lum_need probes, bool passes)
+static void work(struct lum_director *d, const enum lum_need of_kinds[N_KINDS], bool busy)
 {
     struct lum_beside *b = &d->beside;
-    double slice_ns = passes ? fmax(SLICE_NS, fmin(b->saved_ns, SAVED_STALE_NS)) : SLICE_NS;
+    double slice_ns = busy ? fmax(SLICE_NS, fmin(b->saved_ns, SAVED_STALE_NS)) : SLICE_NS;
     int64_t from = lum_clock_ns();
-    if (sensors && (!probes || b->sensors_next))
-        lum_director_measure(d, slice_ns);
-    else
-        lum_director_probe(d, slice_ns);
-    b->sensors_next = !b->sensors_next;
+    do
+        b->turn = (b->turn + 1) % N_KINDS;
+    while (of_kinds[b->turn] == LUM_NEED_NOTHING);
+    work_of[b->turn](d, slice_ns);
     b->counted_ns = lum_clock_ns();
     b->saved_ns = fmax(b->saved_ns - (double)(b->counted_ns - from), -SAVED_STALE_NS);
 }
@@ -41,12 +57,13 @@ static void work(struct lum_director *d, enum lum_need sensors, enum lum_need pr
 enum lum_beside_state lum_director_work_beside(struct lum_director *d, const struct lum_server_view *view)
 {
     struct lum_beside *b = &d->beside;
-    enum lum_need sensors = lum_director_sensors_need(d, view != NULL), probes = lum_director_probes_need(d);
-    count_time(b, sensors > probes ? sensors : probes, view && view->stale);
-    if ((sensors || probes) && (!view || b->saved_ns > 0.0))
-        work(d, sensors, probes, view != NULL);
+    bool busy = view != NULL;
+    enum lum_need of_kinds[N_KINDS], need = needs(d, busy, of_kinds);
+    count_time(b, need, busy && view->stale);
+    if (need && (!busy || b->saved_ns > 0.0))
+        work(d, of_kinds, busy);
     lum_director_tell_sensors(d);
-    if (!lum_director_sensors_need(d, view != NULL) && !lum_director_probes_need(d))
+    if (!needs(d, busy, of_kinds))
         return LUM_BESIDE_DONE;
     return b->saved_ns > 0.0 ? LUM_BESIDE_OWED : LUM_BESIDE_MORE;
 }

@@ -1,6 +1,7 @@
-/* Work beside the frames: probes that sessions wait for, and what sensors show. It is done in slices of a few
- * milliseconds; while views want passes it has a share of the time, and else all of it. Between two slices the director
- * looks at what was posted, so that no work, however long, keeps an edit waiting. Thread: director. */
+/* Work beside the frames: probes and the text of the scene, for which sessions wait, and what sensors show. It is done
+ * in slices of a few milliseconds; while views want passes it has a share of the time, and else all of it. Between two
+ * slices the director looks at what was posted, so that no work, however long, keeps an edit waiting. Thread: director.
+ */
 #ifndef LUM_SERVER_DIRECTOR_BESIDE_H
 #define LUM_SERVER_DIRECTOR_BESIDE_H
 
@@ -21,7 +22,7 @@ enum lum_need {
 struct lum_beside {
     double saved_ns;    /* of the share, what may be taken; below 0: taken ahead */
     int64_t counted_ns; /* until when it is counted */
-    bool sensors_next;
+    int turn;           /* the kind of work that was done last */
 };
 
 enum lum_beside_state {

@@ -341,6 +341,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_encoder_destroy(d->encoder);
     lum_director_sensors_destroy(d->sensors);
     lum_director_drop_all_probes(d);
+    lum_director_drop_all_scene_gets(d);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);

@@ -358,25 +358,3 @@ void lum_director_commit(struct lum_director *d)
     }
     lum_director_refresh_views(d, received_ns);
 }
-
-static bool read_scene_get(struct lum_json_reader *r, struct lum_request *q)
-{
-    lum_json_bool(r, "expand", &q->expand);
-    return lum_json_end(r);
-}
-
-static void scene_get(struct lum_director *d, const struct lum_request *q)
-{
-    cJSON *result = lum_document_to_json(d->world.doc, q->expand);
-    bool whole =
-        result && (!q->expand || (lum_luminaires_describe(d->world.snapshot, cJSON_GetObjectItem(result, "ops")) &&
-                                  lum_photometry_describe_lights(d->world.doc, cJSON_GetObjectItem(result, "ops"))));
-    if (result && !(whole && lum_json_add_number(result, "scene_rev", (double)lum_document_rev(d->world.doc)))) {
-        cJSON_Delete(result);
-        result = NULL;
-    }
-    lum_director_reply(d, q, result);
-}
-
-const struct lum_request_type lum_request_scene_get = {
-    .name = "scene.get", .read = read_scene_get, .answer = scene_get};

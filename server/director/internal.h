@@ -15,6 +15,7 @@
 #include "server/director/beside.h"
 #include "server/director/director.h"
 #include "server/director/probes.h"
+#include "server/director/scene_get.h"
 #include "server/director/sensors.h"
 #include "server/director/view.h"
 #include "server/import/expand.h"
@@ -66,6 +67,7 @@ struct lum_director {
     struct lum_encoder *encoder;
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_director_probes probes;
+    struct lum_director_scene_gets scene_gets;
     struct lum_beside beside;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;

@@ -57,30 +57,22 @@ static uint32_t first_of(const struct lum_snapshot *s)
     return i;
 }
 
-bool lum_luminaires_describe(const struct lum_snapshot *s, struct cJSON *ops)
+bool lum_luminaire_describe(const struct lum_snapshot *s, const char *id, struct cJSON **ret_emits)
 {
-    cJSON *op;
-    uint32_t first = first_of(s);
-    cJSON_ArrayForEach(op, ops)
-    {
-        const char *id = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(op, "id"));
-        const char *type = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(op, "type"));
-        if (!id || !type || strcmp(type, "object") != 0)
-            continue;
-        uint32_t lo = first, hi = s->lights.n_lights; /* sorted by id */
-        while (lo < hi) {
-            uint32_t middle = lo + (hi - lo) / 2;
-            if (strcmp(s->lights.lights[middle].id, id) < 0)
-                lo = middle + 1;
-            else
-                hi = middle;
-        }
-        struct lum_luminaire l;
-        if (lo < s->lights.n_lights && strcmp(s->lights.lights[lo].id, id) == 0 && lum_snapshot_luminaire(s, lo, &l) &&
-            !lum_json_add(op, "emits", difference(NULL, &l)))
-            return false;
+    struct lum_luminaire l;
+    uint32_t lo = first_of(s), hi = s->lights.n_lights; /* sorted by id */
+    *ret_emits = NULL;
+    while (lo < hi) {
+        uint32_t middle = lo + (hi - lo) / 2;
+        if (strcmp(s->lights.lights[middle].id, id) < 0)
+            lo = middle + 1;
+        else
+            hi = middle;
     }
-    return true;
+    if (lo == s->lights.n_lights || strcmp(s->lights.lights[lo].id, id) != 0 || !lum_snapshot_luminaire(s, lo, &l))
+        return true;
+    *ret_emits = difference(NULL, &l);
+    return *ret_emits != NULL;
 }
 
 /* Adds what became of the luminaire of this id; either may be NULL. */

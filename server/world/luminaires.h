@@ -6,8 +6,8 @@
 
 struct cJSON;
 
-/* Adds "emits" to the "add" ops of objects that shine in the snapshot. ops: an array. False: memory is short. */
-bool lum_luminaires_describe(const struct lum_snapshot *s, struct cJSON *ops);
+/* "emits" of an object; NULL: it does not shine in the snapshot. The caller owns it. False: memory is short. */
+bool lum_luminaire_describe(const struct lum_snapshot *s, const char *id, struct cJSON **ret_emits);
 
 /* What is otherwise in `now`: by id of the object the members of "emits" that changed, all of one that is new, and null
  * for one that shines no more. NULL: nothing, or memory is short. was: NULL before the first snapshot. The caller owns

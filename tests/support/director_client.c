@@ -60,12 +60,41 @@ void client_wait(struct client *c)
     pthread_mutex_unlock(&c->lock);
 }
 
+static void call_then(struct client *c)
+{
+    c->on_said = NULL;
+    c->then(c);
+}
+
+static void hold(struct client *c)
+{
+    sem_post(&c->held);
+    sem_wait(&c->released);
+    c->on_said = c->then ? call_then : NULL;
+}
+
+void client_hold(struct client *c)
+{
+    cJSON_Delete(client_ask(c, client_request(c, &lum_request_stats_get))); /* nothing of before is said any more */
+    c->on_said = hold;
+    assert_true(lum_director_post(c->director, client_request(c, &lum_request_stats_get)));
+    sem_wait(&c->held);
+}
+
+void client_release(struct client *c, void (*then)(struct client *c))
+{
+    c->then = then;
+    sem_post(&c->released);
+}
+
 static int set_up(void **state, const char *importer, const char *state_dir, const struct lum_disk *disk)
 {
     struct client *c = calloc(1, sizeof *c);
     assert_non_null(c);
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->bell, NULL);
+    sem_init(&c->held, 0, 0);
+    sem_init(&c->released, 0, 0);
     c->session = (struct lum_session_ref){3, 1};
     snprintf(c->path, sizeof c->path, "/tmp/lumend-director-XXXXXX.jsonl");
     int fd = mkstemps(c->path, 6);
@@ -115,6 +144,8 @@ int client_teardown(void **state)
         unlink(c->importer);
     pthread_cond_destroy(&c->bell);
     pthread_mutex_destroy(&c->lock);
+    sem_destroy(&c->held);
+    sem_destroy(&c->released);
     free(c);
     return 0;
 }

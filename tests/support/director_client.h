@@ -4,6 +4,7 @@
 #define LUM_TESTS_SUPPORT_DIRECTOR_CLIENT_H
 
 #include <pthread.h>
+#include <semaphore.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -31,7 +32,14 @@ struct client {
     /* NULL, or called on the director's own thread each time it has said something, while it goes no further: what is
      * to happen just then. */
     void (*on_said)(struct client *c);
+    sem_t held, released;
+    void (*then)(struct client *c);
 };
+
+/* The director stops at an answer until client_release: what is posted between is taken from the inbox all together.
+ * then: NULL, or called once as on_said, when something was said of that. */
+void client_hold(struct client *c);
+void client_release(struct client *c, void (*then)(struct client *c));
 
 /* Takes what the director said. */
 void client_listen(struct client *c);

@@ -1,6 +1,5 @@
 /* Probes over the protocol: in the order asked for, beside the frames, and no burden to others. What has to happen at a
  * certain moment happens on the director's thread, just after the first answer. */
-#include <semaphore.h>
 #include <string.h>
 
 #include "tests/support/director_client.h"
@@ -20,32 +19,12 @@ static struct lum_request *probe_by(struct client *c, struct lum_session_ref ses
     return q;
 }
 
-static sem_t all_posted;
-static void (*after_first)(struct client *c); /* what the test wants to happen just after the first answer */
-
-static void first_answer(struct client *c)
-{
-    c->on_said = NULL;
-    after_first(c);
-}
-
-static void hold(struct client *c)
-{
-    sem_wait(&all_posted);
-    c->on_said = after_first ? first_answer : NULL;
-}
-
-/* The director is held at another answer until all of it is in the inbox. */
 static void post_many(struct client *c, uint32_t n, uint32_t n_samples, void (*then)(struct client *c))
 {
-    cJSON_Delete(client_ask(c, client_request(c, &lum_request_stats_get))); /* nothing of before is said any more */
-    sem_init(&all_posted, 0, 0);
-    after_first = then;
-    c->on_said = hold;
-    assert_true(lum_director_post(c->director, client_request(c, &lum_request_stats_get)));
+    client_hold(c);
     for (uint32_t i = 0; i < n; i++)
         assert_true(lum_director_post(c->director, probe_by(c, c->session, n_samples)));
-    sem_post(&all_posted);
+    client_release(c, then);
 }
 
 static void post_burst(struct client *c, void (*then)(struct client *c))
