@@ -1,0 +1,130 @@
+"""A WebSocket (RFC 6455) of a client, as far as lumend needs one: no extensions, no TLS."""
+import base64
+import hashlib
+import os
+import re
+import socket
+import struct
+import threading
+
+TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
+GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
+MESSAGE_BYTES_MAX = 1 << 30  # of what a server may send; a scene.get of the largest scenes stays below
+
+
+class Disconnected(ConnectionError):
+    """The connection is gone. code: of the close frame, None where there was none."""
+
+    def __init__(self, message, code=None):
+        super().__init__(message)
+        self.code = code
+
+
+def masked(payload, key):
+    """XOR with the repeated key, as one large integer: a loop over bytes would take seconds for a mesh."""
+    n = len(payload)
+    pad = (key * (n // 4 + 1))[:n]
+    return (int.from_bytes(payload, "big") ^ int.from_bytes(pad, "big")).to_bytes(n, "big")
+
+
+class WebSocket:
+    """One thread may read while others send."""
+
+    def __init__(self, url, timeout_s):
+        parts = re.fullmatch(r"(?:http|ws)://(\[[0-9a-fA-F:]+\]|[^/:]+):(\d+)/?(?:#t=(.*))?", url)
+        if not parts:
+            raise ValueError(f"{url} is not a URL as the server prints it: http://127.0.0.1:9460/#t=TOKEN")
+        host, port, self.token = parts.groups()
+        try:
+            self._line = socket.create_connection((host.strip("[]"), int(port)), timeout_s)
+        except OSError as error:
+            raise Disconnected(f"{host}:{port}: {error.strerror or error}: does lumend run there?") from None
+        self._line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._incoming = self._line.makefile("rb")
+        self._sending = threading.Lock()
+        try:
+            self._handshake(host, port)
+        except BaseException:
+            self.close()
+            raise
+        self._line.settimeout(None)  # whoever waits has a limit of their own
+
+    def _handshake(self, host, port):
+        key = base64.b64encode(os.urandom(16))
+        self._line.sendall(f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                           f"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key.decode()}\r\n"
+                           "Sec-WebSocket-Protocol: lumend.v1\r\n\r\n".encode())
+        head = b""
+        while not head.endswith(b"\r\n\r\n"):
+            line = self._incoming.readline(8192)
+            if not line or len(head) > 65536:
+                raise Disconnected(f"{host}:{port} answers something else than a web server would")
+            head += line
+        accept = base64.b64encode(hashlib.sha1(key + GUID).digest()).lower()
+        if not head.startswith(b"HTTP/1.1 101 ") or accept not in head.lower():
+            status = head.split(b"\r\n")[0].decode(errors="replace")
+            raise Disconnected(f"{host}:{port} does not speak lumend.v1: {status}")
+
+    def send(self, payload, kind=TEXT):
+        n = len(payload)
+        size = (struct.pack("!B", 128 | n) if n < 126 else
+                struct.pack("!BH", 128 | 126, n) if n < 65536 else struct.pack("!BQ", 128 | 127, n))
+        key = os.urandom(4)  # what a client sends is masked
+        frame = bytes([128 | kind]) + size + key + masked(payload, key)
+        try:
+            with self._sending:
+                self._line.sendall(frame)
+        except OSError as error:
+            raise Disconnected(f"the connection broke: {error.strerror or error}") from None
+
+    def _exactly(self, n):
+        data = self._incoming.read(n)
+        if len(data) < n:
+            raise Disconnected("the server closed the connection")
+        return data
+
+    def _frame(self):
+        first, second = self._exactly(2)
+        size = second & 127
+        if size >= 126:
+            size = int.from_bytes(self._exactly(2 if size == 126 else 8), "big")
+        if second & 128 or first & 112 or size > MESSAGE_BYTES_MAX:
+            raise Disconnected("the server sent what no WebSocket server may")
+        return bool(first & 128), first & 15, self._exactly(size)
+
+    def receive(self):
+        """The next message, (TEXT or BINARY, bytes). Answers pings on the way. Raises Disconnected."""
+        message, kind = [], None
+        try:
+            while True:
+                last, opcode, payload = self._frame()
+                if opcode == PING:
+                    self.send(payload, PONG)
+                elif opcode == CLOSE:
+                    code = int.from_bytes(payload[:2], "big") if len(payload) >= 2 else None
+                    raise Disconnected(f"the server closed the connection: {code} "
+                                       f"{payload[2:].decode(errors='replace')}".rstrip(), code)
+                elif opcode < 8:
+                    kind = opcode or kind
+                    message.append(payload)
+                    if sum(map(len, message)) > MESSAGE_BYTES_MAX:
+                        raise Disconnected("the server sent a message without end")
+                    if last:
+                        return kind, b"".join(message)
+        except (OSError, ValueError) as error:  # closed here, or the line broke
+            if isinstance(error, Disconnected):
+                raise
+            raise Disconnected("the connection broke") from None
+
+    def shut(self):
+        """Of any thread: ends a receive() of another."""
+        try:
+            self._line.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+
+    def close(self):
+        """Of the thread that receives, or the last."""
+        self.shut()
+        self._incoming.close()
+        self._line.close()

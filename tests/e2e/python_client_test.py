@@ -1,0 +1,209 @@
+"""clients/python: sessions, edits, pictures and sensors of a running daemon; what is refused, and what breaks."""
+import contextlib
+import io
+import os
+import random
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+from daemon import Daemon
+
+PYTHON = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "clients", "python"))
+sys.path[:0] = [PYTHON, os.path.join(PYTHON, "examples")]
+import even_light
+import lumend
+from lumend.picture import HEADER, Canvas, read_tile
+
+LAMP = "ceiling-panel"
+
+
+def url_of(daemon, token=None):
+    return f"http://{daemon.host}:{daemon.port}/#t={daemon.token if token is None else token}"
+
+
+def tile(flags=1, frame=1, codec=0, x=0, y=0, w=2, h=2, full=(4, 2), payload=None):
+    payload = bytes([frame] * 4 * w * h) if payload is None else payload
+    return HEADER.pack(b"LUMF", 1, 1, 64, flags, len(payload), frame, 1, 1, 0, x, y, w, h, *full, codec, 0, 0, 0, 0, 0,
+                       0) + payload
+
+
+class Scene(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = cls.enterClassContext(Daemon("--deterministic"))
+
+    def setUp(self):
+        self.session = self.enterContext(lumend.connect(url_of(self.daemon), client="test"))
+
+    def test_edits(self):
+        before = self.session.scene()
+        self.assertEqual(before[LAMP]["type"], "light")
+        self.assertEqual(before["render"]["type"], "render")
+        with self.session.edit(undo_group="one") as edit:
+            edit.add_light("key", kind="point", position=[0, 2, 0], flux_lm=800)
+            edit.set("key", cct_k=3000, on=False)
+            edit.set_part("key", "/position/1", 2.5)
+        now = self.session.scene()["key"]
+        self.assertEqual((now["position"], now["cct_k"], now["on"], now["flux_lm"]), ([0, 2.5, 0], 3000, False, 800))
+        self.assertEqual(edit.scene_rev, self.session.scene_rev)
+        self.session.undo()
+        self.assertNotIn("key", self.session.scene())
+        self.session.redo()
+        with self.session.edit() as edit:
+            edit.remove("key")
+        self.assertEqual(self.session.scene(), before)
+        with self.assertRaises(ZeroDivisionError), self.session.edit() as edit:
+            edit.remove(LAMP)
+            1 / 0
+        self.assertIn(LAMP, self.session.scene())  # what was not finished is not sent
+
+    def test_refusals(self):
+        with self.assertRaises(lumend.Refused) as caught, self.session.edit() as edit:
+            edit.set(LAMP, flux_lm=-1)
+        self.assertEqual((caught.exception.code, caught.exception.min), ("invalid_value", 0))
+        self.assertIn("flux_lm", caught.exception.path)
+        for wrong, code in ((lambda: self.session.call("scene.gte"), None), (lambda: self.session.sensor("desk"), "not_found"),
+                            (lambda: self.session.view(0, 4), "invalid_value"),
+                            (lambda: self.session.apply([{"op": "remove", "id": "nobody"}]), "not_found")):
+            with self.assertRaises(lumend.Refused) as caught:
+                wrong()
+            if code:
+                self.assertEqual(caught.exception.code, code)
+        with self.assertRaises(ValueError):  # JSON has none; nothing is sent
+            self.session.apply([{"op": "set", "id": LAMP, "path": "/flux_lm", "value": float("nan")}])
+        self.assertIn(LAMP, self.session.scene())
+
+    def test_another_session_sees_it(self):
+        with lumend.connect(url_of(self.daemon)) as other:
+            with self.session.edit() as edit:
+                edit.set("render", exposure_ev=3)
+            self.assertEqual(other.scene()["render"]["exposure_ev"], 3)
+            self.assertEqual(other.scene_rev, edit.scene_rev)  # told by scene.changed, which comes before that reply
+        self.session.undo()
+
+
+class Pictures(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = cls.enterClassContext(Daemon("--deterministic"))
+
+    def test_pictures_show_edits(self):
+        with lumend.connect(url_of(self.daemon)) as session, \
+                session.view(96, 72, linear=True, method="path", spp=4) as view, tempfile.TemporaryDirectory() as folder:
+            lit = view.picture()
+            self.assertTrue(lit.converged and lit.linear and lit.stats["spp"] == 4, lit.stats)
+            said = view.read(48, 60)
+            self.assertEqual(said["unit"], "cd/m2")
+            self.assertLess(abs(lit.luminance()[96 * 60 + 48] / said["value"] - 1), 2 ** -10)  # half floats have 11 bits
+            with session.edit() as edit:
+                for lamp in (LAMP, "globe"):
+                    edit.set(lamp, on=False)
+            dark = view.picture()
+            self.assertEqual(max(dark.luminance()), 0)
+            self.assertEqual(dark.scene_rev, edit.scene_rev)
+            session.undo()
+            self.assertEqual(view.picture().pixels, lit.pixels)
+            self.assertEqual(view.pick(48, 70)["id"], "floor")
+            view.update(camera={"position": [0, 2, 7.4], "target": [0, 2, 17]})  # looks away from the room
+            self.assertEqual(max(view.picture().luminance()), 0)
+            with self.assertRaises(ValueError):
+                lit.save_png(os.path.join(folder, "no.png"))
+            with session.view(64, 48, spp=1) as small:
+                picture = small.picture(converged=False)
+                self.assertEqual((picture.width, picture.height, picture.linear), (64, 48, False))
+                path = os.path.join(folder, "small.png")
+                picture.save_png(path)
+                with open(path, "rb") as file:
+                    data = file.read()
+                self.assertEqual(struct.unpack_from("!2I", data, 16), (64, 48))
+                self.assertEqual(picture.pixel(63, 47), tuple(picture.pixels[-4:-1]))
+                with self.assertRaises(IndexError):
+                    picture.pixel(64, 0)
+
+    def test_tiles_come_together(self):
+        canvas = Canvas()
+        self.assertTrue(canvas.take(read_tile(tile(w=4))))
+        whole = canvas.picture(1, False, {}).pixels
+        self.assertFalse(canvas.take(read_tile(tile(flags=0, frame=2))))
+        self.assertEqual(canvas.picture(1, False, {}).pixels, whole)
+        self.assertTrue(canvas.take(read_tile(tile(frame=3, x=2))))  # 2 was cut off: nothing of it shows
+        rows = bytes([1] * 8 + [3] * 8)
+        self.assertEqual(canvas.picture(1, False, {}).pixels, rows * 2)
+
+    def test_tiles_that_do_not_fit(self):
+        for wrong in (tile()[:63], tile(x=3), tile(payload=b"1234"), tile(codec=1), b"LUMG" + tile()[4:]):
+            with self.assertRaises(ValueError):
+                read_tile(wrong)
+        bomb = tile(codec=4, w=1, h=1, payload=zlib.compress(bytes(1 << 24)))
+        with self.assertRaises(ValueError):
+            read_tile(bomb)
+        rng = random.Random(1)
+        for _ in range(2000):
+            data = bytearray(tile(codec=rng.choice((0, 4))))
+            for _ in range(rng.randrange(1, 8)):
+                data[rng.randrange(len(data))] = rng.randrange(256)
+            try:
+                read_tile(bytes(data))
+            except (ValueError, zlib.error):
+                pass
+
+
+class Light(unittest.TestCase):
+    def test_sensors_and_the_example(self):
+        scene = os.path.join(PYTHON, "examples", "empty.jsonl")
+        with Daemon("--scene", scene, "--deterministic", threads=2) as daemon:
+            even_light.ROUNDS, even_light.STEPS, even_light.ENOUGH = 1, 2, 0.05
+            with contextlib.redirect_stdout(io.StringIO()):
+                first, last = even_light.run(url_of(daemon))
+            self.assertGreater(last, first)
+            with lumend.connect(url_of(daemon)) as session:
+                enough = lambda value: value["em_stderr_lx"] < 0.02 * value["em_lx"]
+                full = session.sensor("work-plane", enough)
+                with session.edit() as edit:
+                    for i in range(4):
+                        edit.set(f"lamp-{i + 1}", flux_lm=250)
+                dim = session.sensor("work-plane", enough)
+                self.assertEqual(dim["scene_rev"], edit.scene_rev)
+                noise = 4 * ((full["em_stderr_lx"] / full["em_lx"]) ** 2 + (dim["em_stderr_lx"] / dim["em_lx"]) ** 2) ** 0.5
+                self.assertLess(abs(10 * dim["em_lx"] / full["em_lx"] - 1), noise + 1e-6)
+                probed = session.probe([0, 0.75, 0], [0, 1, 0], samples=256)
+                self.assertGreater(probed["illuminance_lx"], dim["emin_lx"] - 5 * probed["stderr_lx"])
+            done = subprocess.run([sys.executable, even_light.__file__, url_of(daemon)], capture_output=True, text=True)
+            self.assertIn("there are objects in this scene", done.stderr)
+            self.assertEqual(done.returncode, 1)
+
+
+class Breaks(unittest.TestCase):
+    def test_what_is_no_server(self):
+        with Daemon() as daemon:
+            with self.assertRaisesRegex((lumend.Refused, lumend.Disconnected), "token"):
+                lumend.connect(url_of(daemon, "wrong"))
+            session = lumend.connect(url_of(daemon), timeout_s=30)
+            view = session.view(64, 48, spp=1)
+            with self.assertRaises(TimeoutError):
+                session.call("stats.get", timeout_s=0)
+            view.picture()
+            daemon.assert_well()
+        with self.assertRaises(lumend.Disconnected):  # it stopped
+            while True:
+                session.scene()
+        with self.assertRaises(lumend.Disconnected):
+            view.picture(timeout_s=30) and session.scene()
+        session.close()
+        with self.assertRaisesRegex(lumend.Disconnected, "does lumend run there"):
+            lumend.connect(url_of(daemon))
+        with self.assertRaisesRegex(ValueError, "is not a URL"):
+            lumend.connect(daemon.token)
+
+    def test_records_are_those_of_the_protocol(self):
+        done = subprocess.run([sys.executable, os.path.join(PYTHON, "records_from_protocol.py"), "--check"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
