@@ -23,11 +23,14 @@ except OSError as error:
 incoming = line.makefile("rb")
 
 
-def send(method, params, **request_id):
-    text = json.dumps({"jsonrpc": "2.0", "method": method, "params": params, **request_id}).encode()
-    size = struct.pack("!B", 128 | len(text)) if len(text) < 126 else struct.pack("!BH", 128 | 126, len(text))
+def send_bytes(kind, data):
+    size = struct.pack("!B", 128 | len(data)) if len(data) < 126 else struct.pack("!BH", 128 | 126, len(data))
     key = os.urandom(4)  # WebSocket: what a client sends is masked
-    line.sendall(b"\x81" + size + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(text)))
+    line.sendall(bytes([128 | kind]) + size + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(data)))
+
+
+def send(method, params, **request_id):
+    send_bytes(1, json.dumps({"jsonrpc": "2.0", "method": method, "params": params, **request_id}).encode())
 
 
 def receive():
@@ -37,7 +40,9 @@ def receive():
         kind, size = incoming.read(2)
         size = size if size < 126 else int.from_bytes(incoming.read(2 if size == 126 else 8), "big")
         piece = incoming.read(size)
-        if kind & 15 < 8:  # more are WebSocket's own: pings
+        if kind & 15 == 9:  # a ping: who does not answer is cut off
+            send_bytes(10, piece)
+        elif kind & 15 < 8:
             message, is_tile, last = message + piece, is_tile or kind & 15 == 2, kind & 128
     return message if is_tile else json.loads(message)
 

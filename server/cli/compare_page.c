@@ -1,12 +1,7 @@
-#define _GNU_SOURCE /* open_memstream */
 #include "server/cli/compare_page.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "core/metric/heat.h"
-#include "server/stream/png.h"
-#include "server/base/write_file.h"
+#include "server/cli/page.h"
 
 enum { PNG_LEVEL = 6 };
 
@@ -48,62 +43,19 @@ static const char script[] =
     "show();\n"
     "</script>\n";
 
-/* ---- text ---- */
-
-static void put_text(FILE *f, const char *text)
-{
-    for (; *text; text++)
-        switch (*text) {
-        case '&':
-            fputs("&amp;", f);
-            break;
-        case '<':
-            fputs("&lt;", f);
-            break;
-        case '>':
-            fputs("&gt;", f);
-            break;
-        case '"':
-            fputs("&quot;", f);
-            break;
-        default:
-            fputc(*text, f);
-        }
-}
-
-static void put_base64(FILE *f, const uint8_t *bytes, size_t n)
-{
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    for (size_t i = 0; i < n; i += 3) {
-        uint32_t v = (uint32_t)bytes[i] << 16 | (i + 1 < n ? (uint32_t)bytes[i + 1] << 8 : 0) |
-                     (i + 2 < n ? (uint32_t)bytes[i + 2] : 0);
-        const char four[4] = {digits[v >> 18], digits[v >> 12 & 63], i + 1 < n ? digits[v >> 6 & 63] : '=',
-                              i + 2 < n ? digits[v & 63] : '='};
-        fwrite(four, 1, 4, f);
-    }
-}
-
 /* ---- pictures ---- */
 
 static enum lum_status put_picture(FILE *f, const char *id, const struct lum_png *png, const char *caption,
                                    const char *detail, struct lum_error *err)
 {
-    uint8_t *bytes;
-    size_t n;
-    enum lum_status st = lum_png_encode(png, &bytes, &n, err);
-    if (st)
-        return st;
-    fprintf(f, "<figure><img id=\"%s\" width=\"%u\" height=\"%u\" alt=\"", id, png->w, png->h);
-    put_text(f, caption);
-    fputs("\" src=\"data:image/png;base64,", f);
-    put_base64(f, bytes, n);
-    fputs("\"><figcaption>", f);
-    put_text(f, caption);
+    fprintf(f, "<figure><img id=\"%s\"", id);
+    enum lum_status st = lum_page_image(f, png, caption, err);
+    fputs("><figcaption>", f);
+    lum_page_text(f, caption);
     fputs(detail[0] ? ": <span class=\"path\">" : "", f);
-    put_text(f, detail);
+    lum_page_text(f, detail);
     fputs(detail[0] ? "</span></figcaption></figure>\n" : "</figcaption></figure>\n", f);
-    free(bytes);
-    return LUM_OK;
+    return st;
 }
 
 static const char *const map_captions[LUM_COMPARE_METRICS] = {
@@ -206,9 +158,9 @@ static enum lum_status put_page(FILE *f, const struct lum_comparison *c, const c
 {
     fputs(head, f);
     fputs("<h1>A <span class=\"path\">", f);
-    put_text(f, c->pictures[LUM_COMPARE_A].path);
+    lum_page_text(f, c->pictures[LUM_COMPARE_A].path);
     fputs("</span> against B <span class=\"path\">", f);
-    put_text(f, c->pictures[LUM_COMPARE_B].path);
+    lum_page_text(f, c->pictures[LUM_COMPARE_B].path);
     fputs("</span></h1>\n", f);
     put_figures(f, c);
     put_wipe(f, c);
@@ -221,7 +173,7 @@ static enum lum_status put_page(FILE *f, const struct lum_comparison *c, const c
     if (!c->pictures[LUM_COMPARE_B].is_png)
         fprintf(f, "<p>Both are exposed by EV100 %.2f, which fits B, and tone mapped by AgX.</p>\n", c->ev100);
     fputs("<h2>As lumend compare printed it</h2>\n<pre>", f);
-    put_text(f, json);
+    lum_page_text(f, json);
     fputs("</pre>\n", f);
     fputs(script, f);
     return LUM_OK;
@@ -230,17 +182,10 @@ static enum lum_status put_page(FILE *f, const struct lum_comparison *c, const c
 enum lum_status lum_compare_page_write(const char *path, const struct lum_comparison *c, const char *json,
                                        struct lum_error *err)
 {
-    char *text = NULL;
-    size_t n = 0;
-    FILE *f = open_memstream(&text, &n);
-    if (!f)
-        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %s", path);
-    enum lum_status st = put_page(f, c, json, err);
-    bool whole = !ferror(f);
-    if ((fclose(f) != 0 || !whole) && !st)
-        st = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %s", path);
-    if (!st)
-        st = lum_write_file(path, text, n, err);
-    free(text);
-    return st;
+    struct lum_page page;
+    enum lum_status st = lum_page_begin(&page, err);
+    if (st)
+        return st;
+    st = put_page(page.f, c, json, err);
+    return lum_page_end(&page, path, st, err);
 }

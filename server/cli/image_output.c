@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "core/accel/accel.h"
-#include "server/cli/annotate.h"
 #include "server/stream/png.h"
 
 enum { PNG_FILE_LEVEL = 6 };
@@ -35,7 +34,7 @@ static enum lum_status paint_picture(const struct lum_png_output *o, const struc
     return LUM_OK;
 }
 
-enum lum_status lum_write_png(const char *path, const struct lum_png_output *o, struct lum_error *err)
+enum lum_status lum_paint_png(const struct lum_png_output *o, struct lum_canvas *ret_canvas, struct lum_error *err)
 {
     struct lum_canvas canvas = {.w = o->film->w, .h = o->film->h};
     canvas.w += o->legend ? lum_annotate_legend_width(o->overlay, canvas.h) : 0;
@@ -43,12 +42,24 @@ enum lum_status lum_write_png(const char *path, const struct lum_png_output *o, 
     if (!canvas.rgb)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a picture of %u x %u", canvas.w, canvas.h);
     enum lum_status st = paint_picture(o, &canvas, err);
-    if (!st) {
-        lum_annotate_lines(o->overlay, &canvas);
-        if (o->legend)
-            lum_annotate_legend(o->overlay, &canvas);
-        st = lum_png_write(path, &(struct lum_png){canvas.rgb, canvas.w, canvas.h, PNG_FILE_LEVEL}, err);
+    if (st) {
+        lum_free(canvas.rgb);
+        return st;
     }
+    lum_annotate_lines(o->overlay, &canvas);
+    if (o->legend)
+        lum_annotate_legend(o->overlay, &canvas);
+    *ret_canvas = canvas;
+    return LUM_OK;
+}
+
+enum lum_status lum_write_png(const char *path, const struct lum_png_output *o, struct lum_error *err)
+{
+    struct lum_canvas canvas;
+    enum lum_status st = lum_paint_png(o, &canvas, err);
+    if (st)
+        return st;
+    st = lum_png_write(path, &(struct lum_png){canvas.rgb, canvas.w, canvas.h, PNG_FILE_LEVEL}, err);
     lum_free(canvas.rgb);
     return st;
 }

@@ -6,6 +6,7 @@
 
 #include "server/base/write_file.h"
 #include "server/cli/measure_options.h"
+#include "server/cli/measure_page.h"
 #include "server/cli/measure_report.h"
 #include "server/cli/progress.h"
 #include "server/import/expand.h"
@@ -62,7 +63,8 @@ static bool load(struct measuring *m, struct lum_proto_error *err)
     struct lum_log log = {log_to_stderr, NULL};
     struct lum_import_config import = {.assets_dir = o->assets, .log = log};
     struct lum_error e;
-    if ((o->csv && lum_may_write_file(o->csv, &e)) || (o->json && lum_may_write_file(o->json, &e)))
+    if ((o->csv && lum_may_write_file(o->csv, &e)) || (o->json && lum_may_write_file(o->json, &e)) ||
+        (o->html && lum_may_write_file(o->html, &e)))
         return core_failed(&e, err);
     if (lum_world_init(&m->world, o->threads, o->isa, &log, &e))
         return core_failed(&e, err);
@@ -158,6 +160,24 @@ static bool measure_one(struct measuring *m, size_t i, struct lum_proto_error *e
                           "nothing to measure: all points lie inside furniture or walls, or right below something");
 }
 
+static void tell_picture(void *user, uint32_t spp)
+{
+    struct measuring *m = user;
+    if (!lum_progress_due(&m->progress, lum_clock_ns()))
+        return;
+    fprintf(stderr, "%slumend measure: pictures, %u samples%s", m->progress.tty ? "\r" : "", spp,
+            m->progress.tty ? "                    " : "\n");
+    m->line_open = m->progress.tty;
+}
+
+static bool write_page(struct measuring *m, struct lum_proto_error *err)
+{
+    struct lum_error e;
+    const struct lum_measure_page page = {
+        m->options.scene, &m->world, m->measured, m->n_measured, m->options.pictures_spp, tell_picture, m};
+    return !lum_measure_page_write(m->options.html, &page, &e) || core_failed(&e, err);
+}
+
 static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *err)
 {
     if (!load(m, err) || !find_sensors(m, err))
@@ -173,7 +193,8 @@ static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *
         *ret_reached = lum_measure_print(&m->measured[i]) && *ret_reached;
     const struct lum_measure_options *o = &m->options;
     return (!o->csv || lum_measure_write_csv(o->csv, m->measured, m->n_measured, err)) &&
-           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, err));
+           (!o->json || lum_measure_write_json(o->json, o->scene, m->measured, m->n_measured, err)) &&
+           (!o->html || write_page(m, err));
 }
 
 int lum_cmd_measure(int argc, char **argv)

@@ -73,6 +73,9 @@ static const struct lum_option_row rows[] = {
     {"csv", "FILE", TEXT(csv), .help = "the points: x_m,y_m,z_m,lx,stderr_lx; empty where one is left out.\n"
         "Of sensors: sensor,quantity,x_m,y_m,z_m,value,stderr"},
     {"json", "FILE", TEXT(json), .help = "points and results"},
+    {"html", "FILE", TEXT(html), .help = "a page to print: results, pictures, plans of the points, luminaires; one file"},
+    {"pictures", "N", .fallback = "32", .kind = LUM_OPTION_WHOLE, AT(pictures_spp), .min = 0, .max = 4096, .help =
+        "samples a pixel of the page's pictures; 0: none"},
     {"threads", "N", .kind = LUM_OPTION_WHOLE, AT(threads), .min = 1, .max = 1024, .help = "default: all processors"},
     {"isa", "NAME", OTHER(lum_option_read_isa, isa), .help = "instruction set of the ray tracing"},
     {"seed", "N", .kind = LUM_OPTION_WHOLE, AT(seed), .max = UINT32_MAX, .help = "another draw of random numbers"},
@@ -91,7 +94,7 @@ static enum lum_status take(void *user, size_t i, const char *text, struct lum_e
 enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
                                           struct lum_error *err)
 {
-    struct lum_measure_options o = {.error = 0.01};
+    struct lum_measure_options o = {.error = 0.01, .pictures_spp = 32};
     enum lum_status st = lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), NULL, take, &o, err);
     if (!st && !o.help && !o.scene)
         st = lum_fail(err, LUM_ERR_INVALID, "scene", "--scene NAME|FILE is missing (see: lumend measure --help)");

@@ -19,7 +19,8 @@ struct lum_measure_options {
     double spacing_m; /* 0: by EN 12464-1 */
     bool cylindrical;
     double error, target_lx, uniformity; /* 0: no target */
-    const char *csv, *json;
+    const char *csv, *json, *html;
+    uint32_t pictures_spp; /* of the page */
     uint32_t threads, seed;
     const char *isa;
     bool help;

@@ -14,7 +14,7 @@ enum { COLUMNS = 16 /* that fit a terminal */, LEFT_OUT_TOLD = 8 };
 
 /* ---- stdout ---- */
 
-static const char *quantity(const struct lum_sensor_desc *d)
+const char *lum_measure_quantity(const struct lum_sensor_desc *d)
 {
     if (d->quantity != LUM_METER_PLANE)
         return lum_sensor_quantity_names[d->quantity];
@@ -140,7 +140,7 @@ bool lum_measure_print(const struct lum_measured *m)
         printf("observer at %.2f, %.2f, %.2f\n", at.x, at.y, at.z);
         return print_observer(m);
     }
-    printf("%s illuminance in lx", quantity(&m->desc));
+    printf("%s illuminance in lx", lum_measure_quantity(&m->desc));
     if (is_level(&m->desc))
         printf(", at y = %.3f m", at.y);
     if (m->desc.kind != LUM_SENSOR_POINT)

@@ -14,6 +14,9 @@ struct lum_measured {
     struct lum_sensor_result result;
 };
 
+/* "horizontal", "vertical", "cylindrical" ... */
+const char *lum_measure_quantity(const struct lum_sensor_desc *d);
+
 /* On stdout. False: a target is missed. */
 bool lum_measure_print(const struct lum_measured *m);
 bool lum_measure_write_csv(const char *path, const struct lum_measured *measured, size_t n,

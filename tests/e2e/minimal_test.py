@@ -1,5 +1,6 @@
 """clients/minimal: it ends well, its file is a PNG of the whole picture, and that picture shows the edit."""
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import unittest
 import zlib
 
 from daemon import Daemon
-from wsclient import WAIT_S
+from wsclient import PING, PONG, WAIT_S, frame, mask_bytes
 
 CLIENT = os.path.join(os.path.dirname(__file__), "..", "..", "clients", "minimal", "client.py")
 LAMP = "ceiling-panel"
@@ -85,6 +86,27 @@ class Minimal(unittest.TestCase):
             self.assertEqual(self.flux(daemon), 1100)
             # The only lamp is off: nothing shines, and every pixel is black.
             self.assertEqual(self.picture(daemon, "0")[2], BLACK * (W * H))
+
+    def test_pings_are_answered(self):
+        """Else the server takes it for dead while a picture takes long."""
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(WAIT_S)
+            url = f"http://127.0.0.1:{server.getsockname()[1]}/"
+            client = subprocess.Popen([sys.executable, CLIENT, url, self.out, LAMP, "1"], stderr=subprocess.DEVNULL)
+            with server.accept()[0] as line, line.makefile("rb") as incoming:
+                line.settimeout(WAIT_S)
+                while incoming.readline() not in (b"\r\n", b""):
+                    pass
+                line.sendall(b"HTTP/1.1 101 Switching Protocols\r\n\r\n" + frame(PING, b"still there?", masked=False))
+                answer = None
+                while answer is None:
+                    first, second = incoming.read(2)
+                    size = second & 127 if second & 127 < 126 else int.from_bytes(incoming.read(2), "big")
+                    key, data = incoming.read(4), incoming.read(size)
+                    if first & 15 == PONG:
+                        answer = mask_bytes(data, key)
+            self.assertEqual(answer, b"still there?")
+            self.assertNotEqual(client.wait(WAIT_S), 0)
 
     def test_refusals_end_it(self):
         with Daemon() as daemon:

@@ -215,6 +215,51 @@ static void sensors_of_the_scene_are_measured(void **state)
     free(csv);
 }
 
+static uint32_t count(const char *text, const char *what)
+{
+    uint32_t n = 0;
+    for (const char *at = text; (at = strstr(at, what)); at += strlen(what))
+        n++;
+    return n;
+}
+
+/* The page has each sensor by its name, as text; each of its points; a lamp of 100 cd everywhere by what its light and
+ * power come to, 400 pi lm and 10 W, with the like of it in one row; and pictures if they are wanted. */
+static void a_page_has_it_all(void **state)
+{
+    (void)state;
+    char text[sizeof room + 1536];
+    int n = snprintf(
+        text, sizeof text,
+        "%s{\"op\":\"add\",\"type\":\"sensor\",\"id\":\"a\",\"kind\":\"grid\",\"position\":[0,0.75,0],\"u\":[4,0,0],"
+        "\"v\":[0,0,3],\"spacing_m\":1,\"target_lx\":100000,\"name\":\"<script>&\"}\n",
+        room);
+    for (int i = 0; i < 2; i++)
+        n += snprintf(text + n, sizeof text - (size_t)n,
+                      "{\"op\":\"add\",\"type\":\"light\",\"id\":\"ball-%d\",\"kind\":\"ies\",\"position\":[%d,2,0],"
+                      "\"on\":%s,\"web\":{\"name\":\"Ball\",\"c_deg\":[0],\"gamma_deg\":[0,180],"
+                      "\"candela\":[100,100],\"watts\":10}}\n",
+                      i, i, i ? "false" : "true");
+    cli_write_text(cli_in_dir("page.jsonl"), text);
+    assert_int_equal(cli_run(lum_cmd_measure, "measure --scene @page.jsonl --html @p.html --pictures 0"),
+                     LUM_EXIT_FAILED); /* the target is missed */
+    char *page = cli_read_text(cli_in_dir("p.html"));
+    assert_non_null(strstr(page, "<td>&lt;script&gt;&amp;<td>horizontal<td"));
+    assert_null(strstr(page, "<script"));
+    assert_int_equal(count(page, "<rect "), 4 * 3);
+    assert_non_null(strstr(page, "class=\"misses\">E<sub>m</sub> &ge; 100000: missed<"));
+    assert_non_null(strstr(page,
+                           "<td>Ball<td>ball-0 and others<td class=\"n\">2<td class=\"n\">1<td class=\"n\">1257<td "
+                           "class=\"n\">10<td class=\"n\">126</tr>"));
+    assert_non_null(strstr(page, "<td class=\"n\">2<td class=\"n\">13823 lm<td class=\"n\">10 W*<")); /* 4400 pi */
+    assert_int_equal(count(page, "data:image/png"), 0);
+    free(page);
+    (void)cli_run(lum_cmd_measure, "measure --scene @page.jsonl --html @p.html --pictures 1 --error 0.5");
+    page = cli_read_text(cli_in_dir("p.html"));
+    assert_int_equal(count(page, "data:image/png"), 2);
+    free(page);
+}
+
 /* Sensors inside the floor and far away have no value, and say so; their neighbour is measured all the same. What is
  * not known is missed, and not for sure. */
 static void a_sensor_in_a_wall_keeps_no_other_from_its_value(void **state)
@@ -283,6 +328,7 @@ int main(void)
         cmocka_unit_test(a_table_has_each_point),
         cmocka_unit_test(points_inside_furniture_are_left_out),
         cmocka_unit_test(sensors_of_the_scene_are_measured),
+        cmocka_unit_test(a_page_has_it_all),
         cmocka_unit_test(a_sensor_in_a_wall_keeps_no_other_from_its_value),
         cmocka_unit_test(what_cannot_be_measured_is_refused),
     };

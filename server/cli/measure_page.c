@@ -1,0 +1,339 @@
+#define _POSIX_C_SOURCE 200809L /* gmtime_r */
+#include "server/cli/measure_page.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "core/film/false_color.h"
+#include "server/cli/page.h"
+#include "server/cli/schedule.h"
+#include "server/cli/shot.h"
+
+enum {
+    PICTURE_W = 900,
+    PICTURE_H = 600,
+    PNG_LEVEL = 6,
+    PLAN_WIDTH = 960, /* px, that a plan may take */
+    CELL_MIN = 10,
+    CELL_MAX = 60,            /* px */
+    CELL_WITH_NUMBER = 30,    /* px: four digits are readable */
+    PLANS_MAX_POINTS = 16384, /* of one plan: beyond, --csv has them */
+};
+
+static const char head[] =
+    "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n"
+    "<meta name=\"viewport\" content=\"width=device-width\">\n<style>\n"
+    "body { font: 15px/1.45 sans-serif; margin: 2em auto; padding: 0 1.5em; color: #111; background: #fff; max-width: "
+    "1000px }\n"
+    "h1 { font-size: 1.5em; margin-bottom: .2em; overflow-wrap: anywhere } h2 { font-size: 1.15em; margin: 2em 0 .5em "
+    "}\n"
+    "p.by { color: #444; margin-top: 0 }\n"
+    "table { border-collapse: collapse; width: 100% } td, th { padding: .3em .8em .3em 0; text-align: left; "
+    "vertical-align: top; border-bottom: 1px solid #bbb }\n"
+    "td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }\n"
+    "tfoot td { font-weight: bold; border-bottom: 0 } .misses { font-weight: bold }\n"
+    "figure { margin: 0 0 1em } img, svg { display: block; max-width: 100%; height: auto } figcaption { color: #444; "
+    "margin-top: .2em }\n"
+    "svg text { font: 11px sans-serif; text-anchor: middle }\n"
+    ".key span { display: inline-block; margin-right: .9em; white-space: nowrap } .key i { display: inline-block; "
+    "width: "
+    "1em; height: 1em; margin-right: .3em; border: 1px solid #777; vertical-align: -.15em }\n"
+    "section { break-inside: avoid } @media print { body { margin: 0; max-width: none; -webkit-print-color-adjust: "
+    "exact; print-color-adjust: exact } }\n</style>\n";
+
+static void put_name(FILE *f, const struct lum_measured *m)
+{
+    lum_page_text(f, m->name && m->name[0] ? m->name : m->id ? m->id : "Work plane");
+}
+
+/* So many digits, but never as a power of ten: people read this. */
+static void put_number(FILE *f, double value, int digits)
+{
+    if (fabs(value) >= pow(10.0, digits) || value == 0.0)
+        fprintf(f, "%.0f", value);
+    else
+        fprintf(f, "%.*g", digits, value);
+}
+
+/* ---- summary ---- */
+
+static void put_amount(FILE *f, bool is_there, struct lum_amount a, int digits)
+{
+    bool known = is_there && isfinite(a.value);
+    fputs(known ? "<td class=\"n\">" : "<td class=\"n\">&ndash;", f);
+    if (!known)
+        return;
+    put_number(f, a.value, digits);
+    fputs(" &plusmn; ", f);
+    put_number(f, a.stderr_of, 2);
+}
+
+static void put_target(FILE *f, const char *what, double target, const struct lum_verdict *v, const char *bound)
+{
+    if (!v->asked)
+        return;
+    fprintf(f, "<span class=\"%s\">%s %s %g: %s%s</span><br>", v->passes ? "meets" : "misses", what, bound, target,
+            v->passes ? "met" : "missed", v->sure ? "" : " (within noise)");
+}
+
+static void put_summary_row(FILE *f, const struct lum_measured *m)
+{
+    const struct lum_sensor_result *r = &m->result;
+    bool is_eye = m->desc.kind == LUM_SENSOR_OBSERVER, many = !is_eye && m->desc.kind != LUM_SENSOR_POINT;
+    struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
+    fputs("<tr><td>", f);
+    put_name(f, m);
+    fprintf(f, "<td>%s", is_eye ? "glare" : lum_measure_quantity(&m->desc));
+    put_amount(f, !is_eye, r->mean, 4);
+    put_amount(f, many, r->least, 4);
+    put_amount(f, many, r->uniformity, 3);
+    put_amount(f, is_eye, (struct lum_amount){r->ugr.ugr, r->ugr.stderr_of}, 3);
+    fputs("<td>", f);
+    put_target(f, "E<sub>m</sub>", m->targets.lx, &v.lx, "&ge;");
+    put_target(f, "U<sub>o</sub>", m->targets.uo, &v.uo, "&ge;");
+    put_target(f, "UGR", m->targets.ugr, &v.ugr, "&le;");
+    fputs("</tr>\n", f);
+}
+
+static void put_summary(FILE *f, const struct lum_measure_page *p)
+{
+    fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
+          "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th>wanted</tr>\n",
+          f);
+    for (size_t i = 0; i < p->n; i++)
+        put_summary_row(f, &p->measured[i]);
+    fputs("</table>\n<p>Each value &plusmn; its standard error. E<sub>m</sub>: mean; E<sub>min</sub>: least; "
+          "U<sub>o</sub> = E<sub>min</sub> / E<sub>m</sub>; UGR by formula (CIE 117).</p>\n",
+          f);
+}
+
+/* ---- pictures ---- */
+
+static enum lum_status put_picture(FILE *f, const struct lum_measure_page *p, bool illuminance, const char *caption,
+                                   struct lum_error *err)
+{
+    struct lum_canvas canvas;
+    const struct lum_shot shot = {PICTURE_W, PICTURE_H, p->pictures_spp, illuminance, p->tell, p->user};
+    enum lum_status st = lum_shot_take(p->world, &shot, &canvas, err);
+    if (st || !canvas.rgb)
+        return st;
+    fputs("<figure><img", f);
+    st = lum_page_image(f, &(struct lum_png){canvas.rgb, canvas.w, canvas.h, PNG_LEVEL}, caption, err);
+    lum_free(canvas.rgb);
+    fprintf(f, "><figcaption>%s</figcaption></figure>\n", caption);
+    return st;
+}
+
+static enum lum_status put_pictures(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
+{
+    fputs("<h2>Pictures</h2>\n", f);
+    enum lum_status st = put_picture(f, p, false, "As the eye sees it", err);
+    return st ? st : put_picture(f, p, true, "Illuminance on every surface, in lx", err);
+}
+
+/* ---- plans ---- */
+
+static void put_color(FILE *f, const uint8_t rgb[3])
+{
+    fprintf(f, "#%02x%02x%02x", rgb[0], rgb[1], rgb[2]);
+}
+
+/* Of what luminance white is as far from as black (WCAG: (1.05) / (L + .05) = (L + .05) / .05), in sRGB's own values.
+ */
+static bool is_dark(const uint8_t rgb[3])
+{
+    double linear[3];
+    for (int c = 0; c < 3; c++)
+        linear[c] = pow(rgb[c] / 255.0, 2.2);
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] < 0.18;
+}
+
+static void put_cell(FILE *f, const struct lum_measured *m, const struct lum_scale *scale, uint32_t i, uint32_t x,
+                     uint32_t y, uint32_t side)
+{
+    struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
+    const char *why = lum_sensor_left_out(r.clearance);
+    const uint8_t *rgb = scale->colors[lum_scale_color(scale, r.lx)];
+    fprintf(f, "<rect x=\"%u\" y=\"%u\" width=\"%u\" height=\"%u\" fill=\"", x, y, side, side);
+    if (why)
+        fputs("#ddd", f);
+    else
+        put_color(f, rgb);
+    fputs("\"><title>", f);
+    if (why)
+        fprintf(f, "left out: %s", why);
+    else
+        fprintf(f, "%.4g lx &plusmn; %.2g", r.lx, r.stderr_lx);
+    fputs("</title></rect>", f);
+    if (side < CELL_WITH_NUMBER)
+        return;
+    fprintf(f, "<text x=\"%u\" y=\"%u\" fill=\"%s\"%s>", x + side / 2, y + side / 2 + 4,
+            !why && is_dark(rgb) ? "#fff" : "#000",
+            !why && i == m->result.least_at ? " font-weight=\"bold\" text-decoration=\"underline\"" : "");
+    if (why)
+        fputs("&ndash;", f);
+    else
+        fprintf(f, r.lx < 10.0 ? "%.2g" : "%.0f", r.lx);
+    fputs("</text>\n", f);
+}
+
+static void put_key(FILE *f, const struct lum_scale *s)
+{
+    fputs("<p class=\"key\">lx: ", f);
+    for (uint32_t i = 0; i < s->n_colors; i++) {
+        fputs("<span><i style=\"background: ", f);
+        put_color(f, s->colors[i]);
+        fputs("\"></i>", f);
+        if (i < s->n_limits)
+            fprintf(f, "below %g</span>", s->limits[i]);
+        else
+            fprintf(f, "%g and more</span>", s->n_limits > 0 ? s->limits[s->n_limits - 1] : s->min);
+    }
+    fputs("</p>\n", f);
+}
+
+static void put_cells(FILE *f, const struct lum_measured *m, const struct lum_scale *scale, uint32_t nu, uint32_t nv)
+{
+    uint32_t side = PLAN_WIDTH / nu;
+    side = side < CELL_MIN ? CELL_MIN : side > CELL_MAX ? CELL_MAX : side;
+    fputs("<figure><svg role=\"img\" aria-label=\"illuminance of each point\" ", f);
+    fprintf(f, "width=\"%u\" height=\"%u\" viewBox=\"0 0 %u %u\">\n", nu * side, nv * side, nu * side, nv * side);
+    for (uint32_t i = 0; i < nu * nv; i++)
+        put_cell(f, m, scale, i, i % nu * side, i / nu * side, side);
+    struct lum_vec3d a = lum_sensor_point(m->sensor, 0), b = lum_sensor_point(m->sensor, nu * nv - 1);
+    fprintf(
+        f,
+        "</svg><figcaption>%u x %u points, %.3g x %.3g m apart, from x %.2f, y %.2f, z %.2f m at the top left to x "
+        "%.2f, y %.2f, z %.2f m at the bottom right; the least is underlined, grey is left out (%u inside furniture "
+        "or walls, %u right below something)</figcaption></figure>\n",
+        nu, nv, lum_v3d_length(m->desc.u) / nu, nv > 1 ? lum_v3d_length(m->desc.v) / nv : 0.0, a.x, a.y, a.z, b.x, b.y,
+        b.z, m->result.n_inside, m->result.n_covered);
+}
+
+static enum lum_status put_plan(FILE *f, const struct lum_measured *m, struct lum_error *err)
+{
+    uint32_t nu, nv;
+    struct lum_scale scale;
+    lum_sensor_size(m->sensor, &nu, &nv);
+    if (m->desc.kind == LUM_SENSOR_OBSERVER || m->desc.kind == LUM_SENSOR_POINT || nu * nv > PLANS_MAX_POINTS)
+        return LUM_OK;
+    float *lx = lum_calloc((size_t)nu * nv, sizeof *lx);
+    if (!lx)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a plan of %u points", nu * nv);
+    for (uint32_t i = 0; i < nu * nv; i++) {
+        struct lum_meter_reading r = lum_sensor_reading(m->sensor, i);
+        lx[i] = lum_sensor_left_out(r.clearance) ? NAN : (float)r.lx;
+    }
+    const struct lum_false_color colors = {.min = NAN, .max = NAN};
+    if (lum_scale_make(&colors, lx, (size_t)nu * nv, &scale)) {
+        fputs("<section><h2>", f);
+        put_name(f, m);
+        fputs("</h2>\n", f);
+        put_cells(f, m, &scale, nu, nv);
+        put_key(f, &scale);
+        fputs("</section>\n", f);
+    }
+    lum_free(lx);
+    return LUM_OK;
+}
+
+/* ---- luminaires ---- */
+
+static void put_lamps(FILE *f, const struct lum_schedule_row *r)
+{
+    fputs("<tr><td>", f);
+    lum_page_text(f, r->what);
+    fputs("<td>", f);
+    lum_page_text(f, r->first);
+    fprintf(f, "%s<td class=\"n\">%u<td class=\"n\">%u<td class=\"n\">", r->n > 1 ? " and others" : "", r->n, r->n_on);
+    put_number(f, r->flux_lm, 4);
+    bool known = !isnan(r->watts);
+    fputs(known ? "<td class=\"n\">" : "<td class=\"n\">&ndash;<td class=\"n\">&ndash;</tr>\n", f);
+    if (!known)
+        return;
+    put_number(f, r->watts, 4);
+    fputs("<td class=\"n\">", f);
+    put_number(f, r->watts > 0.0 ? r->flux_lm / r->watts : 0.0, 3);
+    fputs("</tr>\n", f);
+}
+
+static void put_total(FILE *f, const struct lum_schedule *s)
+{
+    fprintf(f, "<tfoot><tr><td>All that are on<td><td><td class=\"n\">%u<td class=\"n\">", s->n_on);
+    put_number(f, s->flux_lm, 4);
+    fputs(" lm<td class=\"n\">", f);
+    if (s->n_on_without_watts < s->n_on) {
+        put_number(f, s->watts, 4);
+        fputs(s->n_on_without_watts > 0 ? " W*" : " W", f);
+    }
+    fputs("<td></tr></tfoot></table>\n", f);
+    if (s->n_on_without_watts < s->n_on)
+        fputs("<p>Watts are those of the luminaires' files, undimmed.</p>\n", f);
+    if (s->n_on_without_watts > 0 && s->n_on_without_watts < s->n_on)
+        fprintf(f, "<p>* Without %u whose power is not known.</p>\n", s->n_on_without_watts);
+}
+
+static enum lum_status put_luminaires(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
+{
+    struct lum_schedule s;
+    enum lum_status st = lum_schedule_make(p->world, &s, err);
+    if (st)
+        return st;
+    fputs("<section><h2>Luminaires</h2>\n", f);
+    if (s.n == 0)
+        fputs("<p>None.</p>\n", f);
+    else
+        fputs(
+            "<table>\n<tr><th>luminaire<th>in the scene<th class=\"n\">number<th class=\"n\">on<th class=\"n\">lm each"
+            "<th class=\"n\">W each<th class=\"n\">lm/W</tr>\n",
+            f);
+    for (size_t i = 0; i < s.n; i++)
+        put_lamps(f, &s.rows[i]);
+    if (s.n > 0)
+        put_total(f, &s);
+    fputs("</section>\n", f);
+    lum_schedule_finish(&s);
+    return LUM_OK;
+}
+
+/* ---- the page ---- */
+
+static void put_head(FILE *f, const struct lum_measure_page *p)
+{
+    char day[32] = "";
+    time_t now = time(NULL);
+    struct tm utc;
+    if (gmtime_r(&now, &utc))
+        strftime(day, sizeof day, "%Y-%m-%d", &utc);
+    const char *name = strrchr(p->scene, '/');
+    name = name ? name + 1 : p->scene;
+    fputs(head, f);
+    fputs("<title>Light in ", f);
+    lum_page_text(f, name);
+    fputs("</title>\n<h1>Light in ", f);
+    lum_page_text(f, name);
+    fprintf(f,
+            "</h1>\n<p class=\"by\">Measured on %s by lumend %s: all light, direct and indirect, is path traced.</p>\n",
+            day, LUMEND_VERSION);
+}
+
+static enum lum_status put_page(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
+{
+    put_head(f, p);
+    put_summary(f, p);
+    enum lum_status st = p->pictures_spp > 0 ? put_pictures(f, p, err) : LUM_OK;
+    for (size_t i = 0; i < p->n && !st; i++)
+        st = put_plan(f, &p->measured[i], err);
+    return st ? st : put_luminaires(f, p, err);
+}
+
+enum lum_status lum_measure_page_write(const char *path, const struct lum_measure_page *p, struct lum_error *err)
+{
+    struct lum_page page;
+    enum lum_status st = lum_page_begin(&page, err);
+    if (st)
+        return st;
+    st = put_page(page.f, p, err);
+    return lum_page_end(&page, path, st, err);
+}
