@@ -458,22 +458,22 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
     return LUM_OK;
 }
 
-/* ---- some of them alone ---- */
+/* ---- as bright as somebody wants ---- */
 
-struct lum_light_part *lum_lights_alone(const struct lum_light_part *part,
-                                        bool (*shines)(void *user, const struct lum_light *light), void *user)
+struct lum_light_part *lum_lights_relit(const struct lum_light_part *part,
+                                        void (*change)(void *user, struct lum_light *light), void *user)
 {
-    struct lum_light_part *alone = part_alloc(part->n);
-    if (!alone)
+    struct lum_light_part *relit = part_alloc(part->n);
+    if (!relit)
         return NULL;
-    alone->n = part->n;
-    alone->bounds = part->bounds;
+    relit->n = part->n;
+    relit->bounds = part->bounds;
     if (part->n)
-        memcpy(alone->items, part->items, part->n * sizeof *part->items);
+        memcpy(relit->items, part->items, part->n * sizeof *part->items);
     for (uint32_t i = 0; i < part->n; i++)
-        alone->items[i].on = shines(user, &part->items[i]);
-    fill_table(alone);
-    return alone;
+        change(user, &relit->items[i]);
+    fill_table(relit);
+    return relit;
 }
 
 /* ---- comparison ---- */

@@ -120,10 +120,10 @@ enum lum_status lum_sky_resolve(const struct lum_light_input *in, const struct l
 bool lum_lights_same_shape(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
 bool lum_lights_same_power(const struct lum_snapshot_parts *a, const struct lum_snapshot_parts *b);
 
-/* The same lights, those alone switched on for which `shines` is true. What they are made of stays that of `part`,
- * which has to live as long. NULL: out of memory. */
-struct lum_light_part *lum_lights_alone(const struct lum_light_part *part,
-                                        bool (*shines)(void *user, const struct lum_light *light), void *user);
+/* The same lights, after `change` of power and switch of each. What they are made of stays that of `part`, which has to
+ * live as long. NULL: out of memory. */
+struct lum_light_part *lum_lights_relit(const struct lum_light_part *part,
+                                        void (*change)(void *user, struct lum_light *light), void *user);
 
 struct lum_bounds lum_shape_bounds(const struct lum_accel_shape *shape);
 

@@ -21,7 +21,7 @@ void lum_snapshot_unref(const struct lum_snapshot *snapshot)
         return;
     if (s->whole) {
         lum_snapshot_unref(s->whole);
-        lum_light_part_unref(s->alone);
+        lum_light_part_unref(s->relit);
         lum_free(s);
         return;
     }
@@ -34,38 +34,41 @@ void lum_snapshot_unref(const struct lum_snapshot *snapshot)
     lum_free(s);
 }
 
-/* ---- some lights alone ---- */
+/* ---- in other light ---- */
 
-/* A version of its own for each choice of lights: far above those that are counted. */
-static uint64_t version_alone(uint64_t version, const struct lum_light_part *part)
+/* A version of its own for each look: far above those that are counted. */
+static uint64_t version_of_look(uint64_t version, const struct lum_light_part *part)
 {
     uint32_t high = (uint32_t)(version >> 32), low = (uint32_t)version;
     for (uint32_t i = 0; i < part->n; i++) {
+        uint32_t power[3];
         if (!part->items[i].on)
             continue;
-        high = lum_hash_combine(high, i);
-        low = lum_hash_combine(low, ~i);
+        memcpy(power, &part->items[i].power, sizeof power);
+        uint32_t hash = lum_hash_combine(lum_hash_combine(lum_hash_combine(i, power[0]), power[1]), power[2]);
+        high = lum_hash_combine(high, hash);
+        low = lum_hash_combine(low, ~hash);
     }
     return (uint64_t)(high | 1u << 31) << 32 | low;
 }
 
-enum lum_status lum_snapshot_alone(const struct lum_snapshot *s, bool (*shines)(void *, const struct lum_light *),
-                                   void *user, const struct lum_snapshot **ret_snapshot, struct lum_error *err)
+enum lum_status lum_snapshot_relit(const struct lum_snapshot *s, void (*change)(void *, struct lum_light *), void *user,
+                                   const struct lum_snapshot **ret_snapshot, struct lum_error *err)
 {
-    struct lum_snapshot *alone = lum_calloc(1, sizeof *alone);
-    struct lum_light_part *part = lum_lights_alone(s->parts->lights, shines, user);
-    if (!alone || !part) {
-        lum_free(alone);
+    struct lum_snapshot *relit = lum_calloc(1, sizeof *relit);
+    struct lum_light_part *part = lum_lights_relit(s->relit ? s->relit : s->parts->lights, change, user);
+    if (!relit || !part) {
+        lum_free(relit);
         lum_light_part_unref(part);
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %u lights", s->lights.n_lights);
     }
-    *alone = *s;
-    lum_refs_init(&alone->refs);
-    alone->whole = lum_snapshot_ref(s);
-    alone->alone = part;
-    alone->lights = part->table;
-    alone->versions.light_power = version_alone(s->versions.light_power, part);
-    *ret_snapshot = alone;
+    *relit = *s;
+    lum_refs_init(&relit->refs);
+    relit->whole = lum_snapshot_ref(s);
+    relit->relit = part;
+    relit->lights = part->table;
+    relit->versions.light_power = version_of_look(s->versions.light_power, part);
+    *ret_snapshot = relit;
     return LUM_OK;
 }
 

@@ -102,18 +102,19 @@ struct lum_snapshot {
     uint32_t n_media;
     uint64_t n_triangles;             /* instanced */
     struct lum_snapshot_parts *parts; /* private to core/scene: ownership of the above, cameras */
-    const struct lum_snapshot *whole; /* where this one shows some lights alone: of all; owns the parts. Else NULL */
-    struct lum_light_part *alone;     /* private to core/scene: its lights */
+    const struct lum_snapshot
+        *whole;                   /* where this one is in other light: the scene as it is; owns the parts. Else NULL */
+    struct lum_light_part *relit; /* private to core/scene: its lights */
 };
 
 const struct lum_snapshot *lum_snapshot_ref(const struct lum_snapshot *);
 void lum_snapshot_unref(const struct lum_snapshot *); /* accepts NULL. Thread: any */
 
-/* The same scene in other light: of its lights those shine for which `shines` is true, switched on or not, and no
- * other. The same lights alone have the same versions, whenever they are asked for. Thread: any. */
-LUM_MUST_USE enum lum_status lum_snapshot_alone(const struct lum_snapshot *,
-                                                bool (*shines)(void *, const struct lum_light *), void *user,
-                                                const struct lum_snapshot **ret_snapshot, struct lum_error *err);
+/* The same scene in other light: `change` is called for each of its lights, and may set power and on. The same light
+ * has the same versions, whenever it is asked for. Thread: any. */
+LUM_MUST_USE enum lum_status lum_snapshot_relit(const struct lum_snapshot *, void (*change)(void *, struct lum_light *),
+                                                void *user, const struct lum_snapshot **ret_snapshot,
+                                                struct lum_error *err);
 
 /* LUM_ERR_NOT_FOUND when there is no such camera. id NULL: the first by name, "main" preferred. */
 LUM_MUST_USE enum lum_status lum_snapshot_camera(const struct lum_snapshot *, const char *id,

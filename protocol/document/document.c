@@ -330,6 +330,17 @@ static bool check_home_camera(const struct lum_txn *t)
                           "camera of \"render\": there is no camera \"%s\"%s", id, near);
 }
 
+static bool check_targets(const struct lum_txn *t, const struct lum_ops *ops, size_t *ret_at)
+{
+    const struct lum_record *patch;
+    if (lum_targets_check(t, &patch))
+        return true;
+    for (size_t i = 0; patch && i < ops->n; i++)
+        if (strcmp(ops->ops[i].id, patch->id) == 0)
+            *ret_at = i;
+    return false;
+}
+
 static bool apply_op(struct lum_txn *t, const struct lum_op *op, const struct lum_import_children *children,
                      size_t n_children)
 {
@@ -363,7 +374,7 @@ static bool apply_ops(struct lum_txn *t, const struct lum_ops *ops, const struct
     if (!settle_import(t))
         return false;
     *ret_at = named_at;
-    return named_at == ops->n || check_home_camera(t);
+    return (named_at == ops->n || check_home_camera(t)) && check_targets(t, ops, ret_at);
 }
 
 bool lum_document_apply(struct lum_document *doc, const char *user, const struct lum_ops *ops,

@@ -31,6 +31,8 @@ const struct lum_record *lum_document_find(const struct lum_document *doc, const
  * \"b\"?", or else which there are, as far as that fits. Empty when there are none, or many types. */
 void lum_document_nearest(const struct lum_document *doc, enum lum_record_type type, const char *id, char *ret_text,
                           size_t size);
+/* What this patch names is there: a light, an object or a mixing group. */
+bool lum_document_has_target(const struct lum_document *doc, const struct lum_record *patch);
 /* Calls fn for each record, what is referred to before what refers, then by id. False: memory is short, nothing called.
  */
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user);

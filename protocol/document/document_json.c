@@ -123,7 +123,7 @@ static bool list_edits(struct part_list *l, const struct lum_document *doc, cons
 
 static bool list_removals(struct part_list *l, const struct lum_document *doc, const struct lum_record *import)
 {
-    for (int rank = lum_record_rank(LUM_RECORD_SENSOR); rank > 0; rank--)
+    for (int rank = lum_record_rank(LUM_RECORD_PATCH); rank > 0; rank--)
         for (size_t i = 0; i < import->import.n_made; i++) {
             const struct lum_record *made = import->import.made[i];
             if (lum_record_rank(made->type) == rank && !lum_document_find(doc, made->id) &&
@@ -133,13 +133,31 @@ static bool list_removals(struct part_list *l, const struct lum_document *doc, c
     return true;
 }
 
-/* Settings last, for they name a camera. */
+/* But those of what is gone, which nobody could add again. */
+static bool list_patches(struct part_list *l, const struct lum_document *doc, const struct lum_record **records,
+                         size_t n)
+{
+    size_t n_patches = doc->table.n_of_type[LUM_RECORD_PATCH], at = 0;
+    struct lum_target *targets = n_patches ? calloc(n_patches, sizeof *targets) : NULL;
+    bool ok = targets || n_patches == 0;
+    for (size_t i = 0; i < n && ok; i++)
+        if (records[i]->type == LUM_RECORD_PATCH)
+            targets[at++].patch = records[i];
+    lum_targets_find(doc, targets, at);
+    for (size_t i = 0; i < at && ok; i++)
+        if (targets[i].there)
+            ok = push(l, (struct lum_document_part){LUM_PART_RECORD, targets[i].patch, NULL, NULL});
+    free(targets);
+    return ok;
+}
+
+/* Patches and settings last, for they name what may have been edited, and a camera. */
 static bool list_replayable(struct part_list *l, const struct lum_document *doc, const struct lum_record **records,
                             size_t n)
 {
     bool ok = true;
     for (size_t i = 0; i < n && ok; i++)
-        if (!records[i]->origin[0] && records[i]->type != LUM_RECORD_RENDER)
+        if (!records[i]->origin[0] && records[i]->type != LUM_RECORD_RENDER && records[i]->type != LUM_RECORD_PATCH)
             ok = push(l, (struct lum_document_part){LUM_PART_RECORD, records[i], NULL, NULL});
     for (size_t i = 0; i < n && ok; i++)
         if (records[i]->type == LUM_RECORD_IMPORT)
@@ -147,6 +165,7 @@ static bool list_replayable(struct part_list *l, const struct lum_document *doc,
     for (size_t i = 0; i < n && ok; i++)
         if (records[i]->type == LUM_RECORD_IMPORT)
             ok = list_removals(l, doc, records[i]);
+    ok = ok && list_patches(l, doc, records, n);
     const struct lum_record *render = lum_document_find(doc, "render"),
                             *camera = lum_document_find(doc, render->render.camera);
     return ok && push(l, (struct lum_document_part){LUM_PART_SETTINGS, render, camera, NULL});

@@ -1,4 +1,5 @@
-/* Inside of struct lum_document, shared by document.c, transaction.c, history.c, undo.c, state.c and document_json.c. */
+/* Inside of struct lum_document, shared by document.c, transaction.c, history.c, undo.c, state.c, targets.c and
+ * document_json.c. */
 #ifndef LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 #define LUM_PROTOCOL_DOCUMENT_INTERNAL_H
 
@@ -30,6 +31,18 @@ bool lum_txn_step(struct lum_txn *t, struct lum_record *before, struct lum_recor
 void lum_txn_rollback(struct lum_txn *t); /* undoes all steps and frees what the transaction holds */
 /* The net effect of all steps, sorted; frees the log. On failure everything is taken back. */
 bool lum_txn_end(struct lum_txn *t, struct lum_changes *ret_changes);
+
+/* ---- targets of patches (targets.c) ---- */
+
+struct lum_target {
+    const struct lum_record *patch;
+    bool there; /* what it names */
+};
+/* Sorts them, and finds out for each. */
+void lum_targets_find(const struct lum_document *doc, struct lum_target *targets, size_t n);
+/* Patches may come before what they name, or outlive it; one that is set to what is not there at the end is a slip:
+ * *ret_patch. */
+bool lum_targets_check(const struct lum_txn *t, const struct lum_record **ret_patch);
 
 /* ---- history (history.c) ---- */
 

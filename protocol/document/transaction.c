@@ -59,6 +59,9 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
     if (r->type == LUM_RECORD_SENSOR && table->n_of_type[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u sensors",
                               LUM_LIMIT_SENSORS);
+    if (r->type == LUM_RECORD_PATCH && table->n_of_type[LUM_RECORD_PATCH] >= LUM_LIMIT_PATCHES)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u patches",
+                              LUM_LIMIT_PATCHES);
     return true;
 }
 

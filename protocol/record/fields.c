@@ -218,6 +218,16 @@ static const struct lum_field sensor[] = {
     TEXT(sensor, name, "for people"),
 };
 
+static const struct lum_field patch[] = {
+    CHOICE(patch, protocol, 0, "sacn|artnet", ""),
+    INTEGER(patch, universe, 0, 63999, 1, "sacn: 1 to 63999; artnet: the port address, 0 to 32767"),
+    INTEGER(patch, address, 1, 512, 1, "of its first channel"),
+    CHOICE(patch, channels, 0, "dim|dim16|rgb|rgb16", "from there on; 16: two a value, the coarse one first"),
+    CHOICE(patch, curve, 0, "linear|square", "light by value; square: dark values are finer"),
+    {ROW(patch, target, ID), CHARS(patch, target), .flags = LUM_FIELD_REQUIRED, .unit = "",
+     .doc = "a light, an object or a mixing group, there when it is set"},
+};
+
 static const struct lum_field render[] = {
     NAME(render, method, "live", "default of views; see `lumend methods`"),
     INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
@@ -255,6 +265,7 @@ static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_MEDIUM] = {medium, COUNT(medium)},
     [LUM_RECORD_CAMERA] = {camera, COUNT(camera)},
     [LUM_RECORD_SENSOR] = {sensor, COUNT(sensor)},
+    [LUM_RECORD_PATCH] = {patch, COUNT(patch)},
     [LUM_RECORD_RENDER] = {render, COUNT(render)},
     [LUM_RECORD_IMPORT] = {import, COUNT(import)},
 };
@@ -267,8 +278,8 @@ const struct lum_fields lum_camera_fields = {camera, COUNT(camera)};
 const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_MESH] = "mesh",     [LUM_RECORD_IMAGE] = "image",   [LUM_RECORD_MATERIAL] = "material",
     [LUM_RECORD_OBJECT] = "object", [LUM_RECORD_LIGHT] = "light",   [LUM_RECORD_MEDIUM] = "medium",
-    [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_SENSOR] = "sensor", [LUM_RECORD_RENDER] = "render",
-    [LUM_RECORD_IMPORT] = "import",
+    [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_SENSOR] = "sensor", [LUM_RECORD_PATCH] = "patch",
+    [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
 };
 
 const struct lum_fields *lum_fields_of(enum lum_record_type type)

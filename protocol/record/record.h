@@ -22,6 +22,7 @@ enum lum_record_type {
     LUM_RECORD_MEDIUM,
     LUM_RECORD_CAMERA,
     LUM_RECORD_SENSOR,
+    LUM_RECORD_PATCH,
     LUM_RECORD_RENDER, /* the one record of id "render": settings; always exists */
     LUM_RECORD_IMPORT,
     LUM_RECORD_TYPE_COUNT
@@ -114,6 +115,14 @@ struct lum_record_sensor {
     char name[128];
 };
 
+struct lum_record_patch {
+    char protocol[8]; /* sacn artnet */
+    double universe, address;
+    char channels[8]; /* dim dim16 rgb rgb16 */
+    char curve[8];    /* linear square */
+    lum_id target;    /* a light, an object or a mixing group; there when it is set */
+};
+
 struct lum_record_render {
     char method[16];
     double spp, max_depth, shadow_samples, seed, vpls, cache_accuracy;
@@ -149,6 +158,7 @@ struct lum_record {
         struct lum_record_medium medium;
         struct lum_record_camera camera;
         struct lum_record_sensor sensor;
+        struct lum_record_patch patch;
         struct lum_record_render render;
         struct lum_record_import import;
     };
@@ -160,6 +170,9 @@ struct lum_record *lum_record_ref(struct lum_record *r);
 void lum_record_unref(struct lum_record *r); /* accepts NULL */
 /* A copy that may be changed, but for its bulk arrays: these are shared, and can only be replaced. */
 struct lum_record *lum_record_clone(const struct lum_record *r);
+
+/* How many channels it takes, from its address on. */
+unsigned lum_patch_channels(const struct lum_record_patch *p);
 
 /* Of one record without its arrays, about: the same in every build, for what is forgotten hangs on it. */
 #define LUM_RECORD_BYTES 1024u

@@ -242,6 +242,26 @@ static bool validate_sensor(const struct lum_record_sensor *s, struct lum_proto_
     return true;
 }
 
+unsigned lum_patch_channels(const struct lum_record_patch *p)
+{
+    unsigned n = strncmp(p->channels, "rgb", 3) == 0 ? 3 : 1;
+    return strcmp(p->channels + strlen(p->channels) - 2, "16") == 0 ? 2 * n : n;
+}
+
+static bool validate_patch(const struct lum_record_patch *p, struct lum_proto_error *err)
+{
+    bool artnet = strcmp(p->protocol, "artnet") == 0;
+    unsigned n = lum_patch_channels(p);
+    if (artnet ? p->universe > 32767.0 : p->universe < 1.0)
+        return invalid(err, "universe",
+                       artnet ? "universe of artnet is a port address: 0 to 32767"
+                              : "universe of sacn must be 1 to 63999");
+    if (p->address + n <= 513.0)
+        return true;
+    return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "address",
+                          "%s takes %u channels of 512: address must be 1 to %u", p->channels, n, 513 - n);
+}
+
 static bool validate_render(const struct lum_record_render *r, struct lum_proto_error *err)
 {
     double root = floor(sqrt(r->shadow_samples) + 0.5);
@@ -270,6 +290,8 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
         return lum_camera_validate(&r->camera, err);
     case LUM_RECORD_SENSOR:
         return validate_sensor(&r->sensor, err);
+    case LUM_RECORD_PATCH:
+        return validate_patch(&r->patch, err);
     case LUM_RECORD_RENDER:
         return validate_render(&r->render, err);
     case LUM_RECORD_IMPORT:

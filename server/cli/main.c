@@ -147,8 +147,26 @@ static enum lum_status make_net(const struct lum_serve_options *o, struct lum_lo
     return lum_net_create(&config, ret_net, err);
 }
 
+/* *ret_desk stays NULL where no desk is listened to. */
+static enum lum_status make_desk(const struct lum_serve_options *o, struct lum_log log, struct lum_desk **ret_desk,
+                                 struct lum_error *err)
+{
+    struct lum_desk_config config = {.log = log};
+    bool any = false;
+    for (int p = 0; p < LUM_DESK_PROTOCOL_COUNT; p++) {
+        struct lum_desk_ear *ear = &config.ears[p];
+        ear->open = o->desk[p].host[0] != '\0';
+        ear->port = o->desk[p].port;
+        snprintf(ear->host, sizeof ear->host, "%s", o->desk[p].host);
+        any = any || ear->open;
+    }
+    snprintf(config.ears[LUM_DESK_SACN].interface, sizeof config.ears[0].interface, "%s",
+             o->sacn_join ? o->sacn_join : "");
+    return any ? lum_desk_create(&config, ret_desk, err) : LUM_OK;
+}
+
 static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
-                                     struct lum_director **ret_director, struct lum_error *err)
+                                     struct lum_desk *desk, struct lum_director **ret_director, struct lum_error *err)
 {
     const struct lum_director_config config = {
         .scene = o->scene,
@@ -162,6 +180,7 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .isa = o->isa,
         .threads = o->threads,
         .deterministic = o->deterministic,
+        .desk = desk,
         .log = log,
         .wake_net = lum_net_wake,
         .wake_user = net,
@@ -185,11 +204,16 @@ static bool has_assets(const struct lum_serve_options *o, struct lum_log log)
 static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
                            struct lum_net *net, struct lum_error *err)
 {
+    struct lum_desk *desk = NULL;
     struct lum_director *director = NULL;
     struct lum_sessions *sessions = NULL;
-    enum lum_status status = make_director(o, log, net, &director, err);
-    if (status)
+    enum lum_status status = make_desk(o, log, &desk, err);
+    if (!status)
+        status = make_director(o, log, net, desk, &director, err);
+    if (status) {
+        lum_desk_destroy(desk);
         return status;
+    }
     const struct lum_sessions_config config = {.director = director,
                                                .auth = auth,
                                                .counters = lum_net_counters(net),
@@ -207,6 +231,7 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
     }
     lum_sessions_destroy(sessions);
     lum_director_destroy(director);
+    lum_desk_destroy(desk);
     return status;
 }
 

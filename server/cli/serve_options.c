@@ -1,6 +1,7 @@
 #define _GNU_SOURCE
 #include "server/cli/serve_options.h"
 
+#include <arpa/inet.h>
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,28 @@ static enum lum_status read_listen(const struct lum_option_row *row, const char 
 {
     (void)row;
     return lum_address_parse(given, text, &((struct lum_serve_options *)options)->listen, err);
+}
+
+static enum lum_status read_desk(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                 struct lum_error *err)
+{
+    struct lum_serve_options *o = options;
+    struct lum_address *to = &o->desk[strcmp(row->name, "artnet") == 0 ? LUM_DESK_ARTNET : LUM_DESK_SACN];
+    enum lum_status status = lum_address_parse(given, text, to, err);
+    if (!status && to->ipv6)
+        return lum_fail(err, LUM_ERR_INVALID, row->name, "%s needs an IPv4 address, not '%.60s'", given, text);
+    return status;
+}
+
+static enum lum_status read_join(const struct lum_option_row *row, const char *given, const char *text, void *options,
+                                 struct lum_error *err)
+{
+    struct in_addr address;
+    ((struct lum_serve_options *)options)->sacn_join = text;
+    if (inet_pton(AF_INET, text, &address) == 1)
+        return LUM_OK;
+    return lum_fail(err, LUM_ERR_INVALID, row->name, "%s needs the IPv4 address of an interface, not '%.60s'", given,
+                    text);
 }
 
 static enum lum_status read_log(const struct lum_option_row *row, const char *given, const char *text, void *options,
@@ -54,6 +77,13 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
         .help = "names by which browsers may reach this server, beside localhost and addresses"},
     [LUM_SERVE_ALLOW_ORIGIN] = {"allow-origin", "URL,...", .fallback = "", TEXT(allow_origin),
         .help = "pages of other sites that may connect: https://lights.example"},
+    [LUM_SERVE_SACN] = {"sacn", "HOST:PORT", OTHER(read_desk),
+        .help = "listens to lighting desks that speak sACN (E1.31) there: 127.0.0.1:5568, or 0.0.0.0:5568 for\n"
+                "all who can reach it. Nobody is asked for a password. Default: to none"},
+    [LUM_SERVE_SACN_JOIN] = {"sacn-join", "ADDRESS", OTHER(read_join),
+        .help = "joins the multicast groups of patched universes on the interface with this address"},
+    [LUM_SERVE_ARTNET] = {"artnet", "HOST:PORT", OTHER(read_desk),
+        .help = "the same for Art-Net: 127.0.0.1:6454"},
     [LUM_SERVE_ASSETS] = {"assets", "DIR", TEXT(assets),
         .help = "directory of the model files that clients may import"},
     [LUM_SERVE_STATE] = {"state", "DIR", TEXT(state),
@@ -125,6 +155,15 @@ static enum lum_status check_auth(const struct lum_serve_options *o, struct lum_
     return LUM_OK;
 }
 
+/* Linux gives datagrams of a group only to sockets that are bound to all addresses, or to the group's. */
+static enum lum_status check_desk(const struct lum_serve_options *o, struct lum_error *err)
+{
+    if (!o->sacn_join || o->desk[LUM_DESK_SACN].any)
+        return LUM_OK;
+    return lum_fail(err, LUM_ERR_INVALID, "sacn-join",
+                    "%s goes with --sacn 0.0.0.0:5568, and with no other address", o->given[LUM_SERVE_SACN_JOIN]);
+}
+
 enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_options *ret_options,
                                         struct lum_error *err)
 {
@@ -136,6 +175,8 @@ enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_
             status = lum_option_read(&rows[i], o.given[i], o.value[i], &o, err);
     if (!status)
         status = check_auth(&o, err);
+    if (!status)
+        status = check_desk(&o, err);
     if (!status)
         *ret_options = o;
     return status;

@@ -7,6 +7,7 @@
 
 #include "core/base/base.h"
 #include "server/base/log.h"
+#include "server/desk/packet.h"
 #include "server/journal/journal.h"
 #include "server/net/address.h"
 
@@ -17,6 +18,9 @@ enum lum_serve_option {
     LUM_SERVE_NO_AUTH,
     LUM_SERVE_ALLOW_HOST,
     LUM_SERVE_ALLOW_ORIGIN,
+    LUM_SERVE_SACN,
+    LUM_SERVE_SACN_JOIN,
+    LUM_SERVE_ARTNET,
     LUM_SERVE_ASSETS,
     LUM_SERVE_STATE,
     LUM_SERVE_DURABILITY,
@@ -34,9 +38,10 @@ enum lum_serve_option {
 
 struct lum_serve_options {
     /* Strings belong to argv and the environment. NULL: not given and no default. */
-    const char *scene, *token_file, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa;
+    const char *scene, *token_file, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa, *sacn_join;
     enum lum_durability durability;
     struct lum_address listen;
+    struct lum_address desk[LUM_DESK_PROTOCOL_COUNT]; /* host "": not given */
     bool no_auth, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */
     uint32_t snapshot_kib;

@@ -141,6 +141,7 @@ static enum lum_status check(const struct state *s, const struct options *o, con
 /* ---- export ---- */
 
 struct exporting {
+    const struct lum_document *doc;
     FILE *out;
     struct lum_error *err;
     enum lum_status status;
@@ -165,6 +166,8 @@ static void export_record(void *user, const struct lum_record *r)
     struct exporting *e = user;
     if (e->status || r->type == LUM_RECORD_IMPORT || r->type == LUM_RECORD_RENDER)
         return;
+    if (r->type == LUM_RECORD_PATCH && !lum_document_has_target(e->doc, r))
+        return; /* nobody could add it again */
     struct lum_record *plain = NULL;
     bool image = r->type == LUM_RECORD_IMAGE && r->image.pixels && r->image.asset[0];
     bool web = r->type == LUM_RECORD_LIGHT && r->light.web && r->light.asset[0];
@@ -183,6 +186,7 @@ static void export_record(void *user, const struct lum_record *r)
 
 static void export_flat(struct exporting *e, const struct lum_document *doc)
 {
+    e->doc = doc;
     if (!lum_document_each(doc, export_record, e) && !e->status)
         e->status = lum_fail(e->err, LUM_ERR_NOMEM, "state", "no memory for the scene");
     struct lum_record *r = lum_record_clone(lum_document_find(doc, "render"));

@@ -173,6 +173,7 @@ static void *director_main(void *arg)
         work_off_inbox(d);
         lum_director_turn_imports(d);
         lum_director_commit(d);
+        lum_director_turn_desk(d);
         int64_t wait_ns = lum_director_publish_due(d);
         struct lum_server_view *v = lum_director_choose_view(d);
         enum lum_beside_state beside = lum_director_work_beside(d, v);
@@ -303,6 +304,10 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
         return st;
     }
     d->has_thread = true;
+    if (d->config.desk && (st = lum_desk_start(d->config.desk, lum_director_desk_changed, d, err))) {
+        lum_director_destroy(d);
+        return st;
+    }
     *ret_director = d;
     return LUM_OK;
 }
@@ -312,6 +317,7 @@ void lum_director_destroy(struct lum_director *d)
 {
     if (!d)
         return;
+    lum_desk_stop(d->config.desk);
     pthread_mutex_lock(&d->lock);
     d->stop = true;
     atomic_store(&d->cancel, true);

@@ -338,6 +338,7 @@ void lum_director_commit(struct lum_director *d)
     lum_snapshot_unref(was);
     if (!published)
         return;
+    lum_director_follow_desk(d);
     atomic_store(&d->scene_rev, lum_document_rev(d->world.doc));
     lum_director_count_scene(d); /* before the replies: who got one reads numbers of its own edit */
     struct lum_staged_edit *oldest_first = NULL;

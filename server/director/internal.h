@@ -68,6 +68,11 @@ struct lum_director {
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_director_probes probes;
     struct lum_director_scene_gets scene_gets;
+    struct {
+        uint64_t changes, generation; /* of the desk and of the patches, when its values were taken */
+        uint64_t looks;               /* that were made of them */
+        int64_t heard_ns;             /* of the newest packet in them */
+    } desk;
     struct lum_beside beside;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
@@ -135,6 +140,13 @@ struct lum_server_view *lum_director_find_view(struct lum_director *d, struct lu
 int64_t lum_director_publish_due(struct lum_director *d);
 struct lum_server_view *lum_director_choose_view(struct lum_director *d);
 void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v);
+
+/* ---- desk.c ---- */
+void lum_director_desk_changed(void *director); /* any thread */
+/* The newest values of the desk, if there are others. True: the scene shines otherwise, and views need a refresh. */
+bool lum_director_follow_desk(struct lum_director *d);
+void lum_director_turn_desk(struct lum_director *d);
+struct cJSON *lum_director_desk_json(struct lum_director *d); /* null: this server listens to none */
 
 /* ---- query.c ---- */
 /* What lies under the request's pixel. False: it has no such view, or pixel. */

@@ -108,9 +108,9 @@ static const struct lum_snapshot *scene_of(struct lum_director *d, const struct 
 {
     const struct lum_server_view *v = lum_director_find_view(d, q->session, q->view_id);
     if (v)
-        return v->solo ? v->solo : d->world.snapshot;
+        return v->solo ? v->solo : lum_world_lit(&d->world);
     if (q->view_id == 0)
-        return d->world.snapshot;
+        return lum_world_lit(&d->world);
     lum_proto_fail(err, LUM_PROTO_APPLICATION, "not_found", "view_id", "this session has no view %u", q->view_id);
     return NULL;
 }

@@ -88,7 +88,7 @@ static void view_read(struct lum_director *d, const struct lum_request *q)
     struct lum_server_view *v = view_of_pixel(d, q, &err);
     struct lum_reading reading;
     struct lum_error e;
-    bool read = v && !lum_server_view_read(v, d->world.snapshot, (uint32_t)q->x, (uint32_t)q->y, &reading, &e);
+    bool read = v && !lum_server_view_read(v, lum_world_lit(&d->world), (uint32_t)q->x, (uint32_t)q->y, &reading, &e);
     if (v && !read)
         lum_proto_fail(&err, LUM_PROTO_INTERNAL, "internal", e.field, "%s", e.text);
     if (!read) {
@@ -258,6 +258,7 @@ static void stats_get(struct lum_director *d, const struct lum_request *q)
     lum_json_add_string(o, "scene_name", d->config.scene);
     lum_json_add(o, "state", state_json(d));
     lum_json_add(o, "scene", scene_json(d));
+    lum_json_add(o, "desk", lum_director_desk_json(d));
     lum_json_add(o, "methods", methods_json());
     for (const struct lum_server_view *v = d->views; v; v = v->next)
         lum_json_add(views, NULL, view_json(d, v));

@@ -265,6 +265,7 @@ static cJSON *roll_back(struct lum_director *d, const struct lum_staged_edit *ne
     lum_document_raise_rev(d->world.doc, rev);
     if (lum_world_commit(&d->world, &e))
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "edits that were taken back still show: %s", e.text);
+    lum_director_follow_desk(d);
     atomic_store(&d->scene_rev, rev);
     lum_director_count_scene(d);
     cJSON *emits = lum_luminaires_changes(was, d->world.snapshot);

@@ -264,7 +264,7 @@ static void take_revision(struct entry *e, uint64_t rev)
  * wait for their time, before its values could be told. */
 static void aim(struct lum_director *d, struct entry *e, bool may_begin)
 {
-    const struct lum_snapshot *now = d->world.snapshot;
+    const struct lum_snapshot *now = lum_world_lit(&d->world);
     if (e->stage == STAGE_LOOKING)
         return;
     if (e->stage != STAGE_NEW && lum_versions_equal(&e->versions, &now->versions)) {

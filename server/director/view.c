@@ -121,21 +121,26 @@ static bool sees_only_background(const struct lum_snapshot *snapshot, const stru
 
 /* ---- lamps alone ---- */
 
-static bool is_named(void *user, const struct lum_light *light)
+static bool is_named(const struct lum_view_params *want, const struct lum_light *light)
 {
-    const struct lum_view_params *want = user;
     for (uint32_t i = 0; i < want->n_solo; i++)
         if (strcmp(want->solo[i], light->id) == 0 || strcmp(want->solo[i], light->group) == 0)
             return true;
     return false;
 }
 
-static bool names_any(struct lum_view_params *want, const struct lum_light_table *lights)
+static bool names_any(const struct lum_view_params *want, const struct lum_light_table *lights)
 {
     for (uint32_t i = 0; i < lights->n_lights; i++)
         if (is_named(want, &lights->lights[i]))
             return true;
     return false;
+}
+
+/* Switched on or not. */
+static void switch_alone(void *user, struct lum_light *light)
+{
+    light->on = is_named(user, light);
 }
 
 /* The scene as this view shows it. All of it where what was to be alone is gone, or there is no memory for less. */
@@ -144,7 +149,7 @@ static const struct lum_snapshot *lit_scene(struct lum_server_view *v, const str
     struct lum_error ignored;
     lum_snapshot_unref(v->solo);
     v->solo = NULL;
-    if (names_any(&v->want, &scene->lights) && lum_snapshot_alone(scene, is_named, &v->want, &v->solo, &ignored))
+    if (names_any(&v->want, &scene->lights) && lum_snapshot_relit(scene, switch_alone, &v->want, &v->solo, &ignored))
         v->solo = NULL;
     return v->solo ? v->solo : scene;
 }
@@ -154,7 +159,7 @@ static const struct lum_snapshot *lit_scene(struct lum_server_view *v, const str
 void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *world, int64_t received_ns,
                              uint64_t order)
 {
-    const struct lum_snapshot *snapshot = lit_scene(v, world->snapshot);
+    const struct lum_snapshot *snapshot = lit_scene(v, lum_world_lit(world));
     struct resolved r;
     struct lum_proto_error ignored;
     resolve(&v->want, world, &r, &ignored);

@@ -239,7 +239,7 @@ static void publish(struct lum_director *d, struct lum_server_view *v, enum lum_
     struct lum_published p;
     struct lum_error err;
     v->frame.sum.scene_rev = v->scene_rev;
-    if (lum_server_view_publish(v, d->world.snapshot, d->encoder, due, &p, &err)) {
+    if (lum_server_view_publish(v, lum_world_lit(&d->world), d->encoder, due, &p, &err)) {
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "view %u: %s", v->id, err.text);
         v->failed = true; /* nothing is tried again before something changes */
         return;
@@ -352,7 +352,7 @@ void lum_director_run_pass(struct lum_director *d, struct lum_server_view *v)
     if (!begin_pass(d, v))
         return;
     struct lum_error err;
-    enum lum_status st = lum_server_view_pass(v, d->world.snapshot, &d->cancel, &err);
+    enum lum_status st = lum_server_view_pass(v, lum_world_lit(&d->world), &d->cancel, &err);
     end_pass(d, st ? NULL : &v->last_pass);
     if (st && st != LUM_ERR_CANCELLED)
         lum_log(&d->config.log, LUM_LOG_ERROR, "director", "view %u: %s", v->id, err.text);

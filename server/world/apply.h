@@ -19,7 +19,8 @@ LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const st
 LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const struct lum_changes *changes,
                                                struct lum_error *err);
 
-/* Puts one record. Records that are settings, not things (render, import, sensor), are checked and put nothing. */
+/* Puts one record. Records that are settings, not things (render, import, sensor, patch), are checked and put nothing.
+ */
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 
 /* The conversions on their own. Strings of the result are borrowed from the record. web: of an ies light, else

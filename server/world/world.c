@@ -37,7 +37,9 @@ void lum_world_finish(struct lum_world *w)
 {
     lum_caustics_finish(&w->caustics);
     lum_caches_destroy(w->caches);
+    lum_snapshot_unref(w->lit);
     lum_snapshot_unref(w->snapshot);
+    lum_patches_finish(&w->patches);
     lum_document_destroy(w->doc);
     lum_scene_destroy(w->scene);
     lum_device_destroy(w->device);
@@ -90,6 +92,7 @@ enum lum_status lum_world_restore(struct lum_world *w, struct lum_document *doc,
     struct rebuild b = {.scene = w->scene};
     lum_document_destroy(w->doc);
     w->doc = doc;
+    w->repatched = true;
     if (!lum_document_each(doc, rebuild_one, &b))
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the scene");
     w->totals = b.totals; /* whatever they are: it was accepted once */
@@ -110,6 +113,12 @@ static void find_op(const struct lum_ops *ops, const struct lum_change *c, char 
         }
 }
 
+static void note_patches(struct lum_world *w, const struct lum_changes *c)
+{
+    for (size_t i = 0; i < c->n && !w->repatched; i++)
+        w->repatched = (c->changes[i].after ? c->changes[i].after : c->changes[i].before)->type == LUM_RECORD_PATCH;
+}
+
 /* Brings the scene after the document. On refusal the document goes back, and the changes are released. */
 static bool follow_document(struct lum_world *w, const struct lum_ops *ops, struct lum_changes *changes,
                             struct lum_proto_error *err)
@@ -119,8 +128,10 @@ static bool follow_document(struct lum_world *w, const struct lum_ops *ops, stru
     enum lum_status st = lum_totals_change(&w->totals, &w->limits, changes, &failed, &e);
     if (!st) {
         st = lum_apply_changes(w->scene, changes, &failed, &e);
-        if (!st)
+        if (!st) {
+            note_patches(w, changes);
             return true;
+        }
         lum_totals_take_back(&w->totals, changes);
     }
     char path[32];
@@ -166,6 +177,7 @@ void lum_world_rollback(struct lum_world *w, const struct lum_changes *changes)
 {
     lum_document_rollback(w->doc, changes);
     lum_totals_take_back(&w->totals, changes);
+    note_patches(w, changes);
     if (lum_apply_reverse(w->scene, changes, NULL))
         rebuild_scene(w);
 }
@@ -178,7 +190,22 @@ enum lum_status lum_world_commit(struct lum_world *w, struct lum_error *err)
         return st;
     lum_snapshot_unref(w->snapshot);
     w->snapshot = snapshot;
+    if (w->repatched && lum_patches_collect(&w->patches, w->doc))
+        w->repatched = false;
+    lum_world_relight(w);
     return LUM_OK;
+}
+
+void lum_world_relight(struct lum_world *w)
+{
+    struct lum_error e;
+    lum_snapshot_unref(w->lit);
+    w->lit = NULL;
+    if (!lum_patches_known(&w->patches) ||
+        !lum_snapshot_relit(w->snapshot, lum_patches_shine, &w->patches, &w->lit, &e))
+        return;
+    w->lit = NULL;
+    lum_log(&w->log, LUM_LOG_WARNING, "world", "the desk's light is not shown: %s", e.text);
 }
 
 bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_camera *ret_camera,

@@ -14,6 +14,7 @@
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
 #include "protocol/document/document.h"
+#include "server/world/patches.h"
 #include "server/world/totals.h"
 
 struct lum_world {
@@ -26,6 +27,9 @@ struct lum_world {
     bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by
                            the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
+    const struct lum_snapshot *lit;      /* the same in the light of the desk; NULL: as the document says */
+    struct lum_patches patches;          /* as published */
+    bool repatched;                      /* an edit since touched one of them */
     struct lum_caustics caustics;        /* lum_world_caustics */
     struct lum_log log;
 };
@@ -61,6 +65,14 @@ void lum_world_rollback(struct lum_world *world, const struct lum_changes *chang
 
 /* Publishes. On failure the former snapshot stays, and the edits since are still pending. */
 LUM_MUST_USE enum lum_status lum_world_commit(struct lum_world *world, struct lum_error *err);
+
+/* After the values of patches have changed. Without memory the scene is as the document says. */
+void lum_world_relight(struct lum_world *world);
+/* The published scene as it is shown. */
+static inline const struct lum_snapshot *lum_world_lit(const struct lum_world *world)
+{
+    return world->lit ? world->lit : world->snapshot;
+}
 
 /* A camera of the published scene: `id`, or NULL for the one that a picture starts with: what the settings name, else
  * `main`, else the first by id, else one that frames everything. Always fills *ret_camera; an error (the id is not

@@ -532,15 +532,15 @@ static void moves_without_memory_are_seen_later(void **state)
     assert_true(n_failed > 1); /* of its own, and of the buffers of the lamp */
 }
 
-static bool is_named(void *user, const struct lum_light *light)
+static void switch_alone(void *user, struct lum_light *light)
 {
-    return strcmp(light->id, user) == 0;
+    light->on = strcmp(light->id, user) == 0;
 }
 
 static void show_alone(struct rig *r, const struct lum_snapshot *whole, const char *id)
 {
     const struct lum_snapshot *alone = NULL;
-    RIG_OK(lum_snapshot_alone(whole, is_named, (void *)id, &alone, &err));
+    RIG_OK(lum_snapshot_relit(whole, switch_alone, (void *)id, &alone, &err));
     lum_snapshot_unref(r->snapshot);
     r->snapshot = alone;
 }

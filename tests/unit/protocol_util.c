@@ -38,6 +38,7 @@ struct cJSON *minimal_record(enum lum_record_type type)
         [LUM_RECORD_MEDIUM] = "{'op':'add','type':'medium','id':'x'}",
         [LUM_RECORD_CAMERA] = "{'op':'add','type':'camera','id':'x','position':[0,1,5],'target':[0,1,0]}",
         [LUM_RECORD_SENSOR] = "{'op':'add','type':'sensor','id':'x','kind':'point','position':[0,1,0]}",
+        [LUM_RECORD_PATCH] = "{'op':'add','type':'patch','id':'x','target':'lamp'}",
         [LUM_RECORD_RENDER] = "{'op':'set','id':'render','path':'','value':{}}",
         [LUM_RECORD_IMPORT] = "{'op':'import','id':'x','asset':'room.glb'}",
     };

@@ -58,27 +58,26 @@ static enum lum_status act_camera(struct fixture *f)
     return lum_scene_put_camera(f->scene, "new", &c, NULL);
 }
 
-static bool every_light(void *user, const struct lum_light *light)
+static void switch_on(void *user, struct lum_light *light)
 {
-    (void)light;
-    return user != NULL;
+    light->on = user != NULL;
 }
-/* Lights alone make a snapshot of their own, and the scene knows nothing of it. */
-static void sweep_alone(struct fixture *f)
+/* Other light makes a snapshot of its own, and the scene knows nothing of it. */
+static void sweep_relit(struct fixture *f)
 {
-    const struct lum_snapshot *whole = commit(f), *alone = NULL;
+    const struct lum_snapshot *whole = commit(f), *relit = NULL;
     enum lum_status status = LUM_ERR_NOMEM;
     uint64_t k = 1;
     for (; status == LUM_ERR_NOMEM && k < 100; k++) {
         lum_alloc_fail_after(k);
-        status = lum_snapshot_alone(whole, every_light, f, &alone, NULL);
+        status = lum_snapshot_relit(whole, switch_on, f, &relit, NULL);
         lum_alloc_fail_after(0);
     }
     assert_int_equal(status, LUM_OK);
     assert_true(k > 3);        /* some did fail */
     lum_snapshot_unref(whole); /* the other one keeps what it needs */
-    assert_int_equal(alone->lights.n_lights, alone->whole->lights.n_lights);
-    lum_snapshot_unref(alone);
+    assert_int_equal(relit->lights.n_lights, relit->whole->lights.n_lights);
+    lum_snapshot_unref(relit);
 }
 
 static void failing_allocations_change_nothing(void **state)
@@ -91,7 +90,7 @@ static void failing_allocations_change_nothing(void **state)
     sweep(f, "object", act_object);
     sweep(f, "light", act_light);
     sweep(f, "camera", act_camera);
-    sweep_alone(f);
+    sweep_relit(f);
 }
 
 /* A commit that fails leaves its edits pending; the first that succeeds publishes them. */
