@@ -3,7 +3,9 @@ of the scene. The picture follows without a ray of light; nothing of it is an ed
 import os
 import socket
 import struct
+import subprocess
 import sys
+import tempfile
 import unittest
 
 from daemon import Daemon
@@ -206,6 +208,50 @@ class Patched(unittest.TestCase):
         kept = view.ws.call("scene.get", {"expand": False})["ops"]
         self.assertFalse([op for op in kept if op.get("type") == "patch"])  # ... and then is not saved
         self.assertTrue([op for op in view.ws.call("scene.get", {"expand": True})["ops"] if op.get("type") == "patch"])
+
+
+    @unittest.skipUnless(os.environ.get("LUMEND_NODE"), "no node, or no browser client")
+    def test_an_independent_sender_drives_512_channels_at_44_hz(self):
+        """That of npm's "sacn". On this machine and in this order nothing is lost: each packet is a look, or coalesced into one."""
+        frames = 66
+        patches = [patch(f"p{i}", f"lamp{i % 3}", i + 1, universe=3) for i in range(512)]
+        view, _ = self.begin(*patches)
+        full = sum(view.light())
+        sender = os.path.join(os.path.dirname(os.path.abspath(__file__)), "web/desk_sender.mjs")
+        node = subprocess.Popen([os.environ["LUMEND_NODE"], sender, str(view.desk()["sacn"]["port"]), "3", "1", str(frames)],
+                                stdout=subprocess.DEVNULL)
+        self.addCleanup(node.wait)
+        view.until(lambda c: sum(c) < full)
+        view.until(lambda c: sum(c) == full)
+        told = view.desk()
+        one = told["universes"][0]
+        self.assertEqual((one["packets"], one["late"], one["lost"], one["channels"]), (frames, 0, 0, 512))
+        self.assertEqual((told["sacn"]["dropped"], told["sacn"]["bad"]), (0, 0))
+        self.assertEqual((one["sources"][0]["name"], one["sources"][0]["priority"]), ("npm", 120))
+        self.assertEqual(view.rays(), 0)
+
+
+class Kept(unittest.TestCase):
+    def test_patches_are_kept_and_what_the_desk_says_is_not(self):
+        with tempfile.TemporaryDirectory() as state:
+            options = ("--deterministic", "--sacn", "127.0.0.1:0", "--state", state)
+            with Daemon(*options) as daemon:
+                view = View(daemon)
+                rev = view.edit(*LAMPS, patch("all", "row", 1))
+                view.at_rest()
+                full = view.light()
+                size = view.ws.call("stats.get")["state"]["journal_bytes"]
+                for value in range(100):
+                    Desk(view.desk()["sacn"]["port"]).send(1, [value])
+                view.until(lambda c: c != full)
+                self.assertEqual(view.ws.call("stats.get")["state"]["journal_bytes"], size)
+            with Daemon(*options) as daemon:
+                view = View(daemon)
+                view.at_rest()
+                self.assertEqual(view.light(), full)
+                self.assertEqual(view.ws.call("scene.get", {"expand": False})["scene_rev"], rev)
+                Desk(view.desk()["sacn"]["port"]).send(1, [0])
+                view.until(lambda c: c != full)
 
 
 class Closed(unittest.TestCase):

@@ -9,6 +9,7 @@ import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camer
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
 import type { Daylight } from './daylight';
+import { Desk, deskOf } from './desk';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
@@ -61,6 +62,7 @@ export class App {
     readonly lamps: Lamps;
     readonly imports: Imports;
     readonly sensors: Sensors;
+    readonly desk: Desk;
     readonly reader: Reader;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
@@ -105,6 +107,7 @@ export class App {
         this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.sensors = new Sensors({ scene, edits, call, onError });
+        this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
             ...{ call, online: this.online, frame: this.meter.frame },
             wanted: computed(() => isOfLight(view.settings.value.overlay)),
@@ -358,7 +361,9 @@ export class App {
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
-            this.methods.value = methodsIn((await rpc.call('stats.get')).methods);
+            const stats = await rpc.call('stats.get');
+            this.methods.value = methodsIn(stats.methods);
+            this.desk.status.value = deskOf(stats);
         } catch (error) {
             this.report(error as Error);
         }

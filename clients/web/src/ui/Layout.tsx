@@ -2,6 +2,7 @@ import { useEffect } from 'preact/hooks';
 import { AccuracyPanel } from './AccuracyPanel';
 import { useApp } from './context';
 import { DaylightPanel } from './DaylightPanel';
+import { DeskPanel } from './DeskPanel';
 import { EffectsPanel } from './EffectsPanel';
 import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
@@ -31,6 +32,7 @@ export function Layout() {
                 <LightList />
                 <DaylightPanel />
                 <SensorPanel />
+                <DeskPanel />
                 <ViewPanel />
                 <AccuracyPanel />
                 <EffectsPanel />
