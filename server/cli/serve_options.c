@@ -77,12 +77,12 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
         .help = "names by which browsers may reach this server, beside localhost and addresses"},
     [LUM_SERVE_ALLOW_ORIGIN] = {"allow-origin", "URL,...", .fallback = "", TEXT(allow_origin),
         .help = "pages of other sites that may connect: https://lights.example"},
-    [LUM_SERVE_SACN] = {"sacn", "HOST:PORT", OTHER(read_desk),
+    [LUM_SERVE_SACN] = {"sacn", "ADDRESS:UDP", OTHER(read_desk),
         .help = "listens to lighting desks that speak sACN (E1.31) there: 127.0.0.1:5568, or 0.0.0.0:5568 for\n"
                 "all who can reach it. Nobody is asked for a password. Default: to none"},
     [LUM_SERVE_SACN_JOIN] = {"sacn-join", "ADDRESS", OTHER(read_join),
         .help = "joins the multicast groups of patched universes on the interface with this address"},
-    [LUM_SERVE_ARTNET] = {"artnet", "HOST:PORT", OTHER(read_desk),
+    [LUM_SERVE_ARTNET] = {"artnet", "ADDRESS:UDP", OTHER(read_desk),
         .help = "the same for Art-Net: 127.0.0.1:6454"},
     [LUM_SERVE_ASSETS] = {"assets", "DIR", TEXT(assets),
         .help = "directory of the model files that clients may import"},
@@ -160,8 +160,8 @@ static enum lum_status check_desk(const struct lum_serve_options *o, struct lum_
 {
     if (!o->sacn_join || o->desk[LUM_DESK_SACN].any)
         return LUM_OK;
-    return lum_fail(err, LUM_ERR_INVALID, "sacn-join",
-                    "%s goes with --sacn 0.0.0.0:5568, and with no other address", o->given[LUM_SERVE_SACN_JOIN]);
+    return lum_fail(err, LUM_ERR_INVALID, "sacn-join", "%s goes with --sacn 0.0.0.0:5568, and with no other address",
+                    o->given[LUM_SERVE_SACN_JOIN]);
 }
 
 enum lum_status lum_serve_options_parse(int argc, char **argv, struct lum_serve_options *ret_options,

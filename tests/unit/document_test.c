@@ -61,6 +61,34 @@ static void unknown_ids_are_answered_with_near_ones(void **state)
     lum_document_destroy(doc);
 }
 
+#define PATCH(id, target) "{'op':'add','type':'patch','id':'" id "','target':'" target "'}"
+
+/* Light, object or group that is there, be it by the end of the transaction; what goes later is let go, not told again,
+ * and comes back by undo. */
+static void patches_name_what_is_there(void **state)
+{
+    (void)state;
+    struct lum_document *doc = lum_document_create();
+    struct lum_proto_error err;
+    must_not(doc, "[" PATCH("p", "key") "]", "not_found", "ops/0/target");
+    must(doc, "ann",
+         "[" PATCH("p", "key") "," PATCH("q", "pair") "," LIGHT("key") "," SET("key", "/group", "'pair'") "]");
+    must_not(doc, "[" PATCH("r", "pair") "," PATCH("s", "pear") "]", "not_found", "ops/1/target");
+    must_not(doc, "[" SET("p", "/target", "'q'") "]", "not_found", "ops/0/target");
+    must(doc, "ann", "[" SET("key", "/group", "null") "]");
+    must(doc, "ann", "[" SET("q", "/universe", "2") "]"); /* nothing to do with it */
+    cJSON *json = lum_document_to_json(doc, false);
+    char *text = lum_json_print(json, NULL);
+    assert_non_null(strstr(text, "\"p\""));
+    assert_null(strstr(text, "\"q\""));
+    free(text);
+    cJSON_Delete(json);
+    assert_false(lum_document_has_target(doc, lum_document_find(doc, "q")));
+    assert_true(undo(doc, "ann", &err) && undo(doc, "ann", &err));
+    assert_true(lum_document_has_target(doc, lum_document_find(doc, "q")));
+    lum_document_destroy(doc);
+}
+
 /* It is set to one that is there, be it by the end of the transaction; what goes later is let go, and not told again.
  */
 static void the_settings_name_a_camera_that_exists(void **state)
@@ -310,6 +338,7 @@ int main(void)
         cmocka_unit_test(all_or_nothing),
         cmocka_unit_test(unknown_ids_are_answered_with_near_ones),
         cmocka_unit_test(the_settings_name_a_camera_that_exists),
+        cmocka_unit_test(patches_name_what_is_there),
         cmocka_unit_test(in_use_names_the_user),
         cmocka_unit_test(changes_are_net_and_ordered),
         cmocka_unit_test(the_news_name_what_was_reset),
