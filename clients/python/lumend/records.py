@@ -154,6 +154,15 @@ class Sensor(TypedDict, total=False):
     name: str | None  # for people
 
 
+class Patch(TypedDict, total=False):
+    protocol: Literal["sacn", "artnet"]  # default sacn
+    universe: int  # 0 to 63999; default 1; sacn: 1 to 63999; artnet: the port address, 0 to 32767
+    address: int  # 1 to 512; default 1; of its first channel
+    channels: Literal["dim", "dim16", "rgb", "rgb16"]  # default dim; from there on; 16: two a value, the coarse one first
+    curve: Literal["linear", "square"]  # default linear; light by value; square: dark values are finer
+    target: Required[str]  # a light, an object or a mixing group, there when it is set
+
+
 class Camera(TypedDict, total=False):
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9
     target: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; looked at
@@ -207,6 +216,9 @@ class AddRecords:
 
     def add_sensor(self, id: str, **fields: Unpack[Sensor]) -> None:
         self.add("sensor", id, **fields)
+
+    def add_patch(self, id: str, **fields: Unpack[Patch]) -> None:
+        self.add("patch", id, **fields)
 
     def add_camera(self, id: str, **fields: Unpack[Camera]) -> None:
         self.add("camera", id, **fields)
