@@ -121,6 +121,8 @@ class Patched(unittest.TestCase):
                 view.until(lambda c: 0 < sum(c) < full and sum(c) != two)
                 desk.send(1, [255, 0, 0])
                 view.until(lambda c: sum(c) == 0)
+                lux = view.ws.call("probe", {"point": [0, 0.01, 0.5], "normal": [0, 1, 0], "samples": 4})["illuminance_lx"]
+                self.assertEqual(lux, 0, "meters see what is shown")
                 desk.send(1, [255, 255, 255])
                 view.until(lambda c: sum(c) == full)
                 told = view.desk()
