@@ -87,8 +87,8 @@ static void join(const struct lum_desk *d, struct lum_desk_key key, bool joins)
     inet_pton(AF_INET, ear->interface, &group.imr_address);
     if (setsockopt(fd, IPPROTO_IP, joins ? IP_ADD_MEMBERSHIP : IP_DROP_MEMBERSHIP, &group, sizeof group) && joins &&
         errno != EADDRINUSE)
-        lum_log(&d->config.log, LUM_LOG_WARNING, "desk", "the group of universe %u cannot be joined: %s", key.universe,
-                strerror(errno));
+        lum_log(&d->config.log, LUM_LOG_WARNING, "desk", "the group of universe %u cannot be joined: %s%s",
+                key.universe, strerror(errno), errno == ENOBUFS ? " (raise net.ipv4.igmp_max_memberships)" : "");
 }
 
 bool lum_desk_watch(struct lum_desk *d, const struct lum_desk_key *keys, size_t n)

@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -368,6 +369,37 @@ static void only_universes_that_are_watched_are_kept(void **state)
     lum_desk_destroy(desk);
 }
 
+/* This process's groups are among those of the machine; 239.255.0.7 is written from its last byte on. */
+static bool joined(const char *group)
+{
+    char line[256];
+    bool found = false;
+    FILE *f = fopen("/proc/net/igmp", "r");
+    if (!f)
+        skip();
+    while (fgets(line, sizeof line, f))
+        found = found || strstr(line, group);
+    fclose(f);
+    return found;
+}
+
+static void groups_of_watched_universes_are_joined_when_asked(void **state)
+{
+    (void)state;
+    struct lum_desk *desk;
+    struct lum_desk_config config = {.ears[LUM_DESK_SACN] = {.open = true, .host = "127.0.0.1"}};
+    const struct lum_desk_key key = {LUM_DESK_SACN, 0xe6a7}; /* that nobody else here uses */
+    for (int asked = 0; asked < 2; asked++) {
+        strcpy(config.ears[LUM_DESK_SACN].interface, asked ? "127.0.0.1" : "");
+        assert_int_equal(lum_desk_create(&config, &desk, NULL), LUM_OK);
+        assert_true(lum_desk_watch(desk, &key, 1));
+        assert_int_equal(joined("A7E6FFEF"), asked);
+        assert_true(lum_desk_watch(desk, NULL, 0));
+        assert_false(joined("A7E6FFEF"));
+        lum_desk_destroy(desk);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -384,6 +416,7 @@ int main(void)
         cmocka_unit_test(artnet_merges_two_and_waits_for_ten_seconds),
         cmocka_unit_test(artnet_numbers_go_round_without_loss),
         cmocka_unit_test(only_universes_that_are_watched_are_kept),
+        cmocka_unit_test(groups_of_watched_universes_are_joined_when_asked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
