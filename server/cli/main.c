@@ -23,36 +23,36 @@
 #include "core/accel/accel.h"
 #include "core/image/exr.h"
 #include "protocol/base/nearest.h"
-#include "server/cli/commands.h"
+#include "server/cli/help.h"
 #include "server/cli/serve_options.h"
 #include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/healthcheck.h"
 #include "server/net/net.h"
 
-static int usage(void)
+static void help_serve(const struct lum_help *h)
 {
-    fputs("lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
-          "\n"
-          "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
-          "  lumend render --scene S --out F     render without network: an .exr or .png\n"
-          "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
-          "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
-          "  lumend state check DIR              of what --state kept; also export, compact\n"
-          "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
-          "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
-          "  lumend --version | --help           each command has its own --help\n"
-          "\n"
-          "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
-          stdout);
-    lum_serve_options_help(stdout);
-    fputs("\n"
-          "Try:\n"
-          "  lumend                              the Cornell box on this machine\n"
-          "  lumend --scene office --listen 127.0.0.1:0\n"
-          "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n",
-          stdout);
-    return LUM_EXIT_OK;
+    lum_help_text(
+        h, "lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+           "\n"
+           "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
+           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
+           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+           "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
+           "  lumend state check DIR              of what --state kept; also export, compact\n"
+           "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
+           "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
+           "  lumend help --man                   all of this as a man page: lumend help --man | man -l -\n"
+           "  lumend --version | --help           each command has its own --help\n"
+           "\n"
+           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n");
+    lum_serve_options_help(h);
+    lum_help_text(h,
+                  "\n"
+                  "Try:\n"
+                  "  lumend                              the Cornell box on this machine\n"
+                  "  lumend --scene office --listen 127.0.0.1:0\n"
+                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
 }
 
 static int version(void)
@@ -229,13 +229,19 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     return status;
 }
 
+static int help_of(void (*help)(const struct lum_help *h))
+{
+    help(&(struct lum_help){stdout, false});
+    return LUM_EXIT_OK;
+}
+
 static int cmd_serve(int argc, char **argv)
 {
     struct lum_error err = {0};
     struct lum_serve_options options;
     struct lum_stderr_log stderr_log;
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
-        return usage();
+        return help_of(help_serve);
     if (lum_serve_options_parse(argc, argv, &options, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (options.print_config) {
@@ -250,32 +256,61 @@ static int cmd_serve(int argc, char **argv)
     return status ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
 }
 
-static const struct {
-    const char *name;
-    int (*run)(int argc, char **argv);
-} commands[] = {
-    {"serve", cmd_serve},         {"render", lum_cmd_render},         {"compare", lum_cmd_compare},
-    {"measure", lum_cmd_measure}, {"scenes", lum_cmd_scenes},         {"methods", lum_cmd_methods},
-    {"state", lum_cmd_state},     {"photometry", lum_cmd_photometry},
+/* In the order of the man page. */
+static const struct lum_command commands[] = {
+    {"serve", cmd_serve, help_serve},
+    {"render", lum_cmd_render, lum_help_render},
+    {"compare", lum_cmd_compare, lum_help_compare},
+    {"measure", lum_cmd_measure, lum_help_measure},
+    {"state", lum_cmd_state, lum_help_state},
+    {"photometry", lum_cmd_photometry, lum_help_photometry},
+    {"scenes", lum_cmd_scenes, lum_help_scenes},
+    {"methods", lum_cmd_methods, lum_help_methods},
 };
+
+static const struct lum_command *find_command(const char *name)
+{
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        if (strcmp(name, commands[i].name) == 0)
+            return &commands[i];
+    return NULL;
+}
+
+static int no_command(const char *name)
+{
+    char text[128];
+    struct lum_nearest near = {.given = name};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        lum_nearest_offer(&near, commands[i].name);
+    lum_nearest_text(&near, text, sizeof text);
+    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", name, text);
+    return LUM_EXIT_USAGE;
+}
+
+/* lumend help [COMMAND|--man] */
+static int cmd_help(const char *of)
+{
+    const struct lum_command *command = find_command(of);
+    if (strcmp(of, "--man") == 0)
+        lum_help_man(stdout, commands, LUM_ARRAY_LEN(commands));
+    else if (of[0] == '\0')
+        help_of(help_serve);
+    else if (!command)
+        return no_command(of);
+    else
+        help_of(command->help);
+    return fflush(stdout) == 0 ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}
 
 int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
     if (strcmp(first, "help") == 0)
-        return usage();
+        return cmd_help(argc > 2 ? argv[2] : "");
     if (strcmp(first, "--version") == 0)
         return version();
     if (first[0] == '\0' || first[0] == '-')
         return cmd_serve(argc, argv);
-    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
-        if (strcmp(first, commands[i].name) == 0)
-            return commands[i].run(argc - 1, argv + 1);
-    struct lum_nearest near = {.given = first};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
-        lum_nearest_offer(&near, commands[i].name);
-    char text[128];
-    lum_nearest_text(&near, text, sizeof text);
-    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", first, text);
-    return LUM_EXIT_USAGE;
+    const struct lum_command *command = find_command(first);
+    return command ? command->run(argc - 1, argv + 1) : no_command(first);
 }
