@@ -38,8 +38,15 @@ void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...)
 
 void lum_damage_no_memory(const struct lum_damage_sink *sink)
 {
-    if (sink->no_memory)
-        *sink->no_memory = true;
+    struct lum_error err;
+    lum_fail(&err, LUM_ERR_NOMEM, "state", "no memory for the scene that the state holds");
+    lum_damage_unread(sink, &err);
+}
+
+void lum_damage_unread(const struct lum_damage_sink *sink, const struct lum_error *err)
+{
+    if (sink->unread && !sink->unread->status && (err->status == LUM_ERR_NOMEM || err->status == LUM_ERR_IO))
+        *sink->unread = *err;
 }
 
 void lum_damage_note(const struct lum_damage_sink *sink, const struct lum_proto_error *err)
@@ -203,8 +210,7 @@ enum lum_status lum_content_read(const struct lum_dir *content, const char *sha,
         struct lum_block f;
         struct lum_error why = {0};
         enum lum_block_found found = lum_block_next(&r, &f, &why);
-        if (why.status == LUM_ERR_NOMEM)
-            lum_damage_no_memory(damage);
+        lum_damage_unread(damage, &why);
         more = found != LUM_BLOCK_END && found != LUM_BLOCK_TORN;
         if (found == LUM_BLOCK_WHOLE)
             take_record(&list, sha, &f, damage);

@@ -23,7 +23,7 @@ struct lum_dir {
     int fd; /* -1: closed */
     const struct lum_disk *disk;
 };
-/* Opens the folder `name` below at_fd (AT_FDCWD: a path), and makes it if it is not there. */
+/* Opens the folder `name` below at_fd (AT_FDCWD: a path), and makes it if it is not there: then its name is durable. */
 LUM_MUST_USE enum lum_status lum_dir_open(int at_fd, const char *name, bool make, const struct lum_disk *disk,
                                           struct lum_dir *ret_dir, struct lum_error *err);
 void lum_dir_close(struct lum_dir *dir); /* accepts a zeroed or closed one */
