@@ -23,6 +23,7 @@
 #include "core/accel/accel.h"
 #include "core/image/exr.h"
 #include "protocol/base/nearest.h"
+#include "server/base/service.h"
 #include "server/cli/help.h"
 #include "server/cli/serve_options.h"
 #include "server/director/director.h"
@@ -76,6 +77,7 @@ struct signal_watch {
     pthread_t thread;
     sigset_t signals;
     struct lum_net *net;
+    const struct lum_service *service;
 };
 
 /* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
@@ -86,6 +88,7 @@ static void *watch_signals(void *arg)
     for (int n_stops = 0; sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1; n_stops++) {
         if (n_stops > 0)
             _exit(LUM_EXIT_FAILED); /* asked twice: nothing is waited for */
+        lum_service_tell(w->service, "STOPPING=1");
         lum_net_stop(w->net);
     }
     return NULL;
@@ -103,9 +106,10 @@ static void signals_block(struct signal_watch *w)
     signal(SIGXFSZ, SIG_IGN); /* so is a file that may not grow */
 }
 
-static bool signals_begin(struct signal_watch *w, struct lum_net *net)
+static bool signals_begin(struct signal_watch *w, struct lum_net *net, const struct lum_service *service)
 {
     w->net = net;
+    w->service = service;
     return pthread_create(&w->thread, NULL, watch_signals, w) == 0;
 }
 
@@ -147,8 +151,14 @@ static enum lum_status make_net(const struct lum_serve_options *o, struct lum_lo
     return lum_net_create(&config, ret_net, err);
 }
 
+static void tell_alive(void *service)
+{
+    lum_service_tell(service, "WATCHDOG=1");
+}
+
 static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
-                                     struct lum_director **ret_director, struct lum_error *err)
+                                     struct lum_service *service, struct lum_director **ret_director,
+                                     struct lum_error *err)
 {
     const struct lum_director_config config = {
         .scene = o->scene,
@@ -165,6 +175,9 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .log = log,
         .wake_net = lum_net_wake,
         .wake_user = net,
+        .alive = service->alive_ns ? tell_alive : NULL,
+        .alive_user = service,
+        .alive_ns = service->alive_ns,
     };
     return lum_director_create(&config, ret_director, err);
 }
@@ -183,11 +196,11 @@ static bool has_assets(const struct lum_serve_options *o, struct lum_log log)
 
 /* From the director to the end of the run; net and the signal thread are there. */
 static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
-                           struct lum_net *net, struct lum_error *err)
+                           struct lum_net *net, struct lum_service *service, struct lum_error *err)
 {
     struct lum_director *director = NULL;
     struct lum_sessions *sessions = NULL;
-    enum lum_status status = make_director(o, log, net, &director, err);
+    enum lum_status status = make_director(o, log, net, service, &director, err);
     if (status)
         return status;
     const struct lum_sessions_config config = {.director = director,
@@ -202,6 +215,7 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
         lum_serve_options_warn(&log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        lum_service_tell(service, "READY=1");
         lum_net_run(net, sessions, director);
         lum_log(&log, LUM_LOG_INFO, "main", "stopped");
     }
@@ -214,18 +228,22 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
 {
     struct lum_auth auth;
     struct lum_net *net = NULL;
+    struct lum_service service;
     struct signal_watch watch;
     signals_block(&watch);
-    enum lum_status status = make_auth(o, &auth, err);
-    if (status || (status = make_net(o, log, &net, err)))
-        return status;
-    if (signals_begin(&watch, net)) {
-        status = run(o, &auth, log, net, err);
-        signals_finish(&watch);
-    } else {
+    enum lum_status status = lum_service_open(&service, err);
+    if (!status)
+        status = make_auth(o, &auth, err);
+    if (!status)
+        status = make_net(o, log, &net, err);
+    if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+    else if (!status) {
+        status = run(o, &auth, log, net, &service, err);
+        signals_finish(&watch);
     }
     lum_net_destroy(net);
+    lum_service_close(&service);
     return status;
 }
 
