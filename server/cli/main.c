@@ -1,10 +1,11 @@
 /* lumend: subcommands, and the life of the daemon.
  *
  * - Start: options, log, token, listening socket (a taken port is found before a long load), signal thread, director
- *   (loads the scene, starts the renderer), sessions, then the ready line on stdout.
+ *   (a thread loads the scene and starts the renderer; the net thread answers that it is not ready), sessions, then
+ *   the ready line on stdout.
  * - Run: the main thread is the net thread. The director is a thread of its own; it has the worker pool and, for an
  *   import, a child process.
- * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses connections, sends
+ * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses sessions, sends
  *   session.closing, closes every session, and returns. Then in reverse order of the start: sessions, director (cancels
  *   its pass, joins), network, log. A second signal exits at once.
  *
@@ -194,15 +195,50 @@ static bool has_assets(const struct lum_serve_options *o, struct lum_log log)
     return found;
 }
 
+/* The scene is loaded beside the network, which says so meanwhile. */
+struct loading {
+    const struct lum_serve_options *options;
+    struct lum_log log;
+    struct lum_net *net;
+    struct lum_service *service;
+    struct lum_director *director; /* the result */
+    enum lum_status status;
+    struct lum_error *err;
+    _Atomic bool done;
+};
+
+static void *load_main(void *arg)
+{
+    struct loading *l = arg;
+    l->status = make_director(l->options, l->log, l->net, l->service, &l->director, l->err);
+    atomic_store(&l->done, true);
+    lum_net_wake(l->net);
+    return NULL;
+}
+
+static enum lum_status load(struct loading *l)
+{
+    pthread_t thread;
+    if (pthread_create(&thread, NULL, load_main, l))
+        return lum_fail(l->err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+    if (!lum_net_wait(l->net, &l->done)) { /* nobody was served: there is nothing to keep */
+        lum_log(&l->log, LUM_LOG_INFO, "main", "stopped while the scene was being loaded");
+        _exit(LUM_EXIT_OK);
+    }
+    pthread_join(thread, NULL);
+    return l->status;
+}
+
 /* From the director to the end of the run; net and the signal thread are there. */
 static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
                            struct lum_net *net, struct lum_service *service, struct lum_error *err)
 {
-    struct lum_director *director = NULL;
+    struct loading loading = {.options = o, .log = log, .net = net, .service = service, .err = err};
     struct lum_sessions *sessions = NULL;
-    enum lum_status status = make_director(o, log, net, service, &director, err);
+    enum lum_status status = load(&loading);
     if (status)
         return status;
+    struct lum_director *director = loading.director;
     const struct lum_sessions_config config = {.director = director,
                                                .auth = auth,
                                                .counters = lum_net_counters(net),
