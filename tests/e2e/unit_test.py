@@ -3,6 +3,7 @@ import ctypes
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -36,15 +37,28 @@ def calls_of(names):
     return calls
 
 
+class Compare(ctypes.Structure):
+    """struct scmp_arg_cmp: (argument & mask) == value."""
+    _fields_ = [("argument", ctypes.c_uint), ("how", ctypes.c_int), ("mask", ctypes.c_uint64), ("value", ctypes.c_uint64)]
+
+
 def shut_in(calls):
-    """Like systemd: all but these calls fail with EPERM, for this process and all that it starts."""
+    """Like systemd: all but these calls fail with EPERM, for this process and all that it starts; a socket is of the families
+    that the unit names; no memory is for writing and for executing, nor turned into such (MemoryDenyWriteExecute)."""
     lib = ctypes.CDLL("libseccomp.so.2", use_errno=True)
     lib.seccomp_init.restype = ctypes.c_void_p
     context = ctypes.c_void_p(lib.seccomp_init(0x00050001))  # SCMP_ACT_ERRNO(EPERM)
+    full, w, x = 2**64 - 1, 2, 4
+    families = [int(getattr(socket, name)) for name in settings("RestrictAddressFamilies")[0].split()]
+    only = {"socket": [(0, full, family) for family in families], "mmap": [(2, w | x, some) for some in (0, w, x)],
+            "mprotect": [(2, x, 0)]}
     for call in sorted(calls):
         number = lib.seccomp_syscall_resolve_name(call.encode())
-        if number >= 0:  # negative: not of this machine
-            assert lib.seccomp_rule_add(context, 0x7fff0000, number, 0) == 0, call
+        for rule in only.get(call, [None]) if number >= 0 else []:  # negative: not of this machine
+            compare = Compare(rule[0], 7, rule[1], rule[2]) if rule else None  # SCMP_CMP_MASKED_EQ
+            done = lib.seccomp_rule_add_array(context, 0x7fff0000, number, 1 if rule else 0,
+                                              ctypes.byref(compare) if rule else None)
+            assert done == 0, (call, rule)
     assert lib.seccomp_load(context) == 0, "the filter cannot be loaded"
 
 
