@@ -1,6 +1,7 @@
 #define _GNU_SOURCE
 #include "server/journal/content.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -233,8 +234,8 @@ static enum lum_status hash_file(int fd, lum_sha ret, struct lum_error *err)
     EVP_MD_CTX *sha = EVP_MD_CTX_new();
     bool ok = sha && EVP_DigestInit_ex(sha, EVP_sha256(), NULL) == 1;
     ssize_t n = 0;
-    while (ok && (n = read(fd, bytes, sizeof bytes)) > 0)
-        ok = EVP_DigestUpdate(sha, bytes, (size_t)n) == 1;
+    while (ok && ((n = read(fd, bytes, sizeof bytes)) > 0 || (n < 0 && errno == EINTR)))
+        ok = n < 0 || EVP_DigestUpdate(sha, bytes, (size_t)n) == 1;
     enum lum_status st = ok && n == 0 ? finish_sha(sha, ret, err)
                                       : lum_fail(err, LUM_ERR_IO, "state", "a file of content cannot be read");
     EVP_MD_CTX_free(sha);

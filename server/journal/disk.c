@@ -163,13 +163,13 @@ enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *r
     return LUM_OK;
 }
 
-bool lum_dir_has(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes)
+enum lum_status lum_dir_size(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes, struct lum_error *err)
 {
     struct stat st;
-    if (fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(st.st_mode))
-        return false;
+    if (fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) != 0)
+        return fail_errno(err, "find", name);
     *ret_n_bytes = (uint64_t)st.st_size;
-    return true;
+    return LUM_OK;
 }
 
 enum lum_status lum_dir_write(const struct lum_dir *dir, const char *name, int fd, const void *bytes, size_t n,
