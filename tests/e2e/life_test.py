@@ -40,22 +40,22 @@ class Stop(unittest.TestCase):
             self.assertEqual(daemon.process.wait(WAIT_S), 0)
 
     def wait_stuck(self, daemon):
-        """Of the first frame, a megabyte, as much is on its way as the kernel takes (TCP_NOTSENT_LOWAT)."""
+        """Of the first frame, 256 KiB, as much is on its way as the kernel takes (TCP_NOTSENT_LOWAT)."""
         while daemon.metric("ws_tx_bytes_total") <= 128 << 10:
             pass
 
     def test_drain_does_not_wait_for_a_peer_that_does_not_read(self):
-        with Daemon() as daemon:
+        with Daemon("--method", "whitted") as daemon:
             deaf = daemon.connect(rcvbuf=4096)
-            deaf.call("view.open", {"size": [512, 512], "camera_id": "main", "codec": "rgba8"})
+            deaf.call("view.open", {"size": [256, 256], "camera_id": "main", "codec": "rgba8"})
             self.wait_stuck(daemon)
             daemon.process.send_signal(signal.SIGTERM)
             self.assertEqual(daemon.process.wait(STOP_S), 0)
 
     def test_nobody_new_while_draining(self):
-        with Daemon() as daemon:
+        with Daemon("--method", "whitted") as daemon:
             deaf = daemon.connect(rcvbuf=4096)  # keeps the drain open for a while
-            deaf.call("view.open", {"size": [512, 512], "camera_id": "main", "codec": "rgba8"})
+            deaf.call("view.open", {"size": [256, 256], "camera_id": "main", "codec": "rgba8"})
             ws = daemon.connect()
             self.wait_stuck(daemon)
             daemon.process.send_signal(signal.SIGTERM)
