@@ -3,7 +3,15 @@
 #ifndef LUM_SERVER_CLI_COMMANDS_H
 #define LUM_SERVER_CLI_COMMANDS_H
 
+struct lum_help;
+
 enum lum_exit { LUM_EXIT_OK = 0, LUM_EXIT_FAILED = 1, LUM_EXIT_USAGE = 2 };
+
+struct lum_command {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    void (*help)(const struct lum_help *h); /* all that --help says */
+};
 
 int lum_cmd_render(int argc, char **argv);     /* an image or a sequence, without network */
 int lum_cmd_compare(int argc, char **argv);    /* metrics of two images */
@@ -12,5 +20,13 @@ int lum_cmd_scenes(int argc, char **argv);     /* lists the built-in scenes and 
 int lum_cmd_state(int argc, char **argv);      /* check, export or compact what --state kept */
 int lum_cmd_methods(int argc, char **argv);    /* lists the rendering methods */
 int lum_cmd_photometry(int argc, char **argv); /* what IES and EULUMDAT files say */
+
+void lum_help_render(const struct lum_help *h);
+void lum_help_compare(const struct lum_help *h);
+void lum_help_measure(const struct lum_help *h);
+void lum_help_scenes(const struct lum_help *h);
+void lum_help_state(const struct lum_help *h);
+void lum_help_methods(const struct lum_help *h);
+void lum_help_photometry(const struct lum_help *h);
 
 #endif

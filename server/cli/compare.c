@@ -10,6 +10,7 @@
 #include "protocol/json/json.h"
 #include "server/cli/compare_options.h"
 #include "server/cli/compare_page.h"
+#include "server/cli/help.h"
 #include "server/stream/png.h"
 
 /* ---- pictures ---- */
@@ -203,7 +204,7 @@ int lum_cmd_compare(int argc, char **argv)
         return LUM_EXIT_USAGE;
     }
     if (o.help) {
-        lum_compare_options_help(stdout);
+        lum_help_compare(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
     struct lum_comparison c = {.maps_wanted = o.heatmap || o.html,

@@ -3,12 +3,13 @@
 #include <string.h>
 
 #include "protocol/base/nearest.h"
+#include "server/cli/help.h"
 #include "server/cli/option.h"
 
 #define MULTIPLIER_MAX 1e9
 
 static const char usage[] = "usage: lumend compare A B [options]\n"
-                            "  How far A is from B, the reference; JSON on stdout. EXR files hold light, in cd/m2; PNG "
+                            "How far A is from B, the reference; JSON on stdout. EXR files hold light, in cd/m2; PNG "
                             "files what a display shows.\n";
 
 static const char metrics_help[] =
@@ -121,9 +122,9 @@ enum lum_status lum_compare_options_parse(int argc, char **argv, struct lum_comp
     return LUM_OK;
 }
 
-void lum_compare_options_help(FILE *out)
+void lum_help_compare(const struct lum_help *h)
 {
-    fputs(usage, out);
-    lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
-    fputs(metrics_help, out);
+    lum_help_text(h, usage);
+    lum_help_options(h, rows, LUM_ARRAY_LEN(rows));
+    lum_help_text(h, metrics_help);
 }

@@ -19,6 +19,5 @@ struct lum_compare_options {
 
 LUM_MUST_USE enum lum_status lum_compare_options_parse(int argc, char **argv, struct lum_compare_options *ret_options,
                                                        struct lum_error *err);
-void lum_compare_options_help(FILE *out);
 
 #endif

@@ -9,6 +9,7 @@
 #include "core/method/method.h"
 #include "protocol/json/json.h"
 #include "server/base/suggest.h"
+#include "server/cli/help.h"
 #include "server/world/scene_source.h"
 
 static const char scenes_help[] =
@@ -64,10 +65,15 @@ static int print_file(const char *name)
     return ok ? LUM_EXIT_OK : LUM_EXIT_FAILED;
 }
 
+void lum_help_scenes(const struct lum_help *h)
+{
+    lum_help_text(h, scenes_help);
+}
+
 int lum_cmd_scenes(int argc, char **argv)
 {
     if (asks_for_help(argc, argv))
-        fputs(scenes_help, stdout);
+        lum_help_scenes(&(struct lum_help){stdout, false});
     else if (argc > 2)
         return usage_error("scenes", argv[2]);
     else if (argc == 2)
@@ -79,10 +85,15 @@ int lum_cmd_scenes(int argc, char **argv)
     return LUM_EXIT_OK;
 }
 
+void lum_help_methods(const struct lum_help *h)
+{
+    lum_help_text(h, methods_help);
+}
+
 int lum_cmd_methods(int argc, char **argv)
 {
     if (asks_for_help(argc, argv)) {
-        fputs(methods_help, stdout);
+        lum_help_methods(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
     if (argc > 1)

@@ -1,10 +1,11 @@
 /* lumend: subcommands, and the life of the daemon.
  *
  * - Start: options, log, token, listening socket (a taken port is found before a long load), signal thread, director
- *   (loads the scene, starts the renderer), sessions, then the ready line on stdout.
+ *   (a thread loads the scene and starts the renderer; the net thread answers that it is not ready), sessions, then
+ *   the ready line on stdout.
  * - Run: the main thread is the net thread. The director is a thread of its own; it has the worker pool and, for an
  *   import, a child process.
- * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses connections, sends
+ * - Stop: the signal thread sees SIGTERM or SIGINT and calls lum_net_stop. The net thread refuses sessions, sends
  *   session.closing, closes every session, and returns. Then in reverse order of the start: sessions, director (cancels
  *   its pass, joins), network, log. A second signal exits at once.
  *
@@ -23,36 +24,37 @@
 #include "core/accel/accel.h"
 #include "core/image/exr.h"
 #include "protocol/base/nearest.h"
-#include "server/cli/commands.h"
+#include "server/base/service.h"
+#include "server/cli/help.h"
 #include "server/cli/serve_options.h"
 #include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/healthcheck.h"
 #include "server/net/net.h"
 
-static int usage(void)
+static void help_serve(const struct lum_help *h)
 {
-    fputs("lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
-          "\n"
-          "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
-          "  lumend render --scene S --out F     render without network: an .exr or .png\n"
-          "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
-          "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
-          "  lumend state check DIR              of what --state kept; also export, compact\n"
-          "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
-          "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
-          "  lumend --version | --help           each command has its own --help\n"
-          "\n"
-          "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n",
-          stdout);
-    lum_serve_options_help(stdout);
-    fputs("\n"
-          "Try:\n"
-          "  lumend                              the Cornell box on this machine\n"
-          "  lumend --scene office --listen 127.0.0.1:0\n"
-          "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n",
-          stdout);
-    return LUM_EXIT_OK;
+    lum_help_text(
+        h, "lumend: a render server. Clients edit one scene over WebSocket and watch it with global illumination.\n"
+           "\n"
+           "  lumend [serve] [options]            serve a scene; open the printed URL in a browser\n"
+           "  lumend render --scene S --out F     render without network: an .exr or .png\n"
+           "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
+           "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
+           "  lumend state check DIR              of what --state kept; also export, compact\n"
+           "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
+           "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
+           "  lumend help --man                   all of this as a man page: lumend help --man | man -l -\n"
+           "  lumend --version | --help           each command has its own --help\n"
+           "\n"
+           "Options of serve; each may also come from the environment (--token-file: LUMEND_TOKEN_FILE):\n");
+    lum_serve_options_help(h);
+    lum_help_text(h,
+                  "\n"
+                  "Try:\n"
+                  "  lumend                              the Cornell box on this machine\n"
+                  "  lumend --scene office --listen 127.0.0.1:0\n"
+                  "  lumend --scene room.glb --listen 0.0.0.0:9460 --token-file token --allow-host render.example\n");
 }
 
 static int version(void)
@@ -76,6 +78,7 @@ struct signal_watch {
     pthread_t thread;
     sigset_t signals;
     struct lum_net *net;
+    const struct lum_service *service;
 };
 
 /* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
@@ -86,6 +89,7 @@ static void *watch_signals(void *arg)
     for (int n_stops = 0; sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1; n_stops++) {
         if (n_stops > 0)
             _exit(LUM_EXIT_FAILED); /* asked twice: nothing is waited for */
+        lum_service_tell(w->service, "STOPPING=1");
         lum_net_stop(w->net);
     }
     return NULL;
@@ -103,9 +107,10 @@ static void signals_block(struct signal_watch *w)
     signal(SIGXFSZ, SIG_IGN); /* so is a file that may not grow */
 }
 
-static bool signals_begin(struct signal_watch *w, struct lum_net *net)
+static bool signals_begin(struct signal_watch *w, struct lum_net *net, const struct lum_service *service)
 {
     w->net = net;
+    w->service = service;
     return pthread_create(&w->thread, NULL, watch_signals, w) == 0;
 }
 
@@ -165,8 +170,14 @@ static enum lum_status make_desk(const struct lum_serve_options *o, struct lum_l
     return any ? lum_desk_create(&config, ret_desk, err) : LUM_OK;
 }
 
+static void tell_alive(void *service)
+{
+    lum_service_tell(service, "WATCHDOG=1");
+}
+
 static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
-                                     struct lum_desk *desk, struct lum_director **ret_director, struct lum_error *err)
+                                     struct lum_service *service, struct lum_desk *desk,
+                                     struct lum_director **ret_director, struct lum_error *err)
 {
     const struct lum_director_config config = {
         .scene = o->scene,
@@ -184,6 +195,9 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .log = log,
         .wake_net = lum_net_wake,
         .wake_user = net,
+        .alive = service->alive_ns ? tell_alive : NULL,
+        .alive_user = service,
+        .alive_ns = service->alive_ns,
     };
     return lum_director_create(&config, ret_director, err);
 }
@@ -200,20 +214,56 @@ static bool has_assets(const struct lum_serve_options *o, struct lum_log log)
     return found;
 }
 
+/* The scene is loaded beside the network, which says so meanwhile. */
+struct loading {
+    const struct lum_serve_options *options;
+    struct lum_log log;
+    struct lum_net *net;
+    struct lum_service *service;
+    struct lum_desk *desk;         /* NULL: none is listened to */
+    struct lum_director *director; /* the result */
+    enum lum_status status;
+    struct lum_error *err;
+    _Atomic bool done;
+};
+
+static void *load_main(void *arg)
+{
+    struct loading *l = arg;
+    l->status = make_director(l->options, l->log, l->net, l->service, l->desk, &l->director, l->err);
+    atomic_store(&l->done, true);
+    lum_net_wake(l->net);
+    return NULL;
+}
+
+static enum lum_status load(struct loading *l)
+{
+    pthread_t thread;
+    if (pthread_create(&thread, NULL, load_main, l))
+        return lum_fail(l->err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+    if (!lum_net_wait(l->net, &l->done)) { /* nobody was served: there is nothing to keep */
+        lum_log(&l->log, LUM_LOG_INFO, "main", "stopped while the scene was being loaded");
+        _exit(LUM_EXIT_OK);
+    }
+    pthread_join(thread, NULL);
+    return l->status;
+}
+
 /* From the director to the end of the run; net and the signal thread are there. */
 static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
-                           struct lum_net *net, struct lum_error *err)
+                           struct lum_net *net, struct lum_service *service, struct lum_error *err)
 {
-    struct lum_desk *desk = NULL;
-    struct lum_director *director = NULL;
+    struct loading loading = {.options = o, .log = log, .net = net, .service = service, .err = err};
     struct lum_sessions *sessions = NULL;
-    enum lum_status status = make_desk(o, log, &desk, err);
+    enum lum_status status = make_desk(o, log, &loading.desk, err);
     if (!status)
-        status = make_director(o, log, net, desk, &director, err);
+        status = load(&loading);
     if (status) {
-        lum_desk_destroy(desk);
+        lum_desk_destroy(loading.desk);
         return status;
     }
+    struct lum_director *director = loading.director;
+    struct lum_desk *desk = loading.desk;
     const struct lum_sessions_config config = {.director = director,
                                                .auth = auth,
                                                .counters = lum_net_counters(net),
@@ -226,6 +276,7 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
         lum_serve_options_warn(&log);
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
+        lum_service_tell(service, "READY=1");
         lum_net_run(net, sessions, director);
         lum_log(&log, LUM_LOG_INFO, "main", "stopped");
     }
@@ -239,19 +290,29 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
 {
     struct lum_auth auth;
     struct lum_net *net = NULL;
+    struct lum_service service;
     struct signal_watch watch;
     signals_block(&watch);
-    enum lum_status status = make_auth(o, &auth, err);
-    if (status || (status = make_net(o, log, &net, err)))
-        return status;
-    if (signals_begin(&watch, net)) {
-        status = run(o, &auth, log, net, err);
-        signals_finish(&watch);
-    } else {
+    enum lum_status status = lum_service_open(&service, err);
+    if (!status)
+        status = make_auth(o, &auth, err);
+    if (!status)
+        status = make_net(o, log, &net, err);
+    if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
+    else if (!status) {
+        status = run(o, &auth, log, net, &service, err);
+        signals_finish(&watch);
     }
     lum_net_destroy(net);
+    lum_service_close(&service);
     return status;
+}
+
+static int help_of(void (*help)(const struct lum_help *h))
+{
+    help(&(struct lum_help){stdout, false});
+    return LUM_EXIT_OK;
 }
 
 static int cmd_serve(int argc, char **argv)
@@ -260,7 +321,7 @@ static int cmd_serve(int argc, char **argv)
     struct lum_serve_options options;
     struct lum_stderr_log stderr_log;
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
-        return usage();
+        return help_of(help_serve);
     if (lum_serve_options_parse(argc, argv, &options, &err))
         return fail(LUM_EXIT_USAGE, &err);
     if (options.print_config) {
@@ -275,32 +336,61 @@ static int cmd_serve(int argc, char **argv)
     return status ? fail(LUM_EXIT_FAILED, &err) : LUM_EXIT_OK;
 }
 
-static const struct {
-    const char *name;
-    int (*run)(int argc, char **argv);
-} commands[] = {
-    {"serve", cmd_serve},         {"render", lum_cmd_render},         {"compare", lum_cmd_compare},
-    {"measure", lum_cmd_measure}, {"scenes", lum_cmd_scenes},         {"methods", lum_cmd_methods},
-    {"state", lum_cmd_state},     {"photometry", lum_cmd_photometry},
+/* In the order of the man page. */
+static const struct lum_command commands[] = {
+    {"serve", cmd_serve, help_serve},
+    {"render", lum_cmd_render, lum_help_render},
+    {"compare", lum_cmd_compare, lum_help_compare},
+    {"measure", lum_cmd_measure, lum_help_measure},
+    {"state", lum_cmd_state, lum_help_state},
+    {"photometry", lum_cmd_photometry, lum_help_photometry},
+    {"scenes", lum_cmd_scenes, lum_help_scenes},
+    {"methods", lum_cmd_methods, lum_help_methods},
 };
+
+static const struct lum_command *find_command(const char *name)
+{
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        if (strcmp(name, commands[i].name) == 0)
+            return &commands[i];
+    return NULL;
+}
+
+static int no_command(const char *name)
+{
+    char text[128];
+    struct lum_nearest near = {.given = name};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
+        lum_nearest_offer(&near, commands[i].name);
+    lum_nearest_text(&near, text, sizeof text);
+    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", name, text);
+    return LUM_EXIT_USAGE;
+}
+
+/* lumend help [COMMAND|--man] */
+static int cmd_help(const char *of)
+{
+    const struct lum_command *command = find_command(of);
+    if (strcmp(of, "--man") == 0)
+        lum_help_man(stdout, commands, LUM_ARRAY_LEN(commands));
+    else if (of[0] == '\0')
+        help_of(help_serve);
+    else if (!command)
+        return no_command(of);
+    else
+        help_of(command->help);
+    return fflush(stdout) == 0 ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}
 
 int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
     if (strcmp(first, "help") == 0)
-        return usage();
+        return cmd_help(argc > 2 ? argv[2] : "");
     if (strcmp(first, "--version") == 0)
         return version();
     if (first[0] == '\0' || first[0] == '-')
         return cmd_serve(argc, argv);
-    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
-        if (strcmp(first, commands[i].name) == 0)
-            return commands[i].run(argc - 1, argv + 1);
-    struct lum_nearest near = {.given = first};
-    for (size_t i = 0; i < LUM_ARRAY_LEN(commands); i++)
-        lum_nearest_offer(&near, commands[i].name);
-    char text[128];
-    lum_nearest_text(&near, text, sizeof text);
-    fprintf(stderr, "lumend: no command '%.60s'%s (lumend --help lists them)\n", first, text);
-    return LUM_EXIT_USAGE;
+    const struct lum_command *command = find_command(first);
+    return command ? command->run(argc - 1, argv + 1) : no_command(first);
 }

@@ -1,5 +1,6 @@
 /* lumend measure: what the sensors of a scene show, or a grid over its floor, without network. */
 #include "server/cli/commands.h"
+#include "server/cli/help.h"
 
 #include <stdio.h>
 #include <unistd.h>
@@ -206,7 +207,7 @@ int lum_cmd_measure(int argc, char **argv)
         return LUM_EXIT_USAGE;
     }
     if (m.options.help) {
-        lum_measure_options_help(stdout);
+        lum_help_measure(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
     struct lum_proto_error err = {0};

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/cli/help.h"
 #include "server/cli/option.h"
 
 #define READ(name)                                                                                                     \
@@ -111,16 +112,15 @@ enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_meas
     return st;
 }
 
-void lum_measure_options_help(FILE *out)
+void lum_help_measure(const struct lum_help *h)
 {
     /* clang-format off */
-    fputs(
+    lum_help_text(h,
         "usage: lumend measure --scene NAME|FILE [options]\n"
         "Prints what the sensors of the scene show (records of type sensor): illuminance, with its mean Em, least Emin\n"
         "and uniformity Uo = Emin / Em, or UGR, each +/- its standard error. Where the scene has none, or an option says\n"
         "where or what to measure, it is a grid of points over the floor. Light is path traced. Points inside furniture\n"
-        "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n",
-        out);
+        "and walls, or with something less than 10 cm above, are left out, and said. Ends with 1 where a target is missed.\n");
     /* clang-format on */
-    lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
+    lum_help_options(h, rows, LUM_ARRAY_LEN(rows));
 }

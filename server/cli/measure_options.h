@@ -28,6 +28,5 @@ struct lum_measure_options {
 
 LUM_MUST_USE enum lum_status lum_measure_options_parse(int argc, char **argv, struct lum_measure_options *ret_options,
                                                        struct lum_error *err);
-void lum_measure_options_help(FILE *out);
 
 #endif

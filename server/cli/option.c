@@ -1,6 +1,7 @@
 #include "server/cli/option.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -10,8 +11,6 @@
 #include "protocol/base/limits.h"
 #include "protocol/base/nearest.h"
 #include "server/base/suggest.h"
-
-#define HELP_INDENT 27
 
 /* ---- reading values ---- */
 
@@ -158,24 +157,4 @@ enum lum_status lum_option_parse(int argc, char **argv, const struct lum_option_
             return status;
     }
     return LUM_OK;
-}
-
-void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out)
-{
-    for (const struct lum_option_row *row = rows; row < rows + n_rows; row++) {
-        char left[64];
-        snprintf(left, sizeof left, "--%s%s%s", row->name, row->arg ? " " : "", row->arg ? row->arg : "");
-        fprintf(out, "  %-*s ", HELP_INDENT - 3, left);
-        for (const char *line = row->help;; line++) {
-            size_t n = strcspn(line, "\n");
-            fprintf(out, "%.*s", (int)n, line);
-            line += n;
-            if (!*line)
-                break;
-            fprintf(out, "\n%*s", HELP_INDENT, "");
-        }
-        if (row->arg && row->fallback && *row->fallback)
-            fprintf(out, " [%s]", row->fallback);
-        fputc('\n', out);
-    }
 }

@@ -3,8 +3,6 @@
 #ifndef LUM_SERVER_CLI_OPTION_H
 #define LUM_SERVER_CLI_OPTION_H
 
-#include <stdio.h>
-
 #include "core/base/base.h"
 
 enum lum_option_kind {
@@ -46,7 +44,6 @@ LUM_MUST_USE enum lum_status lum_option_parse(int argc, char **argv, const struc
 /* Reads text, checks it, and writes it into options. */
 LUM_MUST_USE enum lum_status lum_option_read(const struct lum_option_row *row, const char *given, const char *text,
                                              void *options, struct lum_error *err);
-void lum_option_help(const struct lum_option_row *rows, size_t n_rows, FILE *out);
 
 /* A LUM_OPTION_OTHER: the name of a method, kept as text. */
 enum lum_status lum_option_read_method(const struct lum_option_row *row, const char *given, const char *text,

@@ -8,7 +8,7 @@
 #include <cjson/cJSON.h>
 
 #include "protocol/json/json.h"
-#include "server/cli/commands.h"
+#include "server/cli/help.h"
 #include "server/import/import.h"
 
 static const char help[] =
@@ -147,13 +147,18 @@ static bool tell(const char *file, bool json)
     return ok && fflush(stdout) == 0;
 }
 
+void lum_help_photometry(const struct lum_help *h)
+{
+    lum_help_text(h, help);
+}
+
 int lum_cmd_photometry(int argc, char **argv)
 {
     bool json = false, ok = true;
     int n_files = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            fputs(help, stdout);
+            lum_help_photometry(&(struct lum_help){stdout, false});
             return LUM_EXIT_OK;
         }
         if (strcmp(argv[i], "--json") == 0) {

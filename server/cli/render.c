@@ -1,5 +1,6 @@
 /* lumend render: an image or a sequence, without network. */
 #include "server/cli/commands.h"
+#include "server/cli/help.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -571,7 +572,7 @@ int lum_cmd_render(int argc, char **argv)
         return LUM_EXIT_USAGE;
     }
     if (b.options.help) {
-        lum_render_options_help(stdout);
+        lum_help_render(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
     struct lum_proto_error err = {0};

@@ -8,6 +8,7 @@
 #include "core/vpl/vpl.h"
 #include "protocol/base/limits.h"
 #include "server/base/suggest.h"
+#include "server/cli/help.h"
 #include "server/cli/option.h"
 #include "server/stream/overlay.h"
 #include "server/world/apply.h"
@@ -347,14 +348,16 @@ enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_rende
     return st;
 }
 
-void lum_render_options_help(FILE *out)
+void lum_help_render(const struct lum_help *h)
 {
-    fputs("usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n", out);
-    lum_option_help(rows, LUM_ARRAY_LEN(rows), out);
-    fputs("effects:", out);
-    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
-        fprintf(out, "%s %s", e > 0 ? "," : "", lum_effect_names[e]);
-    fputc('\n', out);
+    char effects[512] = "effects:";
+    size_t n = strlen(effects);
+    lum_help_text(h, "usage: lumend render --scene NAME|FILE --out FILE.exr|.png [options]\n");
+    lum_help_options(h, rows, LUM_ARRAY_LEN(rows));
+    for (int e = 0; e < LUM_EFFECT_COUNT && n < sizeof effects; e++)
+        n += (size_t)snprintf(effects + n, sizeof effects - n, " %s%s", lum_effect_names[e],
+                              e + 1 < LUM_EFFECT_COUNT ? "," : "\n");
+    lum_help_text(h, effects);
 }
 
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path)

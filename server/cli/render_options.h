@@ -45,7 +45,6 @@ LUM_MUST_USE enum lum_status lum_render_options_allow(const struct lum_render_op
 /* A failure here is a usage error; err->field names the option. */
 LUM_MUST_USE enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                                       struct lum_error *err);
-void lum_render_options_help(FILE *out);
 
 /* `out` with its %d or %0Nd replaced by the frame's number; a copy when there is none. False: it does not fit. */
 bool lum_render_frame_path(const char *out, uint32_t frame, char *ret_path, size_t n_path);

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "server/cli/help.h"
 #include "server/cli/option.h"
 
 static enum lum_status read_listen(const struct lum_option_row *row, const char *given, const char *text, void *options,
@@ -206,9 +207,9 @@ void lum_serve_options_warn(const struct lum_log *log)
     }
 }
 
-void lum_serve_options_help(FILE *out)
+void lum_serve_options_help(const struct lum_help *h)
 {
-    lum_option_help(rows, LUM_SERVE_COUNT, out);
+    lum_help_options(h, rows, LUM_SERVE_COUNT);
 }
 
 void lum_serve_options_print(const struct lum_serve_options *o, FILE *out)

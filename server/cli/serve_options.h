@@ -11,6 +11,8 @@
 #include "server/journal/journal.h"
 #include "server/net/address.h"
 
+struct lum_help;
+
 enum lum_serve_option {
     LUM_SERVE_SCENE,
     LUM_SERVE_LISTEN,
@@ -56,7 +58,7 @@ LUM_MUST_USE enum lum_status lum_serve_options_parse(int argc, char **argv, stru
                                                      struct lum_error *err);
 /* Says which LUMEND_ variables of the environment mean nothing here: most likely misspelt. */
 void lum_serve_options_warn(const struct lum_log *log);
-void lum_serve_options_help(FILE *out);
+void lum_serve_options_help(const struct lum_help *h);
 void lum_serve_options_print(const struct lum_serve_options *options, FILE *out);
 
 #endif

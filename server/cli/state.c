@@ -12,6 +12,7 @@
 
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
+#include "server/cli/help.h"
 #include "server/cli/option.h"
 #include "server/journal/journal.h"
 #include "server/journal/recover.h"
@@ -20,7 +21,7 @@ static const char usage[] =
     "usage: lumend state check DIR\n"
     "       lumend state export DIR [options]\n"
     "       lumend state compact DIR\n"
-    "  What a daemon with --state DIR kept. Not while one is using DIR.\n"
+    "What a daemon with --state DIR kept. Not while one is using DIR.\n"
     "\n"
     "check    reads all of it and says what is damaged, and what a start would make of that; changes nothing.\n"
     "         Exit status 0: whole, 1: not.\n"
@@ -294,14 +295,19 @@ static enum lum_status run(const char *command, const char *path, const struct o
     return st;
 }
 
+void lum_help_state(const struct lum_help *h)
+{
+    lum_help_text(h, usage);
+    lum_help_options(h, rows, LUM_ARRAY_LEN(rows));
+}
+
 int lum_cmd_state(int argc, char **argv)
 {
     struct options o = {0};
     struct lum_option_words words = {0};
     struct lum_error err = {0};
     if (argc == 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)) {
-        fputs(usage, stdout);
-        lum_option_help(rows, LUM_ARRAY_LEN(rows), stdout);
+        lum_help_state(&(struct lum_help){stdout, false});
         return LUM_EXIT_OK;
     }
     if (lum_option_parse(argc, argv, rows, LUM_ARRAY_LEN(rows), &words, take_option, &o, &err))

@@ -124,9 +124,22 @@ static struct timespec deadline(int64_t ns)
     return t;
 }
 
+/* The loop turns. */
+static void tick(struct lum_director *d)
+{
+    int64_t now_ns = lum_clock_ns();
+    atomic_store(&d->tick_ns, now_ns);
+    if (!d->config.alive || now_ns < d->alive_due_ns)
+        return;
+    d->config.alive(d->config.alive_user);
+    d->alive_due_ns = now_ns + d->config.alive_ns;
+}
+
 /* Sleeps until something is posted, at most wait_ns. */
 static void rest(struct lum_director *d, int64_t wait_ns)
 {
+    if (d->config.alive && wait_ns > d->config.alive_ns)
+        wait_ns = d->config.alive_ns;
     atomic_store(&d->asleep, true);
     pthread_mutex_lock(&d->lock);
     struct timespec until = deadline(wait_ns == INT64_MAX ? 0 : wait_ns);
@@ -137,7 +150,7 @@ static void rest(struct lum_director *d, int64_t wait_ns)
             break;
     }
     pthread_mutex_unlock(&d->lock);
-    atomic_store(&d->tick_ns, lum_clock_ns());
+    tick(d);
     atomic_store(&d->asleep, false);
 }
 
@@ -154,7 +167,7 @@ static void work_off_inbox(struct lum_director *d)
 {
     for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
         next = q->next;
-        atomic_store(&d->tick_ns, lum_clock_ns());
+        tick(d);
         if (stopping(d))
             lum_request_destroy(q);
         else
@@ -168,7 +181,7 @@ static void *director_main(void *arg)
     pthread_setname_np(pthread_self(), "lum-director");
     lum_thread_init_fp();
     while (!stopping(d)) {
-        atomic_store(&d->tick_ns, lum_clock_ns());
+        tick(d);
         lum_director_turn_saving(d);
         work_off_inbox(d);
         lum_director_turn_imports(d);

@@ -35,6 +35,11 @@ struct lum_director_config {
      */
     void (*wake_net)(void *user);
     void *wake_user;
+    /* Called from the loop at least so often while it turns, asleep or not: who hears nothing knows that it is stuck.
+     * NULL: nobody wants to know. Must not wait. */
+    void (*alive)(void *user);
+    void *alive_user;
+    int64_t alive_ns;
 };
 
 struct lum_director;

@@ -76,6 +76,7 @@ struct lum_director {
     struct lum_beside beside;
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
+    int64_t alive_due_ns;                            /* config.alive is called then */
     uint64_t order;                                  /* counts changes */
     struct lum_staged_edit *staged;                  /* newest first */
     struct lum_import_job *jobs;                     /* oldest first */

@@ -1,6 +1,7 @@
 #define _GNU_SOURCE
 #include "server/journal/block.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -165,12 +166,16 @@ void lum_block_close(struct lum_block_writer *w)
 
 /* ---- reading ---- */
 
-/* True when all n bytes are there. */
-static bool read_at(const struct lum_block_reader *r, uint64_t at, void *ret, size_t n)
+/* True when all n bytes are there. That the disk does not give them is another thing, and noted. */
+static bool read_at(struct lum_block_reader *r, uint64_t at, void *ret, size_t n)
 {
     char *to = ret;
     while (n > 0) {
         ssize_t done = pread(r->fd, to, n, (off_t)at);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done < 0)
+            r->error = errno;
         if (done <= 0)
             return false;
         to += done;
@@ -180,6 +185,14 @@ static bool read_at(const struct lum_block_reader *r, uint64_t at, void *ret, si
     return true;
 }
 
+static enum lum_status fail_unread(const struct lum_block_reader *r, struct lum_error *err)
+{
+    return lum_fail(err, LUM_ERR_IO, "state",
+                    "cannot read %.80s: %s. Nothing is changed; if the disk is broken there, copy the file with dd "
+                    "conv=noerror,sync, and start with the copy",
+                    r->name, strerror(r->error));
+}
+
 static bool is_file_head(const struct file_head *h)
 {
     return memcmp(h->magic, file_magic, sizeof file_magic) == 0 &&
@@ -187,7 +200,7 @@ static bool is_file_head(const struct file_head *h)
 }
 
 /* Either of the two. */
-static bool read_file_head(const struct lum_block_reader *r, struct file_head *ret)
+static bool read_file_head(struct lum_block_reader *r, struct file_head *ret)
 {
     for (uint64_t copy = 0; copy < 2; copy++)
         if (read_at(r, copy * sizeof *ret, ret, sizeof *ret) && is_file_head(ret))
@@ -200,10 +213,14 @@ enum lum_status lum_block_open(struct lum_block_reader *r, const struct lum_dir 
 {
     struct file_head head;
     *r = (struct lum_block_reader){.fd = -1};
+    snprintf(r->name, sizeof r->name, "%s", name);
     enum lum_status st = lum_dir_read(dir, name, &r->fd, &r->n_bytes, err);
     if (st)
         return st;
-    if (!read_file_head(r, &head))
+    bool found = read_file_head(r, &head);
+    if (r->error)
+        st = fail_unread(r, err);
+    else if (!found)
         st = lum_fail(err, LUM_ERR_INVALID, "state", "%.80s is damaged at offset 0: it has no head", name);
     else if (head.version != LUM_STATE_VERSION)
         st = lum_fail(err, LUM_ERR_UNSUPPORTED, "state",
@@ -236,7 +253,7 @@ static bool is_head(const struct lum_block_reader *r, const struct block_head *h
 }
 
 /* Where the next block's head stands, from `at` on; n_bytes: nowhere. */
-static uint64_t find_head(const struct lum_block_reader *r, uint64_t at)
+static uint64_t find_head(struct lum_block_reader *r, uint64_t at)
 {
     uint8_t window[4096 + LUM_BLOCK_BYTES];
     for (at = (at + 7) & ~7ull; at + LUM_BLOCK_BYTES <= r->n_bytes; at += 4096) {
@@ -271,10 +288,7 @@ static bool read_body(struct lum_block_reader *r, const struct block_head *h, st
         if (!r->body)
             return !no_memory(err);
     }
-    if (read_at(r, r->at + sizeof *h, r->body, n))
-        return crc_of(r->salt, r->body, n) == h->body_crc;
-    lum_fail(err, LUM_ERR_IO, "state", "a file of the state cannot be read");
-    return false;
+    return read_at(r, r->at + sizeof *h, r->body, n) && crc_of(r->salt, r->body, n) == h->body_crc;
 }
 
 /* Names the blobs of the body by the lengths that the JSON tells. */
@@ -295,10 +309,9 @@ static bool split_blobs(const struct lum_block_reader *r, const struct block_hea
     return left == 0;
 }
 
-enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err)
+static enum lum_block_found next_block(struct lum_block_reader *r, struct lum_block *f, struct lum_error *err)
 {
     struct block_head h = {.n_json = 1}; /* where it cannot be read it is no zeros either */
-    struct lum_block *f = ret_block;
     *f = (struct lum_block){.offset = r->at, .n_bytes = r->n_bytes - r->at};
     if (r->at >= r->n_bytes)
         return LUM_BLOCK_END;
@@ -325,6 +338,14 @@ enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block
     if (!ok)
         lum_block_finish(f);
     return ok ? LUM_BLOCK_WHOLE : LUM_BLOCK_DAMAGED;
+}
+
+enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err)
+{
+    enum lum_block_found found = next_block(r, ret_block, err);
+    if (r->error)
+        fail_unread(r, err);
+    return found;
 }
 
 void lum_block_finish(struct lum_block *f)

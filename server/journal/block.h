@@ -59,6 +59,8 @@ enum lum_block_found {
 };
 struct lum_block_reader {
     int fd; /* -1: closed */
+    char name[96];
+    int error; /* errno of a read that failed; 0: none */
     uint64_t n_bytes, at;
     uint32_t salt;
     uint64_t seq; /* of the head */
@@ -77,7 +79,7 @@ struct lum_block {            /* valid until the next is read */
  * damaged or of another kind. */
 LUM_MUST_USE enum lum_status lum_block_open(struct lum_block_reader *r, const struct lum_dir *dir, const char *name,
                                             enum lum_file_kind kind, struct lum_error *err);
-/* A failing read or allocation counts as damage: err (else untouched) says which. LUM_ERR_NOMEM: it is none. */
+/* A failing read or allocation looks like damage: err (else untouched) says that it is none (LUM_ERR_IO, _NOMEM). */
 enum lum_block_found lum_block_next(struct lum_block_reader *r, struct lum_block *ret_block, struct lum_error *err);
 void lum_block_finish(struct lum_block *f);
 void lum_block_close_reader(struct lum_block_reader *r);

@@ -1,6 +1,7 @@
 #define _GNU_SOURCE
 #include "server/journal/content.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,8 +39,15 @@ void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...)
 
 void lum_damage_no_memory(const struct lum_damage_sink *sink)
 {
-    if (sink->no_memory)
-        *sink->no_memory = true;
+    struct lum_error err;
+    lum_fail(&err, LUM_ERR_NOMEM, "state", "no memory for the scene that the state holds");
+    lum_damage_unread(sink, &err);
+}
+
+void lum_damage_unread(const struct lum_damage_sink *sink, const struct lum_error *err)
+{
+    if (sink->unread && !sink->unread->status && (err->status == LUM_ERR_NOMEM || err->status == LUM_ERR_IO))
+        *sink->unread = *err;
 }
 
 void lum_damage_note(const struct lum_damage_sink *sink, const struct lum_proto_error *err)
@@ -203,8 +211,7 @@ enum lum_status lum_content_read(const struct lum_dir *content, const char *sha,
         struct lum_block f;
         struct lum_error why = {0};
         enum lum_block_found found = lum_block_next(&r, &f, &why);
-        if (why.status == LUM_ERR_NOMEM)
-            lum_damage_no_memory(damage);
+        lum_damage_unread(damage, &why);
         more = found != LUM_BLOCK_END && found != LUM_BLOCK_TORN;
         if (found == LUM_BLOCK_WHOLE)
             take_record(&list, sha, &f, damage);
@@ -227,8 +234,8 @@ static enum lum_status hash_file(int fd, lum_sha ret, struct lum_error *err)
     EVP_MD_CTX *sha = EVP_MD_CTX_new();
     bool ok = sha && EVP_DigestInit_ex(sha, EVP_sha256(), NULL) == 1;
     ssize_t n = 0;
-    while (ok && (n = read(fd, bytes, sizeof bytes)) > 0)
-        ok = EVP_DigestUpdate(sha, bytes, (size_t)n) == 1;
+    while (ok && ((n = read(fd, bytes, sizeof bytes)) > 0 || (n < 0 && errno == EINTR)))
+        ok = n < 0 || EVP_DigestUpdate(sha, bytes, (size_t)n) == 1;
     enum lum_status st = ok && n == 0 ? finish_sha(sha, ret, err)
                                       : lum_fail(err, LUM_ERR_IO, "state", "a file of content cannot be read");
     EVP_MD_CTX_free(sha);

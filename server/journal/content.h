@@ -18,15 +18,16 @@ struct lum_record_list { /* a list of owned references; a lost one is NULL */
 };
 void lum_record_list_finish(struct lum_record_list *r);
 
-/* Told of what is damaged: one line without a full stop. Where memory is short nothing is damaged, and what was read is
- * no good: no_memory (may be NULL) is set. */
+/* Told of what is damaged: one line without a full stop. Where memory is short, or the disk does not give what it has,
+ * nothing is damaged, and what was read is no good: `unread` (may be NULL) is set, if it is not yet. */
 struct lum_damage_sink {
     void (*tell)(void *user, const char *text);
     void *user;
-    bool *no_memory;
+    struct lum_error *unread;
 };
 void lum_damage_no_memory(const struct lum_damage_sink *sink);
-/* Sets it where this error is of memory. */
+/* Set it where this error is of memory or the disk. */
+void lum_damage_unread(const struct lum_damage_sink *sink, const struct lum_error *err);
 void lum_damage_note(const struct lum_damage_sink *sink, const struct lum_proto_error *err);
 void lum_damage(const struct lum_damage_sink *sink, const char *fmt, ...) LUM_PRINTF(2, 3);
 

@@ -47,17 +47,36 @@ static enum lum_status fail_errno(struct lum_error *err, const char *what, const
 
 /* ---- folders ---- */
 
+/* The name of a new folder is in the one above. Made by somebody else, it may be in one that we may not look into. */
+static enum lum_status sync_above(const struct lum_dir *dir, const char *name, bool made, struct lum_error *err)
+{
+    int fd = openat(dir->fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0 && errno == EACCES && !made)
+        return LUM_OK;
+    enum lum_status st =
+        fd < 0 || dir->disk->sync(dir->disk->user, fd) != 0 ? fail_errno(err, "write the folder above", name) : LUM_OK;
+    if (fd >= 0)
+        close(fd);
+    return st;
+}
+
 enum lum_status lum_dir_open(int at_fd, const char *name, bool make, const struct lum_disk *disk,
                              struct lum_dir *ret_dir, struct lum_error *err)
 {
-    if (make && mkdirat(at_fd, name, 0700) != 0 && errno != EEXIST)
+    bool made = make && mkdirat(at_fd, name, 0700) == 0;
+    if (make && !made && errno != EEXIST)
         return fail_errno(err, "make the folder", name);
     /* the user's own path may lead over links; below it nothing does */
     int fd = openat(at_fd, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | (at_fd == AT_FDCWD ? 0 : O_NOFOLLOW));
     if (fd < 0)
         return fail_errno(err, "open the folder", name);
-    *ret_dir = (struct lum_dir){fd, disk};
-    return LUM_OK;
+    struct lum_dir dir = {fd, disk};
+    enum lum_status st = make ? sync_above(&dir, name, made, err) : LUM_OK;
+    if (st)
+        lum_dir_close(&dir);
+    else
+        *ret_dir = dir;
+    return st;
 }
 
 void lum_dir_close(struct lum_dir *dir)
@@ -100,11 +119,13 @@ enum lum_status lum_dir_each(const struct lum_dir *dir, void (*fn)(void *user, c
             close(fd);
         return st;
     }
-    for (struct dirent *e = readdir(list); e; e = readdir(list))
+    struct dirent *e;
+    while (errno = 0, e = readdir(list)) /* a list that is cut short would be files that are lost */
         if (e->d_name[0] != '.')
             fn(user, e->d_name);
+    enum lum_status st = errno ? fail_errno(err, "read", "the folder") : LUM_OK;
     closedir(list);
-    return LUM_OK;
+    return st;
 }
 
 /* ---- files ---- */
@@ -125,6 +146,8 @@ enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *r
     /* a pipe in place of a file must not hang us */
     int fd = openat(dir->fd, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     struct stat st;
+    if (fd < 0 && (errno == ELOOP || errno == ENXIO)) /* a link, a socket */
+        return lum_fail(err, LUM_ERR_INVALID, "state", "%.100s is no plain file", name);
     if (fd < 0 || fstat(fd, &st) != 0) {
         enum lum_status status = fail_errno(err, "open", name);
         if (fd >= 0)
@@ -140,13 +163,13 @@ enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *r
     return LUM_OK;
 }
 
-bool lum_dir_has(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes)
+enum lum_status lum_dir_size(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes, struct lum_error *err)
 {
     struct stat st;
-    if (fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(st.st_mode))
-        return false;
+    if (fstatat(dir->fd, name, &st, AT_SYMLINK_NOFOLLOW) != 0)
+        return fail_errno(err, "find", name);
     *ret_n_bytes = (uint64_t)st.st_size;
-    return true;
+    return LUM_OK;
 }
 
 enum lum_status lum_dir_write(const struct lum_dir *dir, const char *name, int fd, const void *bytes, size_t n,

@@ -23,7 +23,7 @@ struct lum_dir {
     int fd; /* -1: closed */
     const struct lum_disk *disk;
 };
-/* Opens the folder `name` below at_fd (AT_FDCWD: a path), and makes it if it is not there. */
+/* Opens the folder `name` below at_fd (AT_FDCWD: a path), and makes it if it is not there: then its name is durable. */
 LUM_MUST_USE enum lum_status lum_dir_open(int at_fd, const char *name, bool make, const struct lum_disk *disk,
                                           struct lum_dir *ret_dir, struct lum_error *err);
 void lum_dir_close(struct lum_dir *dir); /* accepts a zeroed or closed one */
@@ -39,7 +39,9 @@ LUM_MUST_USE enum lum_status lum_dir_create(const struct lum_dir *dir, const cha
 /* A plain file for reading. LUM_ERR_NOT_FOUND: there is none. */
 LUM_MUST_USE enum lum_status lum_dir_read(const struct lum_dir *dir, const char *name, int *ret_fd,
                                           uint64_t *ret_n_bytes, struct lum_error *err);
-bool lum_dir_has(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes);
+/* How long the file is. LUM_ERR_NOT_FOUND: there is none. */
+LUM_MUST_USE enum lum_status lum_dir_size(const struct lum_dir *dir, const char *name, uint64_t *ret_n_bytes,
+                                          struct lum_error *err);
 /* All n bytes; writes that are cut short or interrupted go on. */
 LUM_MUST_USE enum lum_status lum_dir_write(const struct lum_dir *dir, const char *name, int fd, const void *bytes,
                                            size_t n, struct lum_error *err);

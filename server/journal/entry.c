@@ -103,8 +103,7 @@ static bool load(const struct reading *e, const char *sha, struct lum_record_lis
 {
     struct lum_error err;
     if (lum_content_read(e->replay->content, sha, e->replay->damage, ret, &err)) {
-        if (err.status == LUM_ERR_NOMEM)
-            lum_damage_no_memory(e->replay->damage);
+        lum_damage_unread(e->replay->damage, &err);
         return refused(err.text, why);
     }
     for (size_t i = 0; i < ret->n; i++)

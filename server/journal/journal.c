@@ -168,20 +168,21 @@ uint64_t lum_journal_starts(const struct lum_journal *j)
 enum lum_status lum_journal_store(struct lum_journal *j, struct lum_record *const *records, size_t n, lum_sha ret_sha,
                                   struct lum_error *err)
 {
-    enum lum_status st = LUM_OK;
-    for (bool there = false; !st && !there;) {
+    enum lum_status st, found = LUM_ERR_NOT_FOUND;
+    do {
         uint64_t n_bytes = 0;
         st = lum_content_write(&j->content, records, n, ret_sha, err);
         pthread_mutex_lock(&j->content_lock);
-        there = !st && lum_dir_has(&j->content, ret_sha, &n_bytes); /* else it was just removed, as unused till now */
+        if (!st) /* it may just have been removed, as unused till now */
+            found = lum_dir_size(&j->content, ret_sha, &n_bytes, err);
         pthread_mutex_lock(&j->lock);
-        if (there && n > 0)
+        if (!st && !found && n > 0)
             lum_kept_add(&j->fresh, records[0], n, ret_sha);
         j->fresh_bytes += n_bytes;
         pthread_mutex_unlock(&j->lock);
         pthread_mutex_unlock(&j->content_lock);
-    }
-    return st;
+    } while (!st && found == LUM_ERR_NOT_FOUND);
+    return st ? st : found;
 }
 
 enum lum_status lum_journal_accepts(struct lum_journal *j, struct lum_error *err)

@@ -74,7 +74,7 @@ struct recovering {
     const struct lum_dir *dir, *content;
     const struct lum_damage_sink *damage; /* of the caller */
     struct lum_damage_sink counted;       /* counts, and passes on */
-    bool no_memory;
+    struct lum_error unread;              /* what seems damaged may be whole */
     struct lum_numbers_found snapshots, journals;
     struct lum_recovery out;
 };
@@ -112,7 +112,8 @@ void lum_recovery_put_aside(const struct lum_recovery *r, const struct lum_dir *
     }
 }
 
-/* A file that another version wrote is no damage, and nothing is done before that is known. */
+/* A file that another version wrote, or that cannot be opened, is no damage, and nothing is done before that is known.
+ */
 static enum lum_status check_versions(const struct recovering *c, const struct lum_numbers_found *list,
                                       const char *prefix, enum lum_file_kind kind, struct lum_error *err)
 {
@@ -121,7 +122,7 @@ static enum lum_status check_versions(const struct recovering *c, const struct l
         struct lum_block_reader r;
         lum_state_name(name, prefix, list->numbers[i]);
         enum lum_status st = lum_block_open(&r, c->dir, name, kind, err);
-        if (st == LUM_ERR_UNSUPPORTED)
+        if (st == LUM_ERR_UNSUPPORTED || st == LUM_ERR_IO)
             return st;
         if (!st)
             lum_block_close_reader(&r);
@@ -137,13 +138,14 @@ static bool try_snapshot(struct recovering *c, uint64_t number, bool whole)
     char name[LUM_JOURNAL_NAME_BYTES];
     lum_state_name(name, "snapshot", number);
     if (lum_snapshot_load(c->dir, c->content, name, &c->counted, &s, &err)) {
-        c->no_memory = c->no_memory || err.status == LUM_ERR_NOMEM;
+        lum_damage_unread(&c->counted, &err);
         lum_damage(&c->counted, "%s", err.text);
         return false;
     }
     if (s.whole || !whole) {
         c->out.doc = lum_document_from_state(&s.state, left_out, c);
-        c->no_memory = c->no_memory || !c->out.doc;
+        if (!c->out.doc)
+            lum_damage_no_memory(&c->counted);
     }
     if (c->out.doc) {
         c->out.seq = number;
@@ -224,7 +226,7 @@ static void read_journal(struct recovering *c, const char *name, struct lum_bloc
         struct lum_block f;
         struct lum_error err = {0};
         enum lum_block_found found = lum_block_next(r, &f, &err);
-        c->no_memory = c->no_memory || err.status == LUM_ERR_NOMEM;
+        lum_damage_unread(&c->counted, &err);
         more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
         if (found == LUM_BLOCK_DAMAGED && !wound.open)
             wound = (struct wound){true, f.offset};
@@ -243,17 +245,6 @@ static void read_journal(struct recovering *c, const char *name, struct lum_bloc
         tell_lost(c, name, &wound, 0);
 }
 
-/* Numbers before this journal that are of no edit: those of starts. */
-static uint64_t find_gap(const struct recovering *c, const char *name)
-{
-    struct lum_block_reader r;
-    if (lum_block_open(&r, c->dir, name, LUM_FILE_JOURNAL, NULL))
-        return 0;
-    uint64_t gap = r.gap < r.seq ? r.gap : r.seq;
-    lum_block_close_reader(&r);
-    return gap;
-}
-
 static void read_journals(struct recovering *c)
 {
     for (size_t i = 0; i < c->journals.n; i++) {
@@ -264,11 +255,13 @@ static void read_journals(struct recovering *c)
         if (number < c->out.seq && (i + 1 == c->journals.n || c->journals.numbers[i + 1] <= c->out.seq))
             continue; /* the snapshot has all of it */
         lum_state_name(name, "journal", number);
-        uint64_t gap = find_gap(c, name);
+        enum lum_status st = lum_block_open(&r, c->dir, name, LUM_FILE_JOURNAL, &err);
+        uint64_t gap = st ? 0 : r.gap < r.seq ? r.gap : r.seq; /* numbers before it that are of no edit: of starts */
         if (number > c->out.seq && number - c->out.seq > gap)
             tell_lost(c, name, &(struct wound){0}, number - gap + 1);
         c->out.seq = number > c->out.seq ? number : c->out.seq;
-        if (lum_block_open(&r, c->dir, name, LUM_FILE_JOURNAL, &err)) {
+        if (st) {
+            lum_damage_unread(&c->counted, &err);
             lum_damage(&c->counted, "%s", err.text);
         } else {
             read_journal(c, name, &r, i + 1 < c->journals.n ? c->journals.numbers[i + 1] : UINT64_MAX);
@@ -291,7 +284,7 @@ enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *con
                             const struct lum_damage_sink *damage, struct lum_recovery *ret, struct lum_error *err)
 {
     struct recovering c = {.dir = dir, .content = content, .damage = damage};
-    c.counted = (struct lum_damage_sink){count_and_tell, &c, &c.no_memory};
+    c.counted = (struct lum_damage_sink){count_and_tell, &c, &c.unread};
     enum lum_status st = lum_state_list(dir, "snapshot", &c.snapshots, err);
     if (!st)
         st = lum_state_list(dir, "journal", &c.journals, err);
@@ -305,8 +298,10 @@ enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *con
         read_journals(&c);
     free(c.snapshots.numbers);
     free(c.journals.numbers);
-    if (c.no_memory) /* what seems damaged may be whole */
-        st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the scene that the state holds");
+    if (c.unread.status) {
+        st = c.unread.status;
+        *err = c.unread;
+    }
     if (st)
         lum_recovery_finish(&c.out);
     else

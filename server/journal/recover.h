@@ -8,6 +8,8 @@
  * An undo is done only where the step that it took back is the one that it names: none takes back something else
  * because of a loss.
  *
+ * A file that the disk does not give is not damaged: then there is no recovery at all, and nothing is changed.
+ *
  * Thread: one; nobody else uses the folder. */
 #ifndef LUM_SERVER_JOURNAL_RECOVER_H
 #define LUM_SERVER_JOURNAL_RECOVER_H
@@ -36,7 +38,7 @@ struct lum_recovery {
     size_t n_damaged;
 };
 /* Nothing is changed on disk. LUM_ERR_UNSUPPORTED: another version wrote some of it. LUM_ERR_INVALID: there are files,
- * and no snapshot can be read. */
+ * and no snapshot can be read. LUM_ERR_IO: the disk does not give one of them. */
 LUM_MUST_USE enum lum_status lum_recover(const struct lum_dir *dir, const struct lum_dir *content,
                                          const struct lum_damage_sink *damage, struct lum_recovery *ret,
                                          struct lum_error *err);

@@ -9,14 +9,21 @@
 
 #include "protocol/json/json.h"
 
-#define MAX_RECORDS (1u << 22) /* with those that only histories hold on to */
+#define MAX_NUMBER ((size_t)1 << 53)
+
+struct numbered {
+    size_t number;
+    struct lum_record *record; /* a reference */
+    bool stands;
+};
 
 struct loader {
     const char *name;
     const struct lum_dir *content;
     const struct lum_damage_sink *damage;
-    struct lum_record_list all; /* by number; NULL: lost */
-    bool *stands;
+    size_t n_numbers;     /* as the start says; histories hold on to records, too: it has no limit */
+    struct numbered *all; /* by number, as they come in the file; those that are lost are left out */
+    size_t n_all, capacity;
     size_t n_lost;
     bool started, ended;
     struct lum_snapshot_read out;
@@ -37,51 +44,94 @@ static size_t whole(const cJSON *json, const char *name, size_t max)
     return d >= 0 && d <= (double)max && d == (double)(size_t)d ? (size_t)d : max + 1;
 }
 
+/* Where it is, or would be. */
+static size_t place_of(const struct loader *l, size_t number)
+{
+    size_t low = 0, high = l->n_all;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (l->all[middle].number < number)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static struct lum_record *record_of(const struct loader *l, size_t number)
+{
+    size_t i = place_of(l, number);
+    return i < l->n_all && l->all[i].number == number ? l->all[i].record : NULL;
+}
+
+/* Is it above all that were taken? */
+static bool is_next(const struct loader *l, size_t number)
+{
+    return number < l->n_numbers && (l->n_all == 0 || number > l->all[l->n_all - 1].number);
+}
+
+/* Takes a reference. False: memory is short. */
+static bool take_numbered(struct loader *l, size_t number, struct lum_record *r)
+{
+    if (l->n_all == l->capacity) {
+        size_t capacity = l->capacity ? 2 * l->capacity : 256;
+        struct numbered *grown = realloc(l->all, capacity * sizeof *grown);
+        if (!grown) {
+            lum_damage_no_memory(l->damage);
+            return false;
+        }
+        l->all = grown;
+        l->capacity = capacity;
+    }
+    l->all[l->n_all++] = (struct numbered){.number = number, .record = lum_record_ref(r)};
+    return true;
+}
+
 static void take_start(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
-    size_t n = whole(o, "records", MAX_RECORDS), starts = whole(o, "starts", UINT32_MAX);
-    if (l->started || n > MAX_RECORDS || starts > UINT32_MAX) {
+    size_t n = whole(o, "records", MAX_NUMBER), starts = whole(o, "starts", UINT32_MAX);
+    if (l->started || n > MAX_NUMBER || starts > UINT32_MAX) {
         lost(l, f, "not the start of a snapshot");
         return;
     }
-    l->all.records = calloc(n ? n : 1, sizeof(*l->all.records));
-    l->stands = calloc(n ? n : 1, sizeof *l->stands);
-    if (!l->all.records || !l->stands) {
-        lum_damage_no_memory(l->damage);
-        return;
-    }
-    l->all.n = n;
+    l->n_numbers = n;
     l->out.starts = starts;
     l->started = true;
+}
+
+static void let_stand(struct loader *l, size_t number)
+{
+    size_t i = place_of(l, number);
+    if (i < l->n_all && l->all[i].number == number)
+        l->all[i].stands = true;
 }
 
 static void take_pack(struct loader *l, const struct lum_block *f, const cJSON *o)
 {
     const char *sha = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(o, "sha"));
-    size_t first = whole(o, "first", l->all.n), n = whole(o, "n", l->all.n);
+    size_t first = whole(o, "first", l->n_numbers), n = whole(o, "n", l->n_numbers);
     const cJSON *stand = cJSON_GetObjectItemCaseSensitive(o, "stand");
     struct lum_record_list list = {0};
     struct lum_error err;
-    if (!sha || !lum_sha_is(sha) || n == 0 || first > l->all.n || n > l->all.n - first) {
+    if (!sha || !lum_sha_is(sha) || n == 0 || !is_next(l, first) || n > l->n_numbers - first) {
         lost(l, f, "no list of content");
         return;
     }
     size_t n_before = l->n_lost;
     if (lum_content_read(l->content, sha, l->damage, &list, &err)) {
-        if (err.status == LUM_ERR_NOMEM)
-            lum_damage_no_memory(l->damage);
+        lum_damage_unread(l->damage, &err);
         lost(l, f, err.text);
         return;
     }
     bool all = list.n == n;
     for (size_t i = 0; i < n && i < list.n; i++) {
         all = all && list.records[i];
-        if (list.records[i] && !l->all.records[first + i])
-            l->all.records[first + i] = lum_record_ref(list.records[i]);
+        if (list.records[i] && !take_numbered(l, first + i, list.records[i]))
+            break;
     }
     for (const cJSON *c = stand ? stand->child : NULL; c; c = c->next)
         if (cJSON_IsNumber(c) && c->valuedouble >= 0 && c->valuedouble < (double)n)
-            l->stands[first + (size_t)c->valuedouble] = true;
+            let_stand(l, first + (size_t)c->valuedouble);
     if (all)
         lum_kept_add(&l->out.kept, list.records[0], n, sha);
     else if (l->n_lost == n_before)
@@ -96,19 +146,19 @@ static bool take_made(const struct loader *l, const cJSON *json, struct lum_reco
     double run[2];
     if (!made)
         return true;
-    const struct lum_json_range range = {"made", 0, (double)l->all.n, true};
+    const struct lum_json_range range = {"made", 0, (double)l->n_numbers, true};
     if (import->type != LUM_RECORD_IMPORT || !lum_json_to_numbers(made, &range, 2, run, NULL) ||
-        run[0] + run[1] > (double)l->all.n)
+        run[0] + run[1] > (double)l->n_numbers)
         return false;
-    size_t first = (size_t)run[0], n = (size_t)run[1];
-    import->import.made = lum_bulk_create(n * sizeof(*import->import.made));
+    size_t first = place_of(l, (size_t)run[0]), n = place_of(l, (size_t)(run[0] + run[1])) - first;
+    import->import.made = lum_bulk_create((n ? n : 1) * sizeof(*import->import.made));
     if (!import->import.made) {
         lum_damage_no_memory(l->damage);
         return false;
     }
     for (size_t i = 0; i < n; i++) {
-        struct lum_record *r = l->all.records[first + i];
-        if (r && r->type != LUM_RECORD_IMPORT && r->type != LUM_RECORD_RENDER)
+        struct lum_record *r = l->all[first + i].record;
+        if (r->type != LUM_RECORD_IMPORT && r->type != LUM_RECORD_RENDER)
             import->import.made[import->import.n_made++] = lum_record_ref(r);
     }
     return true;
@@ -117,14 +167,14 @@ static bool take_made(const struct loader *l, const cJSON *json, struct lum_reco
 static void take_record(struct loader *l, const struct lum_block *f)
 {
     struct lum_proto_error why = {.text = "its number is out of place"};
-    size_t i = whole(f->json, "index", l->all.n);
-    struct lum_record *r = i < l->all.n && !l->all.records[i] ? lum_stored_record_read(f, &why) : NULL;
-    if (r && take_made(l, f->json, r)) {
-        l->all.records[i] = r;
-        l->stands[i] = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(f->json, "stands"));
+    size_t i = whole(f->json, "index", l->n_numbers);
+    struct lum_record *r = is_next(l, i) ? lum_stored_record_read(f, &why) : NULL;
+    bool taken = r && take_made(l, f->json, r) && take_numbered(l, i, r);
+    lum_record_unref(r);
+    if (taken) {
+        l->all[l->n_all - 1].stands = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(f->json, "stands"));
         return;
     }
-    lum_record_unref(r);
     lum_damage_note(l->damage, &why);
     lost(l, f, why.text);
 }
@@ -164,8 +214,8 @@ static bool find_record(const struct loader *l, const cJSON *json, struct lum_re
     *ret = NULL;
     if (d == -1.0)
         return true;
-    if (d >= 0 && d < (double)l->all.n)
-        *ret = l->all.records[(size_t)d];
+    if (d >= 0 && d < (double)l->n_numbers)
+        *ret = record_of(l, (size_t)d);
     return *ret != NULL;
 }
 
@@ -249,8 +299,7 @@ static void read_blocks(struct loader *l, struct lum_block_reader *r)
         struct lum_block f;
         struct lum_error err = {.text = "its bytes are not what was written"};
         enum lum_block_found found = lum_block_next(r, &f, &err);
-        if (err.status == LUM_ERR_NOMEM)
-            lum_damage_no_memory(l->damage);
+        lum_damage_unread(l->damage, &err);
         more = found == LUM_BLOCK_WHOLE || found == LUM_BLOCK_DAMAGED;
         if (found == LUM_BLOCK_WHOLE)
             take_block(l, &f);
@@ -263,12 +312,12 @@ static void read_blocks(struct loader *l, struct lum_block_reader *r)
 static bool collect(struct loader *l)
 {
     struct lum_document_state *s = &l->out.state;
-    s->records = calloc(l->all.n ? l->all.n : 1, sizeof(*s->records));
+    s->records = calloc(l->n_all ? l->n_all : 1, sizeof(*s->records));
     if (!s->records)
         return false;
-    for (size_t i = 0; i < l->all.n && s->n_records < LUM_LIMIT_RECORDS; i++)
-        if (l->stands[i] && l->all.records[i])
-            s->records[s->n_records++] = lum_record_ref(l->all.records[i]);
+    for (size_t i = 0; i < l->n_all && s->n_records < LUM_LIMIT_RECORDS; i++)
+        if (l->all[i].stands)
+            s->records[s->n_records++] = lum_record_ref(l->all[i].record);
     return true;
 }
 
@@ -295,8 +344,9 @@ enum lum_status lum_snapshot_load(const struct lum_dir *dir, const struct lum_di
     else if (!collect(&l))
         st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the state");
     l.out.whole = l.n_lost == 0 && l.ended;
-    lum_record_list_finish(&l.all);
-    free(l.stands);
+    for (size_t i = 0; i < l.n_all; i++)
+        lum_record_unref(l.all[i].record);
+    free(l.all);
     if (st)
         lum_snapshot_read_finish(&l.out);
     else

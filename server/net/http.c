@@ -107,7 +107,7 @@ static bool get_metrics(const struct lum_http_site *site, struct lum_http_respon
 {
     char *text = NULL;
     size_t n = 0;
-    FILE *out = open_memstream(&text, &n);
+    FILE *out = site->director ? open_memstream(&text, &n) : NULL;
     if (!out)
         return false;
     lum_metrics_print(out, site->counters, site->director, site->started_ns);
@@ -124,15 +124,24 @@ static bool get_metrics(const struct lum_http_site *site, struct lum_http_respon
     return true;
 }
 
+/* Why nobody is served; NULL: everybody is. */
+static const char *unready(const struct lum_http_site *site)
+{
+    if (site->draining)
+        return "shutting down\n";
+    if (!site->director)
+        return "loading the scene\n";
+    return lum_director_alive(site->director) ? NULL : "the renderer does not answer\n";
+}
+
 void lum_http_get(const struct lum_http_site *site, const char *path, struct lum_http_response *ret_response)
 {
-    bool alive = lum_director_alive(site->director);
+    const char *why = unready(site);
+    bool alive = !site->director || lum_director_alive(site->director); /* no need to start it anew */
     if (strcmp(path, "/healthz") == 0)
-        set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : "the renderer does not answer\n");
-    else if (strcmp(path, "/readyz") == 0 && site->draining)
-        set_text(ret_response, 503, "shutting down\n");
+        set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : why);
     else if (strcmp(path, "/readyz") == 0)
-        set_text(ret_response, alive ? 200 : 503, alive ? "ready\n" : "the renderer does not answer\n");
+        set_text(ret_response, why ? 503 : 200, why ? why : "ready\n");
     else if (strcmp(path, "/metrics") != 0 && !get_file(path, ret_response))
         lum_http_error(404, ret_response);
     else if (strcmp(path, "/metrics") == 0 && !get_metrics(site, ret_response))

@@ -11,7 +11,7 @@ struct lum_director;
 struct lum_net_counters;
 
 struct lum_http_site {
-    const struct lum_director *director;
+    const struct lum_director *director; /* NULL: the scene is being loaded */
     const struct lum_net_counters *counters;
     int64_t started_ns;
     bool draining;

@@ -91,7 +91,7 @@ static void turn_out(struct lum_net *net, const struct lum_peer *peer)
 static int filter_connection(struct lum_net *net, int fd)
 {
     struct in6_addr network;
-    if (!atomic_load(&net->stop) && lum_peer_network_of(fd, &network)) {
+    if (lum_peer_network_of(fd, &network)) {
         const struct lum_peer *guest = lum_peers_in_the_way(&net->peers, &network);
         if (guest)
             turn_out(net, guest);
@@ -144,9 +144,10 @@ static int confirm_upgrade(const struct lum_net *net, struct lws *wsi)
     char upgrade[16];
     if (!copy_header(wsi, WSI_TOKEN_UPGRADE, upgrade, sizeof upgrade) || strcasecmp(upgrade, "websocket") != 0)
         return -1;
-    if (access_ok(net, wsi))
+    bool open = net->sessions && !atomic_load(&net->stop), ok = access_ok(net, wsi);
+    if (ok && open)
         return 0;
-    lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, NULL);
+    lws_return_http_status(wsi, ok ? HTTP_STATUS_SERVICE_UNAVAILABLE : HTTP_STATUS_FORBIDDEN, NULL);
     return 1;
 }
 
@@ -294,6 +295,8 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     free(c->rx);
     c->session = NULL;
     c->rx = NULL;
+    if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
+        lws_cancel_service(net->context);
 }
 
 /* Room for n more bytes; grows to what the client sends, doubled, so that a message costs amortised linear time. */
@@ -557,10 +560,19 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net)
     return &net->counters;
 }
 
+bool lum_net_wait(struct lum_net *net, const _Atomic bool *until)
+{
+    net->site = (struct lum_http_site){.counters = &net->counters, .started_ns = lum_clock_ns()};
+    while (!atomic_load(until) && !atomic_load(&net->stop))
+        if (lws_service(net->context, 0) < 0)
+            break;
+    return atomic_load(until);
+}
+
 void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director)
 {
     net->sessions = sessions;
-    net->site = (struct lum_http_site){.director = director, .counters = &net->counters, .started_ns = lum_clock_ns()};
+    net->site.director = director;
     look_around(net);
     while (!net->site.draining || net->counters.sessions_open)
         if (lws_service(net->context, 0) < 0)

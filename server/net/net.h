@@ -18,15 +18,18 @@ struct lum_net_config {
     struct lum_log log;
 };
 
-/* Binds and listens; connections wait in the kernel's queue until lum_net_run. */
+/* Binds and listens; connections wait in the kernel's queue until lum_net_wait or lum_net_run. */
 LUM_MUST_USE enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_net **ret_net,
                                             struct lum_error *err);
 void lum_net_destroy(struct lum_net *net); /* accepts NULL */
 uint16_t lum_net_port(const struct lum_net *net);
 struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
 
-/* Serves until lum_net_stop; then tells the clients, closes them, and returns when all are gone (after at most
- * a few seconds). sessions and director outlive the call. */
+/* While the scene is loaded: answers that it is, opens no session, and returns true once lum_net_wake was called and
+ * *until is set. False: lum_net_stop came first. */
+bool lum_net_wait(struct lum_net *net, const _Atomic bool *until);
+/* Serves until lum_net_stop; then opens no session any more, tells the clients, closes them, and returns when all are
+ * gone (after at most a few seconds). sessions and director outlive the call. */
 void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director);
 
 void lum_net_wake(void *net);           /* thread: any. The director or a stream has something new */

@@ -350,7 +350,8 @@ class Restart(unittest.TestCase):
 
     def test_a_second_daemon_is_refused(self):
         with Daemon("--state", self.folder) as daemon:
-            for arguments in (["serve", "--listen", "127.0.0.1:0", "--state", self.folder], ["state", "check", self.folder]):
+            for arguments in (["serve", "--listen", "127.0.0.1:0", "--state", self.folder],
+                              *(["state", command, self.folder] for command in ("check", "export", "compact"))):
                 done = subprocess.run([LUMEND, *arguments], capture_output=True, text=True, timeout=2 * WAIT_S, check=False)
                 self.assertEqual(done.returncode, 1)
                 self.assertIn("another lumend writes the state in " + self.folder, done.stderr.splitlines()[-1])
@@ -444,6 +445,33 @@ class Command(unittest.TestCase):
             lines = state("export", folder).stdout.splitlines()
             self.assertEqual([op["id"] for op in map(json.loads, lines) if op.get("kind") == "point"],
                              ["l0", "l1", "l3", "l4"])
+
+    def test_a_flipped_bit_in_each_record_of_a_model_is_named(self):
+        """By number and place, in whatever record it is; all others are kept."""
+        with tempfile.TemporaryDirectory() as folder:
+            with Daemon("--state", folder, "--assets", os.path.join(HERE, "web")) as daemon:
+                ws = daemon.connect()
+                ws.call("scene.apply", {"ops": [lamp("l", 7), {"op": "import", "id": "a", "asset": "lamp.gltf"}]})
+            (name,) = os.listdir(os.path.join(folder, "content"))
+            path = os.path.join(folder, "content", name)
+            with open(path, "rb") as content:
+                whole = content.read()
+            heads = [m.start() for m in re.finditer(rb"LUMR", whole)]  # each record: a head of 40 bytes, and its text
+            self.assertGreater(len(heads), 3)
+            for number, at in enumerate(heads, 1):
+                for place in (at + 21, at + 45):
+                    with open(path, "wb") as content:
+                        content.write(whole[:place] + bytes([whole[place] ^ 8]) + whole[place + 1:])
+                    done = state("check", folder)
+                    self.assertEqual(done.returncode, 1)
+                    told = re.findall(rf"content/{name[:12]}: record (\d+) at offset (\d+) is damaged", done.stdout)
+                    self.assertEqual({int(offset) for _, offset in told}, {at}, done.stdout)
+                    self.assertIn(number if place > at + 40 else 0, [int(n) for n, _ in told])  # the head has the number
+                    self.assertIn(f"content/{name[:12]} is damaged: its bytes do not give its name", done.stdout)
+                    self.assertIn("is damaged: a start loses 1 edits, and keeps the rest", done.stderr)
+            with open(path, "wb") as content:
+                content.write(whole)
+            self.assertEqual(state("check", folder).returncode, 0)
 
     def test_compact_removes_models_that_nobody_needs(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,6 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cjson/cJSON.h>
 #include <cmocka.h>
 
 #include "tests/support/journal_keeper.h"
@@ -468,6 +470,83 @@ static void interval_acknowledges_at_once(void **state)
     free(k);
 }
 
+/* The folder itself is new: its name outlives a power cut only once the folder above is synced. */
+static void a_new_folder_is_synced_in_the_one_above(void **state)
+{
+    (void)state;
+    struct keeper *k = malloc(sizeof *k);
+    struct faulty f = {.n_until = UINT32_MAX};
+    struct lum_disk disk = faulty_disk(&f);
+    struct lum_error err;
+    struct stat st;
+    char dir[100];
+    unsigned n_above = 0, n_runs = 0;
+    keeper_init(k);
+    snprintf(dir, sizeof dir, "%s/below/", k->dir);
+    k->config.dir = dir;
+    k->config.disk = &disk;
+    for (; n_runs < 2; n_runs++) {
+        assert_true(keeper_open(k, SCENE, &err));
+        keeper_close(k);
+        assert_int_equal(stat(k->dir, &st), 0);
+        for (unsigned i = 0; i < f.n_synced; i++)
+            n_above += f.synced[i].file == st.st_ino;
+        assert_int_equal(n_above, 1);
+        n_above = f.n_synced = 0;
+        if (n_runs == 0) { /* where that fails there is no state */
+            snprintf(dir, sizeof dir, "%s/other", k->dir);
+            f = (struct faulty){.what = SYNC, .error = EIO, .n_fail = 1};
+            assert_false(keeper_open(k, SCENE, &err));
+            assert_non_null(strstr(err.text, "Input/output error"));
+            f = (struct faulty){.n_until = UINT32_MAX};
+        }
+    }
+    keeper_finish(k);
+    free(k);
+}
+
+static void put(struct lum_block_writer *w, uint64_t seq, const char *text)
+{
+    struct lum_error err;
+    cJSON *json = cJSON_Parse(text);
+    assert_non_null(json);
+    assert_int_equal(lum_block_put(w, seq, 1, json, NULL, &err), LUM_OK);
+}
+
+/* Records have numbers, and there may be any number of them: histories hold on to what is gone. */
+static void a_snapshot_of_many_million_records_is_read(void **state)
+{
+    (void)state;
+    struct keeper *k = malloc(sizeof *k);
+    struct lum_dir dir, content;
+    struct lum_block_writer w;
+    struct lum_recovery r;
+    struct lum_error err;
+    keeper_init(k);
+    assert_int_equal(lum_dir_open(AT_FDCWD, k->dir, false, &lum_disk_real, &dir, &err), LUM_OK);
+    assert_int_equal(lum_dir_open(dir.fd, "content", true, &lum_disk_real, &content, &err), LUM_OK);
+    assert_int_equal(lum_block_create(&w, &dir, "snapshot-0", LUM_FILE_SNAPSHOT, 0, 0, &err), LUM_OK);
+    put(&w, 1, "{\"snapshot\":{\"records\":50000000,\"starts\":1}}");
+    put(&w, 2, "{\"index\":49999998,\"stands\":true,\"op\":{\"op\":\"add\",\"type\":\"material\",\"id\":\"a\"}}");
+    put(&w, 3, "{\"index\":49999999,\"stands\":false,\"op\":{\"op\":\"add\",\"type\":\"material\",\"id\":\"b\"}}");
+    put(&w, 4, "{\"user\":\"ann\"}");
+    put(&w, 5, "{\"step\":{\"changes\":[49999999,-1],\"user\":\"ann\",\"redo\":false,\"undo_group\":\"\",\"rev\":1}}");
+    put(&w, 6, "{\"end\":true}");
+    assert_int_equal(lum_block_sync(&w, &err), LUM_OK);
+    lum_block_close(&w);
+    if (keeper_recover(k, &r, &err))
+        fail_msg("%s", err.text);
+    assert_string_equal(k->log, "");
+    assert_non_null(lum_document_find(r.doc, "a"));
+    assert_true(undo(r.doc, "ann", NULL));
+    assert_non_null(lum_document_find(r.doc, "b"));
+    lum_recovery_finish(&r);
+    lum_dir_close(&content);
+    lum_dir_close(&dir);
+    keeper_finish(k);
+    free(k);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -479,6 +558,8 @@ int main(void)
         cmocka_unit_test(a_state_from_before_a_failure_is_not_kept),
         cmocka_unit_test(a_snapshot_that_fails_costs_nothing),
         cmocka_unit_test(interval_acknowledges_at_once),
+        cmocka_unit_test(a_new_folder_is_synced_in_the_one_above),
+        cmocka_unit_test(a_snapshot_of_many_million_records_is_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,6 +14,7 @@
 #include "core/method/method.h"
 #include "protocol/json/json.h"
 #include "server/cli/commands.h"
+#include "server/cli/help.h"
 #include "server/cli/render_options.h"
 #include "server/stream/png.h"
 #include "tests/unit/cli_kit.h"
@@ -324,7 +325,7 @@ static void effects_are_forced(void **state)
     char help[16384] = "";
     FILE *out = tmpfile();
     assert_non_null(out);
-    lum_render_options_help(out);
+    lum_help_render(&(struct lum_help){out, false});
     rewind(out);
     assert_true(fread(help, 1, sizeof help - 1, out) > 0);
     fclose(out);
