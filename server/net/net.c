@@ -161,7 +161,7 @@ static void finish_response(struct conn *c)
 
 static void fill_response(struct lum_net *net, struct conn *c, const char *path, size_t n_path)
 {
-    char name[256];
+    char name[256], authorization[sizeof "Bearer " + LUM_TOKEN_MAX_BYTES + 1];
     bool head = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
     c->head_only = head;
     net->counters.http_requests++;
@@ -174,7 +174,8 @@ static void fill_response(struct lum_net *net, struct conn *c, const char *path,
     } else {
         memcpy(name, path, n_path);
         name[n_path] = '\0';
-        lum_http_get(&net->site, name, &c->response);
+        bool has = copy_header(c->wsi, WSI_TOKEN_HTTP_AUTHORIZATION, authorization, sizeof authorization);
+        lum_http_get(&net->site, name, has ? authorization : NULL, &c->response);
     }
     if (!copy_header(c->wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH, name, sizeof name) || !lum_http_matches(&c->response, name))
         return;
@@ -197,6 +198,7 @@ static int send_head(struct lum_net *net, struct conn *c)
     if (lws_add_http_header_status(wsi, (unsigned)r->status, &p, end) ||
         add_header(wsi, "content-type:", r->type, &p, end) || add_header(wsi, "cache-control:", r->cache, &p, end) ||
         (r->etag[0] && add_header(wsi, "etag:", r->etag, &p, end)) ||
+        (r->status == HTTP_STATUS_UNAUTHORIZED && add_header(wsi, "www-authenticate:", "Bearer", &p, end)) ||
         (closing && add_header(wsi, "connection:", "close", &p, end)))
         return -1;
     for (size_t i = 0; lum_http_headers[i][0]; i++)
@@ -560,7 +562,8 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net)
 void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director)
 {
     net->sessions = sessions;
-    net->site = (struct lum_http_site){.director = director, .counters = &net->counters, .started_ns = lum_clock_ns()};
+    net->site = (struct lum_http_site){
+        .director = director, .counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
     look_around(net);
     while (!net->site.draining || net->counters.sessions_open)
         if (lws_service(net->context, 0) < 0)
