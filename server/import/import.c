@@ -28,7 +28,7 @@ struct collector {
 static void drop_blobs(struct collector *c)
 {
     for (size_t i = 0; i < c->n_blobs; i++)
-        free((void *)(uintptr_t)c->blobs[i].bytes);
+        lum_bulk_unref(c->blobs[i].bulk);
     c->n_blobs = 0;
 }
 
@@ -132,7 +132,7 @@ static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, s
         if (c->n_blobs == LUM_BLOBS_MAX)
             return lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset",
                                   "the importer's output is damaged");
-        c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n};
+        c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n, bytes};
         return true;
     case LUM_CHUNK_OP:
         return take_op(c, bytes, n, err);

@@ -99,7 +99,7 @@ static void finish_ops(struct lum_op *ops, size_t n)
 static struct lum_document *document_with_image(void)
 {
     struct lum_document *doc = lum_document_create();
-    struct lum_blob blob = {calloc(1, PIXELS), PIXELS};
+    struct lum_blob blob = {calloc(1, PIXELS), PIXELS, NULL};
     assert_non_null(blob.bytes);
     struct lum_op add = op_of("{'op':'add','type':'image','id':'i','width':1254,'height':1254,'texel':'linear8',"
                               "'pixels':{'blob':0}}",
