@@ -39,9 +39,11 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
         lum_director_ring(d);
         return true;
     }
+    size_t n_read = lum_request_bytes(q);
+    q->n_bytes = n_read > q->n_bytes ? n_read : q->n_bytes;
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES &&
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && atomic_load(&d->requests_bytes) + q->n_bytes <= LUM_REQUESTS_MAX_BYTES &&
                d->outbox_bytes <= LUM_OUTBOX_MAX_BYTES) ||
               q->type == &lum_request_session_closed;
     if (ok) {
@@ -49,7 +51,7 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
         *d->inbox_tail = q;
         d->inbox_tail = &q->next;
         d->n_inbox++;
-        d->inbox_bytes += q->n_bytes;
+        lum_request_charge(q, &d->requests_bytes);
         if (d->rendering && outdates_locked(d, q))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
@@ -83,7 +85,6 @@ static struct lum_request *take_inbox(struct lum_director *d)
     d->inbox = NULL;
     d->inbox_tail = &d->inbox;
     d->n_inbox = 0;
-    d->inbox_bytes = 0;
     d->rung = false;
     pthread_mutex_unlock(&d->lock);
     return all;

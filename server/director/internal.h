@@ -23,8 +23,10 @@
 
 struct cJSON;
 
-#define LUM_INBOX_MAX 4096u              /* a few messages from each session, or all of one burst */
-#define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
+#define LUM_INBOX_MAX 4096u /* a few messages from each session, or all of one burst */
+/* Of all requests that are not done, waiting imports too: their text, or what it was read to where that is more. The
+ * costliest message takes most of it. */
+#define LUM_REQUESTS_MAX_BYTES (256u << 20)
 
 /* Of text that waits to be sent, as while the disk hangs: beyond, nothing is taken in, and news are dropped. */
 #define LUM_OUTBOX_MAX_BYTES (128u << 20)
@@ -89,7 +91,6 @@ struct lum_director {
     /* guarded by lock */
     struct lum_request *inbox, **inbox_tail;
     uint32_t n_inbox;
-    size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
     size_t outbox_bytes;
     uint64_t submitted_seq; /* what is said from now on waits for this entry; 0: for none */
@@ -99,8 +100,9 @@ struct lum_director {
     struct lum_director_metrics metrics;
 
     /* any thread */
-    _Atomic bool cancel;       /* the pass that runs; set under lock, read by workers (relaxed: a hint) */
-    _Atomic bool stop_imports; /* set once at the end, read by import threads */
+    _Atomic size_t requests_bytes; /* of all that were posted and are not destroyed; grows under lock */
+    _Atomic bool cancel;           /* the pass that runs; set under lock, read by workers (relaxed: a hint) */
+    _Atomic bool stop_imports;     /* set once at the end, read by import threads */
     _Atomic bool asleep;
     _Atomic int64_t tick_ns;
     _Atomic uint64_t scene_rev;

@@ -39,6 +39,9 @@ static void a_failed_import_changes_nothing(void **state)
     struct lum_director_metrics m;
     lum_director_metrics(c->director, &m);
     assert_int_equal(m.imports_failed, 1);
+    struct lum_request *q = client_request(c, &lum_request_stats_get);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES; /* nothing is charged any more */
+    cJSON_Delete(client_ask(c, q));
 }
 
 static void waiting_imports_are_limited(void **state)
@@ -53,6 +56,27 @@ static void waiting_imports_are_limited(void **state)
     for (size_t i = 0; i < c->n_texts; i++)
         assert_true(!strstr(c->texts[i], "\"error\"") || strstr(c->texts[i], "\"busy\""));
     scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
+}
+
+/* What an import keeps in memory while it waits, and while it runs, is not to be had by others. */
+static void waiting_imports_are_charged(void **state)
+{
+    struct client *c = *state;
+    char op[160];
+    snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"room\",\"asset\":\"%s\"}]", strrchr(c->path, '/') + 1);
+    const size_t third = LUM_REQUESTS_MAX_BYTES / 3;
+    struct lum_request *q;
+    for (int i = 0; i < 2; i++) {
+        q = client_edit(c, op);
+        q->n_bytes = third;
+        assert_true(lum_director_post(c->director, q));
+        cJSON_Delete(client_ask(c, client_request(c, &lum_request_stats_get))); /* the inbox is empty */
+    }
+    q = client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]");
+    q->n_bytes = third + 2;
+    assert_false(lum_director_post(c->director, q));
+    q->n_bytes = third / 2;
+    scene_rev_of(client_ask(c, q));
 }
 
 /* A triangle in a file beside the scene becomes the children of the import; its progress is told, and undo takes all
@@ -92,6 +116,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_failed_import_changes_nothing, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(waiting_imports_are_limited, setup_stuck_importer, client_teardown),
+        cmocka_unit_test_setup_teardown(waiting_imports_are_charged, setup_stuck_importer, client_teardown),
         cmocka_unit_test_setup_teardown(an_import_joins_the_scene, setup_importer, client_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
 /* The director: views get frames, edits show, are undone and refused; limits. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -188,10 +189,62 @@ static void the_inbox_is_limited_in_bytes(void **state)
 {
     struct client *c = *state;
     struct lum_request *request = client_request(c, &lum_request_scene_get);
-    request->n_bytes = LUM_INBOX_MAX_BYTES + 1;
+    request->n_bytes = LUM_REQUESTS_MAX_BYTES + 1;
     assert_false(lum_director_post(c->director, request));
-    request->n_bytes = LUM_INBOX_MAX_BYTES;
+    request->n_bytes = LUM_REQUESTS_MAX_BYTES;
     cJSON_Delete(client_ask(c, request));
+}
+
+/* A message is small beside what it is read to, and that is what waits. */
+static void the_inbox_is_charged_for_what_was_read(void **state)
+{
+    enum { N_VALUES = 200000, VALUE_BYTES = sizeof(cJSON) };
+    struct client *c = *state;
+    char *ops = malloc(100 + 2 * N_VALUES), *at = ops;
+    assert_non_null(ops);
+    at += sprintf(at, "[{\"op\":\"set\",\"id\":\"plane\",\"path\":\"/positions\",\"value\":[");
+    for (int i = 0; i < N_VALUES; i++)
+        at += sprintf(at, "%s", i ? ",0" : "0");
+    strcpy(at, "]}]");
+    client_hold(c);
+    uint64_t first = c->next_id + 1, n = 0;
+    struct lum_request *q = client_edit(c, ops);
+    q->n_bytes = strlen(ops);
+    for (; lum_director_post(c->director, q); n++) {
+        assert_true((n + 1) * N_VALUES * VALUE_BYTES <= LUM_REQUESTS_MAX_BYTES);
+        q = client_edit(c, ops);
+        q->n_bytes = strlen(ops);
+    }
+    assert_true(n > 4);
+    lum_request_destroy(q);
+    client_release(c, NULL);
+    for (uint64_t i = 0; i < n; i++)
+        assert_refused(client_reply(c, first + i), "invalid_value", "ops/0/shape");
+    /* all of it is given back: */
+    q = client_request(c, &lum_request_scene_get);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES;
+    cJSON_Delete(client_ask(c, q));
+    free(ops);
+}
+
+/* As many values as a message may have, all in the value of a set, of which a copy is made, and the text for the
+ * journal. */
+static void the_costliest_message_is_admitted_alone(void **state)
+{
+    enum { N_VALUES = LUM_LIMIT_JSON_TOKENS - 20 };
+    struct client *c = *state;
+    char *ops = malloc(LUM_LIMIT_MESSAGE_BYTES), *at = ops;
+    assert_non_null(ops);
+    at += sprintf(at, "[{\"op\":\"set\",\"id\":\"plane\",\"path\":\"/positions\",\"value\":[");
+    for (int i = 0; i < N_VALUES; i++) /* as long as fits */
+        at += sprintf(at, "%s", i == 0 ? "0" : i % 5 ? ",\"abc\"" : ",\"abcdef\"");
+    strcpy(at, "]}]");
+    assert_true(strlen(ops) > LUM_LIMIT_MESSAGE_BYTES / 16 * 15 && strlen(ops) < LUM_LIMIT_MESSAGE_BYTES - 100);
+    struct lum_request *q = client_edit(c, ops);
+    q->n_bytes = strlen(ops);
+    q->ops_json = cJSON_Parse(ops);
+    assert_refused(client_ask(c, q), "invalid_value", "ops/0/positions/1");
+    free(ops);
 }
 
 /* Names of users are not used again: what only they could undo would be kept for nobody. */
@@ -248,6 +301,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(edits_are_all_or_nothing, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_stale_base_revision_is_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(the_inbox_is_limited_in_bytes, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(the_inbox_is_charged_for_what_was_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(the_costliest_message_is_admitted_alone, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, client_setup, client_teardown),
