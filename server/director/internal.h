@@ -46,6 +46,7 @@ struct lum_import_job {
     struct lum_import_job *next;
     struct lum_director *director;
     struct lum_request *request;
+    struct lum_totals_guard guard; /* set before the thread starts, then its own */
     /* written by the import thread, read after done */
     struct lum_expansion expansion;
     struct lum_entry *entry; /* names what was stored; NULL: nothing is kept */

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "core/scene/shapes.h"
+#include "server/world/apply.h"
 
 /* Of a triangle as it is drawn: positions, normals and indices in float, and the tree that rays go through. */
 #define DRAWN_TRIANGLE_BYTES 200u
@@ -90,6 +91,14 @@ static size_t culprit(const struct kind *k, uint64_t total, uint64_t limit, cons
     return last;
 }
 
+static enum lum_status refuse(const struct kind *k, uint64_t total, uint64_t limit, const struct lum_record *r,
+                              struct lum_error *err)
+{
+    return lum_fail(err, LUM_ERR_LIMIT, field_of(r),
+                    "the scene would have %llu %s in all, and may have %llu: make \"%.64s\" simpler, or remove others",
+                    (unsigned long long)total, k->what, (unsigned long long)limit, r->id);
+}
+
 enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct lum_totals *limits,
                                   const struct lum_changes *changes, size_t *ret_failed, struct lum_error *err)
 {
@@ -104,14 +113,24 @@ enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct 
         if (total <= limit || total <= amount(&kinds[k], inout_totals))
             continue;
         *ret_failed = culprit(&kinds[k], total, limit, changes);
-        const struct lum_record *r = changes->changes[*ret_failed].after;
-        return lum_fail(
-            err, LUM_ERR_LIMIT, field_of(r),
-            "the scene would have %llu %s in all, and may have %llu: make \"%.64s\" simpler, or remove others",
-            (unsigned long long)total, kinds[k].what, (unsigned long long)limit, r->id);
+        return refuse(&kinds[k], total, limit, changes->changes[*ret_failed].after, err);
     }
     *inout_totals = now;
     return LUM_OK;
+}
+
+bool lum_totals_admit(void *guard, const struct lum_record *r, struct lum_proto_error *err)
+{
+    struct lum_totals_guard *g = guard;
+    struct lum_totals more = lum_totals_of(r);
+    struct lum_error e;
+    g->totals = lum_totals_sum(g->totals, more);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+        uint64_t total = amount(&kinds[k], &g->totals), limit = amount(&kinds[k], &g->limits);
+        if (total > limit && amount(&kinds[k], &more) > 0 && refuse(&kinds[k], total, limit, r, &e))
+            return lum_apply_error(&e, "", err);
+    }
+    return true;
 }
 
 void lum_totals_take_back(struct lum_totals *totals, const struct lum_changes *changes)
