@@ -142,12 +142,12 @@ static void rest(struct lum_director *d, int64_t wait_ns)
     atomic_store(&d->asleep, false);
 }
 
-static bool stopping(struct lum_director *d)
+/* As lum_world.go_on: between records of a large edit. */
+static bool go_on(void *user)
 {
-    pthread_mutex_lock(&d->lock);
-    bool stop = d->stop;
-    pthread_mutex_unlock(&d->lock);
-    return stop;
+    struct lum_director *d = user;
+    atomic_store(&d->tick_ns, lum_clock_ns());
+    return !lum_director_stopping(d);
 }
 
 /* A burst is no reason to look dead, nor to go on when nobody waits for answers. */
@@ -156,7 +156,7 @@ static void work_off_inbox(struct lum_director *d)
     for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
         next = q->next;
         atomic_store(&d->tick_ns, lum_clock_ns());
-        if (stopping(d))
+        if (lum_director_stopping(d))
             lum_request_destroy(q);
         else
             handle(d, q);
@@ -168,7 +168,7 @@ static void *director_main(void *arg)
     struct lum_director *d = arg;
     pthread_setname_np(pthread_self(), "lum-director");
     lum_thread_init_fp();
-    while (!stopping(d)) {
+    while (!lum_director_stopping(d)) {
         atomic_store(&d->tick_ns, lum_clock_ns());
         lum_director_turn_saving(d);
         work_off_inbox(d);
@@ -294,6 +294,7 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
         st = lum_world_init(&d->world, config->threads, config->isa, &config->log, err);
     if (!st) {
         d->world.deterministic = config->deterministic;
+        d->world.go_on = (struct lum_go_on){go_on, d};
         st = lum_encoder_create(d->world.pool, &d->encoder, err);
     }
     if (!st)
@@ -329,10 +330,12 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_drop_imports(d);
     lum_journal_close(d->journal);
     d->journal = NULL;
-    for (struct lum_staged_edit *p = d->unsaved, *next; p; p = next) {
-        next = p->next;
-        lum_director_free_edit(p);
-    }
+    struct lum_staged_edit *const lists[] = {d->staged, d->unsaved};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(lists); i++)
+        for (struct lum_staged_edit *p = lists[i], *next; p; p = next) {
+            next = p->next;
+            lum_director_free_edit(p);
+        }
     for (struct lum_server_view *v = d->views, *next; v; v = next) {
         next = v->next;
         lum_server_view_destroy(v);

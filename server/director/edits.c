@@ -347,7 +347,7 @@ void lum_director_count_scene(struct lum_director *d)
 
 void lum_director_commit(struct lum_director *d)
 {
-    if (!d->staged)
+    if (!d->staged || lum_director_stopping(d)) /* at the end edits go unanswered, as other requests do */
         return;
     const struct lum_snapshot *was = d->world.snapshot ? lum_snapshot_ref(d->world.snapshot) : NULL;
     bool published = publish_scene(d);

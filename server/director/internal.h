@@ -110,7 +110,8 @@ struct lum_director {
 };
 
 /* ---- send.c ---- */
-void lum_director_ring(struct lum_director *d); /* any thread */
+void lum_director_ring(struct lum_director *d);     /* any thread */
+bool lum_director_stopping(struct lum_director *d); /* any thread */
 /* Any thread. text and stream pass over; text NULL (memory) drops it. */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
 /* The same of news that nobody needs where too much waits: what a frame cost, how far an import is. */

@@ -50,14 +50,16 @@ static void a_failed_import_changes_nothing(void **state)
     uint64_t before = lum_director_scene_rev(c->director);
     char op[160];
     snprintf(op, sizeof op, "[{\"op\":\"import\",\"id\":\"room\",\"asset\":\"%s\"}]", strrchr(c->path, '/') + 1);
-    assert_refused(client_ask(c, client_edit(c, op)), "import_failed", NULL);
+    struct lum_request *q = client_edit(c, op);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES / 4 * 3;
+    assert_refused(client_ask(c, q), "import_failed", NULL);
     assert_int_equal(lum_director_scene_rev(c->director), before);
     assert_int_equal(scene_rev_of(client_ask(c, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]"))), before + 1);
     struct lum_director_metrics m;
     lum_director_metrics(c->director, &m);
     assert_int_equal(m.imports_failed, 1);
-    struct lum_request *q = client_request(c, &lum_request_stats_get);
-    q->n_bytes = LUM_REQUESTS_MAX_BYTES; /* nothing is charged any more */
+    q = client_request(c, &lum_request_stats_get);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES / 2; /* the import is not charged any more */
     cJSON_Delete(client_ask(c, q));
 }
 

@@ -220,9 +220,10 @@ static void the_inbox_is_charged_for_what_was_read(void **state)
     client_release(c, NULL);
     for (uint64_t i = 0; i < n; i++)
         assert_refused(client_reply(c, first + i), "invalid_value", "ops/0/shape");
-    /* all of it is given back: */
-    q = client_request(c, &lum_request_scene_get);
-    q->n_bytes = LUM_REQUESTS_MAX_BYTES;
+    /* all of it is given back, if not before the last reply then before the next: */
+    cJSON_Delete(client_ask(c, client_request(c, &lum_request_stats_get)));
+    q = client_request(c, &lum_request_stats_get);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES / 16 * 15;
     cJSON_Delete(client_ask(c, q));
     free(ops);
 }
@@ -272,6 +273,45 @@ static void a_session_takes_its_views_along(void **state)
     cJSON_Delete(reply);
 }
 
+/* The second time it asks, somebody stops it. */
+static struct {
+    struct lum_director *director;
+    struct lum_go_on was;
+    int asked;
+} stopper;
+
+static bool stop_at_second(void *user)
+{
+    (void)user;
+    if (++stopper.asked == 2) {
+        pthread_mutex_lock(&stopper.director->lock);
+        stopper.director->stop = true;
+        pthread_mutex_unlock(&stopper.director->lock);
+    }
+    return stopper.was.ask(stopper.was.user);
+}
+
+/* However many large things an edit has, the end waits for one. */
+static void an_end_waits_for_no_more_than_one_record(void **state)
+{
+    struct client *c = *state;
+    client_hold(c); /* it is not looking */
+    stopper.director = c->director;
+    stopper.was = c->director->world.go_on;
+    c->director->world.go_on = (struct lum_go_on){stop_at_second, NULL};
+    uint64_t first = c->next_id + 1;
+    assert_true(lum_director_post(c->director, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
+    assert_true(lum_director_post(
+        c->director, client_edit(c, "[{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"a\",\"shape\":\"box\"},"
+                                    "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"b\",\"shape\":\"box\"}]")));
+    client_release(c, NULL);
+    assert_refused(client_reply(c, first + 1), "internal", NULL);
+    pthread_join(c->director->thread, NULL);
+    c->director->has_thread = false;
+    assert_int_equal(stopper.asked, 2);
+    assert_int_equal(lum_director_scene_rev(c->director), c->director->world.snapshot->scene_rev);
+}
+
 static void views_are_limited(void **state)
 {
     struct client *c = *state;
@@ -305,6 +345,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_costliest_message_is_admitted_alone, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(an_end_waits_for_no_more_than_one_record, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, client_setup, client_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
