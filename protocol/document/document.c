@@ -160,7 +160,7 @@ static bool settle_import(struct lum_txn *t)
         return true;
     const struct lum_record *after = lum_table_find(&t->doc->table, before->id)->record;
     t->n_moved += after->import.n_made;
-    bool ok = t->n_moved <= LUM_LIMIT_MOVED ||
+    bool ok = t->n_moved <= LUM_LIMIT_MOVED || t->doc->replays ||
               lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id",
                              "the sets of \"%s\" and of imports before it would move %zu records, and one transaction "
                              "may move %u: let sets of one import follow each other, or send them apart",

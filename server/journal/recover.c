@@ -256,6 +256,7 @@ static uint64_t find_gap(const struct recovering *c, const char *name)
 
 static void read_journals(struct recovering *c)
 {
+    lum_document_replay(c->out.doc, true);
     for (size_t i = 0; i < c->journals.n; i++) {
         char name[LUM_JOURNAL_NAME_BYTES];
         struct lum_block_reader r;
@@ -277,6 +278,7 @@ static void read_journals(struct recovering *c)
         if (c->out.n_damages > damages)
             note_damaged(c, name);
     }
+    lum_document_replay(c->out.doc, false);
 }
 
 void lum_recovery_finish(struct lum_recovery *r)
