@@ -19,7 +19,9 @@ class Token(unittest.TestCase):
         self.assertEqual(hello["protocol"], 1)
         self.assertEqual(hello["role"], "edit")
         self.assertRegex(hello["session"], r"^me___you\.[0-9-]+$")
-        self.assertEqual(hello["limits"]["message_bytes"], 8 << 20)
+        limits = hello["limits"]
+        self.assertEqual((limits["message_bytes"], limits["bytes_per_s"], limits["burst_bytes"]), (8 << 20, 4 << 20, 16 << 20))
+        self.assertEqual((limits["undo_steps"], limits["undo_bytes"]), (256, 512 << 20))
         self.assertIsInstance(hello["scene_rev"], int)
         self.assertIs(hello["imports"], False)
 
