@@ -95,6 +95,11 @@ void lum_document_nearest(const struct lum_document *doc, enum lum_record_type t
         list_some(&doc->table, type, ret_text, size);
 }
 
+size_t lum_document_count(const struct lum_document *doc, enum lum_record_type type)
+{
+    return type == LUM_RECORD_TYPE_COUNT ? doc->table.n : doc->table.n_of_type[type];
+}
+
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user)
 {
     const struct lum_record **records;
