@@ -229,17 +229,6 @@ static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
     lum_free(job);
 }
 
-/* What the edit takes away makes room, how much nobody knows yet: then only what it brings is added up, until it is
- * applied. */
-static struct lum_totals_guard guard_of(const struct lum_world *w, const struct lum_ops *ops)
-{
-    struct lum_totals_guard g = {w->totals, w->limits};
-    for (size_t i = 0; i < ops->n; i++)
-        if (ops->ops[i].kind == LUM_OP_REMOVE || ops->ops[i].kind == LUM_OP_SET)
-            g.totals = (struct lum_totals){0};
-    return g;
-}
-
 void lum_director_turn_imports(struct lum_director *d)
 {
     uint32_t n_running = 0;
@@ -256,7 +245,7 @@ void lum_director_turn_imports(struct lum_director *d)
     for (struct lum_import_job *job = d->jobs; job && n_running < LUM_LIMIT_IMPORTS_AT_ONCE; job = job->next) {
         if (job->started)
             continue;
-        job->guard = guard_of(&d->world, &job->request->ops);
+        job->guard = lum_totals_guard_of(&d->world.totals, &d->world.limits, d->world.doc, &job->request->ops);
         job->started = pthread_create(&job->thread, NULL, import_main, job) == 0;
         if (!job->started) {
             put_off_or_refuse(d, n_running);

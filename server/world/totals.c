@@ -1,5 +1,6 @@
 #include "server/world/totals.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -117,6 +118,48 @@ enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct 
     }
     *inout_totals = now;
     return LUM_OK;
+}
+
+static int by_text(const void *a, const void *b)
+{
+    return strcmp(*(const char *const *)a, *(const char *const *)b);
+}
+
+static struct lum_totals with_children(const struct lum_document *doc, const char *id)
+{
+    const struct lum_record *r = lum_document_find(doc, id);
+    struct lum_totals t = lum_totals_of(r);
+    for (size_t i = 0; r && r->type == LUM_RECORD_IMPORT && i < r->import.n_made; i++)
+        t = lum_totals_sum(t, lum_totals_of(lum_document_find(doc, r->import.made[i]->id)));
+    return t;
+}
+
+static uint64_t less_or_zero(uint64_t a, uint64_t b)
+{
+    return a > b ? a - b : 0;
+}
+
+struct lum_totals_guard lum_totals_guard_of(const struct lum_totals *totals, const struct lum_totals *limits,
+                                            const struct lum_document *doc, const struct lum_ops *ops)
+{
+    struct lum_totals_guard g = {*totals, *limits};
+    const char **ids = lum_calloc(ops->n, sizeof *ids); /* each counts once, however many ops name it */
+    size_t n = 0;
+    for (size_t i = 0; ids && i < ops->n; i++)
+        if (ops->ops[i].kind == LUM_OP_REMOVE || ops->ops[i].kind == LUM_OP_SET)
+            ids[n++] = ops->ops[i].id;
+    if (n)
+        qsort(ids, n, sizeof *ids, by_text);
+    for (size_t i = 0; i < n; i++) {
+        if (i > 0 && strcmp(ids[i], ids[i - 1]) == 0)
+            continue;
+        struct lum_totals less = with_children(doc, ids[i]);
+        g.totals =
+            (struct lum_totals){less_or_zero(g.totals.triangles, less.triangles),
+                                less_or_zero(g.totals.texels, less.texels), less_or_zero(g.totals.bytes, less.bytes)};
+    }
+    lum_free(ids);
+    return g;
 }
 
 bool lum_totals_admit(void *guard, const struct lum_record *r, struct lum_proto_error *err)

@@ -120,7 +120,7 @@ static void imports_are_added_up_while_they_come(void **state)
     snprintf(ops, sizeof ops, "[%s", import);
     scene_rev_of(client_ask(c, client_edit(c, ops)));
     assert_int_equal(w->totals.triangles, before + 12);
-    scene_rev_of(client_ask(c, client_edit(c, again))); /* what makes room is not known before it does */
+    scene_rev_of(client_ask(c, client_edit(c, again))); /* what goes makes room */
     assert_int_equal(w->totals.triangles, before + 12);
     w->limits.triangles = before + 11;
     snprintf(ops, sizeof ops, "[{\"op\":\"remove\",\"id\":\"a\"}]");

@@ -129,6 +129,30 @@ static void a_message_of_large_shapes_is_refused_before_it_is_built(void **state
     must_not(w, text, "ops/8/segments", "34359738368 triangles in all, and may have 67108864");
 }
 
+/* What is there counts beside what comes, but for what the same edit may take away, once. */
+static void what_comes_is_added_to_what_stays(void **state)
+{
+    struct lum_world *w = *state;
+    struct lum_op ops[] = {{.kind = LUM_OP_IMPORT, .id = "a"},
+                           {.kind = LUM_OP_REMOVE, .id = "b"},
+                           {.kind = LUM_OP_SET, .id = "b"},
+                           {.kind = LUM_OP_REMOVE, .id = "none"}};
+    must(w, "[" BOX("a", "2") "," BOX("b", "1") "," BOX("c", "1") "]");
+    assert_int_equal(w->totals.triangles, 48 + 12 + 12);
+    for (size_t n = 1; n <= LUM_ARRAY_LEN(ops); n++) {
+        struct lum_totals_guard g =
+            lum_totals_guard_of(&w->totals, &w->limits, w->doc, &(struct lum_ops){.ops = ops, .n = n});
+        assert_int_equal(g.totals.triangles, n == 1 ? 72 : 60);
+        struct lum_proto_error err = {0};
+        const struct lum_record *a = lum_document_find(w->doc, "a");
+        g.limits.triangles = g.totals.triangles + 48;
+        assert_true(lum_totals_admit(&g, a, &err));
+        assert_false(lum_totals_admit(&g, a, &err));
+        assert_string_equal(err.path, "segments");
+        assert_string_equal(err.app, "limit_exceeded");
+    }
+}
+
 /* Three times yes. */
 static bool ask_three(void *user)
 {
@@ -162,6 +186,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(triangles_of_all_meshes_are_limited, setup, teardown),
         cmocka_unit_test_setup_teardown(texels_and_bytes_of_all_are_limited, setup, teardown),
         cmocka_unit_test_setup_teardown(a_message_of_large_shapes_is_refused_before_it_is_built, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_comes_is_added_to_what_stays, setup, teardown),
         cmocka_unit_test_setup_teardown(an_edit_is_cut_off_between_its_records, setup, teardown),
     };
     return cmocka_run_group_tests_name("totals", tests, NULL, NULL);
