@@ -95,6 +95,11 @@ void lum_document_nearest(const struct lum_document *doc, enum lum_record_type t
         list_some(&doc->table, type, ret_text, size);
 }
 
+size_t lum_document_count(const struct lum_document *doc, enum lum_record_type type)
+{
+    return type == LUM_RECORD_TYPE_COUNT ? doc->table.n : doc->table.n_of_type[type];
+}
+
 bool lum_document_each(const struct lum_document *doc, void (*fn)(void *user, const struct lum_record *r), void *user)
 {
     const struct lum_record **records;
@@ -160,7 +165,7 @@ static bool settle_import(struct lum_txn *t)
         return true;
     const struct lum_record *after = lum_table_find(&t->doc->table, before->id)->record;
     t->n_moved += after->import.n_made;
-    bool ok = t->n_moved <= LUM_LIMIT_MOVED ||
+    bool ok = t->n_moved <= LUM_LIMIT_MOVED || t->doc->replays ||
               lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id",
                              "the sets of \"%s\" and of imports before it would move %zu records, and one transaction "
                              "may move %u: let sets of one import follow each other, or send them apart",

@@ -27,6 +27,8 @@ void lum_document_destroy(struct lum_document *doc);
 
 uint64_t lum_document_rev(const struct lum_document *doc);
 const struct lum_record *lum_document_find(const struct lum_document *doc, const char *id);
+/* Records of that type; LUM_RECORD_TYPE_COUNT: of all. */
+size_t lum_document_count(const struct lum_document *doc, enum lum_record_type type);
 /* There is no such record of that type (LUM_RECORD_TYPE_COUNT: of any): which are near, ": did you mean \"a\" or
  * \"b\"?", or else which there are, as far as that fits. Empty when there are none, or many types. */
 void lum_document_nearest(const struct lum_document *doc, enum lum_record_type type, const char *id, char *ret_text,

@@ -71,6 +71,7 @@ struct lum_last_action {
 struct lum_document {
     struct lum_table table;
     uint64_t rev;
+    bool replays;                  /* lum_document_replay */
     struct lum_history *histories; /* most recently used first */
     struct lum_last_action last;
 };

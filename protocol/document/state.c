@@ -193,6 +193,11 @@ struct lum_document *lum_document_from_state(const struct lum_document_state *s,
     return NULL;
 }
 
+void lum_document_replay(struct lum_document *doc, bool on)
+{
+    doc->replays = on;
+}
+
 void lum_document_raise_rev(struct lum_document *doc, uint64_t rev)
 {
     if (rev > doc->rev)

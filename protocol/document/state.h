@@ -34,5 +34,8 @@ struct lum_document *lum_document_from_state(const struct lum_document_state *s,
 
 /* The next edit's revision follows this one. It never falls: revisions that others saw are not given twice. */
 void lum_document_raise_rev(struct lum_document *doc, uint64_t rev);
+/* From now on (or no more) edits are those of a journal, which were accepted once: they are held to what a scene may
+ * be, and not to what one transaction may do. */
+void lum_document_replay(struct lum_document *doc, bool on);
 
 #endif

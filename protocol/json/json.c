@@ -194,6 +194,23 @@ char *lum_json_print(const struct cJSON *json, size_t *ret_bytes)
     return t.s;
 }
 
+#define ALLOCATION_BYTES 16u /* what malloc adds, with what it rounds up */
+
+static size_t text_bytes(const char *s)
+{
+    return s ? strlen(s) + 1 + ALLOCATION_BYTES : 0;
+}
+
+size_t lum_json_bytes(const struct cJSON *json)
+{
+    if (!json)
+        return 0;
+    size_t n = sizeof *json + ALLOCATION_BYTES + text_bytes(json->valuestring) + text_bytes(json->string);
+    for (const cJSON *c = json->child; c; c = c->next)
+        n += lum_json_bytes(c); /* as deep as the parser lets it be */
+    return n;
+}
+
 /* ---- building ---- */
 
 bool lum_json_add(struct cJSON *parent, const char *key, struct cJSON *item)

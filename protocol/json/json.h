@@ -25,6 +25,9 @@ struct cJSON *lum_json_parse_stored(const char *text, size_t n_bytes, struct lum
  * (may be NULL) is its length. NULL when memory is short. */
 char *lum_json_print(const struct cJSON *json, size_t *ret_bytes);
 
+/* About what it takes in memory: each value is an allocation, and so is each text. 0 of NULL. */
+size_t lum_json_bytes(const struct cJSON *json);
+
 /* Adds an owned item to an object or (key NULL) an array; false, with the item freed, when it is NULL or memory is
  * short. Keys are copied. */
 bool lum_json_add(struct cJSON *parent, const char *key, struct cJSON *item);

@@ -44,6 +44,8 @@ void lum_op_finish(struct lum_op *op);
 
 /* The "ops" array of scene.apply. The error path starts with "ops/3/...". */
 bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err);
+/* The same of a journal, where it may be longer. */
+bool lum_ops_from_stored(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err);
 /* A .jsonl text: header line, then one op a line; blank lines and lines that start with # are skipped. The error text
  * names the line. */
 bool lum_ops_from_jsonl(const char *text, size_t n_bytes, struct lum_ops *ret_ops, struct lum_proto_error *err);

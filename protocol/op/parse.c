@@ -114,7 +114,7 @@ void lum_ops_finish(struct lum_ops *ops)
     memset(ops, 0, sizeof *ops);
 }
 
-bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err)
+static bool read_ops(const cJSON *array, size_t max, struct lum_ops *ret_ops, struct lum_proto_error *err)
 {
     struct lum_ops ops = {0};
     if (!cJSON_IsArray(array))
@@ -122,9 +122,8 @@ bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struc
     size_t n = 0;
     for (const cJSON *c = array->child; c; c = c->next)
         n++;
-    if (n < 1 || n > LUM_LIMIT_OPS_PER_MESSAGE)
-        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "ops", "ops must hold 1 to %u ops",
-                              LUM_LIMIT_OPS_PER_MESSAGE);
+    if (n < 1 || n > max)
+        return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "ops", "ops must hold 1 to %zu ops", max);
     ops.ops = calloc(n, sizeof *ops.ops);
     if (!ops.ops)
         return lum_proto_fail_memory(err);
@@ -137,6 +136,16 @@ bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struc
         }
     *ret_ops = ops;
     return true;
+}
+
+bool lum_ops_from_json(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err)
+{
+    return read_ops(array, LUM_LIMIT_OPS_PER_MESSAGE, ret_ops, err);
+}
+
+bool lum_ops_from_stored(const struct cJSON *array, struct lum_ops *ret_ops, struct lum_proto_error *err)
+{
+    return read_ops(array, LUM_LIMIT_STORED_TOKENS, ret_ops, err);
 }
 
 /* ---- .jsonl ---- */

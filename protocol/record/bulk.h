@@ -32,6 +32,7 @@ struct lum_indices {
 struct lum_blob {
     const uint8_t *bytes;
     size_t n_bytes;
+    void *bulk; /* the bytes are such an array, and who reads them shares it; NULL: they are copied */
 };
 struct lum_blobs {
     const struct lum_blob *blobs;

@@ -26,9 +26,9 @@ static bool wrong_element(const struct lum_field *f, size_t i, double min, doubl
     return lum_proto_fail_range(err, path, min, max);
 }
 
-/* {"blob":k} to a copy of blob k, whose numbers have `width` bytes: one reference. */
+/* {"blob":k} to blob k as a bulk array of one's own, or shared, whose numbers have `width` bytes: one reference. */
 static bool read_blob(const struct lum_field *f, const cJSON *json, const struct lum_blobs *blobs, size_t width,
-                      struct lum_blob *ret_copy, struct lum_proto_error *err)
+                      struct lum_blob *ret_own, struct lum_proto_error *err)
 {
     const cJSON *k = cJSON_GetObjectItemCaseSensitive(json, width == 8 ? "blob64" : "blob");
     if (!blobs || !cJSON_IsNumber(k) || json->child->next)
@@ -38,12 +38,12 @@ static bool read_blob(const struct lum_field *f, const cJSON *json, const struct
     const struct lum_blob *blob = &blobs->blobs[(size_t)k->valuedouble];
     if (blob->n_bytes % width != 0)
         return wrong(f, err, "a blob of whole numbers");
-    uint8_t *copy = lum_bulk_create(blob->n_bytes);
-    if (!copy)
+    uint8_t *own = blob->bulk ? lum_bulk_ref(blob->bulk) : lum_bulk_create(blob->n_bytes);
+    if (!own)
         return lum_proto_fail_memory(err);
-    if (blob->n_bytes)
-        memcpy(copy, blob->bytes, blob->n_bytes);
-    *ret_copy = (struct lum_blob){copy, blob->n_bytes};
+    if (!blob->bulk && blob->n_bytes)
+        memcpy(own, blob->bytes, blob->n_bytes);
+    *ret_own = (struct lum_blob){own, blob->n_bytes, own};
     return true;
 }
 
@@ -58,12 +58,12 @@ static size_t count(const cJSON *array)
 static bool read_floats_blob(const struct lum_field *f, struct lum_floats *ret, const cJSON *json,
                              const struct lum_blobs *blobs, struct lum_proto_error *err)
 {
-    struct lum_blob copy;
+    struct lum_blob own;
     bool wide = (f->flags & LUM_FIELD_DOUBLE) && cJSON_HasObjectItem(json, "blob64");
-    if (!read_blob(f, json, blobs, wide ? 8 : 4, &copy, err))
+    if (!read_blob(f, json, blobs, wide ? 8 : 4, &own, err))
         return false;
-    *ret = wide ? (struct lum_floats){.f64 = (double *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 8}
-                : (struct lum_floats){.f32 = (float *)(uintptr_t)copy.bytes, .n = copy.n_bytes / 4};
+    *ret = wide ? (struct lum_floats){.f64 = own.bulk, .n = own.n_bytes / 8}
+                : (struct lum_floats){.f32 = own.bulk, .n = own.n_bytes / 4};
     for (size_t i = 0; i < ret->n; i++) {
         double v = wide ? ret->f64[i] : (double)ret->f32[i];
         if (!(v >= f->min && v <= f->max))
@@ -103,10 +103,10 @@ static bool read_indices(const struct lum_field *f, struct lum_indices *ret, con
 {
     const double max = (double)LUM_LIMIT_VERTICES - 1;
     if (cJSON_IsObject(json)) { /* the validator compares every index with the number of vertices */
-        struct lum_blob copy;
-        if (!read_blob(f, json, blobs, 4, &copy, err))
+        struct lum_blob own;
+        if (!read_blob(f, json, blobs, 4, &own, err))
             return false;
-        *ret = (struct lum_indices){(uint32_t *)(uintptr_t)copy.bytes, copy.n_bytes / 4};
+        *ret = (struct lum_indices){own.bulk, own.n_bytes / 4};
         return true;
     }
     if (!cJSON_IsArray(json))
@@ -129,11 +129,11 @@ static bool read_pixels(const struct lum_field *f, struct lum_record_image *imag
                         const struct lum_blobs *blobs, struct lum_proto_error *err)
 {
     if (cJSON_IsObject(json)) {
-        struct lum_blob copy;
-        if (!read_blob(f, json, blobs, 1, &copy, err))
+        struct lum_blob own;
+        if (!read_blob(f, json, blobs, 1, &own, err))
             return false;
-        image->pixels = (uint8_t *)(uintptr_t)copy.bytes;
-        image->n_bytes = copy.n_bytes;
+        image->pixels = own.bulk;
+        image->n_bytes = own.n_bytes;
         return true;
     }
     size_t n_bytes;
@@ -222,13 +222,13 @@ struct cJSON *lum_field_write_blob(const struct lum_field *f, const void *base, 
     const struct lum_floats *floats = p;
     const struct lum_record_image *image = base;
     bool wide = f->kind == LUM_FIELD_FLOATS && floats->f64;
-    struct lum_blob blob = {image->pixels, image->n_bytes};
+    struct lum_blob blob = {image->pixels, image->n_bytes, NULL};
     if (f->kind == LUM_FIELD_FLOATS)
-        blob = wide ? (struct lum_blob){(const uint8_t *)floats->f64, 8 * floats->n}
-                    : (struct lum_blob){(const uint8_t *)floats->f32, 4 * floats->n};
+        blob = wide ? (struct lum_blob){(const uint8_t *)floats->f64, 8 * floats->n, NULL}
+                    : (struct lum_blob){(const uint8_t *)floats->f32, 4 * floats->n, NULL};
     else if (f->kind == LUM_FIELD_INDICES)
         blob = (struct lum_blob){(const uint8_t *)((const struct lum_indices *)p)->u32,
-                                 4 * ((const struct lum_indices *)p)->n};
+                                 4 * ((const struct lum_indices *)p)->n, NULL};
     cJSON *json = cJSON_CreateObject();
     if (out->n < LUM_BLOBS_MAX && lum_json_add_number(json, wide ? "blob64" : "blob", (double)out->n)) {
         out->blobs[out->n++] = blob;

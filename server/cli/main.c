@@ -141,12 +141,13 @@ static void print_ready(const struct lum_serve_options *o, uint16_t port, const 
     fflush(stdout);
 }
 
-static enum lum_status make_net(const struct lum_serve_options *o, struct lum_log log, struct lum_net **ret_net,
-                                struct lum_error *err)
+static enum lum_status make_net(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
+                                struct lum_net **ret_net, struct lum_error *err)
 {
     const struct lum_net_config config = {
         .address = o->listen,
         .access = {.loopback = o->listen.loopback, .hosts = o->allow_host, .origins = o->allow_origin},
+        .auth = auth,
         .log = log,
     };
     return lum_net_create(&config, ret_net, err);
@@ -297,7 +298,7 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     if (!status)
         status = make_auth(o, &auth, err);
     if (!status)
-        status = make_net(o, log, &net, err);
+        status = make_net(o, &auth, log, &net, err);
     if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
     else if (!status) {

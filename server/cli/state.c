@@ -110,29 +110,20 @@ static void check_content(void *user, const char *name)
     printf("%s\n", err.text);
 }
 
-static void count_record(void *user, const struct lum_record *r)
-{
-    (void)r;
-    ++*(uint64_t *)user;
-}
-
 static enum lum_status check(const struct state *s, const struct options *o, const char *path, struct lum_error *err)
 {
     const struct lum_recovery *r = &s->recovery;
     struct checking c = {.state = s};
-    uint64_t n_records = 0;
     (void)o;
     enum lum_status st = lum_dir_each(&s->content, check_content, &c, err);
-    if (!st && !lum_document_each(r->doc, count_record, &n_records))
-        st = lum_fail(err, LUM_ERR_NOMEM, "state", "no memory for the scene");
     if (st)
         return st;
     if (r->n_cut)
         printf("%llu bytes at the end are of an edit that was never acknowledged: a start cuts them off\n",
                (unsigned long long)r->n_cut);
-    printf("revision %llu, %llu records, %llu edits since the snapshot, %u files of content\n",
-           (unsigned long long)lum_document_rev(r->doc), (unsigned long long)n_records, (unsigned long long)r->n_done,
-           c.n_content);
+    printf("revision %llu, %zu records, %llu edits since the snapshot, %u files of content\n",
+           (unsigned long long)lum_document_rev(r->doc), lum_document_count(r->doc, LUM_RECORD_TYPE_COUNT),
+           (unsigned long long)r->n_done, c.n_content);
     if (r->n_damages + c.n_damaged == 0)
         return LUM_OK;
     return lum_fail(err, LUM_ERR_INVALID, "state", "%.100s is damaged: a start loses %llu edits, and keeps the rest",

@@ -39,9 +39,11 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
         lum_director_ring(d);
         return true;
     }
+    size_t n_read = lum_request_bytes(q);
+    q->n_bytes = n_read > q->n_bytes ? n_read : q->n_bytes;
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = (d->n_inbox < LUM_INBOX_MAX && d->inbox_bytes + q->n_bytes <= LUM_INBOX_MAX_BYTES &&
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && atomic_load(&d->requests_bytes) + q->n_bytes <= LUM_REQUESTS_MAX_BYTES &&
                d->outbox_bytes <= LUM_OUTBOX_MAX_BYTES) ||
               q->type == &lum_request_session_closed;
     if (ok) {
@@ -49,7 +51,7 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
         *d->inbox_tail = q;
         d->inbox_tail = &q->next;
         d->n_inbox++;
-        d->inbox_bytes += q->n_bytes;
+        lum_request_charge(q, &d->requests_bytes);
         if (d->rendering && outdates_locked(d, q))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
@@ -83,7 +85,6 @@ static struct lum_request *take_inbox(struct lum_director *d)
     d->inbox = NULL;
     d->inbox_tail = &d->inbox;
     d->n_inbox = 0;
-    d->inbox_bytes = 0;
     d->rung = false;
     pthread_mutex_unlock(&d->lock);
     return all;
@@ -154,12 +155,12 @@ static void rest(struct lum_director *d, int64_t wait_ns)
     atomic_store(&d->asleep, false);
 }
 
-static bool stopping(struct lum_director *d)
+/* As lum_world.go_on: between records of a large edit. */
+static bool go_on(void *user)
 {
-    pthread_mutex_lock(&d->lock);
-    bool stop = d->stop;
-    pthread_mutex_unlock(&d->lock);
-    return stop;
+    struct lum_director *d = user;
+    tick(d);
+    return !lum_director_stopping(d);
 }
 
 /* A burst is no reason to look dead, nor to go on when nobody waits for answers. */
@@ -168,7 +169,7 @@ static void work_off_inbox(struct lum_director *d)
     for (struct lum_request *q = take_inbox(d), *next; q; q = next) {
         next = q->next;
         tick(d);
-        if (stopping(d))
+        if (lum_director_stopping(d))
             lum_request_destroy(q);
         else
             handle(d, q);
@@ -180,7 +181,7 @@ static void *director_main(void *arg)
     struct lum_director *d = arg;
     pthread_setname_np(pthread_self(), "lum-director");
     lum_thread_init_fp();
-    while (!stopping(d)) {
+    while (!lum_director_stopping(d)) {
         tick(d);
         lum_director_turn_saving(d);
         work_off_inbox(d);
@@ -306,6 +307,7 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
         st = lum_world_init(&d->world, config->threads, config->isa, &config->log, err);
     if (!st) {
         d->world.deterministic = config->deterministic;
+        d->world.go_on = (struct lum_go_on){go_on, d};
         st = lum_encoder_create(d->world.pool, &d->encoder, err);
     }
     if (!st)
@@ -341,10 +343,12 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_drop_imports(d);
     lum_journal_close(d->journal);
     d->journal = NULL;
-    for (struct lum_staged_edit *p = d->unsaved, *next; p; p = next) {
-        next = p->next;
-        lum_director_free_edit(p);
-    }
+    struct lum_staged_edit *const lists[] = {d->staged, d->unsaved};
+    for (size_t i = 0; i < LUM_ARRAY_LEN(lists); i++)
+        for (struct lum_staged_edit *p = lists[i], *next; p; p = next) {
+            next = p->next;
+            lum_director_free_edit(p);
+        }
     for (struct lum_server_view *v = d->views, *next; v; v = next) {
         next = v->next;
         lum_server_view_destroy(v);

@@ -186,7 +186,12 @@ static void *import_main(void *arg)
     struct lum_director *d = job->director;
     pthread_setname_np(pthread_self(), "lum-import");
     struct lum_import_config config = {
-        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+        .importer = d->config.importer,
+        .assets_dir = d->config.assets_dir,
+        .log = d->config.log,
+        .admit = lum_totals_admit,
+        .admit_user = &job->guard,
+    };
     struct lum_expand_context context = {&config, tell_progress, job, &d->stop_imports};
     job->ok = lum_ops_expand(&context, &job->request->ops, &job->expansion, &job->error);
     if (job->ok && !lum_director_store_imports(d, job, &job->error)) {
@@ -240,6 +245,7 @@ void lum_director_turn_imports(struct lum_director *d)
     for (struct lum_import_job *job = d->jobs; job && n_running < LUM_LIMIT_IMPORTS_AT_ONCE; job = job->next) {
         if (job->started)
             continue;
+        job->guard = lum_totals_guard_of(&d->world.totals, &d->world.limits, d->world.doc, &job->request->ops);
         job->started = pthread_create(&job->thread, NULL, import_main, job) == 0;
         if (!job->started) {
             put_off_or_refuse(d, n_running);
@@ -330,7 +336,7 @@ void lum_director_count_scene(struct lum_director *d)
 
 void lum_director_commit(struct lum_director *d)
 {
-    if (!d->staged)
+    if (!d->staged || lum_director_stopping(d)) /* at the end edits go unanswered, as other requests do */
         return;
     const struct lum_snapshot *was = d->world.snapshot ? lum_snapshot_ref(d->world.snapshot) : NULL;
     bool published = publish_scene(d);

@@ -23,8 +23,10 @@
 
 struct cJSON;
 
-#define LUM_INBOX_MAX 4096u              /* a few messages from each session, or all of one burst */
-#define LUM_INBOX_MAX_BYTES (256u << 20) /* of message text: some of the largest from each of a few sessions */
+#define LUM_INBOX_MAX 4096u /* a few messages from each session, or all of one burst */
+/* Of all requests that are not done, waiting imports too: their text, or what it was read to where that is more. The
+ * costliest message takes most of it. */
+#define LUM_REQUESTS_MAX_BYTES (256u << 20)
 
 /* Of text that waits to be sent, as while the disk hangs: beyond, nothing is taken in, and news are dropped. */
 #define LUM_OUTBOX_MAX_BYTES (128u << 20)
@@ -44,6 +46,7 @@ struct lum_import_job {
     struct lum_import_job *next;
     struct lum_director *director;
     struct lum_request *request;
+    struct lum_totals_guard guard; /* set before the thread starts, then its own */
     /* written by the import thread, read after done */
     struct lum_expansion expansion;
     struct lum_entry *entry; /* names what was stored; NULL: nothing is kept */
@@ -90,7 +93,6 @@ struct lum_director {
     /* guarded by lock */
     struct lum_request *inbox, **inbox_tail;
     uint32_t n_inbox;
-    size_t inbox_bytes;
     struct lum_out *outbox, **outbox_tail;
     size_t outbox_bytes;
     uint64_t submitted_seq; /* what is said from now on waits for this entry; 0: for none */
@@ -100,15 +102,17 @@ struct lum_director {
     struct lum_director_metrics metrics;
 
     /* any thread */
-    _Atomic bool cancel;       /* the pass that runs; set under lock, read by workers (relaxed: a hint) */
-    _Atomic bool stop_imports; /* set once at the end, read by import threads */
+    _Atomic size_t requests_bytes; /* of all that were posted and are not destroyed; grows under lock */
+    _Atomic bool cancel;           /* the pass that runs; set under lock, read by workers (relaxed: a hint) */
+    _Atomic bool stop_imports;     /* set once at the end, read by import threads */
     _Atomic bool asleep;
     _Atomic int64_t tick_ns;
     _Atomic uint64_t scene_rev;
 };
 
 /* ---- send.c ---- */
-void lum_director_ring(struct lum_director *d); /* any thread */
+void lum_director_ring(struct lum_director *d);     /* any thread */
+bool lum_director_stopping(struct lum_director *d); /* any thread */
 /* Any thread. text and stream pass over; text NULL (memory) drops it. */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
 /* The same of news that nobody needs where too much waits: what a frame cost, how far an import is. */

@@ -162,20 +162,13 @@ const struct lum_request_type lum_request_daylight = {
 
 /* ---- stats.get ---- */
 
-static void count_record(void *user, const struct lum_record *r)
-{
-    ((uint64_t *)user)[r->type]++;
-}
-
 static cJSON *scene_json(const struct lum_director *d)
 {
-    uint64_t n[LUM_RECORD_TYPE_COUNT] = {0};
-    if (!lum_document_each(d->world.doc, count_record, n))
-        return NULL;
     cJSON *o = cJSON_CreateObject();
     for (int t = 0; t < LUM_RECORD_TYPE_COUNT; t++)
         if (t != LUM_RECORD_RENDER)
-            lum_json_add_number(o, lum_record_type_names[t], (double)n[t]);
+            lum_json_add_number(o, lum_record_type_names[t],
+                                (double)lum_document_count(d->world.doc, (enum lum_record_type)t));
     lum_json_add_number(o, "triangles", (double)d->world.snapshot->n_triangles);
     lum_json_add_number(o, "triangles_dropped", (double)lum_scene_dropped_triangles(d->world.scene));
     lum_json_add_number(o, "texels_dropped", (double)lum_scene_dropped_texels(d->world.scene));

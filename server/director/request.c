@@ -5,6 +5,7 @@
 #include <cjson/cJSON.h>
 
 #include "core/base/base.h"
+#include "protocol/json/json.h"
 
 const struct lum_request_type lum_request_wake = {0};
 
@@ -23,7 +24,25 @@ void lum_request_destroy(struct lum_request *q)
     lum_ops_finish(&q->ops);
     cJSON_Delete(q->ops_json);
     free(q->rpc_id);
+    if (q->charged)
+        atomic_fetch_sub(q->charged, q->n_bytes);
     lum_free(q);
+}
+
+size_t lum_request_bytes(const struct lum_request *q)
+{
+    size_t n = sizeof *q + q->ops.n * sizeof *q->ops.ops + lum_json_bytes(q->ops_json);
+    for (size_t i = 0; i < q->ops.n; i++) {
+        const struct lum_op *op = &q->ops.ops[i];
+        n += lum_json_bytes(op->value) + (op->record ? lum_record_bytes(op->record) : 0);
+    }
+    return n;
+}
+
+void lum_request_charge(struct lum_request *q, _Atomic size_t *account)
+{
+    atomic_fetch_add(account, q->n_bytes);
+    q->charged = account;
 }
 
 void lum_out_destroy(struct lum_out *o)

@@ -4,6 +4,8 @@
 #ifndef LUM_SERVER_DIRECTOR_REQUEST_H
 #define LUM_SERVER_DIRECTOR_REQUEST_H
 
+#include <stdatomic.h>
+
 #include "protocol/op/op.h"
 #include "server/director/view_params.h"
 #include "server/stream/stream.h"
@@ -61,11 +63,12 @@ struct lum_request {
     const struct lum_request_type *type;
     struct lum_session_ref session;
     char user[LUM_LIMIT_ID_BYTES + 1];
-    char *rpc_id;           /* the request's id as JSON text; NULL: a notification, no reply. Owned */
-    int64_t received_ns;    /* lum_clock_ns at receipt: server_us counts from here */
-    size_t n_bytes;         /* of the message: what waits is bounded in bytes too */
-    struct lum_ops ops;     /* apply; owned */
-    struct cJSON *ops_json; /* their text as it came, for the journal; NULL: it is made anew. Owned */
+    char *rpc_id;            /* the request's id as JSON text; NULL: a notification, no reply. Owned */
+    int64_t received_ns;     /* lum_clock_ns at receipt: server_us counts from here */
+    size_t n_bytes;          /* of the message, or of what was read of it where that is more */
+    _Atomic size_t *charged; /* n_bytes are counted there until the request is destroyed; NULL: nowhere */
+    struct lum_ops ops;      /* apply; owned */
+    struct cJSON *ops_json;  /* their text as it came, for the journal; NULL: it is made anew. Owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
     bool has_base_rev;
     uint64_t base_rev;
@@ -82,6 +85,8 @@ struct lum_request {
 };
 struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);
+size_t lum_request_bytes(const struct lum_request *q);                   /* about what it takes in memory */
+void lum_request_charge(struct lum_request *q, _Atomic size_t *account); /* which outlives it */
 
 /* What the director sends to the net thread. */
 enum lum_out_kind {

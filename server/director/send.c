@@ -132,6 +132,14 @@ void lum_director_refuse_lost(struct lum_director *d, uint64_t durable, const st
     d->config.wake_net(d->config.wake_user);
 }
 
+bool lum_director_stopping(struct lum_director *d)
+{
+    pthread_mutex_lock(&d->lock);
+    bool stop = d->stop;
+    pthread_mutex_unlock(&d->lock);
+    return stop;
+}
+
 void lum_director_ring(struct lum_director *d)
 {
     pthread_mutex_lock(&d->lock);

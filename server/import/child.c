@@ -38,7 +38,7 @@ struct child {
     uint8_t head[8];  /* of the chunk being read */
     size_t n_head;
     enum lum_import_chunk kind;
-    uint8_t *body;
+    uint8_t *body; /* of a blob an array as in bulk.h, else from malloc */
     size_t n_body, body_bytes;
     bool done;
     char log[1024]; /* the first of what it printed on stderr */
@@ -198,6 +198,14 @@ static bool own_error(struct child *c, const uint8_t *text, size_t n)
     return false;
 }
 
+static void free_body(enum lum_import_chunk kind, uint8_t *body)
+{
+    if (kind == LUM_CHUNK_BLOB)
+        lum_bulk_unref(body);
+    else
+        free(body);
+}
+
 static bool take_chunk(struct child *c)
 {
     bool ok = true;
@@ -211,7 +219,7 @@ static bool take_chunk(struct child *c)
     else
         ok = c->run->chunk(c->run->user, c->kind, body, c->body_bytes, c->err);
     if (!ok || c->kind != LUM_CHUNK_BLOB)
-        free(body);
+        free_body(c->kind, body);
     return ok;
 }
 
@@ -227,10 +235,9 @@ static bool begin_chunk(struct child *c)
     if (c->n_bytes > LUM_LIMIT_IMPORT_OUTPUT_BYTES + TEXT_CHUNK_BYTES)
         return refuse(c, "limit_exceeded", "the importer's output is over the limit");
     c->kind = (enum lum_import_chunk)kind;
-    c->body = malloc((size_t)n + 1);
+    c->body = kind == LUM_CHUNK_BLOB ? lum_bulk_create(n) : calloc((size_t)n + 1, 1);
     if (!c->body)
         return refuse(c, "limit_exceeded", "out of memory");
-    c->body[n] = 0;
     c->n_body = 0;
     c->body_bytes = n;
     return true;
@@ -382,6 +389,6 @@ bool lum_import_run(const struct lum_import_run *run, struct lum_proto_error *er
     for (int i = 0; i < STREAMS; i++)
         close_fd(&c.fds[i]);
     close_fd(&c.dir_fd);
-    free(c.body);
+    free_body(c.kind, c.body);
     return ok;
 }

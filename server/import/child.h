@@ -14,8 +14,8 @@ struct lum_import_run {
     uint32_t cpu_s;
     const _Atomic bool *cancel; /* may be NULL */
     const struct lum_log *log;
-    /* Called for each op, blob, progress and warning chunk. bytes are the callee's to free() when it returns true and
-     * the kind is LUM_CHUNK_BLOB. False stops the run; the callee has filled err. */
+    /* Called for each op, blob, progress and warning chunk. Of LUM_CHUNK_BLOB bytes are an array as in bulk.h, the
+     * callee's when it returns true. False stops the run; the callee has filled err. */
     bool (*chunk)(void *user, enum lum_import_chunk kind, uint8_t *bytes, size_t n_bytes, struct lum_proto_error *err);
     void *user;
 };

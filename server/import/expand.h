@@ -1,5 +1,6 @@
 /* Ops that need the importer made ready to apply: an import op gets its children, an image op with an asset gets its
- * pixels, a light op with one its web, and so does a set of one. Blocking, up to minutes: the daemon does it on an import thread. */
+ * pixels, a light op with one its web, and so does a set of one. Blocking, up to minutes: the daemon does it on an
+ * import thread. */
 #ifndef LUM_SERVER_IMPORT_EXPAND_H
 #define LUM_SERVER_IMPORT_EXPAND_H
 

@@ -16,6 +16,7 @@
 
 /* Turns the child's chunks into records. */
 struct collector {
+    const struct lum_import_config *config;
     struct lum_import_result result;
     size_t records_cap;
     struct lum_blob blobs[LUM_BLOBS_MAX];
@@ -28,7 +29,7 @@ struct collector {
 static void drop_blobs(struct collector *c)
 {
     for (size_t i = 0; i < c->n_blobs; i++)
-        free((void *)(uintptr_t)c->blobs[i].bytes);
+        lum_bulk_unref(c->blobs[i].bulk);
     c->n_blobs = 0;
 }
 
@@ -82,6 +83,8 @@ static bool take_op(struct collector *c, const uint8_t *text, size_t n, struct l
     if (ok && c->result.n_records >= LUM_LIMIT_RECORDS)
         ok = lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "asset", "more than %u parts",
                             LUM_LIMIT_RECORDS);
+    if (ok && c->config->admit)
+        ok = c->config->admit(c->config->admit_user, op.record, err);
     if (ok && keep_record(c, op.record, err))
         op.record = NULL;
     else
@@ -132,7 +135,7 @@ static bool take_chunk(void *user, enum lum_import_chunk kind, uint8_t *bytes, s
         if (c->n_blobs == LUM_BLOBS_MAX)
             return lum_proto_fail(err, LUM_PROTO_APPLICATION, "import_failed", "asset",
                                   "the importer's output is damaged");
-        c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n};
+        c->blobs[c->n_blobs++] = (struct lum_blob){bytes, n, bytes};
         return true;
     case LUM_CHUNK_OP:
         return take_op(c, bytes, n, err);
@@ -163,6 +166,7 @@ static bool run_importer(const struct lum_import_config *config, struct lum_impo
                          struct lum_proto_error *err)
 {
     char path[PATH_MAX];
+    c->config = config;
     run->importer = find_importer(config, path);
     run->assets_dir = config->assets_dir;
     run->cpu_s = config->cpu_s ? config->cpu_s : LUM_LIMIT_IMPORT_CPU_S;

@@ -17,6 +17,9 @@ struct lum_import_config {
     const char *assets_dir; /* asset names are resolved below this directory, never above */
     uint32_t cpu_s;         /* CPU time that one import may take; 0: LUM_LIMIT_IMPORT_CPU_S */
     struct lum_log log;
+    /* NULL, or asked of each record that comes, on the calling thread. False: no more is read, and err says why. */
+    bool (*admit)(void *user, const struct lum_record *r, struct lum_proto_error *err);
+    void *admit_user;
 };
 
 struct lum_import_result {

@@ -2,6 +2,7 @@
 #include "server/importer/sandbox.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <seccomp.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -132,9 +133,20 @@ static int filter_calls(int socket_fd)
     return e;
 }
 
+/* Where memory is short the kernel takes this process, and not the daemon. Without /proc it goes by size, as ever. */
+static void offer_as_victim(void)
+{
+    int fd = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+    if (fd < 0)
+        return;
+    (void)!write(fd, "1000", 4);
+    close(fd);
+}
+
 enum lum_status lum_sandbox_enter(int keep_fd, unsigned cpu_s, struct lum_error *err)
 {
     clearenv();
+    offer_as_victim();
     if (close_range((unsigned)keep_fd + 1, ~0u, 0))
         return lum_fail(err, LUM_ERR_INTERNAL, "", "sandbox: closing descriptors failed: %s", strerror(errno));
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) ||

@@ -302,7 +302,7 @@ static bool split_blobs(const struct lum_block_reader *r, const struct block_hea
             c->valuedouble > (double)left)
             return false;
         uint64_t n = (uint64_t)c->valuedouble;
-        f->blobs[f->n_blobs++] = (struct lum_blob){at, (size_t)n};
+        f->blobs[f->n_blobs++] = (struct lum_blob){.bytes = at, .n_bytes = (size_t)n};
         at += n;
         left -= n;
     }

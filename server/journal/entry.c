@@ -168,7 +168,7 @@ static bool read_apply(struct reading *e, struct lum_json_reader *r, char why[25
     lum_json_id(r, "op_id", op_id);
     lum_json_id(r, "undo_group", e->undo_group);
     const cJSON *ops = lum_json_member(r, "ops"), *content = lum_json_member(r, "content");
-    if (!lum_json_end(r) || !lum_ops_from_json(ops, &e->ops, err))
+    if (!lum_json_end(r) || !lum_ops_from_stored(ops, &e->ops, err))
         return refused(err->text, why);
     memcpy(e->ops.undo_group, e->undo_group, sizeof e->undo_group);
     return load_content(e, content, why);

@@ -247,6 +247,7 @@ static void read_journal(struct recovering *c, const char *name, struct lum_bloc
 
 static void read_journals(struct recovering *c)
 {
+    lum_document_replay(c->out.doc, true);
     for (size_t i = 0; i < c->journals.n; i++) {
         char name[LUM_JOURNAL_NAME_BYTES];
         struct lum_block_reader r;
@@ -270,6 +271,7 @@ static void read_journals(struct recovering *c)
         if (c->out.n_damages > damages)
             note_damaged(c, name);
     }
+    lum_document_replay(c->out.doc, false);
 }
 
 void lum_recovery_finish(struct lum_recovery *r)

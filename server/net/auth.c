@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -85,4 +86,11 @@ bool lum_auth_check(const struct lum_auth *auth, const char *token)
     for (size_t i = 0; i < n; i++)
         differs = (unsigned char)(differs | (token[i] ^ auth->token[i]));
     return differs == 0;
+}
+
+bool lum_auth_check_header(const struct lum_auth *auth, const char *authorization)
+{
+    static const char scheme[] = "Bearer ";
+    bool bearer = authorization && strncasecmp(authorization, scheme, sizeof scheme - 1) == 0;
+    return lum_auth_check(auth, bearer ? authorization + sizeof scheme - 1 : NULL);
 }

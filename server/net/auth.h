@@ -22,5 +22,7 @@ LUM_MUST_USE enum lum_status lum_auth_random(struct lum_auth *ret_auth, struct l
 LUM_MUST_USE enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, struct lum_error *err);
 /* token may be NULL. Takes the same time for every wrong token of one length. */
 bool lum_auth_check(const struct lum_auth *auth, const char *token);
+/* The same of an Authorization header, which says "Bearer TOKEN"; NULL: there was none. */
+bool lum_auth_check_header(const struct lum_auth *auth, const char *authorization);
 
 #endif

@@ -12,10 +12,12 @@ static struct cJSON *limits_object(void)
         double value;
     } limits[] = {
         {"message_bytes", LUM_LIMIT_MESSAGE_BYTES}, {"messages_per_s", LUM_LIMIT_MESSAGES_PER_S},
+        {"bytes_per_s", LUM_LIMIT_RX_BYTES_PER_S},  {"burst_bytes", LUM_LIMIT_RX_BURST_BYTES},
         {"json_depth", LUM_LIMIT_JSON_DEPTH},       {"ops_per_message", LUM_LIMIT_OPS_PER_MESSAGE},
         {"views", LUM_LIMIT_VIEWS_PER_SESSION},     {"view_side", LUM_LIMIT_VIEW_SIDE},
         {"view_pixels", LUM_LIMIT_VIEW_PIXELS},     {"unacked_frames", LUM_LIMIT_UNACKED_FRAMES},
-        {"tile_side", LUM_LIMIT_TILE_SIDE},
+        {"tile_side", LUM_LIMIT_TILE_SIDE},         {"undo_steps", LUM_LIMIT_UNDO},
+        {"undo_bytes", LUM_LIMIT_UNDO_BYTES},
     };
     struct cJSON *object = cJSON_CreateObject();
     for (size_t i = 0; object && i < LUM_ARRAY_LEN(limits); i++) {

@@ -7,6 +7,7 @@
 
 #include "server/base/embed.h"
 #include "server/director/director.h"
+#include "server/net/auth.h"
 #include "server/net/metrics.h"
 
 const char *const lum_http_headers[][2] = {
@@ -59,6 +60,7 @@ void lum_http_error(int status, struct lum_http_response *ret_response)
         const char *text;
     } texts[] = {
         {400, "400 bad request\n"},
+        {401, "401 unauthorized: send the header Authorization: Bearer TOKEN, with the token of the server's URL\n"},
         {403, "403 forbidden: this Host or Origin is not allowed (see --allow-host, --allow-origin)\n"},
         {404, "404 not found\n"},
         {405, "405 method not allowed: GET only\n"},
@@ -103,17 +105,17 @@ static bool get_file(const char *path, struct lum_http_response *r)
     return true;
 }
 
-static bool get_metrics(const struct lum_http_site *site, struct lum_http_response *r)
+static void get_metrics(const struct lum_http_site *site, struct lum_http_response *r)
 {
     char *text = NULL;
     size_t n = 0;
     FILE *out = site->director ? open_memstream(&text, &n) : NULL;
-    if (!out)
-        return false;
-    lum_metrics_print(out, site->counters, site->director, site->started_ns);
-    if (fclose(out)) {
+    if (out)
+        lum_metrics_print(out, site->counters, site->director, site->started_ns);
+    if (!out || fclose(out)) {
         free(text);
-        return false;
+        lum_http_error(503, r);
+        return;
     }
     *r = (struct lum_http_response){.status = 200,
                                     .type = "text/plain; version=0.0.4; charset=utf-8",
@@ -121,7 +123,6 @@ static bool get_metrics(const struct lum_http_site *site, struct lum_http_respon
                                     .body = text,
                                     .n_bytes = n,
                                     .owned = text};
-    return true;
 }
 
 /* Why nobody is served; NULL: everybody is. */
@@ -134,7 +135,8 @@ static const char *unready(const struct lum_http_site *site)
     return lum_director_alive(site->director) ? NULL : "the renderer does not answer\n";
 }
 
-void lum_http_get(const struct lum_http_site *site, const char *path, struct lum_http_response *ret_response)
+void lum_http_get(const struct lum_http_site *site, const char *path, const char *authorization,
+                  struct lum_http_response *ret_response)
 {
     const char *why = unready(site);
     bool alive = !site->director || lum_director_alive(site->director); /* no need to start it anew */
@@ -142,10 +144,12 @@ void lum_http_get(const struct lum_http_site *site, const char *path, struct lum
         set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : why);
     else if (strcmp(path, "/readyz") == 0)
         set_text(ret_response, why ? 503 : 200, why ? why : "ready\n");
-    else if (strcmp(path, "/metrics") != 0 && !get_file(path, ret_response))
+    else if (strcmp(path, "/metrics") == 0 && !lum_auth_check_header(site->auth, authorization))
+        lum_http_error(401, ret_response);
+    else if (strcmp(path, "/metrics") == 0)
+        get_metrics(site, ret_response);
+    else if (!get_file(path, ret_response))
         lum_http_error(404, ret_response);
-    else if (strcmp(path, "/metrics") == 0 && !get_metrics(site, ret_response))
-        lum_http_error(503, ret_response);
 }
 
 bool lum_http_matches(const struct lum_http_response *response, const char *if_none_match)

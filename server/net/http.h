@@ -7,12 +7,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct lum_auth;
 struct lum_director;
 struct lum_net_counters;
 
 struct lum_http_site {
     const struct lum_director *director; /* NULL: the scene is being loaded */
     const struct lum_net_counters *counters;
+    const struct lum_auth *auth; /* who may read /metrics */
     int64_t started_ns;
     bool draining;
 };
@@ -27,8 +29,9 @@ struct lum_http_response {
     char *owned;   /* body, where it was made for this response; the caller frees it with free() */
 };
 
-/* path: as in the request line, without query. Always fills the response. */
-void lum_http_get(const struct lum_http_site *site, const char *path, struct lum_http_response *ret_response);
+/* path: as in the request line, without query. authorization: that header, or NULL. Always fills the response. */
+void lum_http_get(const struct lum_http_site *site, const char *path, const char *authorization,
+                  struct lum_http_response *ret_response);
 /* A short text for people. */
 void lum_http_error(int status, struct lum_http_response *ret_response);
 /* True when the If-None-Match header (may be NULL) names this version: 304, no body. */

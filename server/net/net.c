@@ -28,6 +28,7 @@
 
 #include "server/net/metrics.h"
 #include "server/net/peers.h"
+#include "server/net/rx.h"
 
 #define PROTOCOL "lumend.v1"
 #define TX_BYTES (128u << 10) /* one write: a raw tile of 128 x 128 and its header fit */
@@ -48,8 +49,7 @@ struct conn {
     bool head_only;
     /* WebSocket */
     struct lum_session *session; /* NULL: not a WebSocket */
-    char *rx;
-    size_t n_rx, rx_capacity;
+    struct lum_rx rx;
     lws_sorted_usec_list_t read_later;
     bool closing; /* close_soon was called */
     bool sending; /* message is on its way */
@@ -162,7 +162,7 @@ static void finish_response(struct conn *c)
 
 static void fill_response(struct lum_net *net, struct conn *c, const char *path, size_t n_path)
 {
-    char name[256];
+    char name[256], authorization[sizeof "Bearer " + LUM_TOKEN_MAX_BYTES + 1];
     bool head = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
     c->head_only = head;
     net->counters.http_requests++;
@@ -175,7 +175,8 @@ static void fill_response(struct lum_net *net, struct conn *c, const char *path,
     } else {
         memcpy(name, path, n_path);
         name[n_path] = '\0';
-        lum_http_get(&net->site, name, &c->response);
+        bool has = copy_header(c->wsi, WSI_TOKEN_HTTP_AUTHORIZATION, authorization, sizeof authorization);
+        lum_http_get(&net->site, name, has ? authorization : NULL, &c->response);
     }
     if (!copy_header(c->wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH, name, sizeof name) || !lum_http_matches(&c->response, name))
         return;
@@ -198,6 +199,7 @@ static int send_head(struct lum_net *net, struct conn *c)
     if (lws_add_http_header_status(wsi, (unsigned)r->status, &p, end) ||
         add_header(wsi, "content-type:", r->type, &p, end) || add_header(wsi, "cache-control:", r->cache, &p, end) ||
         (r->etag[0] && add_header(wsi, "etag:", r->etag, &p, end)) ||
+        (r->status == HTTP_STATUS_UNAUTHORIZED && add_header(wsi, "www-authenticate:", "Bearer", &p, end)) ||
         (closing && add_header(wsi, "connection:", "close", &p, end)))
         return -1;
     for (size_t i = 0; lum_http_headers[i][0]; i++)
@@ -264,6 +266,18 @@ static void close_soon(struct conn *c)
     lws_callback_on_writable(c->wsi);
 }
 
+/* Sees to it that what waits for this client goes out. One that takes nothing in never becomes writable: a close is not
+ * left to that. */
+static void serve(const struct lum_net *net, struct conn *c)
+{
+    if (!lum_session_pending(c->session))
+        return;
+    if (net->site.draining || lum_session_close_now(c->session))
+        close_soon(c);
+    else
+        lws_callback_on_writable(c->wsi);
+}
+
 static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
 {
     const int on = 1, unsent = UNSENT_BYTES, fd = lws_get_socket_fd(wsi);
@@ -280,8 +294,7 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
         return close_with(c, LUM_CLOSE_BUSY);
     net->conns[lum_session_slot(c->session)] = c;
     lws_set_timer_usecs(wsi, (lws_usec_t)LUM_LIMIT_HELLO_S * LWS_US_PER_SEC);
-    if (lum_session_pending(c->session))
-        lws_callback_on_writable(wsi);
+    serve(net, c);
     return 0;
 }
 
@@ -292,28 +305,10 @@ static void ws_closed(struct lum_net *net, struct conn *c)
     net->conns[lum_session_slot(c->session)] = NULL;
     lws_sul_cancel(&c->read_later);
     lum_session_close(c->session);
-    free(c->rx);
+    lum_rx_finish(&c->rx);
     c->session = NULL;
-    c->rx = NULL;
     if (net->site.draining) /* one that a timer closed: the library would sleep until its next timer, half a minute */
         lws_cancel_service(net->context);
-}
-
-/* Room for n more bytes; grows to what the client sends, doubled, so that a message costs amortised linear time. */
-static bool rx_reserve(struct conn *c, size_t n, size_t max)
-{
-    if (c->n_rx + n <= c->rx_capacity)
-        return true;
-    size_t capacity = c->rx_capacity ? 2 * c->rx_capacity : 1024;
-    while (capacity < c->n_rx + n)
-        capacity *= 2;
-    capacity = capacity < max ? capacity : max;
-    char *rx = realloc(c->rx, capacity);
-    if (!rx)
-        return false;
-    c->rx = rx;
-    c->rx_capacity = capacity;
-    return true;
 }
 
 static void read_on(lws_sorted_usec_list_t *sul)
@@ -340,7 +335,7 @@ static void keep_for_good(struct lws *wsi)
     lws_set_timer_usecs(wsi, LWS_SET_TIMER_USEC_CANCEL);
 }
 
-static int ws_receive(struct conn *c, const char *bytes, size_t n)
+static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, size_t n)
 {
     struct lws *wsi = c->wsi;
     size_t max = lum_session_max_bytes(c->session);
@@ -349,26 +344,17 @@ static int ws_receive(struct conn *c, const char *bytes, size_t n)
         return close_with(c, LUM_CLOSE_UNSUPPORTED);
     charge(c, bytes, n);
     /* What this fragment declares still to come counts too: no need to receive it all first. */
-    if (c->n_rx + n + lws_remaining_packet_payload(wsi) > max)
+    if (c->rx.n + n + lws_remaining_packet_payload(wsi) > max)
         return close_with(c, LUM_CLOSE_TOO_BIG);
-    if (n && !rx_reserve(c, n, max))
+    if (!lum_rx_add(&c->rx, bytes, n, max))
         return close_with(c, LUM_CLOSE_INTERNAL);
-    if (n)
-        memcpy(c->rx + c->n_rx, bytes, n);
-    c->n_rx += n;
     if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi))
         return 0;
-    lum_session_receive(c->session, c->rx ? c->rx : "", c->n_rx);
-    c->n_rx = 0;
-    if (c->rx_capacity > RX_BYTES) { /* large messages are rare: do not keep their memory */
-        free(c->rx);
-        c->rx = NULL;
-        c->rx_capacity = 0;
-    }
+    lum_session_receive(c->session, c->rx.bytes ? c->rx.bytes : "", c->rx.n);
+    lum_rx_clear(&c->rx);
     if (lum_session_greeted(c->session))
         keep_for_good(wsi);
-    if (lum_session_pending(c->session))
-        lws_callback_on_writable(wsi);
+    serve(net, c);
     return 0;
 }
 
@@ -425,15 +411,9 @@ static void look_around(struct lum_net *net)
         lum_sessions_begin_drain(net->sessions);
     }
     lum_sessions_deliver(net->sessions);
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
-        struct conn *c = net->conns[i];
-        if (!c || !lum_session_pending(c->session))
-            continue;
-        if (net->site.draining || lum_session_close_now(c->session))
-            close_soon(c);
-        else
-            lws_callback_on_writable(c->wsi);
-    }
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
+        if (net->conns[i])
+            serve(net, net->conns[i]);
 }
 
 static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t len)
@@ -466,7 +446,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_ESTABLISHED:
         return ws_established(net, wsi, c);
     case LWS_CALLBACK_RECEIVE:
-        return c->session ? ws_receive(c, in, len) : -1;
+        return c->session ? ws_receive(net, c, in, len) : -1;
     case LWS_CALLBACK_SERVER_WRITEABLE:
         return c->session ? ws_writeable(net, c) : -1;
     case LWS_CALLBACK_TIMER:
@@ -562,7 +542,8 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net)
 
 bool lum_net_wait(struct lum_net *net, const _Atomic bool *until)
 {
-    net->site = (struct lum_http_site){.counters = &net->counters, .started_ns = lum_clock_ns()};
+    net->site =
+        (struct lum_http_site){.counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
     while (!atomic_load(until) && !atomic_load(&net->stop))
         if (lws_service(net->context, 0) < 0)
             break;

@@ -464,10 +464,12 @@ static enum lum_status reverse_first(struct lum_scene *scene, const struct lum_c
     return LUM_OK;
 }
 
-enum lum_status lum_apply_changes(struct lum_scene *scene, const struct lum_changes *changes, size_t *ret_failed,
-                                  struct lum_error *err)
+enum lum_status lum_apply_changes(struct lum_scene *scene, const struct lum_changes *changes,
+                                  const struct lum_go_on *go_on, size_t *ret_failed, struct lum_error *err)
 {
     for (size_t i = 0; i < changes->n; i++) {
+        if (go_on->ask && !go_on->ask(go_on->user))
+            return lum_fail(err, LUM_ERR_CANCELLED, "", "the server stops");
         enum lum_status st = apply_one(scene, changes->changes[i].before, changes->changes[i].after, err);
         if (!st)
             continue;

@@ -10,11 +10,19 @@
 #include "core/scene/scene.h"
 #include "protocol/document/document.h"
 
+/* Asked before each record, which may take long to make. False: no more. */
+struct lum_go_on {
+    bool (*ask)(void *user); /* NULL: always */
+    void *user;
+};
+
 /* Puts and removes what the changes say, in order, all or nothing: when the renderer refuses one, those before it are
  * taken back, *ret_failed (may be NULL) is its index, and the scene is as before. LUM_ERR_INTERNAL: taking back failed
- * too (memory), the scene must be made anew from the document. Does not commit. */
+ * too (memory), the scene must be made anew from the document. LUM_ERR_CANCELLED: it was told to make no more, and
+ * took nothing back. Does not commit. */
 LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const struct lum_changes *changes,
-                                               size_t *ret_failed, struct lum_error *err);
+                                               const struct lum_go_on *go_on, size_t *ret_failed,
+                                               struct lum_error *err);
 /* Takes all of them back, last first. */
 LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const struct lum_changes *changes,
                                                struct lum_error *err);

@@ -298,6 +298,9 @@ static bool apply_source(struct lum_world *w, struct source *source, const struc
                          struct lum_proto_error *err)
 {
     struct lum_import_config config = *import;
+    struct lum_totals_guard guard = {w->totals, w->limits};
+    config.admit = lum_totals_admit;
+    config.admit_user = &guard;
     if (source->dir[0] && (source->is_model || !config.assets_dir))
         config.assets_dir = source->dir;
     struct lum_expansion expansion = {0};

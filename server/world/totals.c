@@ -1,9 +1,11 @@
 #include "server/world/totals.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "core/scene/shapes.h"
+#include "server/world/apply.h"
 
 /* Of a triangle as it is drawn: positions, normals and indices in float, and the tree that rays go through. */
 #define DRAWN_TRIANGLE_BYTES 200u
@@ -90,6 +92,14 @@ static size_t culprit(const struct kind *k, uint64_t total, uint64_t limit, cons
     return last;
 }
 
+static enum lum_status refuse(const struct kind *k, uint64_t total, uint64_t limit, const struct lum_record *r,
+                              struct lum_error *err)
+{
+    return lum_fail(err, LUM_ERR_LIMIT, field_of(r),
+                    "the scene would have %llu %s in all, and may have %llu: make \"%.64s\" simpler, or remove others",
+                    (unsigned long long)total, k->what, (unsigned long long)limit, r->id);
+}
+
 enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct lum_totals *limits,
                                   const struct lum_changes *changes, size_t *ret_failed, struct lum_error *err)
 {
@@ -104,14 +114,66 @@ enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct 
         if (total <= limit || total <= amount(&kinds[k], inout_totals))
             continue;
         *ret_failed = culprit(&kinds[k], total, limit, changes);
-        const struct lum_record *r = changes->changes[*ret_failed].after;
-        return lum_fail(
-            err, LUM_ERR_LIMIT, field_of(r),
-            "the scene would have %llu %s in all, and may have %llu: make \"%.64s\" simpler, or remove others",
-            (unsigned long long)total, kinds[k].what, (unsigned long long)limit, r->id);
+        return refuse(&kinds[k], total, limit, changes->changes[*ret_failed].after, err);
     }
     *inout_totals = now;
     return LUM_OK;
+}
+
+static int by_text(const void *a, const void *b)
+{
+    return strcmp(*(const char *const *)a, *(const char *const *)b);
+}
+
+static struct lum_totals with_children(const struct lum_document *doc, const char *id)
+{
+    const struct lum_record *r = lum_document_find(doc, id);
+    struct lum_totals t = lum_totals_of(r);
+    for (size_t i = 0; r && r->type == LUM_RECORD_IMPORT && i < r->import.n_made; i++)
+        t = lum_totals_sum(t, lum_totals_of(lum_document_find(doc, r->import.made[i]->id)));
+    return t;
+}
+
+static uint64_t less_or_zero(uint64_t a, uint64_t b)
+{
+    return a > b ? a - b : 0;
+}
+
+struct lum_totals_guard lum_totals_guard_of(const struct lum_totals *totals, const struct lum_totals *limits,
+                                            const struct lum_document *doc, const struct lum_ops *ops)
+{
+    struct lum_totals_guard g = {*totals, *limits};
+    const char **ids = lum_calloc(ops->n, sizeof *ids); /* each counts once, however many ops name it */
+    size_t n = 0;
+    for (size_t i = 0; ids && i < ops->n; i++)
+        if (ops->ops[i].kind == LUM_OP_REMOVE || ops->ops[i].kind == LUM_OP_SET)
+            ids[n++] = ops->ops[i].id;
+    if (n)
+        qsort(ids, n, sizeof *ids, by_text);
+    for (size_t i = 0; i < n; i++) {
+        if (i > 0 && strcmp(ids[i], ids[i - 1]) == 0)
+            continue;
+        struct lum_totals less = with_children(doc, ids[i]);
+        g.totals =
+            (struct lum_totals){less_or_zero(g.totals.triangles, less.triangles),
+                                less_or_zero(g.totals.texels, less.texels), less_or_zero(g.totals.bytes, less.bytes)};
+    }
+    lum_free(ids);
+    return g;
+}
+
+bool lum_totals_admit(void *guard, const struct lum_record *r, struct lum_proto_error *err)
+{
+    struct lum_totals_guard *g = guard;
+    struct lum_totals more = lum_totals_of(r);
+    struct lum_error e;
+    g->totals = lum_totals_sum(g->totals, more);
+    for (size_t k = 0; k < LUM_ARRAY_LEN(kinds); k++) {
+        uint64_t total = amount(&kinds[k], &g->totals), limit = amount(&kinds[k], &g->limits);
+        if (total > limit && amount(&kinds[k], &more) > 0 && refuse(&kinds[k], total, limit, r, &e))
+            return lum_apply_error(&e, "", err);
+    }
+    return true;
 }
 
 void lum_totals_take_back(struct lum_totals *totals, const struct lum_changes *changes)

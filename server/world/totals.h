@@ -19,6 +19,16 @@ struct lum_totals lum_totals_limits(void); /* of limits.h, as far as the machine
 LUM_MUST_USE enum lum_status lum_totals_change(struct lum_totals *inout_totals, const struct lum_totals *limits,
                                                const struct lum_changes *changes, size_t *ret_failed,
                                                struct lum_error *err);
+/* Of records that come one after the other, before anything is made of them. */
+struct lum_totals_guard {
+    struct lum_totals totals, limits;
+};
+/* For what comes with ops: beside what is there less all that they may take away. */
+struct lum_totals_guard lum_totals_guard_of(const struct lum_totals *totals, const struct lum_totals *limits,
+                                            const struct lum_document *doc, const struct lum_ops *ops);
+/* As lum_import_config.admit, of a guard: adds the record, or refuses it. */
+bool lum_totals_admit(void *guard, const struct lum_record *r, struct lum_proto_error *err);
+
 void lum_totals_take_back(struct lum_totals *totals, const struct lum_changes *changes);
 
 #endif

@@ -127,7 +127,7 @@ static bool follow_document(struct lum_world *w, const struct lum_ops *ops, stru
     size_t failed = 0;
     enum lum_status st = lum_totals_change(&w->totals, &w->limits, changes, &failed, &e);
     if (!st) {
-        st = lum_apply_changes(w->scene, changes, &failed, &e);
+        st = lum_apply_changes(w->scene, changes, &w->go_on, &failed, &e);
         if (!st) {
             note_patches(w, changes);
             return true;

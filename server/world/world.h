@@ -14,6 +14,7 @@
 #include "core/scene/snapshot.h"
 #include "core/vpl/caustic.h"
 #include "protocol/document/document.h"
+#include "server/world/apply.h"
 #include "server/world/patches.h"
 #include "server/world/totals.h"
 
@@ -23,6 +24,7 @@ struct lum_world {
     struct lum_caches *caches; /* what all views of the scene share */
     struct lum_scene *scene;
     struct lum_document *doc;
+    struct lum_go_on go_on;           /* set by the owner; once it says no, the world may only be finished */
     struct lum_totals totals, limits; /* limits: set by lum_world_init; the owner may lower them */
     bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by
                            the owner */

@@ -15,6 +15,7 @@ CONNECTIONS = 256  # LUM_LIMIT_CONNECTIONS
 RX_PER_S = 4 << 20     # LUM_LIMIT_RX_BYTES_PER_S
 RX_BURST = 16 << 20    # LUM_LIMIT_RX_BURST_BYTES
 MESSAGE_BYTES = 8 << 20
+QUEUE_BYTES = 16 << 20  # LUM_LIMIT_CONTROL_QUEUE_BYTES
 SEED = int(os.environ.get("SEED", "1"))
 
 
@@ -225,6 +226,15 @@ class Abuse(unittest.TestCase):
             self.assertEqual(caught.exception.app, "unsupported")
         self.assertGreaterEqual(time.monotonic() - start, (n * MESSAGE_BYTES - RX_BURST) / RX_PER_S)
         self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
+
+    def test_a_flooder_that_does_not_read_is_cut_off(self):
+        """What waits for it has an end, also while nothing wakes the server but the flood itself."""
+        flooder = self.daemon.connect(rcvbuf=4096)
+        control = b"\\u0001" * 64  # six bytes for one in the message and in its refusal, which has it three times
+        flood = frame(TEXT, b'{"jsonrpc":"2.0","id":"%b","method":"x","%b":1}' % (control, control)) * 64
+        with self.assertRaises(ConnectionError):
+            for _ in range(4 * QUEUE_BYTES // len(flood)):
+                flooder.sock.sendall(flood)
 
     def test_sessions_leave_nothing_behind(self):
         for _ in range(30):

@@ -19,7 +19,9 @@ class Token(unittest.TestCase):
         self.assertEqual(hello["protocol"], 1)
         self.assertEqual(hello["role"], "edit")
         self.assertRegex(hello["session"], r"^me___you\.[0-9-]+$")
-        self.assertEqual(hello["limits"]["message_bytes"], 8 << 20)
+        limits = hello["limits"]
+        self.assertEqual((limits["message_bytes"], limits["bytes_per_s"], limits["burst_bytes"]), (8 << 20, 4 << 20, 16 << 20))
+        self.assertEqual((limits["undo_steps"], limits["undo_bytes"]), (256, 512 << 20))
         self.assertIsInstance(hello["scene_rev"], int)
         self.assertIs(hello["imports"], False)
 
@@ -88,7 +90,7 @@ class OriginAndHost(unittest.TestCase):
 
     def status(self, **options):
         """Of a handshake and of a page with these headers: they must agree."""
-        headers = {"Host": options["host"] if "host" in options else f"127.0.0.1:{self.port}"}
+        headers = {"Host": options["host"] if "host" in options else f"127.0.0.1:{self.port}", **self.daemon.bearer()}
         if "origin" in options:
             headers["Origin"] = options["origin"]
         pages = {self.daemon.get(path, headers)[0] for path in ("/", "/metrics", "/healthz", "/readyz")}
@@ -163,7 +165,7 @@ class Pages(unittest.TestCase):
     def test_health_and_metrics(self):
         self.assertEqual(self.daemon.get("/healthz")[0], 200)
         self.assertEqual(self.daemon.get("/readyz")[0], 200)
-        status, headers, body = self.daemon.get("/metrics")
+        status, headers, body = self.daemon.get("/metrics", self.daemon.bearer())
         self.assertEqual(status, 200)
         self.assertTrue(headers["content-type"].startswith("text/plain; version=0.0.4"))
         for line in body.decode().splitlines():
@@ -171,6 +173,21 @@ class Pages(unittest.TestCase):
         before = self.daemon.metric("sessions_total")
         self.daemon.connect().close()
         self.assertEqual(self.daemon.metric("sessions_total"), before + 1)
+
+    def test_metrics_need_the_token(self):
+        """What is going on is for those who may edit; whether the server lives is for everybody."""
+        right = self.daemon.token
+        other = "x" if right[0] != "x" else "y"
+        for says in (None, "", "Bearer", "Bearer ", f"Bearer {other}{right[1:]}", f"Bearer {right}x", f"Bearer {right[:-1]}",
+                     f"Basic {right}", right, f"Bearer  {right}", f"Bearer {right} {right}", "Bearer " + "y" * 1000):
+            for method in ("GET", "HEAD"):
+                headers = {"If-None-Match": "*"} | ({} if says is None else {"Authorization": says})
+                status, headers, body = self.daemon.get("/metrics", headers, method=method)
+                self.assertEqual((status, headers["www-authenticate"]), (401, "Bearer"), says)
+                self.assertEqual((b"Authorization: Bearer TOKEN" in body, b"lumend_" in body), (method == "GET", False))
+        self.assertEqual(self.daemon.get("/metrics", {"authorization": f"bearer {right}"})[0], 200)
+        for path in ("/healthz", "/readyz", "/"):
+            self.assertEqual(self.daemon.get(path, {"Authorization": "Bearer x"})[0], 200, path)
 
     def test_what_is_not_there(self):
         for path in ("/nothing", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/assets/", "/" + "a" * 300,
@@ -186,6 +203,7 @@ class Start(unittest.TestCase):
             self.assertIsNone(daemon.token)
             ws = WebSocket(daemon.port)
             self.assertIn("session", ws.hello(None))
+            self.assertEqual(daemon.get("/metrics")[0], 200)
 
     def test_token_file(self):
         with tempfile.NamedTemporaryFile("w", suffix=".token") as file:

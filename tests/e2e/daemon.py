@@ -81,8 +81,12 @@ class Daemon:
         connection.close()
         return response.status, {k.lower(): v for k, v in response.getheaders()}, body
 
+    def bearer(self):
+        """The header that says who may read /metrics."""
+        return {"Authorization": f"Bearer {self.token}"}
+
     def metric(self, name):
-        for line in self.get("/metrics")[2].decode().splitlines():
+        for line in self.get("/metrics", self.bearer())[2].decode().splitlines():
             if line.startswith(f"lumend_{name} "):
                 return float(line.split()[1])
         raise AssertionError(f"no metric {name}")

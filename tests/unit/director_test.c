@@ -1,4 +1,5 @@
 /* The director: views get frames, edits show, are undone and refused; limits. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -188,10 +189,63 @@ static void the_inbox_is_limited_in_bytes(void **state)
 {
     struct client *c = *state;
     struct lum_request *request = client_request(c, &lum_request_scene_get);
-    request->n_bytes = LUM_INBOX_MAX_BYTES + 1;
+    request->n_bytes = LUM_REQUESTS_MAX_BYTES + 1;
     assert_false(lum_director_post(c->director, request));
-    request->n_bytes = LUM_INBOX_MAX_BYTES;
+    request->n_bytes = LUM_REQUESTS_MAX_BYTES;
     cJSON_Delete(client_ask(c, request));
+}
+
+/* A message is small beside what it is read to, and that is what waits. */
+static void the_inbox_is_charged_for_what_was_read(void **state)
+{
+    enum { N_VALUES = 200000, VALUE_BYTES = sizeof(cJSON) };
+    struct client *c = *state;
+    char *ops = malloc(100 + 2 * N_VALUES), *at = ops;
+    assert_non_null(ops);
+    at += sprintf(at, "[{\"op\":\"set\",\"id\":\"plane\",\"path\":\"/positions\",\"value\":[");
+    for (int i = 0; i < N_VALUES; i++)
+        at += sprintf(at, "%s", i ? ",0" : "0");
+    strcpy(at, "]}]");
+    client_hold(c);
+    uint64_t first = c->next_id + 1, n = 0;
+    struct lum_request *q = client_edit(c, ops);
+    q->n_bytes = strlen(ops);
+    for (; lum_director_post(c->director, q); n++) {
+        assert_true((n + 1) * N_VALUES * VALUE_BYTES <= LUM_REQUESTS_MAX_BYTES);
+        q = client_edit(c, ops);
+        q->n_bytes = strlen(ops);
+    }
+    assert_true(n > 4);
+    lum_request_destroy(q);
+    client_release(c, NULL);
+    for (uint64_t i = 0; i < n; i++)
+        assert_refused(client_reply(c, first + i), "invalid_value", "ops/0/shape");
+    /* all of it is given back, if not before the last reply then before the next: */
+    cJSON_Delete(client_ask(c, client_request(c, &lum_request_stats_get)));
+    q = client_request(c, &lum_request_stats_get);
+    q->n_bytes = LUM_REQUESTS_MAX_BYTES / 16 * 15;
+    cJSON_Delete(client_ask(c, q));
+    free(ops);
+}
+
+/* As many values as a message may have, all in the value of a set, of which a copy is made, and the text for the
+ * journal. */
+static void the_costliest_message_is_admitted_alone(void **state)
+{
+    enum { N_VALUES = LUM_LIMIT_JSON_TOKENS - 20 };
+    struct client *c = *state;
+    char *ops = malloc(LUM_LIMIT_MESSAGE_BYTES), *at = ops;
+    assert_non_null(ops);
+    at += sprintf(at, "[{\"op\":\"set\",\"id\":\"plane\",\"path\":\"/positions\",\"value\":[");
+    for (int i = 0; i < N_VALUES; i++) /* as long as fits */
+        at += sprintf(at, "%s", i == 0 ? "0" : i % 5 ? ",\"abc\"" : ",\"abcdef\"");
+    strcpy(at, "]}]");
+    assert_true(strlen(ops) > LUM_LIMIT_MESSAGE_BYTES / 16 * 15 && strlen(ops) < LUM_LIMIT_MESSAGE_BYTES - 100);
+    struct lum_request *q = client_edit(c, ops);
+    q->n_bytes = strlen(ops);
+    q->ops_json = cJSON_Parse(ops);
+    assert_refused(client_ask(c, q), "invalid_value", "ops/0/positions/1");
+    free(ops);
 }
 
 /* Names of users are not used again: what only they could undo would be kept for nobody. */
@@ -217,6 +271,45 @@ static void a_session_takes_its_views_along(void **state)
     assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(result, "views")), 0);
     assert_int_equal(cJSON_GetObjectItem(cJSON_GetObjectItem(result, "scene"), "light")->valueint, 1);
     cJSON_Delete(reply);
+}
+
+/* The second time it asks, somebody stops it. */
+static struct {
+    struct lum_director *director;
+    struct lum_go_on was;
+    int asked;
+} stopper;
+
+static bool stop_at_second(void *user)
+{
+    (void)user;
+    if (++stopper.asked == 2) {
+        pthread_mutex_lock(&stopper.director->lock);
+        stopper.director->stop = true;
+        pthread_mutex_unlock(&stopper.director->lock);
+    }
+    return stopper.was.ask(stopper.was.user);
+}
+
+/* However many large things an edit has, the end waits for one. */
+static void an_end_waits_for_no_more_than_one_record(void **state)
+{
+    struct client *c = *state;
+    client_hold(c); /* it is not looking */
+    stopper.director = c->director;
+    stopper.was = c->director->world.go_on;
+    c->director->world.go_on = (struct lum_go_on){stop_at_second, NULL};
+    uint64_t first = c->next_id + 1;
+    assert_true(lum_director_post(c->director, client_edit(c, "[{\"op\":\"remove\",\"id\":\"lamp\"}]")));
+    assert_true(lum_director_post(
+        c->director, client_edit(c, "[{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"a\",\"shape\":\"box\"},"
+                                    "{\"op\":\"add\",\"type\":\"mesh\",\"id\":\"b\",\"shape\":\"box\"}]")));
+    client_release(c, NULL);
+    assert_refused(client_reply(c, first + 1), "internal", NULL);
+    pthread_join(c->director->thread, NULL);
+    c->director->has_thread = false;
+    assert_int_equal(stopper.asked, 2);
+    assert_int_equal(lum_director_scene_rev(c->director), c->director->world.snapshot->scene_rev);
 }
 
 static void views_are_limited(void **state)
@@ -248,8 +341,11 @@ int main(void)
         cmocka_unit_test_setup_teardown(edits_are_all_or_nothing, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_stale_base_revision_is_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(the_inbox_is_limited_in_bytes, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(the_inbox_is_charged_for_what_was_read, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(the_costliest_message_is_admitted_alone, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_history_along, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_session_takes_its_views_along, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(an_end_waits_for_no_more_than_one_record, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(views_are_limited, client_setup, client_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

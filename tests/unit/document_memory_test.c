@@ -7,6 +7,7 @@
 
 #include <cjson/cJSON.h>
 
+#include "protocol/document/state.h"
 #include "tests/unit/document_util.h"
 
 /* The linker sends the calls of protocol/ here (-Wl,--wrap); cJSON gets the same functions by its hooks. */
@@ -99,7 +100,7 @@ static void finish_ops(struct lum_op *ops, size_t n)
 static struct lum_document *document_with_image(void)
 {
     struct lum_document *doc = lum_document_create();
-    struct lum_blob blob = {calloc(1, PIXELS), PIXELS};
+    struct lum_blob blob = {calloc(1, PIXELS), PIXELS, NULL};
     assert_non_null(blob.bytes);
     struct lum_op add = op_of("{'op':'add','type':'image','id':'i','width':1254,'height':1254,'texel':'linear8',"
                               "'pixels':{'blob':0}}",
@@ -212,6 +213,12 @@ static void moves_of_one_transaction_are_limited(void **state)
     list.n = 2 * MOVES;
     assert_true(lum_document_apply(doc, "ann", &list, NULL, 0, &changes, &err));
     lum_changes_finish(&changes);
+    list.n = 2 * MOVES + 1;
+    lum_document_replay(doc, true); /* a journal of a time with another limit has such a one */
+    assert_true(lum_document_apply(doc, "ann", &list, NULL, 0, &changes, &err));
+    lum_changes_finish(&changes);
+    lum_document_replay(doc, false);
+    assert_false(lum_document_apply(doc, "ann", &list, NULL, 0, &changes, &err));
     free(before);
     free(after);
     finish_ops(ops, 2 * MOVES + 2);

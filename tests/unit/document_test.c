@@ -30,6 +30,9 @@ static void all_or_nothing(void **state)
     must_not(doc, "[" REMOVE("l") "," MESH("l") "]", "conflict", "id"); /* one transaction, one type */
     must(doc, "ann", "[" REMOVE("l") "]");
     must(doc, "ann", "[" MESH("l") "]");
+    assert_int_equal(lum_document_count(doc, LUM_RECORD_MESH), 2);
+    assert_int_equal(lum_document_count(doc, LUM_RECORD_LIGHT), 0);
+    assert_int_equal(lum_document_count(doc, LUM_RECORD_TYPE_COUNT), 5); /* w, o and the settings are there, too */
     lum_document_destroy(doc);
 }
 

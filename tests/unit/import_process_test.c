@@ -202,6 +202,57 @@ static void foreign_pictures_are_refused(void **state)
     lum_record_unref(image);
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1 /* their own memory is in the way */
+#else
+#define SANITIZED 0
+#endif
+
+/* Of this process: the most it had in memory since peak_begin. */
+static bool peak_begin(void)
+{
+    FILE *f = fopen("/proc/self/clear_refs", "w");
+    return f && fputs("5", f) >= 0 && fclose(f) == 0;
+}
+
+static size_t peak_bytes(void)
+{
+    char line[128];
+    size_t kib = 0;
+    FILE *f = fopen("/proc/self/status", "r");
+    while (f && fgets(line, sizeof line, f) && sscanf(line, "VmHWM: %zu", &kib) != 1)
+        ;
+    assert_non_null(f);
+    fclose(f);
+    return kib << 10;
+}
+
+/* What the importer sends in bulk is in memory once: the record has the very bytes that were read. */
+static void large_pictures_are_in_memory_once(void **state)
+{
+    struct kit *k = &((struct fixture *)*state)->kit;
+    const char *op = "{\"op\":\"add\",\"type\":\"image\",\"id\":\"sky\",\"width\":4096,\"height\":4096,"
+                     "\"pixels\":{\"blob\":0}}";
+    const size_t n_bytes = 64u << 20;
+    struct lum_record *image = lum_record_create(LUM_RECORD_IMAGE, "sky"), *decoded = NULL;
+    strcpy(image->image.asset, "a.png");
+    kit_write_text(k, "a.png", "");
+    char script[512];
+    snprintf(script, sizeof script,
+             "printf '\\002\\0\\0\\0\\0\\0\\0\\004'; head -c %zu /dev/zero; "
+             "printf '\\001\\0\\0\\0\\%03o\\0\\0\\0%s\\005\\0\\0\\0\\0\\0\\0\\0'",
+             n_bytes, (unsigned)strlen(op), op);
+    use_script(k, script);
+    bool measured = peak_begin() && !SANITIZED;
+    size_t before = measured ? peak_bytes() : 0;
+    assert_true(lum_import_image(&k->config, image, NULL, &decoded, &k->err));
+    if (measured && peak_bytes() - before > n_bytes + n_bytes / 2)
+        fail_msg("%zu bytes for %zu", peak_bytes() - before, n_bytes);
+    assert_int_equal(decoded->image.n_bytes, n_bytes);
+    lum_record_unref(decoded);
+    lum_record_unref(image);
+}
+
 static void cpu_time_is_limited(void **state)
 {
     struct kit *k = &((struct fixture *)*state)->kit;
@@ -449,6 +500,7 @@ int main(void)
         TEST(cancel_kills),
         TEST(cancel_kills_a_silent_child),
         TEST(foreign_pictures_are_refused),
+        TEST(large_pictures_are_in_memory_once),
         TEST(cpu_time_is_limited),
         TEST(memory_is_limited),
         TEST(nothing_outside_is_opened),

@@ -170,11 +170,40 @@ static void nothing_forbidden_succeeds_without_root(void **state)
     assert_int_equal(status, 0);
 }
 
+/* Who has too little memory shall take it from a hostile file's reader, and not from the daemon. */
+static void it_is_the_first_to_go_when_memory_is_short(void **state)
+{
+    (void)state;
+    int pair[2], status = 0, score = 0;
+    char byte = 0, path[64];
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0) {
+        if (dup2(pair[1], KEEP_FD) < 0 || lum_sandbox_enter(KEEP_FD, 5, NULL) || write(KEEP_FD, "x", 1) != 1)
+            _exit(NOT_SET_UP);
+        _exit(read(KEEP_FD, &byte, 1) == 1 ? 0 : REFUSED);
+    }
+    assert_int_equal(read(pair[0], &byte, 1), 1);
+    snprintf(path, sizeof path, "/proc/%d/oom_score_adj", (int)pid);
+    FILE *f = fopen(path, "r");
+    assert_non_null(f);
+    assert_int_equal(fscanf(f, "%d", &score), 1);
+    fclose(f);
+    assert_int_equal(write(pair[0], "x", 1), 1);
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(status, 0);
+    close(pair[0]);
+    close(pair[1]);
+    assert_int_equal(score, 1000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_forbidden_succeeds),
         cmocka_unit_test(nothing_forbidden_succeeds_without_root),
+        cmocka_unit_test(it_is_the_first_to_go_when_memory_is_short),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -11,8 +11,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "server/journal/entry.h"
 #include "tests/support/journal_keeper.h"
 #include "tests/unit/document_util.h"
 
@@ -172,6 +174,31 @@ static void histories_are_found_again(void **state)
         keeper_finish(k);
         keeper_init(k);
     }
+}
+
+/* Limits of one transaction are for who asks for it: what was accepted once is done again, whatever they are by now. */
+static void larger_edits_than_are_accepted_are_found_again(void **state)
+{
+    struct keeper *k = *state;
+    const unsigned n = LUM_LIMIT_OPS_PER_MESSAGE + 1;
+    struct lum_recovery r;
+    struct lum_error err;
+    open_new(k);
+    struct lum_entry *e = lum_entry_create(LUM_ENTRY_APPLY, "ann");
+    assert_non_null(e);
+    e->ops = cJSON_CreateArray();
+    for (unsigned i = 1; i <= n; i++) {
+        char op[80];
+        snprintf(op, sizeof op, "{\"op\":\"set\",\"id\":\"l0\",\"path\":\"/flux_lm\",\"value\":%u}", i);
+        cJSON_AddItemToArray(e->ops, cJSON_Parse(op));
+    }
+    lum_journal_submit(k->journal, e, lum_document_rev(k->doc) + 1);
+    keeper_stop(k);
+    assert_int_equal(keeper_recover(k, &r, &err), LUM_OK);
+    assert_string_equal(k->log, "");
+    assert_true(lum_document_find(r.doc, "l0")->light.flux_lm.value == n);
+    lum_recovery_finish(&r);
+    keeper_close(k);
 }
 
 static void snapshots_take_the_place_of_edits(void **state)
@@ -576,6 +603,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(folders_and_files_are_private, setup, teardown),
         cmocka_unit_test_setup_teardown(one_writer, setup, teardown),
         cmocka_unit_test_setup_teardown(histories_are_found_again, setup, teardown),
+        cmocka_unit_test_setup_teardown(larger_edits_than_are_accepted_are_found_again, setup, teardown),
         cmocka_unit_test_setup_teardown(snapshots_take_the_place_of_edits, setup, teardown),
         cmocka_unit_test_setup_teardown(content_that_is_not_used_goes, setup, teardown),
         cmocka_unit_test_setup_teardown(content_that_is_made_again_is_mended, setup, teardown),

@@ -311,7 +311,8 @@ static void blobs_are_for_importers_only(void **state)
     (void)state;
     const float xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const uint32_t tri[3] = {0, 1, 2};
-    const struct lum_blob list[2] = {{(const uint8_t *)xyz, sizeof xyz}, {(const uint8_t *)tri, sizeof tri}};
+    const struct lum_blob list[2] = {{(const uint8_t *)xyz, sizeof xyz, NULL},
+                                     {(const uint8_t *)tri, sizeof tri, NULL}};
     const struct lum_blobs blobs = {list, 2};
     struct lum_proto_error err;
     struct lum_op op;
@@ -328,7 +329,7 @@ static void blobs_are_for_importers_only(void **state)
     put(json, "indices", json_of("[0,1,3]"));
     assert_false(lum_op_from_json(json, &blobs, &op, &err));
     const float bad[9] = {0, 0, 0, NAN, 0, 0, 0, 1, 0};
-    const struct lum_blob bad_list[1] = {{(const uint8_t *)bad, sizeof bad}};
+    const struct lum_blob bad_list[1] = {{(const uint8_t *)bad, sizeof bad, NULL}};
     put(json, "indices", json_of("[0,1,2]"));
     assert_false(lum_op_from_json(json, &(struct lum_blobs){bad_list, 1}, &op, &err));
     assert_string_equal(err.path, "positions/3");

@@ -1,4 +1,5 @@
-/* What a scene may be as a whole: looked at before the renderer makes anything of an edit. */
+/* What a scene may be as a whole: looked at before the renderer makes anything of an edit, which may be cut off then.
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,6 +11,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "core/scene/scene.h"
 #include "server/world/world.h"
 
 static int setup(void **state)
@@ -127,12 +129,65 @@ static void a_message_of_large_shapes_is_refused_before_it_is_built(void **state
     must_not(w, text, "ops/8/segments", "34359738368 triangles in all, and may have 67108864");
 }
 
+/* What is there counts beside what comes, but for what the same edit may take away, once. */
+static void what_comes_is_added_to_what_stays(void **state)
+{
+    struct lum_world *w = *state;
+    struct lum_op ops[] = {{.kind = LUM_OP_IMPORT, .id = "a"},
+                           {.kind = LUM_OP_REMOVE, .id = "b"},
+                           {.kind = LUM_OP_SET, .id = "b"},
+                           {.kind = LUM_OP_REMOVE, .id = "none"}};
+    must(w, "[" BOX("a", "2") "," BOX("b", "1") "," BOX("c", "1") "]");
+    assert_int_equal(w->totals.triangles, 48 + 12 + 12);
+    for (size_t n = 1; n <= LUM_ARRAY_LEN(ops); n++) {
+        struct lum_totals_guard g =
+            lum_totals_guard_of(&w->totals, &w->limits, w->doc, &(struct lum_ops){.ops = ops, .n = n});
+        assert_int_equal(g.totals.triangles, n == 1 ? 72 : 60);
+        struct lum_proto_error err = {0};
+        const struct lum_record *a = lum_document_find(w->doc, "a");
+        g.limits.triangles = g.totals.triangles + 48;
+        assert_true(lum_totals_admit(&g, a, &err));
+        assert_false(lum_totals_admit(&g, a, &err));
+        assert_string_equal(err.path, "segments");
+        assert_string_equal(err.app, "limit_exceeded");
+    }
+}
+
+/* Three times yes. */
+static bool ask_three(void *user)
+{
+    return ++*(int *)user <= 3;
+}
+
+/* No record more is made than the one at work; the document is as before. */
+static void an_edit_is_cut_off_between_its_records(void **state)
+{
+    struct lum_world *w = *state;
+    struct lum_proto_error err = {0};
+    int asked = 0;
+    must(w, "[" BOX("m", "1") "]");
+    struct lum_totals before = w->totals;
+    uint64_t rev = lum_document_rev(w->doc);
+    w->go_on = (struct lum_go_on){ask_three, &asked};
+    assert_false(
+        edit(w, "[" BOX("a", "1") "," BOX("b", "1") "," BOX("c", "1") "," BOX("d", "1") "," BOX("e", "1") "]", &err));
+    assert_string_equal(err.text, "the server stops");
+    assert_int_equal(asked, 4);
+    assert_int_equal(lum_scene_remove(w->scene, LUM_ENTITY_MESH, "c", NULL), LUM_OK);
+    assert_int_equal(lum_scene_remove(w->scene, LUM_ENTITY_MESH, "d", NULL), LUM_ERR_NOT_FOUND);
+    assert_memory_equal(&before, &w->totals, sizeof before);
+    assert_int_equal(lum_document_rev(w->doc), rev);
+    assert_null(lum_document_find(w->doc, "a"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(triangles_of_all_meshes_are_limited, setup, teardown),
         cmocka_unit_test_setup_teardown(texels_and_bytes_of_all_are_limited, setup, teardown),
         cmocka_unit_test_setup_teardown(a_message_of_large_shapes_is_refused_before_it_is_built, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_comes_is_added_to_what_stays, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_edit_is_cut_off_between_its_records, setup, teardown),
     };
     return cmocka_run_group_tests_name("totals", tests, NULL, NULL);
 }

@@ -1,0 +1,47 @@
+#include "server/net/rx.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define KEPT_BYTES (16u << 10)
+
+/* Grows to what the client sends, doubled, so that a message costs amortised linear time. */
+static bool reserve(struct lum_rx *rx, size_t n, size_t max)
+{
+    if (rx->n + n <= rx->capacity)
+        return true;
+    size_t capacity = rx->capacity ? 2 * rx->capacity : 1024;
+    while (capacity < rx->n + n)
+        capacity *= 2;
+    capacity = capacity < max ? capacity : max;
+    char *bytes = realloc(rx->bytes, capacity);
+    if (!bytes)
+        return false;
+    rx->bytes = bytes;
+    rx->capacity = capacity;
+    return true;
+}
+
+bool lum_rx_add(struct lum_rx *rx, const char *bytes, size_t n, size_t max)
+{
+    if (n == 0)
+        return true;
+    if (!reserve(rx, n, max))
+        return false;
+    memcpy(rx->bytes + rx->n, bytes, n);
+    rx->n += n;
+    return true;
+}
+
+void lum_rx_clear(struct lum_rx *rx)
+{
+    rx->n = 0;
+    if (rx->capacity > KEPT_BYTES) /* large messages are rare: do not keep their memory */
+        lum_rx_finish(rx);
+}
+
+void lum_rx_finish(struct lum_rx *rx)
+{
+    free(rx->bytes);
+    *rx = (struct lum_rx){0};
+}
