@@ -109,7 +109,8 @@ float lum_outliers_class(const struct step *step, size_t i)
     float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)LIT_CLASSES;
     if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
         return (float)LIT_CLASSES;
-    return lum_clamp(powers + 0.5f * (float)(LIT_CLASSES - 1), 0.0f, (float)(LIT_CLASSES - 1) - 1e-3f);
+    float lit = lum_clamp(powers + 0.5f * (float)(LIT_CLASSES - 1), 0.0f, (float)(LIT_CLASSES - 1) - 1e-3f);
+    return step->r->guide->kind[i] & LUM_PIXEL_SPECULAR ? (float)SPECULAR_CLASSES + lit : lit;
 }
 
 static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
@@ -225,23 +226,26 @@ static struct shared shared_at(const struct lum_residual_memory *m, uint32_t lit
 }
 
 /* Which part of what both halves have above the limits they have by chance: where each has a rare bright sample in a
- * share q of the pixels, q^2 of them have two, give or take the root of their number. Otherwise these, of n * q^2, show
- * as spots. */
+ * share q of the pixels, q^2 of them have two, give or take the root of their number, and 2 q (1 - q) one. Otherwise
+ * these, of n * q^2, show as spots. */
 static float part_by_chance(const struct shared *s)
 {
-    float q = s->n > 0.0f ? 0.5f * s->n_alone / s->n : 0.0f, both = s->n * q * q;
+    float mixed = s->n > 0.0f ? lum_min(2.0f * s->n_alone / s->n, 1.0f) : 0.0f; /* 4 q (1 - q) */
+    float both = s->n * square_of(0.5f - 0.5f * sqrtf(1.0f - mixed));
     return s->n_alike > 0.0f ? lum_min((both + BY_CHANCE * sqrtf(both)) / s->n_alike, 1.0f) : 0.0f;
 }
 
-/* of_edges: of what is beyond the limits there, how much is shared out. */
-static struct rate rate_of(const struct shared *s, float of_edges)
+static struct lum_rgb per_portion(struct lum_rgb all, struct lum_rgb p)
 {
-    const struct lum_rgb p = s->portions;
-    float chance = part_by_chance(s);
-    struct lum_rgb all = lum_rgb_mad(lum_rgb_mad(s->rest, s->alike, chance), s->edge, of_edges);
-    return (struct rate){.shared = lum_rgb(p.r > 0.0f ? all.r / p.r : 0.0f, p.g > 0.0f ? all.g / p.g : 0.0f,
-                                           p.b > 0.0f ? all.b / p.b : 0.0f),
-                         .by_chance = chance};
+    return lum_rgb(p.r > 0.0f ? all.r / p.r : 0.0f, p.g > 0.0f ? all.g / p.g : 0.0f, p.b > 0.0f ? all.b / p.b : 0.0f);
+}
+
+/* Which part of its own a class of mirrors and glass keeps to itself, by how many pixels it has around a corner. Of the
+ * rest it is one with what is matt and lit alike: an outlier among a few pixels would show as a spot. */
+#define ENOUGH 64.0f /* then half of it: 8 x 8 pixels hide a sample that is as rare and bright as glass makes it */
+static float part_apart(const struct shared *s)
+{
+    return square_of(s->n) / (square_of(s->n) + square_of(ENOUGH));
 }
 
 static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
@@ -262,19 +266,45 @@ static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
  * are lit alike, not from the pixel alone, whose halves may be alike by chance. Of the rest that is shared out which
  * the edges together have more of than by chance, by BY_CHANCE deviations: rare bright samples are too many for that,
  * and a lamp before a wall is as often above what the frame shows as below. */
+static float settle_edges(struct lum_residual_memory *m, uint32_t lit)
+{
+    struct edges e = edges_of(m, lit);
+    double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
+    m->edge_part[lit] = (float)stays;
+    if (lit == LIT_CLASSES || !(sum2 > 0.0)) /* the sky gets no light of what is before it */
+        return 0.0f;
+    return (float)((1.0 - stays) * fmax(1.0 - (double)(BY_CHANCE * BY_CHANCE) * e.sum_noise / sum2, 0.0));
+}
+
+/* Around a corner: of a class, and (specular) of that of mirrors and glass which are lit alike. of_edges: of what is
+ * beyond the limits there, how much is shared out. */
+static void settle_pair(struct shared *matt, struct shared *specular, const float of_edges[2], struct rate ret_rate[2])
+{
+    struct shared *pair[2] = {matt, specular};
+    float apart = part_apart(specular);
+    for (uint32_t k = 0; k < 2; k++) {
+        ret_rate[k].by_chance = part_by_chance(pair[k]);
+        pair[k]->rest = lum_rgb_mad(pair[k]->rest, pair[k]->alike, ret_rate[k].by_chance);
+        pair[k]->rest = lum_rgb_mad(pair[k]->rest, pair[k]->edge, of_edges[k]);
+    }
+    struct lum_rgb own = per_portion(specular->rest, specular->portions);
+    ret_rate[0].shared = per_portion(lum_rgb_mad(matt->rest, specular->rest, 1.0f - apart),
+                                     lum_rgb_mad(matt->portions, specular->portions, 1.0f - apart));
+    ret_rate[1].shared = lum_rgb_mad(lum_rgb_scale(own, apart), ret_rate[0].shared, 1.0f - apart);
+}
+
 void lum_outliers_settle(struct lum_residual_memory *m)
 {
-    for (uint32_t lit = 0; lit < CLASSES; lit++) {
-        struct edges e = edges_of(m, lit);
-        double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
-        double sure = 0.0;
-        if (lit < LIT_CLASSES && sum2 > 0.0) /* the sky gets no light of what is before it */
-            sure = fmax(1.0 - (double)(BY_CHANCE * BY_CHANCE) * e.sum_noise / sum2, 0.0);
-        m->edge_part[lit] = (float)stays;
+    for (uint32_t lit = 0; lit < SPECULAR_CLASSES; lit++) {
+        const uint32_t specular = lit + SPECULAR_CLASSES;
+        const float of_edges[2] = {settle_edges(m, lit), settle_edges(m, specular)};
         for (uint32_t y = 0; y <= m->grid_h; y++)
             for (uint32_t x = 0; x <= m->grid_w; x++) {
-                struct shared shared = shared_at(m, lit, x, y);
-                m->rates[corner_at(m, lit, x, y, 0)] = rate_of(&shared, (float)((1.0 - stays) * sure));
+                struct shared a = shared_at(m, lit, x, y), b = shared_at(m, specular, x, y);
+                struct rate rate[2];
+                settle_pair(&a, &b, of_edges, rate);
+                m->rates[corner_at(m, lit, x, y, 0)] = rate[0];
+                m->rates[corner_at(m, specular, x, y, 0)] = rate[1];
             }
     }
 }

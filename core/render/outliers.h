@@ -17,9 +17,12 @@ struct step;
 
 /* What the frame is wrong by goes with how much it lights a place: neither residuals nor outliers go to pixels that it
  * lights otherwise. Of classes of light a pixel is between two. In powers of 2 of what a white surface would show, over
- * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. */
+ * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. As
+ * many again are of mirrors and glass: their samples go one way or another by chance, and what these find is no light
+ * of matt surfaces around. */
 #define LIT_CLASSES 8u
-#define CLASSES (LIT_CLASSES + 2u)
+#define SPECULAR_CLASSES (LIT_CLASSES + 2u) /* the first of these */
+#define CLASSES (2u * SPECULAR_CLASSES)
 #define CLASS_POWERS 1.5f
 
 /* Of outliers what is shared out, and the sum of the portions of those who get it. */
