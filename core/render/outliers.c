@@ -5,6 +5,8 @@
  * more than chance in the whole picture. */
 #include "core/render/outliers.h"
 
+#include <string.h>
+
 #include "core/render/residual_lanes.h"
 #include "core/render/residual_steps.h"
 
@@ -164,6 +166,35 @@ static bool is_bright(const struct sampled *s)
     return lum_luminance(s->beyond) > 0.0f;
 }
 
+/* What a pixel does with its outliers: which part of them it gives, which part of its portion it takes, and what else
+ * it gives. */
+struct dealing {
+    float gives, takes;
+    struct lum_rgb left;
+};
+
+/* Sums in a pixel's square what it gives and takes. */
+static void deal(const struct step *step, uint32_t x, uint32_t y, const struct dealing *d, struct square *inout_square)
+{
+    size_t i = (size_t)y * step->m->w + x;
+    struct sampled s = sampled_at(step, i);
+    struct place place = place_of(step, x, y);
+    struct lum_rgb beyond = lum_rgb_scale(s.beyond, d->gives);
+    struct shared pixel = {.portions = lum_rgb_scale(portion(step, i), d->takes)};
+    if (is_at_edge(step, x, y)) { /* what the frame lacks there may be of what is before it */
+        pixel.edge = lum_rgb_scale(beyond, part_alone(&s));
+    } else {
+        float alike = part_alike(step, i, &s);
+        bool bright = is_bright(&s);
+        pixel.rest = lum_rgb_mad(d->left, beyond, 1.0f - alike);
+        pixel.alike = lum_rgb_scale(beyond, bright ? alike : 0.0f);
+        pixel.n = 1.0f;
+        pixel.n_alike = bright ? alike : 0.0f;
+        pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
+    }
+    share_out(inout_square, &place, &pixel);
+}
+
 /* Limits the halves of a pixel; sums in its square what is beyond. */
 static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
 {
@@ -174,37 +205,49 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
     limit_half(first, A, middle, range);
     limit_half(first, B, middle, range);
+    deal(step, x, y, &(struct dealing){.gives = 1.0f, .takes = 1.0f}, inout_square);
+    if (!is_at_edge(step, x, y) || !in_both(first))
+        return;
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
-    bool edge = is_at_edge(step, x, y);
-    struct shared pixel = {.portions = portion(step, i)};
-    if (edge) {
-        pixel.edge = lum_rgb_scale(s.beyond, part_alone(&s));
-    } else {
-        float alike = part_alike(step, i, &s);
-        bool bright = is_bright(&s);
-        pixel.rest = lum_rgb_scale(s.beyond, 1.0f - alike);
-        pixel.alike = lum_rgb_scale(s.beyond, bright ? alike : 0.0f);
-        pixel.n = 1.0f;
-        pixel.n_alike = bright ? alike : 0.0f;
-        pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
-    }
-    share_out(inout_square, &place, &pixel);
-    for (uint32_t k = 0; edge && in_both(first) && k < 2; k++)
+    for (uint32_t k = 0; k < 2; k++)
         add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
+}
+
+/* By the levels that a pixel takes: of unfiltered samples outliers stay, and the frame as it is gives its residual. */
+static void deal_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
+{
+    size_t i = (size_t)y * step->m->w + x;
+    const float *weights = step->m->by_level[i].v;
+    struct lum_rgb residual = lum_rgb_mul(mean_of(&step->m->first[i]), albedo_at(step, i));
+    struct dealing d = {1.0f - weights[0], taken(weights), lum_rgb_scale(residual, weights[NONE])};
+    deal(step, x, y, &d, inout_square);
+}
+
+static void each_pixel(const struct step *step, uint32_t job,
+                       void (*pixel)(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square))
+{
+    const struct lum_residual_memory *m = step->m;
+    const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
+    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
+        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++)
+            pixel(step, x, y, &m->blocks[job]);
 }
 
 void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct step *step = ctx;
-    const struct lum_residual_memory *m = step->m;
-    const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
-    struct square *square = &m->blocks[job];
     (void)counters;
-    *square = (struct square){0};
-    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
-        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++)
-            limit_pixel(step, x, y, square);
+    step->m->blocks[job] = (struct square){0};
+    each_pixel(step, job, limit_pixel);
+}
+
+void lum_outliers_deal(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    const struct step *step = ctx;
+    (void)counters;
+    memset(step->m->blocks[job].corner, 0, sizeof step->m->blocks[job].corner);
+    each_pixel(step, job, deal_pixel);
 }
 
 /* Where in m->rates a corner of square (x, y) has what is of a class. */
@@ -324,7 +367,8 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
             rate.by_chance += weight * m->rates[at].by_chance;
         }
     s.share = lum_rgb_mul(rate.shared, portion(step, pixel));
-    if (!is_at_edge(step, x, y))
+    s.at_edge = is_at_edge(step, x, y);
+    if (!s.at_edge)
         s.part = part_alike(step, pixel, &s) * (is_bright(&s) ? 1.0f - rate.by_chance : 1.0f);
     else if (step->r->truth->n[0][pixel] > 0 &&
              step->r->truth->n[1][pixel] > 0) /* one sample tells nothing of an edge */

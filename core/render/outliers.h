@@ -3,6 +3,7 @@
 #ifndef LUM_CORE_RENDER_OUTLIERS_H
 #define LUM_CORE_RENDER_OUTLIERS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -57,7 +58,8 @@ struct sampled {
     struct lum_rgb beyond; /* mean of the halves */
     float beyond_apart;    /* half their difference, luminance */
     float part;            /* of what is beyond, what stays where it is */
-    struct lum_rgb share;  /* of what is shared out what the pixel gets */
+    bool at_edge;          /* of an object: what is beyond may be another one */
+    struct lum_rgb share;  /* of what is shared out what the pixel gets if it takes its whole portion */
 };
 
 /* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
@@ -65,7 +67,10 @@ float lum_outliers_class(const struct step *step, size_t pixel);
 /* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
  * is a step. */
 void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
-/* Once all squares are limited. */
+/* Once the levels of all pixels are chosen: sums anew what is beyond, and what the frame as it is leaves out. Likewise
+ * a job; lum_outliers_settle after it. */
+void lum_outliers_deal(void *ctx, uint32_t square, struct lum_counters *counters);
+/* Once all squares are summed. */
 void lum_outliers_settle(struct lum_residual_memory *m);
 /* Afterwards. */
 struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y);

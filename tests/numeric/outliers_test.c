@@ -291,6 +291,34 @@ static void an_outlier_of_fog_is_shared_out(void **state)
     stage_end(&s);
 }
 
+/* A texture that the frame lacks, and that samples know but for one in 100, which is bright: what is within the limits
+ * is best not filtered at all, which would leave all outliers where they are. Their light is as much as the texture. */
+static void unfiltered_samples_have_their_outliers(void **state)
+{
+    (void)state;
+    const double texture = 0.1 * TRUTH;
+    struct stage s;
+    double square = 0.0, of_samples = 0.0;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        double truth = TRUTH + ((i + i / W) % 2 ? texture : -texture);
+        for (uint32_t k = 0; k < 2; k++) {
+            bool bright = fabs(noise(i, k)) > sqrt(3.0) * (1.0 - 1.0 / 100.0);
+            add(&s, i, k, truth + (bright ? 99.0 : -1.0) * texture);
+        }
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        double truth = TRUTH + ((i + i / W) % 2 ? texture : -texture);
+        double sampled = (double)lum_film_mean(&s.samples, i % W, i / W).g;
+        square += (shown(&s, i) - truth) * (shown(&s, i) - truth) / (N * texture * texture);
+        of_samples += (sampled - truth) * (sampled - truth) / (N * texture * texture);
+    }
+    print_message("squared error over that of the frame %.4f, of the samples %.4f\n", square, of_samples);
+    assert_true(square < 0.1 * of_samples);
+    stage_end(&s);
+}
+
 /* A pane in the left wall: its samples mirror what is bright once in ten times, and else see the night. What a white
  * surface in its place would show is what the wall does. */
 #define PANE_ALBEDO 0.05 /* the floor of residuals' albedo, its own is black */
@@ -383,6 +411,7 @@ int main(void)
         cmocka_unit_test(outliers_at_edges_are_not_lost),
         cmocka_unit_test(edges_do_not_light_what_is_around),
         cmocka_unit_test(the_sky_between_posts_stays_black),
+        cmocka_unit_test(unfiltered_samples_have_their_outliers),
         cmocka_unit_test(more_samples_of_a_pane_are_no_worse),
         cmocka_unit_test(details_of_edges_do_not_light_what_is_around),
     };
