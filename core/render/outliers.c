@@ -5,6 +5,8 @@
  * more than chance in the whole picture. */
 #include "core/render/outliers.h"
 
+#include <string.h>
+
 #include "core/render/residual_lanes.h"
 #include "core/render/residual_steps.h"
 
@@ -109,7 +111,8 @@ float lum_outliers_class(const struct step *step, size_t i)
     float powers = white > 0.0f ? log2f(white) / CLASS_POWERS : -(float)LIT_CLASSES;
     if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
         return (float)LIT_CLASSES;
-    return lum_clamp(powers + 0.5f * (float)(LIT_CLASSES - 1), 0.0f, (float)(LIT_CLASSES - 1) - 1e-3f);
+    float lit = lum_clamp(powers + 0.5f * (float)(LIT_CLASSES - 1), 0.0f, (float)(LIT_CLASSES - 1) - 1e-3f);
+    return step->r->guide->kind[i] & LUM_PIXEL_SPECULAR ? (float)SPECULAR_CLASSES + lit : lit;
 }
 
 static struct place place_of(const struct step *step, uint32_t x, uint32_t y)
@@ -163,6 +166,35 @@ static bool is_bright(const struct sampled *s)
     return lum_luminance(s->beyond) > 0.0f;
 }
 
+/* What a pixel does with its outliers: which part of them it gives, which part of its portion it takes, and what else
+ * it gives. */
+struct dealing {
+    float gives, takes;
+    struct lum_rgb left;
+};
+
+/* Sums in a pixel's square what it gives and takes. */
+static void deal(const struct step *step, uint32_t x, uint32_t y, const struct dealing *d, struct square *inout_square)
+{
+    size_t i = (size_t)y * step->m->w + x;
+    struct sampled s = sampled_at(step, i);
+    struct place place = place_of(step, x, y);
+    struct lum_rgb beyond = lum_rgb_scale(s.beyond, d->gives);
+    struct shared pixel = {.portions = lum_rgb_scale(portion(step, i), d->takes)};
+    if (is_at_edge(step, x, y)) { /* what the frame lacks there may be of what is before it */
+        pixel.edge = lum_rgb_scale(beyond, part_alone(&s));
+    } else {
+        float alike = part_alike(step, i, &s);
+        bool bright = is_bright(&s);
+        pixel.rest = lum_rgb_mad(d->left, beyond, 1.0f - alike);
+        pixel.alike = lum_rgb_scale(beyond, bright ? alike : 0.0f);
+        pixel.n = 1.0f;
+        pixel.n_alike = bright ? alike : 0.0f;
+        pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
+    }
+    share_out(inout_square, &place, &pixel);
+}
+
 /* Limits the halves of a pixel; sums in its square what is beyond. */
 static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
 {
@@ -173,37 +205,49 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     float middle = signed_square_of(robust[2] * per), range = OUTLIER * square_of(robust[1] * per);
     limit_half(first, A, middle, range);
     limit_half(first, B, middle, range);
+    deal(step, x, y, &(struct dealing){.gives = 1.0f, .takes = 1.0f}, inout_square);
+    if (!is_at_edge(step, x, y) || !in_both(first))
+        return;
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
-    bool edge = is_at_edge(step, x, y);
-    struct shared pixel = {.portions = portion(step, i)};
-    if (edge) {
-        pixel.edge = lum_rgb_scale(s.beyond, part_alone(&s));
-    } else {
-        float alike = part_alike(step, i, &s);
-        bool bright = is_bright(&s);
-        pixel.rest = lum_rgb_scale(s.beyond, 1.0f - alike);
-        pixel.alike = lum_rgb_scale(s.beyond, bright ? alike : 0.0f);
-        pixel.n = 1.0f;
-        pixel.n_alike = bright ? alike : 0.0f;
-        pixel.n_alone = bright && fabsf(s.beyond_apart) >= ALONE_FROM * lum_luminance(s.beyond) ? 1.0f : 0.0f;
-    }
-    share_out(inout_square, &place, &pixel);
-    for (uint32_t k = 0; edge && in_both(first) && k < 2; k++)
+    for (uint32_t k = 0; k < 2; k++)
         add_edge(step, &inout_square->edges[place.lit + k], &s, (double)place.by_class[k]);
+}
+
+/* By the levels that a pixel takes: of unfiltered samples outliers stay, and the frame as it is gives its residual. */
+static void deal_pixel(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square)
+{
+    size_t i = (size_t)y * step->m->w + x;
+    const float *weights = step->m->by_level[i].v;
+    struct lum_rgb residual = lum_rgb_mul(mean_of(&step->m->first[i]), albedo_at(step, i));
+    struct dealing d = {1.0f - weights[0], taken(weights), lum_rgb_scale(residual, weights[NONE])};
+    deal(step, x, y, &d, inout_square);
+}
+
+static void each_pixel(const struct step *step, uint32_t job,
+                       void (*pixel)(const struct step *step, uint32_t x, uint32_t y, struct square *inout_square))
+{
+    const struct lum_residual_memory *m = step->m;
+    const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
+    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
+        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++)
+            pixel(step, x, y, &m->blocks[job]);
 }
 
 void lum_outliers_limit(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct step *step = ctx;
-    const struct lum_residual_memory *m = step->m;
-    const uint32_t x0 = job % m->grid_w * SPREAD_SIDE, y0 = job / m->grid_w * SPREAD_SIDE;
-    struct square *square = &m->blocks[job];
     (void)counters;
-    *square = (struct square){0};
-    for (uint32_t y = y0; y < m->h && y < y0 + SPREAD_SIDE; y++)
-        for (uint32_t x = x0; x < m->w && x < x0 + SPREAD_SIDE; x++)
-            limit_pixel(step, x, y, square);
+    step->m->blocks[job] = (struct square){0};
+    each_pixel(step, job, limit_pixel);
+}
+
+void lum_outliers_deal(void *ctx, uint32_t job, struct lum_counters *counters)
+{
+    const struct step *step = ctx;
+    (void)counters;
+    memset(step->m->blocks[job].corner, 0, sizeof step->m->blocks[job].corner);
+    each_pixel(step, job, deal_pixel);
 }
 
 /* Where in m->rates a corner of square (x, y) has what is of a class. */
@@ -225,23 +269,26 @@ static struct shared shared_at(const struct lum_residual_memory *m, uint32_t lit
 }
 
 /* Which part of what both halves have above the limits they have by chance: where each has a rare bright sample in a
- * share q of the pixels, q^2 of them have two, give or take the root of their number. Otherwise these, of n * q^2, show
- * as spots. */
+ * share q of the pixels, q^2 of them have two, give or take the root of their number, and 2 q (1 - q) one. Otherwise
+ * these, of n * q^2, show as spots. */
 static float part_by_chance(const struct shared *s)
 {
-    float q = s->n > 0.0f ? 0.5f * s->n_alone / s->n : 0.0f, both = s->n * q * q;
+    float mixed = s->n > 0.0f ? lum_min(2.0f * s->n_alone / s->n, 1.0f) : 0.0f; /* 4 q (1 - q) */
+    float both = s->n * square_of(0.5f - 0.5f * sqrtf(1.0f - mixed));
     return s->n_alike > 0.0f ? lum_min((both + BY_CHANCE * sqrtf(both)) / s->n_alike, 1.0f) : 0.0f;
 }
 
-/* of_edges: of what is beyond the limits there, how much is shared out. */
-static struct rate rate_of(const struct shared *s, float of_edges)
+static struct lum_rgb per_portion(struct lum_rgb all, struct lum_rgb p)
 {
-    const struct lum_rgb p = s->portions;
-    float chance = part_by_chance(s);
-    struct lum_rgb all = lum_rgb_mad(lum_rgb_mad(s->rest, s->alike, chance), s->edge, of_edges);
-    return (struct rate){.shared = lum_rgb(p.r > 0.0f ? all.r / p.r : 0.0f, p.g > 0.0f ? all.g / p.g : 0.0f,
-                                           p.b > 0.0f ? all.b / p.b : 0.0f),
-                         .by_chance = chance};
+    return lum_rgb(p.r > 0.0f ? all.r / p.r : 0.0f, p.g > 0.0f ? all.g / p.g : 0.0f, p.b > 0.0f ? all.b / p.b : 0.0f);
+}
+
+/* Which part of its own a class of mirrors and glass keeps to itself, by how many pixels it has around a corner. Of the
+ * rest it is one with what is matt and lit alike: an outlier among a few pixels would show as a spot. */
+#define ENOUGH 64.0f /* then half of it: 8 x 8 pixels hide a sample that is as rare and bright as glass makes it */
+static float part_apart(const struct shared *s)
+{
+    return square_of(s->n) / (square_of(s->n) + square_of(ENOUGH));
 }
 
 static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
@@ -262,19 +309,45 @@ static struct edges edges_of(const struct lum_residual_memory *m, uint32_t lit)
  * are lit alike, not from the pixel alone, whose halves may be alike by chance. Of the rest that is shared out which
  * the edges together have more of than by chance, by BY_CHANCE deviations: rare bright samples are too many for that,
  * and a lamp before a wall is as often above what the frame shows as below. */
+static float settle_edges(struct lum_residual_memory *m, uint32_t lit)
+{
+    struct edges e = edges_of(m, lit);
+    double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
+    m->edge_part[lit] = (float)stays;
+    if (lit == LIT_CLASSES || !(sum2 > 0.0)) /* the sky gets no light of what is before it */
+        return 0.0f;
+    return (float)((1.0 - stays) * fmax(1.0 - (double)(BY_CHANCE * BY_CHANCE) * e.sum_noise / sum2, 0.0));
+}
+
+/* Around a corner: of a class, and (specular) of that of mirrors and glass which are lit alike. of_edges: of what is
+ * beyond the limits there, how much is shared out. */
+static void settle_pair(struct shared *matt, struct shared *specular, const float of_edges[2], struct rate ret_rate[2])
+{
+    struct shared *pair[2] = {matt, specular};
+    float apart = part_apart(specular);
+    for (uint32_t k = 0; k < 2; k++) {
+        ret_rate[k].by_chance = part_by_chance(pair[k]);
+        pair[k]->rest = lum_rgb_mad(pair[k]->rest, pair[k]->alike, ret_rate[k].by_chance);
+        pair[k]->rest = lum_rgb_mad(pair[k]->rest, pair[k]->edge, of_edges[k]);
+    }
+    struct lum_rgb own = per_portion(specular->rest, specular->portions);
+    ret_rate[0].shared = per_portion(lum_rgb_mad(matt->rest, specular->rest, 1.0f - apart),
+                                     lum_rgb_mad(matt->portions, specular->portions, 1.0f - apart));
+    ret_rate[1].shared = lum_rgb_mad(lum_rgb_scale(own, apart), ret_rate[0].shared, 1.0f - apart);
+}
+
 void lum_outliers_settle(struct lum_residual_memory *m)
 {
-    for (uint32_t lit = 0; lit < CLASSES; lit++) {
-        struct edges e = edges_of(m, lit);
-        double stays = e.square > 0.0 ? fmax(1.0 - e.noise / e.square, 0.0) : 0.0, sum2 = e.sum * e.sum;
-        double sure = 0.0;
-        if (lit < LIT_CLASSES && sum2 > 0.0) /* the sky gets no light of what is before it */
-            sure = fmax(1.0 - (double)(BY_CHANCE * BY_CHANCE) * e.sum_noise / sum2, 0.0);
-        m->edge_part[lit] = (float)stays;
+    for (uint32_t lit = 0; lit < SPECULAR_CLASSES; lit++) {
+        const uint32_t specular = lit + SPECULAR_CLASSES;
+        const float of_edges[2] = {settle_edges(m, lit), settle_edges(m, specular)};
         for (uint32_t y = 0; y <= m->grid_h; y++)
             for (uint32_t x = 0; x <= m->grid_w; x++) {
-                struct shared shared = shared_at(m, lit, x, y);
-                m->rates[corner_at(m, lit, x, y, 0)] = rate_of(&shared, (float)((1.0 - stays) * sure));
+                struct shared a = shared_at(m, lit, x, y), b = shared_at(m, specular, x, y);
+                struct rate rate[2];
+                settle_pair(&a, &b, of_edges, rate);
+                m->rates[corner_at(m, lit, x, y, 0)] = rate[0];
+                m->rates[corner_at(m, specular, x, y, 0)] = rate[1];
             }
     }
 }
@@ -294,7 +367,8 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
             rate.by_chance += weight * m->rates[at].by_chance;
         }
     s.share = lum_rgb_mul(rate.shared, portion(step, pixel));
-    if (!is_at_edge(step, x, y))
+    s.at_edge = is_at_edge(step, x, y);
+    if (!s.at_edge)
         s.part = part_alike(step, pixel, &s) * (is_bright(&s) ? 1.0f - rate.by_chance : 1.0f);
     else if (step->r->truth->n[0][pixel] > 0 &&
              step->r->truth->n[1][pixel] > 0) /* one sample tells nothing of an edge */

@@ -3,6 +3,7 @@
 #ifndef LUM_CORE_RENDER_OUTLIERS_H
 #define LUM_CORE_RENDER_OUTLIERS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,9 +18,12 @@ struct step;
 
 /* What the frame is wrong by goes with how much it lights a place: neither residuals nor outliers go to pixels that it
  * lights otherwise. Of classes of light a pixel is between two. In powers of 2 of what a white surface would show, over
- * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. */
+ * the picture's mean. One more is of what does not reflect, such as fog before the sky; the one after it is empty. As
+ * many again are of mirrors and glass: their samples go one way or another by chance, and what these find is no light
+ * of matt surfaces around. */
 #define LIT_CLASSES 8u
-#define CLASSES (LIT_CLASSES + 2u)
+#define SPECULAR_CLASSES (LIT_CLASSES + 2u) /* the first of these */
+#define CLASSES (2u * SPECULAR_CLASSES)
 #define CLASS_POWERS 1.5f
 
 /* Of outliers what is shared out, and the sum of the portions of those who get it. */
@@ -54,7 +58,8 @@ struct sampled {
     struct lum_rgb beyond; /* mean of the halves */
     float beyond_apart;    /* half their difference, luminance */
     float part;            /* of what is beyond, what stays where it is */
-    struct lum_rgb share;  /* of what is shared out what the pixel gets */
+    bool at_edge;          /* of an object: what is beyond may be another one */
+    struct lum_rgb share;  /* of what is shared out what the pixel gets if it takes its whole portion */
 };
 
 /* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
@@ -62,7 +67,10 @@ float lum_outliers_class(const struct step *step, size_t pixel);
 /* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx
  * is a step. */
 void lum_outliers_limit(void *ctx, uint32_t square, struct lum_counters *counters);
-/* Once all squares are limited. */
+/* Once the levels of all pixels are chosen: sums anew what is beyond, and what the frame as it is leaves out. Likewise
+ * a job; lum_outliers_settle after it. */
+void lum_outliers_deal(void *ctx, uint32_t square, struct lum_counters *counters);
+/* Once all squares are summed. */
 void lum_outliers_settle(struct lum_residual_memory *m);
 /* Afterwards. */
 struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y);

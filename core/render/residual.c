@@ -318,19 +318,34 @@ static struct lanes of_level(const struct step *step, size_t i)
     return mixed;
 }
 
+/* The frame as it is lacks the widest level's residual, and what is shared out; a pixel's own samples have its
+ * outliers. now: the halves at the widest level, error: without their noise. */
+static void count_outliers(const struct step *step, size_t i, const float now[2], float error, float errors[CHOICES])
+{
+    struct sampled s = lum_outliers_at(step, (uint32_t)(i % step->m->w), (uint32_t)(i / step->m->w));
+    struct lum_rgb albedo = albedo_at(step, i);
+    float share = lum_luminance(lum_rgb_div(s.share, albedo));
+    if (!s.at_edge && (step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
+        errors[0] += GRAIN * square_of((1.0f - s.part) * s.beyond_apart / lum_luminance(albedo));
+    errors[NONE] = error + (now[0] + share) * (now[1] + share);
+}
+
 static void error_row(const struct step *step, uint32_t y)
 {
     struct lum_residual_memory *m = step->m;
     for (size_t i = (size_t)y * m->w; i < (size_t)(y + 1) * m->w; i++) {
         const struct lanes *first = &m->first[i], now = of_level(step, i);
         float *errors = m->by_level[i].v, error = 0.0f, noise = 0.0f; /* else the pixels around decide */
-        float a = lum_luminance(take(&now, A)), b = lum_luminance(take(&now, B));
+        const float halves[2] = {lum_luminance(take(&now, A)), lum_luminance(take(&now, B))};
         if (in_both(first))
-            measure(lum_luminance(take(first, A)), lum_luminance(take(first, B)), a, b, &error, &noise);
+            measure(lum_luminance(take(first, A)), lum_luminance(take(first, B)), halves[0], halves[1], &error, &noise);
         errors[step->level] = error + (GRAIN - 1.0f) * noise;
         m->own[i] = 1.0f; /* before they are smoothed */
-        if (step->level == LEVELS)
-            errors[NONE] = in_both(first) ? error - noise + a * b : 0.0f;
+        if (step->level == LEVELS) {
+            errors[NONE] = 0.0f;
+            if (in_both(first))
+                count_outliers(step, i, halves, error - noise, errors);
+        }
     }
 }
 
@@ -414,7 +429,7 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     struct sampled s = lum_outliers_at(step, x, y);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
     float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
-    struct lum_rgb albedo = albedo_at(step, i), share = lum_rgb_scale(s.share, 1.0f - own);
+    struct lum_rgb albedo = albedo_at(step, i), share = lum_rgb_scale(s.share, taken(m->by_level[i].v));
     struct lum_rgb c = lum_rgb_mad(lum_rgb_add(frame, share), s.beyond, stays);
     c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
     c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
@@ -505,6 +520,10 @@ enum lum_status lum_residual_apply(struct lum_residual *r, struct lum_residual_m
     status = smooth(&step, m->by_level);
     if (status == LUM_OK)
         status = run_step(&step, weight_row);
+    if (status == LUM_OK)
+        status = lum_stage_loop(runner, m->grid_w * m->grid_h, lum_outliers_deal, &step);
+    if (status == LUM_OK)
+        lum_outliers_settle(m);
     if (status == LUM_OK)
         status = run_levels(&step, blend_row);
     if (status == LUM_OK)

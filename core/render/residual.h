@@ -15,9 +15,10 @@
  *
  * are unbiased for the mean of both halves, since their noise is independent; the first is bias and noise, the second
  * noise alone. One more level is none at all, the frame as it is: its error is that of the widest level without its
- * noise, and A_k B_k of it. Each pixel takes the levels with the least error, so that the picture ends at the mean of P
- * itself. It chooses by its neighbours' errors: then its own A and B tell, by the same formula, what the error of the
- * picture is.
+ * noise, and (A_k + S) (B_k + S) of it, with S the pixel's share of outliers (outliers.h), which it then does without;
+ * what that leaves out of the samples' light goes to the pixels around. Each pixel takes the levels with the least
+ * error, so that the picture ends at the mean of P itself. It chooses by its neighbours' errors: then its own A and B
+ * tell, by the same formula, what the error of the picture is.
  *
  * Filter: a-trous wavelets that stop at edges (Dammertz et al. 2010). Choice by cross-validation: Rousselle et al.
  * 2012. Internal to core/render. */

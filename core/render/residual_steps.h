@@ -73,6 +73,13 @@ static inline float square_of(float x)
     return x * x;
 }
 
+/* Of its portion of outliers a pixel takes what filtered levels weigh. Unfiltered samples have their own, and where the
+ * frame is left as it is it was found right without. */
+static inline float taken(const float weights[CHOICES])
+{
+    return lum_max(1.0f - weights[0] - weights[NONE], 0.0f);
+}
+
 /* What residuals are divided by. */
 static inline struct lum_rgb albedo_at(const struct step *step, size_t i)
 {

@@ -291,6 +291,114 @@ static void an_outlier_of_fog_is_shared_out(void **state)
     stage_end(&s);
 }
 
+/* A texture that the frame lacks, and that samples know but for one in 100, which is bright: what is within the limits
+ * is best not filtered at all, which would leave all outliers where they are. Their light is as much as the texture. */
+static void unfiltered_samples_have_their_outliers(void **state)
+{
+    (void)state;
+    const double texture = 0.1 * TRUTH;
+    struct stage s;
+    double square = 0.0, of_samples = 0.0;
+    stage_begin(&s, 2);
+    for (uint32_t i = 0; i < N; i++) {
+        double truth = TRUTH + ((i + i / W) % 2 ? texture : -texture);
+        for (uint32_t k = 0; k < 2; k++) {
+            bool bright = fabs(noise(i, k)) > sqrt(3.0) * (1.0 - 1.0 / 100.0);
+            add(&s, i, k, truth + (bright ? 99.0 : -1.0) * texture);
+        }
+    }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        double truth = TRUTH + ((i + i / W) % 2 ? texture : -texture);
+        double sampled = (double)lum_film_mean(&s.samples, i % W, i / W).g;
+        square += (shown(&s, i) - truth) * (shown(&s, i) - truth) / (N * texture * texture);
+        of_samples += (sampled - truth) * (sampled - truth) / (N * texture * texture);
+    }
+    print_message("squared error over that of the frame %.4f, of the samples %.4f\n", square, of_samples);
+    assert_true(square < 0.1 * of_samples);
+    stage_end(&s);
+}
+
+/* A pane in the left wall: its samples mirror what is bright once in ten times, and else see the night. What a white
+ * surface in its place would show is what the wall does. */
+#define PANE_ALBEDO 0.05 /* the floor of residuals' albedo, its own is black */
+#define PANE_TRUTH (TRUTH * PANE_ALBEDO / (0.5 + PANE_ALBEDO))
+#define MIRRORED 0.1
+#define PANE_ERROR 0.3 /* of its frame */
+
+static bool is_pane(uint32_t i)
+{
+    return i % W >= 16 && i % W < 56 && i / W >= 20 && i / W < 76;
+}
+
+static void put_pane(struct stage *s)
+{
+    for (uint32_t i = 0; i < N; i++)
+        if (is_pane(i)) {
+            s->kind[i] = LUM_PIXEL_SURFACE | LUM_PIXEL_SPECULAR;
+            s->object[i] = 1;
+            s->albedo[i] = lum_grey(0.0f);
+            s->frame[i] = lum_grey((float)(PANE_TRUTH * (1.0 + PANE_ERROR)));
+        }
+}
+
+/* But for its rim, of which samples see the wall as well. */
+static bool is_in_pane(uint32_t i)
+{
+    return is_pane(i - 1) && is_pane(i + 1) && is_pane(i - W) && is_pane(i + W);
+}
+
+/* Mean squares of what is off, over those of what is true. */
+struct off {
+    double pane, wall;
+};
+
+static struct off off_after(uint32_t samples, uint32_t draw)
+{
+    struct stage s;
+    struct off off = {0};
+    double n_pane = 0.0, n_wall = 0.0;
+    stage_begin(&s, 2);
+    put_pane(&s);
+    for (uint32_t i = 0; i < N; i++)
+        for (uint32_t k = 0; k < samples; k++) {
+            double u = noise_of(draw * 32 + k, i, k % 2); /* each for itself: no two share a sequence */
+            bool mirrored = u > sqrt(3.0) * (1.0 - 2.0 * MIRRORED);
+            add(&s, i, k, !is_pane(i) ? TRUTH * (1.0 + 0.1 * u) : mirrored ? PANE_TRUTH / MIRRORED : 0.0);
+        }
+    apply(&s);
+    for (uint32_t i = 0; i < N; i++) {
+        double rel = shown(&s, i) / (is_pane(i) ? PANE_TRUTH : TRUTH) - 1.0;
+        off.pane += is_in_pane(i) ? rel * rel : 0.0;
+        off.wall += is_pane(i) ? 0.0 : rel * rel;
+        n_pane += is_in_pane(i);
+        n_wall += !is_pane(i);
+    }
+    stage_end(&s);
+    return (struct off){off.pane / n_pane, off.wall / n_wall};
+}
+
+/* However few samples: the frame, and then several times as many: the more, the less is off, in the mean of draws. */
+static void more_samples_of_a_pane_are_no_worse(void **state)
+{
+    (void)state;
+    static const uint32_t samples[] = {1, 8, 32};
+    const uint32_t draws = 8;
+    double before = PANE_ERROR * PANE_ERROR;
+    for (size_t k = 0; k < sizeof samples / sizeof samples[0]; k++) {
+        struct off sum = {0};
+        for (uint32_t draw = 0; draw < draws; draw++) {
+            struct off off = off_after(samples[k], draw);
+            sum.pane += off.pane / draws;
+            sum.wall += off.wall / draws;
+        }
+        print_message("%u samples: pane %.5f, wall %.6f\n", samples[k], sum.pane, sum.wall);
+        if (!(sum.pane < before))
+            fail_msg("%u samples of a pane: relative squared error %.5f, %.5f before", samples[k], sum.pane, before);
+        before = sum.pane;
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -303,6 +411,8 @@ int main(void)
         cmocka_unit_test(outliers_at_edges_are_not_lost),
         cmocka_unit_test(edges_do_not_light_what_is_around),
         cmocka_unit_test(the_sky_between_posts_stays_black),
+        cmocka_unit_test(unfiltered_samples_have_their_outliers),
+        cmocka_unit_test(more_samples_of_a_pane_are_no_worse),
         cmocka_unit_test(details_of_edges_do_not_light_what_is_around),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
