@@ -277,6 +277,16 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
     v->weight[i] = from->weight;
 }
 
+/* What arrives on the far side of a sheet, and is seen on this one: a surface like any other. */
+static void queue_far_side(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
+                           const struct branch *from)
+{
+    if (lum_rgb_black(b->through) || !t->pass->on[LUM_EFFECT_TRANSMISSION])
+        return;
+    struct lum_bsdf far = lum_bsdf_far_side(b);
+    queue_vertex(t, &far, p, lum_v3_neg(wo), from);
+}
+
 /* ---- media ---- */
 
 /* Per branch, medium and light, fewer of faint ones; neighbours have others, and the filter joins them. */
@@ -345,16 +355,22 @@ static void cross_media(struct tree *t, struct branch *b, float tmax)
 
 /* ---- branches ---- */
 
+static void remember(const struct tree *t, const struct lum_branch *branch)
+{
+    struct lum_branches *tiles = t->pass->layers->branches;
+    if (tiles)
+        lum_branches_add(&tiles[t->tile], branch,
+                         (uint32_t)(LUM_BRANCHES_BYTES / (t->pass->tiling.n * sizeof *tiles->branches)));
+}
+
 /* Remembers where the batch went. */
 static void leave_trail(const struct tree *t, uint32_t n)
 {
-    struct lum_branches *tiles = t->pass->layers->branches;
-    uint32_t max = (uint32_t)(LUM_BRANCHES_BYTES / (t->pass->tiling.n * sizeof *tiles->branches));
-    for (uint32_t i = 0; tiles && i < n; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         bool hit = t->hits.object[i] != LUM_NO_OBJECT;
         float length = hit ? lum_min(t->hits.t[i], LUM_SEGMENT_FAR) : LUM_SEGMENT_FAR;
         struct lum_vec3 o = t->batch[i].o;
-        lum_branches_add(&tiles[t->tile], &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit}, max);
+        remember(t, &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit});
     }
 }
 
@@ -386,6 +402,7 @@ static void visit(struct tree *t, uint32_t i)
     if (!lum_rgb_black(b.emission))
         add_emission(t, &from, s.light, b.emission);
     queue_vertex(t, &b, s.p, wo, &from);
+    queue_far_side(t, &b, s.p, wo, &from);
     push_branches(t, &b, s.p, wo, &from);
 }
 
@@ -401,7 +418,7 @@ static void plant(struct tree *t)
         if (hits->object[i] >= unit->n_instances) /* background and emitters */
             continue;
         const struct lum_material *m = &unit->materials[unit->instances[hits->object[i]].material];
-        if (!lum_material_is_specular(m))
+        if (!lum_material_is_specular(m) && !lum_material_is_sheet(m))
             continue;
         struct lum_vec3 d = lum_rays_direction(&t->rays, i), wo = lum_v3_neg(d);
         struct lum_surface s;
@@ -409,6 +426,9 @@ static void plant(struct tree *t)
         lum_snapshot_surface(unit, hits, i, d, &s);
         lum_bsdf_init(&b, m, &s, wo);
         struct branch root = {.weight = lum_grey(1.0f), .slot = i, .path = 1};
+        if (!lum_rgb_black(b.through))
+            remember(t, &(struct lum_branch){s.p, s.p, true}); /* lit on its far side */
+        queue_far_side(t, &b, s.p, wo, &root);
         push_branches(t, &b, s.p, wo, &root);
     }
 }
@@ -472,7 +492,18 @@ const struct lum_effect_row lum_effect_reflection = {.demand = lum_demand_by_sur
                                                      .glow_counts = true,
                                                      .why = "is a mirror",
                                                      .why_not = "no object is a mirror"};
-const struct lum_effect_row lum_effect_transmission = {.demand = lum_demand_by_surface,
+/* A sheet shows what shines on its far side, whatever else there is. */
+static void demand_transmission(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                                struct lum_demand *d)
+{
+    const struct lum_snapshot *s = see->snapshot;
+    for (uint32_t i = 0; i < s->n_instances && see->lit; i++)
+        if (lum_material_is_sheet(&s->materials[s->instances[i].material]))
+            lum_demand_call(d, effect, s->instances[i].id, row->why);
+    lum_demand_by_surface(see, row, effect, d);
+}
+
+const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmission,
                                                        .scatter = LUM_SCATTER_THROUGH,
                                                        .lamps_count = true,
                                                        .glow_counts = true,
