@@ -622,13 +622,19 @@ void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum
 void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
                       enum lum_layer_state state, struct lum_counters *counters)
 {
+    lum_layers_light_without(pass, tile, vertices, state, LUM_NO_OBJECT, counters);
+}
+
+void lum_layers_light_without(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                              enum lum_layer_state state, uint32_t without, struct lum_counters *counters)
+{
     struct lum_layers *l = pass->layers;
     const struct lum_light_table *lights = &pass->snapshot->lights;
     size_t first = (size_t)tile * LUM_TILE_PIXELS;
     for (uint32_t a = 0; a < lights->n_active; a++) {
         uint32_t light = lights->active[a];
         struct lum_layer *layer = layer_for(l, light);
-        if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
+        if (light == without || layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
             continue;
         bool shared = layer == &l->shared;
         if (state == LUM_LAYER_DIRECT && (layer->area.visibility || layer->tiles || (shared && l->many_lights.on) ||
