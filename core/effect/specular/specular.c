@@ -221,12 +221,12 @@ static void shade_vertices(struct tree *t, uint32_t faint)
 {
     if (t->vertices[faint].n == 0)
         return;
-    uint32_t brought = faint == BY_RECORDS ? t->pass->cached_sky : LUM_NO_OBJECT;
-    lum_layers_light_without(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, brought, t->counters);
     if (faint == BY_RECORDS) {
+        lum_layers_light_matte(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
         t->vertices[faint].n = 0;
         return;
     }
+    lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
     struct lum_echo *echo = echo_of(t->pass, t->tile);
     if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
         echo->whole = false; /* what they will gather from is not asked for */
