@@ -77,6 +77,20 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
+static struct lum_rgb far_at(const struct lum_bsdf *b, float cos_i)
+{
+    struct lum_bsdf far = *b;
+    far.diffuse = b->through;
+    far.multi = lum_grey(0.0f);
+    return lum_bsdf_diffuse_at(&far, cos_i);
+}
+
+float lum_bsdf_cosine_pdf(const struct lum_bsdf *b, struct lum_vec3 wi)
+{
+    float c = lum_dot(wi, b->frame.n), share = c > 0.0f ? 1.0f - b->far_prob : b->far_prob;
+    return b->diffuse_prob * share * fabsf(c) * LUM_INV_PI;
+}
+
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
 {
     if (!b->straight || lum_dot(b->ng, b->ng) == 0.0f)
@@ -129,13 +143,19 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
         if (b->diffuse_prob > 0.0f) {
             float c = i.z * LUM_INV_PI;
             v.diffuse = lum_rgb_scale(lum_bsdf_diffuse_at(b, i.z), c);
-            v.pdf_sa = b->diffuse_prob * c;
+            v.pdf_sa = b->diffuse_prob * (1.0f - b->far_prob) * c;
         }
         if (b->alpha > 0.0f && b->diffuse_prob < 1.0f)
             v.gloss = eval_reflected(b, o, i, false, &v.gloss_pdf_sa);
-    } else if (i.z < 0.0f && side < 0.0f && b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f) {
-        v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.gloss_pdf_sa)
-                          : eval_refracted(b, o, i, &v.gloss_pdf_sa);
+    } else if (i.z < 0.0f && side < 0.0f) {
+        if (b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f)
+            v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.gloss_pdf_sa)
+                              : eval_refracted(b, o, i, &v.gloss_pdf_sa);
+        if (b->far_prob > 0.0f) {
+            float c = -i.z * LUM_INV_PI;
+            v.diffuse = lum_rgb_scale(far_at(b, -i.z), c);
+            v.pdf_sa = b->diffuse_prob * b->far_prob * c;
+        }
     }
     v.pdf_sa += (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
     return v;
@@ -189,8 +209,8 @@ void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t 
 struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b)
 {
     struct lum_bsdf g = *b;
-    g.diffuse = g.multi = lum_grey(0.0f);
-    g.diffuse_prob = 0.0f;
+    g.diffuse = g.multi = g.through = lum_grey(0.0f);
+    g.diffuse_prob = g.far_prob = 0.0f;
     return g;
 }
 
@@ -230,7 +250,8 @@ static bool finish_spread(const struct lum_bsdf *b, struct lum_vec3 wo, struct l
                           struct lum_bsdf_sample *ret_sample)
 {
     struct lum_bsdf_sample s = {.wi = lum_frame_to_scene(&b->frame, i), .lobe = lobe};
-    if (lobe == LUM_LOBE_GLOSSY_TRANSMIT ? i.z >= 0.0f : i.z <= 0.0f)
+    bool across = lobe == LUM_LOBE_GLOSSY_TRANSMIT || lobe == LUM_LOBE_DIFFUSE_TRANSMIT;
+    if (across ? i.z >= 0.0f : i.z <= 0.0f)
         return false;
     struct lum_rgb f = lum_bsdf_eval(b, wo, s.wi, &s.pdf_sa);
     if (!(s.pdf_sa > 0.0f) || lum_rgb_black(f))
@@ -303,7 +324,11 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
 {
     if (lum_dot(b->ng, b->ng) == 0.0f)
         return false;
-    if (b->diffuse_prob == 1.0f)
+    if (u_lobe < b->diffuse_prob * b->far_prob) {
+        struct lum_vec3 i = lum_warp_cosine(u);
+        return finish_spread(b, wo, lum_v3(i.x, i.y, -i.z), LUM_LOBE_DIFFUSE_TRANSMIT, ret_sample);
+    }
+    if (b->diffuse_prob == 1.0f && b->far_prob == 0.0f)
         return sample_matte(b, lum_warp_cosine(u), ret_sample);
     if (u_lobe < b->diffuse_prob)
         return finish_spread(b, wo, lum_warp_cosine(u), lum_rgb_black(b->diffuse) ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,

@@ -7,6 +7,10 @@
  * passes straight on (thin). Thin glass has two faces, and what is reflected to and fro between them is in what it
  * reflects and transmits: of clear glass 2 R / (1 + R) and (1 - R) / (1 + R), with R that of a face.
  *
+ * A sheet (paper, cloth, opal: KHR_materials_diffuse_transmission) has a second base, which sends to wo what arrives on
+ * the far side: even, and under a coat like the one on this side. Estimators of what is lit on this side leave it out:
+ * who wants the whole surface adds it (lum_bsdf_add_far_side), or takes it as a surface of its own.
+ *
  * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
  * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
  * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
@@ -24,13 +28,21 @@
 struct lum_material;
 struct lum_surface;
 
-enum lum_lobe { LUM_LOBE_DIFFUSE, LUM_LOBE_GLOSSY, LUM_LOBE_REFLECT, LUM_LOBE_TRANSMIT, LUM_LOBE_GLOSSY_TRANSMIT };
+enum lum_lobe {
+    LUM_LOBE_DIFFUSE,
+    LUM_LOBE_GLOSSY,
+    LUM_LOBE_REFLECT,
+    LUM_LOBE_TRANSMIT,
+    LUM_LOBE_GLOSSY_TRANSMIT,
+    LUM_LOBE_DIFFUSE_TRANSMIT,
+};
 
 /* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
 struct lum_bsdf {
     struct lum_frame frame;  /* around ns, bent so that wo is above it */
     struct lum_vec3 ng;      /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
     struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat; black where the surface has none */
+    struct lum_rgb through;  /* of a sheet: albedo for light that arrives on the far side; else black */
     struct lum_rgb f0;       /* metal and coat: reflectance at normal incidence (Schlick), black: none */
     float f90;               /* and at grazing */
     struct lum_rgb transmit; /* glass: its share of the surface times its tint; black: none */
@@ -40,7 +52,10 @@ struct lum_bsdf {
     struct lum_rgb multi;    /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
     float coat[3];      /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
     float coat_norm;    /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
+    float coat_left;    /* 1 - E(wo) */
+    float lobes;        /* of this side, by the luminance that each returns: what probabilities are shares of */
     float diffuse_prob; /* probability that a sample is of the base or of multi: cosine-shaped */
+    float far_prob;     /* and of these, that it is of the far side; 0: that was not added */
     float alpha;        /* GGX roughness; 0: delta */
     struct lum_ggx_row row; /* of alpha */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
@@ -52,6 +67,12 @@ struct lum_bsdf {
 /* wo: unit, away from the surface, on surface->ng's side (if not, the surface is turned). */
 void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, const struct lum_surface *s,
                    struct lum_vec3 wo);
+
+/* Counts in what a sheet lets through: wi may then be on the far side. */
+void lum_bsdf_add_far_side(struct lum_bsdf *inout_bsdf);
+
+/* What a sheet lets through, as a surface that faces the other way: seen from -wo it reflects what is sent to wo. */
+struct lum_bsdf lum_bsdf_far_side(const struct lum_bsdf *b);
 
 /* Of a matt white surface, which reflects all light evenly: radiance is irradiance / pi. n, ng: unit. */
 struct lum_bsdf lum_bsdf_white(struct lum_vec3 n, struct lum_vec3 ng);
@@ -73,7 +94,11 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
 void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                          struct lum_rgb *ret_gloss, float *ret_pdf_sa);
 
-/* Albedo of the cosine-shaped lobes for light that arrives at a cosine: their f |cos| is this times cos_i / pi. */
+/* pdf of the cosine-shaped lobes alone. */
+float lum_bsdf_cosine_pdf(const struct lum_bsdf *b, struct lum_vec3 wi);
+
+/* Albedo of the cosine-shaped lobes of this side for light that arrives at a cosine: their f |cos| is this times cos_i
+ * / pi. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */

@@ -51,6 +51,8 @@ uint32_t lum_material_scatter(const struct lum_material *m)
     bool coat = dielectric && m->specular > 0.0f && !matched;
     bool total = glass && !m->thin && !matched; /* reflection from inside, whatever specular is */
     uint32_t bits = dielectric && m->transmission < 1.0f && !black ? LUM_SCATTER_DIFFUSE : 0;
+    if (lum_material_is_sheet(m))
+        bits |= LUM_SCATTER_DIFFUSE | LUM_SCATTER_SHEET;
     if (metal || coat || total) {
         bool mirror = m->roughness * m->roughness < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
         bits |= mirror ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
@@ -131,6 +133,14 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
     return true;
 }
 
+/* What a sheet transmits of what textures and vertices leave to it. */
+static struct lum_rgb sheet_color(const struct lum_material *m, struct lum_rgb base)
+{
+    struct lum_rgb t = m->diffuse_transmittance;
+    return lum_rgb(lum_clamp(t.r, 0.0f, 1.0f - base.r), lum_clamp(t.g, 0.0f, 1.0f - base.g),
+                   lum_clamp(t.b, 0.0f, 1.0f - base.b));
+}
+
 /* The mix of metal, coated base and glass; each share times its own parameters (bsdf.h). */
 static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
 {
@@ -154,6 +164,8 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
 
     coated = lum_max(coated, 0.0f);
     b->diffuse = lum_rgb_scale(base, coated);
+    if (lum_material_is_sheet(m))
+        b->through = lum_rgb_scale(sheet_color(m, base), coated);
     b->f0 = lum_rgb_mad(lum_rgb_scale(base, metal), f0, coated);
     b->f90 = metal + coated * specular;
     b->glass = glass;
@@ -179,9 +191,10 @@ static float through_coat(const struct lum_bsdf *b, struct lum_ggx_albedo e)
 /* What the interface leaves to the base and loses to several meetings, and the probabilities of sampling them. */
 static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
 {
-    b->coat[0] = b->coat_norm = 1.0f;
+    b->coat[0] = b->coat_norm = b->coat_left = 1.0f;
     if (b->f90 == 0.0f && b->glass == 0.0f && lum_rgb_black(b->f0)) { /* matte: no interface */
         b->diffuse_prob = lum_rgb_black(b->diffuse) ? 0.0f : 1.0f;
+        b->lobes = lum_luminance(b->diffuse);
         return;
     }
     b->row = lum_ggx_row(b->alpha);
@@ -201,12 +214,35 @@ static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
     float through = through_coat(b, e), through_mean = through_coat(b, mean);
     b->coat_norm = through_mean > 0.0f ? through / through_mean : 0.0f;
     if (b->coat_norm == 0.0f)
-        b->diffuse = lum_grey(0.0f);
+        b->diffuse = b->through = lum_grey(0.0f);
 
     float cosine = lum_luminance(b->diffuse) * through + lum_luminance(b->multi) * (1.0f - mean_kept);
     struct lum_rgb spec = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
     float rest = lum_luminance(spec) + b->glass * lum_luminance(b->glass_f0) + lum_luminance(b->transmit);
     b->diffuse_prob = cosine > 0.0f ? cosine / (cosine + rest) : 0.0f;
+    b->lobes = cosine + rest;
+    b->coat_left = through;
+}
+
+void lum_bsdf_add_far_side(struct lum_bsdf *b)
+{
+    float far = lum_luminance(b->through) * b->coat_left, near = b->diffuse_prob * b->lobes;
+    if (!(far > 0.0f))
+        return;
+    b->far_prob = far / (near + far);
+    b->diffuse_prob = (near + far) / (b->lobes + far);
+}
+
+struct lum_bsdf lum_bsdf_far_side(const struct lum_bsdf *b)
+{
+    struct lum_bsdf far = *b;
+    far.frame = lum_frame_from_normal(lum_v3_neg(b->frame.n));
+    far.ng = lum_v3_neg(b->ng);
+    far.diffuse = b->through;
+    far.through = far.f0 = far.transmit = far.multi = far.emission = lum_grey(0.0f);
+    far.f90 = far.glass = far.far_prob = 0.0f;
+    far.diffuse_prob = 1.0f;
+    return far;
 }
 
 struct lum_bsdf lum_bsdf_white(struct lum_vec3 n, struct lum_vec3 ng)
@@ -250,5 +286,5 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b)
 {
     struct lum_rgb glass = lum_rgb_add(b->transmit, lum_rgb_scale(b->glass_f0, b->glass));
-    return clamp01_rgb(lum_rgb_add(lum_rgb_add(b->diffuse, b->f0), glass));
+    return clamp01_rgb(lum_rgb_add(lum_rgb_add(lum_rgb_add(b->diffuse, b->f0), glass), b->through));
 }

@@ -34,6 +34,7 @@ struct lum_texel_value lum_texture_sample(const struct lum_texture *texture, str
 struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
+    struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
     struct lum_rgb sigma_a;                              /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
@@ -52,8 +53,15 @@ enum {
     LUM_SCATTER_MIRROR = 2,
     LUM_SCATTER_GLOSS = 4,
     LUM_SCATTER_THROUGH = 8, /* lets light pass */
+    LUM_SCATTER_SHEET = 16,  /* lets light through evenly */
 };
 uint32_t lum_material_scatter(const struct lum_material *m);
+
+/* True when some of what arrives on one side leaves the other evenly. */
+static inline bool lum_material_is_sheet(const struct lum_material *m)
+{
+    return !m->unlit && !lum_rgb_black(m->diffuse_transmittance) && m->metallic < 1.0f && m->transmission < 1.0f;
+}
 
 /* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, solid glass
  * that is told not to bend it, and what has no interface. Rays that ask how much of a light arrives pass it

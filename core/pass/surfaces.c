@@ -105,10 +105,12 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     bool diffuse = !lum_rgb_black(s->albedo[at]);
     bool gloss = b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f);
     bool specular = !surface.white && lum_material_is_specular(m);
+    bool sheet = !lum_rgb_black(b.through);
     bool shines = !surface.white && (surface.light != LUM_NO_OBJECT || m->unlit);
-    s->kind[at] = (uint8_t)((diffuse || gloss || specular ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
-                            (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) |
-                            (shines ? LUM_PIXEL_SHINES : 0));
+    s->kind[at] =
+        (uint8_t)((diffuse || gloss || specular || sheet ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
+                  (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) | (sheet ? LUM_PIXEL_SHEET : 0) |
+                  (shines ? LUM_PIXEL_SHINES : 0));
 }
 
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)

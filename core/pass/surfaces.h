@@ -15,6 +15,7 @@ enum {
     LUM_PIXEL_SPECULAR = 8, /* it mirrors, or lets light through */
     LUM_PIXEL_SHINES = 16,  /* by itself: or may when switched on: emitters, unlit and emissive materials; the
                                background, whether there is a sky or not */
+    LUM_PIXEL_SHEET = 32,   /* it lets light through evenly */
 };
 struct lum_surfaces {
     struct lum_vec3 *p, *n, *ng; /* scene space; n: unit shading normal, with normal map; 0 on the background */

@@ -45,6 +45,7 @@ static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
 {
     switch (lobe) {
     case LUM_LOBE_DIFFUSE:
+    case LUM_LOBE_DIFFUSE_TRANSMIT:
         return LUM_RAY_INDIRECT_DIFFUSE;
     case LUM_LOBE_GLOSSY:
         return LUM_RAY_GLOSSY;
@@ -98,7 +99,8 @@ enum {
 /* The effect that the cosine-shaped lobe counts as: of a metal it is light from several facets. */
 static uint32_t cosine_effect(const struct lum_bsdf *b)
 {
-    return LUM_EFFECT_BIT(lum_rgb_black(b->diffuse) ? LUM_EFFECT_GLOSSY : LUM_EFFECT_INDIRECT_DIFFUSE);
+    bool matte = !lum_rgb_black(b->diffuse) || b->far_prob > 0.0f;
+    return LUM_EFFECT_BIT(matte ? LUM_EFFECT_INDIRECT_DIFFUSE : LUM_EFFECT_GLOSSY);
 }
 
 /* Effects that go on from a surface. */
@@ -121,8 +123,8 @@ static struct lum_rgb respond_in_part(const struct vertex *at, struct lum_vec3 w
     bool cosine = !(at->lobes_off & cosine_effect(b));
     bool gloss = !(at->lobes_off & LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY));
     float pdf_gloss = (1.0f - b->diffuse_prob) * v.gloss_pdf_sa, pdf_on = gloss ? pdf_gloss : 0.0f;
-    if (cosine && !across)
-        pdf_on += b->diffuse_prob * lum_max(lum_dot(wi, b->frame.n), 0.0f) * LUM_INV_PI;
+    if (cosine)
+        pdf_on += lum_bsdf_cosine_pdf(b, wi);
     float weight = lum_power_heuristic(pdf, pdf_on);
     return lum_rgb_mad(lum_rgb_scale(v.diffuse, cosine ? weight : 1.0f), v.gloss, gloss ? weight : 1.0f);
 }
@@ -142,8 +144,7 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
     struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, bs->wi);
     bool cosine = effect == cosine_effect(b);
     struct lum_rgb f = cosine ? v.diffuse : v.gloss;
-    bs->pdf_sa =
-        cosine ? b->diffuse_prob * lum_dot(bs->wi, b->frame.n) * LUM_INV_PI : (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
+    bs->pdf_sa = cosine ? lum_bsdf_cosine_pdf(b, bs->wi) : (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
     if (!(bs->pdf_sa > 0.0f))
         return false;
     bs->weight = lum_rgb(f.r / bs->pdf_sa, f.g / bs->pdf_sa, f.b / bs->pdf_sa);
@@ -152,10 +153,11 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
 
 /* ---- guiding ---- */
 
-/* Where no lobe is left out, the diffuse one shares its directions with what was learned here. */
+/* Where no lobe is left out, the diffuse one shares its directions with what was learned here: of one side alone. */
 static void ask_guide(const struct lum_wave *w, struct vertex *v, uint32_t n_panes)
 {
-    if (!v->lobes_off && !lum_rgb_black(v->b->diffuse) && v->depth - n_panes < LUM_PATH_GUIDE_NOTES)
+    if (!v->lobes_off && !lum_rgb_black(v->b->diffuse) && v->b->far_prob == 0.0f &&
+        v->depth - n_panes < LUM_PATH_GUIDE_NOTES)
         v->guide = lum_path_guide_find(w->guide, v->p, v->b);
 }
 
@@ -386,7 +388,8 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
     if (w->guide)
         ask_guide(w, v, path.n_panes);
     struct lum_vec2 pick = {0.5f, 0.5f};
-    if (w->snapshot->lights.n_active > 1 || b->diffuse_prob < 1.0f || v->guide.share > 0.0f) /* something to choose */
+    bool one_lobe = b->diffuse_prob == 1.0f && b->far_prob == 0.0f && !(v->guide.share > 0.0f);
+    if (w->snapshot->lights.n_active > 1 || !one_lobe) /* something to choose */
         pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
     queue_lights(w, &path, v, pick.x);
     struct lum_path_guide_step step;
@@ -482,6 +485,8 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     struct lum_vec3 wo = lum_v3_neg(d);
     struct lum_bsdf b;
     lum_bsdf_init(&b, m, &s, wo);
+    if (!(w->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
+        lum_bsdf_add_far_side(&b);
     if (!lum_rgb_black(b.emission)) {
         if (s.light != LUM_NO_OBJECT)
             add(w, &path, s.light, b.emission, emission_weight(w, &path, s.light, d, &s));

@@ -72,7 +72,7 @@ static float likeness(const struct job *j, size_t target, size_t from)
 {
     const struct lum_surfaces *fine = j->pass->surfaces, *coarse = j->coarse->surfaces;
     float alike = fine->kind[target] == coarse->kind[from] ? 1.0f : UNLIKE;
-    bool by_object = (fine->kind[target] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHINES)) != 0;
+    bool by_object = (fine->kind[target] & (LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET | LUM_PIXEL_SHINES)) != 0;
     if (by_object && fine->object[target] != coarse->object[from])
         alike *= UNLIKE;
     if (fine->object[target] == LUM_NO_OBJECT || coarse->object[from] == LUM_NO_OBJECT)

@@ -164,6 +164,14 @@ static bool any_pane(const struct lum_snapshot_parts *p)
     return false;
 }
 
+static bool any_sheet(const struct lum_snapshot_parts *p)
+{
+    for (uint32_t i = 0; i < p->instances->n; i++)
+        if (lum_material_is_sheet(&p->materials->items[p->instances->items[i].material]))
+            return true;
+    return false;
+}
+
 /* True when both leave the same of light that goes straight through: everything counts but what they emit and what is
  * told by their names. */
 static bool same_pane(const struct lum_material *a, const struct lum_material *b)
@@ -278,6 +286,7 @@ static void publish(struct commit *c, uint64_t scene_rev)
     s->has_alpha = any_alpha(p);
     s->panes = (struct lum_accel_panes){lum_snapshot_passes, s};
     s->has_panes = any_pane(p);
+    s->has_sheets = any_sheet(p);
     s->instances = p->instances->items;
     s->n_instances = p->instances->n;
     s->materials = p->materials->items;

@@ -57,9 +57,10 @@ struct lum_material_desc {
     struct lum_rgb specular_color;
     float transmission; /* 0..1: share of the base layer that refracts (a solid) or passes straight on (thin) */
     bool thin;          /* a surface without volume: transmission does not bend */
-    struct lum_rgb attenuation_color; /* inside a solid, after attenuation_distance_m */
-    double attenuation_distance_m;    /* +inf: clear */
-    struct lum_rgb emission;          /* chromaticity, luminance 1; times emission_cd_m2 */
+    struct lum_rgb diffuse_transmittance; /* of a sheet, to its far side, evenly; with base_color at most 1 */
+    struct lum_rgb attenuation_color;     /* inside a solid, after attenuation_distance_m */
+    double attenuation_distance_m;        /* +inf: clear */
+    struct lum_rgb emission;              /* chromaticity, luminance 1; times emission_cd_m2 */
     double emission_cd_m2;
     bool front_emission; /* the side that triangles wind around shines alone; else both do */
     enum lum_alpha_mode alpha_mode;

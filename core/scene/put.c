@@ -36,6 +36,19 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
     return LUM_OK;
 }
 
+/* What is transmitted is not reflected. The excess that is let pass is the rounding of two floats that add up to 1. */
+static enum lum_status check_sheet(const struct lum_material_desc *d, struct lum_error *err)
+{
+    const float reflected[3] = {d->base_color.r, d->base_color.g, d->base_color.b};
+    const float passed[3] = {d->diffuse_transmittance.r, d->diffuse_transmittance.g, d->diffuse_transmittance.b};
+    for (int c = 0; c < 3; c++)
+        if (passed[c] > 0.0f && !(reflected[c] + passed[c] <= 1.0f + 0x1p-20f))
+            return lum_fail(err, LUM_ERR_INVALID, "diffuse_transmittance",
+                            "and base_color must add up to at most 1 in each channel; %g and %g do not",
+                            (double)passed[c], (double)reflected[c]);
+    return LUM_OK;
+}
+
 static enum lum_status check_material(const struct lum_material_desc *d, struct lum_error *err)
 {
     enum lum_status status = check_material_numbers(d, err);
@@ -47,7 +60,9 @@ static enum lum_status check_material(const struct lum_material_desc *d, struct 
         status = lum_check_rgb("attenuation_color", d->attenuation_color, 1.0f, err);
     if (status == LUM_OK)
         status = lum_check_rgb("emission", d->emission, 100.0f, err);
-    return status;
+    if (status == LUM_OK)
+        status = lum_check_rgb("diffuse_transmittance", d->diffuse_transmittance, 1.0f, err);
+    return status == LUM_OK ? check_sheet(d, err) : status;
 }
 
 static struct lum_texture_desc *texture_slot(struct lum_material_desc *d, int slot)

@@ -59,6 +59,7 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->ior = d->ior;
     out->specular = d->specular;
     out->transmission = d->transmission;
+    out->diffuse_transmittance = d->diffuse_transmittance;
     out->normal_scale = d->normal_scale;
     out->alpha = d->alpha;
     out->alpha_cutoff = d->alpha_cutoff;

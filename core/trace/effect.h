@@ -12,8 +12,9 @@
     X(ENVIRONMENT, environment)                                                                                        \
     X(INDIRECT_DIFFUSE, indirect_diffuse)                                                                              \
     X(REFLECTION, reflection)     /* perfect mirror */                                                                 \
-    X(TRANSMISSION, transmission) /* what is seen through glass. A lamp's light that arrives through panes is that     \
-                                   * lamp's own effect; without this one panes are opaque, to it as to the eye */      \
+    X(TRANSMISSION, transmission) /* what is seen through glass, and what comes through sheets. A lamp's light that    \
+                                   * arrives through panes is that lamp's own effect; without this one panes are       \
+                                   * opaque, to it as to the eye, and sheets, too */                                   \
     X(GLOSSY, glossy)                                                                                                  \
     X(MEDIA, media)                                                                                                    \
     X(ANTIALIAS, antialias)

@@ -177,7 +177,7 @@ static bool is_outside(const struct lum_light *l, const struct box *b)
 static bool is_solid_lit_from_outside(const struct lum_snapshot *s, const struct lum_instance *o)
 {
     const struct lum_material *m = &s->materials[o->material];
-    if (m->alpha_mode != LUM_ALPHA_OPAQUE || (lum_material_scatter(m) & LUM_SCATTER_THROUGH))
+    if (m->alpha_mode != LUM_ALPHA_OPAQUE || (lum_material_scatter(m) & (LUM_SCATTER_THROUGH | LUM_SCATTER_SHEET)))
         return false;
     struct box box = box_of(o);
     for (uint32_t a = 0; a < s->lights.n_active; a++)

@@ -64,8 +64,9 @@ static void set_lobe(struct lum_vpl_set *set, uint32_t slot, const struct lum_bs
     set->f90[slot] = any ? b->f90 / albedo : 0.0f;
 }
 
-static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_rgb albedo,
-                      uint32_t *ret_slot)
+/* n: to the side that it shines on. */
+static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_surface *s, struct lum_vec3 n,
+                      struct lum_rgb albedo, uint32_t *ret_slot)
 {
     float weight;
     uint32_t slot = lum_vpl_plan_slot(w->plan, path->share, path->number, path->bounce, &weight);
@@ -80,7 +81,7 @@ static bool leave_vpl(struct walk *w, const struct path *path, const struct lum_
     }
     struct lum_vpl_set *set = w->set;
     set->px[slot] = s->p.x, set->py[slot] = s->p.y, set->pz[slot] = s->p.z;
-    set->nx[slot] = s->ng.x, set->ny[slot] = s->ng.y, set->nz[slot] = s->ng.z;
+    set->nx[slot] = n.x, set->ny[slot] = n.y, set->nz[slot] = n.z;
     set->flux_unit[0][slot] = flux.r, set->flux_unit[1][slot] = flux.g, set->flux_unit[2][slot] = flux.b;
     set->importance[slot] = path->importance * fmaxf(path->left, IMPORTANCE_FLOOR) * weight;
     set->light[slot] = path->share; /* shares are in the order of the light table */
@@ -102,6 +103,7 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
 {
     static const uint32_t effects[] = {
         [LUM_LOBE_DIFFUSE] = 0,
+        [LUM_LOBE_DIFFUSE_TRANSMIT] = 0,
         [LUM_LOBE_GLOSSY] = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
         [LUM_LOBE_REFLECT] = LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION),
         [LUM_LOBE_TRANSMIT] = LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION),
@@ -109,10 +111,11 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
     };
     if (lobes_off & effects[inout->lobe])
         return false;
-    if (inout->lobe != LUM_LOBE_DIFFUSE || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+    bool cosine = inout->lobe == LUM_LOBE_DIFFUSE || inout->lobe == LUM_LOBE_DIFFUSE_TRANSMIT;
+    if (!cosine || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         return true;
     struct lum_rgb f = lum_bsdf_eval_parts(b, wo, inout->wi).diffuse;
-    float pdf_sa = b->diffuse_prob * lum_dot(inout->wi, b->frame.n) * LUM_INV_PI;
+    float pdf_sa = lum_bsdf_cosine_pdf(b, inout->wi);
     if (!(pdf_sa > 0.0f))
         return false;
     inout->weight = lum_rgb_scale(f, 1.0f / pdf_sa);
@@ -124,7 +127,7 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
 {
     uint32_t pair = path.n_segments * PAIRS_PER_SEGMENT;
     struct lum_vec2 lobe = {0.5f, 0.5f};
-    if (b->diffuse_prob < 1.0f) /* there is something to choose */
+    if (b->diffuse_prob < 1.0f || b->far_prob > 0.0f) /* there is something to choose */
         lobe = lum_sampler_2d(&path.sampler, PAIR_LOBE + pair);
     struct lum_bsdf_sample bs;
     if (!lum_bsdf_sample(b, wo, lum_sampler_2d(&path.sampler, PAIR_BSDF + pair), lobe.x, &bs))
@@ -145,6 +148,18 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
 static bool comes_from_afar(const struct lum_light *l)
 {
     return lum_emitters[l->kind]->from_afar;
+}
+
+/* A slot holds one VPL: of a sheet the one on its far side, or the other, as often as it is the brighter one. */
+static bool choose_far_side(const struct path *path, const struct lum_bsdf *b, struct lum_rgb *inout_albedo)
+{
+    struct lum_bsdf far = lum_bsdf_far_side(b);
+    struct lum_rgb through = lum_bsdf_diffuse_albedo(&far);
+    float prob = lum_luminance(through) / (lum_luminance(through) + lum_luminance(*inout_albedo));
+    uint32_t pair = PAIR_LOBE + path->n_segments * PAIRS_PER_SEGMENT;
+    bool crosses = lum_sampler_2d(&path->sampler, pair).y < prob; /* how the path goes on takes the other coordinate */
+    *inout_albedo = lum_rgb_scale(crosses ? through : *inout_albedo, 1.0f / (crosses ? prob : 1.0f - prob));
+    return crosses;
 }
 
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
@@ -168,17 +183,21 @@ static void visit(struct walk *w, uint32_t i)
         path.flux = lum_rgb_mul(path.flux, lum_material_transmittance(m, w->hits.t[i]));
     struct lum_bsdf b;
     lum_bsdf_init(&b, m, &s, wo);
-    struct lum_rgb albedo = {0};
+    if (!(w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
+        lum_bsdf_add_far_side(&b);
+    struct lum_rgb base = {0};
     if (!lum_rgb_black(b.diffuse)) /* what metals scatter evenly is little, and not worth a slot */
-        albedo = lum_bsdf_diffuse_albedo(&b);
+        base = lum_bsdf_diffuse_albedo(&b);
     struct lum_rgb gloss = {0};
     if (w->set->gloss && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         gloss = lum_bsdf_gloss_albedo(&b, wo);
-    albedo = lum_rgb_add(albedo, gloss);
+    struct lum_rgb albedo = lum_rgb_add(base, gloss);
+    bool crosses = b.far_prob > 0.0f && choose_far_side(&path, &b, &albedo);
     if (!lum_rgb_black(albedo)) {
         uint32_t slot;
-        if (leave_vpl(w, &path, &s, albedo, &slot))
-            set_lobe(w->set, slot, &b, wo, lum_luminance(gloss) / lum_luminance(albedo));
+        float by_gloss = crosses ? 0.0f : lum_luminance(gloss) / lum_luminance(lum_rgb_add(base, gloss));
+        if (leave_vpl(w, &path, &s, crosses ? lum_v3_neg(s.ng) : s.ng, albedo, &slot))
+            set_lobe(w->set, slot, &b, wo, by_gloss);
         if (path.bounce++ == path.last)
             return;
         path.left *= ALBEDO_GUESS;

@@ -262,6 +262,20 @@ static bool validate_patch(const struct lum_record_patch *p, struct lum_proto_er
                           "%s takes %u channels of 512: address must be 1 to %u", p->channels, n, 513 - n);
 }
 
+/* What is transmitted is not reflected. Sums that are above 1 by rounding alone are let pass. */
+static bool validate_material(const struct lum_record_material *m, struct lum_proto_error *err)
+{
+    if (black(m->emission_color) && m->emission_cd_m2 != 0.0)
+        return invalid(err, "emission_color", "emission_color gives a hue: it must not be black");
+    for (int c = 0; c < 3; c++)
+        if (m->diffuse_transmittance[c] > 0.0 && !(m->base_color[c] + m->diffuse_transmittance[c] <= 1.0 + 1e-6))
+            return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "diffuse_transmittance",
+                                  "diffuse_transmittance/%d is %g, where base_color leaves at most %g: lower "
+                                  "base_color, which is what the sheet reflects",
+                                  c, m->diffuse_transmittance[c], 1.0 - m->base_color[c]);
+    return true;
+}
+
 static bool validate_render(const struct lum_record_render *r, struct lum_proto_error *err)
 {
     double root = floor(sqrt(r->shadow_samples) + 0.5);
@@ -278,8 +292,7 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
     case LUM_RECORD_IMAGE:
         return validate_image(&r->image, err);
     case LUM_RECORD_MATERIAL:
-        return !black(r->material.emission_color) || r->material.emission_cd_m2 == 0.0 ||
-               invalid(err, "emission_color", "emission_color gives a hue: it must not be black");
+        return validate_material(&r->material, err);
     case LUM_RECORD_OBJECT:
         return validate_object(&r->object, err);
     case LUM_RECORD_LIGHT:

@@ -13,14 +13,22 @@
 
 /* Extensions that a file may require. Those marked so change nothing that is shown here. */
 static const char *const supported[] = {
-    "EXT_lights_ies",         "EXT_meshopt_compression",
+    "EXT_lights_ies",
+    "EXT_meshopt_compression",
     "KHR_animation_pointer", /* nothing moves */
-    "KHR_lights_punctual",    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",      "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_specular", "KHR_materials_transmission",
-    "KHR_materials_unlit",    "KHR_materials_variants", /* the default variant is shown */
-    "KHR_materials_volume",   "KHR_mesh_quantization",
-    "KHR_node_visibility",    "KHR_texture_transform",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants", /* the default variant is shown */
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
     "KHR_xmp_json_ld", /* metadata */
 };
 

@@ -18,6 +18,7 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
+    double diffuse_transmittance[3];
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
     double emission[3]; /* cd/m2 by channel */
@@ -135,6 +136,26 @@ static void read_dielectric(struct lum_gltf *g, const cJSON *o, struct look *m)
     }
 }
 
+/* KHR_materials_diffuse_transmission: of the diffuse base, a share transmits with a colour of its own, and reflects no
+ * more. */
+static void read_diffuse_transmission(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    double color[3] = {1.0, 1.0, 1.0};
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_diffuse_transmission");
+    if (!ext)
+        return;
+    double share = lum_gltf_clamped(g, ext, "diffuseTransmissionFactor", 0.0, unit_range);
+    lum_gltf_clamped_numbers(g, ext, "diffuseTransmissionColorFactor", color, 3, unit_range);
+    for (int i = 0; i < 3; i++) {
+        m->diffuse_transmittance[i] = share * color[i];
+        m->base_color[i] *= 1.0 - share;
+    }
+    if (lum_gltf_object(g, ext, "diffuseTransmissionTexture") ||
+        lum_gltf_object(g, ext, "diffuseTransmissionColorTexture"))
+        lum_gltf_warn(g, "the textures of KHR_materials_diffuse_transmission are not supported; its factors are used "
+                         "alone");
+}
+
 /* emissiveFactor times KHR_materials_emissive_strength is cd/m2 (the extension's text). A factor above 1 breaks the
  * letter of glTF, but its meaning is plain. */
 static void read_emission(struct lum_gltf *g, const cJSON *o, struct look *m)
@@ -165,7 +186,7 @@ static void warn_left_out(struct lum_gltf *g, const cJSON *o)
 {
     static const char *const names[] = {
         "KHR_materials_clearcoat",   "KHR_materials_sheen",      "KHR_materials_anisotropy",
-        "KHR_materials_iridescence", "KHR_materials_dispersion", "KHR_materials_diffuse_transmission",
+        "KHR_materials_iridescence", "KHR_materials_dispersion",
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++)
         if (lum_gltf_extension(g, o, names[i]))
@@ -186,6 +207,7 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     else
         read_metallic_roughness(g, o, m);
     read_dielectric(g, o, m);
+    read_diffuse_transmission(g, o, m);
     read_emission(g, o, m);
     read_alpha(g, o, m);
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
@@ -268,6 +290,8 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
         if (m->has_attenuation)
             lum_op_number(&op, "attenuation_distance", m->attenuation_distance);
     }
+    if (m->diffuse_transmittance[0] + m->diffuse_transmittance[1] + m->diffuse_transmittance[2] > 0.0)
+        lum_op_numbers(&op, "diffuse_transmittance", m->diffuse_transmittance, 3);
     put_emission(&op, m);
     lum_op_string(&op, "alpha_mode", m->alpha_mode);
     lum_op_number(&op, "alpha", m->base_color[3]);

@@ -164,6 +164,7 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .specular = (float)m->specular,
         .specular_color = rgb(m->specular_color),
         .transmission = (float)m->transmission,
+        .diffuse_transmittance = rgb(m->diffuse_transmittance),
         .thin = m->thin,
         .attenuation_color = rgb(m->attenuation_color),
         .attenuation_distance_m = m->attenuation_distance.set ? m->attenuation_distance.value : (double)INFINITY,

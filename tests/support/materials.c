@@ -70,8 +70,20 @@ struct lum_material variant(int i, float roughness)
         m = glass(roughness, 1.0f);
         m.transmission = 0.5f;
         return m;
-    default:
+    case 8:
         return matte();
+    case 9: /* paper */
+        m = matte();
+        m.thin = true;
+        m.base_color = lum_rgb(0.6f, 0.5f, 0.0f);
+        m.diffuse_transmittance = lum_rgb(0.4f, 0.3f, 0.2f);
+        return m;
+    default: /* a coated sheet, in part glass, in part metal */
+        m.thin = true;
+        m.metallic = m.transmission = 0.3f;
+        m.base_color = lum_rgb(0.2f, 0.4f, 0.3f);
+        m.diffuse_transmittance = lum_rgb(0.8f, 0.6f, 0.0f);
+        return m;
     }
 }
 

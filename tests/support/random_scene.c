@@ -116,7 +116,9 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     static const char *const pictures[] = {NULL, NULL, "weave", "wild"};
     static const float alphas[] = {1.0f, 0.5f, 0.0f};
     struct lum_material_desc m = lum_material_default();
+    static const float sheets[] = {0.0f, 0.0f, 0.3f, 0.5f};
     m.base_color = lum_rgb(PICK(item, 4, colors), 0.5f, 0.6f);
+    m.diffuse_transmittance = lum_rgb(0.0f, PICK(item, 15, sheets), 0.0f);
     m.roughness = PICK(item, 5, rough);
     uint32_t kind = pick(item, 6, 6); /* diffuse, coated, metal, glass, pane, unlit */
     m.specular = kind == 0 ? 0.0f : 1.0f;

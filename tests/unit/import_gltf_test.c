@@ -418,6 +418,21 @@ static void dielectric_extensions(void **state)
     assert_true(m->thin && m->unlit); /* no volume: the surface bends nothing */
 }
 
+/* What is transmitted is not reflected: the sum is what the base reflected, where the colours are alike. */
+static void diffuse_transmission(void **state)
+{
+    const struct lum_record_material *m = import_material(
+        *state, "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0.5,0.2,1],\"metallicFactor\":0},\"extensions\":{"
+                "\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":0.75,"
+                "\"diffuseTransmissionColorFactor\":[1,0.8,2],\"diffuseTransmissionTexture\":{\"index\":0}}}}");
+    assert_near_all(m->base_color, (double[]){0.25, 0.125, 0.05}, 3);
+    assert_near_all(m->diffuse_transmittance, (double[]){0.75, 0.6, 0.75}, 3);
+    assert_true(kit_warned(*state, "KHR_materials_diffuse_transmission"));
+    m = import_material(*state, "{\"extensions\":{\"KHR_materials_diffuse_transmission\":{}}}");
+    assert_near_all(m->base_color, (double[]){1, 1, 1}, 3);
+    assert_near_all(m->diffuse_transmittance, (double[]){0, 0, 0}, 3);
+}
+
 static void specular_glossiness(void **state)
 {
     const struct lum_record_material *m = import_material(
@@ -625,6 +640,7 @@ int main(void)
         TEST(fixtures_are_objects),
         TEST(many_fixtures_stay_whole),
         TEST(dielectric_extensions),
+        TEST(diffuse_transmission),
         TEST(specular_glossiness),
         TEST(textures),
         TEST(missing_picture_is_a_warning),

@@ -165,6 +165,15 @@ static void rules(void **state)
     expect(SENSOR("observer") ",'target_lx':500}", "invalid_value", "target_lx");
     expect(SENSOR("observer") ",'target_ugr':19}", NULL, NULL);
 #undef SENSOR
+#define SHEET(reflects, transmits)                                                                                     \
+    "{'op':'add','type':'material','id':'x','base_color':" reflects ",'diffuse_transmittance':" transmits "}"
+    expect(SHEET("[0.4,0.3,0.2]", "[0.6,0.7,0.8]"), NULL, NULL);
+    expect(SHEET("[0.4,0.3,0.2]", "[0.6,0.71,0.8]"), "invalid_value", "diffuse_transmittance");
+    expect(SHEET("[1,1,1]", "[0,0,0]"), NULL, NULL);
+    expect(SHEET("[0,0,0]", "[0,0,1.1]"), "invalid_value", "diffuse_transmittance/2");
+    expect("{'op':'add','type':'material','id':'x','diffuse_transmittance':[0.5,0.5,0.5]}", "invalid_value",
+           "diffuse_transmittance"); /* base_color is white if nothing is said of it */
+#undef SHEET
     expect("{'op':'add','type':'image','id':'x'}", "invalid_value", "asset");
     expect("{'op':'add','type':'image','id':'x','width':2,'height':2,'pixels':'AQIDBA=='}", "invalid_value", "pixels");
     expect("{'op':'add','type':'image','id':'x','width':1,'height':1,'pixels':'AQIDB'}", "invalid_value", "pixels");

@@ -83,6 +83,8 @@ static void edit_material(struct editor *e, uint32_t k)
     m.metallic = chance(e, 0.3) ? 1.0f : 0.0f;
     m.transmission = chance(e, 0.3) ? 1.0f : 0.0f;
     m.thin = chance(e, 0.5);
+    if (m.base_color.r < 0.3f) /* a sheet */
+        m.diffuse_transmittance = lum_rgb(0.0f, 0.5f, 2.0f * m.base_color.r);
     m.attenuation_color = lum_rgb(0.5f, 0.9f, 0.3f);
     m.attenuation_distance_m = 0.3;
     double emission = 30.0 * (e->steady ? 0.5 : random_double(&e->random));

@@ -68,6 +68,7 @@ class Material(TypedDict, total=False):
     specular: float  # 0 to 1; default 1; scales the dielectric reflection; 0: purely diffuse
     specular_color: Sequence[float]  # 3; 0 to 100; default 1 1 1
     transmission: float  # 0 to 1; default 0; share of light that passes through
+    diffuse_transmittance: Sequence[float]  # 3; 0 to 1; default 0 0 0; of paper, cloth, opal: what leaves the far side evenly; with base_color at most 1
     thin: bool  # default false; a surface without volume: transmission does not bend
     attenuation_color: Sequence[float]  # 3; 0 to 1; default 1 1 1; what is left after attenuation_distance
     attenuation_distance: float | None  # m; 1e-09 to 1e9; null: clear

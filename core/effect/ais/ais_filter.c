@@ -28,7 +28,7 @@ static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_c
         return;
     filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
     filter(pass, cell, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_PIXEL_DIFFUSE);
-    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
+    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET);
     filter(pass, cell, LUM_EFFECT_MEDIA, 0);
 }
 

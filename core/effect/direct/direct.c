@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/math/color.h"
+#include "core/light/irradiance.h"
 #include "core/math/sampler.h"
 
 /* Sampler pairs of lights are spread over the upper half; the path tracer's are small numbers. */
@@ -181,6 +182,49 @@ static void direct_sample(const struct lum_direct *job, uint32_t k, uint32_t n_s
     }
 }
 
+static float share_of(float part, float all)
+{
+    return all > 0.0f ? part / all : 0.0f;
+}
+
+/* What vertex i gets, were all of the light visible, in closed form; and what the samples say of that. */
+static struct lum_rgb whole_light(const struct lum_direct *job, uint32_t i, uint32_t n_samples,
+                                  struct lum_rgb *ret_sampled)
+{
+    const struct lum_vertices *v = job->vertices;
+    const struct lum_bsdf *b = &v->bsdf[i];
+    struct lum_light_sample ls;
+    struct lum_rgb value, radiance = lum_grey(0.0f);
+    *ret_sampled = lum_grey(0.0f);
+    for (uint32_t k = 0; k < n_samples; k++)
+        if (sample_value(job, i, k, n_samples, &ls, &value)) {
+            *ret_sampled = lum_rgb_add(*ret_sampled, value);
+            radiance = ls.radiance; /* the same from all of it */
+        }
+    struct lum_irradiance e;
+    lum_light_irradiance(&job->snapshot->lights.lights[job->light], 1, &v->p[i], &b->frame.n, &e);
+    struct lum_rgb albedo = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_at(b, e.mean_cos));
+    return lum_rgb_scale(lum_rgb_mul(albedo, radiance), e.cosine_integral * LUM_INV_PI);
+}
+
+/* Where a light is seen in whole, there is no noise. At most one vertex per slot. */
+static void light_by_share(const struct lum_direct *job, uint32_t n_samples)
+{
+    struct lum_rgb seen[LUM_TILE_PIXELS] = {{0}};
+    struct lum_direct traced = *job;
+    traced.response = seen;
+    for (uint32_t k = 0; k < n_samples; k++)
+        direct_sample(&traced, k, n_samples, NULL);
+    for (uint32_t i = 0; i < job->vertices->n; i++) {
+        struct lum_rgb s = seen[job->vertices->slot[i]], sampled;
+        if (lum_rgb_black(s))
+            continue;
+        struct lum_rgb whole = whole_light(job, i, n_samples, &sampled);
+        add(job, i,
+            lum_rgb_mul(whole, lum_rgb(share_of(s.r, sampled.r), share_of(s.g, sampled.g), share_of(s.b, sampled.b))));
+    }
+}
+
 void lum_direct_light(const struct lum_direct *job)
 {
     struct behind behind[LUM_RAY_BATCH], *kept = job->visibility && job->left ? behind : NULL;
@@ -188,6 +232,10 @@ void lum_direct_light(const struct lum_direct *job)
         return;
     bool one = job->snapshot->lights.lights[job->light].delta || is_hard(job);
     uint32_t n_samples = one ? 1 : job->n_samples;
+    if (job->by_share && !one && !job->media && lum_light_has_irradiance(&job->snapshot->lights.lights[job->light])) {
+        light_by_share(job, n_samples);
+        return;
+    }
     if (kept)
         memset(kept, 0, job->vertices->n * sizeof *kept);
     for (uint32_t k = 0; k < n_samples; k++)

@@ -28,6 +28,7 @@ struct lum_direct {
     bool media;         /* dims light on its way */
     bool panes;         /* light goes through them */
     uint32_t n_samples; /* of an area light or the environment; delta lights take one */
+    bool by_share;      /* vertices are matte: of light known in closed form the visible share is all that is sampled */
     bool hard;          /* quads, discs and spheres shine from near their middle, and take one as well */
     const struct lum_vertices *vertices;
     struct lum_visibility *visibility; /* by slot: visibility to use and to extend; NULL: trace everything. With it, at

@@ -619,8 +619,8 @@ void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum
         response[e->slot] = lum_rgb_add(response[e->slot], radiance);
 }
 
-void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
-                      enum lum_layer_state state, struct lum_counters *counters)
+static void light_all(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                      enum lum_layer_state state, bool matte, struct lum_counters *counters)
 {
     struct lum_layers *l = pass->layers;
     const struct lum_light_table *lights = &pass->snapshot->lights;
@@ -628,7 +628,8 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
     for (uint32_t a = 0; a < lights->n_active; a++) {
         uint32_t light = lights->active[a];
         struct lum_layer *layer = layer_for(l, light);
-        if (layer->state[tile] >= state || !pass->on[lum_light_effect(&lights->lights[light])])
+        if ((matte && light == pass->cached_sky) || layer->state[tile] >= state ||
+            !pass->on[lum_light_effect(&lights->lights[light])])
             continue;
         bool shared = layer == &l->shared;
         if (state == LUM_LAYER_DIRECT && (layer->area.visibility || layer->tiles || (shared && l->many_lights.on) ||
@@ -644,6 +645,7 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .media = pass->on[LUM_EFFECT_MEDIA],
             .panes = lum_pass_panes(pass),
             .n_samples = state == LUM_LAYER_COMPLETE ? l->samples_behind : pass->settings->shadow_samples,
+            .by_share = matte,
             .hard = pass->settings->method->hard_shadows,
             .vertices = vertices,
             .visibility = state == LUM_LAYER_DIRECT && layer->visibility ? layer->visibility + first : NULL,
@@ -652,6 +654,18 @@ void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct l
             .counters = counters,
         });
     }
+}
+
+void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                      enum lum_layer_state state, struct lum_counters *counters)
+{
+    light_all(pass, tile, vertices, state, false, counters);
+}
+
+void lum_layers_light_matte(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                            enum lum_layer_state state, struct lum_counters *counters)
+{
+    light_all(pass, tile, vertices, state, true, counters);
 }
 
 static void add_scaled(const struct lum_rgb *response, uint32_t n, struct lum_rgb power, struct lum_rgb *inout_sum)

@@ -138,6 +138,9 @@ void lum_layers_add(const struct lum_pass *pass, uint32_t tile, const struct lum
 /* Direct light at vertices of the tile. For LUM_LAYER_DIRECT these are what the eye sees, one per pixel, and visibility
  * is used and kept. */
 struct lum_vertices;
+/* Of matte vertices, whose light of the sky records bring where they bring that of other surfaces. */
+void lum_layers_light_matte(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
+                            enum lum_layer_state state, struct lum_counters *counters);
 void lum_layers_light(const struct lum_pass *pass, uint32_t tile, const struct lum_vertices *vertices,
                       enum lum_layer_state state, struct lum_counters *counters);
 

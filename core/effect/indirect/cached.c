@@ -1,7 +1,9 @@
 /* Indirect diffuse light from the records of a cache, into its component: the radiance of a white surface. */
 #include "core/effect/indirect/records.h"
 #include "core/effect/indirect/interpolated.h"
+#include "core/material/bsdf.h"
 #include "core/pass/components.h"
+#include "core/scene/surface.h"
 
 #include <string.h>
 
@@ -11,7 +13,7 @@ struct mask {
     struct lum_interpolated *of; /* by tile */
     uint8_t *known;              /* by tile */
     uint8_t *taps;               /* by pixel */
-    uint32_t n_tiles;
+    uint32_t n_tiles;            /* lum_interpolated_tiles, the most there were */
 };
 
 static void finish(void *state)
@@ -28,12 +30,14 @@ static void finish(void *state)
 static bool reserve(void *state, const struct lum_pass *pass)
 {
     struct mask *s = state;
-    if (s->n_tiles > 0)
+    uint32_t n = lum_interpolated_tiles(pass);
+    if (s->n_tiles >= n)
         return true;
-    s->of = lum_calloc(pass->tiling.n, sizeof *s->of);
-    s->known = lum_calloc(pass->tiling.n, 1);
+    finish(s);
+    s->of = lum_calloc(n, sizeof *s->of);
+    s->known = lum_calloc(n, 1);
     s->taps = lum_calloc((size_t)pass->tiling.w * pass->tiling.h, 1);
-    s->n_tiles = s->of ? pass->tiling.n : 0;
+    s->n_tiles = s->of ? n : 0;
     return s->of && s->known && s->taps;
 }
 
@@ -43,7 +47,7 @@ static void invalidate(void *state, const struct lum_pass *pass, const struct lu
     if (outcome->neighbours == LUM_FATE_STALE)
         memset(s->known, 0, s->n_tiles);
     for (uint32_t t = 0; outcome->neighbours == LUM_FATE_MOVED && t < s->n_tiles; t++)
-        if (lum_motion_mask_around_tile(pass->motion_mask, &pass->tiling, t))
+        if (lum_motion_mask_around_tile(pass->motion_mask, &pass->tiling, t % pass->tiling.n))
             s->known[t] = 0;
 }
 
@@ -85,10 +89,26 @@ static void find_sites(const struct lum_pass *pass, uint32_t tile, struct lum_in
     ret_sites->kept.known = false;
 }
 
+/* Which pixels of the tile show sheets. */
+static void find_sheets(const struct lum_pass *pass, uint32_t tile, struct lum_interpolated *ret_sites)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile % pass->tiling.n);
+    struct lum_pixel_mask sheets = {0};
+    for (uint32_t y = 0; y < r.h; y++)
+        for (uint32_t x = 0; x < r.w; x++)
+            if (pass->surfaces->kind[(size_t)(r.y + y) * pass->tiling.w + r.x + x] & LUM_PIXEL_SHEET)
+                lum_pixel_mask_set(&sheets, y * LUM_TILE_SIDE + x);
+    ret_sites->coarse = sheets;
+    ret_sites->lone = (struct lum_pixel_mask){0};
+    ret_sites->kept.known = false;
+}
+
 struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile)
 {
     struct mask *s = lum_pass_state(pass, &lum_interpolated_kind);
-    if (!s->known[tile])
+    if (!s->known[tile] && lum_tile_is_far(pass, tile))
+        find_sheets(pass, tile, &s->of[tile]);
+    else if (!s->known[tile])
         find_sites(pass, tile, &s->of[tile], s->taps);
     s->known[tile] = 1;
     return &s->of[tile];
@@ -121,17 +141,48 @@ static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct
     }
 }
 
+void lum_show_far_side(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_rgb irradiance)
+{
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    uint32_t x = slot % LUM_TILE_SIDE, y = slot / LUM_TILE_SIDE;
+    struct lum_vec3 d = lum_center_direction(pass, r.x + x, r.y + y), wo = lum_v3_neg(d);
+    struct lum_surface s;
+    struct lum_bsdf b;
+    lum_snapshot_surface(pass->snapshot, &pass->gbuffer->tiles[tile], y * r.w + x, d, &s);
+    lum_bsdf_init(&b, &pass->snapshot->materials[s.material], &s, wo);
+    b = lum_bsdf_far_side(&b);
+    struct lum_rgb shown = lum_rgb_scale(lum_rgb_mul(irradiance, lum_bsdf_diffuse_albedo(&b)), LUM_INV_PI);
+    lum_component_add(pass->components, LUM_EFFECT_GLOSSY, lum_tile_pixel(pass, tile, slot), shown);
+}
+
+static void interpolate_far_side(const struct lum_pass *pass, uint32_t tile, const struct lum_lookup *lookup)
+{
+    uint32_t far = pass->tiling.n + tile;
+    struct lum_interpolated *sheets = far < lum_interpolated_tiles(pass) ? lum_interpolated_of(pass, far) : NULL;
+    struct lum_tile_points points;
+    struct lum_rgb irradiance[LUM_TILE_PIXELS];
+    struct lum_candidates list;
+    if (!sheets || lum_pixel_mask_none(&sheets->coarse))
+        return;
+    lum_kept_candidates_update(&sheets->kept, pass, far, &sheets->coarse, lookup);
+    lum_tile_points_load(&points, pass, far, &sheets->coarse);
+    lum_tile_points_interpolate(lookup, lum_kept_candidates_list(&sheets->kept, &list), &points, irradiance);
+    for (uint32_t i = 0; i < points.n; i++)
+        lum_show_far_side(pass, tile, points.slot[i], irradiance[i]);
+}
+
 static void cached_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, tile))
         return;
     struct lum_interpolated *mask = lum_interpolated_of(pass, tile);
     struct lum_pixel_mask all = lum_interpolated_all(mask);
+    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, counters->worker);
+    interpolate_far_side(pass, tile, &lookup);
     if (lum_pixel_mask_none(&all))
         return;
     struct lum_rgb *raw = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].raw;
     struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
-    struct lum_lookup lookup = lum_lookup_of(pass->records->cache, pass, counters->worker);
     struct lum_candidates list;
     bool quarter = is_quarter(pass);
     lum_kept_candidates_update(&mask->kept, pass, tile, &all, &lookup);

@@ -87,7 +87,7 @@ static bool look_up(const struct free_run *run, struct lum_vec3 p, struct lum_ve
 }
 
 /* ComputeIrradianceRT and insert. False: there is no room for a record. */
-static bool make_record(const struct free_run *run, size_t pixel, struct lum_counters *counters,
+static bool make_record(const struct free_run *run, size_t pixel, bool far, struct lum_counters *counters,
                         struct lum_rgb *ret_irradiance)
 {
     const struct lum_pass *pass = run->pass;
@@ -95,7 +95,7 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
     struct lum_cache_record *r = lum_store_new(cache->store, counters->worker);
     if (!r)
         return false;
-    lum_records_create(r, pass, pixel);
+    lum_records_create(r, pass, pixel, far);
     r->epoch = cache->epoch;
     cache->key.kind->build(&(struct lum_cache_job){
         .cache = cache,
@@ -119,7 +119,17 @@ static bool make_record(const struct free_run *run, size_t pixel, struct lum_cou
     return true;
 }
 
-/* ComputeIndirectDiffuse for the pixels of a tile, row by row. */
+/* ComputeIndirectDiffuse at a pixel; far: behind what it shows. False: there is no room. */
+static bool find_irradiance(const struct free_run *run, size_t pixel, bool far, struct lum_counters *counters,
+                            struct lum_rgb *ret_irradiance)
+{
+    const struct lum_surfaces *s = run->pass->surfaces;
+    struct lum_vec3 n = lum_v3_mul(s->n[pixel], far ? -1.0f : 1.0f);
+    return look_up(run, s->p[pixel], n, counters->worker, ret_irradiance) ||
+           (!is_cancelled(run) && make_record(run, pixel, far, counters, ret_irradiance));
+}
+
+/* The same for the pixels of a tile, row by row. */
 static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
 {
     const struct free_run *run = ctx;
@@ -127,20 +137,26 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
     uint32_t tile = (uint32_t)((uint64_t)job * run->stride % pass->tiling.n);
     const struct lum_surfaces *s = pass->surfaces;
     struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
+    struct lum_rgb *gloss = pass->components->buffer[LUM_EFFECT_GLOSSY].raw;
+    bool sheets = gloss && lum_interpolated_tiles(pass) > pass->tiling.n;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, tile))
         return;
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
-        struct lum_rgb irradiance = lum_grey(0.0f);
-        if (!(s->kind[pixel] & LUM_PIXEL_DIFFUSE))
-            continue;
-        if (!look_up(run, s->p[pixel], s->n[pixel], counters->worker, &irradiance) &&
-            (is_cancelled(run) || !make_record(run, pixel, counters, &irradiance))) {
+        struct lum_rgb irradiance = lum_grey(0.0f), behind = lum_grey(0.0f);
+        bool matte = s->kind[pixel] & LUM_PIXEL_DIFFUSE, sheet = sheets && s->kind[pixel] & LUM_PIXEL_SHEET;
+        if ((matte && !find_irradiance(run, pixel, false, counters, &irradiance)) ||
+            (sheet && !find_irradiance(run, pixel, true, counters, &behind))) {
             lum_memo_set(&pass->components->made[LUM_EFFECT_INDIRECT_DIFFUSE], tile, 0); /* see run_freely */
             return;
         }
-        smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
+        if (matte)
+            smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
+        if (sheet)
+            gloss[pixel] = lum_grey(0.0f); /* a tile that is begun again adds it once */
+        if (sheet)
+            lum_show_far_side(pass, tile, i / r.w * LUM_TILE_SIDE + i % r.w, behind);
     }
 }
 

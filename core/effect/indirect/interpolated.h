@@ -12,6 +12,14 @@ struct lum_interpolated {
 };
 /* Of estimators that interpolate records. */
 extern const struct lum_state_kind lum_interpolated_kind;
+/* How many tiles have points: those of the picture, and as many again where sheets show what arrives on their far side
+ * (lum_tile_is_far). */
+static inline uint32_t lum_interpolated_tiles(const struct lum_pass *pass)
+{
+    return pass->snapshot->has_sheets && pass->on[LUM_EFFECT_TRANSMISSION] ? 2 * pass->tiling.n : pass->tiling.n;
+}
+/* A pixel of a sheet shows this irradiance of its far side. */
+void lum_show_far_side(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_rgb irradiance);
 /* Found once, and kept. Thread: the worker that has the tile. */
 struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile);
 /* w * h, found with the pixels: from which samples of a quarter of the resolution a pixel takes (lum_upsample_taps). */

@@ -101,7 +101,7 @@ static bool reserve_batch(struct lum_records_memory *m, uint32_t n)
 static enum lum_status reserve(struct run *run, struct lum_error *err)
 {
     struct lum_records_memory *m = run->memory;
-    if (reserve_blocks(m, run->pass->tiling.n) && reserve_found(m, lum_store_limit(run->cache->store)))
+    if (reserve_blocks(m, lum_interpolated_tiles(run->pass)) && reserve_found(m, lum_store_limit(run->cache->store)))
         return LUM_OK;
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for the records of %u x %u pixels", run->pass->tiling.w,
                     run->pass->tiling.h);
@@ -151,7 +151,7 @@ static void look_again(void *ctx, uint32_t tile, struct lum_counters *counters)
 static enum lum_status look(struct run *run, bool note, bool again)
 {
     run->note = note;
-    return lum_stage_loop(run->runner, run->pass->tiling.n, again ? look_again : look_at_block, run);
+    return lum_stage_loop(run->runner, lum_interpolated_tiles(run->pass), again ? look_again : look_at_block, run);
 }
 
 /* ---- stale records ---- */
@@ -251,14 +251,14 @@ static uint32_t middle_site(const struct lum_pixel_mask *s, uint32_t x0, uint32_
     return best;
 }
 
-void lum_records_create(struct lum_cache_record *r, const struct lum_pass *pass, size_t pixel)
+void lum_records_create(struct lum_cache_record *r, const struct lum_pass *pass, size_t pixel, bool far)
 {
     const struct lum_surfaces *s = pass->surfaces;
     const struct lum_snapshot *snapshot = pass->snapshot;
     uint32_t object = s->object[pixel];
     r->p = s->p[pixel];
-    r->n = s->n[pixel];
-    r->ng = s->ng[pixel];
+    r->n = lum_v3_mul(s->n[pixel], far ? -1.0f : 1.0f);
+    r->ng = lum_v3_mul(s->ng[pixel], far ? -1.0f : 1.0f);
     r->object = object < snapshot->n_instances ? lum_hash64_text(snapshot->instances[object].id) : 0;
 }
 
@@ -269,7 +269,7 @@ static bool request(struct run *run, uint32_t tile, uint32_t slot)
     struct lum_cache_record *r = reserve_batch(m, run->n_batch + 1) ? lum_store_new(run->cache->store, 0) : NULL;
     if (!r)
         return false;
-    lum_records_create(r, run->pass, lum_tile_pixel(run->pass, tile, slot));
+    lum_records_create(r, run->pass, lum_tile_pixel(run->pass, tile, slot), lum_tile_is_far(run->pass, tile));
     r->epoch = run->cache->epoch;
     m->batch[run->n_batch++] = r;
     return true;
@@ -288,37 +288,39 @@ static bool request_in_tile(struct run *run, uint32_t tile, uint32_t side)
     return true;
 }
 
-/* One for each block of `side` tiles, in that of them which is nearest to its middle. */
-static bool request_in_block(struct run *run, uint32_t x0, uint32_t y0, uint32_t side)
+/* One for each block of `side` tiles, in that of them which is nearest to its middle. first: 0, or of the far sides. */
+static bool request_in_block(struct run *run, uint32_t first, uint32_t x0, uint32_t y0, uint32_t side)
 {
     const struct lum_tiling *t = &run->pass->tiling;
-    uint32_t best = t->n, least = UINT32_MAX;
+    uint32_t best = UINT32_MAX, least = UINT32_MAX;
     for (uint32_t y = y0; y < y0 + side && y < t->ny; y++)
         for (uint32_t x = x0; x < x0 + side && x < t->nx; x++) {
             int32_t dx = 2 * (int32_t)(x - x0) + 1 - (int32_t)side, dy = 2 * (int32_t)(y - y0) + 1 - (int32_t)side;
-            uint32_t d = (uint32_t)(dx * dx + dy * dy), tile = y * t->nx + x;
+            uint32_t d = (uint32_t)(dx * dx + dy * dy), tile = first + y * t->nx + x;
             if (d < least && !lum_pixel_mask_none(&run->memory->unserved[tile])) {
                 least = d;
                 best = tile;
             }
         }
-    return best == t->n || request(run, best, middle_site(&run->memory->unserved[best], 0, 0, LUM_TILE_SIDE));
+    return best == UINT32_MAX || request(run, best, middle_site(&run->memory->unserved[best], 0, 0, LUM_TILE_SIDE));
 }
 
 static bool request_all(struct run *run, uint32_t side)
 {
     const struct lum_tiling *t = &run->pass->tiling;
+    uint32_t n = lum_interpolated_tiles(run->pass);
     run->n_batch = 0;
     if (side <= LUM_TILE_SIDE) {
-        for (uint32_t tile = 0; tile < t->n; tile++)
+        for (uint32_t tile = 0; tile < n; tile++)
             if (!lum_pixel_mask_none(&run->memory->unserved[tile]) && !request_in_tile(run, tile, side))
                 return false;
         return true;
     }
-    for (uint32_t y = 0; y < t->ny; y += side / LUM_TILE_SIDE)
-        for (uint32_t x = 0; x < t->nx; x += side / LUM_TILE_SIDE)
-            if (!request_in_block(run, x, y, side / LUM_TILE_SIDE))
-                return false;
+    for (uint32_t first = 0; first < n; first += t->n)
+        for (uint32_t y = 0; y < t->ny; y += side / LUM_TILE_SIDE)
+            for (uint32_t x = 0; x < t->nx; x += side / LUM_TILE_SIDE)
+                if (!request_in_block(run, first, x, y, side / LUM_TILE_SIDE))
+                    return false;
     return true;
 }
 

@@ -43,8 +43,8 @@ LUM_MUST_USE enum lum_status lum_records_update(struct lum_records *records, str
 LUM_MUST_USE enum lum_status lum_records_run(struct lum_records *records, const struct lum_pass *pass,
                                              const struct lum_stage_runner *runner, struct lum_error *err);
 
-/* Puts a new record on the surface that a pixel shows. */
-void lum_records_create(struct lum_cache_record *record, const struct lum_pass *pass, size_t pixel);
+/* Puts a new record on the surface that a pixel shows; far: on the other side of it. */
+void lum_records_create(struct lum_cache_record *record, const struct lum_pass *pass, size_t pixel, bool far);
 /* What a kind may not get wrong: a record that others would multiply by is finite, and its radius above 0. */
 bool lum_records_are_sound(const struct lum_cache_record *record);
 

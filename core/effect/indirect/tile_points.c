@@ -7,13 +7,14 @@ void lum_tile_points_load(struct lum_tile_points *ret_points, const struct lum_p
 {
     struct lum_tile_points *s = ret_points;
     const struct lum_surfaces *surfaces = pass->surfaces;
+    float side = lum_tile_is_far(pass, tile) ? -1.0f : 1.0f;
     s->n = 0;
     for (uint32_t k = 0; k < 32; k++) { /* rows of 8, by blocks of 8 x 8: what is summed together lies together */
         uint32_t x = k / 8 % 2 * 8, y = k / 16 * 8 + k % 8, first = y * LUM_TILE_SIDE + x;
         for (uint32_t bits = (uint32_t)(mask->bits[first / 64] >> first % 64) & 0xffu; bits; bits &= bits - 1) {
             uint32_t slot = first + (uint32_t)__builtin_ctz(bits), i = s->n++;
             size_t pixel = lum_tile_pixel(pass, tile, slot);
-            struct lum_vec3 p = surfaces->p[pixel], n = surfaces->n[pixel];
+            struct lum_vec3 p = surfaces->p[pixel], n = lum_v3_mul(surfaces->n[pixel], side);
             s->px[i] = p.x, s->py[i] = p.y, s->pz[i] = p.z;
             s->nx[i] = n.x, s->ny[i] = n.y, s->nz[i] = n.z;
             s->slot[i] = (uint8_t)slot;

@@ -39,9 +39,15 @@ struct lum_tile_points {
     float py[LUM_TILE_PIXELS], pz[LUM_TILE_PIXELS], nx[LUM_TILE_PIXELS], ny[LUM_TILE_PIXELS], nz[LUM_TILE_PIXELS];
     uint8_t slot[LUM_TILE_PIXELS];
 };
-/* tile: of pass->tiling, whose side is that of tiles. */
+/* tile: of pass->tiling, whose side is that of tiles; or as many more, for the far sides of the sheets that it shows.
+ */
+static inline bool lum_tile_is_far(const struct lum_pass *pass, uint32_t tile)
+{
+    return tile >= pass->tiling.n;
+}
 static inline size_t lum_tile_pixel(const struct lum_pass *pass, uint32_t tile, uint32_t slot)
 {
+    tile %= pass->tiling.n;
     uint32_t x = tile % pass->tiling.nx * LUM_TILE_SIDE + slot % LUM_TILE_SIDE;
     uint32_t y = tile / pass->tiling.nx * LUM_TILE_SIDE + slot / LUM_TILE_SIDE;
     return (size_t)y * pass->tiling.w + x;

@@ -16,6 +16,8 @@
 #include "core/vpl/gather.h"
 #include "core/vpl/vpl.h"
 
+#include <string.h>
+
 #define BRANCH_DEPTH 30u        /* segments, as many as fit branch.path; a glass ball in a mirror room takes 8 */
 #define BRANCH_MIN (1.0f / 512) /* of the pixel: half a step of 8 bits; a lesser branch is dropped */
 #define STACK_MAX ((BRANCH_DEPTH + 1) * LUM_RAY_BATCH)
@@ -38,8 +40,9 @@ struct fog {
  * gathers from 1/2^k of the VPLs: no noisier in the picture, where most branches in glass and on water are faint.
  * CornellBox-Water (600 x 400) takes 0.74 million rays for indirect light instead of 1.62. */
 #define FAINTNESS 4u
+#define BY_RECORDS FAINTNESS /* and those whose indirect light records bring: far sides of sheets that the eye sees */
 
-/* About 700 KiB: lives on a worker's stack. */
+/* About 800 KiB: lives on a worker's stack. */
 struct tree {
     const struct lum_pass *pass;
     struct lum_counters *counters;
@@ -47,7 +50,7 @@ struct tree {
     struct branch branches[STACK_MAX], batch[LUM_RAY_BATCH];
     struct lum_rays rays;
     struct lum_hits hits;
-    struct lum_vertices vertices[FAINTNESS];
+    struct lum_vertices vertices[FAINTNESS + 1];
     struct fog fog;
 };
 
@@ -218,6 +221,11 @@ static void shade_vertices(struct tree *t, uint32_t faint)
 {
     if (t->vertices[faint].n == 0)
         return;
+    if (faint == BY_RECORDS) {
+        lum_layers_light_matte(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
+        t->vertices[faint].n = 0;
+        return;
+    }
     lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
     struct lum_echo *echo = echo_of(t->pass, t->tile);
     if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
@@ -258,12 +266,11 @@ static void add_emission(struct tree *t, const struct branch *from, uint32_t lig
 }
 
 /* The vertex is shaded with direct light, if light from there still fits the depth. */
-static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
-                         const struct branch *from)
+static void queue_vertex(struct tree *t, uint32_t faint, const struct lum_bsdf *b, struct lum_vec3 p,
+                         struct lum_vec3 wo, const struct branch *from)
 {
     if (!lum_bsdf_spreads(b) || from->depth >= t->max_depth)
         return;
-    uint32_t faint = faintness(from->weight);
     struct lum_vertices *v = &t->vertices[faint];
     if (v->n == LUM_RAY_BATCH)
         shade_vertices(t, faint);
@@ -275,6 +282,17 @@ static void queue_vertex(struct tree *t, const struct lum_bsdf *b, struct lum_ve
         lum_sampler_at(r.x + from->slot % r.w, r.y + from->slot / r.w, 0, t->pass->settings->seed).pixel_seed;
     lum_vertices_push(v, from->slot, p, wo, lum_hash_combine(seed, from->path));
     v->weight[i] = from->weight;
+}
+
+/* What arrives on the far side of a sheet, and is seen on this one: a surface like any other. */
+static void queue_far_side(struct tree *t, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo,
+                           const struct branch *from)
+{
+    if (lum_rgb_black(b->through) || !t->pass->on[LUM_EFFECT_TRANSMISSION])
+        return;
+    struct lum_bsdf far = lum_bsdf_far_side(b);
+    bool by_records = from->depth == 0 && t->pass->records;
+    queue_vertex(t, by_records ? BY_RECORDS : faintness(from->weight), &far, p, lum_v3_neg(wo), from);
 }
 
 /* ---- media ---- */
@@ -345,16 +363,22 @@ static void cross_media(struct tree *t, struct branch *b, float tmax)
 
 /* ---- branches ---- */
 
+static void remember(const struct tree *t, const struct lum_branch *branch)
+{
+    struct lum_branches *tiles = t->pass->layers->branches;
+    if (tiles)
+        lum_branches_add(&tiles[t->tile], branch,
+                         (uint32_t)(LUM_BRANCHES_BYTES / (t->pass->tiling.n * sizeof *tiles->branches)));
+}
+
 /* Remembers where the batch went. */
 static void leave_trail(const struct tree *t, uint32_t n)
 {
-    struct lum_branches *tiles = t->pass->layers->branches;
-    uint32_t max = (uint32_t)(LUM_BRANCHES_BYTES / (t->pass->tiling.n * sizeof *tiles->branches));
-    for (uint32_t i = 0; tiles && i < n; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         bool hit = t->hits.object[i] != LUM_NO_OBJECT;
         float length = hit ? lum_min(t->hits.t[i], LUM_SEGMENT_FAR) : LUM_SEGMENT_FAR;
         struct lum_vec3 o = t->batch[i].o;
-        lum_branches_add(&tiles[t->tile], &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit}, max);
+        remember(t, &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit});
     }
 }
 
@@ -385,7 +409,8 @@ static void visit(struct tree *t, uint32_t i)
     lum_bsdf_init(&b, m, &s, wo);
     if (!lum_rgb_black(b.emission))
         add_emission(t, &from, s.light, b.emission);
-    queue_vertex(t, &b, s.p, wo, &from);
+    queue_vertex(t, faintness(from.weight), &b, s.p, wo, &from);
+    queue_far_side(t, &b, s.p, wo, &from);
     push_branches(t, &b, s.p, wo, &from);
 }
 
@@ -401,7 +426,7 @@ static void plant(struct tree *t)
         if (hits->object[i] >= unit->n_instances) /* background and emitters */
             continue;
         const struct lum_material *m = &unit->materials[unit->instances[hits->object[i]].material];
-        if (!lum_material_is_specular(m))
+        if (!lum_material_is_specular(m) && !lum_material_is_sheet(m))
             continue;
         struct lum_vec3 d = lum_rays_direction(&t->rays, i), wo = lum_v3_neg(d);
         struct lum_surface s;
@@ -409,6 +434,9 @@ static void plant(struct tree *t)
         lum_snapshot_surface(unit, hits, i, d, &s);
         lum_bsdf_init(&b, m, &s, wo);
         struct branch root = {.weight = lum_grey(1.0f), .slot = i, .path = 1};
+        if (!lum_rgb_black(b.through))
+            remember(t, &(struct lum_branch){s.p, s.p, true}); /* lit on its far side */
+        queue_far_side(t, &b, s.p, wo, &root);
         push_branches(t, &b, s.p, wo, &root);
     }
 }
@@ -426,8 +454,20 @@ static uint32_t pop_batch(struct tree *t)
     return n;
 }
 
+/* In methods without a filter what records bring to the far sides of sheets is shown as it is. */
+static void show_unfiltered(const struct lum_pass *pass, uint32_t tile)
+{
+    const struct lum_component_buffer *b = pass->components ? &pass->components->buffer[LUM_EFFECT_GLOSSY] : NULL;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    for (uint32_t y = r.y; b && b->raw && !pass->settings->method->filters[0] && y < r.y + r.h; y++) {
+        size_t at = (size_t)y * pass->tiling.w + r.x;
+        memcpy(b->smooth + at, b->raw + at, r.w * sizeof *b->raw);
+    }
+}
+
 static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
+    show_unfiltered(pass, tile);
     bool gathered = !pass->components || lum_components_enter(pass, LUM_EFFECT_REFLECTION, tile);
     if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
@@ -439,7 +479,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.tile = tile;
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
     t.n_branches = t.fog.rays.n = 0;
-    for (uint32_t faint = 0; faint < FAINTNESS; faint++)
+    for (uint32_t faint = 0; faint <= BY_RECORDS; faint++)
         t.vertices[faint].n = 0;
     if (pass->layers->branches)
         lum_branches_begin(&pass->layers->branches[tile]);
@@ -452,7 +492,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
         for (uint32_t i = 0; i < n; i++)
             visit(&t, i);
     }
-    for (uint32_t faint = 0; faint < FAINTNESS; faint++)
+    for (uint32_t faint = 0; faint <= BY_RECORDS; faint++)
         shade_vertices(&t, faint);
     flush_fog(&t);
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
@@ -472,7 +512,18 @@ const struct lum_effect_row lum_effect_reflection = {.demand = lum_demand_by_sur
                                                      .glow_counts = true,
                                                      .why = "is a mirror",
                                                      .why_not = "no object is a mirror"};
-const struct lum_effect_row lum_effect_transmission = {.demand = lum_demand_by_surface,
+/* A sheet shows what shines on its far side, whatever else there is. */
+static void demand_transmission(const struct lum_sights *see, const struct lum_effect_row *row, enum lum_effect effect,
+                                struct lum_demand *d)
+{
+    const struct lum_snapshot *s = see->snapshot;
+    for (uint32_t i = 0; i < s->n_instances && see->lit; i++)
+        if (lum_material_is_sheet(&s->materials[s->instances[i].material]))
+            lum_demand_call(d, effect, s->instances[i].id, row->why);
+    lum_demand_by_surface(see, row, effect, d);
+}
+
+const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmission,
                                                        .scatter = LUM_SCATTER_THROUGH,
                                                        .lamps_count = true,
                                                        .glow_counts = true,

@@ -1,0 +1,221 @@
+/* Sheets: paper, cloth, opal, which pass light on to their far side evenly. Closed forms, by every method. */
+#include "core/cache/kind.h"
+#include "core/method/method.h"
+#include "core/scene/shapes.h"
+#include "tests/support/rig.h"
+
+#define PI 3.14159265358979323846
+
+static struct lum_material_desc sheet(float reflects, float transmits)
+{
+    struct lum_material_desc m = rig_diffuse(reflects);
+    m.diffuse_transmittance = lum_grey(transmits);
+    return m;
+}
+
+static void put_sphere(struct rig *r, const char *id, double diameter)
+{
+    const struct lum_shape_params params = {.size = {diameter, diameter, diameter}, .segments = {64, 32}};
+    struct lum_shape_mesh m;
+    RIG_OK(lum_shape_make("sphere", &params, &m, &err));
+    struct lum_mesh_desc d = {
+        .positions_f = m.positions, .indices = m.indices, .n_vertices = m.n_vertices, .n_triangles = m.n_triangles};
+    RIG_OK(lum_scene_put_mesh(r->scene, id, &d, &err));
+    lum_shape_finish(&m);
+}
+
+/* Mean of SEEDS pictures of a method, and the standard error of that. Of `live` its first frames. */
+struct reading {
+    double mean, error;
+};
+
+enum { SEEDS = 12 };
+
+static struct reading read_picture(struct rig *r, const struct lum_method *method, uint32_t spp)
+{
+    struct reading sum = {0};
+    r->settings.method = method;
+    r->settings.max_spp = method->progressive ? spp : 1;
+    for (r->settings.seed = 0; r->settings.seed < SEEDS; r->settings.seed++) {
+        rig_fresh_view(r);
+        while (!rig_pass(r).complete && !method->refines)
+            continue;
+        double value = (double)rig_mean(r).g;
+        sum.mean += value / SEEDS;
+        sum.error += value * value / SEEDS;
+    }
+    r->settings.seed = 0;
+    sum.error = sqrt(fmax(0.0, sum.error - sum.mean * sum.mean) / (SEEDS - 1));
+    return sum;
+}
+
+/* share: by which it may be off besides four standard errors. */
+static void check(const char *what, const struct lum_method *method, struct reading got, double want, double share)
+{
+    if (!(fabs(got.mean - want) <= 4.0 * got.error + share * want))
+        fail_msg("%s, %s: %.5g +- %.3g, closed form %.5g", what, method->name, got.mean, got.error, want);
+}
+
+/* What reflects one half and transmits the other does not show where light is the same from everywhere. */
+static void white_sheet_in_a_furnace(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc wall = rig_diffuse(0.0f), half = sheet(0.5f, 0.5f);
+    wall.emission_cd_m2 = 0.5;
+    rig_material(&r, "wall", &wall);
+    rig_material(&r, "sheet", &half);
+    rig_box(&r, "room", 1, 1, 1);
+    rig_square(&r, "square", 0.5);
+    rig_object(&r, "room", "room", "wall", rig_v(0, 0, 0));
+    rig_object(&r, "square", "square", "sheet", rig_v(0, -0.2, 0));
+    rig_camera(&r, rig_v(0.1, 0.7, 0.2), rig_v(0, -0.2, 0), 30);
+    r.settings.w = r.settings.h = 12;
+    rig_commit(&r);
+    for (size_t m = 0; m < n; m++)
+        check("furnace", &methods[m], read_picture(&r, &methods[m], 4), 0.5, 1e-3);
+    rig_end(&r);
+}
+
+/* Nor under an even sky, whose diffuse light records bring in `live`. A second sheet, so small and far that what it
+ * hides is 1e-3, is there for the first to send light to. */
+static void white_sheet_under_an_even_sky(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc half = sheet(0.5f, 0.5f);
+    struct lum_light_desc sky = {
+        .kind = LUM_LIGHT_ENVIRONMENT, .color = lum_grey(1), .intensity = 0.5, .on = true, .camera_visible = true};
+    rig_material(&r, "sheet", &half);
+    rig_square(&r, "square", 0.5);
+    rig_square(&r, "small", 0.1);
+    rig_object(&r, "square", "square", "sheet", rig_v(0, -0.2, 0));
+    rig_object(&r, "small", "small", "sheet", rig_v(0, 4, 0));
+    rig_light(&r, "sky", &sky);
+    rig_camera(&r, rig_v(0.1, 0.7, 0.2), rig_v(0, -0.2, 0), 30);
+    r.settings.w = r.settings.h = 12;
+    rig_commit(&r);
+    for (size_t m = 0; m < n; m++)
+        check("sky", &methods[m], read_picture(&r, &methods[m], 4), 0.5, 2e-3);
+    rig_end(&r);
+}
+
+/* A point lamp on each side of a large sheet: R E on this side, and T E on the other, over pi. With the effect
+ * transmission off, and where a luxmeter lies on this side, what is behind does not count. */
+static void lamps_on_both_sides(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc curtain = sheet(0.3f, 0.6f);
+    rig_material(&r, "sheet", &curtain);
+    rig_square(&r, "square", 4);
+    rig_object(&r, "square", "square", "sheet", rig_v(0, 0, 0));
+    rig_camera(&r, rig_v(0, 0.5, 0), rig_v(0, 0, 0), 1);
+    rig_bulb(&r, "behind", rig_v(0.75, -1, 0), 100);
+    rig_bulb(&r, "before", rig_v(0, 1, 0), 30);
+    r.settings.w = r.settings.h = 6;
+    rig_commit(&r);
+    double before = 30, behind = 100 * 0.8 / 1.5625; /* at a distance of 1.25, under a cosine of 4 / 5 */
+    for (size_t m = 0; m < n; m++) {
+        check("both", &methods[m], read_picture(&r, &methods[m], 16), (0.3 * before + 0.6 * behind) / PI, 1e-3);
+        r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION);
+        check("opaque", &methods[m], read_picture(&r, &methods[m], 16), 0.3 * before / PI, 1e-3);
+        r.settings.effects_off = 0;
+        r.settings.illuminance = true;
+        check("illuminance", &methods[m], read_picture(&r, &methods[m], 16), before / PI, 1e-3);
+        r.settings.illuminance = false;
+    }
+    rig_end(&r);
+}
+
+/* A ball of opal around a lamp, in the middle of a spherical room. Light that is reflected within a sphere is the same
+ * everywhere, so that all is known: what leaves the ball into a black room is T / (1 - R) of the flux. In a room that
+ * reflects RHO, of what leaves its wall a share comes back to the ball, the square of the ratio of their radii. Facets
+ * have less area than spheres, by 3e-3. */
+static void lampshade(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    const double radius = 0.5, room = 2, flux = 1000, R = 0.4, T = 0.5, RHO = 0.5, share = 0.25 * 0.25;
+    double back = share * (R + T * T / (1 - R)) + 1 - share; /* of what leaves the wall, what comes to it again */
+    double on_wall = flux * T / (1 - R) / (1 - RHO * back);
+    double within = (flux + T * share * RHO * on_wall) / (1 - R); /* lm on the ball's inside */
+    double outside = share * RHO * on_wall;
+    rig_begin(&r, 0);
+    struct lum_material_desc opal = sheet((float)R, (float)T), wall = rig_diffuse((float)RHO);
+    rig_material(&r, "opal", &opal);
+    rig_material(&r, "wall", &wall);
+    put_sphere(&r, "ball", 2 * radius);
+    put_sphere(&r, "room", 2 * room);
+    rig_object(&r, "ball", "ball", "opal", rig_v(0, 0, 0));
+    rig_object(&r, "room", "room", "wall", rig_v(0, 0, 0));
+    rig_bulb(&r, "lamp", rig_v(0, 0, 0), flux / (4 * PI));
+    r.settings.w = r.settings.h = 12;
+    rig_commit(&r);
+    for (size_t m = 0; m < n; m++) {
+        if (!methods[m].serves[LUM_EFFECT_INDIRECT_DIFFUSE])
+            continue;
+        double on_ball = (T * within + R * outside) / (4 * PI * radius * radius);
+        rig_camera(&r, rig_v(0, 0.3, 1.4), rig_v(0, 0, 0), 20);
+        check("ball", &methods[m], read_picture(&r, &methods[m], 32), on_ball / PI, 0.01);
+        if (methods[m].cache == &lum_cache_irradiance) { /* as published, too */
+            r.settings.deterministic = false;
+            check("ball, freely", &methods[m], read_picture(&r, &methods[m], 1), on_ball / PI, 0.01);
+            r.settings.deterministic = true;
+        }
+        rig_camera(&r, rig_v(0, 0, 0.6), rig_v(0, 0, 2), 100);
+        check("wall", &methods[m], read_picture(&r, &methods[m], 32), RHO * on_wall / (4 * PI * room * room) / PI,
+              0.01);
+    }
+    rig_end(&r);
+}
+
+/* Who dims a lamp behind a sheet traces no ray, and comes back to the same bits. */
+static void dimmed_behind_a_sheet(void **state)
+{
+    (void)state;
+    struct rig r;
+    rig_begin(&r, 2);
+    rig_room(&r);
+    struct lum_material_desc curtain = sheet(0.3f, 0.6f);
+    rig_material(&r, "sheet", &curtain);
+    rig_square(&r, "square", 0.8);
+    rig_object(&r, "square", "square", "sheet", rig_v(0, 1.2, -0.5));
+    rig_bulb(&r, "lamp", rig_v(0, 0.6, -0.6), 100);
+    r.settings.method = lum_method_find("live");
+    r.settings.antialias = false; /* eye rays at edges are traced for every picture */
+    r.settings.max_spp = 1;
+    rig_commit(&r);
+    rig_pass(&r);
+    struct lum_rgb *first = rig_picture(&r);
+    for (int bright = 0; bright < 2; bright++) {
+        rig_bulb(&r, "lamp", rig_v(0, 0.6, -0.6), bright ? 100 : 7);
+        rig_commit(&r);
+        struct lum_pass_stats s = rig_pass(&r);
+        assert_int_equal(rig_all_rays(&s), 0);
+    }
+    rig_assert_picture(&r, first, "dimmed, and bright again");
+    lum_free(first);
+    rig_end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(white_sheet_in_a_furnace), cmocka_unit_test(white_sheet_under_an_even_sky),
+        cmocka_unit_test(lamps_on_both_sides),      cmocka_unit_test(lampshade),
+        cmocka_unit_test(dimmed_behind_a_sheet),
+    };
+    return cmocka_run_group_tests_name("numeric.sheet", tests, NULL, NULL);
+}
