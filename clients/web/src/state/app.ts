@@ -8,7 +8,7 @@ import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
-import type { Daylight } from './daylight';
+import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
 import { Edits } from './edits';
 import { Follower } from './follow';
@@ -73,6 +73,8 @@ export class App {
         if (chosen) return chosen.auto ? { auto: true, ev: measured } : chosen;
         return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
     });
+    /** What an environment that is on makes way for; null: nothing. */
+    readonly shiningSky = computed(() => shiningSky(this.scene.list('light').value.map((id) => this.scene.record(id)).filter((l) => l !== undefined)));
     /** Of this view: its own choice, else the scene's. */
     readonly method = computed(() => {
         const name = this.view.settings.value.method ?? this.scene.record('render')?.method;
@@ -111,6 +113,7 @@ export class App {
         this.reader = new Reader({
             ...{ call, online: this.online, frame: this.meter.frame },
             wanted: computed(() => isOfLight(view.settings.value.overlay)),
+            map: computed(() => view.settings.value.overlay),
             viewId: () => view.viewId,
             size: () => view.size.peek(),
         });

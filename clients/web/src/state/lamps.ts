@@ -7,7 +7,7 @@ import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
 import { newId } from './imports';
 import { aimedAt, LAMP_KINDS, newLamp, type LampKind, type Mount } from './lamp_make';
-import { extentOf, nameOf } from './lights';
+import { extentOf, isPlaced, nameOf } from './lights';
 import { anchorOf, anchoredAt } from './placement';
 import type { SceneMirror } from './scene';
 import { addOf } from './scene_ops';
@@ -76,12 +76,16 @@ export class Lamps {
         const { scene, edits, view, toasts } = this.host;
         const record = scene.peek(id);
         if (!record) return;
+        if (record.kind === 'ies' && !record.asset) {
+            toasts.info(`${nameOf(record)} has its light from the model that it came with: import the model again for another one`);
+            return;
+        }
         const copy = newId(nameOf(record).replace(/-\d+$/, ''), (taken) => scene.peek(taken) !== undefined);
         const { right } = basis(poseFromOrbit(view.orbit.value));
         const beside = add(anchorOf(record), scale(right, 2.5 * extentOf(record)));
         const { path, value } = anchoredAt(record, beside);
         const ops: Op[] = [addOf(record, copy)];
-        if (record.kind !== 'directional' && record.kind !== 'environment') ops.push({ op: 'set', id: copy, path, value });
+        if (isPlaced(record)) ops.push({ op: 'set', id: copy, path, value });
         if (!(await edits.transaction(ops))) return;
         this.selected.value = copy;
         toasts.announce(`Copied ${id} as ${copy}, and selected it`);
