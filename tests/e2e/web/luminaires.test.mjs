@@ -1,6 +1,7 @@
 // Lamps with photometric files, as a designer works with them. Assets: tests/photometry.
 import assert from 'node:assert/strict';
-import { mkdtempSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -85,6 +86,82 @@ test('the page itself never scrolls, whatever is looked at', async () => {
         });
         assert.deepEqual([top, height], [0, room], title);
     }
+});
+
+const AXE = readFileSync(createRequire(new URL('../../../clients/web/package.json', import.meta.url)).resolve('axe-core/axe.min.js'), 'utf8');
+const said = () => page.locator('.visually-hidden[role=status][aria-live]').textContent();
+const luminaire = (name) => page.getByRole('option', { name });
+
+test('the folder’s luminaires are listed with what their files say, and found by it', async () => {
+    await eventually(async () => (await page.locator('.library-row').allInnerTexts()).every((t) => / lm/.test(t)), () => 'not read');
+    assert.equal(await page.locator('.library-row').count(), 3);
+    assert.match(await page.locator('.library-row[title="downlight.ies"]').innerText(), /877\.7 lm · 9\.5 W · 92 lm\/W/);
+    assert.ok((await page.locator('.library-row[title="linear.ldt"] .polar-c0').getAttribute('d')).length > 100);
+    const search = page.getByLabel('Search luminaires by name or file');
+    await search.fill('linear');
+    assert.equal(await page.locator('.library-row').count(), 1);
+    await search.fill('no such lamp');
+    await page.getByText('No luminaire matches').waitFor();
+    await search.fill('');
+});
+
+test('one is dragged into the picture and hangs under the ceiling where it was let go; one undo takes it back', async () => {
+    await page.locator('.library-list').scrollIntoViewIfNeeded();
+    const [from, stage] = [await page.locator('.library-row[title="downlight.ies"]').boundingBox(), await page.locator('.stage').boundingBox()];
+    await page.mouse.move(from.x + 80, from.y + 20);
+    await page.mouse.down();
+    await page.mouse.move(stage.x + 0.5 * stage.width, stage.y + 0.18 * stage.height, { steps: 5 });
+    await page.locator('.drag-ghost', { hasText: 'on ceiling, 2.80 m high' }).waitFor();
+    await page.keyboard.press('Escape');
+    assert.equal(await page.locator('.drag-ghost').count(), 0, 'Escape ends it');
+    await page.mouse.move(stage.x + 0.5 * stage.width, stage.y + 0.17 * stage.height, { steps: 2 });
+    await edit(() => page.mouse.up());
+    await row(page, 'downlight').locator('.light-details').waitFor();
+    const [x, y] = await numbers('downlight', 'X', 'Y');
+    assert.ok(Math.abs(x) < 0.2 && y > 2.7 && y < 2.8, `${x}, ${y}`);
+    assert.deepEqual(await numbers('downlight', 'Tilt'), [0]);
+    await row(page, 'downlight').locator('.luminaire', { hasText: '877.7 lm' }).waitFor();
+    await edit(() => page.locator('.stage').press('z'));
+    assert.equal(await row(page, 'downlight').count(), 0);
+});
+
+test('by keyboard alone one is chosen, hung, moved, and made into rows over the whole floor', async () => {
+    const list = page.getByRole('listbox');
+    await list.focus();
+    await page.keyboard.press('End');
+    await page.keyboard.press('Home');
+    assert.equal(await luminaire(/downlight|877/).getAttribute('aria-selected'), 'true');
+    await edit(() => page.keyboard.press('Enter'));
+    await eventually(async () => /^Placed downlight/.test(await said()), said);
+    await eventually(() => page.evaluate(() => document.activeElement?.closest('.lamp') !== null), () => 'its handle has no focus');
+    const [x, y, z] = await numbers('downlight', 'X', 'Y', 'Z');
+    await edit(() => page.keyboard.press('Shift+ArrowRight'));
+    const moved = await numbers('downlight', 'X', 'Y', 'Z');
+    assert.ok(moved[0] > x && moved[1] === y && Math.abs(moved[2] - z) < 0.5, `${[x, y, z]} to ${moved}`);
+    await page.getByRole('button', { name: 'Rows…' }).press('Enter');
+    const form = page.getByRole('group', { name: 'Rows of downlight' });
+    await form.getByLabel('Rows', { exact: true }).fill('2');
+    await form.getByLabel('Rows', { exact: true }).press('Enter');
+    await form.getByText('8 lamps, 7\u2009022 lm, 76 W').waitFor();
+    await edit(() => form.getByRole('button', { name: 'Spread over the floor' }).press('Enter'));
+    await page.getByRole('switch', { name: 'Group downlight on' }).waitFor();
+    assert.deepEqual(await numbers('downlight', 'X', 'Y', 'Z'), [-1.5, y, -0.75]);
+    await select(page, 'downlight-8');
+    assert.deepEqual(await numbers('downlight-8', 'X', 'Y', 'Z'), [1.5, y, 0.75]);
+});
+
+test('axe finds nothing in the library, a chosen luminaire, the facts of a lamp and its rows', async () => {
+    await page.getByRole('button', { name: 'Rows…' }).click();
+    await page.evaluate(AXE);
+    await page.locator('.panel').evaluate((e) => e.scrollTo(0, 0)); // what lies half below the names of sections is small
+    const found = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'] }).then((r) => r.violations));
+    assert.deepEqual(found.flatMap((v) => v.nodes.map((n) => `${v.id}: ${n.html.slice(0, 160)}`)), []);
+});
+
+test('a section is gone to by its name, and the Tab key goes on from there', async () => {
+    await page.getByRole('navigation', { name: 'Sections of the panel' }).getByRole('button', { name: 'Measure' }).press('Enter');
+    await page.keyboard.press('Tab');
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), 'Add work plane');
 });
 
 test('nothing was written to the console as an error', () => assert.deepEqual(tab.watch.errors, []));
