@@ -62,7 +62,7 @@ export class Lamps {
         const { scene, edits, toasts, pick } = this.host;
         const hit = at && (await pick(...at));
         if (at && !hit) {
-            toasts.announce('Nothing is there to hang it on');
+            toasts.info('Nothing is there to hang it on');
             return false;
         }
         const mount = hit ? { point: hit.point, normal: hit.normal } : await this.mount();
