@@ -85,6 +85,13 @@
 
 #define LUM_LIMIT_SCENE_GETS_WAITING 4u /* of a session: each answer is as long as the scene */
 
+#define LUM_LIMIT_ASSETS_WAITING 64u /* of a session: what a list of files shows at once, and a page more */
+
+/* ---- assets ---- */
+#define LUM_LIMIT_ASSETS_LISTED 4096u   /* of one answer: a maker's catalogue, in 1 MiB */
+#define LUM_LIMIT_ASSET_ENTRIES 262144u /* looked at for it: some seconds of a slow disk */
+#define LUM_LIMIT_ASSET_DEPTH 8u        /* folders in each other; each holds a descriptor */
+
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
 #define LUM_LIMIT_IMPORTS_WAITING 64u /* with those that run: each holds on to its message, and may take minutes */

@@ -284,9 +284,18 @@ struct cJSON *lum_op_to_json(const struct lum_op *op)
     return NULL;
 }
 
-const char *lum_op_web_file(const struct lum_op *op)
+bool lum_is_web_file(const char *name)
 {
     static const char *const ends[] = {".ies", ".ldt", ".eul", ".pho"};
+    size_t n = strlen(name);
+    for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
+        if (n > 4 && n <= LUM_LIMIT_ASSET_BYTES && strcasecmp(name + n - 4, ends[k]) == 0)
+            return true;
+    return false;
+}
+
+const char *lum_op_web_file(const struct lum_op *op)
+{
     if (op->kind == LUM_OP_ADD)
         return op->record->type == LUM_RECORD_LIGHT && op->record->light.asset[0] ? op->record->light.asset : NULL;
     const cJSON *value = op->kind != LUM_OP_SET            ? NULL
@@ -294,9 +303,5 @@ const char *lum_op_web_file(const struct lum_op *op)
                          : op->path[0] == '\0'             ? cJSON_GetObjectItemCaseSensitive(op->value, "asset")
                                                            : NULL;
     const char *s = cJSON_GetStringValue(value);
-    size_t n = s ? strlen(s) : 0;
-    for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
-        if (n > 4 && n <= LUM_LIMIT_ASSET_BYTES && strcasecmp(s + n - 4, ends[k]) == 0)
-            return s;
-    return NULL;
+    return s && lum_is_web_file(s) ? s : NULL;
 }

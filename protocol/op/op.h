@@ -33,6 +33,8 @@ struct lum_ops {
     lum_id undo_group; /* a drag: successive transactions of one user with this name are one undo step; "": alone */
 };
 
+/* A photometric file, by its name. */
+bool lum_is_web_file(const char *name);
 /* The photometric file that the op gives a light: an add of one with an asset, or a set of it, of which the file's name
  * tells that it is one. NULL: none. */
 const char *lum_op_web_file(const struct lum_op *op);

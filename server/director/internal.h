@@ -12,6 +12,7 @@
 
 #include <pthread.h>
 
+#include "server/director/assets.h"
 #include "server/director/beside.h"
 #include "server/director/director.h"
 #include "server/director/probes.h"
@@ -71,6 +72,7 @@ struct lum_director {
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_director_probes probes;
     struct lum_director_scene_gets scene_gets;
+    struct lum_director_assets assets;
     struct {
         uint64_t changes, generation; /* of the desk and of the patches, when its values were taken */
         uint64_t looks;               /* that were made of them */

@@ -46,6 +46,8 @@ struct lum_request_type {
     X(pick)                                                                                                            \
     X(bounds)                                                                                                          \
     X(photometry)                                                                                                      \
+    X(asset_list)                                                                                                      \
+    X(asset_photometry)                                                                                                \
     X(daylight)                                                                                                        \
     X(probe)                                                                                                           \
     X(sensor_watch)                                                                                                    \
@@ -78,10 +80,12 @@ struct lum_request {
     double x, y;                 /* pick, probe: pixel of the view */
     bool has_point;              /* probe: point and normal instead of a pixel, which becomes such */
     double point[3], normal[3];
-    uint32_t samples;          /* probe */
-    lum_id id;                 /* bounds, photometry, sensor.read; sensor.place: what it lies on */
-    bool on, points;           /* sensor.watch */
-    double height_m, border_m; /* sensor.place */
+    uint32_t samples;                      /* probe */
+    lum_id id;                             /* bounds, photometry, sensor.read; sensor.place: what it lies on */
+    bool on, points;                       /* sensor.watch */
+    double height_m, border_m;             /* sensor.place */
+    char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* asset.photometry */
+    char match[LUM_LIMIT_ID_BYTES + 1];    /* asset.list */
 };
 struct lum_request *lum_request_create(const struct lum_request_type *type); /* zeroed; NULL when memory is short */
 void lum_request_destroy(struct lum_request *q);

@@ -158,6 +158,7 @@ static void session_closed(struct lum_director *d, const struct lum_request *q)
     lum_director_stop_watching(d, q->session);
     lum_director_drop_probes(d, q->session);
     lum_director_drop_scene_gets(d, q->session);
+    lum_director_drop_assets(d, q->session);
     if (lum_document_next_undo(d->world.doc, q->user, false) || lum_document_next_undo(d->world.doc, q->user, true))
         lum_director_note(d, LUM_ENTRY_FORGET, q->user, 0);
     lum_document_forget_user(d->world.doc, q->user);

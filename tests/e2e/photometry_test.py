@@ -115,6 +115,84 @@ class Photometry(unittest.TestCase):
                     self.assertEqual(ws.call("photometry", {"id": "lamp"})["symmetry"], "quadrant")
                 subprocess.run([LUMEND, "state", "compact", state], check=True, capture_output=True)
 
+    def test_what_the_folder_offers(self):
+        """Plain files with the names of photometric ones, however deep, but for links and what is hidden."""
+        with tempfile.TemporaryDirectory() as folder:
+            deep = os.path.join(folder, *"abcdefgh")
+            os.makedirs(deep)
+            for name in ("Zeta.IES", "a/one.ldt", "a/b/Two.Ies", "a/b/model.glb", ".hidden.ies", "a/b/c/d/e/f/g/deep.ies",
+                         "a/b/c/d/e/f/g/h/too-deep.ies", "line\nbreak.ies", "back\\slash.ies"):
+                shutil.copy(os.path.join(FILES, "downlight.ies"), os.path.join(folder, name))
+            with open(os.path.join(os.fsencode(folder), b"latin\xe9.ies"), "wb"):
+                pass
+            os.symlink("/etc", os.path.join(folder, "out"))
+            os.symlink("Zeta.IES", os.path.join(folder, "link.ies"))
+            os.mkdir(os.path.join(folder, "folder.ies"))
+            with Daemon("--assets", folder) as daemon:
+                ws = daemon.connect()
+                told = ws.call("asset.list", {"kind": "photometry"})
+                self.assertEqual([a["asset"] for a in told["assets"]],
+                                 ["Zeta.IES", "a/b/Two.Ies", "a/b/c/d/e/f/g/deep.ies", "a/one.ldt"])
+                self.assertFalse(told["whole"])  # there is more, deeper
+                self.assertEqual(told["assets"][0]["bytes"], os.path.getsize(os.path.join(FILES, "downlight.ies")))
+                found = ws.call("asset.list", {"kind": "photometry", "match": "A/B"})
+                self.assertEqual(len(found["assets"]), 2)
+                for params, app in (({"kind": "model"}, "invalid_value"), ({}, "missing_field"),
+                                    ({"kind": "photometry", "match": "a" * 65}, "invalid_value")):
+                    with self.assertRaises(RpcError) as caught:
+                        ws.call("asset.list", params)
+                    self.assertEqual(caught.exception.app, app)
+
+    def test_more_files_than_an_answer_has(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for i in range(4097):
+                with open(os.path.join(folder, f"{i:04}.ies"), "w", encoding="utf-8"):
+                    pass
+            with Daemon("--assets", folder) as daemon:
+                ws = daemon.connect()
+                told = ws.call("asset.list", {"kind": "photometry"})
+                self.assertEqual((len(told["assets"]), told["whole"]), (4096, False))
+                os.remove(os.path.join(folder, "0000.ies"))
+                told = ws.call("asset.list", {"kind": "photometry"})
+                self.assertEqual((len(told["assets"]), told["whole"]), (4096, True))
+
+    def test_what_a_file_says_before_it_is_placed(self):
+        told = self.ws.call("asset.photometry", {"asset": "floodlight.ies"})
+        self.assertIn("TILT", told.pop("warnings")[0])
+        self.apply({**LAMP, "asset": "floodlight.ies"})
+        self.assertEqual(told, self.ws.call("photometry", {"id": "lamp"}))
+        for asset, app, text in (("broken.ies", "import_failed", "line 5: vertical angles must ascend"),
+                                 ("nowhere.ies", "not_found", "no such file"), ("link.ies", "import_failed", ""),
+                                 ("../downlight.ies", "not_found", "asset directory"),
+                                 ("model.glb", "invalid_value", "must end in .ies")):
+            with self.assertRaises(RpcError) as caught:
+                self.ws.call("asset.photometry", {"asset": asset})
+            self.assertEqual(caught.exception.app, app)
+            self.assertIn(text, str(caught.exception))
+        with Daemon() as bare:
+            ws = bare.connect()
+            for method, params in (("asset.list", {"kind": "photometry"}), ("asset.photometry", {"asset": "a.ies"})):
+                with self.assertRaises(RpcError) as caught:
+                    ws.call(method, params)
+                self.assertEqual(caught.exception.app, "unsupported")
+
+    def test_questions_about_files_wait_in_a_queue_with_an_end(self):
+        n = 128
+        asked = [self.ws.send_request("asset.photometry", {"asset": "downlight.ies"}) for _ in range(n)]
+        other = self.daemon.connect()
+        gone = self.daemon.connect()
+        gone.send_request("asset.photometry", {"asset": "downlight.ies"})
+        gone.close()
+        self.assertEqual(other.call("asset.photometry", {"asset": "linear.ldt"})["symmetry"], "quadrant")
+        busy = 0
+        for request in asked:
+            try:
+                self.assertGreater(self.ws.reply(request)["flux_lm"], 800)
+            except RpcError as e:
+                self.assertEqual(e.app, "busy")
+                busy += 1
+        self.assertTrue(0 < busy <= n - 64)
+
     def test_files_that_are_refused(self):
         self.refused("import_failed", "line 5: vertical angles must ascend", {**LAMP, "asset": "broken.ies"})
         self.refused("not_found", "no such file", {**LAMP, "asset": "nowhere.ies"})

@@ -1,6 +1,6 @@
 import { render } from 'preact';
 import { App } from './state/app';
-import { takeToken } from './state/token';
+import { takeToken, tokenInAddress } from './state/token';
 import './style/main.css';
 import { AppContext } from './ui/context';
 import { Layout } from './ui/Layout';
@@ -13,6 +13,11 @@ function socketUrl(): string {
 }
 
 const app = new App(socketUrl(), takeToken());
+// An address with another token, put into the tab where the page is: only its end changes, and nothing is loaded anew.
+addEventListener('hashchange', () => {
+    const token = tokenInAddress();
+    if (token !== null) app.useToken(token);
+});
 render(
     <AppContext.Provider value={app}>
         <Layout />

@@ -8,13 +8,15 @@ import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Convergence } from './convergence';
-import type { Daylight } from './daylight';
+import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
 import { Edits } from './edits';
 import { Follower } from './follow';
 import { Imports } from './imports';
 import { Lamps } from './lamps';
+import { Library } from './library';
 import { centreOf, extentOf, isLamp, isPlaced } from './lights';
+import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Reader } from './readout';
 import { Meter } from './meter';
@@ -63,6 +65,7 @@ export class App {
     readonly imports: Imports;
     readonly sensors: Sensors;
     readonly desk: Desk;
+    readonly library: Library;
     readonly reader: Reader;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
@@ -73,6 +76,8 @@ export class App {
         if (chosen) return chosen.auto ? { auto: true, ev: measured } : chosen;
         return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
     });
+    /** What an environment that is on makes way for; null: nothing. */
+    readonly shiningSky = computed(() => shiningSky(this.scene.list('light').value.map((id) => this.scene.record(id)).filter((l) => l !== undefined)));
     /** Of this view: its own choice, else the scene's. */
     readonly method = computed(() => {
         const name = this.view.settings.value.method ?? this.scene.record('render')?.method;
@@ -104,13 +109,15 @@ export class App {
         });
         const picked = (): ReturnType<App['picked']> => this.picked();
         const pick = (x: number, y: number): Promise<Pick | null> => this.pick(x, y);
-        this.lamps = new Lamps({ scene, edits, view, toasts, picked, pick, ev: () => this.exposure.value.ev });
+        this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
+        this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
         this.sensors = new Sensors({ scene, edits, call, onError });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
             ...{ call, online: this.online, frame: this.meter.frame },
             wanted: computed(() => isOfLight(view.settings.value.overlay)),
+            map: computed(() => view.settings.value.overlay),
             viewId: () => view.viewId,
             size: () => view.size.peek(),
         });
@@ -226,6 +233,12 @@ export class App {
     /** Where the sun stands, and the lux of sun and sky; null: nobody says. */
     async daylight(): Promise<Daylight | null> {
         return this.rpc ? ((await this.rpc.call('daylight').catch(() => null)) as unknown as Daylight | null) : null;
+    }
+
+    /** What the file of a lamp says; null: nobody tells. */
+    async photometryOf(id: string): Promise<Facts | null> {
+        const told = await this.rpc?.call('photometry', { id }).catch(() => null);
+        return told ? factsOf(told) : null;
     }
 
     /** An object, or all that an import brought: as its own camera shows it, for a room is best seen from inside. */

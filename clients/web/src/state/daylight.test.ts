@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { SceneRecord } from '../protocol/types';
-import { daylightOf, skyChange } from './daylight';
+import { daylightOf, shiningSky, skyChange } from './daylight';
 
 const light = (id: string, kind: string, more: object = {}): SceneRecord => ({ type: 'light', id, kind, ...more });
 const ids = (records: SceneRecord[]): string[] => records.map((r) => r.id);
@@ -15,6 +15,9 @@ test('sun and sky are the first by id, and what gives way or shines twice is nam
     assert.equal(sun?.id, 'sun-1');
     assert.equal(sky?.id, 'sky-1');
     assert.deepEqual(ids(replaced), ['default-sky']);
+    const sky3 = light('sky-3', 'sky');
+    assert.deepEqual(ids(daylightOf([...lights, sky3]).replaced), ['sky-3', 'default-sky'], 'of two skies one shines');
+    assert.equal(shiningSky([...lights, sky3]), 'sky-1');
     assert.deepEqual(ids(doubled), ['sun-2', 'afar']);
 });
 

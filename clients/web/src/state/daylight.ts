@@ -34,7 +34,7 @@ export const SKIES: [string, string][] = [
 export interface DaylightRecords {
     sun?: SceneRecord;
     sky?: SceneRecord;
-    /** Environments that are on and do not shine, since the sky does. */
+    /** Environments and further skies that are on and do not shine, since the sky does. */
     replaced: SceneRecord[];
     /** What shines from afar beside the sun: most likely the sun that was there before. */
     doubled: SceneRecord[];
@@ -46,13 +46,24 @@ export function daylightOf(lights: readonly SceneRecord[]): DaylightRecords {
     const suns = of('sun');
     const skies = of('sky');
     const shines = suns[0] !== undefined && isOn(suns[0]);
+    const shining = shiningSky(lights);
     return {
         sun: suns[0],
         sky: skies[0],
-        replaced: skies.some(isOn) ? of('environment').filter(isOn) : [],
+        replaced: [...skies, ...of('environment')].filter((l) => isReplaced(l, shining)),
         doubled: shines ? [...suns.slice(1), ...of('directional')].filter(isOn) : [],
     };
 }
+
+/** Of the skies that are on the first by id. */
+export function shiningSky(lights: readonly SceneRecord[]): string | null {
+    const ids = lights.filter((l) => l.kind === 'sky' && isOn(l)).map((l) => l.id);
+    return ids.length > 0 ? ids.reduce((a, b) => (a < b ? a : b)) : null;
+}
+
+/** It is on, and the sky shines in its place. */
+export const isReplaced = (light: SceneRecord, shining: string | null): boolean =>
+    shining !== null && light.id !== shining && (light.kind === 'environment' || light.kind === 'sky') && isOn(light);
 
 export const switchOff = (lights: readonly SceneRecord[]): Op[] => lights.map(({ id }) => ({ op: 'set', id, path: '/on', value: false }));
 

@@ -195,7 +195,7 @@ test('an op is done when the scene is as it would make it', () => {
 });
 
 test('a record is made again without what only the server tells, and a scene is a file of lines', () => {
-    const record = { type: 'object', id: 'room/panel', origin: 'room', mesh: 'm', color: null, emits: { flux_lm: 3 } };
+    const record = { type: 'object', id: 'room/panel', origin: 'room', mesh: 'm', color: null, emits: { flux_lm: 3 }, photometry: { flux_lm: 4 } };
     assert.deepEqual(addOf(record, 'copy'), { op: 'add', type: 'object', id: 'copy', mesh: 'm' });
     const lines = sceneFile([{ op: 'add', id: 'a' }], 'two lamps').split('\n');
     assert.deepEqual(lines, ['{"lumend":1,"kind":"scene","title":"two lamps"}', '{"op":"add","id":"a"}', '']);

@@ -80,7 +80,7 @@ export function newLamp(kind: LampKind, mount: Mount, r: number, ev: number): Js
     return { ...lamp, position: round(mount.normal ? add(mount.point, scale(mount.normal, gap)) : mount.point, 3) };
 }
 
-export const isAimed = (light: SceneRecord): boolean => ['spot', 'disc', 'quad', 'directional'].includes(String(light.kind));
+export const isAimed = (light: SceneRecord): boolean => ['spot', 'ies', 'disc', 'quad', 'directional'].includes(String(light.kind));
 /** A sun shines from nowhere, so that it has no way to point at something. */
 export const canPointAt = (light: SceneRecord): boolean => isAimed(light) && light.kind !== 'directional';
 

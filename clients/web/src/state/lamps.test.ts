@@ -45,10 +45,12 @@ test('the edges of a panel keep their lengths and span the plane across its aim'
     }
 });
 
-test('spots, downlights and panels point at what is picked', () => {
+test('spots, downlights, panels and lamps with a file point at what is picked', () => {
     const point: Vec3 = [2, 0.5, -1];
-    for (const kind of ['spot', 'disc', 'quad'] as const) {
-        const lamp = record({ ...newLamp(kind, { point: [0, 3, 0], normal: [0, -1, 0] }, 2, 8) });
+    const measured: JsonObject = { kind: 'ies', asset: 'a.ies', position: [0, 3, 0], direction: [0, -1, 0] };
+    for (const fields of [...(['spot', 'disc', 'quad'] as const).map((kind) => newLamp(kind, { point: [0, 3, 0], normal: [0, -1, 0] }, 2, 8)), measured]) {
+        const lamp = record(fields);
+        assert.ok(isAimed(lamp));
         const op = aimedAt(lamp, point);
         assert.ok(op.op === 'set');
         const after = withField(lamp, op.path, op.value)!;

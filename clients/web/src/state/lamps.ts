@@ -1,13 +1,14 @@
 /** Lamps put in, taken away, copied and aimed. */
 import { signal } from '@preact/signals';
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
-import type { Json } from '../protocol/rpc';
+import type { Json, JsonObject } from '../protocol/rpc';
 import type { Op, Pick } from '../protocol/types';
 import { basis, poseFromOrbit } from '../view/camera';
 import type { Edits } from './edits';
-import { newId } from './imports';
+import { idForAsset, newId } from './imports';
 import { aimedAt, LAMP_KINDS, newLamp, type LampKind, type Mount } from './lamp_make';
-import { extentOf, nameOf } from './lights';
+import { extentOf, isPlaced, nameOf } from './lights';
+import { arrayOps, luminaireOp, spreadOver, type Rows } from './luminaires';
 import { anchorOf, anchoredAt } from './placement';
 import type { SceneMirror } from './scene';
 import { addOf } from './scene_ops';
@@ -19,6 +20,8 @@ export interface LampsHost {
     edits: Edits;
     view: ViewLink;
     toasts: Toasts;
+    call(method: string, params: JsonObject): Promise<JsonObject>;
+    onError(error: Error): void;
     /** Of the picture, EV100. */
     ev(): number;
     /** What the user picked, where it is by now. */
@@ -54,6 +57,44 @@ export class Lamps {
         return true;
     }
 
+    /** A lamp of a photometric file, on what is at that place of the picture; null: where add() puts one. True: it is there. */
+    async place(asset: string, heightM: number, at: readonly [number, number] | null): Promise<boolean> {
+        const { scene, edits, toasts, pick } = this.host;
+        const hit = at && (await pick(...at));
+        if (at && !hit) {
+            toasts.info('Nothing is there to hang it on');
+            return false;
+        }
+        const mount = hit ? { point: hit.point, normal: hit.normal } : await this.mount();
+        const id = idForAsset(asset, (taken) => scene.peek(taken) !== undefined);
+        if (!(await edits.transaction([luminaireOp(id, asset, mount, heightM)]))) return false;
+        this.selected.value = id;
+        toasts.announce(`Placed ${id}${hit ? ` on ${hit.id}` : ''}, and selected it: arrow keys move it, with Shift at its height`);
+        return true;
+    }
+
+    /** Rows over the whole floor at the height of the lamp; null: there is no floor, which is said. */
+    async overFloor(id: string, columns: number, rows: number): Promise<Rows | null> {
+        const { scene, call, onError } = this.host;
+        try {
+            const floor = await call('sensor.place', { border_m: 0 });
+            const record = scene.peek(id);
+            return record ? spreadOver(record, floor, columns, rows) : null;
+        } catch (error) {
+            onError(error as Error);
+            return null;
+        }
+    }
+
+    /** The lamp and its copies in columns and rows, as one step. */
+    async array(id: string, rows: Rows): Promise<void> {
+        const { scene, edits, toasts } = this.host;
+        const record = scene.peek(id);
+        if (!record) return;
+        const ops = arrayOps(record, rows, (taken) => scene.peek(taken) !== undefined);
+        if (await edits.transaction(ops)) toasts.announce(`${rows.columns * rows.rows} lamps in ${rows.rows} rows`);
+    }
+
     /** True: it is gone. */
     async remove(id: string): Promise<boolean> {
         const { scene, edits, toasts } = this.host;
@@ -76,12 +117,16 @@ export class Lamps {
         const { scene, edits, view, toasts } = this.host;
         const record = scene.peek(id);
         if (!record) return;
+        if (record.kind === 'ies' && !record.asset) {
+            toasts.info(`${nameOf(record)} has its light from the model that it came with: import the model again for another one`);
+            return;
+        }
         const copy = newId(nameOf(record).replace(/-\d+$/, ''), (taken) => scene.peek(taken) !== undefined);
         const { right } = basis(poseFromOrbit(view.orbit.value));
         const beside = add(anchorOf(record), scale(right, 2.5 * extentOf(record)));
         const { path, value } = anchoredAt(record, beside);
         const ops: Op[] = [addOf(record, copy)];
-        if (record.kind !== 'directional' && record.kind !== 'environment') ops.push({ op: 'set', id: copy, path, value });
+        if (isPlaced(record)) ops.push({ op: 'set', id: copy, path, value });
         if (!(await edits.transaction(ops))) return;
         this.selected.value = copy;
         toasts.announce(`Copied ${id} as ${copy}, and selected it`);

@@ -23,6 +23,8 @@ export interface ReadoutHost {
     call(method: string, params: JsonObject): Promise<JsonObject>;
     /** A map of light is shown. */
     wanted: ReadonlySignal<boolean>;
+    /** Which map it is. */
+    map: ReadonlySignal<string>;
     online: ReadonlySignal<boolean>;
     /** Changes with every picture. */
     frame: ReadonlySignal<unknown>;
@@ -44,6 +46,11 @@ export class Reader {
             if (host.wanted.value && host.online.value) void this.read();
             else this.readout.value = null;
         });
+        // Of another map it is a value in another unit.
+        effect(() => {
+            void host.map.value;
+            this.readout.value = null;
+        });
     }
 
     /** null: it left. */
@@ -62,8 +69,9 @@ export class Reader {
             const [x, y] = place ?? [0.5, 0.5];
             const [w, h] = this.host.size();
             const at = (part: number, n: number): number => Math.min(n - 1, Math.max(0, Math.floor(part * n)));
+            const map = this.host.map.peek();
             const r = await this.host.call('view.read', { view_id: viewId, x: at(x, w), y: at(y, h) });
-            if (this.host.wanted.peek()) this.readout.value = readoutOf(r, place === null);
+            if (this.host.wanted.peek() && map === this.host.map.peek()) this.readout.value = readoutOf(r, place === null);
         } catch {
             this.readout.value = null; // the view is being opened or closed, or has another size: the next frame asks anew
         }

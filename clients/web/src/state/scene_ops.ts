@@ -24,7 +24,7 @@ function at(node: Json | undefined, keys: readonly string[]): Json | undefined {
 const same = (a: Json | undefined, b: Json | undefined): boolean => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
 
 /** Fields that the server tells of a record, and that no client may give. */
-const TOLD: readonly string[] = ['emits', 'origin', 'op'];
+const TOLD: readonly string[] = ['emits', 'origin', 'op', 'photometry'];
 
 /** The op that makes the record, as it is now, under another id or again. */
 export function addOf(record: SceneRecord, id = record.id): Op {

@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
 import type { Edits } from './edits';
 import { SceneMirror } from './scene';
-import { judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
+import { apart, judge, pointAt, pointsInWords, readingOf, Sensors, stateOf, verdict } from './sensors';
 
 const TOLD: JsonObject = {
     id: 'desks', scene_rev: 7, settled: false, kind: 'grid', nu: 3, nv: 2, left_out: 1,
@@ -61,6 +61,11 @@ test('points lie in the middles of cells, and are judged by what is wanted', () 
     assert.equal(judge(499, { ...record, target_uo: null }), 'missed', 'nothing may be below the mean');
     assert.equal(judge(1, { ...record, target_lx: null }), 'plain');
     assert.equal(pointsInWords({ ...record, target_lx: null }, { lx }), null);
+});
+
+test('numbers of points are left out where one would cover another, whichever rows they are of', () => {
+    const places = [{ x: 0, y: 100 }, { x: 20, y: 100 }, { x: 40, y: 95 }, null, { x: 5, y: 90 }, { x: 5, y: 60 }];
+    assert.deepEqual([...apart(places, 34, 17)].sort(), [0, 2, 5]);
 });
 
 test('a work plane is placed by the server and asks for what office work needs', async () => {

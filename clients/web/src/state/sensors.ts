@@ -170,6 +170,22 @@ export function pointAt(record: SceneRecord, { nu, nv }: Pick<SensorReading, 'nu
     return add(vec3Or(record.position, [0, 0, 0]), add(along(record.u, u), along(record.v, v)));
 }
 
+/** Of places in the picture those that are `w` to the side of each other, or `h` above, in pixels: the nearest to the bottom come first. */
+export function apart(places: readonly ({ x: number; y: number } | null)[], w: number, h: number): Set<number> {
+    const taken = new Map<string, { x: number; y: number }[]>();
+    const chosen = new Set<number>();
+    const order = places.map((_, i) => i).filter((i) => places[i]).sort((a, b) => places[b]!.y - places[a]!.y);
+    for (const i of order) {
+        const at = places[i]!;
+        const [cx, cy] = [Math.floor(at.x / w), Math.floor(at.y / h)];
+        const near = [-1, 0, 1].flatMap((dx) => [-1, 0, 1].flatMap((dy) => taken.get(`${cx + dx} ${cy + dy}`) ?? []));
+        if (near.some((p) => Math.abs(p.x - at.x) < w && Math.abs(p.y - at.y) < h)) continue;
+        chosen.add(i);
+        taken.set(`${cx} ${cy}`, [...(taken.get(`${cx} ${cy}`) ?? []), at]);
+    }
+    return chosen;
+}
+
 /** met: as much as the mean is to be. missed: less than the least may be. near: between. plain: nothing is asked. */
 export type PointVerdict = 'met' | 'near' | 'missed' | 'plain';
 

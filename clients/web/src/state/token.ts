@@ -3,9 +3,12 @@ import { recall, remember } from '../lib/store';
 
 const KEY = 'lumend.token';
 
-export function takeToken(): string | null {
+export const takeToken = (): string | null => tokenInAddress() ?? recall('sessionStorage', KEY);
+
+/** Takes it out of the address. */
+export function tokenInAddress(): string | null {
     const match = /[#&]t=([^&]+)/.exec(location.hash);
-    if (!match) return recall('sessionStorage', KEY);
+    if (!match) return null;
     const token = decodeURIComponent(match[1]!);
     keepToken(token);
     history.replaceState(null, '', location.pathname + location.search);

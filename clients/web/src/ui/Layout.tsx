@@ -7,7 +7,9 @@ import { EffectsPanel } from './EffectsPanel';
 import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
 import { handleKey } from './keymap';
+import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
+import { SectionNav } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
 import { Toasts } from './Toasts';
@@ -29,7 +31,9 @@ export function Layout() {
             <TopBar />
             <Viewport />
             <div class="panel" inert={app.connection.value.at !== 'online'}>
+                <SectionNav />
                 <LightList />
+                <LibraryPanel />
                 <DaylightPanel />
                 <SensorPanel />
                 <DeskPanel />
@@ -41,6 +45,7 @@ export function Layout() {
             <StatusBar />
             <Toasts />
             <HelpDialog />
+            <DragGhost />
         </div>
     );
 }

@@ -1,3 +1,4 @@
+import { useSignal } from '@preact/signals';
 import { useId } from 'preact/hooks';
 import { linearFromHex, swatch, unitLuminance } from '../lib/colour';
 import { number } from '../lib/format';
@@ -8,7 +9,9 @@ import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
 import { aimed, aimOf, anglesOf, canPointAt, directionOf, isAimed, type Angles } from '../state/lamp_make';
 import { asInModel, colourOf, emitsOf, intensityOf, isAdjusted, isPlaced, kindOf } from '../state/lights';
 import { anchorOf } from '../state/placement';
+import { ArrayForm } from './ArrayForm';
 import { useApp } from './context';
+import { LuminaireFacts } from './LuminaireFacts';
 import { NumberField } from './NumberField';
 import { Slider } from './Slider';
 import { VectorFields } from './VectorFields';
@@ -40,6 +43,7 @@ export function LightDetails({ light }: { light: SceneRecord }) {
             <Colour light={light} />
             {emitsOf(light) ? <Surface light={light} /> : isPlaced(light) && <Position light={light} />}
             {isAimed(light) && <Aim light={light} />}
+            {light.kind === 'ies' && <LuminaireFacts light={light} />}
             <Group light={light} />
             <Actions light={light} />
         </div>
@@ -226,14 +230,23 @@ function Group({ light }: { light: SceneRecord }) {
 
 function Actions({ light }: { light: SceneRecord }) {
     const app = useApp();
+    const rows = useSignal(false);
     return (
-        <div class="actions">
-            <button type="button" class="button" title="Ctrl + D" onClick={() => void app.lamps.duplicate(light.id)}>
-                Copy
-            </button>
-            <button type="button" class="button" title="Delete" aria-label={`Remove ${light.id}`} onClick={() => void app.lamps.remove(light.id)}>
-                Remove
-            </button>
-        </div>
+        <>
+            <div class="actions">
+                <button type="button" class="button" title="Ctrl + D" onClick={() => void app.lamps.duplicate(light.id)}>
+                    Copy
+                </button>
+                {light.type === 'light' && isPlaced(light) && (light.kind !== 'ies' || light.asset) && (
+                    <button type="button" class="button" aria-expanded={rows.value} title="Copies of it in columns and rows" onClick={() => (rows.value = !rows.value)}>
+                        Rows…
+                    </button>
+                )}
+                <button type="button" class="button" title="Delete" aria-label={`Remove ${light.id}`} onClick={() => void app.lamps.remove(light.id)}>
+                    Remove
+                </button>
+            </div>
+            {rows.value && <ArrayForm light={light} onDone={() => (rows.value = false)} />}
+        </>
     );
 }

@@ -3,6 +3,7 @@ import { swatch } from '../lib/colour';
 import { number } from '../lib/format';
 import { logScale } from '../lib/scale';
 import type { SceneRecord } from '../protocol/types';
+import { isReplaced } from '../state/daylight';
 import { colourOf, dimmedAsInModel, intensityOf, isDaylight, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
 import { LightDetails } from './LightDetails';
@@ -34,11 +35,13 @@ export function LightRow({ id, inGroup, place }: RowProps) {
     const tabIndex = place.reachable ? 0 : -1;
     const { field, value, unit, automatic } = intensityOf(light);
     const model = field === 'flux_lm' ? modelFluxOf(light) : null;
+    const sky = app.shiningSky.value;
+    const replaced = isReplaced(light, sky);
     return (
         <li
             ref={row}
             {...lineProps(place)}
-            class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${app.isHidden(id) ? 'is-hidden' : ''}`}
+            class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
         >
             <div class="light-head">
                 <OnOff light={light} on={on} tabIndex={tabIndex} />
@@ -53,9 +56,15 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                 >
                     {nameOf(light)}
                 </button>
-                <span class="light-value">
-                    {automatic ? 'automatic' : number(value)} {!automatic && <small>{unit.symbol}</small>}
-                </span>
+                {replaced ? (
+                    <span class="light-value" title="It comes back when that sky is switched off">
+                        replaced by {sky}
+                    </span>
+                ) : (
+                    <span class="light-value">
+                        {automatic ? 'automatic' : number(value)} {!automatic && <small>{unit.symbol}</small>}
+                    </span>
+                )}
                 {isDaylight(light) && !automatic && (
                     <BackButton
                         label={`${id}: as bright as place, date and time make it`}

@@ -6,7 +6,7 @@ import { vec3Or, type SceneRecord } from '../protocol/types';
 import { centreOf, colourOf, isOn, isPlaced, nameOf } from '../state/lights';
 import { markedOf } from '../state/lamps';
 import { anchorOf } from '../state/placement';
-import { judge, pointAt } from '../state/sensors';
+import { apart, judge, pointAt } from '../state/sensors';
 import { isOfLight } from '../state/view';
 import { project } from '../view/camera';
 import { useApp } from './context';
@@ -90,10 +90,7 @@ function PointsOf({ id }: { id: string }) {
         const at = project(app.view.shownPose.value, app.view.aspect.value, pointAt(record, reading, i));
         return at && { x: at.x * width, y: at.y * height };
     });
-    const roomy = (i: number): boolean => {
-        const [a, b, c] = [places[i], i % reading.nu > 0 ? places[i - 1] : undefined, places[i - reading.nu]];
-        return [b, c].every((p) => !a || !p || Math.abs(a.x - p.x) >= NUMBER_ROOM || Math.abs(a.y - p.y) >= NUMBER_ROOM / 2);
-    };
+    const roomy = apart(places, NUMBER_ROOM, NUMBER_ROOM / 2);
     return (
         <g class={current ? '' : 'is-old'}>
             {reading.lx.map((lx, i) => {
@@ -103,7 +100,7 @@ function PointsOf({ id }: { id: string }) {
                 return (
                     <g key={i} class={`point is-${verdict}`} transform={`translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`}>
                         {verdict === 'missed' ? <path d="M-4-4L4 4M-4 4L4-4" /> : <circle r="4" />}
-                        {roomy(i) && (
+                        {roomy.has(i) && (
                             <text y="14" text-anchor="middle">
                                 {number(lx < 10 ? Number(lx.toPrecision(2)) : Math.round(lx))}
                             </text>

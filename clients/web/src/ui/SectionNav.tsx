@@ -1,0 +1,30 @@
+/** The sections of the panel, which is longer than a screen: heading by id, and a short name. */
+const SECTIONS: [string, string][] = [
+    ['lights-title', 'Lights'],
+    ['library-title', 'Luminaires'],
+    ['daylight-title', 'Daylight'],
+    ['sensors-title', 'Measure'],
+    ['view-title', 'Picture'],
+    ['import-title', 'Models'],
+];
+
+/** Goes to a section: its heading takes the focus, so that the Tab key goes on from there. */
+function goTo(id: string): void {
+    const title = document.getElementById(id);
+    if (!title) return;
+    title.tabIndex = -1;
+    title.focus({ preventScroll: true });
+    title.closest('section')?.scrollIntoView({ block: 'start' });
+}
+
+export function SectionNav() {
+    return (
+        <nav class="section-nav" aria-label="Sections of the panel">
+            {SECTIONS.map(([id, name]) => (
+                <button key={id} type="button" onClick={() => goTo(id)}>
+                    {name}
+                </button>
+            ))}
+        </nav>
+    );
+}
