@@ -26,6 +26,8 @@ FORMS = {
     "view.read": {"view_id": 4000000000, "x": 1, "y": 1},
     "bounds": {"id": "floor"},
     "photometry": {"id": "panel"},
+    "asset.list": {"kind": "photometry", "match": "down"},
+    "asset.photometry": {"asset": "maker/downlight.ies"},
     "daylight": {},
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
     "sensor.watch": {"on": False, "points": True},
@@ -34,7 +36,8 @@ FORMS = {
     "stats.get": {},
 }
 REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
-            "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
+            "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
+            "asset.list": ["kind"], "asset.photometry": ["asset"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 

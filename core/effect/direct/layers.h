@@ -114,10 +114,12 @@ LUM_MUST_USE enum lum_status lum_layers_update(struct lum_layers *layers, const 
 bool lum_layers_still_light(const struct lum_motion_mask *motion_mask, const struct lum_light *light,
                             struct lum_bounds *ret_bounds);
 
+/* True when direct light of this light on what the eye sees is kept in layers. */
+bool lum_layers_hold(const struct lum_pass *pass, const struct lum_light *light);
 /* True when the light has no layer, or a lean one. */
 bool lum_layers_in_many_lights(const struct lum_layers *layers, uint32_t light);
 
-/* ---- per tile; thread: the worker that has the tile ---- */
+/* ---- per tile (core/effect/direct/layer_tiles.c); thread: the worker that has the tile ---- */
 
 /* True when every layer that shows has reached state in this tile. */
 bool lum_layers_reached(const struct lum_pass *pass, uint32_t tile, enum lum_layer_state state);

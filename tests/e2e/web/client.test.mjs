@@ -403,7 +403,7 @@ test('a scene without light says so, and gets a lamp', async () => {
         const notice = other.page.locator('.banner-empty');
         await notice.getByText('The scene has no light').waitFor();
         assert.equal((await measure(other.page)).colours, 1);
-        await other.page.getByText('without an asset folder').waitFor();
+        await other.page.getByText('without an asset folder (--assets), so nothing can be').waitFor();
         assert.equal(await other.page.getByRole('button', { name: 'Import' }).count(), 0);
         await notice.getByRole('button', { name: 'Add a lamp' }).click();
         await notice.waitFor({ state: 'detached' });

@@ -13,13 +13,20 @@ const PROTOCOLS: [string, string][] = [
     ['artnet', 'Art-Net'],
 ];
 
-/** Which channels of a lighting desk control what. Only where the server listens to one, or the scene has patches. */
+/** True where the server listens to a desk, or the scene has patches. */
+export function useDeskIsShown(): boolean {
+    const app = useApp();
+    return app.desk.status.value !== null || app.scene.list('patch').value.length > 0;
+}
+
+/** Which channels of a lighting desk control what. Only where there is one, or could be. */
 export function DeskPanel() {
     const app = useApp();
     const target = useSignal('');
     const status = app.desk.status.value;
     const ids = app.scene.list('patch').value;
     const listens = status !== null;
+    const shown = useDeskIsShown();
     useEffect(() => {
         if (!listens) return;
         const timer = setInterval(() => {
@@ -27,7 +34,7 @@ export function DeskPanel() {
         }, ASK_EVERY_MS);
         return () => clearInterval(timer);
     }, [listens]);
-    if (!listens && ids.length === 0) return null;
+    if (!shown) return null;
     const targets = targetsOf(app.scene.lamps.value.map((id) => [id, stringOr(app.scene.record(id)?.group, '')]));
     const chosen = targets.some(([id]) => id === target.value) ? target.value : (targets[0]?.[0] ?? '');
     return (

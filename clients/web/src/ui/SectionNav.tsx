@@ -1,3 +1,5 @@
+import { useDeskIsShown } from './DeskPanel';
+
 /** The sections of the panel, which is longer than a screen: heading by id, and a short name. */
 const SECTIONS: [string, string][] = [
     ['lights-title', 'Lights'],
@@ -6,6 +8,7 @@ const SECTIONS: [string, string][] = [
     ['sensors-title', 'Measure'],
     ['view-title', 'Picture'],
     ['import-title', 'Models'],
+    ['desk-title', 'Desk'],
 ];
 
 /** Goes to a section: its heading takes the focus, so that the Tab key goes on from there. */
@@ -18,9 +21,10 @@ function goTo(id: string): void {
 }
 
 export function SectionNav() {
+    const desk = useDeskIsShown();
     return (
         <nav class="section-nav" aria-label="Sections of the panel">
-            {SECTIONS.map(([id, name]) => (
+            {SECTIONS.filter(([id]) => desk || id !== 'desk-title').map(([id, name]) => (
                 <button key={id} type="button" onClick={() => goTo(id)}>
                     {name}
                 </button>
