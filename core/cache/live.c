@@ -4,7 +4,7 @@
  * (lum_vpl_draw): of the indirect light in crytek_sponza 0.40 was there with all of 256 asked, 0.78 with all of 1,024,
  * and 0.78 with 128 and some drawn of these. The irradiance is the sum over those that it sees, with the flux that
  * they have now, taken anew whenever anything changed, in the time of some rays. So
- *   - light that is dimmed, coloured or switched, and surfaces that are coloured, cost no ray;
+ *   - light that is dimmed, coloured or switched, and surfaces that are coloured, but for sheets, cost no ray;
  *   - what moved costs a ray for each bit that may have changed: of VPLs that moved, and of those whose segment meets
  *     the box that an object had when the record was last true, or the one that it has now;
  *   - nothing drifts: after any edits a record is bit for bit what it would be if it were built now.

@@ -331,7 +331,7 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (b->diffuse_prob == 1.0f && b->far_prob == 0.0f)
         return sample_matte(b, lum_warp_cosine(u), ret_sample);
     if (u_lobe < b->diffuse_prob)
-        return finish_spread(b, wo, lum_warp_cosine(u), lum_rgb_black(b->diffuse) ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,
+        return finish_spread(b, wo, lum_warp_cosine(u), lum_rgb_black(b->diffuse) && b->far_prob == 0.0f ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,
                              ret_sample);
     u_lobe = (u_lobe - b->diffuse_prob) / (1.0f - b->diffuse_prob);
 

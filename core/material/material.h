@@ -60,7 +60,8 @@ uint32_t lum_material_scatter(const struct lum_material *m);
 /* True when some of what arrives on one side leaves the other evenly. */
 static inline bool lum_material_is_sheet(const struct lum_material *m)
 {
-    return !m->unlit && !lum_rgb_black(m->diffuse_transmittance) && m->metallic < 1.0f && m->transmission < 1.0f;
+    return !m->unlit && !lum_rgb_black(m->diffuse_transmittance) && m->transmission < 1.0f &&
+           (m->metallic < 1.0f || m->metallic_roughness_tex.image);
 }
 
 /* True when light goes straight through at least some of it, without spread: thin clear or tinted glass, solid glass

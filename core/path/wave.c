@@ -138,8 +138,10 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
     uint32_t effect = LUM_EFFECT_BIT((uint32_t)bounce_kind(bs->lobe) - LUM_RAY_DIRECT);
     if (at->lobes_off & effect)
         return false;
-    uint32_t overlap = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
-    if (!(effect & overlap) || !(at->lobes_off & overlap) || b->alpha == 0.0f)
+    bool across = lum_dot(bs->wi, b->ng) < 0.0f;
+    uint32_t overlap = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) |
+                       LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY);
+    if (!(effect & overlap) || !(at->lobes_off & overlap) || b->alpha == 0.0f || !(bs->pdf_sa > 0.0f))
         return true;
     struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, bs->wi);
     bool cosine = effect == cosine_effect(b);

@@ -77,7 +77,10 @@ static inline float square_of(float x)
  * frame is left as it is it was found right without. */
 static inline float taken(const float weights[CHOICES])
 {
-    return lum_max(1.0f - weights[0] - weights[NONE], 0.0f);
+    float sum = 0.0f; /* not what the others leave of 1: that would be rounding where it is least */
+    for (uint32_t k = 1; k <= LEVELS; k++)
+        sum += weights[k];
+    return sum;
 }
 
 /* What residuals are divided by. */

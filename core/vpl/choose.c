@@ -17,8 +17,8 @@
  *
  * A try's number never changes, and it stays in its slot as long as it is the first one chosen there; others go to free
  * ones. So what moves elsewhere moves few VPLs, scales the flux of others by a little, and does neither to those of
- * lights that do not reach it. The choice depends on geometry alone: light and colours that change move nothing, and it
- * serves all views and all records. */
+ * lights that do not reach it. The choice depends on geometry alone: light that changes moves nothing, and no
+ * colours but those of sheets, which share their light out between their sides; it serves all views and all records. */
 #include "core/vpl/share.h"
 
 #include <stdlib.h>

@@ -111,8 +111,7 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
     };
     if (lobes_off & effects[inout->lobe])
         return false;
-    bool cosine = inout->lobe == LUM_LOBE_DIFFUSE || inout->lobe == LUM_LOBE_DIFFUSE_TRANSMIT;
-    if (!cosine || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+    if (inout->lobe != LUM_LOBE_DIFFUSE || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         return true;
     struct lum_rgb f = lum_bsdf_eval_parts(b, wo, inout->wi).diffuse;
     float pdf_sa = lum_bsdf_cosine_pdf(b, inout->wi);
@@ -150,7 +149,7 @@ static bool comes_from_afar(const struct lum_light *l)
     return lum_emitters[l->kind]->from_afar;
 }
 
-/* A slot holds one VPL: of a sheet the one on its far side, or the other, as often as it is the brighter one. */
+/* A slot holds one VPL: of a sheet the one on its far side, or the other, in proportion to their luminance. */
 static bool choose_far_side(const struct path *path, const struct lum_bsdf *b, struct lum_rgb *inout_albedo)
 {
     struct lum_bsdf far = lum_bsdf_far_side(b);

@@ -268,7 +268,7 @@ static bool validate_material(const struct lum_record_material *m, struct lum_pr
     if (black(m->emission_color) && m->emission_cd_m2 != 0.0)
         return invalid(err, "emission_color", "emission_color gives a hue: it must not be black");
     for (int c = 0; c < 3; c++)
-        if (m->diffuse_transmittance[c] > 0.0 && !(m->base_color[c] + m->diffuse_transmittance[c] <= 1.0 + 1e-6))
+        if (m->diffuse_transmittance[c] > 0.0 && !(m->base_color[c] + m->diffuse_transmittance[c] <= 1.0 + 5e-7))
             return lum_proto_fail(err, LUM_PROTO_BAD_PARAMS, "invalid_value", "diffuse_transmittance",
                                   "diffuse_transmittance/%d is %g, where base_color leaves at most %g: lower "
                                   "base_color, which is what the sheet reflects",

@@ -142,7 +142,8 @@ static void read_diffuse_transmission(struct lum_gltf *g, const cJSON *o, struct
 {
     double color[3] = {1.0, 1.0, 1.0};
     const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_diffuse_transmission");
-    if (!ext)
+    bool metal = m->metallic >= 1.0 && !m->metallic_roughness_texture.image;
+    if (!ext || m->unlit || m->transmission >= 1.0 || metal) /* there is no diffuse base */
         return;
     double share = lum_gltf_clamped(g, ext, "diffuseTransmissionFactor", 0.0, unit_range);
     lum_gltf_clamped_numbers(g, ext, "diffuseTransmissionColorFactor", color, 3, unit_range);
@@ -207,12 +208,12 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     else
         read_metallic_roughness(g, o, m);
     read_dielectric(g, o, m);
+    m->unlit = lum_gltf_extension(g, o, "KHR_materials_unlit") != NULL;
     read_diffuse_transmission(g, o, m);
     read_emission(g, o, m);
     read_alpha(g, o, m);
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
     m->normal_scale = lum_gltf_number(g, lum_gltf_object(g, o, "normalTexture"), "scale", 1.0);
-    m->unlit = lum_gltf_extension(g, o, "KHR_materials_unlit") != NULL;
     m->double_sided = lum_gltf_bool(g, o, "doubleSided", false);
     warn_left_out(g, o);
     return lum_gltf_ok(g);

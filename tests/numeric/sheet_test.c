@@ -137,6 +137,43 @@ static void lamps_on_both_sides(void **state)
     rig_end(&r);
 }
 
+/* Part rough glass, part sheet, before a luminous panel: all that is seen is light of the panel, so that the effect of
+ * diffuse light, which nothing calls for, changes nothing. */
+static void rough_glass_and_sheet_in_one(void **state)
+{
+    (void)state;
+    struct rig r;
+    const struct lum_method *path = lum_method_find("path");
+    rig_begin(&r, 0);
+    struct lum_material_desc frosted = sheet(0.3f, 0.3f);
+    frosted.transmission = 0.5f;
+    frosted.roughness = 0.5f;
+    frosted.specular = 1.0f;
+    frosted.thin = true;
+    rig_material(&r, "frosted", &frosted);
+    rig_square(&r, "square", 4);
+    rig_object(&r, "square", "square", "frosted", rig_v(0, 0, 0));
+    rig_camera(&r, rig_v(0, 0.5, 0), rig_v(0, 0, 0), 1);
+    rig_light(&r, "panel",
+              &(struct lum_light_desc){.kind = LUM_LIGHT_QUAD,
+                                       .position = {0.3, -0.7, 0},
+                                       .u = {1, 0, 0},
+                                       .v = {0, 0, -1},
+                                       .intensity = 100,
+                                       .color = lum_grey(1.0f),
+                                       .on = true});
+    r.settings.w = r.settings.h = 16;
+    rig_commit(&r);
+    r.settings.effects_on = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    struct reading whole = read_picture(&r, path, 64);
+    r.settings.effects_on = 0;
+    struct reading apart = read_picture(&r, path, 64);
+    print_message("%g +- %g, by parts %g +- %g\n", whole.mean, whole.error, apart.mean, apart.error);
+    assert_true(whole.mean > 1.0 && fmax(whole.error, apart.error) < 0.01 * whole.mean);
+    assert_true(fabs(whole.mean - apart.mean) <= 4.0 * hypot(whole.error, apart.error));
+    rig_end(&r);
+}
+
 /* A ball of opal around a lamp, in the middle of a spherical room. Light that is reflected within a sphere is the same
  * everywhere, so that all is known: what leaves the ball into a black room is T / (1 - R) of the flux. In a room that
  * reflects RHO, of what leaves its wall a share comes back to the ball, the square of the ratio of their radii. Facets
@@ -213,9 +250,9 @@ static void dimmed_behind_a_sheet(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(white_sheet_in_a_furnace), cmocka_unit_test(white_sheet_under_an_even_sky),
-        cmocka_unit_test(lamps_on_both_sides),      cmocka_unit_test(lampshade),
-        cmocka_unit_test(dimmed_behind_a_sheet),
+        cmocka_unit_test(white_sheet_in_a_furnace),     cmocka_unit_test(white_sheet_under_an_even_sky),
+        cmocka_unit_test(lamps_on_both_sides),          cmocka_unit_test(lampshade),
+        cmocka_unit_test(rough_glass_and_sheet_in_one), cmocka_unit_test(dimmed_behind_a_sheet),
     };
     return cmocka_run_group_tests_name("numeric.sheet", tests, NULL, NULL);
 }

@@ -431,6 +431,19 @@ static void diffuse_transmission(void **state)
     m = import_material(*state, "{\"extensions\":{\"KHR_materials_diffuse_transmission\":{}}}");
     assert_near_all(m->base_color, (double[]){1, 1, 1}, 3);
     assert_near_all(m->diffuse_transmittance, (double[]){0, 0, 0}, 3);
+    /* where there is no diffuse base nothing of it transmits, and nothing else gets darker */
+    static const char *const bare[] = {
+        "{\"extensions\":{\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":1}}}",
+        "{\"pbrMetallicRoughness\":{\"metallicFactor\":0},\"extensions\":{\"KHR_materials_unlit\":{},"
+        "\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":1}}}",
+        "{\"pbrMetallicRoughness\":{\"metallicFactor\":0},\"extensions\":{\"KHR_materials_transmission\":{"
+        "\"transmissionFactor\":1},\"KHR_materials_diffuse_transmission\":{\"diffuseTransmissionFactor\":1}}}",
+    };
+    for (size_t i = 0; i < sizeof bare / sizeof bare[0]; i++) {
+        m = import_material(*state, bare[i]);
+        assert_near_all(m->base_color, (double[]){1, 1, 1}, 3);
+        assert_near_all(m->diffuse_transmittance, (double[]){0, 0, 0}, 3);
+    }
 }
 
 static void specular_glossiness(void **state)

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "core/effect/indirect/interpolated.h"
 #include "core/effect/indirect/records.h"
 
 void lum_kept_candidates_finish(struct lum_kept_candidates *kept)
@@ -13,7 +14,7 @@ void lum_kept_candidates_finish(struct lum_kept_candidates *kept)
 /* By size of the picture alone: what is listed must not depend on memory. */
 static uint32_t most_within_budget(const struct lum_pass *pass)
 {
-    size_t most = LUM_KEPT_CANDIDATES_BYTES / (pass->tiling.n * sizeof(struct lum_cache_record *));
+    size_t most = LUM_KEPT_CANDIDATES_BYTES / (lum_interpolated_tiles(pass) * sizeof(struct lum_cache_record *));
     return most < LUM_TILE_RECORDS ? (uint32_t)most : LUM_TILE_RECORDS - 1;
 }
 
