@@ -242,9 +242,12 @@ static enum lum_status load(struct loading *l)
     pthread_t thread;
     if (pthread_create(&thread, NULL, load_main, l))
         return lum_fail(l->err, LUM_ERR_INTERNAL, "", "cannot start a thread");
-    if (!lum_net_wait(l->net, &l->done)) { /* nobody was served: there is nothing to keep */
-        lum_log(&l->log, LUM_LOG_INFO, "main", "stopped while the scene was being loaded");
-        _exit(LUM_EXIT_OK);
+    bool failed;
+    if (!lum_net_wait(l->net, &l->done, &failed)) { /* nobody was served: there is nothing to keep */
+        lum_log(&l->log, failed ? LUM_LOG_ERROR : LUM_LOG_INFO, "main",
+                failed ? "the network failed while the scene was being loaded"
+                       : "stopped while the scene was being loaded");
+        _exit(failed ? LUM_EXIT_FAILED : LUM_EXIT_OK);
     }
     pthread_join(thread, NULL);
     return l->status;

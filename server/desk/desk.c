@@ -91,7 +91,8 @@ static void join(const struct lum_desk *d, struct lum_desk_key key, bool joins)
                 key.universe, strerror(errno), errno == ENOBUFS ? " (raise net.ipv4.igmp_max_memberships)" : "");
 }
 
-bool lum_desk_watch(struct lum_desk *d, const struct lum_desk_key *keys, size_t n)
+bool lum_desk_watch(struct lum_desk *d, const struct lum_desk_key *keys, const uint8_t (*unwanted)[LUM_DESK_SLOTS],
+                    size_t n)
 {
     struct lum_universe *universes = lum_calloc(n, sizeof *universes);
     if (!universes)
@@ -103,15 +104,18 @@ bool lum_desk_watch(struct lum_desk *d, const struct lum_desk_key *keys, size_t 
             universes[i] = *was;
         universes[i].protocol = keys[i].protocol;
         universes[i].number = keys[i].universe;
+        if (unwanted)
+            memcpy(universes[i].unwanted, unwanted[i], sizeof *unwanted);
+        else
+            memset(universes[i].unwanted, 0, sizeof universes[i].unwanted);
     }
     for (size_t i = 0; i < d->n_universes; i++) {
         struct lum_desk_key key = key_of(&d->universes[i]);
         if (!bsearch(&key, keys, n, sizeof *keys, lum_desk_key_order))
             join(d, key, false);
     }
-    for (size_t i = 0; i < n; i++)
-        if (!find_locked(d, keys[i]))
-            join(d, keys[i], true);
+    for (size_t i = 0; i < n; i++) /* all of them: where there was no room before, or no interface, there may be now */
+        join(d, keys[i], true);
     lum_free(d->universes);
     d->universes = universes;
     d->n_universes = n;

@@ -35,8 +35,10 @@ struct lum_desk_key {
     uint16_t universe;
 };
 int lum_desk_key_order(const void *a, const void *b); /* for qsort of keys */
-/* These from now on; sorted, none twice. Those watched before keep their state. False: no memory, all is as it was. */
-bool lum_desk_watch(struct lum_desk *desk, const struct lum_desk_key *keys, size_t n);
+/* These from now on; sorted, none twice. Those watched before keep their state. unwanted: of each, slots whose changes
+ * are nobody's; NULL: all are wanted. False: no memory, all is as it was. */
+bool lum_desk_watch(struct lum_desk *desk, const struct lum_desk_key *keys, const uint8_t (*unwanted)[LUM_DESK_SLOTS],
+                    size_t n);
 /* Grows whenever slots change. */
 uint64_t lum_desk_changes(const struct lum_desk *desk);
 /* Slots of a watched universe, and how many were ever sent: 0 before the first packet. *ret_heard_ns: when the newest

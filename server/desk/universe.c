@@ -33,6 +33,14 @@ static int highest_priority(const struct lum_universe *u)
     return highest;
 }
 
+static bool differs(const struct lum_universe *u, const uint8_t *slots, uint16_t n_slots)
+{
+    for (uint16_t k = 0; k < n_slots; k++)
+        if (!u->unwanted[k] && u->slots[k] != slots[k])
+            return true;
+    return n_slots > u->n_slots;
+}
+
 /* Slots that none of those who count sends stay as they are. */
 static bool merge(struct lum_universe *u)
 {
@@ -47,7 +55,7 @@ static bool merge(struct lum_universe *u)
             slots[k] = s->slots[k] > slots[k] ? s->slots[k] : slots[k];
         n_slots = s->n_slots > n_slots ? s->n_slots : n_slots;
     }
-    bool changed = n_slots > u->n_slots || memcmp(u->slots, slots, n_slots) != 0;
+    bool changed = differs(u, slots, n_slots);
     memcpy(u->slots, slots, n_slots);
     u->n_slots = n_slots > u->n_slots ? n_slots : u->n_slots;
     return changed;

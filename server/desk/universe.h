@@ -33,17 +33,18 @@ struct lum_universe {
     enum lum_desk_protocol protocol;
     uint16_t number;
     struct lum_desk_source sources[LUM_DESK_SOURCES];
-    uint8_t slots[LUM_DESK_SLOTS]; /* what counts */
-    uint16_t n_slots;              /* that anybody ever sent */
-    uint64_t turned_away;          /* packets of sources for which there was no room */
-    uint64_t previews;             /* packets that are not for output */
-    uint64_t packets, late, lost;  /* of all sources, those that are gone, too */
-    int64_t heard_ns;              /* of the newest packet that counted */
+    uint8_t slots[LUM_DESK_SLOTS];    /* what counts */
+    uint16_t n_slots;                 /* that anybody ever sent */
+    uint8_t unwanted[LUM_DESK_SLOTS]; /* not 0: it is kept, but nobody is told when it changes */
+    uint64_t turned_away;             /* packets of sources for which there was no room */
+    uint64_t previews;                /* packets that are not for output */
+    uint64_t packets, late, lost;     /* of all sources, those that are gone, too */
+    int64_t heard_ns;                 /* of the newest packet that counted */
 };
 
-/* Takes a packet of this universe. True: slots changed. */
+/* Takes a packet of this universe. True: slots changed that are wanted. */
 bool lum_universe_take(struct lum_universe *u, const struct lum_desk_packet *packet, int64_t now_ns);
-/* Forgets who is silent for too long. True: slots changed. */
+/* Forgets who is silent for too long. True: likewise. */
 bool lum_universe_expire(struct lum_universe *u, int64_t now_ns);
 uint32_t lum_universe_sources(const struct lum_universe *u);
 /* Packets per second of a source, over the last whole second; 0 once it is silent. */

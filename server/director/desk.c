@@ -22,21 +22,37 @@ void lum_director_desk_changed(void *director)
     pthread_mutex_unlock(&d->lock);
 }
 
+/* A chase on channels that control nothing is no reason to look, nor to end a pass. */
+static void leave_unpatched(const struct lum_patches *patches, const struct lum_desk_key *keys,
+                            uint8_t (*ret_unwanted)[LUM_DESK_SLOTS], size_t n)
+{
+    memset(ret_unwanted, 1, n * sizeof *ret_unwanted);
+    for (size_t i = 0; i < patches->n; i++) {
+        const struct lum_patch *p = &patches->items[i];
+        const struct lum_desk_key *at = bsearch(&p->key, keys, n, sizeof *keys, lum_desk_key_order);
+        memset(ret_unwanted[at - keys] + p->address, 0, lum_patch_width(p));
+    }
+}
+
 /* The universes that patches name. */
 static bool watch(struct lum_director *d)
 {
     const struct lum_patches *patches = &d->world.patches;
     struct lum_desk_key *keys = lum_calloc(patches->n, sizeof *keys);
+    uint8_t(*unwanted)[LUM_DESK_SLOTS] = NULL;
     size_t n = 0;
-    if (!keys)
-        return false;
-    for (size_t i = 0; i < patches->n; i++)
+    for (size_t i = 0; keys && i < patches->n; i++)
         keys[i] = patches->items[i].key;
-    qsort(keys, patches->n, sizeof *keys, lum_desk_key_order);
-    for (size_t i = 0; i < patches->n; i++)
+    if (keys && patches->n > 0)
+        qsort(keys, patches->n, sizeof *keys, lum_desk_key_order);
+    for (size_t i = 0; keys && i < patches->n; i++)
         if (i == 0 || lum_desk_key_order(&keys[i - 1], &keys[i]) != 0)
             keys[n++] = keys[i];
-    bool ok = lum_desk_watch(d->config.desk, keys, n);
+    unwanted = keys ? lum_calloc(n, sizeof *unwanted) : NULL;
+    if (unwanted)
+        leave_unpatched(patches, keys, unwanted, n);
+    bool ok = unwanted && lum_desk_watch(d->config.desk, keys, (const uint8_t(*)[LUM_DESK_SLOTS])unwanted, n);
+    lum_free(unwanted);
     lum_free(keys);
     return ok;
 }

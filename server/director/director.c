@@ -41,9 +41,10 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
     }
     size_t n_read = lum_request_bytes(q);
     q->n_bytes = n_read > q->n_bytes ? n_read : q->n_bytes;
+    size_t most = LUM_REQUESTS_MAX_BYTES + (q->n_bytes <= LUM_REQUEST_SMALL_BYTES ? LUM_REQUESTS_RESERVE_BYTES : 0);
     pthread_mutex_lock(&d->lock);
     /* a closed session must never be forgotten: there are no more of them than sessions */
-    bool ok = (d->n_inbox < LUM_INBOX_MAX && atomic_load(&d->requests_bytes) + q->n_bytes <= LUM_REQUESTS_MAX_BYTES &&
+    bool ok = (d->n_inbox < LUM_INBOX_MAX && atomic_load(&d->requests_bytes) + q->n_bytes <= most &&
                d->outbox_bytes <= LUM_OUTBOX_MAX_BYTES) ||
               q->type == &lum_request_session_closed;
     if (ok) {
@@ -179,7 +180,6 @@ static void work_off_inbox(struct lum_director *d)
 static void *director_main(void *arg)
 {
     struct lum_director *d = arg;
-    pthread_setname_np(pthread_self(), "lum-director");
     lum_thread_init_fp();
     while (!lum_director_stopping(d)) {
         tick(d);
@@ -319,6 +319,7 @@ enum lum_status lum_director_create(const struct lum_director_config *config, st
         lum_director_destroy(d);
         return st;
     }
+    pthread_setname_np(d->thread, "lum-director"); /* from here: whoever knows that it runs finds it by its name */
     d->has_thread = true;
     if (d->config.desk && (st = lum_desk_start(d->config.desk, lum_director_desk_changed, d, err))) {
         lum_director_destroy(d);

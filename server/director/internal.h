@@ -28,6 +28,10 @@ struct cJSON;
 /* Of all requests that are not done, waiting imports too: their text, or what it was read to where that is more. The
  * costliest message takes most of it. */
 #define LUM_REQUESTS_MAX_BYTES (256u << 20)
+/* Those of cameras, small edits and questions have a reserve: whoever fills the rest with what takes long keeps nobody
+ * else from working. */
+#define LUM_REQUEST_SMALL_BYTES 16384u
+#define LUM_REQUESTS_RESERVE_BYTES (64u << 20)
 
 /* Of text that waits to be sent, as while the disk hangs: beyond, nothing is taken in, and news are dropped. */
 #define LUM_OUTBOX_MAX_BYTES (128u << 20)

@@ -86,7 +86,7 @@ static void walk_folder(struct walk *w, int dir_fd, const char *path, uint32_t d
         if (!S_ISDIR(st.st_mode))
             continue;
         int fd = depth < LUM_LIMIT_ASSET_DEPTH ? openat(dirfd(dir), e->d_name, DIR_FLAGS) : -1;
-        w->list->whole = w->list->whole && depth < LUM_LIMIT_ASSET_DEPTH;
+        w->list->whole = w->list->whole && fd >= 0; /* too deep, or not for us */
         memcpy(name + n, "/", 2);
         if (fd >= 0)
             walk_folder(w, fd, name, depth + 1);

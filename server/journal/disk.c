@@ -47,14 +47,15 @@ static enum lum_status fail_errno(struct lum_error *err, const char *what, const
 
 /* ---- folders ---- */
 
-/* The name of a new folder is in the one above. Made by somebody else, it may be in one that we may not look into. */
+/* The name of a new folder is in the one above. Made by somebody else, it may be in one that we may not look into, or
+ * in a file system that cannot sync, such as a read-only one. */
 static enum lum_status sync_above(const struct lum_dir *dir, const char *name, bool made, struct lum_error *err)
 {
     int fd = openat(dir->fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0 && errno == EACCES && !made)
         return LUM_OK;
-    enum lum_status st =
-        fd < 0 || dir->disk->sync(dir->disk->user, fd) != 0 ? fail_errno(err, "write the folder above", name) : LUM_OK;
+    bool ok = fd >= 0 && (dir->disk->sync(dir->disk->user, fd) == 0 || (!made && (errno == EINVAL || errno == EROFS)));
+    enum lum_status st = ok ? LUM_OK : fail_errno(err, "write the folder above", name);
     if (fd >= 0)
         close(fd);
     return st;

@@ -497,6 +497,8 @@ enum lum_status lum_net_create(const struct lum_net_config *config, struct lum_n
     if (!net)
         return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for the network");
     net->config = *config;
+    net->site =
+        (struct lum_http_site){.counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
     lws_set_log_level(0, NULL); /* what matters is reported from here, through our own log */
     fill_info(net, &info);
     net->context = lws_create_context(&info);
@@ -540,13 +542,11 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net)
     return &net->counters;
 }
 
-bool lum_net_wait(struct lum_net *net, const _Atomic bool *until)
+bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_failed)
 {
-    net->site =
-        (struct lum_http_site){.counters = &net->counters, .auth = net->config.auth, .started_ns = lum_clock_ns()};
-    while (!atomic_load(until) && !atomic_load(&net->stop))
-        if (lws_service(net->context, 0) < 0)
-            break;
+    *ret_failed = false;
+    while (!atomic_load(until) && !atomic_load(&net->stop) && !*ret_failed)
+        *ret_failed = lws_service(net->context, 0) < 0;
     return atomic_load(until);
 }
 

@@ -27,8 +27,8 @@ uint16_t lum_net_port(const struct lum_net *net);
 struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
 
 /* While the scene is loaded: answers that it is, opens no session, and returns true once lum_net_wake was called and
- * *until is set. False: lum_net_stop came first. */
-bool lum_net_wait(struct lum_net *net, const _Atomic bool *until);
+ * *until is set. False: lum_net_stop came first, or (*ret_failed) the network broke. */
+bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_failed);
 /* Serves until lum_net_stop; then opens no session any more, tells the clients, closes them, and returns when all are
  * gone (after at most a few seconds). sessions and director outlive the call. */
 void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director);

@@ -83,12 +83,18 @@ static float value_at(const struct lum_patch *p, const uint8_t *slots)
     return p->square ? v * v : v;
 }
 
+uint32_t lum_patch_width(const struct lum_patch *p)
+{
+    uint32_t n_values = p->channels == LUM_PATCH_RGB || p->channels == LUM_PATCH_RGB16 ? 3 : 1;
+    return p->channels == LUM_PATCH_DIM16 || p->channels == LUM_PATCH_RGB16 ? 2 * n_values : n_values;
+}
+
 bool lum_patch_read(struct lum_patch *p, const uint8_t *slots, uint32_t n)
 {
     uint32_t width = p->channels == LUM_PATCH_DIM16 || p->channels == LUM_PATCH_RGB16 ? 2 : 1;
     uint32_t n_values = p->channels == LUM_PATCH_RGB || p->channels == LUM_PATCH_RGB16 ? 3 : 1;
     struct lum_patch was = *p;
-    p->known = n >= p->address + n_values * width;
+    p->known = n >= p->address + lum_patch_width(p);
     for (uint32_t k = 0; k < 3; k++)
         p->value[k] = p->known ? value_at(p, slots + p->address + (k < n_values ? k * width : 0)) : 0.0f;
     return p->known != was.known || memcmp(p->value, was.value, sizeof was.value) != 0;

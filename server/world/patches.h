@@ -28,6 +28,7 @@ struct lum_patches {
 /* Anew from the document; nothing is known of their channels then. False: no memory, they are as they were. */
 bool lum_patches_collect(struct lum_patches *patches, const struct lum_document *doc);
 void lum_patches_finish(struct lum_patches *patches);
+uint32_t lum_patch_width(const struct lum_patch *patch); /* slots that it takes, from its address on */
 /* Takes what its universe sends: slots, of which n were ever sent. True: the value is another. */
 bool lum_patch_read(struct lum_patch *patch, const uint8_t *slots, uint32_t n);
 /* Is there any light that is not as the document says? */

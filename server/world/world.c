@@ -229,8 +229,8 @@ bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_came
 struct lum_caustic_report lum_world_caustics(struct lum_world *w, bool at_rest)
 {
     struct lum_error err;
-    bool made = at_rest || lum_caustics_serve(&w->caustics, w->snapshot);
-    if (made && lum_caustics_update(&w->caustics, w->snapshot, w->pool, &err)) {
+    bool made = at_rest || lum_caustics_serve(&w->caustics, lum_world_lit(w));
+    if (made && lum_caustics_update(&w->caustics, lum_world_lit(w), w->pool, &err)) {
         lum_log(&w->log, LUM_LOG_WARNING, "world", "what mirrors and glass focus is not known: %s", err.text);
         made = false;
     }

@@ -349,7 +349,7 @@ static void only_universes_that_are_watched_are_kept(void **state)
     lum_desk_take(desk, LUM_DESK_SACN, s.bytes, s.n, 0, 0);
     assert_int_equal(lum_desk_read(desk, seven, slots, &heard_ns), 0);
     assert_int_equal(lum_desk_counts(desk, LUM_DESK_SACN).unwatched, 1);
-    assert_true(lum_desk_watch(desk, &seven, 1));
+    assert_true(lum_desk_watch(desk, &seven, NULL, 1));
     for (uint8_t i = 1; i < 4; i++) { /* of the same look: it is told once */
         s.bytes[111] = i;
         lum_desk_take(desk, LUM_DESK_SACN, s.bytes, s.n, 0, i * 25 * MS);
@@ -359,12 +359,24 @@ static void only_universes_that_are_watched_are_kept(void **state)
     assert_int_equal(lum_desk_read(desk, seven, slots, &heard_ns), 3);
     assert_int_equal(slots[2], 3);
     assert_int_equal(heard_ns, 75 * MS);
-    assert_true(lum_desk_watch(desk, both, 2)); /* what was watched goes on */
+    uint8_t unwanted[1][LUM_DESK_SLOTS] = {{0, 1, 1}};
+    assert_true(lum_desk_watch(desk, &seven, (const uint8_t(*)[LUM_DESK_SLOTS])unwanted, 1));
+    s.bytes[111] = 4;
+    s.bytes[127] = 200; /* the second: nobody's */
+    lum_desk_take(desk, LUM_DESK_SACN, s.bytes, s.n, 0, 100 * MS);
+    assert_int_equal(n_told, 1);
+    assert_int_equal(lum_desk_read(desk, seven, slots, &heard_ns), 3);
+    assert_int_equal(slots[1], 200); /* but it is kept */
+    s.bytes[111] = 5;
+    s.bytes[126] = 9;
+    lum_desk_take(desk, LUM_DESK_SACN, s.bytes, s.n, 0, 125 * MS);
+    assert_int_equal(n_told, 2);
+    assert_true(lum_desk_watch(desk, both, NULL, 2)); /* what was watched goes on */
     assert_int_equal(lum_desk_read(desk, seven, slots, &heard_ns), 3);
     assert_true(lum_desk_next(desk, &seven, &u));
     assert_int_equal(u.protocol, LUM_DESK_ARTNET);
     assert_false(lum_desk_next(desk, &both[1], &u));
-    assert_true(lum_desk_watch(desk, NULL, 0));
+    assert_true(lum_desk_watch(desk, NULL, NULL, 0));
     assert_int_equal(lum_desk_read(desk, seven, slots, &heard_ns), 0);
     lum_desk_destroy(desk);
 }
@@ -392,9 +404,9 @@ static void groups_of_watched_universes_are_joined_when_asked(void **state)
     for (int asked = 0; asked < 2; asked++) {
         strcpy(config.ears[LUM_DESK_SACN].interface, asked ? "127.0.0.1" : "");
         assert_int_equal(lum_desk_create(&config, &desk, NULL), LUM_OK);
-        assert_true(lum_desk_watch(desk, &key, 1));
+        assert_true(lum_desk_watch(desk, &key, NULL, 1));
         assert_int_equal(joined("A7E6FFEF"), asked);
-        assert_true(lum_desk_watch(desk, NULL, 0));
+        assert_true(lum_desk_watch(desk, NULL, NULL, 0));
         assert_false(joined("A7E6FFEF"));
         lum_desk_destroy(desk);
     }

@@ -240,9 +240,11 @@ class Session:
         when nothing else is said: as exact as they get. Raises Refused where there is no such sensor."""
         self.call("sensor.read", id=id)
         with self._news:
-            rev, watching, self._watching = self.scene_rev, self._watching, True
+            rev, watching = self.scene_rev, self._watching
         if not watching:
             self.call("sensor.watch", on=True, points=True)
+            with self._news:
+                self._watching = True
 
         def known():
             value = self._sensors.get(id)
