@@ -111,7 +111,7 @@ bool lum_desk_watch(struct lum_desk *d, const struct lum_desk_key *keys, const u
     }
     for (size_t i = 0; i < d->n_universes; i++) {
         struct lum_desk_key key = key_of(&d->universes[i]);
-        if (!bsearch(&key, keys, n, sizeof *keys, lum_desk_key_order))
+        if (n == 0 || !bsearch(&key, keys, n, sizeof *keys, lum_desk_key_order))
             join(d, key, false);
     }
     for (size_t i = 0; i < n; i++) /* all of them: where there was no room before, or no interface, there may be now */
