@@ -8,6 +8,7 @@
 #include "core/light/irradiance.h"
 #include "core/light/light.h"
 #include "core/light/sample.h"
+#include "core/light/tree.h"
 
 #define LUM_ONE_MINUS 0x1.fffffep-1f /* the largest float below 1 */
 
@@ -30,6 +31,8 @@ struct lum_emitter_row {
     struct lum_irradiance (*irradiance)(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n);
     void (*irradiances)(const struct lum_light *l, uint32_t n_points, const struct lum_vec3 *p,
                         const struct lum_vec3 *n, struct lum_irradiance *ret);
+    /* Where it is and shines to (tree.h). NULL: nowhere, or a mesh, of which the scene knows. */
+    struct lum_light_reach (*reach)(const struct lum_light *l);
     /* Half the box that it fills around p. NULL: it is from afar, or shines from inside other things, too. */
     struct lum_vec3 (*half)(const struct lum_light *l);
     /* Of what rays can meet; across NULL: of nothing. How wide it is at its narrowest, as what it is traced, and the

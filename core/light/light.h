@@ -11,6 +11,7 @@ struct lum_instance;
 struct lum_snapshot;
 struct lum_env_map; /* luminance distribution of an environment (light/environment.c) */
 struct lum_web;     /* intensity by direction (light/web.h) */
+struct lum_light_tree;
 
 /* What lights are at render time; what tells them apart is a row (emitter.h). */
 #define LUM_EMITTERS(X)                                                                                                \
@@ -63,11 +64,14 @@ struct lum_light_table {
     const float *active_cdf; /* inclusive, last = 1 */
     const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
     uint32_t n_active;
-    uint32_t environment; /* index, or LUM_NO_OBJECT */
-    float scene_radius;   /* of the sphere around the bounds */
+    const struct lum_light_tree *tree; /* of those that are somewhere (tree.h) */
+    float tree_share;                  /* sum of pick_pdf of those that are in it; 0: fewer than two of them emit */
+    uint32_t environment;              /* index, or LUM_NO_OBJECT */
+    float scene_radius;                /* of the sphere around the bounds */
 };
 
-/* Picks an emitting light; u is remapped to a fresh number. LUM_NO_OBJECT when none emits. */
+/* Picks an emitting light, for no place above others (see tree.h); u is remapped to a fresh number. LUM_NO_OBJECT when
+ * none emits. */
 uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob);
 
 /* True for an environment without a part that is so much brighter than the rest that it casts shadows with edges. */

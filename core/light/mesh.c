@@ -18,9 +18,7 @@ static struct lum_vec2 mesh_uv(const struct lum_mesh *mesh, const uint32_t *tri,
 /* Towards the front: the side of which the winding is counter-clockwise before a transform that may mirror. */
 static struct lum_vec3 front_of(const struct lum_instance *instance, struct lum_vec3 winding)
 {
-    const float(*m)[4] = instance->local_to_scene.m;
-    struct lum_vec3 x = lum_v3(m[0][0], m[1][0], m[2][0]), y = lum_v3(m[0][1], m[1][1], m[2][1]);
-    return lum_dot(lum_cross(x, y), lum_v3(m[0][2], m[1][2], m[2][2])) < 0.0f ? lum_v3_neg(winding) : winding;
+    return lum_affine_mirrors(&instance->local_to_scene) ? lum_v3_neg(winding) : winding;
 }
 
 static bool mesh_place(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,

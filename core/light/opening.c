@@ -103,7 +103,20 @@ static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv
     return on_disc(l, uv);
 }
 
-const struct lum_emitter_row lum_emitter_opening_rectangle = {.pdf = pdf_of_opening,
+/* All around, and as much anywhere: what a web says of one direction is not asked. */
+static struct lum_light_reach reach_of_opening(const struct lum_light *l)
+{
+    bool round = l->kind == LUM_EMIT_OPENING_DISC;
+    return (struct lum_light_reach){
+        .centre = l->p,
+        .radius = round ? l->radius : fmaxf(lum_length(lum_v3_add(l->u, l->v)), lum_length(lum_v3_sub(l->u, l->v))),
+        .axis = l->n,
+        .cos_faced = -1.0f,
+        .intensity = (float)l->web->flux_sr * 0.25f * LUM_INV_PI};
+}
+
+const struct lum_emitter_row lum_emitter_opening_rectangle = {.reach = reach_of_opening,
+                                                              .pdf = pdf_of_opening,
                                                               .place = place_on_opening,
                                                               .aim = aim_at_opening,
                                                               .emit = emit_opening,
@@ -112,7 +125,8 @@ const struct lum_emitter_row lum_emitter_opening_rectangle = {.pdf = pdf_of_open
                                                               .across = across_rectangle,
                                                               .shape = LUM_SHAPE_QUAD,
                                                               .at = hit_on_rectangle};
-const struct lum_emitter_row lum_emitter_opening_disc = {.pdf = pdf_of_opening,
+const struct lum_emitter_row lum_emitter_opening_disc = {.reach = reach_of_opening,
+                                                         .pdf = pdf_of_opening,
                                                          .place = place_on_opening,
                                                          .aim = aim_at_opening,
                                                          .emit = emit_opening,

@@ -36,5 +36,16 @@ static struct lum_vec3 half_point(const struct lum_light *l)
     return lum_v3(0.0f, 0.0f, 0.0f);
 }
 
+/* Within a spot's cone, as much anywhere. */
+static struct lum_light_reach reach_of_point(const struct lum_light *l)
+{
+    float omc = l->falloff->cone ? l->omc_outer : 2.0f;
+    return (struct lum_light_reach){.centre = l->p,
+                                    .axis = l->n,
+                                    .cos_faced = 1.0f - omc,
+                                    .cos_end = l->falloff->cone ? 1.0f : 0.0f,
+                                    .intensity = (float)l->falloff->flux(l) / (2.0f * LUM_PI * omc)};
+}
+
 const struct lum_emitter_row lum_emitter_point = {
-    .sample = sample_point, .emit = emit_point, .flux = flux_of_point, .half = half_point};
+    .reach = reach_of_point, .sample = sample_point, .emit = emit_point, .flux = flux_of_point, .half = half_point};

@@ -195,6 +195,16 @@ static struct lum_vec3 hit_on_quad(const struct lum_light *l, struct lum_vec2 uv
     return quad_point(l, uv);
 }
 
+static struct lum_light_reach reach_of_quad(const struct lum_light *l)
+{
+    return (struct lum_light_reach){.centre = l->p,
+                                    .radius =
+                                        fmaxf(lum_length(lum_v3_add(l->u, l->v)), lum_length(lum_v3_sub(l->u, l->v))),
+                                    .axis = l->n,
+                                    .cos_faced = 1.0f,
+                                    .intensity = l->area};
+}
+
 const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .pdf = pdf_of_quad,
                                                  .even_pdf = even_pdf_of_quad,
@@ -202,6 +212,7 @@ const struct lum_emitter_row lum_emitter_quad = {.sample = sample_quad,
                                                  .emit = emit_quad,
                                                  .irradiances = lum_quad_irradiances,
                                                  .half = half_quad,
+                                                 .reach = reach_of_quad,
                                                  .across = across_quad,
                                                  .shape = LUM_SHAPE_QUAD,
                                                  .at = hit_on_quad,

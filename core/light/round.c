@@ -55,7 +55,23 @@ static struct lum_vec3 hit_on_disc(const struct lum_light *l, struct lum_vec2 uv
     return on_disc(l, uv);
 }
 
-const struct lum_emitter_row lum_emitter_disc = {.pdf = pdf_of_disc,
+static struct lum_light_reach reach_of_disc(const struct lum_light *l)
+{
+    return (struct lum_light_reach){
+        .centre = l->p, .radius = l->radius, .axis = l->n, .cos_faced = 1.0f, .intensity = l->area};
+}
+
+static struct lum_light_reach reach_of_sphere(const struct lum_light *l)
+{
+    return (struct lum_light_reach){.centre = l->p,
+                                    .radius = l->radius,
+                                    .axis = {0.0f, 0.0f, 1.0f},
+                                    .cos_faced = -1.0f,
+                                    .intensity = LUM_PI * l->radius * l->radius};
+}
+
+const struct lum_emitter_row lum_emitter_disc = {.reach = reach_of_disc,
+                                                 .pdf = pdf_of_disc,
                                                  .place = place_on_disc,
                                                  .emit = emit_disc,
                                                  .irradiance = lum_disc_irradiance,
@@ -122,7 +138,8 @@ static struct lum_vec3 hit_on_sphere(const struct lum_light *l, struct lum_vec2 
     return lum_v3_mad(l->p, *inout_ng, l->radius);
 }
 
-const struct lum_emitter_row lum_emitter_sphere = {.sample = sample_sphere,
+const struct lum_emitter_row lum_emitter_sphere = {.reach = reach_of_sphere,
+                                                   .sample = sample_sphere,
                                                    .pdf = pdf_of_sphere,
                                                    .even_pdf = even_pdf_of_sphere,
                                                    .emit = emit_sphere,

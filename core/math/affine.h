@@ -23,6 +23,12 @@ static inline struct lum_vec3 lum_affine_vector(const struct lum_affine *a, stru
                   a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
                   a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z);
 }
+/* It turns what is on the left to the right. */
+static inline bool lum_affine_mirrors(const struct lum_affine *a)
+{
+    struct lum_vec3 x = lum_v3(a->m[0][0], a->m[1][0], a->m[2][0]), y = lum_v3(a->m[0][1], a->m[1][1], a->m[2][1]);
+    return lum_dot(lum_cross(x, y), lum_v3(a->m[0][2], a->m[1][2], a->m[2][2])) < 0.0f;
+}
 
 struct lum_affined lum_affined_identity(void);
 struct lum_affined lum_affined_mul(const struct lum_affined *a, const struct lum_affined *b); /* a after b */

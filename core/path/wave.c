@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "core/light/sample.h"
+#include "core/light/tree.h"
 #include "core/math/warp.h"
 #include "core/path/guide.h"
 #include "core/scene/surface.h"
@@ -293,13 +294,19 @@ static void trace_shadows(struct lum_wave *w)
     w->shadow_rays.n = 0;
 }
 
+/* As lum_lights_pick_from has it: what lies below is dark to what lets no light through. */
+static struct lum_vec3 lit_normal(const struct lum_bsdf *b)
+{
+    return b->glass > 0.0f || b->far_prob > 0.0f ? lum_v3(0.0f, 0.0f, 0.0f) : b->frame.n;
+}
+
 /* A vertex's shadow rays are traced together: what it gains adds up in the same order whatever batch it is in. */
 static void queue_lights(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, float u_pick)
 {
     const struct lum_light_table *t = &w->snapshot->lights;
     if (!w->every_light) {
         struct choice one = {.pair = pair_at(v->depth, PAIR_LIGHT)};
-        one.light = lum_lights_pick(t, &u_pick, &one.prob);
+        one.light = lum_lights_pick_from(t, v->p, lit_normal(v->b), u_pick, &one.prob);
         if (one.light != LUM_NO_OBJECT)
             queue_light(w, path, v, one);
         return;
@@ -416,6 +423,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         path.n_panes += path.pdf_sa > 0.0f;
     } else {
         path.p = v->p;
+        path.n = lit_normal(b);
         path.pdf_sa = bs->pdf_sa;
         path.every_light = w->every_light;
         path.plain = true;
@@ -441,7 +449,7 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
     float pdf = path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
                             : lum_light_pdf(w->snapshot, light, path->p, d, at, ng);
     if (!path->every_light)
-        pdf *= w->snapshot->lights.pick_pdf[light];
+        pdf *= lum_lights_pick_pdf(&w->snapshot->lights, path->p, path->n, light);
     return lum_power_heuristic(path->pdf_sa, pdf);
 }
 

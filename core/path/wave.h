@@ -11,6 +11,7 @@
 struct lum_path {
     struct lum_rgb throughput;
     struct lum_vec3 p; /* last vertex but for panes, for the light pdf of what the ray hits */
+    struct lum_vec3 n; /* normal there, as the light was picked by (lum_lights_pick_from) */
     float pdf_sa;      /* with which the ray was sampled; 0: by the eye or a delta lobe, so emission counts in full */
     bool every_light;  /* the last vertex sampled every light, and did not pick one */
     bool plain;        /* the last vertex sampled light as lum_light_sample_plainly does: it was one of the wave */

@@ -38,17 +38,43 @@ static void area_cdf_unref(struct lum_area_cdf *cdf)
     lum_free(cdf);
 }
 
-/* ret_centre: without the transform's translation. */
-static double triangle_area(const struct lum_instance *instance, uint32_t triangle, struct lum_vec3 *ret_centre)
+/* Without the transform's translation. ret_area: a vector along the normal. */
+static void triangle_of(const struct lum_instance *instance, uint32_t triangle, struct lum_vec3 ret_p[3],
+                        struct lum_vec3 *ret_area)
 {
-    struct lum_vec3 p[3];
     for (int k = 0; k < 3; k++) {
         const float *v =
             instance->mesh->positions + 3 * (size_t)instance->mesh->indices[3 * (size_t)triangle + (size_t)k];
-        p[k] = lum_affine_vector(&instance->local_to_scene, lum_v3(v[0], v[1], v[2]));
+        ret_p[k] = lum_affine_vector(&instance->local_to_scene, lum_v3(v[0], v[1], v[2]));
     }
-    *ret_centre = lum_v3_mul(lum_v3_add(lum_v3_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
-    return 0.5 * (double)lum_length(lum_cross(lum_v3_sub(p[1], p[0]), lum_v3_sub(p[2], p[0])));
+    *ret_area = lum_v3_mul(lum_cross(lum_v3_sub(ret_p[1], ret_p[0]), lum_v3_sub(ret_p[2], ret_p[0])), 0.5f);
+}
+
+/* Where triangles lie and face to. That of one which bends by more than 60 degrees is all around, where it shows half
+ * of its area, or a quarter of what is closed. */
+static struct lum_light_reach reach_of_mesh(const struct lum_instance *instance, struct lum_vec3 centre, double total,
+                                            struct lum_vec3 axis)
+{
+    const float least_cos = 0.5f;
+    struct lum_light_reach r = {
+        .centre = centre, .axis = lum_normalize(axis), .cos_faced = 1.0f, .intensity = (float)total};
+    for (uint32_t i = 0; i < instance->mesh->n_triangles; i++) {
+        struct lum_vec3 p[3], area;
+        triangle_of(instance, i, p, &area);
+        for (int k = 0; k < 3; k++)
+            r.radius = lum_max(r.radius, lum_length(lum_v3_sub(p[k], centre)));
+        float a = lum_length(area);
+        if (a > 0.0f)
+            r.cos_faced = lum_min(r.cos_faced, lum_dot(area, r.axis) / a);
+    }
+    if (lum_affine_mirrors(&instance->local_to_scene))
+        r.axis = lum_v3_neg(r.axis); /* to the side that is wound counter-clockwise before */
+    r.cos_faced -= 1e-3f;            /* normals of slivers are not exact */
+    if (!(r.cos_faced > least_cos))
+        r.cos_faced = -1.0f;
+    if (r.cos_faced < 0.0f)
+        r.intensity *= 0.25f;
+    return r;
 }
 
 static struct lum_area_cdf *area_cdf_create(const struct lum_instance *instance)
@@ -67,18 +93,23 @@ static struct lum_area_cdf *area_cdf_create(const struct lum_instance *instance)
         memcpy(cdf->linear[i], instance->local_to_scene.m[i], 3 * sizeof(float));
     cdf->sums = sums;
     double centre[3] = {0.0, 0.0, 0.0};
+    struct lum_vec3 axis = {0.0f, 0.0f, 0.0f};
     for (uint32_t i = 0; i < n; i++) {
-        struct lum_vec3 at;
-        double area = triangle_area(instance, i, &at);
-        centre[0] += area * (double)at.x;
-        centre[1] += area * (double)at.y;
-        centre[2] += area * (double)at.z;
+        struct lum_vec3 p[3], along;
+        triangle_of(instance, i, p, &along);
+        double area = (double)lum_length(along);
+        axis = lum_v3_add(axis, along);
+        centre[0] += area * (double)(p[0].x + p[1].x + p[2].x) / 3.0;
+        centre[1] += area * (double)(p[0].y + p[1].y + p[2].y) / 3.0;
+        centre[2] += area * (double)(p[0].z + p[1].z + p[2].z) / 3.0;
         cdf->total += area;
         sums[i] = (float)cdf->total;
     }
+    struct lum_vec3 middle = {0.0f, 0.0f, 0.0f};
     if (cdf->total > 0.0)
-        cdf->centre =
+        middle =
             lum_v3((float)(centre[0] / cdf->total), (float)(centre[1] / cdf->total), (float)(centre[2] / cdf->total));
+    cdf->reach = reach_of_mesh(instance, middle, cdf->total, axis);
     return cdf;
 }
 
@@ -282,6 +313,7 @@ static double light_weight(const struct lum_light_part *part, uint32_t i)
  * neighbouring CDF values, so that what is picked and what is divided by agree. */
 static void fill_table(struct lum_light_part *part)
 {
+    struct lum_light_tree *tree = &part->tree;
     part->table = (struct lum_light_table){
         .lights = part->items,
         .n_lights = part->n,
@@ -290,15 +322,16 @@ static void fill_table(struct lum_light_part *part)
         .pick_pdf = part->pick_pdf,
         .environment = find_environment(part),
         .scene_radius = bounding_radius(&part->bounds),
+        .tree = tree,
     };
-    double total = 0.0, sum = 0.0, n_emitting = 0.0;
+    double total = 0.0, sum = 0.0, n_emitting = 0.0, somewhere = 0.0;
     for (uint32_t i = 0; i < part->n; i++) {
         double weight = light_weight(part, i);
         total += weight;
         n_emitting += weight > 0.0 ? 1.0 : 0.0;
     }
     float before = 0.0f;
-    uint32_t n_active = 0;
+    uint32_t n_active = 0, n_somewhere = 0;
     for (uint32_t i = 0; i < part->n; i++) {
         double weight = light_weight(part, i);
         if (!(weight > 0.0))
@@ -309,12 +342,47 @@ static void fill_table(struct lum_light_part *part)
         part->active_cdf[n_active++] = cdf;
         part->pick_pdf[i] = cdf - before;
         before = cdf;
+        if (tree->n_nodes > 0 && tree->leaf_of[i] != LUM_NO_OBJECT) {
+            somewhere += (double)part->pick_pdf[i];
+            n_somewhere++;
+        }
     }
     if (n_active) { /* rounding may leave the last value a little off 1 */
         part->pick_pdf[part->active[n_active - 1]] += 1.0f - before;
         part->active_cdf[n_active - 1] = 1.0f;
     }
     part->table.n_active = n_active;
+    lum_light_tree_brighten(tree, part->items, part->pick_pdf);
+    part->table.tree_share = n_somewhere > 1 ? (float)somewhere : 0.0f;
+}
+
+/* ---- where lights are ---- */
+
+static struct lum_light_reach reach_of(const struct lum_light_part *part, const struct lum_instance *instances,
+                                       uint32_t i)
+{
+    const struct lum_light *l = &part->items[i];
+    const struct lum_emitter_row *row = lum_emitters[l->kind];
+    if (row->reach)
+        return row->reach(l);
+    if (l->kind != LUM_EMIT_MESH)
+        return (struct lum_light_reach){.centre = {NAN, NAN, NAN}};
+    struct lum_light_reach r = part->cdfs[i]->reach;
+    const float(*m)[4] = instances[l->instance].local_to_scene.m;
+    r.centre = lum_v3_add(r.centre, lum_v3(m[0][3], m[1][3], m[2][3]));
+    r.intensity *= l->mean_emission * (l->both_sides && r.cos_faced < 0.0f ? 2.0f : 1.0f);
+    r.both_sides = l->both_sides;
+    return r;
+}
+
+static bool build_tree(struct lum_light_part *part, const struct lum_instance *instances)
+{
+    struct lum_light_reach *reach = lum_calloc((size_t)part->n + 1, sizeof *reach);
+    for (uint32_t i = 0; reach && i < part->n; i++)
+        reach[i] = reach_of(part, instances, i);
+    bool built = reach && lum_light_tree_build(&part->tree, reach, part->n);
+    lum_free(reach);
+    return built;
 }
 
 /* ---- the part ---- */
@@ -373,6 +441,7 @@ void lum_light_part_unref(struct lum_light_part *part)
     lum_free(part->active);
     lum_free(part->active_cdf);
     lum_free(part->pick_pdf);
+    lum_light_tree_finish(&part->tree);
     lum_free(part->cdfs);
     lum_free(part->means);
     lum_free(part->envs);
@@ -453,6 +522,10 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
         lum_bounds_grow(&bounds, shape.hi);
     }
     b.part->bounds = bounds;
+    if (!build_tree(b.part, in->instances->items)) {
+        lum_light_part_unref(b.part);
+        return lum_fail(err, LUM_ERR_NOMEM, "", "out of memory to sort %u lights", n);
+    }
     fill_table(b.part);
     *ret_part = b.part;
     return LUM_OK;
@@ -466,6 +539,10 @@ struct lum_light_part *lum_lights_relit(const struct lum_light_part *part,
     struct lum_light_part *relit = part_alloc(part->n);
     if (!relit)
         return NULL;
+    if (!lum_light_tree_copy(&relit->tree, &part->tree)) {
+        lum_light_part_unref(relit);
+        return NULL;
+    }
     relit->n = part->n;
     relit->bounds = part->bounds;
     if (part->n)

@@ -2,6 +2,7 @@
 #ifndef LUM_CORE_SCENE_PARTS_H
 #define LUM_CORE_SCENE_PARTS_H
 
+#include "core/light/tree.h"
 #include "core/scene/snapshot.h"
 
 struct lum_env_map;
@@ -38,7 +39,8 @@ struct lum_area_cdf {
     struct lum_mesh *mesh;
     float linear[3][3];
     double total;
-    struct lum_vec3 centre; /* of the area, relative to the map's translation */
+    struct lum_light_reach reach; /* of the mesh, relative to the map's translation, around the centre of its area,
+                                   * which is its intensity */
     float *sums;
 };
 /* lum_light.mean_emission, and what it was found for: holds references to the images. */
@@ -55,6 +57,7 @@ struct lum_light_part {
     struct lum_light *items;
     uint32_t *active;
     float *active_cdf, *pick_pdf;
+    struct lum_light_tree tree;
     struct lum_area_cdf **cdfs;      /* per light; NULL but for mesh emitters */
     struct lum_emission_mean *means; /* per light; zero but for mesh emitters with a texture or holes */
     struct lum_env_part **envs;      /* per light; NULL but for skies, and environments with an image */

@@ -155,7 +155,8 @@ bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct
     if (l->kind != LUM_EMIT_MESH)
         return false;
     const struct lum_affine *m = &s->instances[l->instance].local_to_scene;
-    struct lum_vec3 at = lum_v3_add(s->parts->lights->cdfs[light]->centre, lum_v3(m->m[0][3], m->m[1][3], m->m[2][3]));
+    struct lum_vec3 at =
+        lum_v3_add(s->parts->lights->cdfs[light]->reach.centre, lum_v3(m->m[0][3], m->m[1][3], m->m[2][3]));
     double own = (double)lum_luminance(s->materials[s->instances[l->instance].material].emission);
     double luminance = (double)lum_luminance(l->power), area = (double)l->area / (s->norm.scale * s->norm.scale);
     *ret = (struct lum_luminaire){
