@@ -11,8 +11,10 @@
 
 struct lum_film {
     uint32_t w, h;
-    double *half[2]; /* 3 per pixel: sums of samples */
-    uint32_t *n[2];  /* samples in each half, per pixel */
+    double *half[2];          /* 3 per pixel: sums of samples */
+    uint32_t *n[2];           /* samples in each half, per pixel */
+    struct lum_rgb *shine[2]; /* lum_film_keep_shine: means of what these showed that shines by itself, which is not in
+                               * half. NULL: it is */
 };
 
 LUM_MUST_USE enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err);
@@ -23,12 +25,18 @@ void lum_film_finish(struct lum_film *film);
 void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
                   uint64_t *nonfinite);
 
+/* From the next samples on what shines by itself is kept apart. */
+LUM_MUST_USE enum lum_status lum_film_keep_shine(struct lum_film *film, struct lum_error *err);
+/* lum_film_add of a film that keeps it. */
+void lum_film_add_apart(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
+                        struct lum_rgb shine, uint64_t *nonfinite);
+
 /* Forgets a pixel's samples: a deferred method writes each pixel anew. */
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);
 /* Forgets a pixel's samples for this one, of the first half. */
 void lum_film_set(struct lum_film *film, uint32_t x, uint32_t y, struct lum_rgb radiance, uint64_t *nonfinite);
 
-/* Mean of both halves: cd/m2 as Rec.709. Black where there is no sample. */
+/* Mean of both halves: cd/m2 as Rec.709, without shine that is kept apart. Black where there is no sample. */
 struct lum_rgb lum_film_mean(const struct lum_film *film, uint32_t x, uint32_t y);
 
 double lum_film_mean_luminance(const struct lum_film *film); /* cd/m2, over the picture */

@@ -127,5 +127,31 @@ static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     lum_memo_set(&pass->surfaces->made, tile, 1);
 }
 
+struct lum_rgb lum_pass_transmittance(const struct lum_pass *pass, size_t pixel)
+{
+    float x = (float)(pixel % pass->tiling.w) + 0.5f, y = (float)(pixel / pass->tiling.w) + 0.5f;
+    struct lum_vec3 d = lum_eye_direction(&pass->eye, x, y);
+    return lum_media_transmittance(pass->snapshot, pass->eye.o, d, pass->surfaces->depth[pixel]);
+}
+
+struct lum_rgb lum_surfaces_shine(const struct lum_snapshot *s, const struct lum_gbuffer *gbuffer,
+                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y)
+{
+    uint32_t tile = y / tiling->side * tiling->nx + x / tiling->side;
+    struct lum_tile_rect r = lum_tile_at(tiling, tile);
+    const struct lum_hits *hits = &gbuffer->tiles[tile];
+    uint32_t slot = (y - r.y) * r.w + x - r.x;
+    struct lum_vec3 d = lum_eye_direction(eye, (float)x + 0.5f, (float)y + 0.5f);
+    if (hits->object[slot] == LUM_NO_OBJECT)
+        return lum_lights_background(&s->lights, d, true);
+    struct lum_surface surface;
+    lum_snapshot_surface(s, hits, slot, d, &surface);
+    if (surface.instance == LUM_NO_OBJECT)
+        return surface.emission;
+    struct lum_bsdf bsdf;
+    lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
+    return bsdf.emission;
+}
+
 const struct lum_estimator lum_stage_surfaces = {
     .name = "surfaces", .stage = LUM_STAGE_SURFACES, .tile = surfaces_tile};

@@ -32,9 +32,19 @@ struct lum_surfaces {
 };
 
 struct lum_pass;
+struct lum_gbuffer;
+struct lum_tiling;
+struct lum_eye;
+struct lum_snapshot;
 void lum_surfaces_finish(struct lum_surfaces *s);
 LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass,
                                                  struct lum_error *err);
+
+/* What media leave of the light that comes from there to the eye. */
+struct lum_rgb lum_pass_transmittance(const struct lum_pass *pass, size_t pixel);
+/* What shines by itself in the middle of a pixel, before what fog takes. Black: nothing, or it is off. */
+struct lum_rgb lum_surfaces_shine(const struct lum_snapshot *snapshot, const struct lum_gbuffer *gbuffer,
+                                  const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y);
 
 struct lum_estimator;
 extern const struct lum_estimator lum_stage_surfaces;

@@ -457,6 +457,10 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
+    if (w->at_first && w->shine_apart) {
+        w->shine[path->slot] = lum_rgb_add(w->shine[path->slot], value);
+        return;
+    }
     if (w->notes)
         note_emission(w->notes, path, value);
     bring_home(w, &(struct lum_gain){path->slot, light, value});
@@ -518,7 +522,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
     w->every_light = false;
-    w->illuminance = false;
+    w->illuminance = w->shine_apart = w->at_first = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
@@ -527,6 +531,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->guide = NULL;
     w->notes = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
+    memset(w->shine, 0, sizeof w->shine);
 }
 
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,
@@ -607,7 +612,8 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
         w->counters->rays[LUM_RAY_PRIMARY] += n;
     }
     lum_trace_closest(&trace, &w->rays, &w->hits);
-    w->hits.white = depth == 0 && w->illuminance;
+    w->at_first = depth == 0;
+    w->hits.white = w->at_first && w->illuminance;
     for (uint32_t i = 0; w->segments_met && i < n; i++)
         add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
     if (w->media && !w->hits.white)

@@ -57,7 +57,7 @@ struct lum_path_segments {
     uint32_t n_lost; /* for which there was no room */
 };
 
-/* Beyond, one is picked by its flux. In an office by day that picked its lamps once in a hundred paths: blotches. */
+/* Beyond, one is picked. By its flux that was its lamps once in a hundred paths, in an office by day: blotches. */
 #define LUM_WAVE_LIGHTS 8u
 #define LUM_WAVE_PAIR_PIXEL 0u /* sampler pair that paths leave to whoever starts them at the eye */
 
@@ -76,6 +76,8 @@ struct lum_wave {
     bool panes;              /* likewise: light goes straight through them */
     bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
                                 what is before that. Set after lum_wave_begin */
+    bool shine_apart;        /* likewise: what shines where rays from the eye end goes to shine, and not to radiance */
+    bool at_first;           /* while the first segments of eye paths are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
      * still see what shines, and what they light by way of a diffuse surface is another effect), and lobes that no path
@@ -89,6 +91,7 @@ struct lum_wave {
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb left[LUM_RAY_BATCH];     /* by shadow ray: what panes leave, where there are any */
     struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
+    struct lum_rgb shine[LUM_RAY_BATCH];    /* by slot, if shine_apart */
     struct lum_gains *gains; /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_path_segments *segments_met; /* NULL: not wanted. Else set after lum_wave_begin */
     const struct lum_path_guide *guide;     /* NULL: paths go unguided. Else set after lum_wave_begin */

@@ -24,13 +24,6 @@ static struct lum_rgb join_around(const struct lum_pass *pass, const struct lum_
     return lum_rgb_scale(sum, 1.0f / n);
 }
 
-static struct lum_rgb transmittance_to_eye(const struct lum_pass *pass, size_t pixel)
-{
-    float x = (float)(pixel % pass->tiling.w) + 0.5f, y = (float)(pixel / pass->tiling.w) + 0.5f;
-    struct lum_vec3 d = lum_eye_direction(&pass->eye, x, y);
-    return lum_media_transmittance(pass->snapshot, pass->eye.o, d, pass->surfaces->depth[pixel]);
-}
-
 /* Of the buffers that come into the picture so. */
 static struct lum_rgb sum_of(const struct lum_pass *pass, enum lum_adds adds, size_t pixel)
 {
@@ -54,7 +47,7 @@ static struct lum_rgb add_components(const struct lum_pass *pass, size_t pixel, 
     if (pass->settings->illuminance) /* what is before the eye takes no light from the surface */
         return sum;
     if (pass->on[LUM_EFFECT_MEDIA])
-        sum = lum_rgb_mul(sum, transmittance_to_eye(pass, pixel));
+        sum = lum_rgb_mul(sum, lum_pass_transmittance(pass, pixel));
     return lum_rgb_add(sum, sum_of(pass, LUM_ADDS_AIR, pixel));
 }
 

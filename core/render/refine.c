@@ -8,6 +8,7 @@ void lum_refine_finish(struct lum_refinement *r)
     lum_film_finish(&r->truth);
     lum_free(r->tile_spp);
     lum_free(r->frame);
+    lum_free(r->shine);
     lum_residual_finish(r->memory);
     *r = (struct lum_refinement){0};
 }
@@ -15,11 +16,16 @@ void lum_refine_finish(struct lum_refinement *r)
 enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tiling *t, struct lum_error *err)
 {
     enum lum_status status = lum_film_init(&r->truth, t->w, t->h, err);
-    if (status != LUM_OK)
+    if (status == LUM_OK)
+        status = lum_film_keep_shine(&r->truth, err);
+    if (status != LUM_OK) {
+        lum_refine_finish(r);
         return status;
+    }
     r->tile_spp = lum_calloc(t->n, sizeof *r->tile_spp);
     r->frame = lum_calloc((size_t)t->w * t->h, sizeof *r->frame);
-    if (r->tile_spp && r->frame)
+    r->shine = lum_calloc((size_t)t->w * t->h, sizeof *r->shine);
+    if (r->tile_spp && r->frame && r->shine)
         return LUM_OK;
     lum_refine_finish(r);
     return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory to refine a picture of %u x %u", t->w, t->h);
@@ -41,11 +47,39 @@ void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
     r->next_spp = FIRST_SPP;
 }
 
-void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *t, const struct lum_film *frame)
+/* What shines by itself in the middle of a pixel, as it comes to the eye. */
+static struct lum_rgb shine_of(const struct lum_pass *pass, const struct lum_deferred *d, size_t i)
 {
-    for (uint32_t y = 0; y < t->h; y++)
-        for (uint32_t x = 0; x < t->w; x++)
-            r->frame[(size_t)y * t->w + x] = lum_film_mean(frame, x, y);
+    const struct lum_tiling *t = &pass->tiling;
+    if (!(d->surfaces.kind[i] & LUM_PIXEL_SHINES))
+        return lum_grey(0.0f);
+    uint32_t x = (uint32_t)(i % t->w), y = (uint32_t)(i / t->w);
+    struct lum_rgb shine = lum_surfaces_shine(pass->snapshot, &d->gbuffer, t, &pass->eye, x, y);
+    return pass->on[LUM_EFFECT_MEDIA] ? lum_rgb_mul(shine, lum_pass_transmittance(pass, i)) : shine;
+}
+
+/* The frame has it smoothed at edges as the rest. */
+static struct lum_rgb smooth_shine(const struct lum_pass *pass, const struct lum_deferred *d, uint32_t neighbours,
+                                   size_t i)
+{
+    if (neighbours == LUM_NEIGHBOURS_SELF)
+        return shine_of(pass, d, i);
+    struct lum_rgb sum = lum_grey(0.0f);
+    for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++)
+        sum = lum_rgb_add(sum, shine_of(pass, d, lum_edge_neighbour(neighbours, k, i, pass->tiling.w)));
+    return lum_rgb_scale(sum, 1.0f / (float)LUM_EDGE_RAYS);
+}
+
+void lum_refine_take(struct lum_refinement *r, const struct lum_pass *pass, const struct lum_deferred *deferred,
+                     const struct lum_film *frame)
+{
+    const uint32_t *neighbours = lum_edge_neighbours(&deferred->states), w = pass->tiling.w;
+    for (size_t i = 0; i < (size_t)w * pass->tiling.h; i++) {
+        struct lum_rgb all = lum_film_mean(frame, (uint32_t)(i % w), (uint32_t)(i / w));
+        struct lum_rgb shine = smooth_shine(pass, deferred, neighbours ? neighbours[i] : LUM_NEIGHBOURS_SELF, i);
+        r->shine[i] = lum_rgb(lum_min(shine.r, all.r), lum_min(shine.g, all.g), lum_min(shine.b, all.b));
+        r->frame[i] = lum_rgb_mad(all, r->shine[i], -1.0f);
+    }
     r->taken = true;
 }
 
@@ -70,6 +104,7 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
                                  float per_pixel, struct lum_film *film, const struct lum_stage_runner *runner)
 {
     struct lum_residual job = {.frame = r->frame,
+                               .shine = r->shine,
                                .truth = &r->truth,
                                .guide = &deferred->surfaces,
                                .neighbours = lum_edge_neighbours(&deferred->states),

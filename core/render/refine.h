@@ -8,10 +8,11 @@
 struct lum_refinement {
     struct lum_film truth;
     uint32_t *tile_spp;    /* of truth */
-    struct lum_rgb *frame; /* the fast frame: w * h */
-    bool taken;            /* there is one */
-    uint32_t next_spp;     /* samples at which the picture is next made of both */
-    bool owed;             /* it is due, and not made: that was cut short */
+    struct lum_rgb *frame; /* the fast frame, w * h, without what shines by itself: */
+    struct lum_rgb *shine;
+    bool taken;        /* there is one */
+    uint32_t next_spp; /* samples at which the picture is next made of both */
+    bool owed;         /* it is due, and not made: that was cut short */
     struct lum_residual_memory *memory;
     struct lum_film_error error; /* of that picture */
 };
@@ -22,8 +23,9 @@ void lum_refine_finish(struct lum_refinement *r); /* accepts a zeroed one */
 
 /* Forgets all samples, and the frame. */
 void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *tiling);
-/* Takes the film as the frame. */
-void lum_refine_take(struct lum_refinement *r, const struct lum_tiling *tiling, const struct lum_film *frame);
+/* Takes the film as the frame, which the pass has made from what is in deferred. */
+void lum_refine_take(struct lum_refinement *r, const struct lum_pass *pass, const struct lum_deferred *deferred,
+                     const struct lum_film *frame);
 
 /* The picture is due: spp samples of every pixel, as many in one half as in the other, or one. Making it takes up to as
  * long as a sample of every pixel, hence not after each; but after the last pair of max_spp (0: there is no end). */

@@ -420,13 +420,36 @@ static enum lum_status run_levels(struct step *step, void (*row)(const struct st
 
 /* ---- the picture ---- */
 
+/* What shines by itself, by the samples of one half, or both, and by the frame: half a sample of each. */
+static struct lum_rgb shine_at(const struct lum_residual *r, size_t i, int first, int last)
+{
+    float n = 0.5f * (float)(1 + last - first);
+    struct lum_rgb sum = lum_grey(0.0f);
+    if (!r->shine)
+        return sum;
+    sum = lum_rgb_scale(r->shine[i], n);
+    for (int half = first; half <= last; half++) {
+        sum = lum_rgb_mad(sum, r->truth->shine[half][i], (float)r->truth->n[half][i]);
+        n += (float)r->truth->n[half][i];
+    }
+    return lum_rgb_scale(sum, 1.0f / n);
+}
+
+/* By a half's samples alone; of one that has none, what the picture shows. */
+static float sampled_shine(const struct lum_residual *r, size_t i, int half)
+{
+    bool known = r->shine && r->truth->n[half][i] > 0;
+    return lum_luminance(known ? r->truth->shine[half][i] : shine_at(r, i, half, half));
+}
+
 static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, struct sums *inout_sums)
 {
     const struct lum_residual_memory *m = step->m;
     size_t i = (size_t)y * m->w + x;
+    const struct lum_rgb shine = shine_at(step->r, i, 0, 1);
     struct lum_rgb frame = step->r->frame[i], samples = lum_film_mean(step->r->truth, x, y);
     if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE) && lum_rgb_black(frame) && lum_rgb_black(samples))
-        return frame; /* night: edges of what is before it bring it none from far */
+        return shine; /* sky and night: edges of what is before it bring it none from far */
     struct sampled s = lum_outliers_at(step, x, y);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
     float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
@@ -435,6 +458,7 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
     c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
                 lum_max(c.b, least * lum_min(frame.b, samples.b)));
+    c = lum_rgb_add(c, shine);
     inout_sums->mean += (double)lum_luminance(c);
     m->own[i] = NAN;
     if (!in_both(&m->first[i]))
@@ -442,6 +466,8 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     float both = lum_luminance(share) + stays * lum_luminance(s.beyond), per = 1.0f / step->scale, error, noise;
     float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
     float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
+    a += lum_luminance(shine_at(step->r, i, 0, 0)), b += lum_luminance(shine_at(step->r, i, 1, 1));
+    s.a += sampled_shine(step->r, i, 0), s.b += sampled_shine(step->r, i, 1);
     measure(s.a * per, s.b * per, a * per, b * per, &error, &noise);
     m->own[i] = error;
     inout_sums->error += (double)error;
@@ -491,7 +517,7 @@ static float scale_of(const struct lum_residual *r)
     const size_t n = (size_t)r->truth->w * r->truth->h;
     double samples = lum_film_mean_luminance(r->truth), frame = 0.0;
     for (size_t i = 0; i < n; i++)
-        frame += (double)lum_luminance(r->frame[i]);
+        frame += (double)(lum_luminance(r->frame[i]) + (r->shine ? lum_luminance(r->shine[i]) : 0.0f));
     double scale = fmax(samples, FRAME_SHARE * frame / (double)n);
     return scale > 0.0 ? (float)scale : 1.0f;
 }

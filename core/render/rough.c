@@ -32,26 +32,6 @@ static struct lum_rgb divisor(const struct lum_surfaces *s, size_t pixel)
     return lum_rgb_add(s->albedo[pixel], lum_grey(matte ? MATTE_FLOOR : SHEEN_FLOOR));
 }
 
-/* What shines at pixel (x, y) of a picture. Black: nothing, or it is off. */
-static struct lum_rgb shine_at(const struct lum_snapshot *s, const struct lum_gbuffer *gbuffer,
-                               const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y)
-{
-    uint32_t tile = y / tiling->side * tiling->nx + x / tiling->side;
-    struct lum_tile_rect r = lum_tile_at(tiling, tile);
-    const struct lum_hits *hits = &gbuffer->tiles[tile];
-    uint32_t slot = (y - r.y) * r.w + x - r.x;
-    struct lum_vec3 d = lum_eye_direction(eye, (float)x + 0.5f, (float)y + 0.5f);
-    if (hits->object[slot] == LUM_NO_OBJECT)
-        return lum_lights_background(&s->lights, d, true);
-    struct lum_surface surface;
-    lum_snapshot_surface(s, hits, slot, d, &surface);
-    if (surface.instance == LUM_NO_OBJECT)
-        return surface.emission;
-    struct lum_bsdf bsdf;
-    lum_bsdf_init(&bsdf, &s->materials[surface.material], &surface, lum_v3_neg(d));
-    return bsdf.emission;
-}
-
 /* Of a coarse pixel: what its surface reflects, over its albedo. */
 static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
 {
@@ -59,7 +39,7 @@ static struct lum_rgb light_at(const struct job *j, uint32_t x, uint32_t y)
     struct lum_rgb radiance = lum_film_mean(c->film, x, y);
     size_t i = (size_t)y * c->film->w + x;
     if (c->surfaces->kind[i] & LUM_PIXEL_SHINES) {
-        struct lum_rgb shine = shine_at(j->pass->snapshot, c->gbuffer, c->tiling, c->eye, x, y);
+        struct lum_rgb shine = lum_surfaces_shine(j->pass->snapshot, c->gbuffer, c->tiling, c->eye, x, y);
         radiance = lum_rgb(lum_max(radiance.r - shine.r, 0.0f), lum_max(radiance.g - shine.g, 0.0f),
                            lum_max(radiance.b - shine.b, 0.0f));
     }
@@ -131,8 +111,8 @@ static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
                 0.5f * (j->coarse->eye->h - 1.0f) + ((float)y + 0.5f - 0.5f * (float)tiling->h) * j->scale};
             struct lum_rgb radiance = radiance_of(j, &t);
             if (j->pass->surfaces->kind[t.pixel] & LUM_PIXEL_SHINES)
-                radiance =
-                    lum_rgb_add(radiance, shine_at(j->pass->snapshot, j->pass->gbuffer, tiling, &j->pass->eye, x, y));
+                radiance = lum_rgb_add(
+                    radiance, lum_surfaces_shine(j->pass->snapshot, j->pass->gbuffer, tiling, &j->pass->eye, x, y));
             lum_film_set(j->pass->film, x, y, radiance, &counters->nonfinite);
         }
 }

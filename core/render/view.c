@@ -342,7 +342,7 @@ static enum lum_status run_refinement(struct lum_view *v, const struct lum_pass 
     uint32_t max_spp = pass.settings->max_spp, spp = least_spp(r->tile_spp, v->tiling.n);
     enum lum_status status = LUM_OK;
     if (!r->taken)
-        lum_refine_take(r, &v->tiling, &v->film);
+        lum_refine_take(r, frame, &v->deferred, &v->film);
     pass.film = &r->truth;
     pass.tile_spp = r->tile_spp;
     pass.target_spp = spp + 1;

@@ -68,6 +68,47 @@ static void a_lamp_smaller_than_a_pixel_stays(void **state)
     stage_end(&s);
 }
 
+/* Two lamps that the eye sees: one the frame shows, too, as bright; the other is smaller than a pixel, no middle of one
+ * shows it, and of the samples of its pixel one. Of k samples and the frame that is a (k + 1)th. What is around shows
+ * what it shows without lamps, bit for bit. */
+static void lamps_that_are_seen_light_nothing_around(void **state)
+{
+    (void)state;
+    struct stage dark, lit;
+    struct lum_error err;
+    const uint32_t seen = H / 3 * W + W / 4, missed = H / 2 * W + 3 * W / 4;
+    stage_begin(&dark, 2);
+    stage_begin(&lit, 2);
+    assert_int_equal(lum_film_keep_shine(&dark.samples, &err), LUM_OK);
+    assert_int_equal(lum_film_keep_shine(&lit.samples, &err), LUM_OK);
+    lit.shine[seen] = lum_grey((float)BRIGHT);
+    for (uint32_t k = 0; k < 4; k++) {
+        for (uint32_t i = 0; i < N; i++) {
+            struct lum_rgb value = lum_grey((float)(TRUTH * (1.0 + 0.1 * noise(i, k))));
+            bool shines = i == seen || (i == missed && k == 2);
+            uint64_t nonfinite = 0;
+            lum_film_add_apart(&dark.samples, i % W, i / W, k, value, lum_grey(0.0f), &nonfinite);
+            lum_film_add_apart(&lit.samples, i % W, i / W, k, value, lum_grey(shines ? (float)BRIGHT : 0.0f),
+                               &nonfinite);
+            assert_int_equal(nonfinite, 0);
+        }
+        if (k != 0 && k != 1 && k != 3)
+            continue;
+        apply(&dark);
+        apply(&lit);
+        for (uint32_t i = 0; i < N; i++) {
+            double more = i == seen ? BRIGHT : i == missed && k == 3 ? BRIGHT / 5.0 : 0.0;
+            if (!(fabs(shown(&lit, i) - shown(&dark, i) - more) <= 1e-6 * more))
+                fail_msg("%u samples: pixel %u shows %g, and without lamps %g", k + 1, i, shown(&lit, i),
+                         shown(&dark, i));
+        }
+    }
+    /* One lamp in five samples is off by as much as halves of 0 and 1 in 2 samples and half a frame are apart */
+    assert_true(lit.result.error > 1e6 * dark.result.error);
+    stage_end(&lit);
+    stage_end(&dark);
+}
+
 /* One half in 50 is a hundred times as bright as it should be: of N pixels 6 have two such halves, by chance. In the
  * area of a square less than one is expected, and with it two deviations of that are taken for chance: half of what is
  * beyond the limits would stay from 6 on, which no area in 1000 has. The light is there as before, but for what is
@@ -404,6 +445,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_outlier_is_shared_out),
         cmocka_unit_test(a_lamp_smaller_than_a_pixel_stays),
+        cmocka_unit_test(lamps_that_are_seen_light_nothing_around),
         cmocka_unit_test(halves_alike_by_chance_are_no_spots),
         cmocka_unit_test(black_among_the_dark_stays_black),
         cmocka_unit_test(an_outlier_stays_where_it_is_lit_alike),

@@ -24,7 +24,7 @@ struct stage {
     struct lum_pool *pool;
     struct lum_counters counters[4];
     struct lum_pass_stats stats;
-    struct lum_rgb frame[N];
+    struct lum_rgb frame[N], shine[N];
     struct lum_film samples, picture;
     struct lum_surfaces guide;
     struct lum_vec3 p[N], n[N];
@@ -99,6 +99,7 @@ static inline void apply(struct stage *s)
     struct lum_error err;
     struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats};
     s->result = (struct lum_residual){.frame = s->frame,
+                                      .shine = s->samples.shine[0] ? s->shine : NULL,
                                       .truth = &s->samples,
                                       .guide = &s->guide,
                                       .neighbours = s->neighbours,

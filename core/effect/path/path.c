@@ -22,18 +22,22 @@ static void add_eye_paths(struct lum_wave *w, const struct lum_pass *pass, const
         }
 }
 
-/* A path's radiance goes to all pixels of its block. rest: from the block's corner to the tile's. */
+/* What path `slot` brought home goes to all pixels of its block. rest: from the block's corner to the tile's. */
 static void add_to_block(const struct lum_pass *pass, const struct lum_tile_rect *rest, uint32_t sample,
-                         struct lum_rgb radiance, uint64_t *nonfinite)
+                         const struct lum_wave *w, uint32_t slot)
 {
     uint64_t refused = 0; /* once for each pixel, but it is one path */
     for (uint32_t y = 0; y < pass->block && y < rest->h; y++)
         for (uint32_t x = 0; x < pass->block && x < rest->w; x++) {
             if (sample == 0)
                 lum_film_reset_pixel(pass->film, rest->x + x, rest->y + y);
-            lum_film_add(pass->film, rest->x + x, rest->y + y, sample, radiance, &refused);
+            if (w->shine_apart)
+                lum_film_add_apart(pass->film, rest->x + x, rest->y + y, sample, w->radiance[slot], w->shine[slot],
+                                   &refused);
+            else
+                lum_film_add(pass->film, rest->x + x, rest->y + y, sample, w->radiance[slot], &refused);
         }
-    *nonfinite += refused > 0;
+    w->counters->nonfinite += refused > 0;
 }
 
 static void learn(const struct lum_pass *pass, const struct lum_tile_rect *r, const struct lum_path_guide_notes *notes,
@@ -54,6 +58,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     w.illuminance = pass->settings->illuminance;
+    w.shine_apart = pass->film->shine[0] != NULL;
     struct lum_path_guide_notes notes;
     if (pass->guide && lum_path_guide_serves(pass->guide, tile % pass->tiling.nx, tile / pass->tiling.nx))
         w.guide = pass->guide;
@@ -68,8 +73,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         learn(pass, &r, &notes, w.radiance);
     for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)
         for (uint32_t x = r.x; x < r.x + r.w; x += pass->block)
-            add_to_block(pass, &(struct lum_tile_rect){x, y, r.x + r.w - x, r.y + r.h - y}, sample, w.radiance[slot++],
-                         &counters->nonfinite);
+            add_to_block(pass, &(struct lum_tile_rect){x, y, r.x + r.w - x, r.y + r.h - y}, sample, &w, slot++);
     if (pass->block == 1)
         pass->tile_spp[tile] = sample + 1;
 }
