@@ -18,12 +18,12 @@ enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, str
     return LUM_OK;
 }
 
-enum lum_status lum_film_keep_shine(struct lum_film *film, struct lum_error *err)
+enum lum_status lum_film_keep_first(struct lum_film *film, struct lum_error *err)
 {
     for (int i = 0; i < 2; i++) {
-        if (!film->shine[i])
-            film->shine[i] = lum_calloc((size_t)film->w * film->h, sizeof *film->shine[i]);
-        if (!film->shine[i])
+        if (!film->first[i])
+            film->first[i] = lum_calloc((size_t)film->w * film->h, sizeof *film->first[i]);
+        if (!film->first[i])
             return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a film of %u x %u", film->w, film->h);
     }
     return LUM_OK;
@@ -32,7 +32,7 @@ enum lum_status lum_film_keep_shine(struct lum_film *film, struct lum_error *err
 void lum_film_finish(struct lum_film *film)
 {
     for (int i = 0; i < 2; i++) {
-        lum_free(film->shine[i]);
+        lum_free(film->first[i]);
         lum_free(film->half[i]);
         lum_free(film->n[i]);
     }
@@ -55,21 +55,30 @@ void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample
     film->n[half][i]++;
 }
 
-/* A mean that is kept up to date: a sum of floats would lose what is 2^24 times less than it. */
-void lum_film_add_apart(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
-                        struct lum_rgb shine, uint64_t *nonfinite)
+static bool is_finite(struct lum_rgb c)
 {
-    if (!isfinite(shine.r) || !isfinite(shine.g) || !isfinite(shine.b)) {
+    return isfinite(c.r) && isfinite(c.g) && isfinite(c.b);
+}
+
+/* A mean of n that is kept up to date: a sum of floats would lose what is 2^24 times less than it. */
+static struct lum_rgb mean_with(struct lum_rgb mean, struct lum_rgb value, uint32_t n)
+{
+    return n < 2 ? value : lum_rgb_mad(mean, lum_rgb_mad(value, mean, -1.0f), 1.0f / (float)n);
+}
+
+void lum_film_add_apart(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
+                        const struct lum_film_first *first, uint64_t *nonfinite)
+{
+    size_t i = (size_t)y * film->w + x;
+    uint32_t half = (sample ^ x) & 1u;
+    if (!is_finite(radiance) || !is_finite(first->shine) || !is_finite(first->albedo)) {
         (*nonfinite)++;
         return;
     }
-    size_t i = (size_t)y * film->w + x;
-    uint32_t half = (sample ^ x) & 1u, before = film->n[half][i];
     lum_film_add(film, x, y, sample, radiance, nonfinite);
-    if (film->n[half][i] == before)
-        return;
-    struct lum_rgb *mean = &film->shine[half][i], was = before ? *mean : lum_grey(0.0f);
-    *mean = lum_rgb_mad(was, lum_rgb_mad(shine, was, -1.0f), 1.0f / (float)film->n[half][i]);
+    struct lum_film_first *mean = &film->first[half][i];
+    mean->shine = mean_with(mean->shine, first->shine, film->n[half][i]);
+    mean->albedo = mean_with(mean->albedo, first->albedo, film->n[half][i]);
 }
 
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y)

@@ -9,12 +9,16 @@
 #include "core/base/base.h"
 #include "core/math/rgb.h"
 
+/* What samples meet first: what of it shines by itself, which is no part of the samples then, and its albedo. */
+struct lum_film_first {
+    struct lum_rgb shine, albedo;
+};
+
 struct lum_film {
     uint32_t w, h;
-    double *half[2];          /* 3 per pixel: sums of samples */
-    uint32_t *n[2];           /* samples in each half, per pixel */
-    struct lum_rgb *shine[2]; /* lum_film_keep_shine: means of what these showed that shines by itself, which is not in
-                               * half. NULL: it is */
+    double *half[2];                 /* 3 per pixel: sums of samples */
+    uint32_t *n[2];                  /* samples in each half, per pixel */
+    struct lum_film_first *first[2]; /* lum_film_keep_first: means. NULL: not kept */
 };
 
 LUM_MUST_USE enum lum_status lum_film_init(struct lum_film *film, uint32_t w, uint32_t h, struct lum_error *err);
@@ -25,11 +29,11 @@ void lum_film_finish(struct lum_film *film);
 void lum_film_add(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
                   uint64_t *nonfinite);
 
-/* From the next samples on what shines by itself is kept apart. */
-LUM_MUST_USE enum lum_status lum_film_keep_shine(struct lum_film *film, struct lum_error *err);
+/* From the next samples on it is kept. */
+LUM_MUST_USE enum lum_status lum_film_keep_first(struct lum_film *film, struct lum_error *err);
 /* lum_film_add of a film that keeps it. */
 void lum_film_add_apart(struct lum_film *film, uint32_t x, uint32_t y, uint32_t sample, struct lum_rgb radiance,
-                        struct lum_rgb shine, uint64_t *nonfinite);
+                        const struct lum_film_first *first, uint64_t *nonfinite);
 
 /* Forgets a pixel's samples: a deferred method writes each pixel anew. */
 void lum_film_reset_pixel(struct lum_film *film, uint32_t x, uint32_t y);

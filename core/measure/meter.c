@@ -200,6 +200,7 @@ static void glance_around(const struct lum_meter *m, uint32_t place, struct know
     struct lum_counters counters = {0};
     struct lum_wave w;
     lum_wave_begin(&w, m->snapshot, &counters, LUM_DEPTH_DEFAULT, 0);
+    w.every_light = m->snapshot->lights.n_active <= LUM_WAVE_LIGHTS; /* which one is no noise of a reading */
     for (uint32_t i = 0; i < GLANCE_PATHS; i++)
         start_indirect(&w, m, place, i, lum_sampler_at(place, 0, i, ~m->seed));
     lum_wave_run(&w, 1);
@@ -374,6 +375,7 @@ static void refine_job(void *ctx, uint32_t job, uint32_t worker)
     struct lum_counters counters = {0};
     struct lum_wave w;
     lum_wave_begin(&w, m->snapshot, &counters, LUM_DEPTH_DEFAULT, 0);
+    w.every_light = m->snapshot->lights.n_active <= LUM_WAVE_LIGHTS; /* which one is no noise of a reading */
     uint32_t begin = job * LUM_RAY_BATCH, end = begin + LUM_RAY_BATCH;
     end = end < r->n_samples ? end : r->n_samples;
     for (uint32_t i = begin, b = batch_of(r, begin); i < end; i++) {

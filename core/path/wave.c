@@ -457,8 +457,8 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
 static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light, struct lum_rgb radiance, float weight)
 {
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
-    if (w->at_first && w->shine_apart) {
-        w->shine[path->slot] = lum_rgb_add(w->shine[path->slot], value);
+    if (w->at_first && w->keeps_first) {
+        w->first[path->slot].shine = lum_rgb_add(w->first[path->slot].shine, value);
         return;
     }
     if (w->notes)
@@ -501,6 +501,8 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
     lum_bsdf_init(&b, m, &s, wo);
     if (!(w->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
         lum_bsdf_add_far_side(&b);
+    if (w->at_first && w->keeps_first)
+        w->first[path.slot].albedo = lum_bsdf_diffuse_albedo(&b);
     if (!lum_rgb_black(b.emission)) {
         if (s.light != LUM_NO_OBJECT)
             add(w, &path, s.light, b.emission, emission_weight(w, &path, s.light, d, &s));
@@ -522,7 +524,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->roulette_depth = ROULETTE_DEPTH;
     w->gloss_survival = 1.0f;
     w->every_light = false;
-    w->illuminance = w->shine_apart = w->at_first = false;
+    w->illuminance = w->keeps_first = w->at_first = false;
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
@@ -531,7 +533,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->guide = NULL;
     w->notes = NULL;
     memset(w->radiance, 0, sizeof w->radiance);
-    memset(w->shine, 0, sizeof w->shine);
+    memset(w->first, 0, sizeof w->first);
 }
 
 void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 o,

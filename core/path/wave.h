@@ -3,6 +3,7 @@
 #define LUM_CORE_PATH_WAVE_H
 
 #include "core/accel/trace.h"
+#include "core/film/film.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
 #include "core/trace/rays.h"
@@ -76,7 +77,7 @@ struct lum_wave {
     bool panes;              /* likewise: light goes straight through them */
     bool illuminance;        /* paths of lum_wave_add_eye find illuminance / pi where they first arrive, and nothing of
                                 what is before that. Set after lum_wave_begin */
-    bool shine_apart;        /* likewise: what shines where rays from the eye end goes to shine, and not to radiance */
+    bool keeps_first;        /* likewise: what shines where rays from the eye end goes to first, and not to radiance */
     bool at_first;           /* while the first segments of eye paths are looked at */
     bool every_light; /* vertices sample every light, and do not pick one; of at most LUM_WAVE_LIGHTS that are on */
     /* Effects to leave out, bits LUM_EFFECT_BIT: kinds of light whose direct light nothing gets (the eye and mirrors
@@ -89,9 +90,9 @@ struct lum_wave {
     struct lum_rays shadow_rays;
     struct lum_gain shadow_gain[LUM_RAY_BATCH];
     uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
-    struct lum_rgb left[LUM_RAY_BATCH];     /* by shadow ray: what panes leave, where there are any */
-    struct lum_rgb radiance[LUM_RAY_BATCH]; /* by slot */
-    struct lum_rgb shine[LUM_RAY_BATCH];    /* by slot, if shine_apart */
+    struct lum_rgb left[LUM_RAY_BATCH];         /* by shadow ray: what panes leave, where there are any */
+    struct lum_rgb radiance[LUM_RAY_BATCH];     /* by slot */
+    struct lum_film_first first[LUM_RAY_BATCH]; /* by slot, if keeps_first */
     struct lum_gains *gains; /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_path_segments *segments_met; /* NULL: not wanted. Else set after lum_wave_begin */
     const struct lum_path_guide *guide;     /* NULL: paths go unguided. Else set after lum_wave_begin */

@@ -59,15 +59,13 @@ static struct sampled sampled_at(const struct step *step, size_t i)
 {
     const struct lanes *kept = &step->m->first[i];
     struct lanes whole;
-    lum_residual_put(step, i, 0, &whole, A);
-    lum_residual_put(step, i, 1, &whole, B);
-    struct lum_rgb albedo = albedo_at(step, i);
-    struct lum_rgb a = lum_rgb_mul(lum_rgb_mad(take(&whole, A), take(kept, A), -1.0f), albedo);
-    struct lum_rgb b = lum_rgb_mul(lum_rgb_mad(take(&whole, B), take(kept, B), -1.0f), albedo);
+    struct lum_rgb of_a = lum_residual_put(step, i, 0, &whole, A), of_b = lum_residual_put(step, i, 1, &whole, B);
+    struct lum_rgb a = lum_rgb_scale(lum_rgb_mad(rgb_of(whole.v + A), rgb_of(kept->v + A), -1.0f), step->scale);
+    struct lum_rgb b = lum_rgb_scale(lum_rgb_mad(rgb_of(whole.v + B), rgb_of(kept->v + B), -1.0f), step->scale);
     float n = (in_half(&whole, A) ? 1.0f : 0.0f) + (in_half(&whole, B) ? 1.0f : 0.0f); /* else black */
     return (struct sampled){
-        .a = lum_luminance(lum_rgb_mul(take(&whole, A), albedo)),
-        .b = lum_luminance(lum_rgb_mul(take(&whole, B), albedo)),
+        .a = lum_luminance(of_a),
+        .b = lum_luminance(of_b),
         .beyond = n > 0.0f ? lum_rgb_scale(lum_rgb_add(a, b), 1.0f / n) : lum_grey(0.0f),
         .beyond_apart = 0.5f * (lum_luminance(a) - lum_luminance(b)),
     };
@@ -85,7 +83,7 @@ static float part_alike(const struct step *step, size_t i, const struct sampled 
 /* What a white surface in the pixel's place would show of the frame, over the picture's mean. */
 static float white_at(const struct step *step, size_t i)
 {
-    return lum_luminance(step->r->frame[i]) / lum_luminance(albedo_at(step, i));
+    return lum_luminance(step->r->frame[i]) / lum_luminance(lum_residual_frame_albedo(step, i));
 }
 
 /* How much of what is shared out a pixel gets, over its neighbours: by albedo. What is black among dark pixels, such as
@@ -95,7 +93,7 @@ static float white_at(const struct step *step, size_t i)
 static struct lum_rgb portion(const struct step *step, size_t i)
 {
     float lit = lum_clamp(white_at(step, i) / DARK, ALL_DARK, 1.0f);
-    return lum_rgb_scale(albedo_at(step, i), lit / step->scale);
+    return lum_rgb_scale(lum_residual_albedo(step, i), lit / step->scale);
 }
 
 /* What is shared out goes to the corners of a pixel's square, in the two classes that it is lit by, with these weights;
@@ -219,7 +217,7 @@ static void deal_pixel(const struct step *step, uint32_t x, uint32_t y, struct s
 {
     size_t i = (size_t)y * step->m->w + x;
     const float *weights = step->m->by_level[i].v;
-    struct lum_rgb residual = lum_rgb_mul(mean_of(&step->m->first[i]), albedo_at(step, i));
+    struct lum_rgb residual = lum_rgb_mul(mean_of(&step->m->first[i]), lum_residual_albedo(step, i));
     struct dealing d = {1.0f - weights[0], taken(weights), lum_rgb_scale(residual, weights[NONE])};
     deal(step, x, y, &d, inout_square);
 }

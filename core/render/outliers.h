@@ -52,7 +52,7 @@ struct square {
     struct edges edges[CLASSES];
 };
 
-/* What samples say at a pixel, as light: all of it, by half, and what of it is beyond the limits. */
+/* What samples say at a pixel, as light: by half, and what of their residual is beyond the limits. */
 struct sampled {
     float a, b;            /* luminance */
     struct lum_rgb beyond; /* mean of the halves */

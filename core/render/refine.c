@@ -17,7 +17,7 @@ enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tilin
 {
     enum lum_status status = lum_film_init(&r->truth, t->w, t->h, err);
     if (status == LUM_OK)
-        status = lum_film_keep_shine(&r->truth, err);
+        status = lum_film_keep_first(&r->truth, err);
     if (status != LUM_OK) {
         lum_refine_finish(r);
         return status;

@@ -167,18 +167,75 @@ static size_t source_of(const struct step *step, size_t i, int half)
     return alike[0] > BESIDE_ALIKE ? beside : i;
 }
 
-void lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane)
+/* How many samples of a pixel the frame counts as: it shows one ray, or where it was smoothed several, which the
+ * samples replace with the square of their number. */
+static float frame_weight(const struct lum_residual *r, size_t i)
+{
+    uint32_t n = r->truth->n[0][i] + r->truth->n[1][i];
+    bool smoothed = r->neighbours && r->neighbours[i] != LUM_NEIGHBOURS_SELF;
+    return (smoothed ? (float)LUM_EDGE_RAYS : 1.0f) / (float)(n > 0 ? n : 1);
+}
+
+struct lum_rgb lum_residual_albedo(const struct step *step, size_t i)
+{
+    const struct lum_film *film = step->r->truth;
+    struct lum_rgb frame = lum_residual_frame_albedo(step, i);
+    if (!film->first[0])
+        return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
+    float n = frame_weight(step->r, i);
+    struct lum_rgb sum = lum_rgb_scale(frame, n);
+    for (int half = 0; half < 2; half++) {
+        sum = lum_rgb_mad(sum, half_albedo(step, i, half), (float)film->n[half][i]);
+        n += (float)film->n[half][i];
+    }
+    return lum_rgb_scale(sum, 1.0f / n);
+}
+
+/* Where it was smoothed, of all that it is smoothed by. */
+struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i)
+{
+    const struct lum_rgb *albedo = step->r->guide->albedo;
+    uint32_t neighbours = step->r->neighbours ? step->r->neighbours[i] : LUM_NEIGHBOURS_SELF;
+    struct lum_rgb sum = albedo[i];
+    if (neighbours != LUM_NEIGHBOURS_SELF) {
+        sum = lum_grey(0.0f);
+        for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++)
+            sum =
+                lum_rgb_mad(sum, albedo[lum_edge_neighbour(neighbours, k, i, step->m->w)], 1.0f / (float)LUM_EDGE_RAYS);
+    }
+    return lum_rgb_scale(lum_rgb_add(sum, lum_grey(ALBEDO_FLOOR)), step->scale);
+}
+
+/* The frame, with this albedo. What of it is no matter of albedo, gloss, must not become many times as much. */
+#define PAINT_MOST 4.0f
+static struct lum_rgb painted(const struct step *step, size_t i, struct lum_rgb albedo)
+{
+    if (!step->r->truth->first[0])
+        return step->r->frame[i];
+    struct lum_rgb per = lum_rgb_div(albedo, lum_residual_frame_albedo(step, i));
+    const float least = 1.0f / PAINT_MOST;
+    per = lum_rgb(lum_clamp(per.r, least, PAINT_MOST), lum_clamp(per.g, least, PAINT_MOST),
+                  lum_clamp(per.b, least, PAINT_MOST));
+    return lum_rgb_mul(step->r->frame[i], per);
+}
+
+struct lum_rgb lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane)
 {
     const struct lum_film *film = step->r->truth;
     const size_t i = source_of(step, pixel, half);
     const double *s = &film->half[half][3 * i], n = (double)film->n[half][i];
-    struct lum_rgb f = step->r->frame[i], a = albedo_at(step, i), d = lum_grey(0.0f);
-    if (n > 0.0)
-        d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
-                    (float)(s[2] / n - (double)f.b) / a.b);
+    struct lum_rgb a = half_albedo(step, i, half);
+    if (!(n > 0.0)) {
+        put(l, lane, lum_grey(0.0f), lum_grey(0.0f));
+        return lum_grey(0.0f);
+    }
+    struct lum_rgb f = painted(step, i, a);
+    struct lum_rgb d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
+                               (float)(s[2] / n - (double)f.b) / a.b);
     /* By albedo: means are then sums of light over sums of albedo, which no light is lost or found by where the albedo
      * of a texture's pixel is not that of its samples. Means of ratios are too large. */
-    put(l, lane, d, n > 0.0 ? lum_rgb_scale(a, 1.0f / step->scale) : lum_grey(0.0f));
+    put(l, lane, d, lum_rgb_scale(a, 1.0f / step->scale));
+    return lum_rgb((float)(s[0] / n), (float)(s[1] / n), (float)(s[2] / n));
 }
 
 /* Keeps the sign. */
@@ -306,11 +363,11 @@ static struct lanes of_level(const struct step *step, size_t i)
     const uint32_t neighbours = step->r->neighbours ? step->r->neighbours[i] : LUM_NEIGHBOURS_SELF;
     if (step->level == 0 || neighbours == LUM_NEIGHBOURS_SELF)
         return step->level > 0 ? from[i] : step->m->first[i];
-    struct lum_rgb a = lum_grey(0.0f), b = a, per = lum_rgb_scale(albedo_at(step, i), (float)LUM_EDGE_RAYS);
+    struct lum_rgb a = lum_grey(0.0f), b = a, per = lum_rgb_scale(lum_residual_albedo(step, i), (float)LUM_EDGE_RAYS);
     struct lanes mixed;
     for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++) {
         size_t at = lum_edge_neighbour(neighbours, k, i, step->m->w);
-        struct lum_rgb albedo = albedo_at(step, at);
+        struct lum_rgb albedo = lum_residual_albedo(step, at);
         a = lum_rgb_add(a, lum_rgb_mul(take(&from[at], A), albedo));
         b = lum_rgb_add(b, lum_rgb_mul(take(&from[at], B), albedo));
     }
@@ -324,7 +381,7 @@ static struct lanes of_level(const struct step *step, size_t i)
 static void count_outliers(const struct step *step, size_t i, const float now[2], float error, float errors[CHOICES])
 {
     struct sampled s = lum_outliers_at(step, (uint32_t)(i % step->m->w), (uint32_t)(i / step->m->w));
-    struct lum_rgb albedo = albedo_at(step, i);
+    struct lum_rgb albedo = lum_residual_albedo(step, i);
     float share = lum_luminance(lum_rgb_div(s.share, albedo));
     if (!s.at_edge && (step->r->guide->kind[i] & LUM_PIXEL_SURFACE))
         errors[0] += GRAIN * square_of((1.0f - s.part) * s.beyond_apart / lum_luminance(albedo));
@@ -420,16 +477,16 @@ static enum lum_status run_levels(struct step *step, void (*row)(const struct st
 
 /* ---- the picture ---- */
 
-/* What shines by itself, by the samples of one half, or both, and by the frame: half a sample of each. */
+/* What shines by itself, by the samples of one half, or both, and by the frame, half of it for each. */
 static struct lum_rgb shine_at(const struct lum_residual *r, size_t i, int first, int last)
 {
-    float n = 0.5f * (float)(1 + last - first);
     struct lum_rgb sum = lum_grey(0.0f);
     if (!r->shine)
         return sum;
+    float n = 0.5f * (float)(1 + last - first) * frame_weight(r, i);
     sum = lum_rgb_scale(r->shine[i], n);
     for (int half = first; half <= last; half++) {
-        sum = lum_rgb_mad(sum, r->truth->shine[half][i], (float)r->truth->n[half][i]);
+        sum = lum_rgb_mad(sum, r->truth->first[half][i].shine, (float)r->truth->n[half][i]);
         n += (float)r->truth->n[half][i];
     }
     return lum_rgb_scale(sum, 1.0f / n);
@@ -439,7 +496,7 @@ static struct lum_rgb shine_at(const struct lum_residual *r, size_t i, int first
 static float sampled_shine(const struct lum_residual *r, size_t i, int half)
 {
     bool known = r->shine && r->truth->n[half][i] > 0;
-    return lum_luminance(known ? r->truth->shine[half][i] : shine_at(r, i, half, half));
+    return lum_luminance(known ? r->truth->first[half][i].shine : shine_at(r, i, half, half));
 }
 
 static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, struct sums *inout_sums)
@@ -447,13 +504,14 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     const struct lum_residual_memory *m = step->m;
     size_t i = (size_t)y * m->w + x;
     const struct lum_rgb shine = shine_at(step->r, i, 0, 1);
-    struct lum_rgb frame = step->r->frame[i], samples = lum_film_mean(step->r->truth, x, y);
+    struct lum_rgb frame = painted(step, i, lum_residual_albedo(step, i)),
+                   samples = lum_film_mean(step->r->truth, x, y);
     if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE) && lum_rgb_black(frame) && lum_rgb_black(samples))
         return shine; /* sky and night: edges of what is before it bring it none from far */
     struct sampled s = lum_outliers_at(step, x, y);
     float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
     float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
-    struct lum_rgb albedo = albedo_at(step, i), share = lum_rgb_scale(s.share, taken(m->by_level[i].v));
+    struct lum_rgb albedo = lum_residual_albedo(step, i), share = lum_rgb_scale(s.share, taken(m->by_level[i].v));
     struct lum_rgb c = lum_rgb_mad(lum_rgb_add(frame, share), s.beyond, stays);
     c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
     c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
@@ -463,7 +521,8 @@ static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y
     m->own[i] = NAN;
     if (!in_both(&m->first[i]))
         return c;
-    float both = lum_luminance(share) + stays * lum_luminance(s.beyond), per = 1.0f / step->scale, error, noise;
+    float both = lum_luminance(frame) + lum_luminance(share) + stays * lum_luminance(s.beyond),
+          per = 1.0f / step->scale, error, noise;
     float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
     float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
     a += lum_luminance(shine_at(step->r, i, 0, 0)), b += lum_luminance(shine_at(step->r, i, 1, 1));

@@ -9,6 +9,9 @@
  * What the eye sees that shines by itself, such as lamps and skies, is no part of F and P: no filter takes it
  * elsewhere. Of that a pixel shows the mean of its samples, and of the frame as if it were one more.
  *
+ * Samples are divided by the albedo that they met, which is then that of the pixel: textures, which pixels of the frame
+ * show the middle of, are no noise. The frame is as bright as its light, whatever its pixel's middle is painted like.
+ *
  * The frame is a control variate, whose remainder is filtered along surfaces, as widely as each place allows. The
  * samples come in two independent halves, which tell how widely. With A_k and B_k the residuals of the two after filter
  * level k (0: as they are),
@@ -35,7 +38,7 @@ struct lum_residual_memory;
 
 struct lum_residual {
     const struct lum_rgb *frame; /* F: w * h */
-    const struct lum_rgb *shine; /* what the frame shows besides, if truth keeps shine apart; else NULL */
+    const struct lum_rgb *shine; /* what the frame shows besides, if truth keeps what is first; else NULL */
     /* P: halves A and B. Where a half has no sample, that of the pixel beside it is taken, in the same pair of columns
      * and on the same surface; where there is none either, the half gives nothing. */
     const struct lum_film *truth;

@@ -83,13 +83,21 @@ static inline float taken(const float weights[CHOICES])
     return sum;
 }
 
-/* What residuals are divided by. */
-static inline struct lum_rgb albedo_at(const struct step *step, size_t i)
+/* What residuals are divided by: the albedo that a half's samples met, of a pixel that has some. */
+static inline struct lum_rgb half_albedo(const struct step *step, size_t i, int half)
 {
-    return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
+    const struct lum_film_first *first = step->r->truth->first[half];
+    struct lum_rgb albedo = first ? first[i].albedo : step->r->guide->albedo[i];
+    return lum_rgb_scale(lum_rgb_add(albedo, lum_grey(ALBEDO_FLOOR)), step->scale);
 }
 
-/* Residual of a pixel's half: its own, or, after one sample in all, that of the pixel beside it. */
-void lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane);
+/* The same of all its samples; without any, that of its middle. */
+struct lum_rgb lum_residual_albedo(const struct step *step, size_t i);
+/* The albedo that the frame shows there. */
+struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i);
+
+/* Residual of a pixel's half: its own, or, after one sample in all, that of the pixel beside it. Returns the samples.
+ */
+struct lum_rgb lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane);
 
 #endif

@@ -40,8 +40,8 @@ static inline double sun_airlight(double b, double d_light, double gamma, double
     return a0 * (sun_f(a1, v) - sun_f(a1, gamma / 2));
 }
 
-/* One pixel: a bulb of 1000 cd at distance d_light and angle gamma from its ray, which a black wall at distance d ends, in
- * fog that only scatters. sun_airlight has the closed form. */
+/* One pixel: a bulb of 1000 cd at distance d_light and angle gamma from its ray, which a black wall at distance d ends,
+ * in fog that only scatters. sun_airlight has the closed form. */
 static inline void fog_with_bulb(struct rig *r, float b, double d_light, double gamma, double d)
 {
     rig_box(r, "wall", 8, 8, 0.5);
@@ -55,8 +55,8 @@ static inline void fog_with_bulb(struct rig *r, float b, double d_light, double 
     r->settings.w = r->settings.h = 1;
 }
 
-/* Eye, mirror, wall, and a bulb of 1000 cd: the fog of both segments is seen, the second one through the first. Returns the
- * closed form, of a black wall. */
+/* Eye, mirror, wall, and a bulb of 1000 cd: the fog of both segments is seen, the second one through the first. Returns
+ * the closed form, of a black wall. */
 static inline double fog_with_mirror(struct rig *r, double b, float albedo)
 {
     const double light = sqrt(10.0);

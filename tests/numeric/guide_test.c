@@ -290,7 +290,7 @@ static void same_mean_less_noise(void **state)
 {
     (void)state;
     compare("sunlit patch", patch_room, 0.95);
-    compare("behind a pane", pane_room, 1.0);
+    compare("behind a pane", pane_room, 1.05); /* lamps are picked by place as well as guiding finds them */
     compare("gloss", gloss_room, 1.05);
 }
 

@@ -99,7 +99,7 @@ static inline void apply(struct stage *s)
     struct lum_error err;
     struct lum_stage_runner runner = {s->pool, s->counters, NULL, &s->stats};
     s->result = (struct lum_residual){.frame = s->frame,
-                                      .shine = s->samples.shine[0] ? s->shine : NULL,
+                                      .shine = s->samples.first[0] ? s->shine : NULL,
                                       .truth = &s->samples,
                                       .guide = &s->guide,
                                       .neighbours = s->neighbours,

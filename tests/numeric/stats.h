@@ -76,8 +76,9 @@ static inline int chi2_by_expected(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Probability of deviations at least this large when the expected counts are true. Sorts the cells; the smallest are pooled
- * to at least 5 expected counts each, where the statistic is chi-squared. Expected and observed have the same sum. */
+/* Probability of deviations at least this large when the expected counts are true. Sorts the cells; the smallest are
+ * pooled to at least 5 expected counts each, where the statistic is chi-squared. Expected and observed have the same
+ * sum. */
 static inline double chi2_p_value(struct chi2_cell *cells, int n)
 {
     qsort(cells, (size_t)n, sizeof *cells, chi2_by_expected);

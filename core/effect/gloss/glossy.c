@@ -139,9 +139,9 @@ void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *p
 
 /* ---- at any power ---- */
 
-/* Room of a tile on a worker's stack, 20 and 84 KiB. Where there are more gains the tile is traced at the present
+/* Room of a tile on a worker's stack, 25 and 84 KiB. Where there are more gains the tile is traced at the present
  * power, where there are more segments its paths are traced anew after a move: pictures stay the same. */
-#define GAINS_MAX (4u * LUM_TILE_PIXELS)
+#define GAINS_MAX (5u * LUM_TILE_PIXELS)
 #define SEGMENTS_MAX (12u * LUM_TILE_PIXELS)
 
 /* Of each tile, by size of the picture alone. */

@@ -31,8 +31,8 @@ static void add_to_block(const struct lum_pass *pass, const struct lum_tile_rect
         for (uint32_t x = 0; x < pass->block && x < rest->w; x++) {
             if (sample == 0)
                 lum_film_reset_pixel(pass->film, rest->x + x, rest->y + y);
-            if (w->shine_apart)
-                lum_film_add_apart(pass->film, rest->x + x, rest->y + y, sample, w->radiance[slot], w->shine[slot],
+            if (w->keeps_first)
+                lum_film_add_apart(pass->film, rest->x + x, rest->y + y, sample, w->radiance[slot], &w->first[slot],
                                    &refused);
             else
                 lum_film_add(pass->film, rest->x + x, rest->y + y, sample, w->radiance[slot], &refused);
@@ -58,7 +58,7 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
     struct lum_wave w;
     lum_wave_begin(&w, pass->snapshot, counters, pass->settings->max_depth, lum_pass_effects_off(pass));
     w.illuminance = pass->settings->illuminance;
-    w.shine_apart = pass->film->shine[0] != NULL;
+    w.keeps_first = pass->film->first[0] != NULL;
     struct lum_path_guide_notes notes;
     if (pass->guide && lum_path_guide_serves(pass->guide, tile % pass->tiling.nx, tile / pass->tiling.nx))
         w.guide = pass->guide;
