@@ -70,9 +70,12 @@ static struct lum_rgb smooth_shine(const struct lum_pass *pass, const struct lum
     return lum_rgb_scale(sum, 1.0f / (float)LUM_EDGE_RAYS);
 }
 
-void lum_refine_take(struct lum_refinement *r, const struct lum_pass *pass, const struct lum_deferred *deferred,
+void lum_refine_take(struct lum_refinement *r, const struct lum_pass *frame_pass, const struct lum_deferred *deferred,
                      const struct lum_film *frame)
 {
+    struct lum_pass seen = *frame_pass;
+    const struct lum_pass *pass = &seen;
+    seen.surfaces = (struct lum_surfaces *)&deferred->surfaces; /* a pass that makes no frame has none */
     const uint32_t *neighbours = lum_edge_neighbours(&deferred->states), w = pass->tiling.w;
     for (size_t i = 0; i < (size_t)w * pass->tiling.h; i++) {
         struct lum_rgb all = lum_film_mean(frame, (uint32_t)(i % w), (uint32_t)(i / w));

@@ -167,58 +167,6 @@ static size_t source_of(const struct step *step, size_t i, int half)
     return alike[0] > BESIDE_ALIKE ? beside : i;
 }
 
-/* How many samples of a pixel the frame counts as: it shows one ray, or where it was smoothed several, which the
- * samples replace with the square of their number. */
-static float frame_weight(const struct lum_residual *r, size_t i)
-{
-    uint32_t n = r->truth->n[0][i] + r->truth->n[1][i];
-    bool smoothed = r->neighbours && r->neighbours[i] != LUM_NEIGHBOURS_SELF;
-    return (smoothed ? (float)LUM_EDGE_RAYS : 1.0f) / (float)(n > 0 ? n : 1);
-}
-
-struct lum_rgb lum_residual_albedo(const struct step *step, size_t i)
-{
-    const struct lum_film *film = step->r->truth;
-    struct lum_rgb frame = lum_residual_frame_albedo(step, i);
-    if (!film->first[0])
-        return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
-    float n = frame_weight(step->r, i);
-    struct lum_rgb sum = lum_rgb_scale(frame, n);
-    for (int half = 0; half < 2; half++) {
-        sum = lum_rgb_mad(sum, half_albedo(step, i, half), (float)film->n[half][i]);
-        n += (float)film->n[half][i];
-    }
-    return lum_rgb_scale(sum, 1.0f / n);
-}
-
-/* Where it was smoothed, of all that it is smoothed by. */
-struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i)
-{
-    const struct lum_rgb *albedo = step->r->guide->albedo;
-    uint32_t neighbours = step->r->neighbours ? step->r->neighbours[i] : LUM_NEIGHBOURS_SELF;
-    struct lum_rgb sum = albedo[i];
-    if (neighbours != LUM_NEIGHBOURS_SELF) {
-        sum = lum_grey(0.0f);
-        for (uint32_t k = 0; k < LUM_EDGE_RAYS; k++)
-            sum =
-                lum_rgb_mad(sum, albedo[lum_edge_neighbour(neighbours, k, i, step->m->w)], 1.0f / (float)LUM_EDGE_RAYS);
-    }
-    return lum_rgb_scale(lum_rgb_add(sum, lum_grey(ALBEDO_FLOOR)), step->scale);
-}
-
-/* The frame, with this albedo. What of it is no matter of albedo, gloss, must not become many times as much. */
-#define PAINT_MOST 4.0f
-static struct lum_rgb painted(const struct step *step, size_t i, struct lum_rgb albedo)
-{
-    if (!step->r->truth->first[0])
-        return step->r->frame[i];
-    struct lum_rgb per = lum_rgb_div(albedo, lum_residual_frame_albedo(step, i));
-    const float least = 1.0f / PAINT_MOST;
-    per = lum_rgb(lum_clamp(per.r, least, PAINT_MOST), lum_clamp(per.g, least, PAINT_MOST),
-                  lum_clamp(per.b, least, PAINT_MOST));
-    return lum_rgb_mul(step->r->frame[i], per);
-}
-
 struct lum_rgb lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane)
 {
     const struct lum_film *film = step->r->truth;
@@ -229,7 +177,7 @@ struct lum_rgb lum_residual_put(const struct step *step, size_t pixel, int half,
         put(l, lane, lum_grey(0.0f), lum_grey(0.0f));
         return lum_grey(0.0f);
     }
-    struct lum_rgb f = painted(step, i, a);
+    struct lum_rgb f = lum_residual_painted(step, i, a);
     struct lum_rgb d = lum_rgb((float)(s[0] / n - (double)f.r) / a.r, (float)(s[1] / n - (double)f.g) / a.g,
                                (float)(s[2] / n - (double)f.b) / a.b);
     /* By albedo: means are then sums of light over sums of albedo, which no light is lost or found by where the albedo
@@ -477,61 +425,55 @@ static enum lum_status run_levels(struct step *step, void (*row)(const struct st
 
 /* ---- the picture ---- */
 
-/* What shines by itself, by the samples of one half, or both, and by the frame, half of it for each. */
-static struct lum_rgb shine_at(const struct lum_residual *r, size_t i, int first, int last)
-{
-    struct lum_rgb sum = lum_grey(0.0f);
-    if (!r->shine)
-        return sum;
-    float n = 0.5f * (float)(1 + last - first) * frame_weight(r, i);
-    sum = lum_rgb_scale(r->shine[i], n);
-    for (int half = first; half <= last; half++) {
-        sum = lum_rgb_mad(sum, r->truth->first[half][i].shine, (float)r->truth->n[half][i]);
-        n += (float)r->truth->n[half][i];
-    }
-    return lum_rgb_scale(sum, 1.0f / n);
-}
+/* What a pixel shows, and by each half, luminance; what its samples say of that. */
+struct shown {
+    struct lum_rgb c;
+    float a, b;
+    float sampled_a, sampled_b;
+};
 
-/* By a half's samples alone; of one that has none, what the picture shows. */
-static float sampled_shine(const struct lum_residual *r, size_t i, int half)
+/* But for what shines by itself. */
+static struct shown light_at(const struct step *step, uint32_t x, uint32_t y)
 {
-    bool known = r->shine && r->truth->n[half][i] > 0;
-    return lum_luminance(known ? r->truth->first[half][i].shine : shine_at(r, i, half, half));
+    const struct lum_residual_memory *m = step->m;
+    size_t i = (size_t)y * m->w + x;
+    struct lum_rgb albedo = lum_residual_albedo(step, i), frame = lum_residual_painted(step, i, albedo);
+    struct lum_rgb samples = lum_film_mean(step->r->truth, x, y);
+    if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE) && lum_rgb_black(frame) && lum_rgb_black(samples))
+        return (struct shown){.a = 0.0f}; /* night: edges of what is before it bring it none from far */
+    struct sampled s = lum_outliers_at(step, x, y);
+    float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
+    float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
+    struct lum_rgb share = lum_rgb_scale(s.share, taken(m->by_level[i].v));
+    struct lum_rgb c = lum_rgb_mad(lum_rgb_add(frame, share), s.beyond, stays);
+    c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
+    c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
+                lum_max(c.b, least * lum_min(frame.b, samples.b)));
+    float both = lum_luminance(frame) + lum_luminance(share) + stays * lum_luminance(s.beyond);
+    float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
+    float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
+    return (struct shown){c, a, b, s.a, s.b};
 }
 
 static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, struct sums *inout_sums)
 {
     const struct lum_residual_memory *m = step->m;
+    const struct lum_residual *r = step->r;
     size_t i = (size_t)y * m->w + x;
-    const struct lum_rgb shine = shine_at(step->r, i, 0, 1);
-    struct lum_rgb frame = painted(step, i, lum_residual_albedo(step, i)),
-                   samples = lum_film_mean(step->r->truth, x, y);
-    if (!(step->r->guide->kind[i] & LUM_PIXEL_SURFACE) && lum_rgb_black(frame) && lum_rgb_black(samples))
-        return shine; /* sky and night: edges of what is before it bring it none from far */
-    struct sampled s = lum_outliers_at(step, x, y);
-    float own = m->by_level[i].v[0], least = LEAST_SHARE * (1.0f - own);
-    float stays = s.part + (1.0f - s.part) * own; /* unfiltered samples have their outliers, and no others' */
-    struct lum_rgb albedo = lum_residual_albedo(step, i), share = lum_rgb_scale(s.share, taken(m->by_level[i].v));
-    struct lum_rgb c = lum_rgb_mad(lum_rgb_add(frame, share), s.beyond, stays);
-    c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
-    c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
-                lum_max(c.b, least * lum_min(frame.b, samples.b)));
-    c = lum_rgb_add(c, shine);
-    inout_sums->mean += (double)lum_luminance(c);
+    struct shown s = light_at(step, x, y);
+    s.c = lum_rgb_add(s.c, lum_residual_shine(r, i, 0, 1));
+    inout_sums->mean += (double)lum_luminance(s.c);
     m->own[i] = NAN;
     if (!in_both(&m->first[i]))
-        return c;
-    float both = lum_luminance(frame) + lum_luminance(share) + stays * lum_luminance(s.beyond),
-          per = 1.0f / step->scale, error, noise;
-    float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
-    float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
-    a += lum_luminance(shine_at(step->r, i, 0, 0)), b += lum_luminance(shine_at(step->r, i, 1, 1));
-    s.a += sampled_shine(step->r, i, 0), s.b += sampled_shine(step->r, i, 1);
-    measure(s.a * per, s.b * per, a * per, b * per, &error, &noise);
+        return s.c;
+    float per = 1.0f / step->scale, error, noise;
+    s.a += lum_luminance(lum_residual_shine(r, i, 0, 0)), s.b += lum_luminance(lum_residual_shine(r, i, 1, 1));
+    s.sampled_a += lum_residual_sampled_shine(r, i, 0), s.sampled_b += lum_residual_sampled_shine(r, i, 1);
+    measure(s.sampled_a * per, s.sampled_b * per, s.a * per, s.b * per, &error, &noise);
     m->own[i] = error;
     inout_sums->error += (double)error;
     inout_sums->n_both++;
-    return c;
+    return s.c;
 }
 
 static void picture_job(void *ctx, uint32_t job, struct lum_counters *counters)

@@ -96,6 +96,13 @@ struct lum_rgb lum_residual_albedo(const struct step *step, size_t i);
 /* The albedo that the frame shows there. */
 struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i);
 
+/* The frame, as bright as with this albedo. */
+struct lum_rgb lum_residual_painted(const struct step *step, size_t i, struct lum_rgb albedo);
+/* What shines by itself, by the samples of halves first to last and by the frame, half of it for each. */
+struct lum_rgb lum_residual_shine(const struct lum_residual *r, size_t i, int first, int last);
+/* By a half's samples alone, luminance; of one that has none, what the picture shows. */
+float lum_residual_sampled_shine(const struct lum_residual *r, size_t i, int half);
+
 /* Residual of a pixel's half: its own, or, after one sample in all, that of the pixel beside it. Returns the samples.
  */
 struct lum_rgb lum_residual_put(const struct step *step, size_t pixel, int half, struct lanes *l, uint32_t lane);
