@@ -13,7 +13,8 @@ struct lum_method {
     bool progressive; /* each pass adds samples; else one pass is the whole answer */
     bool refines; /* the first pass is a whole answer; while nothing changes, further ones path trace, and take over. It
                    * has a cache or filters: the frame is corrected along the surfaces that these know */
-    const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out */
+    const struct lum_estimator *serves[LUM_EFFECT_COUNT]; /* NULL: the method leaves this effect out; never that of
+                                                           * direct light, which also shows what shines by itself */
     const struct lum_ais *ais;                            /* interleaved sampling: its parameters; NULL: none */
     bool hard_shadows; /* of quads, discs and spheres, too: one shadow ray per light and pixel (thesis, 6.3) */
     const struct lum_cache_kind *cache;     /* what its indirect light is kept in; NULL: nothing */

@@ -1,5 +1,4 @@
 #include "core/render/deferred.h"
-#include "core/effect/direct/direct.h"
 #include "core/method/method.h"
 
 #include <assert.h>
@@ -60,8 +59,8 @@ enum lum_status lum_deferred_look(struct lum_deferred *d, struct lum_pass *pass,
 
 /* ---- the stages of a pass ---- */
 
-#define STAGES_MAX                                                                                                     \
-    32u /* estimators by effect, what goes with them, filters, and what every method has: `live` has 21 */
+/* Estimators by effect, what goes with them, filters, and what every method has: `live` has 21. */
+#define STAGES_MAX 32u
 
 struct plan {
     const struct lum_estimator *stages[STAGES_MAX];
@@ -99,7 +98,7 @@ static struct plan make_plan(const struct lum_pass *pass)
     const struct lum_method *method = pass->settings->method;
     struct plan plan = {.n = 0};
     /* Runs even without a light: it also shows what shines by itself. */
-    plan_stage(&plan, &lum_estimator_shadow);
+    plan_stage(&plan, method->serves[LUM_EFFECT_DIRECT]);
     plan_stage(&plan, &lum_stage_composite);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (pass->on[e] && !(pass->settings->illuminance && is_of_luminance((enum lum_effect)e)))

@@ -137,10 +137,14 @@ static const struct lum_field object[] = {
 };
 
 #define FOR(kinds) .only = kinds
+/* Lights at a point, in lm or cd: those that have a direction, and all. A new one is named here alone. */
+#define POINTS_AIMED "spot"
+#define POINTS "point|" POINTS_AIMED
 static const struct lum_field light[] = {
-    CHOICE(light, kind, LUM_FIELD_REQUIRED, "point|spot|ies|directional|quad|disc|sphere|environment|sky|sun", ""),
+    CHOICE(light, kind, LUM_FIELD_REQUIRED, POINTS "|ies|directional|quad|disc|sphere|environment|sky|sun", ""),
     VECTOR(light, position, 0, -COORD, COORD, XYZ(0, 0, 0), "m", "centre"),
-    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes", FOR("spot|ies|directional|disc")),
+    VECTOR(light, direction, 0, -COORD, COORD, XYZ(0, -1, 0), "", "where light goes",
+           FOR(POINTS_AIMED "|ies|directional|disc")),
     NUMBER(light, roll_deg, -3600, 3600, 0, "deg",
            "about the direction, from c 0 to c 90. At 0 c 0, the length of the lamp, lies along +X where it aims down",
            FOR("ies")),
@@ -149,9 +153,8 @@ static const struct lum_field light[] = {
     NUMBER(light, radius, 0, COORD, 0.1, "m", "", FOR("disc|sphere")),
     NUMBER(light, inner_cone_deg, 0, 90, 0, "deg", "half angle of full intensity", FOR("spot")),
     NUMBER(light, outer_cone_deg, 0.01, 90, 45, "deg", "half angle where it ends", FOR("spot")),
-    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits",
-        FOR("point|spot|ies|quad|disc|sphere")),
-    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR("point|spot")),
+    OPT(light, flux_lm, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lm", "all that it emits", FOR(POINTS "|ies|quad|disc|sphere")),
+    OPT(light, intensity_cd, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd", "", FOR(POINTS)),
     OPT(light, luminance_cd_m2, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "cd/m2", "of a sky: at its zenith",
         FOR("quad|disc|sphere|environment|sky")),
     OPT(light, illuminance_lx, 0, 1e12, LUM_GROUP_PHOTOMETRIC, "lx",

@@ -189,16 +189,6 @@ static bool enqueue(struct lum_director *d, struct lum_request *q, struct lum_pr
     return true;
 }
 
-static void take(struct lum_director *d, struct lum_request *q)
-{
-    struct lum_proto_error err;
-    if (q->rpc_id && enqueue(d, q, &err))
-        return;
-    if (q->rpc_id)
-        lum_director_refuse(d, q, &err);
-    lum_request_destroy(q);
-}
-
 static bool read_list(struct lum_json_reader *r, struct lum_request *q)
 {
     unsigned kind;
@@ -206,7 +196,7 @@ static bool read_list(struct lum_json_reader *r, struct lum_request *q)
     return lum_json_require(r, "kind") && lum_json_choice(r, "kind", "photometry", &kind) && lum_json_end(r);
 }
 
-const struct lum_request_type lum_request_asset_list = {.name = "asset.list", .read = read_list, .take = take};
+const struct lum_request_type lum_request_asset_list = {.name = "asset.list", .read = read_list, .enqueue = enqueue};
 
 static bool read_photometry(struct lum_json_reader *r, struct lum_request *q)
 {
@@ -219,4 +209,4 @@ static bool read_photometry(struct lum_json_reader *r, struct lum_request *q)
 }
 
 const struct lum_request_type lum_request_asset_photometry = {
-    .name = "asset.photometry", .read = read_photometry, .take = take};
+    .name = "asset.photometry", .read = read_photometry, .enqueue = enqueue};

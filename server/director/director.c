@@ -102,6 +102,18 @@ static bool needs_commit(const struct lum_request *q)
     return q->type != &lum_request_view_close;
 }
 
+/* False: it is refused, or nobody would hear the answer. */
+static bool enqueue(struct lum_director *d, struct lum_request *q)
+{
+    struct lum_proto_error err;
+    if (!q->rpc_id)
+        return false;
+    if (q->type->enqueue(d, q, &err))
+        return true;
+    lum_director_refuse(d, q, &err);
+    return false;
+}
+
 static void handle(struct lum_director *d, struct lum_request *q)
 {
     if (needs_commit(q))
@@ -110,7 +122,10 @@ static void handle(struct lum_director *d, struct lum_request *q)
         q->type->take(d, q);
         return;
     }
-    q->type->answer(d, q);
+    if (q->type->enqueue && enqueue(d, q))
+        return;
+    if (q->type->answer)
+        q->type->answer(d, q);
     lum_request_destroy(q);
 }
 

@@ -242,14 +242,4 @@ static bool enqueue(struct lum_director *d, struct lum_request *q, struct lum_pr
     return true;
 }
 
-static void ask(struct lum_director *d, struct lum_request *q)
-{
-    struct lum_proto_error err;
-    if (q->rpc_id && enqueue(d, q, &err))
-        return;
-    if (q->rpc_id)
-        lum_director_refuse(d, q, &err);
-    lum_request_destroy(q);
-}
-
-const struct lum_request_type lum_request_probe = {.name = "probe", .read = read_probe, .take = ask};
+const struct lum_request_type lum_request_probe = {.name = "probe", .read = read_probe, .enqueue = enqueue};

@@ -29,7 +29,9 @@ struct lum_request_type {
     bool (*read)(struct lum_json_reader *r, struct lum_request *q);
     /* Ends in lum_director_reply or lum_director_refuse (internal.h). Thread: director. */
     void (*answer)(struct lum_director *d, const struct lum_request *q);
-    /* Instead of answer: takes the request over, and ends in the same later. */
+    /* Instead of answer, where that comes later: takes over a request that has a reply. False: *err is the reply. */
+    bool (*enqueue)(struct lum_director *d, struct lum_request *q, struct lum_proto_error *err);
+    /* Instead of both: takes the request over, and ends in a reply later, if there is to be one. */
     void (*take)(struct lum_director *d, struct lum_request *q);
     bool edits; /* lum_director_commit answers it */
 };

@@ -303,22 +303,19 @@ static bool read_scene_get(struct lum_json_reader *r, struct lum_request *q)
     return lum_json_end(r);
 }
 
-static void ask(struct lum_director *d, struct lum_request *q)
+static bool enqueue(struct lum_director *d, struct lum_request *q, struct lum_proto_error *err)
 {
-    struct lum_proto_error err;
     struct lum_request **end = &d->scene_gets.waiting;
     uint32_t n = 0;
     for (; *end; end = &(*end)->next)
         n += lum_session_same((*end)->session, q->session);
-    if (q->rpc_id && n < LUM_LIMIT_SCENE_GETS_WAITING) {
-        q->next = NULL;
-        *end = q;
-        return;
-    }
-    lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "",
-                   "%u requests of this session for the scene wait already; ask again when one is answered", n);
-    lum_director_refuse(d, q, &err);
-    lum_request_destroy(q);
+    if (n >= LUM_LIMIT_SCENE_GETS_WAITING)
+        return lum_proto_fail(err, LUM_PROTO_APPLICATION, "busy", "",
+                              "%u requests of this session for the scene wait already; ask again when one is answered",
+                              n);
+    q->next = NULL;
+    *end = q;
+    return true;
 }
 
-const struct lum_request_type lum_request_scene_get = {.name = "scene.get", .read = read_scene_get, .take = ask};
+const struct lum_request_type lum_request_scene_get = {.name = "scene.get", .read = read_scene_get, .enqueue = enqueue};

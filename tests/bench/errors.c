@@ -15,7 +15,7 @@
 #define METHODS "whitted,igi,ais,ais-max,ic,tic,irrcache,path,live"
 #define SHARE 0.05 /* of the rays of a picture, for its error: what views have */
 
-enum { MAX_SEEDS = 30, QUICK_SEEDS = 3, STEPS = 6, REST_SPP = 16, STOP_SPP = 256, MAX_READINGS = MAX_SEEDS * 8 };
+enum { MAX_SEEDS = 30, QUICK_SEEDS = 1, STEPS = 6, REST_SPP = 16, STOP_SPP = 256, MAX_READINGS = MAX_SEEDS * 8 };
 #define STOP 0.5 /* of the first frame's error, what a picture is to be stopped at */
 enum when { FIRST, MOVED, REST, STOPPED, WHENS };
 static const char *const when_names[] = {[FIRST] = "first", [MOVED] = "moving", [REST] = "rest", [STOPPED] = "stopped"};

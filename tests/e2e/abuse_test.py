@@ -215,17 +215,27 @@ class Abuse(unittest.TestCase):
         n = 4
         flooder = self.daemon.connect()
         head, tail = b'{"jsonrpc":"2.0","id":%d,"method":"no.such","params":{"x":"', b'"}}'
+        begins = [head % (1000 + i) for i in range(n)]
+        # made before: masking them may take a slow machine longer than the server takes to read them at its pace
+        flood = [frame(TEXT, begin + b"a" * (MESSAGE_BYTES - len(begin) - len(tail)) + tail) for begin in begins]
         start = time.monotonic()
-        for i in range(n):
-            begin = head % (1000 + i)
-            flooder.send_text(begin + b"a" * (MESSAGE_BYTES - len(begin) - len(tail)) + tail)
+        flooder.sock.sendall(flood[0])
+        self.assert_unsupported(flooder, 1000)
+        unhurried = n * (time.monotonic() - start)  # what all take on this machine without a pace: one is in the burst
+        for message in flood[1:]:
+            flooder.sock.sendall(message)
             self.good.call("scene.get")
-        for i in range(n):
-            with self.assertRaises(RpcError) as caught:
-                flooder.reply(1000 + i)
-            self.assertEqual(caught.exception.app, "unsupported")
-        self.assertGreaterEqual(time.monotonic() - start, (n * MESSAGE_BYTES - RX_BURST) / RX_PER_S)
-        self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
+        for i in range(1, n):
+            self.assert_unsupported(flooder, 1000 + i)
+        pace = (n * MESSAGE_BYTES - RX_BURST) / RX_PER_S
+        self.assertGreaterEqual(time.monotonic() - start, pace)
+        if unhurried < 0.5 * pace:  # a slow machine sends no faster than the pace
+            self.assertGreater(self.daemon.metric("ws_rx_waits_total"), 0)
+
+    def assert_unsupported(self, ws, rpc_id):
+        with self.assertRaises(RpcError) as caught:
+            ws.reply(rpc_id)
+        self.assertEqual(caught.exception.app, "unsupported")
 
     def test_a_flooder_that_does_not_read_is_cut_off(self):
         """What waits for it has an end, also while nothing wakes the server but the flood itself."""

@@ -1,4 +1,4 @@
-/* What a layer keeps of a light whose shadows are soft, for the estimator `penumbra`.
+/* What a layer keeps of a light whose shadows are soft, for the estimators of effect/area_shadow.
  *
  * A light has 16 points, a (0,4,2)-net on it, in the same strata for every pixel: pixel (x, y) begins with number
  * lum_pattern_subset(4, x, y), so that any 4 x 4 window in which all are asked holds all of them (interleaved
@@ -13,7 +13,7 @@
 
 #define LUM_AREA_POINTS 16u
 #define LUM_AREA_SIDE 4u /* of the pattern: points = side * side */
-/* In a stratum of a disc or a mesh: 8 x 8. With 16 all that a pixel can know is half as noisy again (penumbra_test). */
+/* In a stratum of a disc or a mesh: 8 x 8. With 16 what a pixel can know is half as noisy again (area_shadow_test). */
 #define LUM_AREA_STRATUM_POINTS 64u
 
 /* Shadow samples of a pixel: bit k is sample k.

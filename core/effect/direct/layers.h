@@ -26,9 +26,9 @@
 #ifndef LUM_CORE_EFFECT_DIRECT_LAYERS_H
 #define LUM_CORE_EFFECT_DIRECT_LAYERS_H
 
-#include "core/effect/direct/branches.h"
-#include "core/effect/direct/many_lights.h"
 #include "core/effect/direct/area_visibility.h"
+#include "core/effect/direct/many_lights.h"
+#include "core/trace/branches.h"
 
 /* Of more lights with soft shadows all are sampled together, as many lights. First frames of conf_lbl_mgf, with 32: 310
  * ms instead of 1030 for direct light, at a SMAPE of .095 instead of .094. With few lights layers take as long
@@ -54,13 +54,12 @@ struct lum_layer {
     struct lum_visibility *visibility; /* per pixel, tile by tile; NULL in the shared layer */
     uint8_t *inner; /* same: bit k: it is known whether point k in the pixel is lit, bit LUM_LAYER_INNER_POINTS + k: it
                        is (shadow_edges.c). NULL: nobody asks: the light has an extent, or anti-aliasing is off */
-    uint32_t
-        *left; /* same as seen: what panes leave of the samples that are visible (lum_transmittance_pack), or, where the
-                  middle of the pixel is dark, of the inner points. NULL: there are none, or soft.left is there */
+    uint32_t *left; /* same: what panes leave of the samples that are visible (lum_transmittance_pack), or, where the
+                       middle of the pixel is dark, of the inner points. NULL: no panes, or area.left is there */
     struct lum_rgb *response;        /* same; in the shared layer: radiance */
     uint8_t *state;                  /* enum lum_layer_state per tile */
     struct lum_area_visibility area; /* of lights kept by LUM_LAYERING_AREA; then response is without their
-                             direct light, and seen is NULL */
+                             direct light, and visibility is NULL */
     struct lum_rgb **tiles; /* lean layers, which have neither of the above but state: response by tile; NULL: black */
     uint32_t n_tiles;       /* of tiles */
 };
@@ -90,9 +89,8 @@ struct lum_layers {
     bool doubted;        /* materials changed: what surfaces hide of lights by themselves may be otherwise */
     uint32_t n_passes;   /* for which the layers were brought up to date, this one included */
     uint32_t n_moves;    /* of the eye, while samples were reprojected */
-    float refined_share; /* of settings->shadow_budget that the pass spends: as many further samples as
-                          * first ones were lost. 0: something changed since the last pass, but not who sees which light
-                          */
+    float refined_share; /* of settings->shadow_budget that the pass spends: as many further samples as first ones were
+                          * lost. 0: something changed since the last pass, but not who sees which light */
     /* by light of the present snapshot */
     uint32_t *layer_of; /* LUM_NO_OBJECT: the shared one, or it does not shine */
     uint32_t capacity;  /* of layers, layer_of and unit_lights */

@@ -1,46 +1,16 @@
 // The whole way: a real daemon, a real browser, pixels. Scene: room.jsonl.
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { centre, difference, drag, eventually, field, launch, measure, open, row, select, settled, shownRev, thumbnail } from './browser.mjs';
-import { Daemon } from './daemon.mjs';
+import { after, test } from 'node:test';
+import { centre, difference, drag, eventually, field, measure, open, row, select, settled, shownRev, thumbnail } from './browser.mjs';
+import { ROOM, context, edit, page, roomOps, serve, tab, withScene } from './stage.mjs';
 
-const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
-const daemon = new Daemon(ROOM);
+const daemon = serve(ROOM);
 /** A pixel of 8 path-traced samples is off by about a half (relative standard deviation, measured); the mean over the 14 000
  * pixels of the wall by 0.4 %, a ratio of two by 0.6 %. Rounding to 8 bits adds at most as much. Three of that: 4 %. */
 const SAMPLES = 8;
 const TOLERANCE = 0.04;
-let context;
-/** The page and what was seen on its wire. */
-let tab;
-let page;
-
-before(async () => {
-    await daemon.start();
-    context = await launch();
-    tab = await open(context, daemon.url);
-    page = tab.page;
-    // Small pictures: these tests are about what changes, not how fine it is.
-    await page.getByLabel('Resolution').selectOption('fast');
-    await settled(tab);
-});
-
-after(async () => {
-    await context?.close();
-    if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
-});
 
 const intensity = (p, id) => p.getByLabel(`${id} intensity`);
-/** Does something to the scene, and waits until the picture shows it. */
-async function edit(action, spp = 4) {
-    const rev = await shownRev(page);
-    await action();
-    await settled(tab, { rev: rev + 1, spp });
-}
 
 test('the address opens the scene, and the token leaves the address bar', async () => {
     assert.equal(new URL(page.url()).hash, '');
@@ -381,24 +351,8 @@ test('an empty picture says why, and H is the way back', async () => {
     assert.ok((await measure(page)).colours > 1000);
 });
 
-/** A daemon of its own for a scene of these ops, and a tab that looks at it. */
-async function withScene(ops, assets, look) {
-    const file = join(mkdtempSync(join(tmpdir(), 'lumend-e2e-')), 'scene.jsonl');
-    writeFileSync(file, ['{"lumend": 1, "kind": "scene"}', ...ops, ''].join('\n'));
-    const own = new Daemon(file, assets);
-    await own.start();
-    try {
-        const other = await open(context, own.url);
-        await other.page.getByLabel('Resolution').selectOption('fast');
-        await look(other);
-        await other.page.close();
-    } finally {
-        assert.equal(await own.stop(), 0, own.log);
-    }
-}
-
 test('a scene without light says so, and gets a lamp', async () => {
-    const dark = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"') && !line.includes('"light"'));
+    const dark = roomOps().filter((line) => !line.includes('"light"'));
     await withScene(dark, null, async (other) => {
         const notice = other.page.locator('.banner-empty');
         await notice.getByText('The scene has no light').waitFor();
@@ -415,7 +369,7 @@ test('a scene without light says so, and gets a lamp', async () => {
 });
 
 test('light that a mirror sends where no method shows it is told with its amount, and what to do', async () => {
-    const room = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
+    const room = roomOps();
     const mirror = [
         '{"op":"add","type":"material","id":"silver","metallic":1,"roughness":0}',
         '{"op":"add","type":"mesh","id":"sheet","shape":"quad","size":[1,0,1]}',
@@ -581,8 +535,7 @@ test('a surface that shines is a lamp: dimmed from the list without a ray, and p
         // A picture that has come to rest: no sample is under way whose rays the next frame would count.
         { op: 'set', id: 'render', path: '/spp', value: SAMPLES },
     ];
-    const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
-    await withScene([...ops, ...add.map((op) => JSON.stringify(op))], null, async (own) => {
+    await withScene([...roomOps(), ...add.map((op) => JSON.stringify(op))], null, async (own) => {
         const p = own.page;
         await settled(own, { spp: SAMPLES });
         await select(p, 'luminaire');
@@ -626,8 +579,7 @@ function manyPanels() {
 }
 
 test('many lamps: found by name, and groups of them dimmed as one and put back as in the model', async () => {
-    const ops = readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
-    await withScene([...ops, ...manyPanels()], null, async (own) => {
+    await withScene([...roomOps(), ...manyPanels()], null, async (own) => {
         const p = own.page;
         const filter = p.getByLabel('Filter lights by name');
         await filter.fill('nothing like it');

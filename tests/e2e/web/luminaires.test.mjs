@@ -1,13 +1,9 @@
 // Lamps with photometric files, as a designer works with them. Assets: tests/photometry.
 import assert from 'node:assert/strict';
-import { createRequire } from 'node:module';
-import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { eventually, field, launch, open, row, select, settled, shownRev } from './browser.mjs';
-import { Daemon } from './daemon.mjs';
+import { eventually, field, row, select } from './browser.mjs';
+import { edit as editTo, numbers, page, sceneFile, serve, tab, violations } from './stage.mjs';
 
 const quad = (id, size, transform) => [
     { op: 'add', type: 'mesh', id: `${id}-mesh`, shape: 'quad', size },
@@ -15,7 +11,6 @@ const quad = (id, size, transform) => [
 ];
 /** 4 x 3 m, 2.8 m high, seen from a corner. */
 const SCENE = [
-    { lumend: 1, kind: 'scene' },
     { op: 'add', type: 'material', id: 'white', base_color: [0.7, 0.7, 0.7], specular: 0 },
     ...quad('floor', [4, 0, 3], {}),
     ...quad('ceiling', [4, 0, 3], { translate: [0, 2.8, 0], rotate_deg: [180, 0, 0] }),
@@ -24,33 +19,9 @@ const SCENE = [
     { op: 'add', type: 'light', id: 'hung', kind: 'ies', asset: 'downlight.ies', position: [0, 2.7, 0] },
     { op: 'add', type: 'camera', id: 'main', position: [0, 1.4, 4], target: [0, 1.5, 0], vfov_deg: 60 },
 ];
-const file = join(mkdtempSync(join(tmpdir(), 'lumend-e2e-')), 'room.jsonl');
-writeFileSync(file, SCENE.map((line) => `${JSON.stringify(line)}\n`).join(''));
-const daemon = new Daemon(file, fileURLToPath(new URL('../../photometry', import.meta.url)));
-let context;
-let tab;
-let page;
-
-before(async () => {
-    await daemon.start();
-    context = await launch();
-    tab = await open(context, daemon.url);
-    page = tab.page;
-    await page.getByLabel('Resolution').selectOption('fast');
-    await settled(tab);
-});
-
-after(async () => {
-    await context?.close();
-    if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
-});
-
-async function edit(action) {
-    const rev = await shownRev(page);
-    await action();
-    await settled(tab, { rev: rev + 1, spp: 1 });
-}
-const numbers = (id, ...labels) => Promise.all(labels.map(async (label) => Number(await field(page, id, label).inputValue())));
+const daemon = serve(sceneFile(SCENE.map((op) => JSON.stringify(op))), fileURLToPath(new URL('../../photometry', import.meta.url)));
+/** One sample a pixel shows what these tests look for. */
+const edit = (action) => editTo(action, 1);
 
 test('an address with a token, put into the same tab, is used', async () => {
     await page.evaluate(() => (location.hash = '#t=of-another-server'));
@@ -88,7 +59,6 @@ test('the page itself never scrolls, whatever is looked at', async () => {
     }
 });
 
-const AXE = readFileSync(createRequire(new URL('../../../clients/web/package.json', import.meta.url)).resolve('axe-core/axe.min.js'), 'utf8');
 const said = () => page.locator('.visually-hidden[role=status][aria-live]').textContent();
 const luminaire = (name) => page.getByRole('option', { name });
 
@@ -152,10 +122,8 @@ test('by keyboard alone one is chosen, hung, moved, and made into rows over the 
 
 test('axe finds nothing in the library, a chosen luminaire, the facts of a lamp and its rows', async () => {
     await page.getByRole('button', { name: 'Rows…' }).click();
-    await page.evaluate(AXE);
     await page.locator('.panel').evaluate((e) => e.scrollTo(0, 0)); // what lies half below the names of sections is small
-    const found = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'] }).then((r) => r.violations));
-    assert.deepEqual(found.flatMap((v) => v.nodes.map((n) => `${v.id}: ${n.html.slice(0, 160)}`)), []);
+    assert.deepEqual(await violations(page), []);
 });
 
 test('a section is gone to by its name, and the Tab key goes on from there', async () => {

@@ -1,34 +1,11 @@
 // Light read off the picture: false colour, its scale, lines, and the value of a place. Scene: room.jsonl.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
-import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { eventually, field, launch, open, settled, shownRev } from './browser.mjs';
-import { Daemon } from './daemon.mjs';
+import { test } from 'node:test';
+import { eventually, field, settled, shownRev } from './browser.mjs';
+import { ROOM, page, serve, tab, violations } from './stage.mjs';
 
-const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
-const AXE = readFileSync(createRequire(new URL('../../../clients/web/package.json', import.meta.url)).resolve('axe-core/axe.min.js'), 'utf8');
-const daemon = new Daemon(ROOM);
-let context;
-let tab;
-let page;
-let legend;
-
-before(async () => {
-    await daemon.start();
-    context = await launch();
-    tab = await open(context, daemon.url);
-    page = tab.page;
-    legend = page.getByRole('complementary', { name: 'Legend' });
-    await page.getByLabel('Resolution').selectOption('fast');
-    await settled(tab);
-});
-
-after(async () => {
-    await context?.close();
-    if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
-});
+serve(ROOM);
+const legend = () => page.getByRole('complementary', { name: 'Legend' });
 
 /** The value and its error, of "1 234 lx ± 5"; NaN where it does not say. */
 function numbersIn(text) {
@@ -37,19 +14,13 @@ function numbersIn(text) {
 }
 const told = () => tab.watch.stats.at(-1).overlay;
 
-async function assertAccessible() {
-    await page.evaluate(AXE);
-    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa'] }));
-    assert.deepEqual(violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join()}`), []);
-}
-
 test('illuminance is read in the middle of the picture as the light meter has it there, and under the pointer', async () => {
     await page.locator('.stage').focus();
     await page.keyboard.press('c');
     await page.keyboard.press('c');
     await settled(tab, { spp: 32 });
     assert.equal(told().unit, 'lx');
-    const value = legend.locator('.legend-value');
+    const value = legend().locator('.legend-value');
     await eventually(async () => numbersIn(await value.locator('dd').textContent())[1] > 0, async () => value.textContent());
     assert.match(await value.textContent(), /^In the middle/);
     await page.keyboard.press('Enter');
@@ -70,7 +41,7 @@ test('illuminance is read in the middle of the picture as the light meter has it
 });
 
 test('scale, colours, lines and range by keyboard alone', async () => {
-    const options = legend.getByRole('button', { name: 'Scale and lines' });
+    const options = legend().getByRole('button', { name: 'Scale and lines' });
     await options.focus();
     await page.keyboard.press('Enter');
     assert.equal(await options.getAttribute('aria-expanded'), 'true');
@@ -80,7 +51,7 @@ test('scale, colours, lines and range by keyboard alone', async () => {
         await settled(tab);
     };
     assert.deepEqual([told().scale, told().smooth], ['log', false]);
-    const items = await legend.getByRole('listitem').count();
+    const items = await legend().getByRole('listitem').count();
     assert.equal(items, told().colors.length);
     await choose('Lines', 'ArrowDown');
     await eventually(() => told().labels.length > 0, () => JSON.stringify(told().labels));
@@ -90,23 +61,23 @@ test('scale, colours, lines and range by keyboard alone', async () => {
     await eventually(() => told().scale === 'linear' && told().min === 0, () => JSON.stringify(told()));
     await choose('Colours', 'ArrowDown');
     await eventually(() => told().smooth, () => 'still in steps');
-    assert.equal(await legend.getByRole('listitem').count(), told().limits.length);
-    await assertAccessible();
+    assert.equal(await legend().getByRole('listitem').count(), told().limits.length);
+    assert.deepEqual(await violations(page), []);
     // The range is held while a lamp is dimmed.
-    await legend.getByRole('button', { name: 'Hold this range' }).press('Enter');
+    await legend().getByRole('button', { name: 'Hold this range' }).press('Enter');
     const { min, max, limits } = told();
     const rev = await shownRev(page);
     await field(page, 'ceiling-panel', 'ceiling-panel on').click();
     await settled(tab, { rev: rev + 1 });
     assert.deepEqual([told().min, told().max, told().limits], [min, max, limits]);
-    await legend.getByLabel('To').fill('250');
-    await legend.getByLabel('To').press('Enter');
+    await legend().getByLabel('To').fill('250');
+    await legend().getByLabel('To').press('Enter');
     await eventually(() => told().max === 250, () => JSON.stringify(told().max));
-    await legend.getByRole('button', { name: 'Hold this range' }).press('Enter');
+    await legend().getByRole('button', { name: 'Hold this range' }).press('Enter');
     await eventually(() => told().max !== 250, () => 'the range is still held');
-    await legend.getByRole('button', { name: 'Hide' }).press('Enter');
+    await legend().getByRole('button', { name: 'Hide' }).press('Enter');
     await settled(tab);
-    assert.equal(await legend.count(), 0);
+    assert.equal(await legend().count(), 0);
     assert.equal(await page.locator('.isolines').count(), 0);
     assert.deepEqual(tab.watch.errors, []);
 });
@@ -123,7 +94,7 @@ test('points of a work plane lie in the picture, by what is wanted of them, and 
     };
     await eventually(agree, async () => `${await points.count()} points, ${await plane.textContent()}`);
     assert.ok((await page.locator('.sensor-points text').count()) > 5, 'with numbers');
-    await assertAccessible();
+    assert.deepEqual(await violations(page), []);
     const toggle = page.getByRole('button', { name: 'Points' });
     assert.equal(await toggle.getAttribute('aria-pressed'), 'true');
     await toggle.press('Enter');

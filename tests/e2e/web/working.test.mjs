@@ -1,50 +1,23 @@
 // Working in it: lamps put in and taken away, many of them, by keyboard alone, on a bad line, in a hidden tab. Scene: room.jsonl.
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { createRequire } from 'node:module';
-import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync } from 'node:fs';
 import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
-import { difference, eventually, field, launch, measure, open, row, select, settled, shownRev, thumbnail } from './browser.mjs';
+import { test } from 'node:test';
+import { difference, eventually, field, measure, open, row, select, settled, thumbnail } from './browser.mjs';
 import { Daemon } from './daemon.mjs';
+import { ROOM, context, edit, numbers, page, roomOps, serve, tab, violations, withScene } from './stage.mjs';
 
-const ROOM = fileURLToPath(new URL('room.jsonl', import.meta.url));
-const AXE = readFileSync(createRequire(new URL('../../../clients/web/package.json', import.meta.url)).resolve('axe-core/axe.min.js'), 'utf8');
 const FOLDER = mkdtempSync(join(tmpdir(), 'lumend-e2e-'));
-const daemon = new Daemon(ROOM);
-let context;
-let tab;
-let page;
-
-before(async () => {
-    await daemon.start();
-    context = await launch();
-    tab = await open(context, daemon.url);
-    page = tab.page;
-    await page.getByLabel('Resolution').selectOption('fast');
-    await settled(tab);
-});
-
-after(async () => {
-    await context?.close();
-    if (daemon.child) assert.equal(await daemon.stop(), 0, `exit status of the daemon\n${daemon.log}`);
-});
-
-async function edit(action) {
-    const rev = await shownRev(page);
-    await action();
-    await settled(tab, { rev: rev + 1 });
-}
+const daemon = serve(ROOM);
 
 const said = (p) => p.locator('.visually-hidden[role=status][aria-live]').textContent();
 const add = async (kind) => {
     await page.getByRole('button', { name: 'Add', exact: true }).click();
     await page.getByRole('menuitem', { name: new RegExp(`^${kind}`) }).click();
 };
-const numbers = (id, ...labels) => Promise.all(labels.map(async (label) => Number(await field(page, id, label).inputValue())));
 
 /** They lie over the picture. */
 async function dismissAll() {
@@ -295,15 +268,6 @@ test('everything goes by keyboard: measuring, looking around, selecting a mark; 
     await page.keyboard.press('Escape');
 });
 
-/** What axe finds against WCAG 2.2 A and AA. */
-async function violations(p) {
-    if (!(await p.evaluate(() => 'axe' in window))) await p.evaluate(AXE);
-    const found = await p.evaluate(() =>
-        window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'] }).then((r) => r.violations),
-    );
-    return found.flatMap((v) => v.nodes.map((n) => `${v.id}: ${n.html.slice(0, 200)}: ${n.any.concat(n.all, n.none).map((c) => c.message).join('; ')}`));
-}
-
 test('axe finds nothing: plain, with a lamp and a reading, in menus and help, in high contrast, on a phone', async () => {
     await settled(tab);
     const check = async (what) => assert.deepEqual(await violations(page), [], what);
@@ -348,30 +312,12 @@ test('at 200 and 400 percent, and on a phone, nothing is cut off and all can be 
     await settled(tab);
 });
 
-/** A daemon of its own for a scene of these ops, and a tab that looks at it. */
-async function withScene(ops, look) {
-    const file = join(mkdtempSync(join(tmpdir(), 'lumend-e2e-')), 'scene.jsonl');
-    writeFileSync(file, ['{"lumend": 1, "kind": "scene"}', ...ops, ''].join('\n'));
-    const own = new Daemon(file, null);
-    await own.start();
-    try {
-        const other = await open(context, own.url);
-        await other.page.getByLabel('Resolution').selectOption('fast');
-        await look(other, own);
-        await other.page.close();
-    } finally {
-        assert.equal(await own.stop(), 0, own.log);
-    }
-}
-
-const roomOps = () => readFileSync(ROOM, 'utf8').split('\n').filter((line) => line.includes('"op"'));
-
 test('300 lamps: all are in the list, few are drawn, one is a stop of the Tab key, the nearest are marked', async () => {
     const lamps = [...Array(300).keys()].map((i) => ({
         ...{ op: 'add', type: 'light', id: `track/lamp-${String(i).padStart(3, '0')}`, kind: i % 10 === 0 ? 'spot' : 'point', flux_lm: 20 },
         position: [-1.8 + 0.12 * (i % 30), 3.5, -1.8 + 0.12 * Math.floor(i / 30)],
     }));
-    await withScene([...roomOps(), '{"op":"set","id":"render","path":"/spp","value":1}', ...lamps.map((op) => JSON.stringify(op))], async (own) => {
+    await withScene([...roomOps(), '{"op":"set","id":"render","path":"/spp","value":1}', ...lamps.map((op) => JSON.stringify(op))], null, async (own) => {
         const p = own.page;
         await p.locator('.light-list.is-long').waitFor();
         const drawn = () => p.locator('.light').count();
@@ -411,7 +357,7 @@ test('300 lamps: all are in the list, few are drawn, one is a stop of the Tab ke
 });
 
 test('a server that does not answer is told in seconds; edits that vanish with it are counted and sent again, once', async () => {
-    await withScene(roomOps(), async (own, server) => {
+    await withScene(roomOps(), null, async (own, server) => {
         const p = own.page;
         await settled(own);
         await p.locator('.stage').press('Enter');
@@ -509,7 +455,7 @@ test('2,000 objects: any is picked, and dragged by its mark', async () => {
         ...{ op: 'add', type: 'object', id: `crate-${i}`, mesh: 'unit-box', material: 'white' },
         transform: { translate: at(i), scale: [0.06, 0.06, 0.06] },
     }));
-    await withScene([...roomOps(), ...crates.map((op) => JSON.stringify(op))], async (own) => {
+    await withScene([...roomOps(), ...crates.map((op) => JSON.stringify(op))], null, async (own) => {
         const p = own.page;
         await settled(own, { spp: 1 });
         const stage = await p.locator('.stage').boundingBox();

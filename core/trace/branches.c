@@ -1,4 +1,4 @@
-#include "core/effect/direct/branches.h"
+#include "core/trace/branches.h"
 
 #include <math.h>
 #include <string.h>

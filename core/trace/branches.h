@@ -1,6 +1,6 @@
 /* Where the branches of mirrors and glass went: what moved elsewhere leaves what they show as it was. */
-#ifndef LUM_CORE_EFFECT_DIRECT_BRANCHES_H
-#define LUM_CORE_EFFECT_DIRECT_BRANCHES_H
+#ifndef LUM_CORE_TRACE_BRANCHES_H
+#define LUM_CORE_TRACE_BRANCHES_H
 
 #include "core/scene/motion.h"
 
