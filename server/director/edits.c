@@ -11,6 +11,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/audit.h"
 #include "server/director/read_request.h"
 #include "server/director/saving.h"
 #include "server/world/apply.h"
@@ -360,6 +361,7 @@ void lum_director_commit(struct lum_director *d)
         struct lum_staged_edit *p = oldest_first;
         oldest_first = p->next;
         lum_director_submit(d, p);
+        lum_director_audit(d, p);
         announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
         lum_director_keep_unsaved(d, p);
     }

@@ -33,28 +33,30 @@ struct lum_request_type {
     void (*take)(struct lum_director *d, struct lum_request *q);
     bool edits; /* lum_director_commit answers it */
 };
-/* All that clients can ask for: X(scene_get) stands for the row lum_request_scene_get. */
+/* All that clients can ask for, and the least role that may: X(scene_get, VIEW) stands for the row
+ * lum_request_scene_get and LUM_ROLE_VIEW. Roles are held to this table alone, where a message becomes a request
+ * (read_request.c). */
 #define LUM_REQUESTS(X)                                                                                                \
-    X(scene_get)                                                                                                       \
-    X(scene_apply)                                                                                                     \
-    X(scene_undo)                                                                                                      \
-    X(scene_redo)                                                                                                      \
-    X(view_open)                                                                                                       \
-    X(view_update)                                                                                                     \
-    X(view_close)                                                                                                      \
-    X(view_read)                                                                                                       \
-    X(pick)                                                                                                            \
-    X(bounds)                                                                                                          \
-    X(photometry)                                                                                                      \
-    X(asset_list)                                                                                                      \
-    X(asset_photometry)                                                                                                \
-    X(daylight)                                                                                                        \
-    X(probe)                                                                                                           \
-    X(sensor_watch)                                                                                                    \
-    X(sensor_read)                                                                                                     \
-    X(sensor_place)                                                                                                    \
-    X(stats_get)
-#define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;
+    X(scene_get, VIEW)                                                                                                 \
+    X(scene_apply, EDIT)                                                                                               \
+    X(scene_undo, EDIT)                                                                                                \
+    X(scene_redo, EDIT)                                                                                                \
+    X(view_open, VIEW)                                                                                                 \
+    X(view_update, VIEW)                                                                                               \
+    X(view_close, VIEW)                                                                                                \
+    X(view_read, VIEW)                                                                                                 \
+    X(pick, VIEW)                                                                                                      \
+    X(bounds, VIEW)                                                                                                    \
+    X(photometry, VIEW)                                                                                                \
+    X(asset_list, EDIT)                                                                                                \
+    X(asset_photometry, EDIT)                                                                                          \
+    X(daylight, VIEW)                                                                                                  \
+    X(probe, MEASURE)                                                                                                  \
+    X(sensor_watch, MEASURE)                                                                                           \
+    X(sensor_read, MEASURE)                                                                                            \
+    X(sensor_place, MEASURE)                                                                                           \
+    X(stats_get, VIEW)
+#define LUM_REQUEST_DECLARE(name, role) extern const struct lum_request_type lum_request_##name;
 LUM_REQUESTS(LUM_REQUEST_DECLARE)
 /* Notes of the net thread, without a reply. */
 extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */

@@ -15,6 +15,7 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/audit.h"
 #include "server/director/saving.h"
 #include "server/world/luminaires.h"
 
@@ -288,7 +289,8 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
     bool changed = lost != NULL;
     for (struct lum_staged_edit *p = lost, *next; p; p = next) {
         next = p->next;
-        announce_inverse(d, p, ++rev, next ? NULL : emits); /* with the last: they are as after all */
+        lum_director_audit_lost(d, p, ++rev);
+        announce_inverse(d, p, rev, next ? NULL : emits); /* with the last: they are as after all */
         lum_director_free_edit(p);
     }
     if (changed)

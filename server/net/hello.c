@@ -29,10 +29,11 @@ static struct cJSON *limits_object(void)
     return object;
 }
 
-struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user)
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user, enum lum_role role)
 {
     struct cJSON *result = cJSON_CreateObject();
-    bool ok = lum_json_add_string(result, "session", user) && lum_json_add_string(result, "role", "edit") &&
+    bool ok = lum_json_add_string(result, "session", user) &&
+              lum_json_add_string(result, "role", lum_role_name(role)) &&
               lum_json_add_bool(result, "imports", config->imports) &&
               lum_json_add_string(result, "saved", config->saved ? config->saved : "no") &&
               lum_json_add(result, "limits", limits_object()) &&

@@ -16,7 +16,7 @@ struct lum_hello {
 };
 
 LUM_MUST_USE bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, struct lum_proto_error *err);
-/* The reply to the session of that name. NULL: memory is short. */
-struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user);
+/* The reply to the session of that name and role. NULL: memory is short. */
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user, enum lum_role role);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "server/base/embed.h"
 #include "server/director/director.h"
@@ -144,7 +145,7 @@ void lum_http_get(const struct lum_http_site *site, const char *path, const char
         set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : why);
     else if (strcmp(path, "/readyz") == 0)
         set_text(ret_response, why ? 503 : 200, why ? why : "ready\n");
-    else if (strcmp(path, "/metrics") == 0 && !lum_auth_check_header(site->auth, authorization))
+    else if (strcmp(path, "/metrics") == 0 && !lum_auth_check_header(site->auth, authorization, time(NULL)))
         lum_http_error(401, ret_response);
     else if (strcmp(path, "/metrics") == 0)
         get_metrics(site, ret_response);

@@ -15,7 +15,7 @@
 #include "server/net/bucket.h"
 #include "server/net/metrics.h"
 #include "server/net/peers.h"
-#include "server/net/session.h"
+#include "server/net/session_internal.h"
 #include "tests/support/fake_director.h"
 
 #define TOKEN "0123456789abcdef0123"
@@ -478,6 +478,22 @@ static void test_drain(void **state)
     assert_int_equal(lum_session_close_now(lum_session_open(f->sessions, "192.0.2.7")), LUM_CLOSE_RESTART);
 }
 
+/* Whoever stays when the time of her token is over neither changes nor hears anything any more. */
+static void test_a_token_ends_while_its_session_goes_on(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *other = open_greeted(f);
+    f->s->person.ends_s = 1;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"scene.undo\"}");
+    assert_int_equal(f->director.n_posted, 0);
+    assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_REVOKED);
+    other->person.ends_s = 1;
+    push(&f->director, LUM_OUT_BROADCAST, (struct lum_session_ref){0}, "\"news\"");
+    lum_sessions_deliver(f->sessions);
+    assert_null(next_text(other));
+    assert_int_equal(lum_session_close_now(other), LUM_CLOSE_REVOKED);
+}
+
 static void test_table_is_bounded(void **state)
 {
     struct fixture *f = *state;
@@ -508,6 +524,7 @@ int main(void)
         cmocka_unit_test(test_buckets_fill_at_their_pace),
         cmocka_unit_test_setup_teardown(test_bytes_are_paid_for_before_they_are_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_a_token_ends_while_its_session_goes_on, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
