@@ -19,6 +19,7 @@ import { centreOf, extentOf, isLamp, isPlaced } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Reader } from './readout';
+import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -45,9 +46,13 @@ const TICK_MS = 400;
 export class App {
     readonly connection = signal<ConnectionState>({ at: 'connecting' });
     readonly methods = signal<readonly Method[]>([]);
-    /** Connected, and nothing has been heard for some seconds. */
+    /** Of whose token this is. */
+    readonly role = signal<Role>('edit');
+    readonly mayEdit = computed(() => may(this.role.value, 'edit'));
+    readonly mayMeasure = computed(() => may(this.role.value, 'measure'));
     /** The server keeps the scene on disk: an edit that it answered outlives it. */
     readonly kept = signal(false);
+    /** Connected, and nothing has been heard for some seconds. */
     readonly stalled = signal(false);
     readonly online = computed(() => this.connection.value.at === 'online' && !this.stalled.value);
     /** What somebody else just changed; count tells one such edit from the next. */
@@ -99,11 +104,12 @@ export class App {
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
         this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
-        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
+        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed() });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
         this.lux = new LuxMeter({
-            ...{ scene, call, onError, online: this.online, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
+            ...{ scene, call, onError, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
+            online: computed(() => this.online.value && this.mayMeasure.value),
             viewId: () => view.viewId,
             viewUnsent: () => view.isDirty(),
         });
@@ -335,6 +341,12 @@ export class App {
         this.imports.selected.value = null;
     }
 
+    /** Says why where they are not: by key, and by hand in the picture, everything can be tried. */
+    private editsAllowed(): boolean {
+        if (!this.mayEdit.value && !this.toasts.shown.value.some((t) => t.text === NOT_TO_EDIT)) this.toasts.info(NOT_TO_EDIT);
+        return this.mayEdit.value;
+    }
+
     /* ---- connection ---- */
 
     private stateChanged(state: ConnectionState): void {
@@ -364,12 +376,13 @@ export class App {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.imports.offered.value = hello.imports !== false;
+        this.role.value = roleOf(hello.role);
         this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();
         try {
             await this.follower.begin();
             this.forgetGone();
-            this.sensors.begin();
+            if (this.mayMeasure.value) this.sensors.begin();
             this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;

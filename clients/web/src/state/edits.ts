@@ -42,6 +42,8 @@ export interface EditsHost {
     onError(error: Error): void;
     /** An edit was accepted as revision `rev`; it was sent at `sentAt` (performance.now() clock). */
     onAccepted(rev: number, sentAt: number): void;
+    /** False: this client is not to change anything, and has been told. */
+    mayEdit(): boolean;
 }
 
 export class Edits {
@@ -67,6 +69,7 @@ export class Edits {
 
     /** One field of a running gesture. Several calls before the next frame travel as one transaction. */
     set(id: string, path: string, value: Json): void {
+        if (!this.host.mayEdit()) return;
         if (this.group === null) {
             this.group = `${this.prefix}-${++this.gestures}`;
             this.step++;
@@ -96,6 +99,7 @@ export class Edits {
 
     /** Any ops, all or nothing, one undo step. */
     transaction(ops: Op[]): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
         return this.told(this.apply({ opId: this.nextOpId(), group: '', ops }, true));
@@ -109,12 +113,14 @@ export class Edits {
     }
 
     undo(): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
         return this.told(this.ask('scene.undo', {}));
     }
 
     redo(): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
         return this.told(this.ask('scene.redo', {}));
