@@ -60,6 +60,8 @@ struct lum_request_type {
 LUM_REQUESTS(LUM_REQUEST_DECLARE)
 /* Notes of the net thread, without a reply. */
 extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */
+    lum_request_session_lost,                                    /* closes its views; the user may come back */
+    lum_request_user_gone,                                       /* forgets the history of one who did not */
     lum_request_wake;                                            /* a stream wants a frame; never in the inbox */
 
 struct lum_request {
@@ -74,6 +76,7 @@ struct lum_request {
     struct lum_ops ops;      /* apply; owned */
     struct cJSON *ops_json;  /* their text as it came, for the journal; NULL: it is made anew. Owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
+    bool repeat; /* edits: nobody knows whether the one with this op_id was done: only once, please */
     bool has_base_rev;
     uint64_t base_rev;
     bool expand;                 /* scene.get */
@@ -109,9 +112,10 @@ struct lum_out {
     size_t n_bytes;
     struct lum_stream *stream;
     uint32_t view_id;
-    uint64_t wait_seq; /* leaves when this entry of the journal is durable: it may know of it */
-    uint64_t edit_seq; /* the reply to the edit of that entry; 0: none */
-    char *rpc_id;      /* of that reply: it becomes a refusal if the entry is lost. Owned */
+    uint64_t wait_seq;  /* leaves when this entry of the journal is durable: it may know of it */
+    uint64_t scene_rev; /* of a scene.changed; 0: it is none */
+    uint64_t edit_seq;  /* the reply to the edit of that entry; 0: none */
+    char *rpc_id;       /* of that reply: it becomes a refusal if the entry is lost. Owned */
 };
 void lum_out_destroy(struct lum_out *o);
 

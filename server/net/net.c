@@ -456,6 +456,10 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return c->session ? ws_writeable(net, c) : -1;
     case LWS_CALLBACK_TIMER:
         return c ? ws_timer(c) : 0;
+    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE:
+        if (c->session && len >= 2 && ((const uint8_t *)in)[0] == 1000 >> 8 && ((const uint8_t *)in)[1] == (1000 & 255))
+            lum_session_leave(c->session);
+        return 0;
     case LWS_CALLBACK_CLOSED:
         ws_closed(net, c);
         return 0;

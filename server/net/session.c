@@ -26,6 +26,7 @@ enum lum_status lum_sessions_create(const struct lum_sessions_config *config, st
         t->slots[i].table = t;
         t->slots[i].ref.slot = i;
     }
+    t->changes.before = lum_director_scene_rev(config->director);
     *ret_sessions = t;
     return LUM_OK;
 }
@@ -34,13 +35,15 @@ void lum_sessions_destroy(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; sessions && i < LUM_LIMIT_CONNECTIONS; i++)
         lum_session_close(&sessions->slots[i]);
+    if (sessions)
+        lum_sessions_drop_changes(sessions);
     lum_free(sessions);
 }
 
 /* ---- outgoing text ---- */
 
 /* A text that cannot be queued would be lost, so the session ends instead. */
-static void queue_text(struct lum_session *s, struct lum_text *t)
+void lum_session_queue_text(struct lum_session *s, struct lum_text *t)
 {
     enum lum_status status = lum_text_queue_push(&s->text, t, LUM_LIMIT_CONTROL_QUEUE_BYTES);
     if (status != LUM_OK)
@@ -50,7 +53,7 @@ static void queue_text(struct lum_session *s, struct lum_text *t)
 void lum_session_say(struct lum_session *s, char *bytes)
 {
     struct lum_text *t = lum_text_create(bytes);
-    queue_text(s, t);
+    lum_session_queue_text(s, t);
     lum_text_unref(t);
 }
 
@@ -99,7 +102,7 @@ static void forget_message(struct lum_session *s)
 }
 
 /* A request without reply. False when the inbox is full or memory is short. */
-static bool post_plain(struct lum_session *s, const struct lum_request_type *type)
+bool lum_session_post(struct lum_session *s, const struct lum_request_type *type)
 {
     struct lum_request *q = lum_request_create(type);
     if (!q)
@@ -128,8 +131,18 @@ void lum_session_close(struct lum_session *s)
     s->table->n_greeted--;
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s left",
             s->user);
-    /* who is cut off because the server stops may come back, and finds her undo again */
-    s->leaving = !s->table->draining && !post_plain(s, &lum_request_session_closed);
+    if (s->table->draining)
+        return; /* who is cut off because the server stops may come back, and finds her undo again */
+    bool for_good = !s->superseded && (s->done || s->close == LUM_CLOSE_REVOKED);
+    s->farewell = for_good ? &lum_request_session_closed : &lum_request_session_lost;
+    if (!for_good && !s->superseded)
+        lum_session_park(s, lum_clock_ns());
+    s->leaving = !lum_session_post(s, s->farewell);
+}
+
+void lum_session_leave(struct lum_session *s)
+{
+    s->done = true;
 }
 
 uint32_t lum_session_slot(const struct lum_session *s)
@@ -184,7 +197,7 @@ static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_pro
 static void wake_director(struct lum_session *s, struct lum_stream *stream)
 {
     if (lum_stream_wants_frame(stream))
-        (void)post_plain(s, &lum_request_wake);
+        (void)lum_session_post(s, &lum_request_wake);
 }
 
 static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
@@ -363,9 +376,11 @@ static void broadcast(struct lum_sessions *sessions, struct lum_out *out)
 {
     struct lum_text *t = lum_text_create(out->text);
     out->text = NULL;
+    if (out->scene_rev)
+        lum_sessions_keep_change(sessions, out->scene_rev, t);
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].open && sessions->slots[i].greeted && !outstayed(&sessions->slots[i]))
-            queue_text(&sessions->slots[i], t);
+            lum_session_queue_text(&sessions->slots[i], t);
     lum_text_unref(t);
 }
 
@@ -392,7 +407,8 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].leaving)
-            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], &lum_request_session_closed);
+            sessions->slots[i].leaving = !lum_session_post(&sessions->slots[i], sessions->slots[i].farewell);
+    lum_sessions_forget_parked(sessions, lum_clock_ns());
     struct lum_out *out = lum_director_take_outbox(sessions->config.director);
     while (out) {
         struct lum_out *next = out->next;

@@ -46,7 +46,9 @@ bool lum_sessions_take_ended(struct lum_sessions *sessions);
 
 /* peer: its address, for the log. NULL when there are LUM_LIMIT_CONNECTIONS already. */
 struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer);
-void lum_session_close(struct lum_session *s);          /* the connection is gone; accepts NULL */
+/* The connection is gone: the client may come back by another, for LUM_LIMIT_RESUME_S. Accepts NULL. */
+void lum_session_close(struct lum_session *s);
+void lum_session_leave(struct lum_session *s); /* it says that it will not: when its connection is gone, all is */
 uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
 bool lum_session_greeted(const struct lum_session *s);
 /* The longest message accepted now: small before hello, LUM_LIMIT_MESSAGE_BYTES after. */

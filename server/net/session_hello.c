@@ -13,21 +13,26 @@
 static bool name_is_free(const struct lum_sessions *t, const char *user)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (t->slots[i].open && t->slots[i].greeted && strcmp(t->slots[i].user, user) == 0)
+        if (t->slots[i].open && t->slots[i].greeted && !t->slots[i].superseded && strcmp(t->slots[i].user, user) == 0)
             return false;
-    return true;
+    return !lum_sessions_have_parked(t, user);
 }
 
-/* resume: a name from before, which who was cut off may take again. */
-static void set_user(struct lum_session *s, const char *client, const char *resume)
+/* True: the session goes on with one from before. */
+static bool set_user(struct lum_session *s, const struct lum_hello *hello, int64_t now_ns)
 {
-    if (resume[0] && name_is_free(s->table, resume)) {
-        memcpy(s->user, resume, sizeof s->user);
-        return;
+    if (hello->resume[0] && lum_session_resume(s, hello->resume, hello->key, now_ns))
+        return true;
+    lum_session_make_key(s);
+    if (hello->resume[0] && name_is_free(s->table, hello->resume) && lum_session_may_be(s, hello->resume)) {
+        memcpy(s->user, hello->resume, sizeof s->user);
+        return false;
     }
+    const char *client = s->person.name[0] ? s->person.name : hello->client;
     lum_user_name(client, s->ref, s->table->config.starts, s->user);
     while (!name_is_free(s->table, s->user) && strlen(s->user) + 1 < sizeof s->user)
         strcat(s->user, "_");
+    return false;
 }
 
 static void refuse_hello(struct lum_session *s, const struct lum_rpc *rpc, const struct lum_proto_error *err,
@@ -81,11 +86,15 @@ void lum_session_receive_hello(struct lum_session *s, const struct lum_rpc *rpc,
         refuse_hello(s, rpc, &err, LUM_CLOSE_BUSY);
         return;
     }
-    set_user(s, s->person.name[0] ? s->person.name : hello.client, hello.resume);
+    bool resumed = set_user(s, &hello, now_ns);
     s->greeted = true;
     s->table->n_greeted++;
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session",
-            "%s came from %s, role %s", s->user, s->peer, lum_role_name(s->person.role));
+            "%s came%s from %s, role %s", s->user, resumed ? " back" : "", s->peer, lum_role_name(s->person.role));
+    int missed = resumed && hello.has_scene_rev ? lum_sessions_missed(s->table, hello.scene_rev) : -1;
+    const struct lum_hello_answer answer = {
+        .user = s->user, .role = s->person.role, .key = s->key, .resumed = resumed, .missed = missed};
     if (rpc->id)
-        lum_session_say(s, lum_rpc_result(rpc->id, lum_hello_result(&s->table->config, s->user, s->person.role)));
+        lum_session_say(s, lum_rpc_result(rpc->id, lum_hello_result(&s->table->config, &answer)));
+    lum_session_say_missed(s, missed);
 }

@@ -489,10 +489,10 @@ class Command(unittest.TestCase):
                 ws.call("session.hello", {"token": daemon.token, "resume": "test.0-1"})
                 ws.call("scene.undo")
                 ws.call("scene.redo")
-                ws.close()  # she will not
+                ws.leave()  # she will not
                 other = daemon.connect(hello=False)
                 other.call("session.hello", {"token": daemon.token, "resume": "test.1-1"})
-                other.close()
+                other.leave()
                 while daemon.metric("sessions"):
                     pass
                 daemon.assert_well()

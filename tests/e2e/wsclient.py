@@ -142,6 +142,12 @@ class WebSocket:
     def close(self):
         self.sock.close()
 
+    def leave(self):
+        """Ends the session for good, unlike a connection that breaks."""
+        self.send_raw(frame(CLOSE, struct.pack("!H", 1000)))
+        self.wait_close()
+        self.close()
+
     def __del__(self):
         if hasattr(self, "sock"):
             self.sock.close()
@@ -264,8 +270,8 @@ class WebSocket:
     def call(self, method, params=None):
         return self.reply(self.send_request(method, params))
 
-    def hello(self, token, client="test"):
-        params = {"client": client}
+    def hello(self, token, client="test", **more):
+        params = {"client": client, **more}
         if token is not None:
             params["token"] = token
         return self.call("session.hello", params)

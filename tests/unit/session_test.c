@@ -161,7 +161,7 @@ static void test_the_director_learns_of_a_close_even_when_it_was_full(void **sta
     f->director.capacity = 64;
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
-    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_closed);
+    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_lost);
     assert_int_equal(f->director.posted[0]->session.generation, f->ref.generation);
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
