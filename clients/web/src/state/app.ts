@@ -7,6 +7,7 @@ import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecor
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
+import { Comeback } from './comeback';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
@@ -64,6 +65,7 @@ export class App {
     readonly meter = new Meter();
     readonly convergence = new Convergence();
     readonly toasts = new Toasts();
+    readonly comeback = new Comeback((text) => this.toasts.info(text));
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
@@ -130,6 +132,7 @@ export class App {
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
+            sceneRev: () => this.follower.knownRev,
             onNotification: (method, params) => this.notified(method, params),
             onBinary: (message) => this.binary(message),
             onBeat: () => void this.ping(),
@@ -355,6 +358,7 @@ export class App {
         if (state.at === 'online') this.toasts.announce('Connected');
         if (before === 'online' && state.at !== 'online') {
             this.rpc = null;
+            this.comeback.connectionLost();
             this.stalled.value = false;
             this.meter.roundTripMs.value = null;
             this.edits.drop();
@@ -379,11 +383,13 @@ export class App {
         this.role.value = roleOf(hello.role);
         this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();
+        const follows = this.comeback.online(hello, !this.cameraChosen);
         try {
-            await this.follower.begin();
+            if (!follows) await this.follower.begin();
             this.forgetGone();
             if (this.mayMeasure.value) this.sensors.begin();
-            this.tellLost();
+            if (hello.resumed === true) void this.edits.repeat();
+            else this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
@@ -422,6 +428,7 @@ export class App {
     private notified(method: string, params: JsonObject): void {
         if (method === 'scene.changed') {
             this.edits.arrived(stringOr(params.op_id, ''));
+            this.comeback.changed(params, params.user === this.user);
             void this.follow(params);
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
@@ -452,6 +459,7 @@ export class App {
     /** A whole frame is on the canvas. In a hidden tab, where nobody looks, the next one is asked for by the ping alone. */
     private drawn(last: FrameHeader): void {
         this.broken = 0;
+        this.comeback.drawn(last.sceneRev);
         const cameraLatency = this.view.drawn(last);
         if (cameraLatency !== null) this.meter.latency(cameraLatency);
         if (this.awaitedEdit && last.sceneRev >= this.awaitedEdit.rev) {

@@ -214,3 +214,44 @@ test('who may not edit sends nothing, and the scene shows no change', async () =
     assert.equal(edits.busy.value, false);
     assert.equal(scene.peek('key')!.flux_lm, 800);
 });
+
+test('where the session goes on, what nobody answered is sent again in its order, each under its own name', async () => {
+    for (const v of [100, 200, 300]) {
+        edits.set('key', '/flux_lm', v);
+        await frame();
+    }
+    edits.endGesture();
+    void edits.undo();
+    const before = calls.map((c) => c.params.op_id);
+    assert.deepEqual(calls.map((c) => c.method), ['scene.apply', 'scene.apply', 'scene.undo']);
+    const underWay = [...calls];
+    edits.drop();
+    underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
+    await settle();
+    calls = [];
+    edits.arrived(String(before[0])); // was told when the connection was there again
+    const done = edits.repeat();
+    await settle();
+    assert.deepEqual(calls.map((c) => [c.method, c.params.op_id, c.params.repeat]), [
+        ['scene.apply', before[1], true],
+        ['scene.undo', before[2], true],
+        ['scene.apply', calls[2]!.params.op_id, true],
+    ]);
+    assert.deepEqual(opsOf(calls[2]!), [{ op: 'set', id: 'key', path: '/flux_lm', value: 300 }], 'it was never sent');
+    const groups = calls.map((c) => c.params.undo_group);
+    assert.ok(groups[0] && groups[0] === groups[2] && groups[1] === undefined, 'still one step of undo');
+    calls.forEach((c) => c.answer({ scene_rev: 9 }));
+    await done;
+    assert.equal(edits.busy.value, false);
+    assert.equal(edits.missing(), 0);
+    assert.deepEqual(errors, []);
+});
+
+test('an undo is not sent to a server that knows nothing of it', async () => {
+    void edits.undo();
+    const underWay = [...calls];
+    edits.drop();
+    underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
+    await settle();
+    assert.equal(edits.missing(), 0);
+});

@@ -46,7 +46,7 @@ export function Viewport() {
                 onPointerLeave={() => app.reader.pointAt(null)}
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
-                <canvas ref={canvas} class="picture" />
+                <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
                 <Overlay />
                 <span class="reticle" aria-hidden="true" />
             </div>
