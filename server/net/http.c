@@ -12,16 +12,17 @@
 #include "server/net/metrics.h"
 
 const char *const lum_http_headers[][2] = {
-    /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket. */
-    {"content-security-policy:",
-     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-     "connect-src 'self' ws: wss:; worker-src 'self' blob:; font-src 'self'; manifest-src 'self'; "
-     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+    /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket of this
+       server. */
+    {"content-security-policy:", "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+                                 "connect-src 'self'; worker-src 'self' blob:; font-src 'self'; manifest-src 'self'; "
+                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
     {"x-content-type-options:", "nosniff"},
     /* the token is in the fragment, which is not sent; the path need not be either */
     {"referrer-policy:", "no-referrer"},
     {"cross-origin-opener-policy:", "same-origin"},
     {"cross-origin-resource-policy:", "same-origin"},
+    {"permissions-policy:", "camera=(), microphone=(), geolocation=(), payment=(), usb=()"},
     {NULL, NULL},
 };
 

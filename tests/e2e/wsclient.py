@@ -84,8 +84,8 @@ class WebSocket:
     """One connection. Messages that come while something else is waited for are kept in order."""
 
     def __init__(self, port, origin=None, host=None, path="/", subprotocol=SUBPROTOCOL, headers=(), rcvbuf=None,
-                 source=None, pong=True):
-        self.sock = connect_tcp(port, rcvbuf=rcvbuf, source=source)
+                 source=None, pong=True, wrap=lambda sock: sock):
+        self.sock = wrap(connect_tcp(port, rcvbuf=rcvbuf, source=source))
         self.buffer = bytearray()
         self.next_id = 1
         self.replies = {}
