@@ -6,9 +6,10 @@ import tempfile
 import unittest
 
 from cutting_proxy import CuttingProxy
-from daemon import Daemon, write_people
+from daemon import LUMEND, Daemon, write_people
 from wsclient import Closed, HandshakeFailed, RpcError, WebSocket
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 N_CUTS = 200
 
 
@@ -200,6 +201,49 @@ class Resume(unittest.TestCase):
             with self.assertRaises(RpcError) as caught:
                 self.bob.call(method, {**params, "repeat": True})
             self.assertEqual((caught.exception.app, caught.exception.data["path"]), ("missing_field", "op_id"))
+
+
+class Imports(unittest.TestCase):
+    """They take their time, and go on when who asked for them is cut off."""
+
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.gate = os.path.join(self.folder, "gate")
+        importer = os.path.join(self.folder, "importer")
+        os.mkfifo(self.gate)
+        real = os.path.join(os.path.dirname(os.path.abspath(LUMEND)), "lumend-import")
+        with open(os.open(importer, os.O_WRONLY | os.O_CREAT, 0o700), "w", encoding="utf-8") as file:
+            file.write(f'#!/bin/sh\nread go < "{self.gate}"\nexec "{real}" "$@"\n')
+        self.daemon = self.enterContext(Daemon("--assets", os.path.join(HERE, "web"), "--importer", importer))
+
+    def let_it_go(self):
+        with open(self.gate, "w", encoding="utf-8") as gate:  # waits until the importer asks
+            gate.write("go\n")
+
+    def come(self, **more):
+        ws = WebSocket(self.daemon.port)
+        return ws, ws.hello(self.daemon.token, **more)
+
+    def test_one_that_is_under_way_is_not_begun_again_and_its_answer_is_for_the_newest_connection(self):
+        edit = {"op_id": "i", "ops": [{"op": "import", "id": "room", "asset": "lamp.gltf"}]}
+        observer = self.daemon.connect()
+        ws, hello = self.come()
+        ws.send_request("scene.apply", edit)
+        ws.call("stats.get")  # the import waits at the gate
+        for _ in range(2):
+            ws.close()
+            ws, again = self.come(resume=hello["session"], key=hello["key"])
+            self.assertTrue(again["resumed"])
+            asked = ws.send_request("scene.apply", {**edit, "repeat": True})
+            ws.call("stats.get")
+        self.let_it_go()
+        rev = ws.reply(asked)["scene_rev"]
+        self.assertEqual(ws.call("scene.apply", {**edit, "repeat": True}), {"scene_rev": rev, "repeated": True})
+        observer.call("stats.get")
+        told = [params["op_id"] for method, params in observer.notifications if method == "scene.changed"]
+        self.assertEqual(told, ["i"])
+        ws.call("scene.undo")
+        self.assertFalse([op for op in ws.call("scene.get")["ops"] if op["id"].startswith("room")])
 
 
 class Persons(unittest.TestCase):
