@@ -407,6 +407,18 @@ static int no_command(const char *name)
     return LUM_EXIT_USAGE;
 }
 
+/* lumend help --man-of NAME SUMMARY: the build makes the pages of the other programs so, of their --help. */
+static int man_of(const char *name, const char *summary)
+{
+    char text[65536];
+    size_t n = fread(text, 1, sizeof text - 1, stdin);
+    text[n] = '\0';
+    if (n == 0 || n == sizeof text - 1)
+        return LUM_EXIT_FAILED;
+    lum_help_man_of(stdout, name, summary, text);
+    return fflush(stdout) == 0 ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}
+
 /* lumend help [COMMAND|--man] */
 static int cmd_help(const char *of)
 {
@@ -425,6 +437,8 @@ static int cmd_help(const char *of)
 int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
+    if (argc == 5 && strcmp(first, "help") == 0 && strcmp(argv[2], "--man-of") == 0)
+        return man_of(argv[3], argv[4]);
     if (strcmp(first, "help") == 0)
         return cmd_help(argc > 2 ? argv[2] : "");
     if (strcmp(first, "--version") == 0)
