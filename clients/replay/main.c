@@ -14,7 +14,10 @@
 #include "protocol/json/json.h"
 
 static const char usage_text[] =
-    "usage: lumend-replay [options] [FILE.jsonl|-]     lumend scenes NAME | lumend-replay -   plays a built-in replay\n"
+    "usage: lumend-replay [options] [FILE.jsonl|-]\n"
+    "Plays a replay against a running lumend, and measures how long edits take to reach the screen. A built-in one:\n"
+    "lumend scenes NAME | lumend-replay -\n"
+    "\n"
     "  --url URL            ws://127.0.0.1:9460\n"
     "  --token T            of the server's URL; default: $LUMEND_TOKEN\n"
     "  --speed X            1: as recorded; 2: twice as fast; 0: each edit when the one before is shown\n"
@@ -26,7 +29,7 @@ static const char usage_text[] =
     "  --record DIR         write every complete frame as DIR/frame-000000.png\n"
     "  --timeout S          longest wait for a reply or a frame; default 30\n"
     "  --json               the report as JSON on stdout\n"
-    "  --version\n";
+    "  --version            of this program\n";
 
 struct arguments {
     struct player_options player;

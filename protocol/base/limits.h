@@ -66,13 +66,19 @@
 #define LUM_LIMIT_SESSIONS 64u     /* that said hello */
 #define LUM_LIMIT_CONNECTIONS 256u /* TCP: a browser opens six for the page beside its session */
 #define LUM_LIMIT_CONNECTIONS_PER_IP                                                                                   \
-    64u                               /* an IPv6 /64 is one; it cannot shut out the others. A proxy in front is one */
-#define LUM_LIMIT_HELLO_S 5           /* from connection to an accepted session.hello */
-#define LUM_LIMIT_MESSAGES_PER_S 240u /* a 120 Hz drag of two values; token bucket with 2 s of burst */
-#define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)  /* of a session: reading them takes a tenth of the net thread at most */
-#define LUM_LIMIT_RX_BURST_BYTES (16u << 20) /* two of the largest messages at once */
-#define LUM_LIMIT_FRAME_COST_BYTES 1024u     /* what a frame costs beside its bytes: tiny ones are not free */
-#define LUM_LIMIT_VALUE_COST_BYTES 8u        /* and a value of JSON, which is an allocation */
+    64u /* an IPv6 /64 is one; it cannot shut out the others. A proxy in front is one */
+#define LUM_LIMIT_RESUME_S                                                                                             \
+    300u /* who was cut off may come back so long: a train's tunnel, a laptop that is carried over */
+#define LUM_LIMIT_PARKED 64u         /* of them; beyond, who was cut off longest is gone */
+#define LUM_LIMIT_REPEATS 256u       /* edits of a session whose op_id is known: more than it can have under way */
+#define LUM_LIMIT_CHANGES_KEPT 1024u /* of the scene, for those who come back */
+#define LUM_LIMIT_CHANGES_KEPT_BYTES (4u << 20) /* a quarter of what may wait for one session */
+#define LUM_LIMIT_HELLO_S 5                     /* from connection to an accepted session.hello */
+#define LUM_LIMIT_MESSAGES_PER_S 240u           /* a 120 Hz drag of two values; token bucket with 2 s of burst */
+#define LUM_LIMIT_RX_BYTES_PER_S (4u << 20)     /* of a session: reading them takes a tenth of the net thread at most */
+#define LUM_LIMIT_RX_BURST_BYTES (16u << 20)    /* two of the largest messages at once */
+#define LUM_LIMIT_FRAME_COST_BYTES 1024u        /* what a frame costs beside its bytes: tiny ones are not free */
+#define LUM_LIMIT_VALUE_COST_BYTES 8u           /* and a value of JSON, which is an allocation */
 #define LUM_LIMIT_CONTROL_QUEUE_BYTES (16u << 20) /* replies waiting in one session; over it the session is closed */
 #define LUM_LIMIT_UNACKED_FRAMES 2u               /* W = 2: one in flight, one being drawn */
 #define LUM_LIMIT_TILE_SIDE 128u                  /* a PNG tile stays below one socket write of 64 KiB */

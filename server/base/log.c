@@ -63,10 +63,10 @@ static void write_line(void *user, int level, const char *component, const char 
 {
     struct lum_stderr_log *log = user;
     uint64_t dropped = 0;
-    if (level < 0 || level > (int)log->level)
+    if (level < LUM_LOG_AUDIT || level > (int)log->level)
         return;
     pthread_mutex_lock(&log->lock);
-    bool ok = may_write_locked(log, &dropped);
+    bool ok = level == LUM_LOG_AUDIT || may_write_locked(log, &dropped);
     pthread_mutex_unlock(&log->lock);
     if (!ok)
         return;
@@ -81,7 +81,7 @@ static void write_line(void *user, int level, const char *component, const char 
     if (dropped)
         snprintf(note, sizeof note, " dropped=%llu", (unsigned long long)dropped);
     int n = snprintf(line, sizeof line, "ts=%s.%03ldZ level=%s at=%s text=\"%s\"%s\n", stamp, now.tv_nsec / 1000000,
-                     level_names[level], component, escaped, note);
+                     level == LUM_LOG_AUDIT ? "audit" : level_names[level], component, escaped, note);
     /* One write a line, so that lines of several threads do not mix. A full pipe or disk is not our caller's problem.
      */
     if (n > 0 && write(log->fd, line, (size_t)n < sizeof line ? (size_t)n : sizeof line - 1) < 0)

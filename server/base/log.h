@@ -11,7 +11,8 @@
 
 #include "core/base/base.h"
 
-enum lum_log_level { LUM_LOG_ERROR, LUM_LOG_WARNING, LUM_LOG_INFO, LUM_LOG_DEBUG };
+/* Lines of LUM_LOG_AUDIT were asked for: they are written whatever the level of the log is, and none is dropped. */
+enum lum_log_level { LUM_LOG_AUDIT = -1, LUM_LOG_ERROR, LUM_LOG_WARNING, LUM_LOG_INFO, LUM_LOG_DEBUG };
 
 struct lum_stderr_log {
     int fd; /* 2; tests give their own */

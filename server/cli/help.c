@@ -1,5 +1,6 @@
 #include "server/cli/help.h"
 
+#include <ctype.h>
 #include <string.h>
 
 #define HELP_INDENT 27
@@ -190,6 +191,18 @@ static const char after[] = ".SH SIGNALS\n"
                             ".TP\n"
                             "2\n"
                             "The command line, or a variable of the environment, is wrong.\n";
+
+void lum_help_man_of(FILE *out, const char *name, const char *summary, const char *help)
+{
+    fputs(".TH ", out);
+    for (const char *c = name; *c; c++)
+        fputc(toupper((unsigned char)*c), out);
+    fprintf(out, " 1 \"\" \"lumend %s\" \"User Commands\"\n.nh\n.ad l\n.SH NAME\n", LUMEND_VERSION);
+    put_roff(out, name, strlen(name));
+    fprintf(out, " \\- %s\n.SH DESCRIPTION\n", summary);
+    text_for_man(out, help);
+    fputs(".SH SEE ALSO\n.BR lumend (1)\n", out);
+}
 
 void lum_help_man(FILE *out, const struct lum_command *commands, size_t n_commands)
 {

@@ -42,6 +42,7 @@ static void help_serve(const struct lum_help *h)
            "  lumend compare A.exr B.exr          error metrics of two images, as JSON\n"
            "  lumend measure --scene S            illuminance on a work plane: Em, Emin, uniformity\n"
            "  lumend state check DIR              of what --state kept; also export, compact\n"
+           "  lumend token NAME                   lets somebody in by a token of her own: for --tokens\n"
            "  lumend photometry F.ies             what a photometric file says: lumens, beam, symmetry\n"
            "  lumend scenes | methods             what is built in: scenes, replays for them, methods\n"
            "  lumend help --man                   all of this as a man page: lumend help --man | man -l -\n"
@@ -79,15 +80,36 @@ struct signal_watch {
     sigset_t signals;
     struct lum_net *net;
     const struct lum_service *service;
+    const char *tokens; /* the file, which SIGHUP has read again; NULL: none */
+    struct lum_auth *auth;
+    struct lum_log log;
 };
+
+/* A file that is wrong changes nothing: who works goes on. */
+static void read_tokens_again(const struct signal_watch *w)
+{
+    struct lum_people *people;
+    struct lum_error err;
+    if (lum_people_read(w->tokens, &people, &err)) {
+        lum_log(&w->log, LUM_LOG_ERROR, "main", "SIGHUP: %s; the people stay who they were", err.text);
+        return;
+    }
+    lum_log(&w->log, LUM_LOG_INFO, "main", "SIGHUP: %zu people may connect", people->n);
+    lum_auth_offer(w->auth, people);
+    lum_net_wake(w->net);
+}
 
 /* SIGUSR1 comes from signals_finish: the daemon ended by itself. */
 static void *watch_signals(void *arg)
 {
     struct signal_watch *w = arg;
-    int signal_number = 0;
-    for (int n_stops = 0; sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1; n_stops++) {
-        if (n_stops > 0)
+    int signal_number = 0, n_stops = 0;
+    while (sigwait(&w->signals, &signal_number) == 0 && signal_number != SIGUSR1) {
+        if (signal_number == SIGHUP) {
+            read_tokens_again(w);
+            continue;
+        }
+        if (n_stops++ > 0)
             _exit(LUM_EXIT_FAILED); /* asked twice: nothing is waited for */
         lum_service_tell(w->service, "STOPPING=1");
         lum_net_stop(w->net);
@@ -95,10 +117,13 @@ static void *watch_signals(void *arg)
     return NULL;
 }
 
-/* Before any thread is started: they inherit the mask. */
+/* Before any thread is started: they inherit the mask. Without a file of tokens SIGHUP ends the daemon, as it does
+ * where a terminal is closed. */
 static void signals_block(struct signal_watch *w)
 {
     sigemptyset(&w->signals);
+    if (w->tokens)
+        sigaddset(&w->signals, SIGHUP);
     sigaddset(&w->signals, SIGTERM);
     sigaddset(&w->signals, SIGINT);
     sigaddset(&w->signals, SIGUSR1);
@@ -129,7 +154,14 @@ static enum lum_status make_auth(const struct lum_serve_options *o, struct lum_a
         return LUM_OK;
     }
     const char *file = o->token_file;
-    return file ? lum_auth_from_file(file, ret_auth, err) : lum_auth_random(ret_auth, err);
+    enum lum_status status = LUM_OK;
+    memset(ret_auth, 0, sizeof *ret_auth);
+    if (file)
+        status = lum_auth_from_file(file, ret_auth, err);
+    else if (!o->tokens)
+        status = lum_auth_random(ret_auth, err);
+    ret_auth->required = true;
+    return status || !o->tokens ? status : lum_people_read(o->tokens, &ret_auth->people, err);
 }
 
 /* The one line on stdout. A server on all addresses is opened by a local one. */
@@ -137,11 +169,11 @@ static void print_ready(const struct lum_serve_options *o, uint16_t port, const 
 {
     const char *host = lum_address_local(&o->listen);
     printf("lumend ready http://%s%s%s:%u/%s%s\n", o->listen.ipv6 ? "[" : "", host, o->listen.ipv6 ? "]" : "", port,
-           auth->required ? "#t=" : "", auth->token);
+           auth->token[0] ? "#t=" : "", auth->token);
     fflush(stdout);
 }
 
-static enum lum_status make_net(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
+static enum lum_status make_net(const struct lum_serve_options *o, struct lum_auth *auth, struct lum_log log,
                                 struct lum_net **ret_net, struct lum_error *err)
 {
     const struct lum_net_config config = {
@@ -192,6 +224,7 @@ static enum lum_status make_director(const struct lum_serve_options *o, struct l
         .isa = o->isa,
         .threads = o->threads,
         .deterministic = o->deterministic,
+        .audit = o->audit,
         .desk = desk,
         .log = log,
         .wake_net = lum_net_wake,
@@ -274,6 +307,7 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
                                                .imports = has_assets(o, log),
                                                .saved = o->state ? lum_durability_names[o->durability] : NULL,
                                                .starts = lum_director_starts(director),
+                                               .audit = o->audit,
                                                .log = log};
     status = lum_sessions_create(&config, &sessions, err);
     if (!status) {
@@ -292,10 +326,10 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
 
 static enum lum_status serve(const struct lum_serve_options *o, struct lum_log log, struct lum_error *err)
 {
-    struct lum_auth auth;
+    struct lum_auth auth = {0};
     struct lum_net *net = NULL;
     struct lum_service service;
-    struct signal_watch watch;
+    struct signal_watch watch = {.tokens = o->tokens, .auth = &auth, .log = log};
     signals_block(&watch);
     enum lum_status status = lum_service_open(&service, err);
     if (!status)
@@ -310,6 +344,7 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     }
     lum_net_destroy(net);
     lum_service_close(&service);
+    lum_auth_finish(&auth);
     return status;
 }
 
@@ -347,6 +382,7 @@ static const struct lum_command commands[] = {
     {"compare", lum_cmd_compare, lum_help_compare},
     {"measure", lum_cmd_measure, lum_help_measure},
     {"state", lum_cmd_state, lum_help_state},
+    {"token", lum_cmd_token, lum_help_token},
     {"photometry", lum_cmd_photometry, lum_help_photometry},
     {"scenes", lum_cmd_scenes, lum_help_scenes},
     {"methods", lum_cmd_methods, lum_help_methods},
@@ -371,6 +407,18 @@ static int no_command(const char *name)
     return LUM_EXIT_USAGE;
 }
 
+/* lumend help --man-of NAME SUMMARY: the build makes the pages of the other programs so, of their --help. */
+static int man_of(const char *name, const char *summary)
+{
+    char text[65536];
+    size_t n = fread(text, 1, sizeof text - 1, stdin);
+    text[n] = '\0';
+    if (n == 0 || n == sizeof text - 1)
+        return LUM_EXIT_FAILED;
+    lum_help_man_of(stdout, name, summary, text);
+    return fflush(stdout) == 0 ? LUM_EXIT_OK : LUM_EXIT_FAILED;
+}
+
 /* lumend help [COMMAND|--man] */
 static int cmd_help(const char *of)
 {
@@ -389,6 +437,8 @@ static int cmd_help(const char *of)
 int main(int argc, char **argv)
 {
     const char *first = argc > 1 ? argv[1] : "";
+    if (argc == 5 && strcmp(first, "help") == 0 && strcmp(argv[2], "--man-of") == 0)
+        return man_of(argv[3], argv[4]);
     if (strcmp(first, "help") == 0)
         return cmd_help(argc > 2 ? argv[2] : "");
     if (strcmp(first, "--version") == 0)

@@ -73,6 +73,10 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
     [LUM_SERVE_TOKEN_FILE] = {"token-file", "FILE", TEXT(token_file),
         .help = "who knows the token in FILE may connect; only its owner may read FILE (chmod 600). Without\n"
                 "it a random one is made and printed"},
+    [LUM_SERVE_TOKENS] = {"tokens", "FILE", TEXT(tokens),
+        .help = "people with a token each: a line NAME ROLE sha256:HASH [LAST DAY] for each, which\n"
+                "`lumend token` makes (see there what roles may do); chmod 600. SIGHUP reads it again, and\n"
+                "ends the sessions of who is gone or changed. Without --token-file nobody else may connect"},
     [LUM_SERVE_NO_AUTH] = {"no-auth", SWITCH(no_auth), .help = "no token at all; only for a loopback address"},
     [LUM_SERVE_ALLOW_HOST] = {"allow-host", "NAME,...", .fallback = "", TEXT(allow_host),
         .help = "names by which browsers may reach this server, beside localhost and addresses"},
@@ -107,6 +111,9 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
         .help = "the same pixels, bit for bit, whatever the number of threads"},
     [LUM_SERVE_LOG] = {"log", "LEVEL", .fallback = "info", OTHER(read_log),
         .help = "error, warning, info or debug; one line an event, on stderr"},
+    [LUM_SERVE_AUDIT] = {"audit", SWITCH(audit),
+        .help = "a line of the log for each edit: who, the revision, what was changed; and for who comes\n"
+                "and goes. They have the level audit, and none is left out"},
     [LUM_SERVE_HEALTHCHECK] = {"healthcheck", SWITCH(healthcheck),
         .help = "asks the server at --listen for its health: exit status 0 or 1"},
     [LUM_SERVE_PRINT_CONFIG] = {"print-config", SWITCH(print_config),
@@ -146,9 +153,9 @@ static enum lum_status take_flag(void *user, size_t i, const char *text, struct 
 static enum lum_status check_auth(const struct lum_serve_options *o, struct lum_error *err)
 {
     const char *given = o->given[LUM_SERVE_NO_AUTH];
-    if (o->no_auth && o->token_file)
+    if (o->no_auth && (o->token_file || o->tokens))
         return lum_fail(err, LUM_ERR_INVALID, "no-auth", "%s and %s exclude each other", given,
-                        o->given[LUM_SERVE_TOKEN_FILE]);
+                        o->given[o->token_file ? LUM_SERVE_TOKEN_FILE : LUM_SERVE_TOKENS]);
     if (o->no_auth && !o->listen.loopback)
         return lum_fail(err, LUM_ERR_INVALID, "no-auth",
                         "%s is refused on %s: anyone in reach could use this server; give --token-file", given,

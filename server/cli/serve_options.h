@@ -17,6 +17,7 @@ enum lum_serve_option {
     LUM_SERVE_SCENE,
     LUM_SERVE_LISTEN,
     LUM_SERVE_TOKEN_FILE,
+    LUM_SERVE_TOKENS,
     LUM_SERVE_NO_AUTH,
     LUM_SERVE_ALLOW_HOST,
     LUM_SERVE_ALLOW_ORIGIN,
@@ -33,6 +34,7 @@ enum lum_serve_option {
     LUM_SERVE_ISA,
     LUM_SERVE_DETERMINISTIC,
     LUM_SERVE_LOG,
+    LUM_SERVE_AUDIT,
     LUM_SERVE_HEALTHCHECK,
     LUM_SERVE_PRINT_CONFIG,
     LUM_SERVE_COUNT
@@ -40,11 +42,12 @@ enum lum_serve_option {
 
 struct lum_serve_options {
     /* Strings belong to argv and the environment. NULL: not given and no default. */
-    const char *scene, *token_file, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa, *sacn_join;
+    const char *scene, *token_file, *tokens, *allow_host, *allow_origin, *assets, *state, *importer, *method, *isa,
+        *sacn_join;
     enum lum_durability durability;
     struct lum_address listen;
     struct lum_address desk[LUM_DESK_PROTOCOL_COUNT]; /* host "": not given */
-    bool no_auth, deterministic, healthcheck, print_config;
+    bool no_auth, audit, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */
     uint32_t snapshot_kib;
     enum lum_log_level log;

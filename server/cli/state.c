@@ -12,6 +12,7 @@
 
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
+#include "server/base/write_file.h"
 #include "server/cli/help.h"
 #include "server/cli/option.h"
 #include "server/journal/journal.h"
@@ -38,7 +39,8 @@ struct options {
 
 #define AT(m) .offset = offsetof(struct options, m)
 static const struct lum_option_row rows[] = {
-    {"out", "FILE", .kind = LUM_OPTION_TEXT, AT(out), .help = "where to write; default: standard output"},
+    {"out", "FILE", .kind = LUM_OPTION_TEXT, AT(out),
+     .help = "where to write, all of it or nothing; default: standard output"},
     {"imports", .kind = LUM_OPTION_SWITCH, AT(imports),
      .help = "models stay import ops, which need the model files; default: all that they brought"},
 };
@@ -204,14 +206,21 @@ static void export_ops(struct exporting *e, const struct lum_document *doc)
 static enum lum_status export_scene(const struct state *s, const struct options *o, const char *path,
                                     struct lum_error *err)
 {
-    struct exporting e = {.out = o->out ? fopen(o->out, "w") : stdout, .err = err};
+    struct lum_part_file file = {.out = stdout};
     (void)path;
-    if (!e.out)
-        return lum_fail(err, LUM_ERR_IO, "state", "%.200s cannot be written", o->out);
+    if (o->out && lum_part_open(o->out, &file, err))
+        return LUM_ERR_IO;
+    struct exporting e = {.out = file.out, .err = err};
     fprintf(e.out, "{\"lumend\":1,\"kind\":\"scene\"}\n");
     (o->imports ? export_ops : export_flat)(&e, s->recovery.doc);
-    bool closed = o->out ? fclose(e.out) == 0 : fflush(stdout) == 0;
-    if (!e.status && !closed)
+    if (o->out) {
+        struct lum_error closing;
+        enum lum_status closed = lum_part_close(&file, !e.status, &closing);
+        if (closed)
+            *err = closing; /* says why */
+        return closed ? closed : e.status;
+    }
+    if (!e.status && fflush(stdout) != 0)
         e.status = lum_fail(err, LUM_ERR_IO, "state", "the scene cannot be written");
     return e.status;
 }

@@ -8,6 +8,7 @@
 #include <cjson/cJSON.h>
 
 #include "server/director/internal.h"
+#include "server/director/repeats.h"
 #include "server/director/saving.h"
 #include "server/world/apply.h"
 #include "server/world/scene_source.h"
@@ -29,7 +30,7 @@ static bool outdates_locked(const struct lum_director *d, const struct lum_reque
         return own && q->view_id == v->id && (!shielded || q->view.given & (LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(SIZE)));
     if (q->type == &lum_request_view_close)
         return own && q->view_id == v->id;
-    return q->type == &lum_request_session_closed && own;
+    return (q->type == &lum_request_session_closed || q->type == &lum_request_session_lost) && own;
 }
 
 bool lum_director_post(struct lum_director *d, struct lum_request *q)
@@ -43,10 +44,10 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
     q->n_bytes = n_read > q->n_bytes ? n_read : q->n_bytes;
     size_t most = LUM_REQUESTS_MAX_BYTES + (q->n_bytes <= LUM_REQUEST_SMALL_BYTES ? LUM_REQUESTS_RESERVE_BYTES : 0);
     pthread_mutex_lock(&d->lock);
-    /* a closed session must never be forgotten: there are no more of them than sessions */
+    /* what the net thread has to say of sessions must never be lost: there is no more of it than sessions */
     bool ok = (d->n_inbox < LUM_INBOX_MAX && atomic_load(&d->requests_bytes) + q->n_bytes <= most &&
                d->outbox_bytes <= LUM_OUTBOX_MAX_BYTES) ||
-              q->type == &lum_request_session_closed;
+              !q->type->name;
     if (ok) {
         q->next = NULL;
         *d->inbox_tail = q;
@@ -383,6 +384,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_sensors_destroy(d->sensors);
     lum_director_drop_all_probes(d);
     lum_director_drop_all_scene_gets(d);
+    lum_repeats_destroy(d->repeats);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);

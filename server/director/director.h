@@ -29,6 +29,7 @@ struct lum_director_config {
     const char *isa;                   /* of the ray tracing kernels; NULL: see world.h. Needed only while creating */
     uint32_t threads;
     bool deterministic;
+    bool audit;            /* a line of the log for each edit, at LUM_LOG_AUDIT */
     struct lum_desk *desk; /* started and stopped with the director, the caller's to destroy after; NULL: none */
     struct lum_log log;
     /* Called from the director's threads when the outbox or a stream has something new; must only wake the net thread.

@@ -11,7 +11,9 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/audit.h"
 #include "server/director/read_request.h"
+#include "server/director/repeats.h"
 #include "server/director/saving.h"
 #include "server/world/apply.h"
 #include "server/world/luminaires.h"
@@ -75,6 +77,10 @@ static void apply(struct lum_director *d, struct lum_request *q, struct lum_expa
     }
     if (!lum_director_may_edit(d, &err))
         goto refused;
+    if (!lum_repeats_reserve(d, q)) {
+        lum_proto_fail_memory(&err);
+        goto refused;
+    }
     if (q->has_base_rev && q->base_rev != lum_document_rev(d->world.doc)) {
         lum_proto_fail(&err, LUM_PROTO_APPLICATION, "rev_conflict", "base_rev",
                        "the scene is at revision %llu, not %llu", (unsigned long long)lum_document_rev(d->world.doc),
@@ -83,6 +89,7 @@ static void apply(struct lum_director *d, struct lum_request *q, struct lum_expa
     }
     if (!change_world(d, q, expansion, &p->changes, &err)) {
         note_forgotten_step(d, q, of);
+        lum_repeats_note_refused(d, q);
         goto refused;
     }
     if (entry)
@@ -121,9 +128,31 @@ static void start_import(struct lum_director *d, struct lum_request *q)
     *last = job;
 }
 
+/* True: the edit was done, or is under way, and q is taken over. */
+static bool answer_repeat(struct lum_director *d, struct lum_request *q)
+{
+    if (!q->repeat)
+        return false;
+    lum_director_commit(d); /* what is staged is known then */
+    if (lum_repeats_answer(d, q)) {
+        lum_request_destroy(q);
+        return true;
+    }
+    for (struct lum_import_job *job = d->jobs; job; job = job->next) {
+        if (strcmp(job->request->user, q->user) != 0 || strcmp(job->request->op_id, q->op_id) != 0)
+            continue;
+        lum_request_destroy(job->again);
+        job->again = q;
+        return true;
+    }
+    return false;
+}
+
 static void edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
+    if (answer_repeat(d, q))
+        return;
     if (q->type == &lum_request_scene_apply && lum_ops_need_import(&q->ops)) {
         struct lum_proto_error err;
         if (d->config.assets_dir && lum_director_may_edit(d, &err)) {
@@ -139,10 +168,24 @@ static void edit(struct lum_director *d, struct lum_request *q)
     apply(d, q, &none, NULL);
 }
 
+static void read_op_id(struct lum_json_reader *r, struct lum_request *q)
+{
+    lum_json_id(r, "op_id", q->op_id);
+    lum_json_bool(r, "repeat", &q->repeat);
+    if (q->repeat)
+        lum_json_require(r, "op_id");
+}
+
+static bool read_step(struct lum_json_reader *r, struct lum_request *q)
+{
+    read_op_id(r, q);
+    return lum_json_end(r);
+}
+
 static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
 {
     lum_id undo_group = "";
-    lum_json_id(r, "op_id", q->op_id);
+    read_op_id(r, q);
     lum_json_id(r, "undo_group", undo_group);
     q->has_base_rev = lum_json_u64(r, "base_rev", &q->base_rev);
     bool has_ops = lum_json_require(r, "ops");
@@ -157,10 +200,10 @@ const struct lum_request_type lum_request_scene_apply = {
     .name = "scene.apply", .read = read_scene_apply, .take = edit, .edits = true};
 
 const struct lum_request_type lum_request_scene_undo = {
-    .name = "scene.undo", .read = lum_request_read_nothing, .take = edit, .edits = true};
+    .name = "scene.undo", .read = read_step, .take = edit, .edits = true};
 
 const struct lum_request_type lum_request_scene_redo = {
-    .name = "scene.redo", .read = lum_request_read_nothing, .take = edit, .edits = true};
+    .name = "scene.redo", .read = read_step, .take = edit, .edits = true};
 
 /* ---- imports ---- */
 
@@ -203,9 +246,24 @@ static void *import_main(void *arg)
     return NULL;
 }
 
+/* Whoever asked first has gone: the answer is for the one who asked again. */
+static void answer_who_came_back(struct lum_import_job *job)
+{
+    struct lum_request *q = job->request, *again = job->again;
+    if (!again)
+        return;
+    char *rpc_id = q->rpc_id;
+    q->rpc_id = again->rpc_id;
+    again->rpc_id = rpc_id;
+    q->session = again->session;
+    lum_request_destroy(again);
+    job->again = NULL;
+}
+
 static void finish_import(struct lum_director *d, struct lum_import_job *job)
 {
     pthread_join(job->thread, NULL);
+    answer_who_came_back(job);
     count(d, job->ok ? &d->metrics.imports : &d->metrics.imports_failed);
     if (job->ok) {
         apply(d, job->request, &job->expansion, job->entry);
@@ -224,6 +282,7 @@ static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
     if (n_running > 0)
         return;
     d->jobs = job->next;
+    answer_who_came_back(job);
     lum_proto_fail(&job->error, LUM_PROTO_APPLICATION, "busy", "ops", "no thread for the import; try again");
     refuse_edit(d, job->request, &job->error);
     lum_free(job);
@@ -265,6 +324,7 @@ void lum_director_drop_imports(struct lum_director *d)
         lum_expansion_finish(&job->expansion);
         lum_entry_destroy(job->entry);
         lum_request_destroy(job->request);
+        lum_request_destroy(job->again);
         lum_free(job);
     }
     d->jobs = NULL;
@@ -322,7 +382,7 @@ static void announce(struct lum_director *d, const struct lum_staged_edit *p, cJ
     lum_json_add(changed, "ops", ops);
     if (emits)
         lum_json_add(changed, "emits", emits);
-    lum_director_send(d, LUM_OUT_BROADCAST, p->request->session, lum_rpc_notification("scene.changed", changed));
+    lum_director_send_changed(d, p->scene_rev, changed);
     count(d, &d->metrics.edits);
 }
 
@@ -360,6 +420,8 @@ void lum_director_commit(struct lum_director *d)
         struct lum_staged_edit *p = oldest_first;
         oldest_first = p->next;
         lum_director_submit(d, p);
+        lum_director_audit(d, p);
+        lum_repeats_note(d, p->request, p->scene_rev, p->seq);
         announce(d, p, oldest_first ? NULL : emits); /* with the newest edit: they are as after all of them */
         lum_director_keep_unsaved(d, p);
     }

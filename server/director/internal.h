@@ -60,6 +60,7 @@ struct lum_import_job {
     int64_t told_ns; /* when progress was last sent */
     char told_stage[32];
     /* director thread */
+    struct lum_request *again; /* the same edit, from one who was cut off meanwhile: it gets the answer. NULL: nobody */
     pthread_t thread;
     bool started;
     _Atomic bool done; /* set last by the import thread (release), read by the director (acquire) */
@@ -83,6 +84,7 @@ struct lum_director {
         int64_t heard_ns;             /* of the newest packet in them */
     } desk;
     struct lum_beside beside;
+    struct lum_repeats *repeats; /* by user */
     struct lum_server_view *views;
     uint32_t n_views, next_view_id;
     int64_t alive_due_ns;                            /* config.alive is called then */
@@ -123,6 +125,8 @@ bool lum_director_stopping(struct lum_director *d); /* any thread */
 void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lum_session_ref to, char *text);
 /* The same of news that nobody needs where too much waits: what a frame cost, how far an import is. */
 void lum_director_send_news(struct lum_director *d, struct lum_session_ref to, char *text);
+/* A scene.changed, which leads to this revision, to everybody. */
+void lum_director_send_changed(struct lum_director *d, uint64_t scene_rev, struct cJSON *params);
 void lum_director_send_stream(struct lum_director *d, struct lum_session_ref to, struct lum_stream *stream);
 void lum_director_send_closed(struct lum_director *d, struct lum_session_ref to, uint32_t view_id);
 /* Answers a request that has an rpc_id; result is consumed. */

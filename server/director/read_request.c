@@ -8,8 +8,10 @@
 #include "protocol/message/rpc.h"
 #include "server/base/suggest.h"
 
-#define ADDRESS(name) &lum_request_##name,
+#define ADDRESS(name, role) &lum_request_##name,
+#define LEAST(name, role) LUM_ROLE_##role,
 static const struct lum_request_type *const types[] = {LUM_REQUESTS(ADDRESS)};
+static const enum lum_role least[] = {LUM_REQUESTS(LEAST)}; /* of the same */
 
 bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q)
 {
@@ -24,24 +26,38 @@ bool lum_request_read_view_id(struct lum_json_reader *r, struct lum_request *q)
 
 static void fail_unknown(const char *method, struct lum_proto_error *err)
 {
-    const char *names[LUM_ARRAY_LEN(types) + 2] = {"session.hello", "frame.ack"}; /* the session's own */
+    static const char *const own[] = {"session.hello", "session.list", "session.end", "frame.ack"}; /* the session's */
+    const char *names[LUM_ARRAY_LEN(types) + LUM_ARRAY_LEN(own)];
+    memcpy(names, own, sizeof own);
     for (size_t i = 0; i < LUM_ARRAY_LEN(types); i++)
-        names[i + 2] = types[i]->name;
+        names[i + LUM_ARRAY_LEN(own)] = types[i]->name;
     char near[LUM_SUGGEST_BYTES];
     lum_nearest_among(method, names, LUM_ARRAY_LEN(names), near, sizeof near);
     lum_proto_fail(err, LUM_PROTO_NO_METHOD, "unsupported", "method", "there is no method \"%.64s\"%s", method, near);
 }
 
-struct lum_request *lum_request_read(struct lum_rpc *rpc, struct lum_proto_error *err)
+bool lum_request_allowed(const char *method, enum lum_role needs, enum lum_role role, struct lum_proto_error *err)
 {
-    const struct lum_request_type *type = NULL;
-    for (size_t i = 0; i < LUM_ARRAY_LEN(types) && !type; i++)
-        if (strcmp(types[i]->name, rpc->method) == 0)
-            type = types[i];
-    if (!type) {
-        fail_unknown(rpc->method, err);
+    return role >= needs ||
+           lum_proto_fail(err, LUM_PROTO_APPLICATION, "forbidden", "method", "%s needs the role %s, and yours is %s",
+                          method, lum_role_name(needs), lum_role_name(role));
+}
+
+/* NULL: there is none of that name, or it is not for that role. */
+static const struct lum_request_type *find_type(const char *method, enum lum_role role, struct lum_proto_error *err)
+{
+    for (size_t i = 0; i < LUM_ARRAY_LEN(types); i++)
+        if (strcmp(types[i]->name, method) == 0)
+            return lum_request_allowed(method, least[i], role, err) ? types[i] : NULL;
+    fail_unknown(method, err);
+    return NULL;
+}
+
+struct lum_request *lum_request_read(struct lum_rpc *rpc, enum lum_role role, struct lum_proto_error *err)
+{
+    const struct lum_request_type *type = find_type(rpc->method, role, err);
+    if (!type)
         return NULL;
-    }
     struct lum_request *q = lum_request_create(type);
     if (!q) {
         lum_proto_fail_memory(err);

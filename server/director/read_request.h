@@ -2,13 +2,17 @@
 #ifndef LUM_SERVER_DIRECTOR_READ_REQUEST_H
 #define LUM_SERVER_DIRECTOR_READ_REQUEST_H
 
+#include "server/base/role.h"
 #include "server/director/request.h"
 
 struct lum_json_reader;
 struct lum_rpc;
 
-/* A request with everything but the session filled in. NULL: err says what is wrong. Takes over rpc->id. */
-struct lum_request *lum_request_read(struct lum_rpc *rpc, struct lum_proto_error *err);
+/* A request with everything but the session filled in. NULL: err says what is wrong, or that it is not for this role.
+ * Takes over rpc->id. */
+struct lum_request *lum_request_read(struct lum_rpc *rpc, enum lum_role role, struct lum_proto_error *err);
+/* May this role ask for a method that needs the other? False: err names both. */
+bool lum_request_allowed(const char *method, enum lum_role needs, enum lum_role role, struct lum_proto_error *err);
 
 /* For lum_request_type.read: no params; the member view_id; that with x and y. */
 bool lum_request_read_nothing(struct lum_json_reader *r, struct lum_request *q);

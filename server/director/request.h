@@ -35,31 +35,35 @@ struct lum_request_type {
     void (*take)(struct lum_director *d, struct lum_request *q);
     bool edits; /* lum_director_commit answers it */
 };
-/* All that clients can ask for: X(scene_get) stands for the row lum_request_scene_get. */
+/* All that clients can ask for, and the least role that may: X(scene_get, VIEW) stands for the row
+ * lum_request_scene_get and LUM_ROLE_VIEW. Roles are held to this table alone, where a message becomes a request
+ * (read_request.c). */
 #define LUM_REQUESTS(X)                                                                                                \
-    X(scene_get)                                                                                                       \
-    X(scene_apply)                                                                                                     \
-    X(scene_undo)                                                                                                      \
-    X(scene_redo)                                                                                                      \
-    X(view_open)                                                                                                       \
-    X(view_update)                                                                                                     \
-    X(view_close)                                                                                                      \
-    X(view_read)                                                                                                       \
-    X(pick)                                                                                                            \
-    X(bounds)                                                                                                          \
-    X(photometry)                                                                                                      \
-    X(asset_list)                                                                                                      \
-    X(asset_photometry)                                                                                                \
-    X(daylight)                                                                                                        \
-    X(probe)                                                                                                           \
-    X(sensor_watch)                                                                                                    \
-    X(sensor_read)                                                                                                     \
-    X(sensor_place)                                                                                                    \
-    X(stats_get)
-#define LUM_REQUEST_DECLARE(name) extern const struct lum_request_type lum_request_##name;
+    X(scene_get, VIEW)                                                                                                 \
+    X(scene_apply, EDIT)                                                                                               \
+    X(scene_undo, EDIT)                                                                                                \
+    X(scene_redo, EDIT)                                                                                                \
+    X(view_open, VIEW)                                                                                                 \
+    X(view_update, VIEW)                                                                                               \
+    X(view_close, VIEW)                                                                                                \
+    X(view_read, VIEW)                                                                                                 \
+    X(pick, VIEW)                                                                                                      \
+    X(bounds, VIEW)                                                                                                    \
+    X(photometry, VIEW)                                                                                                \
+    X(asset_list, EDIT)                                                                                                \
+    X(asset_photometry, EDIT)                                                                                          \
+    X(daylight, VIEW)                                                                                                  \
+    X(probe, MEASURE)                                                                                                  \
+    X(sensor_watch, MEASURE)                                                                                           \
+    X(sensor_read, MEASURE)                                                                                            \
+    X(sensor_place, MEASURE)                                                                                           \
+    X(stats_get, VIEW)
+#define LUM_REQUEST_DECLARE(name, role) extern const struct lum_request_type lum_request_##name;
 LUM_REQUESTS(LUM_REQUEST_DECLARE)
 /* Notes of the net thread, without a reply. */
 extern const struct lum_request_type lum_request_session_closed, /* closes its views and forgets the user's history */
+    lum_request_session_lost,                                    /* closes its views; the user may come back */
+    lum_request_user_gone,                                       /* forgets the history of one who did not */
     lum_request_wake;                                            /* a stream wants a frame; never in the inbox */
 
 struct lum_request {
@@ -74,6 +78,7 @@ struct lum_request {
     struct lum_ops ops;      /* apply; owned */
     struct cJSON *ops_json;  /* their text as it came, for the journal; NULL: it is made anew. Owned */
     char op_id[LUM_LIMIT_ID_BYTES + 1];
+    bool repeat; /* edits: nobody knows whether the one with this op_id was done: only once, please */
     bool has_base_rev;
     uint64_t base_rev;
     bool expand;                 /* scene.get */
@@ -109,9 +114,10 @@ struct lum_out {
     size_t n_bytes;
     struct lum_stream *stream;
     uint32_t view_id;
-    uint64_t wait_seq; /* leaves when this entry of the journal is durable: it may know of it */
-    uint64_t edit_seq; /* the reply to the edit of that entry; 0: none */
-    char *rpc_id;      /* of that reply: it becomes a refusal if the entry is lost. Owned */
+    uint64_t wait_seq;  /* leaves when this entry of the journal is durable: it may know of it */
+    uint64_t scene_rev; /* of a scene.changed; 0: it is none */
+    uint64_t edit_seq;  /* the reply to the edit of that entry; 0: none */
+    char *rpc_id;       /* of that reply: it becomes a refusal if the entry is lost. Owned */
 };
 void lum_out_destroy(struct lum_out *o);
 

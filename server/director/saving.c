@@ -15,6 +15,8 @@
 #include "protocol/json/json.h"
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
+#include "server/director/audit.h"
+#include "server/director/repeats.h"
 #include "server/director/saving.h"
 #include "server/world/luminaires.h"
 
@@ -235,8 +237,7 @@ static void announce_inverse(struct lum_director *d, const struct lum_staged_edi
     lum_json_add(changed, "ops", inverse_ops(&p->changes));
     if (emits)
         lum_json_add(changed, "emits", emits);
-    lum_director_send(d, LUM_OUT_BROADCAST, (struct lum_session_ref){0},
-                      lum_rpc_notification("scene.changed", changed));
+    lum_director_send_changed(d, rev, changed);
 }
 
 /* Newest first. */
@@ -277,6 +278,8 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
 {
     struct lum_proto_error err;
     forget_durable(d);
+    if (d->config.durability == LUM_DURABILITY_COMMIT)
+        lum_repeats_lose(d, durable);
     struct lum_staged_edit *lost = reversed(d->unsaved);
     uint64_t rev = lum_document_rev(d->world.doc);
     d->unsaved = NULL;
@@ -288,7 +291,8 @@ static void take_back_lost(struct lum_director *d, uint64_t durable, const char 
     bool changed = lost != NULL;
     for (struct lum_staged_edit *p = lost, *next; p; p = next) {
         next = p->next;
-        announce_inverse(d, p, ++rev, next ? NULL : emits); /* with the last: they are as after all */
+        lum_director_audit_lost(d, p, ++rev);
+        announce_inverse(d, p, rev, next ? NULL : emits); /* with the last: they are as after all */
         lum_director_free_edit(p);
     }
     if (changed)

@@ -44,6 +44,21 @@ void lum_director_send(struct lum_director *d, enum lum_out_kind kind, struct lu
     send_out(d, o);
 }
 
+void lum_director_send_changed(struct lum_director *d, uint64_t scene_rev, struct cJSON *params)
+{
+    char *text = lum_rpc_notification("scene.changed", params);
+    struct lum_out *o = text ? out_create(LUM_OUT_BROADCAST, (struct lum_session_ref){0}) : NULL;
+    if (!o) {
+        lum_log(&d->config.log, LUM_LOG_ERROR, "director", "no memory to tell of a change, ignoring");
+        free(text);
+        return;
+    }
+    o->text = text;
+    o->n_bytes = strlen(text);
+    o->scene_rev = scene_rev;
+    send_out(d, o);
+}
+
 void lum_director_send_news(struct lum_director *d, struct lum_session_ref to, char *text)
 {
     pthread_mutex_lock(&d->lock);

@@ -10,6 +10,7 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/read_request.h"
+#include "server/director/repeats.h"
 #include "server/director/saving.h"
 
 #define SHIELD_NS 2000000000ll     /* a first pass slower than this shows a drag nothing anyway */
@@ -147,7 +148,7 @@ static void view_close(struct lum_director *d, const struct lum_request *q)
 const struct lum_request_type lum_request_view_close = {
     .name = "view.close", .read = read_view_close, .answer = view_close};
 
-static void session_closed(struct lum_director *d, const struct lum_request *q)
+static void session_lost(struct lum_director *d, const struct lum_request *q)
 {
     for (struct lum_server_view **at = &d->views; *at;) {
         if (lum_session_same((*at)->session, q->session))
@@ -159,12 +160,25 @@ static void session_closed(struct lum_director *d, const struct lum_request *q)
     lum_director_drop_probes(d, q->session);
     lum_director_drop_scene_gets(d, q->session);
     lum_director_drop_assets(d, q->session);
+}
+
+static void user_gone(struct lum_director *d, const struct lum_request *q)
+{
+    lum_repeats_forget(d, q->user);
     if (lum_document_next_undo(d->world.doc, q->user, false) || lum_document_next_undo(d->world.doc, q->user, true))
         lum_director_note(d, LUM_ENTRY_FORGET, q->user, 0);
     lum_document_forget_user(d->world.doc, q->user);
 }
 
+static void session_closed(struct lum_director *d, const struct lum_request *q)
+{
+    session_lost(d, q);
+    user_gone(d, q);
+}
+
 const struct lum_request_type lum_request_session_closed = {.answer = session_closed};
+const struct lum_request_type lum_request_session_lost = {.answer = session_lost};
+const struct lum_request_type lum_request_user_gone = {.answer = user_gone};
 
 void lum_director_refresh_views(struct lum_director *d, int64_t received_ns)
 {

@@ -98,11 +98,13 @@ static int usage(FILE *out, int status)
 {
     fputs(
         "usage: lumend-import --to-jsonl FILE\n"
-        "          prints a model (glTF, GLB, OBJ, FBX and others) as a .jsonl scene, which lumend --scene takes: to\n"
-        "          see what an import brings, or to edit it by hand\n"
-        "   or: lumend-import model|image|web NAME ID CPU_S\n"
-        "          run by lumend, which hands out files on descriptor 3\n"
-        "   or: lumend-import --help | --version\n",
+        "       lumend-import model|image|web NAME ID CPU_S\n"
+        "       lumend-import --help | --version\n"
+        "Reads models and pictures for lumend, which runs it and hands out files on descriptor 3. It shuts\n"
+        "itself in before it reads anything: no network, no files, memory and time with an end.\n"
+        "\n"
+        "  --to-jsonl FILE    prints a model (glTF, GLB, OBJ, FBX and others) as a .jsonl scene, which lumend --scene\n"
+        "                     takes: to see what an import brings, or to edit it by hand\n",
         out);
     return status;
 }

@@ -2,12 +2,12 @@
 #include "server/net/auth.h"
 
 #include <errno.h>
-#include <fcntl.h>
+#include <stdatomic.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/random.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include "server/net/secret_file.h"
 
 static const char token_alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.~";
 
@@ -44,43 +44,26 @@ static enum lum_status token_from_line(const char *path, const char *line, struc
 
 enum lum_status lum_auth_from_file(const char *path, struct lum_auth *ret_auth, struct lum_error *err)
 {
-    enum lum_status status;
-    struct stat st;
     char line[LUM_TOKEN_MAX_BYTES + 3];
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return lum_fail(err, LUM_ERR_IO, "token-file",
-                        "cannot read the token file %s: %s (without --token-file a token is made)", path,
-                        strerror(errno));
-    if (fstat(fd, &st)) {
-        status = lum_fail(err, LUM_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
-        goto done;
-    }
-    if (st.st_mode & (S_IRWXG | S_IRWXO)) {
-        status = lum_fail(err, LUM_ERR_INVALID, "token-file",
-                          "%s: its mode is %03o, so others than its owner may use it: chmod 600 %s", path,
-                          (unsigned)st.st_mode & 0777u, path);
-        goto done;
-    }
-    ssize_t n = read(fd, line, sizeof line - 1);
-    if (n < 0) {
-        status = lum_fail(err, LUM_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
-        goto done;
-    }
-    line[n] = '\0';
+    size_t n;
+    enum lum_status status = lum_secret_file_read("token-file", path, line, sizeof line, &n, err);
+    if (status)
+        return status;
     line[strcspn(line, "\n")] = '\0';
-    status = token_from_line(path, line, ret_auth, err);
-done:
-    close(fd);
-    return status;
+    return token_from_line(path, line, ret_auth, err);
 }
 
-bool lum_auth_check(const struct lum_auth *auth, const char *token)
+void lum_auth_finish(struct lum_auth *auth)
 {
-    if (!auth->required)
-        return true;
-    size_t n = token ? strlen(token) : 0, expected = strlen(auth->token);
-    if (n != expected)
+    lum_free(auth->people);
+    lum_free(atomic_exchange(&auth->offered, NULL));
+    auth->people = NULL;
+}
+
+static bool is_the_one(const struct lum_auth *auth, const char *token)
+{
+    size_t n = strlen(token), expected = strlen(auth->token);
+    if (n != expected || expected == 0)
         return false;
     volatile unsigned char differs = 0; /* volatile: no early exit by the optimiser */
     for (size_t i = 0; i < n; i++)
@@ -88,9 +71,61 @@ bool lum_auth_check(const struct lum_auth *auth, const char *token)
     return differs == 0;
 }
 
-bool lum_auth_check_header(const struct lum_auth *auth, const char *authorization)
+/* Both are asked, whatever the first says. */
+static const struct lum_person *find(const struct lum_auth *auth, const char *token, const struct lum_person *one)
+{
+    uint8_t sha[LUM_TOKEN_SHA_BYTES];
+    const struct lum_person *named = NULL;
+    bool is_one = is_the_one(auth, token);
+    if (auth->people && token[0] && lum_token_sha(token, sha))
+        named = lum_people_find(auth->people, sha);
+    return named ? named : is_one ? one : NULL;
+}
+
+bool lum_auth_check(const struct lum_auth *auth, const char *token, int64_t now_s, struct lum_person *ret_person,
+                    struct lum_error *err)
+{
+    const struct lum_person all = {.role = LUM_ROLE_EDIT, .ends_s = LUM_NEVER_S};
+    token = token ? token : "";
+    const struct lum_person *p = auth->required ? find(auth, token, &all) : &all;
+    if (p && now_s < p->ends_s) {
+        *ret_person = *p;
+        return true;
+    }
+    if (p)
+        lum_fail(err, LUM_ERR_INVALID, "token", "the time of this token, of %s, is over", p->name);
+    else if (token[0])
+        lum_fail(err, LUM_ERR_INVALID, "token", "this is not %s token of this server", auth->people ? "a" : "the");
+    else
+        lum_fail(err, LUM_ERR_INVALID, "token", "a token is needed: %s",
+                 auth->people ? "yours is known to who runs this server" : "it is in the URL that the server printed");
+    return false;
+}
+
+bool lum_auth_check_header(const struct lum_auth *auth, const char *authorization, int64_t now_s)
 {
     static const char scheme[] = "Bearer ";
+    struct lum_person person;
     bool bearer = authorization && strncasecmp(authorization, scheme, sizeof scheme - 1) == 0;
-    return lum_auth_check(auth, bearer ? authorization + sizeof scheme - 1 : NULL);
+    return lum_auth_check(auth, bearer ? authorization + sizeof scheme - 1 : NULL, now_s, &person, NULL);
+}
+
+bool lum_auth_still(const struct lum_auth *auth, const struct lum_person *person, int64_t now_s)
+{
+    return now_s < person->ends_s && (person->name[0] == '\0' || lum_people_have(auth->people, person));
+}
+
+void lum_auth_offer(struct lum_auth *auth, struct lum_people *people)
+{
+    lum_free(atomic_exchange(&auth->offered, people));
+}
+
+bool lum_auth_take_offered(struct lum_auth *auth)
+{
+    struct lum_people *people = atomic_exchange(&auth->offered, NULL);
+    if (!people)
+        return false;
+    lum_free(auth->people);
+    auth->people = people;
+    return true;
 }

@@ -29,10 +29,14 @@ static struct cJSON *limits_object(void)
     return object;
 }
 
-struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user)
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const struct lum_hello_answer *a)
 {
     struct cJSON *result = cJSON_CreateObject();
-    bool ok = lum_json_add_string(result, "session", user) && lum_json_add_string(result, "role", "edit") &&
+    bool ok = lum_json_add_string(result, "session", a->user) &&
+              lum_json_add_string(result, "role", lum_role_name(a->role)) &&
+              lum_json_add_string(result, "key", a->key) && lum_json_add_bool(result, "resumed", a->resumed) &&
+              (a->missed < 0 ? lum_json_add(result, "missed", cJSON_CreateNull())
+                             : lum_json_add_number(result, "missed", a->missed)) &&
               lum_json_add_bool(result, "imports", config->imports) &&
               lum_json_add_string(result, "saved", config->saved ? config->saved : "no") &&
               lum_json_add(result, "limits", limits_object()) &&
@@ -52,6 +56,8 @@ bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, stru
     lum_json_string(&r, "token", hello.token, sizeof hello.token);
     lum_json_string(&r, "client", hello.client, sizeof hello.client);
     lum_json_id(&r, "resume", hello.resume);
+    lum_json_string(&r, "key", hello.key, sizeof hello.key);
+    hello.has_scene_rev = lum_json_u64(&r, "scene_rev", &hello.scene_rev);
     *ret_hello = hello;
     return lum_json_end(&r);
 }

@@ -13,10 +13,20 @@ struct lum_hello {
     char token[LUM_TOKEN_MAX_BYTES + 1]; /* "": none */
     char client[LUM_LIMIT_ID_BYTES + 1]; /* how it calls itself */
     lum_id resume;                       /* a name from before, which who was cut off may take again; "": none */
+    char key[LUM_LIMIT_ID_BYTES + 1];    /* of that session */
+    bool has_scene_rev;
+    uint64_t scene_rev; /* the newest that the client knows */
 };
 
 LUM_MUST_USE bool lum_hello_read(const struct lum_rpc *rpc, struct lum_hello *ret_hello, struct lum_proto_error *err);
-/* The reply to the session of that name. NULL: memory is short. */
-struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const char *user);
+struct lum_hello_answer {
+    const char *user;
+    enum lum_role role;
+    const char *key;
+    bool resumed;
+    int missed; /* changes that are told after the reply; -1: nobody knows which there were */
+};
+/* The reply. NULL: memory is short. */
+struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const struct lum_hello_answer *answer);
 
 #endif

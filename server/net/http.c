@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "server/base/embed.h"
 #include "server/director/director.h"
@@ -11,16 +12,17 @@
 #include "server/net/metrics.h"
 
 const char *const lum_http_headers[][2] = {
-    /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket. */
-    {"content-security-policy:",
-     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-     "connect-src 'self' ws: wss:; worker-src 'self' blob:; font-src 'self'; manifest-src 'self'; "
-     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+    /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket of this
+       server. */
+    {"content-security-policy:", "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+                                 "connect-src 'self'; worker-src 'self' blob:; font-src 'self'; manifest-src 'self'; "
+                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
     {"x-content-type-options:", "nosniff"},
     /* the token is in the fragment, which is not sent; the path need not be either */
     {"referrer-policy:", "no-referrer"},
     {"cross-origin-opener-policy:", "same-origin"},
     {"cross-origin-resource-policy:", "same-origin"},
+    {"permissions-policy:", "camera=(), microphone=(), geolocation=(), payment=(), usb=()"},
     {NULL, NULL},
 };
 
@@ -144,7 +146,7 @@ void lum_http_get(const struct lum_http_site *site, const char *path, const char
         set_text(ret_response, alive ? 200 : 503, alive ? "ok\n" : why);
     else if (strcmp(path, "/readyz") == 0)
         set_text(ret_response, why ? 503 : 200, why ? why : "ready\n");
-    else if (strcmp(path, "/metrics") == 0 && !lum_auth_check_header(site->auth, authorization))
+    else if (strcmp(path, "/metrics") == 0 && !lum_auth_check_header(site->auth, authorization, time(NULL)))
         lum_http_error(401, ret_response);
     else if (strcmp(path, "/metrics") == 0)
         get_metrics(site, ret_response);

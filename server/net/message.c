@@ -17,6 +17,10 @@ const char *lum_close_reason(enum lum_close code)
         return "too many sessions";
     case LUM_CLOSE_AUTH:
         return "no session.hello with the right token";
+    case LUM_CLOSE_REVOKED:
+        return "this token was changed or taken away";
+    case LUM_CLOSE_RESUMED:
+        return "the session goes on by another connection";
     case LUM_CLOSE_SLOW:
         return "too much text waits to be read";
     default:

@@ -17,6 +17,8 @@ enum lum_close {
     LUM_CLOSE_RESTART = 1012,  /* the server stops */
     LUM_CLOSE_BUSY = 1013,     /* too many sessions */
     LUM_CLOSE_AUTH = 4001,     /* wrong token, or no hello in time */
+    LUM_CLOSE_REVOKED = 4003,  /* the token, or its role, was taken away meanwhile */
+    LUM_CLOSE_RESUMED = 4009,  /* another connection went on with this session */
     LUM_CLOSE_SLOW = 4008,     /* LUM_LIMIT_CONTROL_QUEUE_BYTES of text wait: the client does not read */
 };
 

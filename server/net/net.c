@@ -23,6 +23,7 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/socket.h>
+#include <time.h>
 
 #include <libwebsockets.h>
 
@@ -354,6 +355,8 @@ static int ws_receive(struct lum_net *net, struct conn *c, const char *bytes, si
     lum_rx_clear(&c->rx);
     if (lum_session_greeted(c->session))
         keep_for_good(wsi);
+    if (lum_sessions_take_ended(net->sessions))
+        lum_net_wake(net);
     serve(net, c);
     return 0;
 }
@@ -410,6 +413,8 @@ static void look_around(struct lum_net *net)
         net->site.draining = true;
         lum_sessions_begin_drain(net->sessions);
     }
+    if (lum_auth_take_offered(net->config.auth))
+        lum_sessions_review(net->sessions, time(NULL));
     lum_sessions_deliver(net->sessions);
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (net->conns[i])
@@ -451,6 +456,10 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return c->session ? ws_writeable(net, c) : -1;
     case LWS_CALLBACK_TIMER:
         return c ? ws_timer(c) : 0;
+    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE:
+        if (c->session && len >= 2 && ((const uint8_t *)in)[0] == 1000 >> 8 && ((const uint8_t *)in)[1] == (1000 & 255))
+            lum_session_leave(c->session);
+        return 0;
     case LWS_CALLBACK_CLOSED:
         ws_closed(net, c);
         return 0;

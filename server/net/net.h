@@ -15,7 +15,7 @@ struct lum_net;
 struct lum_net_config {
     struct lum_address address;
     struct lum_access access;
-    const struct lum_auth *auth; /* outlives the net */
+    struct lum_auth *auth; /* outlives the net, whose thread takes what lum_auth_offer gave */
     struct lum_log log;
 };
 

@@ -1,9 +1,8 @@
 #include "server/net/session.h"
 
-#include <netinet/in.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -11,40 +10,10 @@
 #include "protocol/message/rpc.h"
 #include "server/base/log.h"
 #include "server/director/read_request.h"
-#include "server/net/bucket.h"
-#include "server/net/hello.h"
 #include "server/net/metrics.h"
-#include "server/net/text_queue.h"
-#include "server/net/user_name.h"
+#include "server/net/session_internal.h"
 
 #define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */
-
-struct lum_session {
-    struct lum_sessions *table; /* immutable */
-    struct lum_session_ref ref; /* generation changes with each use of the slot */
-    bool open, greeted, close_after_text;
-    bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
-    enum lum_close close;
-    char user[LUM_LIMIT_ID_BYTES + 1];
-    char peer[INET6_ADDRSTRLEN];
-    struct lum_bucket bytes;    /* paid before anybody looks at what came */
-    struct lum_bucket messages; /* paid for what the director is asked */
-    struct lum_text_queue text;
-    struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
-    uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
-    /* The message being sent: one of the two. */
-    struct lum_text *sending_text;
-    struct lum_encoded_tile *sending_tile;
-};
-
-struct lum_sessions {
-    struct lum_sessions_config config;
-    bool draining;
-    uint32_t n_greeted;
-    int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
-    uint32_t n_untold;       /* wrong tokens since then */
-    struct lum_session slots[LUM_LIMIT_CONNECTIONS];
-};
 
 enum lum_status lum_sessions_create(const struct lum_sessions_config *config, struct lum_sessions **ret_sessions,
                                     struct lum_error *err)
@@ -57,6 +26,7 @@ enum lum_status lum_sessions_create(const struct lum_sessions_config *config, st
         t->slots[i].table = t;
         t->slots[i].ref.slot = i;
     }
+    t->changes.before = lum_director_scene_rev(config->director);
     *ret_sessions = t;
     return LUM_OK;
 }
@@ -65,32 +35,33 @@ void lum_sessions_destroy(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; sessions && i < LUM_LIMIT_CONNECTIONS; i++)
         lum_session_close(&sessions->slots[i]);
+    if (sessions)
+        lum_sessions_drop_changes(sessions);
     lum_free(sessions);
 }
 
 /* ---- outgoing text ---- */
 
 /* A text that cannot be queued would be lost, so the session ends instead. */
-static void queue_text(struct lum_session *s, struct lum_text *t)
+void lum_session_queue_text(struct lum_session *s, struct lum_text *t)
 {
     enum lum_status status = lum_text_queue_push(&s->text, t, LUM_LIMIT_CONTROL_QUEUE_BYTES);
     if (status != LUM_OK)
         lum_session_abort(s, status == LUM_ERR_NOMEM ? LUM_CLOSE_INTERNAL : LUM_CLOSE_SLOW);
 }
 
-static void say(struct lum_session *s, char *bytes)
+void lum_session_say(struct lum_session *s, char *bytes)
 {
     struct lum_text *t = lum_text_create(bytes);
-    queue_text(s, t);
+    lum_session_queue_text(s, t);
     lum_text_unref(t);
 }
 
-/* The error reply; without an id (a notification) the client cannot be told. */
-static void refuse(struct lum_session *s, const char *id, const struct lum_proto_error *err)
+void lum_session_refuse(struct lum_session *s, const char *id, const struct lum_proto_error *err)
 {
     s->table->config.counters->messages_refused++;
     if (id)
-        say(s, lum_rpc_error(id, err));
+        lum_session_say(s, lum_rpc_error(id, err));
 }
 
 /* ---- open and close ---- */
@@ -131,7 +102,7 @@ static void forget_message(struct lum_session *s)
 }
 
 /* A request without reply. False when the inbox is full or memory is short. */
-static bool post_plain(struct lum_session *s, const struct lum_request_type *type)
+bool lum_session_post(struct lum_session *s, const struct lum_request_type *type)
 {
     struct lum_request *q = lum_request_create(type);
     if (!q)
@@ -158,9 +129,20 @@ void lum_session_close(struct lum_session *s)
     if (!s->greeted)
         return;
     s->table->n_greeted--;
-    lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s left", s->user);
-    /* who is cut off because the server stops may come back, and finds her undo again */
-    s->leaving = !s->table->draining && !post_plain(s, &lum_request_session_closed);
+    lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s left",
+            s->user);
+    if (s->table->draining)
+        return; /* who is cut off because the server stops may come back, and finds her undo again */
+    bool for_good = !s->superseded && (s->done || s->close == LUM_CLOSE_REVOKED);
+    s->farewell = for_good ? &lum_request_session_closed : &lum_request_session_lost;
+    if (!for_good && !s->superseded)
+        lum_session_park(s, lum_clock_ns());
+    s->leaving = !lum_session_post(s, s->farewell);
+}
+
+void lum_session_leave(struct lum_session *s)
+{
+    s->done = true;
 }
 
 uint32_t lum_session_slot(const struct lum_session *s)
@@ -176,6 +158,13 @@ bool lum_session_greeted(const struct lum_session *s)
 size_t lum_session_max_bytes(const struct lum_session *s)
 {
     return s->greeted ? LUM_LIMIT_MESSAGE_BYTES : HELLO_MAX_BYTES;
+}
+
+bool lum_sessions_take_ended(struct lum_sessions *sessions)
+{
+    bool ended = sessions->ended;
+    sessions->ended = false;
+    return ended;
 }
 
 void lum_session_abort(struct lum_session *s, enum lum_close code)
@@ -194,88 +183,6 @@ void lum_session_abort_after_text(struct lum_session *s, enum lum_close code)
     s->close_after_text = true;
 }
 
-/* ---- hello ---- */
-
-static bool name_is_free(const struct lum_sessions *t, const char *user)
-{
-    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (t->slots[i].open && t->slots[i].greeted && strcmp(t->slots[i].user, user) == 0)
-            return false;
-    return true;
-}
-
-/* resume: a name from before, which who was cut off may take again. */
-static void set_user(struct lum_session *s, const char *client, const char *resume)
-{
-    if (resume[0] && name_is_free(s->table, resume)) {
-        memcpy(s->user, resume, sizeof s->user);
-        return;
-    }
-    lum_user_name(client, s->ref, s->table->config.starts, s->user);
-    while (!name_is_free(s->table, s->user) && strlen(s->user) + 1 < sizeof s->user)
-        strcat(s->user, "_");
-}
-
-static void refuse_hello(struct lum_session *s, const struct lum_rpc *rpc, const struct lum_proto_error *err,
-                         enum lum_close code)
-{
-    s->table->config.counters->sessions_refused++;
-    refuse(s, rpc->id, err);
-    lum_session_abort_after_text(s, code);
-}
-
-/* One line a second at most: who tries tokens in a loop shall not push other lines out of the log. Never the token. */
-static void log_refusal(const struct lum_session *s, bool has_token, int64_t now_ns)
-{
-    struct lum_sessions *t = s->table;
-    if (t->refusal_told_ns && now_ns - t->refusal_told_ns < 1000000000) {
-        t->n_untold++;
-        return;
-    }
-    char more[40] = "";
-    if (t->n_untold)
-        snprintf(more, sizeof more, ", after %u others", t->n_untold);
-    lum_log(&t->config.log, LUM_LOG_INFO, "session", "%s turned away: %s token%s", s->peer, has_token ? "wrong" : "no",
-            more);
-    t->refusal_told_ns = now_ns;
-    t->n_untold = 0;
-}
-
-static void receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns)
-{
-    struct lum_proto_error err;
-    struct lum_hello hello;
-    if (s->greeted) {
-        lum_proto_fail(&err, LUM_PROTO_BAD_REQUEST, "conflict", "method", "hello was said already");
-        refuse(s, rpc->id, &err);
-        return;
-    }
-    if (!lum_hello_read(rpc, &hello, &err)) {
-        refuse(s, rpc->id, &err);
-        return;
-    }
-    if (!lum_auth_check(s->table->config.auth, hello.token)) {
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "not_authorised", "token", "%s",
-                       hello.token[0] ? "this is not the token of this server"
-                                      : "a token is needed: it is in the URL that the server printed");
-        refuse_hello(s, rpc, &err, LUM_CLOSE_AUTH);
-        log_refusal(s, hello.token[0], now_ns);
-        return;
-    }
-    if (s->table->n_greeted == LUM_LIMIT_SESSIONS) {
-        lum_proto_fail(&err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "this server has its %u sessions already",
-                       LUM_LIMIT_SESSIONS);
-        refuse_hello(s, rpc, &err, LUM_CLOSE_BUSY);
-        return;
-    }
-    set_user(s, hello.client, hello.resume);
-    s->greeted = true;
-    s->table->n_greeted++;
-    lum_log(&s->table->config.log, LUM_LOG_INFO, "session", "%s came", s->user);
-    if (rpc->id)
-        say(s, lum_rpc_result(rpc->id, lum_hello_result(&s->table->config, s->user)));
-}
-
 /* ---- incoming text ---- */
 
 static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_proto_error *err)
@@ -290,7 +197,7 @@ static bool charge_message(struct lum_session *s, int64_t now_ns, struct lum_pro
 static void wake_director(struct lum_session *s, struct lum_stream *stream)
 {
     if (lum_stream_wants_frame(stream))
-        (void)post_plain(s, &lum_request_wake);
+        (void)lum_session_post(s, &lum_request_wake);
 }
 
 static bool read_ack(const struct lum_rpc *rpc, uint32_t *ret_view_id, uint64_t *ret_frame_seq,
@@ -337,17 +244,17 @@ static void receive_ack(struct lum_session *s, const struct lum_rpc *rpc, int64_
     else if (!take_ack(s, view_id, frame_seq))
         ok = charge_message(s, now_ns, &err);
     if (!ok)
-        refuse(s, rpc->id, &err);
+        lum_session_refuse(s, rpc->id, &err);
     else if (rpc->id)
-        say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
+        lum_session_say(s, lum_rpc_result(rpc->id, cJSON_CreateObject()));
 }
 
 static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t now_ns, size_t n_bytes)
 {
     struct lum_proto_error err;
-    struct lum_request *q = lum_request_read(rpc, &err);
+    struct lum_request *q = lum_request_read(rpc, s->person.role, &err);
     if (!q) {
-        refuse(s, rpc->id, &err);
+        lum_session_refuse(s, rpc->id, &err);
         return;
     }
     q->session = s->ref;
@@ -360,7 +267,7 @@ static void receive_request(struct lum_session *s, struct lum_rpc *rpc, int64_t 
     if (lum_director_post(s->table->config.director, q))
         return;
     lum_proto_fail(&err, LUM_PROTO_APPLICATION, "busy", "", "too many requests wait; try again");
-    refuse(s, q->rpc_id, &err);
+    lum_session_refuse(s, q->rpc_id, &err);
     lum_request_destroy(q);
 }
 
@@ -390,26 +297,35 @@ int64_t lum_session_charge(struct lum_session *s, const char *bytes, size_t n, b
     return wait_ns;
 }
 
+/* Asked before anything is taken from a session, or news are sent to it. */
+static bool outstayed(struct lum_session *s)
+{
+    bool over = s->greeted && time(NULL) >= s->person.ends_s;
+    if (over)
+        lum_session_abort(s, LUM_CLOSE_REVOKED);
+    return over;
+}
+
 void lum_session_receive(struct lum_session *s, const char *text, size_t n_bytes)
 {
     struct lum_proto_error err;
     struct lum_rpc rpc;
     int64_t now_ns = lum_clock_ns();
     struct lum_net_counters *counters = s->table->config.counters;
-    if (s->close)
+    if (s->close || outstayed(s))
         return;
     counters->messages++;
     counters->rx_bytes += n_bytes;
     if (!lum_rpc_parse(text, n_bytes, &rpc, &err)) {
-        refuse(s, rpc.id ? rpc.id : "null", &err);
+        lum_session_refuse(s, rpc.id ? rpc.id : "null", &err);
         (void)lum_bucket_take(&s->messages, now_ns);
     } else if (s->greeted && strcmp(rpc.method, "frame.ack") == 0) {
         receive_ack(s, &rpc, now_ns);
     } else if (!admit(s, &rpc, now_ns, &err)) {
-        refuse(s, rpc.id, &err);
+        lum_session_refuse(s, rpc.id, &err);
     } else if (strcmp(rpc.method, "session.hello") == 0) {
-        receive_hello(s, &rpc, now_ns);
-    } else {
+        lum_session_receive_hello(s, &rpc, now_ns);
+    } else if (!lum_session_administer(s, &rpc)) {
         receive_request(s, &rpc, now_ns, n_bytes);
     }
     lum_rpc_finish(&rpc);
@@ -444,13 +360,27 @@ static void remove_stream(struct lum_session *s, uint32_t view_id)
     }
 }
 
+void lum_sessions_review(struct lum_sessions *sessions, int64_t now_s)
+{
+    for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++) {
+        struct lum_session *s = &sessions->slots[i];
+        if (!s->open || !s->greeted || s->close || lum_auth_still(sessions->config.auth, &s->person, now_s))
+            continue;
+        lum_log(&sessions->config.log, LUM_LOG_INFO, "session", "%s is sent away: its token is no more what it was",
+                s->user);
+        lum_session_abort(s, LUM_CLOSE_REVOKED);
+    }
+}
+
 static void broadcast(struct lum_sessions *sessions, struct lum_out *out)
 {
     struct lum_text *t = lum_text_create(out->text);
     out->text = NULL;
+    if (out->scene_rev)
+        lum_sessions_keep_change(sessions, out->scene_rev, t);
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
-        if (sessions->slots[i].open && sessions->slots[i].greeted)
-            queue_text(&sessions->slots[i], t);
+        if (sessions->slots[i].open && sessions->slots[i].greeted && !outstayed(&sessions->slots[i]))
+            lum_session_queue_text(&sessions->slots[i], t);
     lum_text_unref(t);
 }
 
@@ -468,7 +398,7 @@ static void deliver(struct lum_sessions *sessions, struct lum_out *out)
     } else if (out->kind == LUM_OUT_VIEW_CLOSED) {
         remove_stream(s, out->view_id);
     } else {
-        say(s, out->text);
+        lum_session_say(s, out->text);
         out->text = NULL;
     }
 }
@@ -477,7 +407,8 @@ void lum_sessions_deliver(struct lum_sessions *sessions)
 {
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (sessions->slots[i].leaving)
-            sessions->slots[i].leaving = !post_plain(&sessions->slots[i], &lum_request_session_closed);
+            sessions->slots[i].leaving = !lum_session_post(&sessions->slots[i], sessions->slots[i].farewell);
+    lum_sessions_forget_parked(sessions, lum_clock_ns());
     struct lum_out *out = lum_director_take_outbox(sessions->config.director);
     while (out) {
         struct lum_out *next = out->next;
@@ -495,7 +426,7 @@ void lum_sessions_begin_drain(struct lum_sessions *sessions)
         if (!s->open)
             continue;
         if (s->greeted)
-            say(s, lum_rpc_notification("session.closing", cJSON_CreateObject()));
+            lum_session_say(s, lum_rpc_notification("session.closing", cJSON_CreateObject()));
         lum_session_abort_after_text(s, LUM_CLOSE_RESTART);
     }
 }

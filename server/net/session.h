@@ -23,6 +23,7 @@ struct lum_sessions_config {
     struct lum_net_counters *counters;
     bool imports;      /* there is a folder of assets */
     const char *saved; /* when an edit is on disk: "commit", "interval"; NULL: never */
+    bool audit;        /* who comes and goes is logged whatever the level of the log, and its rate */
     uint64_t starts;   /* of daemons with the state: names of users are not given again; 0: nothing is kept */
     struct lum_log log;
 };
@@ -35,9 +36,19 @@ void lum_sessions_deliver(struct lum_sessions *sessions);
 /* Tells every session that the server stops; each closes with LUM_CLOSE_RESTART once its text is out. */
 void lum_sessions_begin_drain(struct lum_sessions *sessions);
 
+/* Ends the sessions of people whose token is no more what it was when they came: taken away, made anew, of another
+ * role, or over. now_s: of the Unix epoch. */
+void lum_sessions_review(struct lum_sessions *sessions, int64_t now_s);
+
+/* Has a message of one session ended another since the last call? Whoever has the connections must look at all of them.
+ */
+bool lum_sessions_take_ended(struct lum_sessions *sessions);
+
 /* peer: its address, for the log. NULL when there are LUM_LIMIT_CONNECTIONS already. */
 struct lum_session *lum_session_open(struct lum_sessions *sessions, const char *peer);
-void lum_session_close(struct lum_session *s);          /* the connection is gone; accepts NULL */
+/* The connection is gone: the client may come back by another, for LUM_LIMIT_RESUME_S. Accepts NULL. */
+void lum_session_close(struct lum_session *s);
+void lum_session_leave(struct lum_session *s); /* it says that it will not: when its connection is gone, all is */
 uint32_t lum_session_slot(const struct lum_session *s); /* 0 .. LUM_LIMIT_CONNECTIONS - 1 */
 bool lum_session_greeted(const struct lum_session *s);
 /* The longest message accepted now: small before hello, LUM_LIMIT_MESSAGE_BYTES after. */

@@ -1,5 +1,6 @@
 """Who may connect: token, Origin, Host, time to say hello; and what HTTP answers."""
 import os
+import re
 import tempfile
 import unittest
 
@@ -7,6 +8,18 @@ from daemon import Daemon
 from wsclient import Closed, HandshakeFailed, RpcError, WebSocket, connect_tcp
 
 TOKEN = "a-token.of_20~characters"
+# Of every answer, whatever it is. What the page may load comes from its own server, and nobody may frame it.
+SECURITY_HEADERS = {
+    "content-security-policy":
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
+        "worker-src 'self' blob:; font-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
+}
 
 
 class Token(unittest.TestCase):
@@ -151,6 +164,22 @@ class Pages(unittest.TestCase):
         self.assertNotIn("access-control-allow-origin", headers)
         self.assertEqual(int(headers["content-length"]), len(body))
         self.assertNotIn(self.daemon.token.encode(), body)
+
+    def test_every_answer_has_the_security_headers(self):
+        _, page, _ = self.daemon.get("/")
+        script = re.search(rb'src="(/assets/[^"]+\.js)"', self.daemon.get("/")[2])
+        asked = [("/", {}, "GET", 200), ("/", {}, "HEAD", 200), ("/", {"If-None-Match": page["etag"]}, "GET", 304),
+                 ("/healthz", {}, "GET", 200), ("/readyz", {}, "GET", 200), ("/metrics", self.daemon.bearer(), "GET", 200),
+                 ("/metrics", {}, "GET", 401), ("/nothing", {}, "GET", 404), ("/", {}, "POST", 405),
+                 ("/", {"Host": "evil.example"}, "GET", 403), ("/", {"Origin": "http://evil.example"}, "GET", 403)]
+        asked += [(script[1].decode(), {}, "GET", 200)] if script else []
+        for path, headers, method, expected in asked:
+            status, answered, _ = self.daemon.get(path, headers, method)
+            self.assertEqual(status, expected, path)
+            for name, value in SECURITY_HEADERS.items():
+                self.assertEqual(answered.get(name), value, f"{method} {path} {headers}: {name}")
+            for name in ("access-control-allow-origin", "set-cookie", "x-powered-by"):
+                self.assertNotIn(name, answered)
 
     def test_etag(self):
         _, headers, body = self.daemon.get("/")

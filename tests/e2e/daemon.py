@@ -1,4 +1,5 @@
 """Starts lumend for a test, waits for its ready line, and checks that it ended well."""
+import hashlib
 import http.client
 import os
 import re
@@ -10,6 +11,15 @@ import threading
 from wsclient import WAIT_S, WebSocket
 
 LUMEND = os.environ.get("LUMEND", "lumend")
+
+
+def write_people(path, people):
+    """The file of --tokens. people: {name: (role, token) or (role, token, last day)}"""
+    lines = ["# who may connect", ""]
+    for name, (role, token, *until) in people.items():
+        lines.append(" ".join([name, role, "sha256:" + hashlib.sha256(token.encode()).hexdigest(), *until]))
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
 
 
 class Daemon:

@@ -1,4 +1,5 @@
 """The man page and --help say the same, and the page is well made."""
+import os
 import re
 import shutil
 import subprocess
@@ -6,7 +7,7 @@ import unittest
 
 from daemon import LUMEND
 
-COMMANDS = ("serve", "render", "compare", "measure", "state", "photometry", "scenes", "methods")
+COMMANDS = ("serve", "render", "compare", "measure", "state", "token", "photometry", "scenes", "methods")
 
 
 def text_of(*arguments):
@@ -46,24 +47,39 @@ class ManPage(unittest.TestCase):
             self.assertEqual(words_of(page[command]), words_of(text_of(command, "--help")), command)
             self.assertEqual(text_of("help", command), text_of(command, "--help"), command)
 
-    def check(self, *command):
-        done = subprocess.run(command, input=text_of("help", "--man"), capture_output=True, text=True, check=False,
+    def test_pages_of_the_other_programs_say_what_their_help_says(self):
+        for program in ("lumend-import", "lumend-replay"):
+            said = subprocess.run([os.path.join(os.path.dirname(LUMEND), program), "--help"], capture_output=True, text=True, check=True).stdout
+            page = subprocess.run([LUMEND, "help", "--man-of", program, "what it is"], input=said, capture_output=True, text=True, check=True).stdout
+            self.assertTrue(page.startswith(f".TH {program.upper()} 1 "), page[:60])
+            body = page[page.index(".SH DESCRIPTION"):page.index(".SH SEE ALSO")]
+            self.assertEqual(words_of(plain(body)), words_of(said))
+            for option in re.findall(r"(?m)^  (--[a-z-]+)", said):
+                self.assertRegex(plain(body), rf"(?m)^\.TP\n{option}\b")
+            self.formatters_are_silent(page)
+
+    def check(self, *command, page):
+        done = subprocess.run(command, input=page, capture_output=True, text=True, check=False,
                               env={"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", "MANWIDTH": "80"})
         self.assertEqual((done.returncode, done.stderr), (0, ""), command)
         return done.stdout
 
-    def test_formatters_have_nothing_to_say(self):
+    def formatters_are_silent(self, page):
+        """How many there are here; what groff makes of it must name the options."""
         n = 0
         if shutil.which("groff"):
-            self.assertIn("--token-file FILE", self.check("groff", "-man", "-ww", "-Tutf8", "-P-c", "-P-b", "-P-u"))
+            self.assertIn("--", self.check("groff", "-man", "-ww", "-Tutf8", "-P-c", "-P-b", "-P-u", page=page))
             n += 1
         if shutil.which("mandoc"):
-            self.check("mandoc", "-Tlint", "-Wwarning")
+            self.check("mandoc", "-Tlint", "-Wwarning", page=page)
             n += 1
         if shutil.which("man") and shutil.which("groff"):
-            self.check("man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-Z", "-")
+            self.check("man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-Z", "-", page=page)
             n += 1
-        if n == 0:
+        return n
+
+    def test_formatters_have_nothing_to_say(self):
+        if self.formatters_are_silent(text_of("help", "--man")) == 0:
             self.skipTest("no groff, man or mandoc here")
 
 

@@ -37,6 +37,7 @@ class Package(unittest.TestCase):
         self.assertEqual({name: mode for name, mode in files.items() if name.startswith("./usr/bin/")},
                          {f"./usr/bin/{name}": "-rwxr-xr-x" for name in ("lumend", "lumend-import", "lumend-replay")})
         for name in ("etc/default/lumend", "usr/lib/systemd/system/lumend.service", "usr/share/man/man1/lumend.1",
+                     "usr/share/man/man1/lumend-import.1", "usr/share/man/man1/lumend-replay.1",
                      "usr/share/doc/lumend/copyright"):
             self.assertEqual(files.pop(f"./{name}"), "-rw-r--r--", name)
         self.assertFalse([name for name in files if not name.startswith(("./usr/bin/", "./usr/share/doc/lumend/"))])

@@ -2,9 +2,10 @@
 import json
 import os
 import re
+import tempfile
 import unittest
 
-from daemon import Daemon
+from daemon import Daemon, write_people
 from wsclient import RpcError, TEXT, frame
 
 # What may stand in any place where it does not belong.
@@ -14,11 +15,13 @@ JUNK = [None, True, False, -1, 1.5, 1e308, -1e308, 2 ** 53, 2 ** 64, "", "x", "\
 CAMERA = {"position": [0, 1, 3], "target": [0, 1, 0]}
 # method: params that are right as far as their form goes
 FORMS = {
+    "session.list": {},
+    "session.end": {"session": "nobody.9-9"},
     "scene.get": {"expand": False},
-    "scene.apply": {"op_id": "a-1", "base_rev": 0,
+    "scene.apply": {"op_id": "a-1", "repeat": False, "base_rev": 0,
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
-    "scene.undo": {},
-    "scene.redo": {},
+    "scene.undo": {"op_id": "a-2", "repeat": False},
+    "scene.redo": {"op_id": "a-3", "repeat": False},
     "view.open": {"camera": CAMERA, "size": [64, 48], "codec": "jpeg", "quality": 80, "white_balance_k": 4000},
     "view.update": {"view_id": 4000000000, "camera_id": "main", "size": [64, 48], "camera_seq": 1},
     "view.close": {"view_id": 4000000000},
@@ -35,16 +38,22 @@ FORMS = {
     "sensor.place": {"on": "floor", "height_m": 1, "border_m": 0},
     "stats.get": {},
 }
-REQUIRED = {"scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
+REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 
+ADMIN = "token-of-one-who-may-ask-for-all"
+
+
 class Requests(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = cls.enterClassContext(Daemon())
+        people = os.path.join(cls.enterClassContext(tempfile.TemporaryDirectory()), "people")
+        write_people(people, {"ann": ("admin", ADMIN)})
+        cls.daemon = cls.enterClassContext(Daemon("--tokens", people))
+        cls.daemon.token = ADMIN
 
     def setUp(self):
         self.ws = self.daemon.connect()

@@ -489,10 +489,10 @@ class Command(unittest.TestCase):
                 ws.call("session.hello", {"token": daemon.token, "resume": "test.0-1"})
                 ws.call("scene.undo")
                 ws.call("scene.redo")
-                ws.close()  # she will not
+                ws.leave()  # she will not
                 other = daemon.connect(hello=False)
                 other.call("session.hello", {"token": daemon.token, "resume": "test.1-1"})
-                other.close()
+                other.leave()
                 while daemon.metric("sessions"):
                     pass
                 daemon.assert_well()
@@ -510,6 +510,51 @@ class Command(unittest.TestCase):
         for arguments in ((), ("check",), ("frob", "x"), ("check", "x", "y"), ("check", "x", "--imports"), ("check", "--out")):
             self.assertEqual(state(*arguments).returncode, 2, arguments)
         self.assertEqual(state("--help").returncode, 0)
+
+
+class ExportFile(unittest.TestCase):
+    """What --out names has all of the scene, or what it had before."""
+
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.kept, self.out = os.path.join(self.folder, "kept"), os.path.join(self.folder, "scene.jsonl")
+        with Daemon("--state", self.kept) as daemon:
+            daemon.connect().call("scene.apply", {"ops": [lamp(f"lamp-{i}", i + 1) for i in range(200)]})
+        with open(self.out, "w", encoding="utf-8") as file:
+            file.write("mine\n")
+
+    def read(self):
+        with open(self.out, encoding="utf-8") as file:
+            return file.read()
+
+    def test_a_disk_that_is_full_leaves_the_file_that_was_there(self):
+        for left in (0, 4096, 8192):
+            done = subprocess.run([LUMEND, "state", "export", self.kept, "--out", self.out], capture_output=True, text=True,
+                                  check=False, restore_signals=False,  # SIGXFSZ stays ignored: a write fails instead
+                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (left, left)))
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"cannot write {self.out}: File too large", done.stderr)
+            self.assertEqual(self.read(), "mine\n")
+            self.assertEqual(sorted(os.listdir(self.folder)), ["kept", "scene.jsonl"])
+
+    def test_one_that_is_killed_leaves_it_too(self):
+        done = subprocess.run([LUMEND, "state", "export", self.kept, "--out", self.out], capture_output=True, check=False,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)))
+        self.assertLess(done.returncode, 0)
+        self.assertEqual(self.read(), "mine\n")
+
+    def test_all_of_it_takes_its_place(self):
+        self.assertEqual(state("export", self.kept, "--out", self.out).returncode, 0)
+        self.assertEqual(self.read().count("lamp-"), 200)
+        self.assertEqual(self.read(), state("export", self.kept).stdout)
+        self.assertEqual(sorted(os.listdir(self.folder)), ["kept", "scene.jsonl"])
+
+    def test_what_is_no_plain_file_is_written_itself(self):
+        self.assertEqual(state("export", self.kept, "--out", "/dev/stdout").stdout, state("export", self.kept).stdout)
+        done = state("export", self.kept, "--out", "/dev/full")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("No space left", done.stderr)
+        self.assertIn("cannot write", state("export", self.kept, "--out", os.path.join(self.folder, "no", "x")).stderr)
 
 
 if __name__ == "__main__":

@@ -84,8 +84,8 @@ class WebSocket:
     """One connection. Messages that come while something else is waited for are kept in order."""
 
     def __init__(self, port, origin=None, host=None, path="/", subprotocol=SUBPROTOCOL, headers=(), rcvbuf=None,
-                 source=None, pong=True):
-        self.sock = connect_tcp(port, rcvbuf=rcvbuf, source=source)
+                 source=None, pong=True, wrap=lambda sock: sock):
+        self.sock = wrap(connect_tcp(port, rcvbuf=rcvbuf, source=source))
         self.buffer = bytearray()
         self.next_id = 1
         self.replies = {}
@@ -141,6 +141,12 @@ class WebSocket:
 
     def close(self):
         self.sock.close()
+
+    def leave(self):
+        """Ends the session for good, unlike a connection that breaks."""
+        self.send_raw(frame(CLOSE, struct.pack("!H", 1000)))
+        self.wait_close()
+        self.close()
 
     def __del__(self):
         if hasattr(self, "sock"):
@@ -264,8 +270,8 @@ class WebSocket:
     def call(self, method, params=None):
         return self.reply(self.send_request(method, params))
 
-    def hello(self, token, client="test"):
-        params = {"client": client}
+    def hello(self, token, client="test", **more):
+        params = {"client": client, **more}
         if token is not None:
             params["token"] = token
         return self.call("session.hello", params)

@@ -214,12 +214,59 @@ static void what_cannot_be_saved_is_taken_back(void **state)
     assert_int_equal(scene_rev_of(client_ask(s->client, client_request(s->client, &lum_request_scene_redo))), rev + 4);
 }
 
+static struct lum_request *again(struct client *c, const char *ops, bool repeat)
+{
+    struct lum_request *q = client_edit(c, ops);
+    strcpy(q->op_id, "e1");
+    q->repeat = repeat;
+    return q;
+}
+
+/* Who asks again whether an edit was done is answered when it is safe, and not before. */
+static void an_edit_that_waits_for_the_disk_is_known(void **state)
+{
+    struct stage *s = *state;
+    struct client *c = s->client;
+    uint64_t rev = lum_director_scene_rev(c->director);
+    set_gate(&s->gate, true, false);
+    struct lum_request *first = again(c, dim, false), *second = again(c, dim, true);
+    assert_true(lum_director_post(c->director, first));
+    wait_arrived(&s->gate);
+    uint64_t id = c->next_id;
+    assert_true(lum_director_post(c->director, second));
+    assert_int_equal(said(c, "\"repeated\":true", 0), SIZE_MAX);
+    set_gate(&s->gate, false, false);
+    assert_int_equal(scene_rev_of(client_reply(c, id)), rev + 1);
+    assert_int_not_equal(wait_said(c, "\"repeated\":true", 0), SIZE_MAX);
+    assert_int_equal(lum_director_scene_rev(c->director), rev + 1);
+}
+
+/* One that was taken back was not done. */
+static void an_edit_that_was_lost_is_done_when_it_is_sent_again(void **state)
+{
+    struct stage *s = *state;
+    struct client *c = s->client;
+    uint64_t rev = lum_director_scene_rev(c->director);
+    set_gate(&s->gate, false, true);
+    assert_refused(client_ask(c, again(c, dim, false)), "io", NULL);
+    set_gate(&s->gate, false, false);
+    struct lum_director_metrics m;
+    do {
+        lum_director_metrics(c->director, &m);
+    } while (m.journal.read_only); /* it tries every second */
+    assert_int_equal(scene_rev_of(client_ask(c, again(c, dim, true))), rev + 3);
+    assert_int_equal(said(c, "\"repeated\":true", 0), SIZE_MAX);
+    assert_int_equal(scene_rev_of(client_ask(c, again(c, dim, true))), rev + 3); /* by now it was */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(pictures_go_on_and_words_wait, setup, teardown),
         cmocka_unit_test_setup_teardown(what_waits_is_bounded, setup, teardown),
         cmocka_unit_test_setup_teardown(what_cannot_be_saved_is_taken_back, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_edit_that_waits_for_the_disk_is_known, setup, teardown),
+        cmocka_unit_test_setup_teardown(an_edit_that_was_lost_is_done_when_it_is_sent_again, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

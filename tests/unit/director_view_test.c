@@ -98,7 +98,7 @@ static cJSON *ask(struct client *c, const char *method, const char *params)
     snprintf(text, sizeof text, "{\"jsonrpc\":\"2.0\",\"id\":%llu,\"method\":\"%s\",\"params\":%s}",
              (unsigned long long)++c->next_id, method, params);
     assert_true(lum_rpc_parse(text, strlen(text), &rpc, &err));
-    struct lum_request *request = lum_request_read(&rpc, &err);
+    struct lum_request *request = lum_request_read(&rpc, LUM_ROLE_ADMIN, &err);
     cJSON *reply = NULL;
     if (request) {
         request->session = c->session;

@@ -211,7 +211,7 @@ static bool has_section(const char *word)
 
 static void every_request_has_a_section_and_an_example(void **state)
 {
-#define ADDRESS(name) &lum_request_##name,
+#define ADDRESS(name, role) &lum_request_##name,
     static const struct lum_request_type *const types[] = {LUM_REQUESTS(ADDRESS)};
     (void)state;
     assert_true(has_section("session.hello") && has_section("scene.redo") && !has_section("scene"));
@@ -223,6 +223,25 @@ static void every_request_has_a_section_and_an_example(void **state)
     }
 }
 
+/* What the table of roles says is what is held to. */
+static void every_request_has_its_role(void **state)
+{
+#define NAME_AND_ROLE(name, role) {&lum_request_##name, LUM_ROLE_##role},
+    static const struct {
+        const struct lum_request_type *type;
+        enum lum_role role;
+    } rows[] = {LUM_REQUESTS(NAME_AND_ROLE)};
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        char head[32], method[80];
+        snprintf(head, sizeof head, "\n| `%s` | `", lum_role_name(rows[i].role));
+        snprintf(method, sizeof method, "`%s`", rows[i].type->name);
+        const char *row = strstr(page, head), *found = row ? strstr(row, method) : NULL;
+        if (!found || found > row + 1 + strcspn(row + 1, "\n"))
+            fail_msg("PROTOCOL.md does not have %s in the row of the role %s", method, lum_role_name(rows[i].role));
+    }
+}
+
 /* ---- examples ---- */
 
 static void check_request(const char *line, size_t n)
@@ -231,8 +250,8 @@ static void check_request(const char *line, size_t n)
     struct lum_proto_error err = {0};
     if (!lum_rpc_parse(line, n, &rpc, &err))
         fail_msg("%.*s: %s", (int)n, line, err.text);
-    if (strcmp(rpc.method, "session.hello") != 0 && strcmp(rpc.method, "frame.ack") != 0) { /* the session's own */
-        struct lum_request *c = lum_request_read(&rpc, &err);
+    if (strncmp(rpc.method, "session.", 8) != 0 && strcmp(rpc.method, "frame.ack") != 0) { /* the session's own */
+        struct lum_request *c = lum_request_read(&rpc, LUM_ROLE_ADMIN, &err);
         if (!c)
             fail_msg("%.*s: %s", (int)n, line, err.text);
         lum_request_destroy(c);
@@ -306,6 +325,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(tables_are_those_of_the_code),
         cmocka_unit_test(members_of_views_are_those_of_the_code),
         cmocka_unit_test(every_request_has_a_section_and_an_example),
+        cmocka_unit_test(every_request_has_its_role),
         cmocka_unit_test(examples_are_accepted),
         cmocka_unit_test(files_apply),
     };

@@ -15,7 +15,7 @@
 #include "server/net/bucket.h"
 #include "server/net/metrics.h"
 #include "server/net/peers.h"
-#include "server/net/session.h"
+#include "server/net/session_internal.h"
 #include "tests/support/fake_director.h"
 
 #define TOKEN "0123456789abcdef0123"
@@ -161,7 +161,7 @@ static void test_the_director_learns_of_a_close_even_when_it_was_full(void **sta
     f->director.capacity = 64;
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
-    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_closed);
+    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_lost);
     assert_int_equal(f->director.posted[0]->session.generation, f->ref.generation);
     lum_sessions_deliver(f->sessions);
     assert_int_equal(f->director.n_posted, 1);
@@ -478,6 +478,99 @@ static void test_drain(void **state)
     assert_int_equal(lum_session_close_now(lum_session_open(f->sessions, "192.0.2.7")), LUM_CLOSE_RESTART);
 }
 
+/* Whoever stays when the time of her token is over neither changes nor hears anything any more. */
+static void test_a_token_ends_while_its_session_goes_on(void **state)
+{
+    struct fixture *f = *state;
+    struct lum_session *other = open_greeted(f);
+    f->s->person.ends_s = 1;
+    receive(f->s, "{\"jsonrpc\":\"2.0\",\"id\":2,\"method\":\"scene.undo\"}");
+    assert_int_equal(f->director.n_posted, 0);
+    assert_int_equal(lum_session_close_now(f->s), LUM_CLOSE_REVOKED);
+    other->person.ends_s = 1;
+    push(&f->director, LUM_OUT_BROADCAST, (struct lum_session_ref){0}, "\"news\"");
+    lum_sessions_deliver(f->sessions);
+    assert_null(next_text(other));
+    assert_int_equal(lum_session_close_now(other), LUM_CLOSE_REVOKED);
+}
+
+/* Who was cut off is remembered for so long, and then all of her is forgotten; the director hears both. */
+static void test_who_does_not_come_back_is_forgotten(void **state)
+{
+    struct fixture *f = *state;
+    char user[sizeof f->s->user];
+    memcpy(user, f->s->user, sizeof user);
+    lum_session_close(f->s);
+    assert_int_equal(f->director.n_posted, 1);
+    assert_ptr_equal(f->director.posted[0]->type, &lum_request_session_lost);
+    assert_true(lum_sessions_have_parked(f->sessions, user));
+    int64_t end_ns = f->sessions->parked[0].until_ns;
+    lum_sessions_forget_parked(f->sessions, end_ns - 1);
+    assert_int_equal(f->director.n_posted, 1);
+    f->director.capacity = 1; /* is full: it is told later */
+    lum_sessions_forget_parked(f->sessions, end_ns);
+    assert_true(lum_sessions_have_parked(f->sessions, user));
+    f->director.capacity = 64;
+    lum_sessions_forget_parked(f->sessions, end_ns);
+    assert_int_equal(f->director.n_posted, 2);
+    assert_ptr_equal(f->director.posted[1]->type, &lum_request_user_gone);
+    assert_string_equal(f->director.posted[1]->user, user);
+    assert_false(lum_sessions_have_parked(f->sessions, user));
+}
+
+/* Late by a moment is too late, also where nobody has cleared away yet. */
+static void test_a_session_is_kept_until_its_time_is_over(void **state)
+{
+    struct fixture *f = *state;
+    char user[sizeof f->s->user], key[sizeof f->s->key];
+    memcpy(user, f->s->user, sizeof user);
+    memcpy(key, f->s->key, sizeof key);
+    lum_session_close(f->s);
+    int64_t end_ns = f->sessions->parked[0].until_ns;
+    struct lum_session *late = lum_session_open(f->sessions, "192.0.2.7");
+    assert_false(lum_session_resume(late, user, key, end_ns));
+    assert_true(lum_session_resume(late, user, key, end_ns - 1));
+    assert_string_equal(late->user, user);
+    assert_false(lum_sessions_have_parked(f->sessions, user));
+    assert_false(lum_session_resume(late, user, key, end_ns - 1)); /* once */
+}
+
+static void tell_change(struct fixture *f, uint64_t rev, const char *text)
+{
+    push(&f->director, LUM_OUT_BROADCAST, (struct lum_session_ref){0}, text)->scene_rev = rev;
+    lum_sessions_deliver(f->sessions);
+    lum_text_queue_clear(&f->s->text);
+}
+
+/* The scene was at 41 when the table was made. */
+static void test_changes_are_kept_up_to_so_many_bytes(void **state)
+{
+    struct fixture *f = *state;
+    const size_t n = LUM_LIMIT_CHANGES_KEPT_BYTES / 4;
+    char *quarter = calloc(1, n + 1), *huge = calloc(1, LUM_LIMIT_CHANGES_KEPT_BYTES + 2);
+    memset(quarter, 'x', n);
+    memset(huge, 'x', LUM_LIMIT_CHANGES_KEPT_BYTES + 1);
+    assert_int_equal(lum_sessions_missed(f->sessions, 41), 0);
+    assert_int_equal(lum_sessions_missed(f->sessions, 40), -1);
+    for (uint64_t rev = 42; rev < 46; rev++)
+        tell_change(f, rev, quarter);
+    assert_int_equal(lum_sessions_missed(f->sessions, 41), 4);
+    tell_change(f, 46, quarter);
+    assert_int_equal(lum_sessions_missed(f->sessions, 41), -1);
+    assert_int_equal(lum_sessions_missed(f->sessions, 42), 4);
+    tell_change(f, 47, huge); /* nobody can be told that */
+    assert_int_equal(lum_sessions_missed(f->sessions, 46), -1);
+    assert_int_equal(lum_sessions_missed(f->sessions, 47), 0);
+    tell_change(f, 48, "\"small\"");
+    assert_int_equal(lum_sessions_missed(f->sessions, 47), 1);
+    assert_int_equal(lum_sessions_missed(f->sessions, 49), -1); /* there is no such revision yet */
+    lum_session_say_missed(f->s, 1);
+    expect_text(f->s, "small");
+    assert_null(next_text(f->s));
+    free(quarter);
+    free(huge);
+}
+
 static void test_table_is_bounded(void **state)
 {
     struct fixture *f = *state;
@@ -508,6 +601,10 @@ int main(void)
         cmocka_unit_test(test_buckets_fill_at_their_pace),
         cmocka_unit_test_setup_teardown(test_bytes_are_paid_for_before_they_are_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_a_token_ends_while_its_session_goes_on, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_who_does_not_come_back_is_forgotten, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_a_session_is_kept_until_its_time_is_over, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_changes_are_kept_up_to_so_many_bytes, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

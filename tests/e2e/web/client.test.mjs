@@ -508,7 +508,7 @@ test('false colour and the error are laid over the picture by a key, with what t
     const plain = await thumbnail(page);
     await page.locator('canvas').first().focus();
     await page.keyboard.press('c');
-    await legend.getByText('cd/m²').waitFor();
+    await legend.getByText('cd/m²', { exact: true }).waitFor();
     await settled(tab);
     const { overlay } = tab.watch.stats.at(-1);
     assert.equal(await legend.getByRole('listitem').count(), overlay.colors.length);

@@ -9,19 +9,19 @@ class FakeSocket {
     onopen?: () => void;
     onmessage?: (event: { data: string }) => void;
     onclose?: (event: { reason: string }) => void;
-    sent: { id?: number; method: string }[] = [];
+    sent: { id?: number; method: string; params?: object }[] = [];
     closed = false;
     constructor() {
         FakeSocket.all.push(this);
     }
     send(text: string): void {
-        this.sent.push(JSON.parse(text) as { id: number; method: string });
+        this.sent.push(JSON.parse(text) as { id: number; method: string; params: object });
     }
     close(): void {
         this.closed = true;
     }
-    answerAll(): void {
-        for (const { id } of this.sent.splice(0)) this.onmessage?.({ data: JSON.stringify({ jsonrpc: '2.0', id, result: {} }) });
+    answerAll(result: object = {}): void {
+        for (const { id } of this.sent.splice(0)) this.onmessage?.({ data: JSON.stringify({ jsonrpc: '2.0', id, result }) });
     }
 }
 
@@ -39,6 +39,7 @@ async function online(): Promise<{ log: string[]; socket: FakeSocket; link: Conn
         onState: (state) => log.push(state.at),
         onOnline: (r) => (rpc = r),
         onNotification: () => undefined,
+        sceneRev: () => 7,
         onBinary: () => undefined,
         onBeat: () => void rpc?.call('frame.ack').catch(() => undefined),
         onStalled: (stalled) => log.push(stalled ? 'stalled' : 'answers'),
@@ -96,5 +97,19 @@ test('what an old socket still says is not heard', async () => {
     socket.onclose?.({ reason: 'late' });
     socket.onmessage?.({ data: 'not even JSON' });
     assert.deepEqual(log, ['connecting', 'online', 'connecting']);
+    timers.reset();
+});
+
+test('the next connection goes on with the session of the last one, and says what it knows', async () => {
+    const { link, socket, timers } = await online();
+    link.connect(); // the first server told no session
+    FakeSocket.all[1]!.onopen?.();
+    assert.deepEqual(FakeSocket.all[1]!.sent[0]!.params, { client: 'lumend-web' });
+    FakeSocket.all[1]!.answerAll({ session: 'ann.0-1', key: 'k' });
+    await settle();
+    link.connect();
+    FakeSocket.all[2]!.onopen?.();
+    assert.deepEqual(FakeSocket.all[2]!.sent[0]!.params, { client: 'lumend-web', resume: 'ann.0-1', key: 'k', scene_rev: 7 });
+    assert.ok(socket.closed);
     timers.reset();
 });

@@ -15,6 +15,8 @@ export type ConnectionState =
 export interface ConnectionEvents {
     onState(state: ConnectionState): void;
     onOnline(rpc: Rpc, hello: JsonObject): void;
+    /** The newest revision of the scene that is known here; null: none for sure. */
+    sceneRev(): number | null;
     onNotification(method: string, params: JsonObject): void;
     onBinary(message: ArrayBuffer): void;
     /** Every BEAT_MS while online: send something that is answered at once. */
@@ -49,8 +51,9 @@ export class Connection {
     /** Beats since anything was heard. */
     private silence = 0;
     private online = false;
-    /** Of the last hello: should the server end, the next session takes its undo over. */
+    /** Of the last hello: the next one goes on with that session. */
     private session = '';
+    private key = '';
     private closingReason = '';
 
     constructor(
@@ -95,10 +98,11 @@ export class Connection {
         try {
             const params: JsonObject = { client: 'lumend-web' };
             if (this.token !== null) params.token = this.token;
-            if (this.session) params.resume = this.session;
+            if (this.session) Object.assign(params, this.comeback());
             const hello = await rpc.call('session.hello', params);
             if (this.socket !== socket) return;
             this.session = stringOr(hello.session, '');
+            this.key = stringOr(hello.key, '');
             this.failures = 0;
             this.online = true;
             this.events.onState({ at: 'online' });
@@ -112,6 +116,11 @@ export class Connection {
                 this.lost(error instanceof Error ? error.message : String(error));
             }
         }
+    }
+
+    private comeback(): JsonObject {
+        const rev = this.events.sceneRev();
+        return { resume: this.session, key: this.key, ...(rev === null ? {} : { scene_rev: rev }) };
     }
 
     private notified(method: string, params: JsonObject): void {

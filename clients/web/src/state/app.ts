@@ -7,6 +7,7 @@ import { numberOr, stringOr, vec3Or, type CameraPose, type Pick, type SceneRecor
 import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
+import { Comeback } from './comeback';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
@@ -19,6 +20,7 @@ import { centreOf, extentOf, isLamp, isPlaced } from './lights';
 import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Reader } from './readout';
+import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -45,9 +47,13 @@ const TICK_MS = 400;
 export class App {
     readonly connection = signal<ConnectionState>({ at: 'connecting' });
     readonly methods = signal<readonly Method[]>([]);
-    /** Connected, and nothing has been heard for some seconds. */
+    /** Of whose token this is. */
+    readonly role = signal<Role>('edit');
+    readonly mayEdit = computed(() => may(this.role.value, 'edit'));
+    readonly mayMeasure = computed(() => may(this.role.value, 'measure'));
     /** The server keeps the scene on disk: an edit that it answered outlives it. */
     readonly kept = signal(false);
+    /** Connected, and nothing has been heard for some seconds. */
     readonly stalled = signal(false);
     readonly online = computed(() => this.connection.value.at === 'online' && !this.stalled.value);
     /** What somebody else just changed; count tells one such edit from the next. */
@@ -59,6 +65,7 @@ export class App {
     readonly meter = new Meter();
     readonly convergence = new Convergence();
     readonly toasts = new Toasts();
+    readonly comeback = new Comeback((text) => this.toasts.info(text));
     readonly edits: Edits;
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
@@ -99,11 +106,12 @@ export class App {
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
         this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
-        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
+        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed() });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
         this.lux = new LuxMeter({
-            ...{ scene, call, onError, online: this.online, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
+            ...{ scene, call, onError, busy: edits.busy, solo: computed(() => view.settings.value.solo) },
+            online: computed(() => this.online.value && this.mayMeasure.value),
             viewId: () => view.viewId,
             viewUnsent: () => view.isDirty(),
         });
@@ -124,6 +132,7 @@ export class App {
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
+            sceneRev: () => this.follower.knownRev,
             onNotification: (method, params) => this.notified(method, params),
             onBinary: (message) => this.binary(message),
             onBeat: () => void this.ping(),
@@ -335,6 +344,12 @@ export class App {
         this.imports.selected.value = null;
     }
 
+    /** Says why where they are not: by key, and by hand in the picture, everything can be tried. */
+    private editsAllowed(): boolean {
+        if (!this.mayEdit.value && !this.toasts.shown.value.some((t) => t.text === NOT_TO_EDIT)) this.toasts.info(NOT_TO_EDIT);
+        return this.mayEdit.value;
+    }
+
     /* ---- connection ---- */
 
     private stateChanged(state: ConnectionState): void {
@@ -343,6 +358,7 @@ export class App {
         if (state.at === 'online') this.toasts.announce('Connected');
         if (before === 'online' && state.at !== 'online') {
             this.rpc = null;
+            this.comeback.connectionLost();
             this.stalled.value = false;
             this.meter.roundTripMs.value = null;
             this.edits.drop();
@@ -364,13 +380,16 @@ export class App {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.imports.offered.value = hello.imports !== false;
+        this.role.value = roleOf(hello.role);
         this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();
+        const follows = this.comeback.online(hello, !this.cameraChosen);
         try {
-            await this.follower.begin();
+            if (!follows) await this.follower.begin();
             this.forgetGone();
-            this.sensors.begin();
-            this.tellLost();
+            if (this.mayMeasure.value) this.sensors.begin();
+            if (hello.resumed === true) void this.edits.repeat();
+            else this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
@@ -409,6 +428,7 @@ export class App {
     private notified(method: string, params: JsonObject): void {
         if (method === 'scene.changed') {
             this.edits.arrived(stringOr(params.op_id, ''));
+            this.comeback.changed(params, params.user === this.user);
             void this.follow(params);
             if (params.user !== this.user) this.othersEdited(params.ops);
         } else if (method === 'frame.stats') {
@@ -439,6 +459,7 @@ export class App {
     /** A whole frame is on the canvas. In a hidden tab, where nobody looks, the next one is asked for by the ping alone. */
     private drawn(last: FrameHeader): void {
         this.broken = 0;
+        this.comeback.drawn(last.sceneRev);
         const cameraLatency = this.view.drawn(last);
         if (cameraLatency !== null) this.meter.latency(cameraLatency);
         if (this.awaitedEdit && last.sceneRev >= this.awaitedEdit.rev) {

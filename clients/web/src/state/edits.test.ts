@@ -20,6 +20,7 @@ let frames: (() => void)[];
 let scene: SceneMirror;
 let edits: Edits;
 let errors: Error[];
+let allowed: boolean;
 
 const call = (method: string, params: JsonObject): Promise<JsonObject> =>
     new Promise((answer, refuse) => calls.push({ method, params, answer, refuse }));
@@ -35,6 +36,7 @@ const opsOf = (c: Call): Op[] => c.params.ops as unknown as Op[];
 
 beforeEach(() => {
     [calls, frames, errors] = [[], [], []];
+    allowed = true;
     let now = 0;
     Object.assign(globalThis, {
         window: { devicePixelRatio: 1 },
@@ -42,7 +44,7 @@ beforeEach(() => {
     });
     scene = new SceneMirror();
     scene.load([{ op: 'add', type: 'light', id: 'key', kind: 'point', flux_lm: 800, position: [1, 2, 3] }], 5);
-    edits = new Edits(scene, { call, onError: (e) => errors.push(e), onAccepted: () => undefined });
+    edits = new Edits(scene, { call, onError: (e) => errors.push(e), onAccepted: () => undefined, mayEdit: () => allowed });
 });
 
 test('a drag sends the newest values, two messages at most at a time', async () => {
@@ -199,4 +201,57 @@ test('a record is made again without what only the server tells, and a scene is 
     assert.deepEqual(addOf(record, 'copy'), { op: 'add', type: 'object', id: 'copy', mesh: 'm' });
     const lines = sceneFile([{ op: 'add', id: 'a' }], 'two lamps').split('\n');
     assert.deepEqual(lines, ['{"lumend":1,"kind":"scene","title":"two lamps"}', '{"op":"add","id":"a"}', '']);
+});
+
+test('who may not edit sends nothing, and the scene shows no change', async () => {
+    allowed = false;
+    edits.setOnce('key', '/flux_lm', 1);
+    await frame();
+    assert.equal(await edits.transaction([{ op: 'remove', id: 'key' }]), false);
+    assert.equal(await edits.undo(), false);
+    assert.equal(await edits.redo(), false);
+    assert.equal(calls.length, 0);
+    assert.equal(edits.busy.value, false);
+    assert.equal(scene.peek('key')!.flux_lm, 800);
+});
+
+test('where the session goes on, what nobody answered is sent again in its order, each under its own name', async () => {
+    for (const v of [100, 200, 300]) {
+        edits.set('key', '/flux_lm', v);
+        await frame();
+    }
+    edits.endGesture();
+    void edits.undo();
+    const before = calls.map((c) => c.params.op_id);
+    assert.deepEqual(calls.map((c) => c.method), ['scene.apply', 'scene.apply', 'scene.undo']);
+    const underWay = [...calls];
+    edits.drop();
+    underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
+    await settle();
+    calls = [];
+    edits.arrived(String(before[0])); // was told when the connection was there again
+    const done = edits.repeat();
+    await settle();
+    assert.deepEqual(calls.map((c) => [c.method, c.params.op_id, c.params.repeat]), [
+        ['scene.apply', before[1], true],
+        ['scene.undo', before[2], true],
+        ['scene.apply', calls[2]!.params.op_id, true],
+    ]);
+    assert.deepEqual(opsOf(calls[2]!), [{ op: 'set', id: 'key', path: '/flux_lm', value: 300 }], 'it was never sent');
+    const groups = calls.map((c) => c.params.undo_group);
+    assert.ok(groups[0] && groups[0] === groups[2] && groups[1] === undefined, 'still one step of undo');
+    calls.forEach((c) => c.answer({ scene_rev: 9 }));
+    await done;
+    assert.equal(edits.busy.value, false);
+    assert.equal(edits.missing(), 0);
+    assert.deepEqual(errors, []);
+});
+
+test('an undo is not sent to a server that knows nothing of it', async () => {
+    void edits.undo();
+    const underWay = [...calls];
+    edits.drop();
+    underWay.forEach((c) => c.refuse(new ClosedError('connection lost')));
+    await settle();
+    assert.equal(edits.missing(), 0);
 });

@@ -4,8 +4,9 @@
  * set() is for sliders and drags: newest value wins per field, at most one message per animation frame, at most two
  * unanswered. All of one gesture shares an undo group, so that one undo takes back the whole drag.
  *
- * An edit that was under way when the connection broke may be in the scene or not. It is known by its op_id in a
- * scene.changed, or else by what the scene is like when it is loaded again. What is not in it can be sent once more.
+ * An edit that was under way when the connection broke may be in the scene or not. Where the session goes on, it is sent
+ * again by its op_id, and the server does it if it did not. Else it is known by its op_id in a scene.changed, or by what the
+ * scene is like when it is loaded again, and what is not in it can be sent once more.
  */
 import { signal } from '@preact/signals';
 import { Pacer } from '../lib/pacer';
@@ -27,11 +28,15 @@ interface Batch {
     fields: Map<string, Field>;
 }
 
+type Method = 'scene.apply' | 'scene.undo' | 'scene.redo';
+
 /** Of which nobody knows whether it took effect. */
 interface Lost {
     opId: string;
+    method: Method;
     /** Undo group; "": a step of its own. */
     group: string;
+    /** Of scene.apply. */
     ops: Op[];
     /** The user has been told, and has not asked for it. */
     told?: boolean;
@@ -42,6 +47,8 @@ export interface EditsHost {
     onError(error: Error): void;
     /** An edit was accepted as revision `rev`; it was sent at `sentAt` (performance.now() clock). */
     onAccepted(rev: number, sentAt: number): void;
+    /** False: this client is not to change anything, and has been told. */
+    mayEdit(): boolean;
 }
 
 export class Edits {
@@ -67,6 +74,7 @@ export class Edits {
 
     /** One field of a running gesture. Several calls before the next frame travel as one transaction. */
     set(id: string, path: string, value: Json): void {
+        if (!this.host.mayEdit()) return;
         if (this.group === null) {
             this.group = `${this.prefix}-${++this.gestures}`;
             this.step++;
@@ -96,38 +104,41 @@ export class Edits {
 
     /** Any ops, all or nothing, one undo step. */
     transaction(ops: Op[]): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
-        return this.told(this.apply({ opId: this.nextOpId(), group: '', ops }, true));
+        return this.told(this.perform(this.edit('scene.apply', ops), true));
     }
 
     /** The same, when the caller tells what went wrong: null when nothing did. */
     attempt(ops: Op[]): Promise<Error | null> {
         this.endGesture();
         this.step++;
-        return this.apply({ opId: this.nextOpId(), group: '', ops }, false);
+        return this.perform(this.edit('scene.apply', ops), false);
     }
 
     undo(): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
-        return this.told(this.ask('scene.undo', {}));
+        return this.told(this.perform(this.edit('scene.undo'), true));
     }
 
     redo(): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
         this.step++;
-        return this.told(this.ask('scene.redo', {}));
+        return this.told(this.perform(this.edit('scene.redo'), true));
     }
 
     /** The connection is gone: the fields fall back, and what was under way is kept until the scene is there again. */
     drop(): void {
         this.lost = this.lost.filter((l) => !l.told);
-        for (const edit of this.inFlight.values()) this.lose(edit);
+        this.lost.push(...this.inFlight.values());
         this.inFlight.clear();
         for (const batch of this.batches) {
             this.settle(batch, false);
-            this.lose({ opId: this.nextOpId(), group: batch.group, ops: opsOf(batch) });
+            this.lost.push(this.edit('scene.apply', opsOf(batch), batch.group));
         }
         this.batches = [];
         this.group = null;
@@ -137,11 +148,19 @@ export class Edits {
     /** A scene.changed of this client: the edit is in the scene, whatever becomes of the reply. */
     arrived(opId: string): void {
         this.inFlight.delete(opId);
+        this.lost = this.lost.filter((l) => l.opId !== opId);
+    }
+
+    /** The session goes on: what is not known to be done is sent again, in its order. The server does nothing twice. */
+    async repeat(): Promise<void> {
+        const again = this.lost.filter((l) => !l.told);
+        this.lost = [];
+        await Promise.all(again.map((l) => this.told(this.perform(l, true, true))));
     }
 
     /** The scene was loaded anew: how many edits are not in it, although they were made. */
     missing(): number {
-        this.lost = this.lost.filter((l) => !l.ops.every((op) => isDone(op, this.scene.peek(op.id))));
+        this.lost = joined(this.lost).filter((l) => !l.ops.every((op) => isDone(op, this.scene.peek(op.id))));
         for (const l of this.lost) l.told = true;
         return this.lost.length;
     }
@@ -149,17 +168,15 @@ export class Edits {
     /** Sends them once more, and not again after that. */
     async resend(): Promise<void> {
         const again = this.lost.splice(0);
-        for (const l of again) await this.told(this.apply(l, false));
+        for (const l of again) await this.told(this.perform(l, false));
     }
 
     forgetLost(): void {
         this.lost = [];
     }
 
-    private lose(lost: Lost): void {
-        const same = this.lost.find((l) => l.group !== '' && l.group === lost.group);
-        if (same) same.ops = newestOf([...same.ops, ...lost.ops]);
-        else this.lost.push(lost);
+    private edit(method: Method, ops: Op[] = [], group = ''): Lost {
+        return { opId: this.nextOpId(), method, group, ops };
     }
 
     private nextOpId(): string {
@@ -175,7 +192,7 @@ export class Edits {
     }
 
     private async send(batch: Batch): Promise<void> {
-        const accepted = await this.told(this.apply({ opId: this.nextOpId(), group: batch.group, ops: opsOf(batch) }, true));
+        const accepted = await this.told(this.perform(this.edit('scene.apply', opsOf(batch), batch.group), true));
         this.settle(batch, accepted);
         if (this.batches.length > 0) this.pacer.request();
     }
@@ -184,13 +201,16 @@ export class Edits {
         for (const f of batch.fields.values()) this.scene.settle(f.id, f.path, f.value, accepted);
     }
 
-    /** recover: keep it when the connection breaks meanwhile. */
-    private async apply(edit: Lost, recover: boolean): Promise<Error | null> {
-        const { opId, group, ops } = edit;
+    /** recover: keep it when the connection breaks meanwhile. repeat: it may have been done already. */
+    private async perform(edit: Lost, recover: boolean, repeat = false): Promise<Error | null> {
+        const { opId, method, group, ops } = edit;
         if (recover) this.inFlight.set(opId, { ...edit });
         this.busy.value = true;
-        const params: JsonObject = { op_id: opId, ops: ops as Json[] };
-        const error = await this.ask('scene.apply', group ? { ...params, undo_group: group } : params);
+        const params: JsonObject = { op_id: opId };
+        if (method === 'scene.apply') params.ops = ops as Json[];
+        if (group) params.undo_group = group;
+        if (repeat) params.repeat = true;
+        const error = await this.ask(method, params);
         this.inFlight.delete(opId);
         this.busy.value = this.inFlight.size > 0 || this.batches.length > 0;
         return error;
@@ -215,6 +235,17 @@ export class Edits {
 }
 
 const opsOf = (batch: Batch): Op[] => [...batch.fields.values()].map((f) => ({ op: 'set', ...f }));
+
+/** All of one gesture as one. An undo is none: nobody can tell from the scene whether it was done. */
+function joined(lost: readonly Lost[]): Lost[] {
+    const out: Lost[] = [];
+    for (const l of lost.filter((one) => one.method === 'scene.apply')) {
+        const same = out.find((o) => o.group !== '' && o.group === l.group);
+        if (same) same.ops = newestOf([...same.ops, ...l.ops]);
+        else out.push({ ...l });
+    }
+    return out;
+}
 
 /** Of several sets of one field the last. */
 function newestOf(ops: readonly Op[]): Op[] {

@@ -16,6 +16,11 @@ export class Follower {
         private readonly get: () => Promise<JsonObject>,
     ) {}
 
+    /** Of the copy; null: it is not that of the server, and has to be got. */
+    get knownRev(): number | null {
+        return this.unknown ? null : this.scene.rev.peek();
+    }
+
     /** A new connection: resolves when the scene is there. */
     begin(): Promise<void> {
         this.unknown = true;

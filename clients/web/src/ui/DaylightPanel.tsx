@@ -8,6 +8,7 @@ import { clockOf, DAY, daylightOf, localDate, newSky, newSun, SKIES, skyChange, 
 import { nameOf } from '../state/lights';
 import { Choice } from './Choice';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { NumberField } from './NumberField';
 import { Slider } from './Slider';
 
@@ -25,35 +26,37 @@ export function DaylightPanel() {
     };
     return (
         <section class="section" aria-labelledby="daylight-title">
-            <header class="section-head">
-                <h2 id="daylight-title">Daylight</h2>
-                {!(sun && sky) && (
-                    <button type="button" class="toggle at-end" onClick={add}>
-                        {sun ? 'Add a sky' : sky ? 'Add a sun' : 'Add sun and sky'}
-                    </button>
+            <Editing>
+                <header class="section-head">
+                    <h2 id="daylight-title">Daylight</h2>
+                    {!(sun && sky) && (
+                        <button type="button" class="toggle at-end" onClick={add}>
+                            {sun ? 'Add a sky' : sky ? 'Add a sun' : 'Add sun and sky'}
+                        </button>
+                    )}
+                </header>
+                {sky && (
+                    <div class="fields">
+                        <Choice
+                            label="Sky"
+                            value={String(numberOr(sky.cie_type, 12))}
+                            options={SKIES}
+                            onChange={(type) => void app.edits.transaction(skyChange(sky, sun, Number(type)))}
+                        />
+                    </div>
                 )}
-            </header>
-            {sky && (
-                <div class="fields">
-                    <Choice
-                        label="Sky"
-                        value={String(numberOr(sky.cie_type, 12))}
-                        options={SKIES}
-                        onChange={(type) => void app.edits.transaction(skyChange(sky, sun, Number(type)))}
-                    />
-                </div>
-            )}
-            {replaced.length > 0 && <p class="hint">The sky shines in place of {quoted(replaced)}.</p>}
-            {sun && <Sun sun={sun} />}
-            {doubled.length > 0 && (
-                <p class="hint">
-                    Beside the sun {quoted(doubled)} {doubled.length > 1 ? 'shine' : 'shines'} from afar, too.{' '}
-                    <button type="button" class="toggle" onClick={() => void app.edits.transaction(switchOff(doubled))}>
-                        Switch {doubled.length > 1 ? 'them' : 'it'} off
-                    </button>
-                </p>
-            )}
-            {(sun || sky) && <ReadOuts />}
+                {replaced.length > 0 && <p class="hint">The sky shines in place of {quoted(replaced)}.</p>}
+                {sun && <Sun sun={sun} />}
+                {doubled.length > 0 && (
+                    <p class="hint">
+                        Beside the sun {quoted(doubled)} {doubled.length > 1 ? 'shine' : 'shines'} from afar, too.{' '}
+                        <button type="button" class="toggle" onClick={() => void app.edits.transaction(switchOff(doubled))}>
+                            Switch {doubled.length > 1 ? 'them' : 'it'} off
+                        </button>
+                    </p>
+                )}
+                {(sun || sky) && <ReadOuts />}
+            </Editing>
         </section>
     );
 }

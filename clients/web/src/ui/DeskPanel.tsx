@@ -4,6 +4,7 @@ import { numberOr, stringOr } from '../protocol/types';
 import { CHANNELS, inWords, LAST_CHANNEL, widthOf } from '../state/desk';
 import { Choice } from './Choice';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
 
@@ -39,25 +40,27 @@ export function DeskPanel() {
     const chosen = targets.some(([id]) => id === target.value) ? target.value : (targets[0]?.[0] ?? '');
     return (
         <section class="section" aria-labelledby="desk-title">
-            <header class="section-head">
-                <h2 id="desk-title">Desk</h2>
-                <button type="button" class="toggle at-end" aria-label="Add patch" disabled={chosen === ''} onClick={() => app.desk.add(chosen)}>
-                    Add
-                </button>
-            </header>
-            {!listens && <p class="hint">This server listens to no desk: it was started without --sacn and --artnet.</p>}
-            <Choice label="Lamp or group" value={chosen} options={targets} onChange={(id) => (target.value = id)} />
-            {status?.universes.map((u) => (
-                <p key={`${u.protocol} ${u.number}`} class="hint">
-                    {u.protocol === 'sacn' ? 'sACN' : 'Art-Net'} universe {u.number}: {inWords(u)}
-                </p>
-            ))}
-            {status !== null && status.dropped > 0 && <p class="hint">{status.dropped} packets came faster than they could be read.</p>}
-            <ul class="light-list">
-                {ids.map((id) => (
-                    <Patch key={id} id={id} />
+            <Editing>
+                <header class="section-head">
+                    <h2 id="desk-title">Desk</h2>
+                    <button type="button" class="toggle at-end" aria-label="Add patch" disabled={chosen === ''} onClick={() => app.desk.add(chosen)}>
+                        Add
+                    </button>
+                </header>
+                {!listens && <p class="hint">This server listens to no desk: it was started without --sacn and --artnet.</p>}
+                <Choice label="Lamp or group" value={chosen} options={targets} onChange={(id) => (target.value = id)} />
+                {status?.universes.map((u) => (
+                    <p key={`${u.protocol} ${u.number}`} class="hint">
+                        {u.protocol === 'sacn' ? 'sACN' : 'Art-Net'} universe {u.number}: {inWords(u)}
+                    </p>
                 ))}
-            </ul>
+                {status !== null && status.dropped > 0 && <p class="hint">{status.dropped} packets came faster than they could be read.</p>}
+                <ul class="light-list">
+                    {ids.map((id) => (
+                        <Patch key={id} id={id} />
+                    ))}
+                </ul>
+            </Editing>
         </section>
     );
 }

@@ -60,9 +60,10 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, child
     const down = (e: PointerEvent): void => {
         if (e.button !== 0) return;
         e.stopPropagation(); // the camera stays
+        onGrab?.();
+        if (!app.mayEdit.value) return;
         (e.currentTarget as Element).setPointerCapture(e.pointerId);
         grip.current = { dx: x - e.clientX, dy: y - e.clientY };
-        onGrab?.();
     };
     const move = (e: PointerEvent): void => {
         if (!grip.current) return;
@@ -93,7 +94,7 @@ export function Handle({ name, id, at, reachable, onGrab, onPress, moveTo, child
             transform={`translate(${x} ${y})`}
             tabindex={reachable ? 0 : -1}
             role="button"
-            aria-label={`${name}: drag or use the arrow keys to move it`}
+            aria-label={app.mayEdit.value ? `${name}: drag or use the arrow keys to move it` : name}
             onPointerDown={down}
             onPointerMove={move}
             onPointerUp={up}

@@ -1,6 +1,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { ImportRow } from './ImportRow';
 
 const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
@@ -11,15 +12,17 @@ export function ImportPanel() {
     const { imports, scene } = useApp();
     return (
         <section class="section" aria-labelledby="import-title">
-            <header class="section-head">
-                <h2 id="import-title">Models</h2>
-            </header>
-            {imports.offered.value ? <ImportForm /> : <p class="hint">{NOT_OFFERED}</p>}
-            <ul class="light-list">
-                {scene.list('import').value.map((id) => (
-                    <ImportRow key={id} id={id} />
-                ))}
-            </ul>
+            <Editing>
+                <header class="section-head">
+                    <h2 id="import-title">Models</h2>
+                </header>
+                {imports.offered.value ? <ImportForm /> : <p class="hint">{NOT_OFFERED}</p>}
+                <ul class="light-list">
+                    {scene.list('import').value.map((id) => (
+                        <ImportRow key={id} id={id} />
+                    ))}
+                </ul>
+            </Editing>
         </section>
     );
 }

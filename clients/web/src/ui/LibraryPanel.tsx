@@ -14,12 +14,13 @@ const HINT = 'Drag one into the picture, or choose one and press Enter.';
 
 /** Luminaires of the server's asset folder, to be put into the scene. */
 export function LibraryPanel() {
-    const { library, imports, online } = useApp();
-    const offered = imports.offered.value;
+    const { library, imports, mayEdit, online } = useApp();
+    const offered = imports.offered.value && mayEdit.value;
     useEffect(() => {
         if (online.value && offered) void library.load();
     }, [online.value, offered]);
     const all = library.assets.value;
+    if (!mayEdit.value) return null;
     return (
         <section class="section library" aria-labelledby="library-title">
             <header class="section-head">

@@ -64,6 +64,7 @@ export function LightGroup({ name, ids, isOpen, place, onToggle }: Props) {
                     tabIndex={tabIndex}
                     aria-checked={anyOn}
                     aria-label={`Group ${name} on`}
+                    disabled={!app.mayEdit.value}
                     onClick={switchAll}
                 >
                     {anyOn ? 'Off' : 'On'}
@@ -91,6 +92,7 @@ function GroupDimmer({ name, records, tabIndex }: { name: string; records: reado
     return (
         <Slider
             label={`Group ${name} intensity`}
+            disabled={!app.mayEdit.value}
             tabIndex={tabIndex}
             scale={logScale(unit.min, unit.max)}
             value={value}

@@ -5,6 +5,7 @@ import { fluxOf } from '../state/lights';
 import { linesOf, type Line } from '../state/listing';
 import { AddLamp } from './AddLamp';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { LightGroup } from './LightGroup';
 import { LightRow } from './LightRow';
 import { useLines } from './lines';
@@ -56,7 +57,9 @@ export function LightList() {
                         onInput={(e) => (filter.value = e.currentTarget.value)}
                     />
                 )}
-                <AddLamp />
+                <Editing>
+                    <AddLamp />
+                </Editing>
             </header>
             <Lines lines={lines} selected={selected} onToggle={toggle} />
             {ids.length === 0 && app.scene.rev.value > 0 && <p class="hint">This scene has no lights.</p>}

@@ -6,6 +6,7 @@ import type { SceneRecord } from '../protocol/types';
 import { isReplaced } from '../state/daylight';
 import { colourOf, dimmedAsInModel, intensityOf, isDaylight, isOn, modelFluxOf, nameOf, type Unit } from '../state/lights';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { LightDetails } from './LightDetails';
 import { lineProps, type Place } from './lines';
 import { Slider } from './Slider';
@@ -44,7 +45,9 @@ export function LightRow({ id, inGroup, place }: RowProps) {
             class={`light ${selected ? 'is-selected' : ''} ${on ? '' : 'is-off'} ${inGroup ? 'in-group' : ''} ${replaced || app.isHidden(id) ? 'is-hidden' : ''}`}
         >
             <div class="light-head">
-                <OnOff light={light} on={on} tabIndex={tabIndex} />
+                <Editing>
+                    <OnOff light={light} on={on} tabIndex={tabIndex} />
+                </Editing>
                 <button
                     type="button"
                     class="light-name"
@@ -65,7 +68,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                         {automatic ? 'automatic' : number(value)} {!automatic && <small>{unit.symbol}</small>}
                     </span>
                 )}
-                {isDaylight(light) && !automatic && (
+                {app.mayEdit.value && isDaylight(light) && !automatic && (
                     <BackButton
                         label={`${id}: as bright as place, date and time make it`}
                         title="Automatic: as bright as place, date and time make it"
@@ -85,6 +88,7 @@ export function LightRow({ id, inGroup, place }: RowProps) {
             <Slider
                 label={`${id} intensity`}
                 tabIndex={tabIndex}
+                disabled={!app.mayEdit.value}
                 scale={logScale(unit.min, unit.max)}
                 value={value}
                 steps={dimmerSteps(unit)}
@@ -93,7 +97,11 @@ export function LightRow({ id, inGroup, place }: RowProps) {
                 onInput={(v) => app.edits.set(id, `/${field}`, v)}
                 onEnd={() => app.edits.endGesture()}
             />
-            {selected && <LightDetails light={light} />}
+            {selected && (
+                <Editing>
+                    <LightDetails light={light} />
+                </Editing>
+            )}
             <OthersMark id={id} />
         </li>
     );
@@ -130,7 +138,7 @@ interface ModelProps {
 
 /** The way back to the tick of a dimmer; there only where the value is another one. */
 export function ModelButton({ name, value, model, tabIndex, onClick }: ModelProps) {
-    if (model === null || Math.abs(value - model) <= 1e-4 * model) return null;
+    if (!useApp().mayEdit.value || model === null || Math.abs(value - model) <= 1e-4 * model) return null;
     const label = `${name}: back to the ${number(model)} lumens of the model`;
     return <BackButton label={label} title={`Back to the model’s ${number(model)} lm`} tabIndex={tabIndex} onClick={onClick} />;
 }

@@ -1,3 +1,4 @@
+import { useApp } from './context';
 import { useDeskIsShown } from './DeskPanel';
 
 /** The sections of the panel, which is longer than a screen: heading by id, and a short name. */
@@ -22,9 +23,11 @@ function goTo(id: string): void {
 
 export function SectionNav() {
     const desk = useDeskIsShown();
+    const { mayEdit } = useApp();
+    const isShown = (id: string): boolean => (desk || id !== 'desk-title') && (mayEdit.value || id !== 'library-title');
     return (
         <nav class="section-nav" aria-label="Sections of the panel">
-            {SECTIONS.filter(([id]) => desk || id !== 'desk-title').map(([id, name]) => (
+            {SECTIONS.filter(([id]) => isShown(id)).map(([id, name]) => (
                 <button key={id} type="button" onClick={() => goTo(id)}>
                     {name}
                 </button>

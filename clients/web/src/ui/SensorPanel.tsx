@@ -1,7 +1,9 @@
 import { fixed, number, toError } from '../lib/format';
 import { numberOr, stringOr, type SceneRecord } from '../protocol/types';
+import { NOT_TO_MEASURE } from '../state/role';
 import { pointsInWords, stateOf, verdict, type SensorReading, type Target, type Value } from '../state/sensors';
 import { useApp } from './context';
+import { Editing } from './Editing';
 import { Icon } from './Icon';
 import { NumberField } from './NumberField';
 
@@ -13,7 +15,7 @@ export function SensorPanel() {
         <section class="section" aria-labelledby="sensors-title">
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
-                {ids.length > 0 && (
+                {ids.length > 0 && app.mayMeasure.value && (
                     <button
                         type="button"
                         class="toggle at-end"
@@ -24,15 +26,18 @@ export function SensorPanel() {
                         Points
                     </button>
                 )}
-                {ids.length > 0 && (
+                {ids.length > 0 && app.mayMeasure.value && (
                     <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
                         CSV
                     </button>
                 )}
-                <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
-                    {ids.length > 0 ? 'Add' : 'Add work plane'}
-                </button>
+                <Editing>
+                    <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                        {ids.length > 0 ? 'Add' : 'Add work plane'}
+                    </button>
+                </Editing>
             </header>
+            {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
             <ul class="light-list">
                 {ids.map((id) => (
@@ -53,9 +58,11 @@ function Sensor({ id }: { id: string }) {
         <li class="light sensor">
             <div class="light-head">
                 <span class="light-name">{stringOr(record.name, id)}</span>
-                <button type="button" class="icon-button" aria-label={`Remove ${id}`} title="Remove" onClick={() => app.sensors.remove(id)}>
-                    <Icon name="close" />
-                </button>
+                <Editing>
+                    <button type="button" class="icon-button" aria-label={`Remove ${id}`} title="Remove" onClick={() => app.sensors.remove(id)}>
+                        <Icon name="close" />
+                    </button>
+                </Editing>
             </div>
             <p class="kind">{stateOf(reading, current)}</p>
             {reading && (
@@ -67,7 +74,9 @@ function Sensor({ id }: { id: string }) {
                 </dl>
             )}
             {reading && <Points record={record} reading={reading} />}
-            <Wanted record={record} />
+            <Editing>
+                <Wanted record={record} />
+            </Editing>
         </li>
     );
 }

@@ -58,6 +58,7 @@ function Converged() {
     if (app.connection.value.at !== 'online') return <span class="quality">not connected</span>;
     if (app.stalled.value) return <span class="quality">no answer from the server</span>;
     if (!frame) return <span class="quality">no picture yet</span>;
+    if (app.comeback.isStale.value) return <span class="quality">old picture</span>;
     // The numbers are of the picture that is about to go.
     if (app.view.pending.value || app.scene.rev.value > frame.sceneRev) return <span class="quality">updating</span>;
     return (

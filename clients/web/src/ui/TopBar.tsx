@@ -1,4 +1,5 @@
 import type { ComponentChildren } from 'preact';
+import { NOT_TO_EDIT } from '../state/role';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { useTheme } from './theme';
@@ -18,11 +19,16 @@ export function TopBar() {
                 <span class="link-text">{LINK_WORDS[state]}</span>
             </span>
             {state === 'online' && <Kept />}
+            {state === 'online' && !app.mayEdit.value && (
+                <span class="kept" title={NOT_TO_EDIT}>
+                    {app.mayMeasure.value ? 'to measure' : 'to look'}
+                </span>
+            )}
             <nav class="tools" aria-label="Tools">
-                <Tool label="Undo (Z)" onClick={() => void app.undo()}>
+                <Tool label="Undo (Z)" disabled={!app.mayEdit.value} onClick={() => void app.undo()}>
                     <Icon name="undo" />
                 </Tool>
-                <Tool label="Redo (Shift+Z)" onClick={() => void app.redo()}>
+                <Tool label="Redo (Shift+Z)" disabled={!app.mayEdit.value} onClick={() => void app.redo()}>
                     <Icon name="redo" />
                 </Tool>
                 <span class="gap" />
@@ -86,13 +92,16 @@ function Logo() {
 interface ToolProps {
     label: string;
     pressed?: boolean;
+    /** It changes the scene, and this client may not. */
+    disabled?: boolean;
     onClick(): void;
     children: ComponentChildren;
 }
 
-function Tool({ label, pressed, onClick, children }: ToolProps) {
+function Tool({ label, pressed, disabled, onClick, children }: ToolProps) {
+    const title = disabled ? `${label}. ${NOT_TO_EDIT}` : label;
     return (
-        <button type="button" class="icon-button" aria-label={label} title={label} aria-pressed={pressed} onClick={onClick}>
+        <button type="button" class="icon-button" aria-label={label} title={title} aria-pressed={pressed} disabled={disabled} onClick={onClick}>
             {children}
         </button>
     );

@@ -3,6 +3,7 @@ import { number, toError } from '../lib/format';
 import { length, sub } from '../lib/vec';
 import { Navigation } from '../view/navigation';
 import { Banner } from './Banner';
+import { NOT_TO_MEASURE } from '../state/role';
 import { useApp } from './context';
 import { Icon } from './Icon';
 import { Legend } from './Legend';
@@ -45,7 +46,7 @@ export function Viewport() {
                 onPointerLeave={() => app.reader.pointAt(null)}
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
-                <canvas ref={canvas} class="picture" />
+                <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
                 <Overlay />
                 <span class="reticle" aria-hidden="true" />
             </div>
@@ -109,7 +110,8 @@ function ReadingCard() {
                     <Icon name="close" />
                 </button>
             </header>
-            <p class={`reading-lux ${old ? 'is-old' : ''}`} aria-busy={old}>
+            {!app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
+            <p class={`reading-lux ${old ? 'is-old' : ''}`} aria-busy={old} hidden={!app.mayMeasure.value}>
                 {lux === null ? '…' : number(toError(lux.value, lux.stderr))} <small>lx</small>
                 {lux !== null && Number.isFinite(lux.stderr) && <small class="reading-error">± {number(Number(lux.stderr.toPrecision(1)))}</small>}
                 {old && <small class="reading-old">{app.online.value ? 'measuring' : 'not connected'}</small>}
@@ -122,7 +124,7 @@ function ReadingCard() {
                 <dd>{length(sub(point, app.view.shownPose.value.position)).toFixed(2)} m</dd>
             </dl>
             {lux !== null && lux.solo.length > 0 && <p class="hint">Of {lux.solo.join(', ')} alone.</p>}
-            {carrier && <p class="hint">Drag its mark to move {carrier.id}.</p>}
+            {carrier && app.mayEdit.value && <p class="hint">Drag its mark to move {carrier.id}.</p>}
         </aside>
     );
 }

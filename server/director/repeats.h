@@ -1,0 +1,24 @@
+/* Which edits of a user were done, by their op_id: so that one who was cut off can send again what nobody answered, and
+ * nothing is done twice. Thread: the director's.
+ *
+ * Known are the last LUM_LIMIT_REPEATS of each user, from the edit on until the user is forgotten; not beyond the end
+ * of the daemon. */
+#ifndef LUM_SERVER_DIRECTOR_REPEATS_H
+#define LUM_SERVER_DIRECTOR_REPEATS_H
+
+#include "server/director/internal.h"
+
+/* Before an edit with an op_id is made: so that it can be remembered then. False: memory is short. */
+bool lum_repeats_reserve(struct lum_director *d, const struct lum_request *q);
+/* It is in the scene as this revision, and the journal has it as entry seq (0: none). Does nothing without an op_id. */
+void lum_repeats_note(struct lum_director *d, const struct lum_request *q, uint64_t scene_rev, uint64_t seq);
+/* An undo or a redo found a conflict, and forgot its step: sent again, it would take another one. */
+void lum_repeats_note_refused(struct lum_director *d, const struct lum_request *q);
+/* Answers as it was answered then. False: it is not known. */
+bool lum_repeats_answer(struct lum_director *d, const struct lum_request *q);
+/* Edits of entries after this one were taken back: they were not done. */
+void lum_repeats_lose(struct lum_director *d, uint64_t durable);
+void lum_repeats_forget(struct lum_director *d, const char *user);
+void lum_repeats_destroy(struct lum_repeats *all); /* accepts NULL */
+
+#endif

@@ -1,0 +1,108 @@
+/* What the files of sessions share: session.c (life, and what comes in and goes out), session_hello.c (who it is),
+ * session_resume.c (who comes back) and session_admin.c (who is here). Everything belongs to the net thread. */
+#ifndef LUM_SERVER_NET_SESSION_INTERNAL_H
+#define LUM_SERVER_NET_SESSION_INTERNAL_H
+
+#include <netinet/in.h>
+
+#include "server/net/bucket.h"
+#include "server/net/session.h"
+#include "server/net/text_queue.h"
+
+struct lum_rpc;
+
+#define LUM_RESUME_KEY_BYTES 32
+
+struct lum_session {
+    struct lum_sessions *table; /* immutable */
+    struct lum_session_ref ref; /* generation changes with each use of the slot */
+    bool open, greeted, close_after_text;
+    bool leaving; /* closed, but the director's inbox was full: it has not been told yet, and the slot is not free */
+    const struct lum_request_type *farewell; /* what it is told */
+    bool done;                               /* the client will not come back */
+    bool superseded; /* another connection has the name, the undo and all else that outlives this one */
+    enum lum_close close;
+    char user[LUM_LIMIT_ID_BYTES + 1];
+    struct lum_person person;           /* who it is, once greeted */
+    char key[LUM_RESUME_KEY_BYTES + 1]; /* who knows it may go on with this session; "": nobody */
+    char peer[INET6_ADDRSTRLEN];
+    struct lum_bucket bytes;    /* paid before anybody looks at what came */
+    struct lum_bucket messages; /* paid for what the director is asked */
+    struct lum_text_queue text;
+    struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
+    uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
+    /* The message being sent: one of the two. */
+    struct lum_text *sending_text;
+    struct lum_encoded_tile *sending_tile;
+};
+
+/* One who was cut off, and may come back. */
+struct lum_parked {
+    char user[LUM_LIMIT_ID_BYTES + 1]; /* "": the place is free */
+    char key[LUM_RESUME_KEY_BYTES + 1];
+    struct lum_person person;
+    int64_t until_ns;
+};
+
+/* The newest changes of the scene, as they were told. */
+struct lum_changes_kept {
+    struct {
+        uint64_t scene_rev;
+        struct lum_text *text;
+    } ring[LUM_LIMIT_CHANGES_KEPT];
+    uint32_t first, n;
+    size_t n_bytes;
+    uint64_t before; /* the revision before the oldest */
+};
+
+struct lum_sessions {
+    struct lum_sessions_config config;
+    bool draining;
+    bool ended; /* lum_sessions_take_ended */
+    uint32_t n_greeted;
+    int64_t refusal_told_ns; /* when the log last heard of a wrong token; 0: never */
+    uint32_t n_untold;       /* wrong tokens since then */
+    struct lum_parked parked[LUM_LIMIT_PARKED];
+    struct lum_changes_kept changes;
+    struct lum_session slots[LUM_LIMIT_CONNECTIONS];
+};
+
+/* ---- session.c ---- */
+/* Queues a text, which passes over; NULL (memory is short) ends the session. */
+void lum_session_say(struct lum_session *s, char *text);
+/* The error reply; without an id (a notification) the client cannot be told. */
+void lum_session_refuse(struct lum_session *s, const char *id, const struct lum_proto_error *err);
+
+void lum_session_queue_text(struct lum_session *s, struct lum_text *t);
+/* Tells the director; false when that has to be tried again. */
+bool lum_session_post(struct lum_session *s, const struct lum_request_type *type);
+
+/* ---- session_hello.c ---- */
+void lum_session_receive_hello(struct lum_session *s, const struct lum_rpc *rpc, int64_t now_ns);
+
+/* ---- session_resume.c ---- */
+/* The new session s, whose person is known, goes on with the one of that name, open or cut off, if the key is its own:
+ * it then has its name and its key, and that one ends. False: there is none, or it is not for this one. */
+bool lum_session_resume(struct lum_session *s, const char *name, const char *key, int64_t now_ns);
+/* May the person have a name that nobody has now, of before the server was started? */
+bool lum_session_may_be(const struct lum_session *s, const char *name);
+/* A key of its own. */
+void lum_session_make_key(struct lum_session *s);
+bool lum_sessions_have_parked(const struct lum_sessions *t, const char *user);
+/* The connection of s is gone: keeps its place, for LUM_LIMIT_RESUME_S. */
+void lum_session_park(struct lum_session *s, int64_t now_ns);
+/* Forgets those who did not come back. */
+void lum_sessions_forget_parked(struct lum_sessions *t, int64_t now_ns);
+/* text: NULL where memory was short. */
+void lum_sessions_keep_change(struct lum_sessions *t, uint64_t scene_rev, struct lum_text *text);
+/* How many changes there were after this revision; -1: that is not known any more. */
+int lum_sessions_missed(const struct lum_sessions *t, uint64_t scene_rev);
+/* Says the last n of them. */
+void lum_session_say_missed(struct lum_session *s, int n);
+void lum_sessions_drop_changes(struct lum_sessions *t);
+
+/* ---- session_admin.c ---- */
+/* Answers what only administrators may ask. False: the message is something else. */
+bool lum_session_administer(struct lum_session *s, const struct lum_rpc *rpc);
+
+#endif

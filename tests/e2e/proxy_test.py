@@ -1,0 +1,195 @@
+"""The reverse proxies of docker/proxy, started for real before a daemon: TLS, WebSocket, headers, and who is turned away.
+
+Where a proxy is not installed its test says so, and is skipped. LUMEND_NGINX and LUMEND_CADDY name the programs.
+"""
+import http.client
+import json
+import os
+import re
+import shutil
+import socket
+import ssl
+import subprocess
+import tempfile
+import unittest
+
+from access_test import SECURITY_HEADERS
+from daemon import Daemon
+from wsclient import LAST_TILE, WAIT_S, HandshakeFailed, RpcError, WebSocket, connect_tcp, tile_header
+
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docker", "proxy")
+NAME = "lights.example"
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as sock:
+        return sock.getsockname()[1]
+
+
+class Proxied:
+    """What both must do."""
+
+    program, option, default = None, None, None
+
+    def setUp(self):
+        self.program = os.environ.get(self.option) or shutil.which(self.default) or shutil.which(self.default, path="/usr/sbin")
+        if not self.program:
+            self.skipTest(f"{self.default} is not installed")
+        if not shutil.which("openssl"):
+            self.skipTest("openssl makes the certificate, and is not installed")
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.certificate, self.key = (os.path.join(self.folder, name) for name in ("cert.pem", "key.pem"))
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-days", "2", "-subj", f"/CN={NAME}", "-addext", f"subjectAltName=DNS:{NAME}",
+                        "-out", self.certificate, "-keyout", self.key], check=True, capture_output=True)
+        self.trust = ssl.create_default_context(cafile=self.certificate)
+        self.daemon = self.enterContext(Daemon("--allow-host", NAME))
+        self.http, self.https = free_port(), free_port()
+        self.log = open(os.path.join(self.folder, "log"), "w+b")
+        self.addCleanup(self.log.close)
+        self.process = subprocess.Popen(self.command(), stdout=self.log, stderr=self.log,
+                                        env={**os.environ, "HOME": self.folder, "XDG_DATA_HOME": self.folder,
+                                             "XDG_CONFIG_HOME": self.folder})
+        self.addCleanup(self.end)
+        self.wait_open()
+
+    def end(self):
+        self.process.terminate()
+        self.process.wait(WAIT_S)
+
+    def wait_open(self):
+        while True:
+            try:
+                for port in (self.http, self.https):
+                    socket.create_connection(("127.0.0.1", port), WAIT_S).close()
+                return
+            except ConnectionRefusedError:
+                if self.process.poll() is not None:
+                    self.log.seek(0)
+                    self.fail(f"{self.program} ended: {self.log.read().decode(errors='replace')}")
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def shipped(self, name, *changes):
+        """The file as it is in docker/proxy, but for these. Each must be there."""
+        with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
+            text = file.read()
+        for before, after in changes:
+            self.assertIn(before, text)
+            text = text.replace(before, after)
+        return text
+
+    # ---- what is asked of it ----
+
+    def get(self, path, host=None, method="GET", headers=None):
+        connection = http.client.HTTPSConnection("127.0.0.1", self.https, timeout=WAIT_S, context=self.trust)
+        connection.sock = self.trust.wrap_socket(connect_tcp(self.https), server_hostname=NAME)
+        connection.request(method, path, headers={"Host": host or f"{NAME}:{self.https}", **(headers or {})})
+        response = connection.getresponse()
+        body = response.read()
+        connection.close()
+        return response.status, {k.lower(): v for k, v in response.getheaders()}, body
+
+    def connect(self, **options):
+        host = options.pop("host", f"{NAME}:{self.https}")
+        return WebSocket(self.https, host=host, wrap=lambda sock: self.trust.wrap_socket(sock, server_hostname=NAME), **options)
+
+    def test_the_page_comes_by_tls_with_its_headers(self):
+        direct, through = self.daemon.get("/"), self.get("/")
+        self.assertEqual((through[0], through[2]), (200, direct[2]))
+        for name, value in SECURITY_HEADERS.items():
+            self.assertEqual(through[1][name], value, name)
+        self.assertEqual(through[1]["strict-transport-security"], "max-age=31536000")
+        self.assertEqual(self.get("/nothing")[0], 404)
+        self.assertEqual(self.get("/", headers={"If-None-Match": direct[1]["etag"]})[0], 304)
+
+    def test_clear_text_is_sent_to_tls(self):
+        connection = http.client.HTTPConnection("127.0.0.1", self.http, timeout=WAIT_S)
+        connection.request("GET", "/", headers={"Host": NAME})
+        response = connection.getresponse()
+        self.assertEqual(response.status, 308)
+        self.assertTrue(response.getheader("location").startswith(f"https://{NAME}"), response.getheader("location"))
+        connection.close()
+
+    def test_a_session_by_websocket(self):
+        """Edits up to the largest, pictures, and an Origin as browsers send it."""
+        ws = self.connect(origin=f"https://{NAME}:{self.https}")
+        hello = ws.hello(self.daemon.token)
+        ws.call("view.open", {"size": [200, 150], "camera_id": "main", "codec": "rgba8"})
+        while not any(tile_header(tile)["flags"] & LAST_TILE for tile in ws.binaries):
+            ws.pump()
+        self.assertGreater(sum(map(len, ws.binaries)), 200 * 150 * 4)
+        ops = [{"op": "add", "type": "sensor", "id": f"s{i}", "kind": "point", "position": [0, 1, 0]} for i in range(60)]
+        self.assertEqual(ws.call("scene.apply", {"ops": ops})["scene_rev"], hello["scene_rev"] + 1)
+        padded = json.dumps({"jsonrpc": "2.0", "id": 77, "method": "stats.get", "params": {}})
+        ws.send_text(padded + " " * ((8 << 20) - len(padded)))  # the longest message that there may be
+        self.assertIn("methods", ws.reply(77))
+        ws.leave()
+
+    def test_who_is_turned_away(self):
+        for options in ({"origin": "https://evil.example"}, {"origin": f"http://{NAME}:{self.https}x"},
+                        {"origin": "null"}, {"host": "evil.example"}):
+            with self.assertRaises(HandshakeFailed, msg=options) as caught:
+                self.connect(**options)
+            if "origin" in options:  # another name is not even asked of lumend by each of them
+                self.assertEqual(caught.exception.status, 403, options)
+        self.assertEqual(self.get("/metrics", headers=self.daemon.bearer())[0], 403)
+        ws = self.connect()
+        with self.assertRaises(RpcError) as caught:
+            ws.hello("a-token-of-nobody-at-all")
+        self.assertEqual(caught.exception.app, "not_authorised")
+        self.assertEqual(ws.wait_close(), 4001)  # the code comes through
+
+    def test_old_tls_is_refused(self):
+        old = ssl.create_default_context(cafile=self.certificate)
+        old.minimum_version = ssl.TLSVersion.TLSv1
+        old.maximum_version = ssl.TLSVersion.TLSv1_1
+        old.set_ciphers("ALL:@SECLEVEL=0")
+        with self.assertRaises((ssl.SSLError, ConnectionError)):
+            old.wrap_socket(connect_tcp(self.https), server_hostname=NAME)
+
+
+class Nginx(Proxied, unittest.TestCase):
+    option, default = "LUMEND_NGINX", "nginx"
+
+    def command(self):
+        site = self.shipped("nginx.conf", ("listen 80;", f"listen 127.0.0.1:{self.http};"),
+                            ("listen 443 ssl", f"listen 127.0.0.1:{self.https} ssl"),
+                            ("/etc/ssl/private/lights.example.key", self.key), ("/etc/ssl/lights.example.pem", self.certificate),
+                            ("127.0.0.1:9460", f"127.0.0.1:{self.daemon.port}"))
+        temporary = "".join(f"    {kind}_temp_path {self.folder}/{kind};\n"
+                            for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
+        main = self.write("main.conf", f"pid {self.folder}/pid;\nerror_log {self.folder}/error;\ndaemon off;\nworker_processes 1;\n"
+                                       f"events {{ }}\nhttp {{\n    access_log off;\n{temporary}{site}\n}}\n")
+        return [self.program, "-p", self.folder, "-e", f"{self.folder}/error", "-c", main]
+
+
+class Caddy(Proxied, unittest.TestCase):
+    option, default = "LUMEND_CADDY", "caddy"
+
+    def command(self):
+        site = self.shipped("Caddyfile", ("lights.example {\n", f"{NAME} {{\n\tbind 127.0.0.1\n\ttls {self.certificate} {self.key}\n"),
+                            ("127.0.0.1:9460", f"127.0.0.1:{self.daemon.port}"))
+        settings = f"{{\n\tadmin off\n\thttp_port {self.http}\n\thttps_port {self.https}\n\tdefault_bind 127.0.0.1\n}}\n"
+        return [self.program, "run", "--adapter", "caddyfile", "--config", self.write("Caddyfile", settings + site)]
+
+
+class Files(unittest.TestCase):
+    """Also where no proxy is installed."""
+
+    def test_each_file_says_how_lumend_has_to_be_started(self):
+        for name in os.listdir(FOLDER):
+            with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
+                text = file.read()
+            self.assertRegex(text, re.compile(r"^# .*lumend --listen 127\.0\.0\.1:9460 --allow-host lights\.example", re.M))
+
+
+if __name__ == "__main__":
+    if not any(os.environ.get(proxy.option) or shutil.which(proxy.default) or shutil.which(proxy.default, path="/usr/sbin")
+               for proxy in (Nginx, Caddy)):
+        print("skipped: neither nginx nor caddy is installed (LUMEND_NGINX, LUMEND_CADDY)")
+    unittest.main()
