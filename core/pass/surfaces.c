@@ -113,6 +113,19 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
                   (shines ? LUM_PIXEL_SHINES : 0));
 }
 
+struct lum_rgb lum_surfaces_far_albedo(const struct lum_pass *pass, uint32_t x, uint32_t y)
+{
+    uint32_t tile = y / LUM_TILE_SIDE * pass->tiling.nx + x / LUM_TILE_SIDE;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    struct lum_vec3 d = lum_center_direction(pass, x, y);
+    struct lum_surface s;
+    struct lum_bsdf b;
+    lum_snapshot_surface(pass->snapshot, &pass->gbuffer->tiles[tile], (y - r.y) * r.w + x - r.x, d, &s);
+    lum_bsdf_init(&b, &pass->snapshot->materials[s.material], &s, lum_v3_neg(d));
+    b = lum_bsdf_far_side(&b);
+    return lum_bsdf_diffuse_albedo(&b);
+}
+
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
     (void)counters;

@@ -36,6 +36,9 @@ void lum_surfaces_finish(struct lum_surfaces *s);
 LUM_MUST_USE enum lum_status lum_surfaces_update(struct lum_surfaces *s, const struct lum_pass *pass,
                                                  struct lum_error *err);
 
+/* Albedo for light on the far side of the sheet that pixel (x, y) shows. Not kept: few pixels show one. */
+struct lum_rgb lum_surfaces_far_albedo(const struct lum_pass *pass, uint32_t x, uint32_t y);
+
 struct lum_estimator;
 extern const struct lum_estimator lum_stage_surfaces;
 
