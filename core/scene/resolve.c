@@ -60,6 +60,8 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->specular = d->specular;
     out->transmission = d->transmission;
     out->diffuse_transmittance = d->diffuse_transmittance;
+    out->clearcoat = d->clearcoat;
+    out->clearcoat_roughness = d->clearcoat_roughness;
     out->normal_scale = d->normal_scale;
     out->alpha = d->alpha;
     out->alpha_cutoff = d->alpha_cutoff;

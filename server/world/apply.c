@@ -165,6 +165,8 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .specular_color = rgb(m->specular_color),
         .transmission = (float)m->transmission,
         .diffuse_transmittance = rgb(m->diffuse_transmittance),
+        .clearcoat = (float)m->clearcoat,
+        .clearcoat_roughness = (float)m->clearcoat_roughness,
         .thin = m->thin,
         .attenuation_color = rgb(m->attenuation_color),
         .attenuation_distance_m = m->attenuation_distance.set ? m->attenuation_distance.value : (double)INFINITY,

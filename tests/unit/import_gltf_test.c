@@ -446,6 +446,23 @@ static void diffuse_transmission(void **state)
     }
 }
 
+static void clearcoat(void **state)
+{
+    const struct lum_record_material *m =
+        import_material(*state, "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatFactor\":0.75,"
+                                "\"clearcoatRoughnessFactor\":0.25,\"clearcoatTexture\":{\"index\":0}}}}");
+    assert_true(m->clearcoat == 0.75 && m->clearcoat_roughness == 0.25);
+    assert_true(kit_warned(*state, "KHR_materials_clearcoat"));
+    static const char *const bare[] = {
+        "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatRoughnessFactor\":0.25}}}", /* the factor's default is
+                                                                                                 0 */
+        "{\"extensions\":{\"KHR_materials_unlit\":{},\"KHR_materials_clearcoat\":{\"clearcoatFactor\":1}}}",
+        "{}",
+    };
+    for (size_t i = 0; i < sizeof bare / sizeof bare[0]; i++)
+        assert_true(import_material(*state, bare[i])->clearcoat == 0.0);
+}
+
 static void specular_glossiness(void **state)
 {
     const struct lum_record_material *m = import_material(
@@ -654,6 +671,7 @@ int main(void)
         TEST(many_fixtures_stay_whole),
         TEST(dielectric_extensions),
         TEST(diffuse_transmission),
+        TEST(clearcoat),
         TEST(specular_glossiness),
         TEST(textures),
         TEST(missing_picture_is_a_warning),

@@ -22,7 +22,7 @@ void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p,
 
 bool lum_bsdf_spreads(const struct lum_bsdf *b)
 {
-    return b->alpha > 0.0f || !lum_rgb_black(b->diffuse);
+    return lum_bsdf_has_gloss(b) || !lum_rgb_black(b->diffuse);
 }
 
 /* Where a light shines from that casts hard shadows, as a pair of its samples: near its middle, so that the one sample
