@@ -7,6 +7,7 @@
 
 #include "core/material/clearcoat.h"
 #include "core/math/warp.h"
+#include "core/material/sheen.h"
 
 float lum_fresnel_dielectric(float cos_i, float eta)
 {
@@ -67,23 +68,59 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
     return f;
 }
 
+float lum_bsdf_through_base(const struct lum_bsdf *b, float cos)
+{
+    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
+        return 1.0f;
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos);
+    return lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+}
+
+static bool is_covered(const struct lum_bsdf *b)
+{
+    return b->clear.weight > 0.0f || b->sheen.weight > 0.0f;
+}
+
+/* What fuzz and clear coat leave of gloss and glass, by the cosine of wi. */
+static float left_below(const struct lum_bsdf *b, float cos_i)
+{
+    float left = b->sheen.weight > 0.0f ? lum_sheen_left(b, cos_i) : 1.0f;
+    return b->clear.weight > 0.0f ? left * lum_clearcoat_left(b, cos_i) : left;
+}
+
+/* And of even scattering. */
+static float even_below(const struct lum_bsdf *b, float cos_i)
+{
+    float left = b->sheen.weight > 0.0f ? lum_sheen_even(b, cos_i) : 1.0f;
+    return b->clear.weight > 0.0f ? left * lum_clearcoat_even(b, cos_i) : left;
+}
+
+/* Mean of that by wi: what is scattered evenly leaves through both once. */
+static float even_mean_below(const struct lum_bsdf *b)
+{
+    float left = b->sheen.weight > 0.0f ? b->sheen.left : 1.0f;
+    return b->clear.weight > 0.0f ? left * b->clear.left : left;
+}
+
+#define MEAN_COS 0.6667f /* of even light */
+
 /* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
 {
     struct lum_rgb base = b->diffuse, multi = lum_grey(0.0f);
-    bool coated = b->clear.weight > 0.0f;
+    bool covered = is_covered(b);
     if (b->coat[1] != 0.0f || b->coat[2] != 0.0f) { /* else matte: exactly */
         struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
         float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
         float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
-        if (!coated)
+        if (!covered)
             return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
         base = lum_rgb_scale(b->diffuse, through * b->coat_norm);
         multi = lum_rgb_scale(b->multi, lost);
     }
-    if (!coated)
+    if (!covered)
         return base;
-    return lum_rgb_mad(lum_rgb_scale(base, lum_clearcoat_even(b, cos_i)), multi, lum_clearcoat_left(b, cos_i));
+    return lum_rgb_mad(lum_rgb_scale(base, even_below(b, cos_i)), multi, left_below(b, cos_i));
 }
 
 static struct lum_rgb far_at(const struct lum_bsdf *b, float cos_i)
@@ -106,7 +143,7 @@ struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
         return lum_grey(0.0f);
     float cos_o = lum_dot(wo, b->frame.n);
     struct lum_rgb through = facet_at(b, cos_o).transmit;
-    return b->clear.weight > 0.0f ? lum_rgb_scale(through, lum_clearcoat_left(b, cos_o)) : through;
+    return is_covered(b) ? lum_rgb_scale(through, left_below(b, cos_o)) : through;
 }
 
 /* Scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given that
@@ -168,6 +205,8 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
             v.pdf_sa = b->diffuse_prob * b->far_prob * c;
         }
     }
+    if (b->sheen.weight > 0.0f)
+        lum_sheen_add(b, o, i, i.z > 0.0f && side > 0.0f, &v);
     if (b->clear.weight > 0.0f)
         lum_clearcoat_add(b, wo, wi, i.z, &v);
     v.pdf_sa += (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
@@ -209,7 +248,7 @@ static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, ui
 void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                          struct lum_rgb *ret_gloss, float *ret_pdf_sa)
 {
-    bool simple = b->glass == 0.0f && b->clear.weight == 0.0f && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
+    bool simple = b->glass == 0.0f && !is_covered(b) && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
     for (uint32_t k = 0; simple && k < n; k += LANES)
         eval_metal_and_coat(b, wo, n - k < LANES ? n - k : LANES, wi + k, ret_gloss + k, ret_pdf_sa + k);
     for (uint32_t k = 0; !simple && k < n; k++) {
@@ -236,15 +275,15 @@ struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struc
 
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
 {
-    bool coated = b->clear.weight > 0.0f;
+    bool covered = is_covered(b);
     if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
-        return coated ? lum_rgb_scale(b->diffuse, lum_clearcoat_even_mean(b)) : b->diffuse;
+        return covered ? lum_rgb_scale(b->diffuse, even_mean_below(b)) : b->diffuse;
     struct lum_ggx_albedo e = lum_ggx_albedo_mean(b->row);
     float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
     float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
-    if (coated)
-        return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm * lum_clearcoat_even_mean(b)), b->multi,
-                           lost * lum_clearcoat_left_mean(b));
+    if (covered)
+        return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm * even_mean_below(b)), b->multi,
+                           lost * left_below(b, MEAN_COS));
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
@@ -255,9 +294,9 @@ struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 w
         struct lum_ggx_albedo e = lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, wo)));
         below = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
     }
-    if (b->clear.weight == 0.0f)
+    if (!is_covered(b))
         return below;
-    return lum_rgb_add(lum_rgb_scale(below, b->clear.left), lum_grey(lum_clearcoat_gloss_albedo(b, wo)));
+    return lum_rgb_add(lum_rgb_scale(below, even_mean_below(b)), lum_grey(lum_clearcoat_gloss_albedo(b, wo)));
 }
 
 struct lum_gloss_lobe lum_bsdf_gloss_lobe(const struct lum_bsdf *b, struct lum_vec3 wo)
@@ -352,9 +391,9 @@ static bool sample_transmission(const struct lum_bsdf *b, struct lum_vec3 wo, co
 /* What lies below a clear coat is dimmed by it; what has spread was when it was evaluated. */
 static bool dim_delta(const struct lum_bsdf *b, bool found, struct lum_bsdf_sample *inout_sample)
 {
-    if (found && b->clear.weight > 0.0f && inout_sample->pdf_sa == 0.0f)
+    if (found && is_covered(b) && inout_sample->pdf_sa == 0.0f)
         inout_sample->weight =
-            lum_rgb_scale(inout_sample->weight, lum_clearcoat_left(b, lum_dot(inout_sample->wi, b->frame.n)));
+            lum_rgb_scale(inout_sample->weight, left_below(b, lum_dot(inout_sample->wi, b->frame.n)));
     return found;
 }
 
@@ -393,6 +432,12 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (b->clear.share > 0.0f) {
         u_lobe = (u_lobe - b->clear.share) / (1.0f - b->clear.share);
         facet_prob *= 1.0f - b->clear.share;
+    }
+    if (u_lobe < b->sheen.share)
+        return finish_spread(b, wo, lum_warp_cone(u, 1.0f), LUM_LOBE_GLOSSY, ret_sample);
+    if (b->sheen.share > 0.0f) {
+        u_lobe = (u_lobe - b->sheen.share) / (1.0f - b->sheen.share);
+        facet_prob *= 1.0f - b->sheen.share;
     }
 
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);

@@ -11,7 +11,7 @@
  * the far side: even, and under a coat like the one on this side. Estimators of what is lit on this side leave it out:
  * who wants the whole surface adds it (lum_bsdf_add_far_side), or takes it as a surface of its own.
  *
- * A clear coat may lie over all of that (clearcoat.h).
+ * Fuzz (sheen.h) and a clear coat (clearcoat.h) may lie over all of that, in this order.
  *
  * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
  * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
@@ -51,6 +51,15 @@ struct lum_clearcoat {
     struct lum_vec3 n;      /* unit shading normal */
 };
 
+/* The fuzz of cloth: see sheen.h. */
+struct lum_sheen {
+    struct lum_rgb color;
+    float weight; /* of its largest channel; 0: there is none */
+    float roughness;
+    float left, norm; /* as of a clear coat */
+    float share;      /* probability that a sample is of it, where it is neither cosine-shaped nor of the clear coat */
+};
+
 /* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
 struct lum_bsdf {
     struct lum_frame frame;  /* around ns, bent so that wo is above it */
@@ -73,6 +82,7 @@ struct lum_bsdf {
     float alpha;        /* GGX roughness; 0: delta */
     struct lum_ggx_row row; /* of alpha */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
+    struct lum_sheen sheen;
     struct lum_clearcoat clear;
     bool thin;
     bool straight;           /* transmission is delta, and bends nothing */
@@ -116,7 +126,7 @@ static inline bool lum_clearcoat_is_gloss(const struct lum_bsdf *b)
 }
 static inline bool lum_bsdf_has_gloss(const struct lum_bsdf *b)
 {
-    return b->alpha > 0.0f || lum_clearcoat_is_gloss(b);
+    return b->alpha > 0.0f || b->sheen.share > 0.0f || lum_clearcoat_is_gloss(b);
 }
 
 /* pdf of the cosine-shaped lobes alone. */
@@ -129,7 +139,13 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
 
-/* What glossy reflection sends on of light from wo; of delta lobes and of glass nothing. */
+/* What of light from wo leaves the base through its own coat, by a cosine: 1 where that has none. */
+float lum_bsdf_through_base(const struct lum_bsdf *b, float cos);
+
+/* What the fuzz of cloth sends on of light from wo. */
+struct lum_rgb lum_bsdf_sheen_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
+
+/* What glossy reflection sends on of light from wo; of delta lobes, of glass and of fuzz nothing. */
 struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
 
 /* The strongest of the lobes that reflect so: roughness, and reflectance at normal incidence and at grazing. */

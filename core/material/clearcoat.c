@@ -1,5 +1,7 @@
 #include "core/material/clearcoat.h"
 
+#include "core/material/sheen.h"
+
 static float albedo_of(const struct lum_clearcoat *c, struct lum_ggx_albedo e)
 {
     return lum_clamp(c->weight * (LUM_CLEARCOAT_F0 * e.scale + e.bias), 0.0f, 1.0f);
@@ -10,25 +12,17 @@ static float left_at(const struct lum_clearcoat *c, float cos)
     return 1.0f - albedo_of(c, lum_ggx_albedo(c->row, lum_min(fabsf(cos), 1.0f)));
 }
 
-/* 1 - E of the coat that the base has anyway. */
-static float through_base(const struct lum_bsdf *b, struct lum_ggx_albedo e)
-{
-    return lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
-}
-
-/* Mean of 1 - E of this coat, of light that the base's own lets through: where one reflects much so does the other.
- * In equal steps of the squared cosine, which cosines weigh alike. */
+/* Mean of 1 - E, of light that what lies below lets through: where one reflects much so does the other. */
 static float mean_left(const struct lum_bsdf *b)
 {
     enum { STEPS = 8 };
-    const struct lum_clearcoat *c = &b->clear;
     float both = 0.0f, through = 0.0f;
-    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
-        return 1.0f - albedo_of(c, lum_ggx_albedo_mean(c->row));
+    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f && b->sheen.weight == 0.0f)
+        return 1.0f - albedo_of(&b->clear, lum_ggx_albedo_mean(b->clear.row));
     for (int k = 0; k < STEPS; k++) {
-        float cos = sqrtf(((float)k + 0.5f) / STEPS), t = through_base(b, lum_ggx_albedo(b->row, cos));
+        float cos = ((float)k + 0.5f) / STEPS, t = cos * lum_bsdf_through_base(b, cos) * lum_sheen_through(b, cos);
         through += t;
-        both += t * left_at(c, cos);
+        both += t * left_at(&b->clear, cos);
     }
     return through > 0.0f ? both / through : 1.0f;
 }
@@ -61,16 +55,6 @@ float lum_clearcoat_even(const struct lum_bsdf *b, float cos_i)
 float lum_clearcoat_left(const struct lum_bsdf *b, float cos_i)
 {
     return lum_min(b->clear.left, left_at(&b->clear, cos_i));
-}
-
-float lum_clearcoat_even_mean(const struct lum_bsdf *b)
-{
-    return b->clear.left;
-}
-
-float lum_clearcoat_left_mean(const struct lum_bsdf *b)
-{
-    return lum_min(b->clear.left, 1.0f - albedo_of(&b->clear, lum_ggx_albedo_mean(b->clear.row)));
 }
 
 static float fresnel_at(const struct lum_clearcoat *c, float cos)

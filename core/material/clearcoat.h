@@ -18,10 +18,6 @@ void lum_clearcoat_init(struct lum_bsdf *inout_bsdf, float weight, float roughne
 /* What it leaves of light that goes at these cosines to what lies below: of even scattering, and of other. */
 float lum_clearcoat_even(const struct lum_bsdf *b, float cos_i);
 float lum_clearcoat_left(const struct lum_bsdf *b, float cos_i);
-/* Mean of lum_clearcoat_even, weighted as scattering is; and about that of the other. */
-float lum_clearcoat_even_mean(const struct lum_bsdf *b);
-float lum_clearcoat_left_mean(const struct lum_bsdf *b);
-
 /* Dims the gloss of what lies below, and adds its own. cos_i: of wi, local. */
 void lum_clearcoat_add(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec3 wi, float cos_i,
                        struct lum_bsdf_value *inout_value);

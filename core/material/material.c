@@ -3,6 +3,7 @@
 
 #include "core/material/bsdf.h"
 #include "core/material/clearcoat.h"
+#include "core/material/sheen.h"
 #include "core/material/ggx.h"
 #include "core/scene/surface.h"
 
@@ -67,7 +68,7 @@ uint32_t lum_material_scatter(const struct lum_material *m)
         bool mirror = m->roughness * m->roughness < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
         bits |= mirror ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
     }
-    bits |= clearcoat_bits(m);
+    bits |= clearcoat_bits(m) | (lum_rgb_max(m->sheen_color) > 0.0f ? LUM_SCATTER_GLOSS : 0);
     return glass && !black ? bits | LUM_SCATTER_THROUGH : bits;
 }
 
@@ -260,7 +261,7 @@ struct lum_bsdf lum_bsdf_far_side(const struct lum_bsdf *b)
     far.ng = lum_v3_neg(b->ng);
     far.diffuse = b->through;
     far.through = far.f0 = far.transmit = far.multi = far.emission = lum_grey(0.0f);
-    far.f90 = far.glass = far.far_prob = far.clear.share = 0.0f;
+    far.f90 = far.glass = far.far_prob = far.clear.share = far.sheen.share = 0.0f;
     far.diffuse_prob = 1.0f;
     return far;
 }
@@ -301,6 +302,9 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
         return;
     init_lobes(ret_bsdf, m, s);
     init_weights(ret_bsdf, wo);
+    struct lum_rgb fuzz = clamp01_rgb(m->sheen_color);
+    if (!lum_rgb_black(fuzz))
+        lum_sheen_init(ret_bsdf, fuzz, clamp01(m->sheen_roughness), wo);
     if (m->clearcoat > 0.0f)
         add_clearcoat(ret_bsdf, m, s, wo);
 }

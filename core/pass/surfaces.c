@@ -103,8 +103,8 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     s->n[at] = b.frame.n;
     s->albedo[at] = lum_bsdf_diffuse_albedo(&b);
     bool diffuse = !lum_rgb_black(s->albedo[at]);
-    bool gloss =
-        (b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f)) || lum_clearcoat_is_gloss(&b);
+    bool gloss = (b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f)) ||
+                 lum_clearcoat_is_gloss(&b) || b.sheen.share > 0.0f;
     bool specular = !surface.white && lum_material_is_specular(m);
     bool sheet = !lum_rgb_black(b.through);
     bool shines = !surface.white && (surface.light != LUM_NO_OBJECT || m->unlit);

@@ -111,7 +111,9 @@ static uint32_t lobe_effects(const struct lum_bsdf *b)
         return effects;
     if (b->clear.share > 0.0f)
         effects |= LUM_EFFECT_BIT(b->clear.alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
-    if (b->clear.share < 1.0f)
+    if (b->sheen.share > 0.0f && b->clear.share < 1.0f)
+        effects |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
+    if (b->clear.share < 1.0f && b->sheen.share < 1.0f)
         effects |= LUM_EFFECT_BIT(b->alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
     return b->glass > 0.0f ? effects | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) : effects;
 }
@@ -552,7 +554,8 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
     if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
         return;
-    if (bsdf->clear.weight > 0.0f && !(bs.pdf_sa > 0.0f)) /* mirrors are another estimator's */
+    if ((bsdf->clear.weight > 0.0f || bsdf->sheen.weight > 0.0f) &&
+        !(bs.pdf_sa > 0.0f)) /* mirrors are another estimator's */
         return;
     float reflected = lum_rgb_max(bs.weight) + lum_rgb_max(lum_bsdf_diffuse_albedo(bsdf));
     if (!(reflected > 0.0f))

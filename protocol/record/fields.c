@@ -108,6 +108,8 @@ static const struct lum_field material[] = {
     NUMBER(material, transmission, 0, 1, 0, "", "share of light that passes through"),
     VECTOR(material, diffuse_transmittance, 0, 0, 1, XYZ(0, 0, 0), "",
            "of paper, cloth, opal: what leaves the far side evenly; with base_color at most 1"),
+    VECTOR(material, sheen_color, 0, 0, 1, XYZ(0, 0, 0), "", "of the fuzz of cloth, seen where the surface turns away"),
+    NUMBER(material, sheen_roughness, 0, 1, 0, "", "of that; below 0.27 it is as at 0.27"),
     NUMBER(material, clearcoat, 0, 1, 0, "", "how much of a clear lacquer lies over all of it"),
     NUMBER(material, clearcoat_roughness, 0, 1, 0, "", "of that: GGX alpha = clearcoat_roughness^2; 0: a mirror"),
     BOOL(material, thin, 0, "a surface without volume: transmission does not bend"),

@@ -165,6 +165,8 @@ enum lum_status lum_apply_material(const struct lum_record *r, struct lum_materi
         .specular_color = rgb(m->specular_color),
         .transmission = (float)m->transmission,
         .diffuse_transmittance = rgb(m->diffuse_transmittance),
+        .sheen_color = rgb(m->sheen_color),
+        .sheen_roughness = (float)m->sheen_roughness,
         .clearcoat = (float)m->clearcoat,
         .clearcoat_roughness = (float)m->clearcoat_roughness,
         .thin = m->thin,
