@@ -137,6 +137,36 @@ static void lamps_on_both_sides(void **state)
     rig_end(&r);
 }
 
+/* Form factor of a rectangle of half edges a and b towards a point at a distance of 1 before its middle. */
+static double seen_from_the_middle(double a, double b)
+{
+    double ra = sqrt(1.0 + a * a), rb = sqrt(1.0 + b * b);
+    return 4.0 / (2.0 * PI) * (a / ra * atan(b / ra) + b / rb * atan(a / rb));
+}
+
+/* A wide panel close behind a curtain, a window: also where shadows are hard, the light of all of it counts. */
+static void a_panel_close_behind(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc curtain = sheet(0.3f, 0.6f);
+    rig_material(&r, "sheet", &curtain);
+    rig_square(&r, "square", 4);
+    rig_object(&r, "square", "square", "sheet", rig_v(0, 0, 0));
+    struct lum_light_desc panel = rig_quad(rig_v(0, -0.25, 0), rig_v(1.6, 0, 0), rig_v(0, 0, -1.2), 100);
+    rig_light(&r, "panel", &panel);
+    rig_camera(&r, rig_v(0, 0.5, 0), rig_v(0, 0, 0), 1);
+    r.settings.w = r.settings.h = 6;
+    rig_commit(&r);
+    double want = 0.6 * 100 * seen_from_the_middle(0.8 / 0.25, 0.6 / 0.25);
+    for (size_t m = 0; m < n; m++)
+        check("panel", &methods[m], read_picture(&r, &methods[m], 64), want, 2e-3);
+    rig_end(&r);
+}
+
 /* Part rough glass, part sheet, before a luminous panel: all that is seen is light of the panel, so that the effect of
  * diffuse light, which nothing calls for, changes nothing. */
 static void rough_glass_and_sheet_in_one(void **state)
@@ -330,6 +360,7 @@ int main(void)
         cmocka_unit_test(texture_of_a_curtain_stays_sharp),
         cmocka_unit_test(rough_glass_and_sheet_in_one),
         cmocka_unit_test(dimmed_behind_a_sheet),
+        cmocka_unit_test(a_panel_close_behind),
     };
     return cmocka_run_group_tests_name("numeric.sheet", tests, NULL, NULL);
 }

@@ -225,12 +225,14 @@ static void shade_vertices(struct tree *t, uint32_t faint)
 {
     if (t->vertices[faint].n == 0)
         return;
-    if (faint == FAR_SIDES && t->pass->records) {
+    if (faint == FAR_SIDES)
         lum_layers_light_matte(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
+    else
+        lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
+    if (faint == FAR_SIDES && t->pass->records) {
         t->vertices[faint].n = 0;
         return;
     }
-    lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
     struct lum_echo *echo = echo_of(t->pass, t->tile);
     if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
         echo->whole = false; /* what they will gather from is not asked for */
