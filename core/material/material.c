@@ -302,9 +302,8 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
         return;
     init_lobes(ret_bsdf, m, s);
     init_weights(ret_bsdf, wo);
-    struct lum_rgb fuzz = clamp01_rgb(m->sheen_color);
-    if (!lum_rgb_black(fuzz))
-        lum_sheen_init(ret_bsdf, fuzz, clamp01(m->sheen_roughness), wo);
+    if (lum_rgb_max(m->sheen_color) > 0.0f)
+        lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), clamp01(m->sheen_roughness), wo);
     if (m->clearcoat > 0.0f)
         add_clearcoat(ret_bsdf, m, s, wo);
 }

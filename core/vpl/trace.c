@@ -190,7 +190,9 @@ static void visit(struct walk *w, uint32_t i)
         base = lum_bsdf_diffuse_albedo(&b);
     struct lum_rgb gloss = {0};
     if (w->set->gloss && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
-        gloss = lum_bsdf_gloss_albedo(&b, wo), base = lum_rgb_add(base, lum_bsdf_sheen_albedo(&b, wo));
+        gloss = lum_bsdf_gloss_albedo(&b, wo);
+    if (w->set->gloss && b.sheen.weight > 0.0f && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+        base = lum_rgb_add(base, lum_bsdf_sheen_albedo(&b, wo));
     struct lum_rgb albedo = lum_rgb_add(base, gloss);
     bool crosses = b.far_prob > 0.0f && choose_far_side(&path, &b, &albedo);
     if (!lum_rgb_black(albedo)) {
