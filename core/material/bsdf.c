@@ -5,7 +5,9 @@
  * whole mixture, so that every sampled weight is f |cos| / pdf by construction. */
 #include "core/material/bsdf.h"
 
+#include "core/material/clearcoat.h"
 #include "core/math/warp.h"
+#include "core/material/sheen.h"
 
 float lum_fresnel_dielectric(float cos_i, float eta)
 {
@@ -66,15 +68,59 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
     return f;
 }
 
+float lum_bsdf_through_base(const struct lum_bsdf *b, float cos)
+{
+    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
+        return 1.0f;
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos);
+    return lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+}
+
+static bool is_covered(const struct lum_bsdf *b)
+{
+    return b->clear.weight > 0.0f || b->sheen.weight > 0.0f;
+}
+
+/* What fuzz and clear coat leave of gloss and glass, by the cosine of wi. */
+static float left_below(const struct lum_bsdf *b, float cos_i)
+{
+    float left = b->sheen.weight > 0.0f ? lum_sheen_left(b, cos_i) : 1.0f;
+    return b->clear.weight > 0.0f ? left * lum_clearcoat_left(b, cos_i) : left;
+}
+
+/* And of even scattering. */
+static float even_below(const struct lum_bsdf *b, float cos_i)
+{
+    float left = b->sheen.weight > 0.0f ? lum_sheen_even(b, cos_i) : 1.0f;
+    return b->clear.weight > 0.0f ? left * lum_clearcoat_even(b, cos_i) : left;
+}
+
+/* Mean of that by wi: what is scattered evenly leaves through both once. */
+static float even_mean_below(const struct lum_bsdf *b)
+{
+    float left = b->sheen.weight > 0.0f ? b->sheen.left : 1.0f;
+    return b->clear.weight > 0.0f ? left * b->clear.left : left;
+}
+
+#define MEAN_COS 0.6667f /* of even light */
+
 /* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
 {
-    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
-        return b->diffuse; /* matte: exactly */
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
-    float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
-    float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
-    return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
+    struct lum_rgb base = b->diffuse, multi = lum_grey(0.0f);
+    bool covered = is_covered(b);
+    if (b->coat[1] != 0.0f || b->coat[2] != 0.0f) { /* else matte: exactly */
+        struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
+        float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
+        float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
+        if (!covered)
+            return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
+        base = lum_rgb_scale(b->diffuse, through * b->coat_norm);
+        multi = lum_rgb_scale(b->multi, lost);
+    }
+    if (!covered)
+        return base;
+    return lum_rgb_mad(lum_rgb_scale(base, even_below(b, cos_i)), multi, left_below(b, cos_i));
 }
 
 static struct lum_rgb far_at(const struct lum_bsdf *b, float cos_i)
@@ -95,7 +141,9 @@ struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo)
 {
     if (!b->straight || lum_dot(b->ng, b->ng) == 0.0f)
         return lum_grey(0.0f);
-    return facet_at(b, lum_dot(wo, b->frame.n)).transmit;
+    float cos_o = lum_dot(wo, b->frame.n);
+    struct lum_rgb through = facet_at(b, cos_o).transmit;
+    return is_covered(b) ? lum_rgb_scale(through, left_below(b, cos_o)) : through;
 }
 
 /* Scattering at facets that reflect o to i; i is above. Also serves thin transmission, with i mirrored. pdf: given that
@@ -157,6 +205,10 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
             v.pdf_sa = b->diffuse_prob * b->far_prob * c;
         }
     }
+    if (b->sheen.weight > 0.0f)
+        lum_sheen_add(b, o, i, i.z > 0.0f && side > 0.0f, &v);
+    if (b->clear.weight > 0.0f)
+        lum_clearcoat_add(b, wo, wi, i.z, &v);
     v.pdf_sa += (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
     return v;
 }
@@ -196,7 +248,7 @@ static void eval_metal_and_coat(const struct lum_bsdf *b, struct lum_vec3 wo, ui
 void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                          struct lum_rgb *ret_gloss, float *ret_pdf_sa)
 {
-    bool simple = b->glass == 0.0f && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
+    bool simple = b->glass == 0.0f && !is_covered(b) && b->alpha > 0.0f && b->diffuse_prob < 1.0f;
     for (uint32_t k = 0; simple && k < n; k += LANES)
         eval_metal_and_coat(b, wo, n - k < LANES ? n - k : LANES, wi + k, ret_gloss + k, ret_pdf_sa + k);
     for (uint32_t k = 0; !simple && k < n; k++) {
@@ -223,20 +275,37 @@ struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struc
 
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
 {
+    bool covered = is_covered(b);
     if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
-        return b->diffuse;
+        return covered ? lum_rgb_scale(b->diffuse, even_mean_below(b)) : b->diffuse;
     struct lum_ggx_albedo e = lum_ggx_albedo_mean(b->row);
     float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
     float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
+    if (covered)
+        return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm * even_mean_below(b)), b->multi,
+                           lost * left_below(b, MEAN_COS));
     return lum_rgb_mad(lum_rgb_scale(b->diffuse, through * b->coat_norm), b->multi, lost);
 }
 
 struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo)
 {
-    if (!(b->alpha > 0.0f) || lum_rgb_black(b->f0))
-        return lum_grey(0.0f);
-    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, wo)));
-    return lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
+    struct lum_rgb below = lum_grey(0.0f);
+    if (b->alpha > 0.0f && !lum_rgb_black(b->f0)) {
+        struct lum_ggx_albedo e = lum_ggx_albedo(b->row, fabsf(lum_dot(b->frame.n, wo)));
+        below = lum_rgb_add(lum_rgb_scale(b->f0, e.scale), lum_grey(b->f90 * e.bias));
+    }
+    if (!is_covered(b))
+        return below;
+    return lum_rgb_add(lum_rgb_scale(below, even_mean_below(b)), lum_grey(lum_clearcoat_gloss_albedo(b, wo)));
+}
+
+struct lum_gloss_lobe lum_bsdf_gloss_lobe(const struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    struct lum_gloss_lobe lobe = {b->alpha, lum_rgb_max(b->f0), b->f90};
+    float own = lum_clearcoat_is_gloss(b) ? lum_clearcoat_gloss_albedo(b, wo) : 0.0f;
+    if (own > 0.0f && 2.0f * own > lum_rgb_max(lum_bsdf_gloss_albedo(b, wo)))
+        lobe = (struct lum_gloss_lobe){b->clear.alpha, b->clear.weight * LUM_CLEARCOAT_F0, b->clear.weight};
+    return lobe;
 }
 
 static struct lum_rgb divide(struct lum_rgb c, float by)
@@ -319,6 +388,28 @@ static bool sample_transmission(const struct lum_bsdf *b, struct lum_vec3 wo, co
     return true;
 }
 
+/* What lies below a clear coat is dimmed by it; what has spread was when it was evaluated. */
+static bool dim_delta(const struct lum_bsdf *b, bool found, struct lum_bsdf_sample *inout_sample)
+{
+    if (found && is_covered(b) && inout_sample->pdf_sa == 0.0f)
+        inout_sample->weight =
+            lum_rgb_scale(inout_sample->weight, left_below(b, lum_dot(inout_sample->wi, b->frame.n)));
+    return found;
+}
+
+/* prob: that it was chosen. */
+static bool sample_clearcoat(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float prob,
+                             struct lum_bsdf_sample *ret_sample)
+{
+    struct lum_vec3 wi;
+    if (!lum_clearcoat_reflect(b, wo, u, &wi))
+        return false;
+    if (b->clear.alpha > 0.0f)
+        return finish_spread(b, wo, lum_frame_to_local(&b->frame, wi), LUM_LOBE_GLOSSY, ret_sample);
+    *ret_sample = (struct lum_bsdf_sample){wi, lum_grey(lum_clearcoat_mirror(b, wo) / prob), 0.0f, LUM_LOBE_REFLECT};
+    return true;
+}
+
 bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_vec2 u, float u_lobe,
                      struct lum_bsdf_sample *ret_sample)
 {
@@ -331,9 +422,23 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (b->diffuse_prob == 1.0f && b->far_prob == 0.0f)
         return sample_matte(b, lum_warp_cosine(u), ret_sample);
     if (u_lobe < b->diffuse_prob)
-        return finish_spread(b, wo, lum_warp_cosine(u), lum_rgb_black(b->diffuse) && b->far_prob == 0.0f ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,
+        return finish_spread(b, wo, lum_warp_cosine(u),
+                             lum_rgb_black(b->diffuse) && b->far_prob == 0.0f ? LUM_LOBE_GLOSSY : LUM_LOBE_DIFFUSE,
                              ret_sample);
     u_lobe = (u_lobe - b->diffuse_prob) / (1.0f - b->diffuse_prob);
+    float facet_prob = 1.0f - b->diffuse_prob;
+    if (u_lobe < b->clear.share)
+        return sample_clearcoat(b, wo, u, facet_prob * b->clear.share, ret_sample);
+    if (b->clear.share > 0.0f) {
+        u_lobe = (u_lobe - b->clear.share) / (1.0f - b->clear.share);
+        facet_prob *= 1.0f - b->clear.share;
+    }
+    if (u_lobe < b->sheen.share)
+        return finish_spread(b, wo, lum_warp_cone(u, 1.0f), LUM_LOBE_GLOSSY, ret_sample);
+    if (b->sheen.share > 0.0f) {
+        u_lobe = (u_lobe - b->sheen.share) / (1.0f - b->sheen.share);
+        facet_prob *= 1.0f - b->sheen.share;
+    }
 
     struct lum_vec3 o = lum_frame_to_local(&b->frame, wo);
     struct lum_vec3 h = b->alpha > 0.0f ? lum_ggx_sample_visible(o, b->alpha, u) : lum_v3(0.0f, 0.0f, 1.0f);
@@ -341,13 +446,32 @@ bool lum_bsdf_sample(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_ve
     if (!(cos_o > 0.0f))
         return false;
     struct facet f = facet_at(b, cos_o);
-    float facet_prob = 1.0f - b->diffuse_prob;
-    if (u_lobe < f.reflect_prob) /* the weights are of delta lobes; those with spread have their own */
-        return sample_reflection(b, wo, mirrored(o, h, cos_o), divide(f.reflect, facet_prob * f.reflect_prob),
-                                 ret_sample);
+    if (u_lobe < f.reflect_prob) { /* the weights are of delta lobes; those with spread have their own */
+        struct lum_rgb weight = divide(f.reflect, facet_prob * f.reflect_prob);
+        return dim_delta(b, sample_reflection(b, wo, mirrored(o, h, cos_o), weight, ret_sample), ret_sample);
+    }
     if (f.reflect_prob < 0.0f || lum_rgb_black(f.transmit))
         return false;
-    return sample_transmission(b, wo, &h, divide(f.transmit, facet_prob * (1.0f - f.reflect_prob)), ret_sample);
+    struct lum_rgb weight = divide(f.transmit, facet_prob * (1.0f - f.reflect_prob));
+    return dim_delta(b, sample_transmission(b, wo, &h, weight, ret_sample), ret_sample);
+}
+
+/* The mirror of a clear coat: where what lies below is one, too, they are one lobe. */
+static uint32_t add_clear_mirror(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample *lobes,
+                                 uint32_t n)
+{
+    struct lum_vec3 wi;
+    if (!(b->clear.share > 0.0f) || b->clear.alpha > 0.0f)
+        return n;
+    struct lum_rgb weight = lum_grey(lum_clearcoat_mirror(b, wo));
+    if (n > 0 && lobes[0].lobe == LUM_LOBE_REFLECT) {
+        lobes[0].weight = lum_rgb_add(lobes[0].weight, weight);
+        return n;
+    }
+    if (!lum_clearcoat_reflect(b, wo, (struct lum_vec2){0.5f, 0.5f}, &wi))
+        return n;
+    lobes[n] = (struct lum_bsdf_sample){wi, weight, 0.0f, LUM_LOBE_REFLECT};
+    return n + 1;
 }
 
 uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_bsdf_sample ret_lobes[2])
@@ -362,5 +486,7 @@ uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, stru
         n += sample_reflection(b, wo, mirrored(o, h, o.z), f.reflect, &ret_lobes[n]);
     if ((b->alpha == 0.0f || b->eta == 1.0f) && !lum_rgb_black(f.transmit))
         n += sample_transmission(b, wo, &h, f.transmit, &ret_lobes[n]);
-    return n;
+    for (uint32_t k = 0; k < n; k++)
+        dim_delta(b, true, &ret_lobes[k]);
+    return add_clear_mirror(b, wo, ret_lobes, n);
 }

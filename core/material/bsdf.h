@@ -11,6 +11,8 @@
  * the far side: even, and under a coat like the one on this side. Estimators of what is lit on this side leave it out:
  * who wants the whole surface adds it (lum_bsdf_add_far_side), or takes it as a surface of its own.
  *
+ * Fuzz (sheen.h) and a clear coat (clearcoat.h) may lie over all of that, in this order.
+ *
  * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
  * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
  * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
@@ -37,6 +39,27 @@ enum lum_lobe {
     LUM_LOBE_DIFFUSE_TRANSMIT,
 };
 
+#define LUM_CLEARCOAT_F0 0.04f /* of index 1.5 */
+
+/* A clear coat: see clearcoat.h. */
+struct lum_clearcoat {
+    float weight;           /* 0: there is none */
+    float alpha;            /* GGX roughness; 0: delta */
+    float left, norm;       /* 1 - E(wo); and that over its mean: what dims even scattering, but for wi's factor */
+    float share;            /* probability that a sample is of it, where it is none of the cosine-shaped lobes */
+    struct lum_ggx_row row; /* of alpha */
+    struct lum_vec3 n;      /* unit shading normal */
+};
+
+/* The fuzz of cloth: see sheen.h. */
+struct lum_sheen {
+    struct lum_rgb color;
+    float weight; /* of its largest channel; 0: there is none */
+    float roughness;
+    float left, norm; /* as of a clear coat */
+    float share;      /* probability that a sample is of it, where it is neither cosine-shaped nor of the clear coat */
+};
+
 /* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
 struct lum_bsdf {
     struct lum_frame frame;  /* around ns, bent so that wo is above it */
@@ -59,6 +82,8 @@ struct lum_bsdf {
     float alpha;        /* GGX roughness; 0: delta */
     struct lum_ggx_row row; /* of alpha */
     float eta; /* n on wo's side / n on the other; of what is thin or straight, from outside. 1: no interface */
+    struct lum_sheen sheen;
+    struct lum_clearcoat clear;
     bool thin;
     bool straight;           /* transmission is delta, and bends nothing */
     struct lum_rgb emission; /* towards wo */
@@ -94,6 +119,16 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
 void lum_bsdf_eval_gloss(const struct lum_bsdf *b, struct lum_vec3 wo, uint32_t n, const struct lum_vec3 *wi,
                          struct lum_rgb *ret_gloss, float *ret_pdf_sa);
 
+/* True when the clear coat reflects with a gloss; when anything does, or may. */
+static inline bool lum_clearcoat_is_gloss(const struct lum_bsdf *b)
+{
+    return b->clear.share > 0.0f && b->clear.alpha > 0.0f;
+}
+static inline bool lum_bsdf_has_gloss(const struct lum_bsdf *b)
+{
+    return b->alpha > 0.0f || b->sheen.share > 0.0f || lum_clearcoat_is_gloss(b);
+}
+
 /* pdf of the cosine-shaped lobes alone. */
 float lum_bsdf_cosine_pdf(const struct lum_bsdf *b, struct lum_vec3 wi);
 
@@ -104,8 +139,20 @@ struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i);
 /* What the cosine-shaped lobes send towards wo under even light from everywhere above: integral of their f |cos|. */
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b);
 
-/* What glossy reflection sends on of light from wo; of delta lobes and of glass nothing. */
+/* What of light from wo leaves the base through its own coat, by a cosine: 1 where that has none. */
+float lum_bsdf_through_base(const struct lum_bsdf *b, float cos);
+
+/* What the fuzz of cloth sends on of light from wo. */
+struct lum_rgb lum_bsdf_sheen_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
+
+/* What glossy reflection sends on of light from wo; of delta lobes, of glass and of fuzz nothing. */
 struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 wo);
+
+/* The strongest of the lobes that reflect so: roughness, and reflectance at normal incidence and at grazing. */
+struct lum_gloss_lobe {
+    float alpha, f0, f90;
+};
+struct lum_gloss_lobe lum_bsdf_gloss_lobe(const struct lum_bsdf *b, struct lum_vec3 wo);
 
 /* The BSDF without its cosine-shaped lobes: for estimators that sample the rest alone. */
 struct lum_bsdf lum_bsdf_gloss(const struct lum_bsdf *b);

@@ -2,6 +2,8 @@
 #include "core/material/material.h"
 
 #include "core/material/bsdf.h"
+#include "core/material/clearcoat.h"
+#include "core/material/sheen.h"
 #include "core/material/ggx.h"
 #include "core/scene/surface.h"
 
@@ -19,11 +21,20 @@ static struct lum_rgb clamp01_rgb(struct lum_rgb c)
     return lum_rgb(clamp01(c.r), clamp01(c.g), clamp01(c.b));
 }
 
+static uint32_t clearcoat_bits(const struct lum_material *m)
+{
+    if (!(m->clearcoat > 0.0f))
+        return 0;
+    return m->clearcoat_roughness * m->clearcoat_roughness < LUM_ALPHA_MIN ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
+}
+
 bool lum_material_is_specular(const struct lum_material *m)
 {
     if (m->unlit)
         return false;
     if (m->transmission > 0.0f && m->metallic < 1.0f)
+        return true;
+    if (clearcoat_bits(m) == LUM_SCATTER_MIRROR)
         return true;
     bool mirror = !m->metallic_roughness_tex.image && m->roughness * m->roughness < LUM_ALPHA_MIN;
     return mirror && (m->metallic > 0.0f || m->specular > 0.0f);
@@ -57,6 +68,7 @@ uint32_t lum_material_scatter(const struct lum_material *m)
         bool mirror = m->roughness * m->roughness < LUM_ALPHA_MIN && !m->metallic_roughness_tex.image;
         bits |= mirror ? LUM_SCATTER_MIRROR : LUM_SCATTER_GLOSS;
     }
+    bits |= clearcoat_bits(m) | (lum_rgb_max(m->sheen_color) > 0.0f ? LUM_SCATTER_GLOSS : 0);
     return glass && !black ? bits | LUM_SCATTER_THROUGH : bits;
 }
 
@@ -131,6 +143,15 @@ static bool init_frame(struct lum_bsdf *b, const struct lum_material *m, const s
     }
     b->frame = lum_frame_from_normal(normal_facing(ns, b->ng, wo));
     return true;
+}
+
+static void add_clearcoat(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s,
+                          struct lum_vec3 wo)
+{
+    struct lum_vec3 n = b->frame.n;
+    if (m->normal_tex.image)
+        n = normal_facing(lum_dot(s->ng, b->ng) < 0.0f ? lum_v3_neg(s->ns) : s->ns, b->ng, wo);
+    lum_clearcoat_init(b, clamp01(m->clearcoat), clamp01(m->clearcoat_roughness), n, wo);
 }
 
 /* What a sheet transmits of what textures and vertices leave to it. */
@@ -240,7 +261,7 @@ struct lum_bsdf lum_bsdf_far_side(const struct lum_bsdf *b)
     far.ng = lum_v3_neg(b->ng);
     far.diffuse = b->through;
     far.through = far.f0 = far.transmit = far.multi = far.emission = lum_grey(0.0f);
-    far.f90 = far.glass = far.far_prob = 0.0f;
+    far.f90 = far.glass = far.far_prob = far.clear.share = far.sheen.share = 0.0f;
     far.diffuse_prob = 1.0f;
     return far;
 }
@@ -281,10 +302,16 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
         return;
     init_lobes(ret_bsdf, m, s);
     init_weights(ret_bsdf, wo);
+    if (lum_rgb_max(m->sheen_color) > 0.0f)
+        lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), clamp01(m->sheen_roughness), wo);
+    if (m->clearcoat > 0.0f)
+        add_clearcoat(ret_bsdf, m, s, wo);
 }
 
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b)
 {
     struct lum_rgb glass = lum_rgb_add(b->transmit, lum_rgb_scale(b->glass_f0, b->glass));
+    if (b->clear.weight > 0.0f)
+        glass = lum_rgb_add(glass, lum_grey(b->clear.weight * LUM_CLEARCOAT_F0));
     return clamp01_rgb(lum_rgb_add(lum_rgb_add(lum_rgb_add(b->diffuse, b->f0), glass), b->through));
 }

@@ -35,7 +35,10 @@ struct lum_material {
     struct lum_texture base_color_tex, metallic_roughness_tex, emission_tex, normal_tex;
     struct lum_rgb base_color, specular_color, emission; /* emission: radiance, cd/m2 */
     struct lum_rgb diffuse_transmittance;                /* of a sheet; black: it is none */
-    struct lum_rgb sigma_a;                              /* absorption inside a solid, per scene unit */
+    struct lum_rgb sheen_color;                          /* of fuzz; black: there is none */
+    float sheen_roughness;
+    float clearcoat, clearcoat_roughness; /* clearcoat 0: there is none */
+    struct lum_rgb sigma_a;               /* absorption inside a solid, per scene unit */
     float metallic, roughness, ior, specular, transmission, normal_scale, alpha, alpha_cutoff;
     enum lum_alpha_mode alpha_mode;
     bool straight;                    /* a solid that bends no light where it is smooth */

@@ -40,6 +40,12 @@ static bool reserve_radiance(struct lum_components *c, bool wanted)
     return !wanted || c->radiance;
 }
 
+/* Light that sheets let through is all that the buffer of transmission has. */
+static bool has_far_sides(const struct lum_pass *pass)
+{
+    return pass->snapshot->has_sheets && pass->on[LUM_EFFECT_TRANSMISSION] && pass->on[LUM_EFFECT_INDIRECT_DIFFUSE];
+}
+
 /* What the estimators of effects which are on say of them. Returns bits of those that they fill. */
 static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *pass)
 {
@@ -53,7 +59,7 @@ static uint32_t ask_estimators(struct lum_components *c, const struct lum_pass *
         c->sparse |= by->sparse;
         c->lasting |= by->lasting;
     }
-    return filled;
+    return has_far_sides(pass) ? filled : filled & ~LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION);
 }
 
 static bool reserve(struct lum_components *c, const struct lum_pass *pass)

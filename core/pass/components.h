@@ -1,6 +1,7 @@
 /* Effect by effect buffers of a deferred view: the component pipeline of the thesis (5.2).
  *
- * The buffer of an effect may be filled by estimators of others, too: gloss has what mirrors show. They write `raw`,
+ * The buffer of an effect may be filled by estimators of others, too: gloss has what mirrors show; that of transmission
+ * has indirect light that sheets let through, and exists where there are any. They write `raw`,
  * pixel by pixel or at a quarter of the resolution, from interleaved samples; the method's filter makes `smooth` of it;
  * the composite adds it to the picture as the effect's row says (enum lum_adds). Buffers exist only for effects that
  * are on. They hold the sum over the lights at their present power: any change of what the eye or the lights see makes

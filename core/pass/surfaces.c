@@ -103,7 +103,8 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
     s->n[at] = b.frame.n;
     s->albedo[at] = lum_bsdf_diffuse_albedo(&b);
     bool diffuse = !lum_rgb_black(s->albedo[at]);
-    bool gloss = b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f);
+    bool gloss = (b.alpha > 0.0f && (!lum_rgb_black(b.f0) || b.f90 > 0.0f || b.glass > 0.0f)) ||
+                 lum_clearcoat_is_gloss(&b) || b.sheen.share > 0.0f;
     bool specular = !surface.white && lum_material_is_specular(m);
     bool sheet = !lum_rgb_black(b.through);
     bool shines = !surface.white && (surface.light != LUM_NO_OBJECT || m->unlit);
@@ -111,6 +112,19 @@ static void fill_pixel(const struct lum_pass *pass, const struct lum_hits *hits,
         (uint8_t)((diffuse || gloss || specular || sheet ? LUM_PIXEL_SURFACE : 0) | (diffuse ? LUM_PIXEL_DIFFUSE : 0) |
                   (gloss ? LUM_PIXEL_GLOSS : 0) | (specular ? LUM_PIXEL_SPECULAR : 0) | (sheet ? LUM_PIXEL_SHEET : 0) |
                   (shines ? LUM_PIXEL_SHINES : 0));
+}
+
+struct lum_rgb lum_surfaces_far_albedo(const struct lum_pass *pass, uint32_t x, uint32_t y)
+{
+    uint32_t tile = y / LUM_TILE_SIDE * pass->tiling.nx + x / LUM_TILE_SIDE;
+    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
+    struct lum_vec3 d = lum_center_direction(pass, x, y);
+    struct lum_surface s;
+    struct lum_bsdf b;
+    lum_snapshot_surface(pass->snapshot, &pass->gbuffer->tiles[tile], (y - r.y) * r.w + x - r.x, d, &s);
+    lum_bsdf_init(&b, &pass->snapshot->materials[s.material], &s, lum_v3_neg(d));
+    b = lum_bsdf_far_side(&b);
+    return lum_bsdf_diffuse_albedo(&b);
 }
 
 static void surfaces_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)

@@ -45,6 +45,8 @@ struct lum_rgb lum_pass_transmittance(const struct lum_pass *pass, size_t pixel)
 /* What shines by itself in the middle of a pixel, before what fog takes. Black: nothing, or it is off. */
 struct lum_rgb lum_surfaces_shine(const struct lum_snapshot *snapshot, const struct lum_gbuffer *gbuffer,
                                   const struct lum_tiling *tiling, const struct lum_eye *eye, uint32_t x, uint32_t y);
+/* Albedo for light on the far side of the sheet that pixel (x, y) shows. Not kept: few pixels show one. */
+struct lum_rgb lum_surfaces_far_albedo(const struct lum_pass *pass, uint32_t x, uint32_t y);
 
 struct lum_estimator;
 extern const struct lum_estimator lum_stage_surfaces;

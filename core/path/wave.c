@@ -110,7 +110,12 @@ static uint32_t lobe_effects(const struct lum_bsdf *b)
     uint32_t effects = b->diffuse_prob > 0.0f ? cosine_effect(b) : 0;
     if (b->diffuse_prob == 1.0f)
         return effects;
-    effects |= LUM_EFFECT_BIT(b->alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
+    if (b->clear.share > 0.0f)
+        effects |= LUM_EFFECT_BIT(b->clear.alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
+    if (b->sheen.share > 0.0f && b->clear.share < 1.0f)
+        effects |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
+    if (b->clear.share < 1.0f && b->sheen.share < 1.0f)
+        effects |= LUM_EFFECT_BIT(b->alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
     return b->glass > 0.0f ? effects | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) : effects;
 }
 
@@ -142,7 +147,7 @@ static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sam
     bool across = lum_dot(bs->wi, b->ng) < 0.0f;
     uint32_t overlap = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) |
                        LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY);
-    if (!(effect & overlap) || !(at->lobes_off & overlap) || b->alpha == 0.0f || !(bs->pdf_sa > 0.0f))
+    if (!(effect & overlap) || !(at->lobes_off & overlap) || !lum_bsdf_has_gloss(b) || !(bs->pdf_sa > 0.0f))
         return true;
     struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, bs->wi);
     bool cosine = effect == cosine_effect(b);
@@ -563,6 +568,9 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     struct lum_bsdf_sample bs;
     float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
     if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
+        return;
+    if ((bsdf->clear.weight > 0.0f || bsdf->sheen.weight > 0.0f) &&
+        !(bs.pdf_sa > 0.0f)) /* mirrors are another estimator's */
         return;
     float reflected = lum_rgb_max(bs.weight) + lum_rgb_max(lum_bsdf_diffuse_albedo(bsdf));
     if (!(reflected > 0.0f))

@@ -58,6 +58,9 @@ struct lum_material_desc {
     float transmission; /* 0..1: share of the base layer that refracts (a solid) or passes straight on (thin) */
     bool thin;          /* a surface without volume: transmission does not bend */
     struct lum_rgb diffuse_transmittance; /* of a sheet, to its far side, evenly; with base_color at most 1 */
+    struct lum_rgb sheen_color;           /* 0..1: of fuzz that stands on all of it */
+    float sheen_roughness;                /* 0..1 */
+    float clearcoat, clearcoat_roughness; /* 0..1: a clear coat over all of it, how much and how rough */
     struct lum_rgb attenuation_color;     /* inside a solid, after attenuation_distance_m */
     double attenuation_distance_m;        /* +inf: clear */
     struct lum_rgb emission;              /* chromaticity, luminance 1; times emission_cd_m2 */

@@ -19,6 +19,9 @@ static enum lum_status check_material_numbers(const struct lum_material_desc *d,
         {"ior", (double)d->ior, 1, 4},
         {"specular", (double)d->specular, 0, 1},
         {"transmission", (double)d->transmission, 0, 1},
+        {"sheen_roughness", (double)d->sheen_roughness, 0, 1},
+        {"clearcoat", (double)d->clearcoat, 0, 1},
+        {"clearcoat_roughness", (double)d->clearcoat_roughness, 0, 1},
         {"normal_scale", (double)d->normal_scale, -100, 100},
         {"emission_cd_m2", d->emission_cd_m2, 0, LUM_POWER_MAX},
         {"alpha", (double)d->alpha, 0, 1},
@@ -62,6 +65,8 @@ static enum lum_status check_material(const struct lum_material_desc *d, struct 
         status = lum_check_rgb("emission", d->emission, 100.0f, err);
     if (status == LUM_OK)
         status = lum_check_rgb("diffuse_transmittance", d->diffuse_transmittance, 1.0f, err);
+    if (status == LUM_OK)
+        status = lum_check_rgb("sheen_color", d->sheen_color, 1.0f, err);
     return status == LUM_OK ? check_sheet(d, err) : status;
 }
 

@@ -60,6 +60,10 @@ static void resolve_material(struct lum_material *out, const struct lum_material
     out->specular = d->specular;
     out->transmission = d->transmission;
     out->diffuse_transmittance = d->diffuse_transmittance;
+    out->sheen_color = d->sheen_color;
+    out->sheen_roughness = d->sheen_roughness;
+    out->clearcoat = d->clearcoat;
+    out->clearcoat_roughness = d->clearcoat_roughness;
     out->normal_scale = d->normal_scale;
     out->alpha = d->alpha;
     out->alpha_cutoff = d->alpha_cutoff;

@@ -40,12 +40,14 @@ void lum_branches_add(struct lum_branches *tile, const struct lum_branch *branch
     tile->branches[tile->n++] = *branch;
     if (branch->lit)
         lum_bounds_grow(&tile->ends, branch->to);
+    if (branch->lit && branch->box)
+        lum_bounds_grow(&tile->ends, branch->from);
 }
 
 bool lum_branches_met(const struct lum_branches *tile, const struct lum_motion *motion)
 {
     for (uint32_t i = 0; i < tile->n; i++)
-        if (lum_motion_meets(motion, tile->branches[i].from, tile->branches[i].to))
+        if (!tile->branches[i].box && lum_motion_meets(motion, tile->branches[i].from, tile->branches[i].to))
             return true;
     return !tile->whole;
 }
@@ -56,8 +58,9 @@ bool lum_branches_light_met(const struct lum_branches *tile, const struct lum_mo
     if (!(tile->ends.lo.x <= tile->ends.hi.x) || !lum_motion_meets_between(motion, &tile->ends, light))
         return false;
     for (uint32_t i = 0; i < tile->n; i++) {
-        struct lum_bounds end = {tile->branches[i].to, tile->branches[i].to};
-        if (tile->branches[i].lit && lum_motion_meets_between(motion, &end, light))
+        const struct lum_branch *b = &tile->branches[i];
+        struct lum_bounds end = {b->box ? b->from : b->to, b->to};
+        if (b->lit && lum_motion_meets_between(motion, &end, light))
             return true;
     }
     return false;

@@ -4,10 +4,11 @@
 
 #include "core/scene/motion.h"
 
-/* One segment of the tree of a pixel. */
+/* One segment of the tree of a pixel; or a box of points that the eye sees, corner to corner. */
 struct lum_branch {
     struct lum_vec3 from, to;
-    bool lit; /* what it ends on may be lit: shadow rays go from there to the lights */
+    bool lit; /* what it ends on, or what is in the box, may be lit: shadow rays go from there to the lights */
+    bool box;
 };
 
 /* All of a ray batch tile. */

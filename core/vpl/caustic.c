@@ -64,7 +64,8 @@ static struct lum_rgb times_flux(struct lum_rgb left, const struct lum_bsdf *b, 
 
 static bool spreads(const struct lum_bsdf *b)
 {
-    return !lum_rgb_black(b->diffuse) || (b->alpha > 0.0f && (b->f90 > 0.0f || b->glass > 0.0f));
+    return !lum_rgb_black(b->diffuse) || lum_clearcoat_is_gloss(b) || b->sheen.share > 0.0f ||
+           (b->alpha > 0.0f && (b->f90 > 0.0f || b->glass > 0.0f));
 }
 
 /* One of the lobes, with a chance as large as what it sends on: else the path ends. */

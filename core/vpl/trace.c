@@ -53,15 +53,16 @@ struct walk {
 /* What of its flux goes by a lobe. */
 static void set_lobe(struct lum_vpl_set *set, uint32_t slot, const struct lum_bsdf *b, struct lum_vec3 wo, float gloss)
 {
-    float alpha = lum_max(b->alpha, LOBE_LEAST), f0 = lum_rgb_max(b->f0);
+    struct lum_gloss_lobe l = lum_bsdf_gloss_lobe(b, wo);
+    float alpha = lum_max(l.alpha, LOBE_LEAST), f0 = l.f0;
     struct lum_ggx_albedo e = lum_ggx_albedo(lum_ggx_row(alpha), lum_dot(b->ng, wo));
-    float albedo = f0 * e.scale + b->f90 * e.bias;
+    float albedo = f0 * e.scale + l.f90 * e.bias;
     bool any = gloss > 0.0f && albedo > 0.0f;
     set->lobe[slot] = any ? gloss : 0.0f;
     set->wx[slot] = wo.x, set->wy[slot] = wo.y, set->wz[slot] = wo.z;
     set->alpha[slot] = alpha;
     set->f0[slot] = any ? f0 / albedo : 0.0f;
-    set->f90[slot] = any ? b->f90 / albedo : 0.0f;
+    set->f90[slot] = any ? l.f90 / albedo : 0.0f;
 }
 
 /* n: to the side that it shines on. */
@@ -111,7 +112,7 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
     };
     if (lobes_off & effects[inout->lobe])
         return false;
-    if (inout->lobe != LUM_LOBE_DIFFUSE || b->alpha == 0.0f || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+    if (inout->lobe != LUM_LOBE_DIFFUSE || !lum_bsdf_has_gloss(b) || !(lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         return true;
     struct lum_rgb f = lum_bsdf_eval_parts(b, wo, inout->wi).diffuse;
     float pdf_sa = lum_bsdf_cosine_pdf(b, inout->wi);
@@ -190,6 +191,8 @@ static void visit(struct walk *w, uint32_t i)
     struct lum_rgb gloss = {0};
     if (w->set->gloss && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
         gloss = lum_bsdf_gloss_albedo(&b, wo);
+    if (w->set->gloss && b.sheen.weight > 0.0f && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+        base = lum_rgb_add(base, lum_bsdf_sheen_albedo(&b, wo));
     struct lum_rgb albedo = lum_rgb_add(base, gloss);
     bool crosses = b.far_prob > 0.0f && choose_far_side(&path, &b, &albedo);
     if (!lum_rgb_black(albedo)) {

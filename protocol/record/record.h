@@ -55,7 +55,7 @@ struct lum_record_material {
     double base_color[3];
     struct lum_record_texture base_color_texture, metallic_roughness_texture, emission_texture, normal_texture;
     double normal_scale, metallic, roughness, ior, specular, specular_color[3], transmission;
-    double diffuse_transmittance[3];
+    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
     bool thin;
     double attenuation_color[3];
     struct lum_opt attenuation_distance; /* metres; null: clear */

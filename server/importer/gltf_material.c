@@ -18,7 +18,7 @@ struct texture {
 struct look {
     double base_color[4];
     double metallic, roughness, ior, specular, specular_color[3], transmission, normal_scale;
-    double diffuse_transmittance[3];
+    double diffuse_transmittance[3], sheen_color[3], sheen_roughness, clearcoat, clearcoat_roughness;
     bool thin, has_attenuation, unlit, double_sided;
     double attenuation_color[3], attenuation_distance;
     double emission[3]; /* cd/m2 by channel */
@@ -157,6 +157,31 @@ static void read_diffuse_transmission(struct lum_gltf *g, const cJSON *o, struct
                          "alone");
 }
 
+static void read_sheen(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_sheen");
+    if (!ext || m->unlit)
+        return;
+    lum_gltf_clamped_numbers(g, ext, "sheenColorFactor", m->sheen_color, 3, unit_range);
+    m->sheen_roughness = lum_gltf_clamped(g, ext, "sheenRoughnessFactor", 0.0, unit_range);
+    bool any = m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0;
+    if (any && (lum_gltf_object(g, ext, "sheenColorTexture") || lum_gltf_object(g, ext, "sheenRoughnessTexture")))
+        lum_gltf_warn(g, "the textures of KHR_materials_sheen are not supported; its factors are used alone");
+}
+
+static void read_clearcoat(struct lum_gltf *g, const cJSON *o, struct look *m)
+{
+    const cJSON *ext = lum_gltf_extension(g, o, "KHR_materials_clearcoat");
+    if (!ext || m->unlit)
+        return;
+    m->clearcoat = lum_gltf_clamped(g, ext, "clearcoatFactor", 0.0, unit_range);
+    m->clearcoat_roughness = lum_gltf_clamped(g, ext, "clearcoatRoughnessFactor", 0.0, unit_range);
+    if (m->clearcoat > 0.0 &&
+        (lum_gltf_object(g, ext, "clearcoatTexture") || lum_gltf_object(g, ext, "clearcoatRoughnessTexture") ||
+         lum_gltf_object(g, ext, "clearcoatNormalTexture")))
+        lum_gltf_warn(g, "the textures of KHR_materials_clearcoat are not supported; its factors are used alone");
+}
+
 /* emissiveFactor times KHR_materials_emissive_strength is cd/m2 (the extension's text). A factor above 1 breaks the
  * letter of glTF, but its meaning is plain. */
 static void read_emission(struct lum_gltf *g, const cJSON *o, struct look *m)
@@ -186,8 +211,9 @@ static void read_alpha(struct lum_gltf *g, const cJSON *o, struct look *m)
 static void warn_left_out(struct lum_gltf *g, const cJSON *o)
 {
     static const char *const names[] = {
-        "KHR_materials_clearcoat",   "KHR_materials_sheen",      "KHR_materials_anisotropy",
-        "KHR_materials_iridescence", "KHR_materials_dispersion",
+        "KHR_materials_anisotropy",
+        "KHR_materials_iridescence",
+        "KHR_materials_dispersion",
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(names); i++)
         if (lum_gltf_extension(g, o, names[i]))
@@ -210,6 +236,8 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     read_dielectric(g, o, m);
     m->unlit = lum_gltf_extension(g, o, "KHR_materials_unlit") != NULL;
     read_diffuse_transmission(g, o, m);
+    read_sheen(g, o, m);
+    read_clearcoat(g, o, m);
     read_emission(g, o, m);
     read_alpha(g, o, m);
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
@@ -293,6 +321,14 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     }
     if (m->diffuse_transmittance[0] + m->diffuse_transmittance[1] + m->diffuse_transmittance[2] > 0.0)
         lum_op_numbers(&op, "diffuse_transmittance", m->diffuse_transmittance, 3);
+    if (m->sheen_color[0] + m->sheen_color[1] + m->sheen_color[2] > 0.0) {
+        lum_op_numbers(&op, "sheen_color", m->sheen_color, 3);
+        lum_op_number(&op, "sheen_roughness", m->sheen_roughness);
+    }
+    if (m->clearcoat > 0.0) {
+        lum_op_number(&op, "clearcoat", m->clearcoat);
+        lum_op_number(&op, "clearcoat_roughness", m->clearcoat_roughness);
+    }
     put_emission(&op, m);
     lum_op_string(&op, "alpha_mode", m->alpha_mode);
     lum_op_number(&op, "alpha", m->base_color[3]);

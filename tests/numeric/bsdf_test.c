@@ -196,19 +196,25 @@ static void no_material_creates_energy(void **state)
     print_message("highest albedo, less 4 standard errors: %.4f\n", worst);
 }
 
-/* Nothing is lost either: a white metal, a white base under a coat, and a coated sheet that reflects half of it and
- * transmits the rest, stay white at any roughness. Exact but for the
- * table, whose error of at most 0.01 is that of light that was scattered once. */
+/* Nothing is lost either: a white metal, a white base under a coat, a coated sheet that reflects half of it and
+ * transmits the rest, and all but the metal under a clear coat or fuzz stay white at any roughness. Exact but
+ * for the table, whose error of at most 0.01 is that of light that was scattered once. */
 static void white_stays_white(void **state)
 {
     (void)state;
     double worst = 0.0;
-    for (int kind = 0; kind < 3; kind++)
+    for (int kind = 0; kind < 10; kind++)
         for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.1f)
             for (double cos_o = 0.05; cos_o <= 1.0; cos_o += 0.19) {
                 struct lum_material m = kind == 1 ? metal(roughness) : plain(roughness);
-                if (kind == 2)
+                if (kind == 2 || kind == 6 || kind == 9)
                     m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
+                if (kind == 5 || kind == 8)
+                    m.specular = 0.0f;
+                m.clearcoat = kind > 2 && kind < 7 ? 1.0f : 0.0f;
+                m.sheen_color = lum_grey(kind >= 7 ? 1.0f : 0.0f);
+                m.sheen_roughness = roughness;
+                m.clearcoat_roughness = kind == 3 ? 0.0f : roughness;
                 struct mean e = albedo(&m, false, cos_o, 4096);
                 worst = fmax(worst, fabs(e.mean - 1.0));
                 if (fabs(e.mean - 1.0) > 0.01 + 4.0 * mean_stderr(&e))
@@ -216,6 +222,28 @@ static void white_stays_white(void **state)
                              mean_stderr(&e));
             }
     print_message("farthest from white: %.4f\n", worst);
+}
+
+/* What a clear coat takes of light that reaches a metal at other angles than it leaves is lost: little, and of a mirror
+ * nothing. */
+static void metal_under_a_clear_coat_stays_bright(void **state)
+{
+    (void)state;
+    double least = 1.0;
+    for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.1f)
+        for (float clear = 0.0f; clear <= 1.0f; clear += 0.25f)
+            for (double cos_o = 0.05; cos_o <= 1.0; cos_o += 0.19) {
+                struct lum_material m = metal(roughness);
+                m.clearcoat = 1.0f;
+                m.clearcoat_roughness = clear;
+                struct mean e = albedo(&m, false, cos_o, 4096);
+                double slack = 0.01 + 4.0 * mean_stderr(&e);
+                least = fmin(least, e.mean);
+                if (e.mean > 1.0 + slack || e.mean < (roughness == 0.0f ? 1.0 : 0.95) - slack)
+                    fail_msg("roughness %g and %g, cos %g: %.4f +- %.4f", (double)roughness, (double)clear, cos_o,
+                             e.mean, mean_stderr(&e));
+            }
+    print_message("darkest: %.4f\n", least);
 }
 
 static void matte_weight_is_its_albedo_exactly(void **state)
@@ -315,6 +343,10 @@ static void nothing_is_ever_not_finite(void **state)
         m.specular = pick_hostile(&r, unit_values, n);
         m.base_color.g = pick_hostile(&r, unit_values, n);
         m.diffuse_transmittance.r = pick_hostile(&r, unit_values, n);
+        m.sheen_color.r = i % 3 ? pick_hostile(&r, unit_values, n) : 0.0f;
+        m.sheen_roughness = pick_hostile(&r, unit_values, n);
+        m.clearcoat = i % 2 ? pick_hostile(&r, unit_values, n) : 0.0f;
+        m.clearcoat_roughness = pick_hostile(&r, unit_values, n);
         m.specular_color.b = pick_hostile(&r, unit_values, n);
         m.ior = pick_hostile(&r, iors, LUM_ARRAY_LEN(iors));
         m.thin = rng_u64(&r) & 1;
@@ -357,6 +389,7 @@ int main(void)
         cmocka_unit_test(many_directions_are_each_alone),
         cmocka_unit_test(no_material_creates_energy),
         cmocka_unit_test(white_stays_white),
+        cmocka_unit_test(metal_under_a_clear_coat_stays_bright),
         cmocka_unit_test(matte_weight_is_its_albedo_exactly),
         cmocka_unit_test(scattering_is_reciprocal),
         cmocka_unit_test(nothing_is_ever_not_finite),

@@ -137,6 +137,36 @@ static void lamps_on_both_sides(void **state)
     rig_end(&r);
 }
 
+/* Form factor of a rectangle of half edges a and b towards a point at a distance of 1 before its middle. */
+static double seen_from_the_middle(double a, double b)
+{
+    double ra = sqrt(1.0 + a * a), rb = sqrt(1.0 + b * b);
+    return 4.0 / (2.0 * PI) * (a / ra * atan(b / ra) + b / rb * atan(a / rb));
+}
+
+/* A wide panel close behind a curtain, a window: also where shadows are hard, the light of all of it counts. */
+static void a_panel_close_behind(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc curtain = sheet(0.3f, 0.6f);
+    rig_material(&r, "sheet", &curtain);
+    rig_square(&r, "square", 4);
+    rig_object(&r, "square", "square", "sheet", rig_v(0, 0, 0));
+    struct lum_light_desc panel = rig_quad(rig_v(0, -0.25, 0), rig_v(1.6, 0, 0), rig_v(0, 0, -1.2), 100);
+    rig_light(&r, "panel", &panel);
+    rig_camera(&r, rig_v(0, 0.5, 0), rig_v(0, 0, 0), 1);
+    r.settings.w = r.settings.h = 6;
+    rig_commit(&r);
+    double want = 0.6 * 100 * seen_from_the_middle(0.8 / 0.25, 0.6 / 0.25);
+    for (size_t m = 0; m < n; m++)
+        check("panel", &methods[m], read_picture(&r, &methods[m], 64), want, 2e-3);
+    rig_end(&r);
+}
+
 /* Part rough glass, part sheet, before a luminous panel: all that is seen is light of the panel, so that the effect of
  * diffuse light, which nothing calls for, changes nothing. */
 static void rough_glass_and_sheet_in_one(void **state)
@@ -218,6 +248,79 @@ static void lampshade(void **state)
     rig_end(&r);
 }
 
+enum { STRIPES = 8, STRIPE_PIXELS = 4, STRIPE_TEXELS = 8 };
+
+/* A square that is all sheet, and three quarters metal, by turns, stripe by stripe along x. */
+static void put_striped(struct rig *r)
+{
+    const double p[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
+    const float uvs[] = {0, 0, 0, 1, 1, 1, 1, 0};
+    const uint32_t triangles[] = {0, 1, 2, 0, 2, 3};
+    float texels[STRIPES * STRIPE_TEXELS][3];
+    for (int i = 0; i < STRIPES * STRIPE_TEXELS; i++)
+        texels[i][0] = texels[i][1] = 1.0f, texels[i][2] = i / STRIPE_TEXELS % 2 ? 0.75f : 0.0f;
+    struct lum_image_desc image = {LUM_TEXEL_RGB32F, STRIPES * STRIPE_TEXELS, 1, texels};
+    struct lum_mesh_desc d = {.positions = p, .uvs = uvs, .indices = triangles, .n_vertices = 4, .n_triangles = 2};
+    struct lum_material_desc striped = sheet(0.0f, 0.8f);
+    striped.metallic = 1.0f;
+    striped.metallic_roughness_texture.image = "stripes";
+    RIG_OK(lum_scene_put_image(r->scene, "stripes", &image, &err));
+    RIG_OK(lum_scene_put_mesh(r->scene, "curtain", &d, &err));
+    rig_material(r, "striped", &striped);
+    rig_object(r, "curtain", "curtain", "striped", rig_v(0, 0, 0));
+}
+
+/* (bright - dark) / (bright + dark) of the stripes in the picture. */
+static double contrast_of(struct rig *r)
+{
+    struct lum_rgb *picture = rig_picture(r);
+    double sum[2] = {0};
+    for (uint32_t i = 0; i < r->settings.w * r->settings.h; i++)
+        sum[i % r->settings.w / STRIPE_PIXELS % 2] += (double)picture[i].g;
+    lum_free(picture);
+    return fabs(sum[0] - sum[1]) / (sum[0] + sum[1]);
+}
+
+/* What comes through a textured curtain is filtered, its texture is not. A stripe transmits 0.8, or of a
+ * quarter, 0.2, of the same irradiance from below, where only a floor shines, and one side of the picture is lit as the
+ * other: 0.6 as contrast. Noise of 1024 pixels of 64 paths, and of methods that share VPLs within a pattern: 0.01. */
+static void texture_of_a_curtain_stays_sharp(void **state)
+{
+    (void)state;
+    struct rig r;
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    rig_begin(&r, 0);
+    struct lum_material_desc floor = rig_diffuse(0.9f);
+    rig_material(&r, "floor", &floor);
+    rig_square(&r, "square", 3);
+    rig_object(&r, "floor", "square", "floor", rig_v(0, -1, 0));
+    put_striped(&r);
+    rig_light(&r, "spot",
+              &(struct lum_light_desc){.kind = LUM_LIGHT_SPOT,
+                                       .position = {0, -0.1, 0},
+                                       .direction = {0, -1, 0},
+                                       .inner_cone_rad = 1.0,
+                                       .outer_cone_rad = 1.4,
+                                       .intensity = 100,
+                                       .color = lum_grey(1.0f),
+                                       .on = true});
+    rig_camera(&r, rig_v(0, 2.5, 0), rig_v(0, 0, 0), 2.0 * atan(1.0 / 2.5) * 180.0 / PI);
+    r.settings.antialias = false;
+    r.settings.w = r.settings.h = STRIPES * STRIPE_PIXELS;
+    rig_commit(&r);
+    for (size_t m = 0; m < n; m++) {
+        if (!methods[m].serves[LUM_EFFECT_INDIRECT_DIFFUSE])
+            continue;
+        read_picture(&r, &methods[m], 64);
+        double contrast = contrast_of(&r);
+        print_message("%s: contrast %.3f\n", methods[m].name, contrast);
+        if (!(fabs(contrast - 0.6) < 0.01))
+            fail_msg("%s: contrast of stripes %.3f", methods[m].name, contrast);
+    }
+    rig_end(&r);
+}
+
 /* Who dims a lamp behind a sheet traces no ray, and comes back to the same bits. */
 static void dimmed_behind_a_sheet(void **state)
 {
@@ -250,9 +353,14 @@ static void dimmed_behind_a_sheet(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(white_sheet_in_a_furnace),     cmocka_unit_test(white_sheet_under_an_even_sky),
-        cmocka_unit_test(lamps_on_both_sides),          cmocka_unit_test(lampshade),
-        cmocka_unit_test(rough_glass_and_sheet_in_one), cmocka_unit_test(dimmed_behind_a_sheet),
+        cmocka_unit_test(white_sheet_in_a_furnace),
+        cmocka_unit_test(white_sheet_under_an_even_sky),
+        cmocka_unit_test(lamps_on_both_sides),
+        cmocka_unit_test(lampshade),
+        cmocka_unit_test(texture_of_a_curtain_stays_sharp),
+        cmocka_unit_test(rough_glass_and_sheet_in_one),
+        cmocka_unit_test(dimmed_behind_a_sheet),
+        cmocka_unit_test(a_panel_close_behind),
     };
     return cmocka_run_group_tests_name("numeric.sheet", tests, NULL, NULL);
 }

@@ -78,6 +78,46 @@ struct lum_material variant(int i, float roughness)
         m.base_color = lum_rgb(0.6f, 0.5f, 0.0f);
         m.diffuse_transmittance = lum_rgb(0.4f, 0.3f, 0.2f);
         return m;
+    case 11: /* lacquer on paint */
+        m.roughness = 0.6f;
+        m.base_color = lum_rgb(0.9f, 0.5f, 0.1f);
+        m.clearcoat = 1.0f;
+        m.clearcoat_roughness = roughness;
+        return m;
+    case 12: /* a mirror over half of everything */
+        m.metallic = m.transmission = m.specular = m.clearcoat = 0.5f;
+        return m;
+    case 13: /* over a matte sheet */
+        m = matte();
+        m.thin = true;
+        m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
+        m.clearcoat = 0.7f;
+        m.clearcoat_roughness = roughness;
+        return m;
+    case 14: /* over a metal, or its mirror */
+        m.metallic = 1.0f;
+        m.clearcoat = 1.0f;
+        m.clearcoat_roughness = 0.5f;
+        return m;
+    case 15: /* velvet */
+        m = matte();
+        m.base_color = lum_rgb(0.3f, 0.1f, 0.1f);
+        m.sheen_color = lum_rgb(1.0f, 0.8f, 0.5f);
+        m.sheen_roughness = roughness;
+        return m;
+    case 16: /* fuzz over half of everything */
+        m.metallic = m.transmission = m.specular = 0.5f;
+        m.sheen_color = lum_grey(0.7f);
+        m.sheen_roughness = 0.5f;
+        return m;
+    case 17: /* a thin curtain that somebody lacquered */
+        m.thin = true;
+        m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
+        m.sheen_color = lum_grey(1.0f);
+        m.sheen_roughness = 0.4f;
+        m.clearcoat = 0.6f;
+        m.clearcoat_roughness = roughness;
+        return m;
     default: /* a coated sheet, in part glass, in part metal */
         m.thin = true;
         m.metallic = m.transmission = 0.3f;

@@ -20,7 +20,7 @@ struct lum_material glass(float roughness, float ior);
 /* Every branch of the mix. */
 struct lum_material variant(int i, float roughness);
 
-enum { N_VARIANTS = 11 };
+enum { N_VARIANTS = 18 };
 
 struct lum_surface surface(bool backface);
 struct lum_vec3 direction(double cos_theta, double phi);

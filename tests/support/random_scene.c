@@ -116,7 +116,7 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     static const char *const pictures[] = {NULL, NULL, "weave", "wild"};
     static const float alphas[] = {1.0f, 0.5f, 0.0f};
     struct lum_material_desc m = lum_material_default();
-    static const float sheets[] = {0.0f, 0.0f, 0.3f, 0.5f};
+    static const float sheets[] = {0.0f, 0.0f, 0.3f, 0.5f}, coats[] = {0.0f, 0.0f, 1.0f, 0.5f};
     m.base_color = lum_rgb(PICK(item, 4, colors), 0.5f, 0.6f);
     m.diffuse_transmittance = lum_rgb(0.0f, PICK(item, 15, sheets), 0.0f);
     m.roughness = PICK(item, 5, rough);
@@ -135,6 +135,10 @@ static void put_material(struct rig *r, const char *id, const struct random_item
     m.normal_scale = pick(item, 12, 2) ? 100.0f : 1.0f;
     m.alpha_mode = (enum lum_alpha_mode)pick(item, 13, 3);
     m.alpha = PICK(item, 14, alphas);
+    m.clearcoat = PICK(item, 16, coats);
+    m.clearcoat_roughness = PICK(item, 17, rough);
+    m.sheen_color = lum_rgb(0.0f, PICK(item, 18, coats), 0.0f);
+    m.sheen_roughness = PICK(item, 19, rough);
     rig_material(r, id, &m);
 }
 

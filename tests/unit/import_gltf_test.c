@@ -403,7 +403,7 @@ static void dielectric_extensions(void **state)
                 "\"KHR_materials_specular\":{\"specularFactor\":0.5,\"specularColorFactor\":[1,2,3]},"
                 "\"KHR_materials_transmission\":{\"transmissionFactor\":0.75},"
                 "\"KHR_materials_volume\":{\"thicknessFactor\":1,\"attenuationDistance\":2,"
-                "\"attenuationColor\":[0.5,0.25,1]},\"KHR_materials_sheen\":{}}}");
+                "\"attenuationColor\":[0.5,0.25,1]},\"KHR_materials_anisotropy\":{}}}");
     assert_near_all(m->base_color, (double[]){0.1, 0.2, 0.3}, 3);
     assert_true(m->alpha == 0.4 && m->metallic == 0.25 && m->roughness == 0.5 && m->ior == 1.25 && m->specular == 0.5);
     assert_near_all(m->specular_color, (double[]){1, 2, 3}, 3);
@@ -412,7 +412,7 @@ static void dielectric_extensions(void **state)
     assert_true(m->attenuation_distance.set && m->attenuation_distance.value == 2.0);
     assert_string_equal(m->alpha_mode, "mask");
     assert_true(m->alpha_cutoff == 0.75 && !m->unlit);
-    assert_true(kit_warned(*state, "KHR_materials_sheen"));
+    assert_true(kit_warned(*state, "KHR_materials_anisotropy"));
     m = import_material(*state, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1},"
                                 "\"KHR_materials_unlit\":{}}}");
     assert_true(m->thin && m->unlit); /* no volume: the surface bends nothing */
@@ -444,6 +444,35 @@ static void diffuse_transmission(void **state)
         assert_near_all(m->base_color, (double[]){1, 1, 1}, 3);
         assert_near_all(m->diffuse_transmittance, (double[]){0, 0, 0}, 3);
     }
+}
+
+static void clearcoat(void **state)
+{
+    const struct lum_record_material *m =
+        import_material(*state, "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatFactor\":0.75,"
+                                "\"clearcoatRoughnessFactor\":0.25,\"clearcoatTexture\":{\"index\":0}}}}");
+    assert_true(m->clearcoat == 0.75 && m->clearcoat_roughness == 0.25);
+    assert_true(kit_warned(*state, "KHR_materials_clearcoat"));
+    static const char *const bare[] = {
+        "{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatRoughnessFactor\":0.25}}}", /* the factor's default is
+                                                                                                 0 */
+        "{\"extensions\":{\"KHR_materials_unlit\":{},\"KHR_materials_clearcoat\":{\"clearcoatFactor\":1}}}",
+        "{}",
+    };
+    for (size_t i = 0; i < sizeof bare / sizeof bare[0]; i++)
+        assert_true(import_material(*state, bare[i])->clearcoat == 0.0);
+}
+
+static void sheen(void **state)
+{
+    const struct lum_record_material *m =
+        import_material(*state, "{\"extensions\":{\"KHR_materials_sheen\":{\"sheenColorFactor\":[0.75,0.5,2],"
+                                "\"sheenRoughnessFactor\":0.25,\"sheenColorTexture\":{\"index\":0}}}}");
+    assert_near_all(m->sheen_color, (double[]){0.75, 0.5, 1}, 3);
+    assert_true(m->sheen_roughness == 0.25);
+    assert_true(kit_warned(*state, "KHR_materials_sheen"));
+    m = import_material(*state, "{\"extensions\":{\"KHR_materials_sheen\":{}}}");
+    assert_near_all(m->sheen_color, (double[]){0, 0, 0}, 3);
 }
 
 static void specular_glossiness(void **state)
@@ -654,6 +683,8 @@ int main(void)
         TEST(many_fixtures_stay_whole),
         TEST(dielectric_extensions),
         TEST(diffuse_transmission),
+        TEST(clearcoat),
+        TEST(sheen),
         TEST(specular_glossiness),
         TEST(textures),
         TEST(missing_picture_is_a_warning),

@@ -174,6 +174,12 @@ static void rules(void **state)
     expect("{'op':'add','type':'material','id':'x','diffuse_transmittance':[0.5,0.5,0.5]}", "invalid_value",
            "diffuse_transmittance"); /* base_color is white if nothing is said of it */
 #undef SHEET
+    expect("{'op':'add','type':'material','id':'x','clearcoat':1,'clearcoat_roughness':0.3}", NULL, NULL);
+    expect("{'op':'add','type':'material','id':'x','sheen_color':[1,0.5,0],'sheen_roughness':0.3}", NULL, NULL);
+    expect("{'op':'add','type':'material','id':'x','sheen_color':[0,0,1.1]}", "invalid_value", "sheen_color/2");
+    expect("{'op':'add','type':'material','id':'x','clearcoat':1.1}", "invalid_value", "clearcoat");
+    expect("{'op':'add','type':'material','id':'x','clearcoat_roughness':-0.1}", "invalid_value",
+           "clearcoat_roughness");
     expect("{'op':'add','type':'image','id':'x'}", "invalid_value", "asset");
     expect("{'op':'add','type':'image','id':'x','width':2,'height':2,'pixels':'AQIDBA=='}", "invalid_value", "pixels");
     expect("{'op':'add','type':'image','id':'x','width':1,'height':1,'pixels':'AQIDB'}", "invalid_value", "pixels");

@@ -85,6 +85,9 @@ static void edit_material(struct editor *e, uint32_t k)
     m.thin = chance(e, 0.5);
     if (m.base_color.r < 0.3f) /* a sheet */
         m.diffuse_transmittance = lum_rgb(0.0f, 0.5f, 2.0f * m.base_color.r);
+    m.sheen_color = lum_grey(m.roughness > 0.6f ? 0.5f : 0.0f); /* cloth */
+    if (m.base_color.r > 0.7f)                                  /* lacquered */
+        m.clearcoat = m.base_color.r, m.clearcoat_roughness = m.roughness > 0.5f ? 0.0f : 0.4f;
     m.attenuation_color = lum_rgb(0.5f, 0.9f, 0.3f);
     m.attenuation_distance_m = 0.3;
     double emission = 30.0 * (e->steady ? 0.5 : random_double(&e->random));

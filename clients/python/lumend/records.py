@@ -69,6 +69,10 @@ class Material(TypedDict, total=False):
     specular_color: Sequence[float]  # 3; 0 to 100; default 1 1 1
     transmission: float  # 0 to 1; default 0; share of light that passes through
     diffuse_transmittance: Sequence[float]  # 3; 0 to 1; default 0 0 0; of paper, cloth, opal: what leaves the far side evenly; with base_color at most 1
+    sheen_color: Sequence[float]  # 3; 0 to 1; default 0 0 0; of the fuzz of cloth, seen where the surface turns away
+    sheen_roughness: float  # 0 to 1; default 0; of that; below 0.27 it is as at 0.27
+    clearcoat: float  # 0 to 1; default 0; how much of a clear lacquer lies over all of it
+    clearcoat_roughness: float  # 0 to 1; default 0; of that: GGX alpha = clearcoat_roughness^2; 0: a mirror
     thin: bool  # default false; a surface without volume: transmission does not bend
     attenuation_color: Sequence[float]  # 3; 0 to 1; default 1 1 1; what is left after attenuation_distance
     attenuation_distance: float | None  # m; 1e-09 to 1e9; null: clear

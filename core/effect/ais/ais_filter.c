@@ -21,6 +21,19 @@ static void filter(const struct lum_pass *pass, uint32_t cell, enum lum_effect w
         lum_filter_box(&f, &rect, buffer->smooth + (size_t)r.y * guide.w + r.x, guide.w);
 }
 
+/* Textures of sheets stay sharp: what was filtered is light on their far side. */
+static void color_far_sides(const struct lum_pass *pass, uint32_t cell)
+{
+    struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_TRANSMISSION].smooth;
+    struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
+    for (uint32_t y = r.y; smooth && y < r.y + r.h; y++)
+        for (uint32_t x = r.x; x < r.x + r.w; x++) {
+            size_t pixel = (size_t)y * pass->tiling.w + x;
+            if (pass->surfaces->kind[pixel] & LUM_PIXEL_SHEET)
+                smooth[pixel] = lum_rgb_mul(smooth[pixel], lum_surfaces_far_albedo(pass, x, y));
+        }
+}
+
 static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_counters *counters)
 {
     (void)counters;
@@ -28,7 +41,9 @@ static void filter_cell(const struct lum_pass *pass, uint32_t cell, struct lum_c
         return;
     filter(pass, cell, LUM_EFFECT_SOFT_SHADOW, LUM_PIXEL_DIFFUSE);
     filter(pass, cell, LUM_EFFECT_INDIRECT_DIFFUSE, LUM_PIXEL_DIFFUSE);
-    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET);
+    filter(pass, cell, LUM_EFFECT_GLOSSY, LUM_PIXEL_GLOSS | LUM_PIXEL_SPECULAR);
+    filter(pass, cell, LUM_EFFECT_TRANSMISSION, LUM_PIXEL_SHEET);
+    color_far_sides(pass, cell);
     filter(pass, cell, LUM_EFFECT_MEDIA, 0);
 }
 

@@ -22,7 +22,7 @@ void lum_vertices_push(struct lum_vertices *v, uint32_t slot, struct lum_vec3 p,
 
 bool lum_bsdf_spreads(const struct lum_bsdf *b)
 {
-    return b->alpha > 0.0f || !lum_rgb_black(b->diffuse);
+    return lum_bsdf_has_gloss(b) || !lum_rgb_black(b->diffuse);
 }
 
 /* Where a light shines from that casts hard shadows, as a pair of its samples: near its middle, so that the one sample
@@ -207,7 +207,8 @@ static struct lum_rgb whole_light(const struct lum_direct *job, uint32_t i, uint
     return lum_rgb_scale(lum_rgb_mul(albedo, radiance), e.cosine_integral * LUM_INV_PI);
 }
 
-/* Where a light is seen in whole, there is no noise. At most one vertex per slot. */
+/* Where a light is seen in whole, there is no noise; and of hard shadows, whose one sample near the middle of a lamp
+ * would count for all of it, a sheet right before a wide lamp is as bright as it is. At most one vertex per slot. */
 static void light_by_share(const struct lum_direct *job, uint32_t n_samples)
 {
     struct lum_rgb seen[LUM_TILE_PIXELS] = {{0}};
@@ -230,9 +231,9 @@ void lum_direct_light(const struct lum_direct *job)
     struct behind behind[LUM_RAY_BATCH], *kept = job->visibility && job->left ? behind : NULL;
     if (job->vertices->n == 0)
         return;
-    bool one = job->snapshot->lights.lights[job->light].delta || is_hard(job);
-    uint32_t n_samples = one ? 1 : job->n_samples;
-    if (job->by_share && !one && !job->media && lum_light_has_irradiance(&job->snapshot->lights.lights[job->light])) {
+    bool delta = job->snapshot->lights.lights[job->light].delta;
+    uint32_t n_samples = delta || is_hard(job) ? 1 : job->n_samples;
+    if (job->by_share && !delta && !job->media && lum_light_has_irradiance(&job->snapshot->lights.lights[job->light])) {
         light_by_share(job, n_samples);
         return;
     }

@@ -9,7 +9,7 @@ static void gloss_cell(const struct lum_pass *pass, uint32_t cell, struct lum_co
         return;
     struct lum_guide guide = lum_components_guide(pass);
     struct lum_tile_rect r = lum_tile_at(&pass->cells, cell);
-    const uint8_t kinds = LUM_PIXEL_SPECULAR | LUM_PIXEL_SHEET | (pass->on[LUM_EFFECT_GLOSSY] ? LUM_PIXEL_GLOSS : 0);
+    const uint8_t kinds = LUM_PIXEL_SPECULAR | (pass->on[LUM_EFFECT_GLOSSY] ? LUM_PIXEL_GLOSS : 0);
     struct lum_filter f = {.guide = &guide,
                            .need = kinds,
                            .side = pass->settings->method->pattern,

@@ -124,8 +124,7 @@ void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *p
     for (uint32_t y = 0; y < r->h; y++)
         for (uint32_t x = 0; x < r->w; x++) {
             size_t pixel = (size_t)(r->y + y) * pass->tiling.w + r->x + x;
-            uint32_t kind = pass->surfaces->kind[pixel];
-            if (!(kind & LUM_PIXEL_GLOSS) || kind & LUM_PIXEL_SHEET) /* what comes through a sheet was not cut */
+            if (!(pass->surfaces->kind[pixel] & LUM_PIXEL_GLOSS))
                 continue;
             float fx = ((float)x + 0.5f) / LUM_TILE_SIDE + 0.5f, fy = ((float)y + 0.5f) / LUM_TILE_SIDE + 0.5f;
             uint32_t ix = (uint32_t)fx, iy = (uint32_t)fy;

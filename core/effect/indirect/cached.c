@@ -143,22 +143,26 @@ static void interpolate(const struct lum_pass *pass, uint32_t tile, const struct
 
 void lum_show_far_side(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_rgb irradiance)
 {
+    size_t pixel = lum_tile_pixel(pass, tile, slot);
+    uint32_t w = pass->tiling.w;
+    struct lum_rgb albedo = lum_surfaces_far_albedo(pass, (uint32_t)(pixel % w), (uint32_t)(pixel / w));
+    pass->components->buffer[LUM_EFFECT_TRANSMISSION].smooth[pixel] =
+        lum_rgb_scale(lum_rgb_mul(irradiance, albedo), LUM_INV_PI);
+}
+
+bool lum_begin_far_sides(const struct lum_pass *pass, uint32_t tile)
+{
+    struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_TRANSMISSION].smooth;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    uint32_t x = slot % LUM_TILE_SIDE, y = slot / LUM_TILE_SIDE;
-    struct lum_vec3 d = lum_center_direction(pass, r.x + x, r.y + y), wo = lum_v3_neg(d);
-    struct lum_surface s;
-    struct lum_bsdf b;
-    lum_snapshot_surface(pass->snapshot, &pass->gbuffer->tiles[tile], y * r.w + x, d, &s);
-    lum_bsdf_init(&b, &pass->snapshot->materials[s.material], &s, wo);
-    b = lum_bsdf_far_side(&b);
-    struct lum_rgb shown = lum_rgb_scale(lum_rgb_mul(irradiance, lum_bsdf_diffuse_albedo(&b)), LUM_INV_PI);
-    lum_component_add(pass->components, LUM_EFFECT_GLOSSY, lum_tile_pixel(pass, tile, slot), shown);
+    for (uint32_t y = r.y; smooth && y < r.y + r.h; y++)
+        memset(smooth + (size_t)y * pass->tiling.w + r.x, 0, r.w * sizeof *smooth);
+    return smooth;
 }
 
 static void interpolate_far_side(const struct lum_pass *pass, uint32_t tile, const struct lum_lookup *lookup)
 {
     uint32_t far = pass->tiling.n + tile;
-    struct lum_interpolated *sheets = far < lum_interpolated_tiles(pass) ? lum_interpolated_of(pass, far) : NULL;
+    struct lum_interpolated *sheets = lum_begin_far_sides(pass, tile) ? lum_interpolated_of(pass, far) : NULL;
     struct lum_tile_points points;
     struct lum_rgb irradiance[LUM_TILE_PIXELS];
     struct lum_candidates list;

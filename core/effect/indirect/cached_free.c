@@ -137,11 +137,10 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
     uint32_t tile = (uint32_t)((uint64_t)job * run->stride % pass->tiling.n);
     const struct lum_surfaces *s = pass->surfaces;
     struct lum_rgb *smooth = pass->components->buffer[LUM_EFFECT_INDIRECT_DIFFUSE].smooth;
-    struct lum_rgb *gloss = pass->components->buffer[LUM_EFFECT_GLOSSY].raw;
-    bool sheets = gloss && lum_interpolated_tiles(pass) > pass->tiling.n;
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     if (lum_components_enter(pass, LUM_EFFECT_INDIRECT_DIFFUSE, tile))
         return;
+    bool sheets = lum_begin_far_sides(pass, tile);
     for (uint32_t i = 0; i < r.w * r.h; i++) {
         size_t pixel = (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w;
         struct lum_rgb irradiance = lum_grey(0.0f), behind = lum_grey(0.0f);
@@ -153,8 +152,6 @@ static void free_tile(void *ctx, uint32_t job, struct lum_counters *counters)
         }
         if (matte)
             smooth[pixel] = lum_rgb_scale(irradiance, LUM_INV_PI);
-        if (sheet)
-            gloss[pixel] = lum_grey(0.0f); /* a tile that is begun again adds it once */
         if (sheet)
             lum_show_far_side(pass, tile, i / r.w * LUM_TILE_SIDE + i % r.w, behind);
     }

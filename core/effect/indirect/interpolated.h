@@ -18,7 +18,9 @@ static inline uint32_t lum_interpolated_tiles(const struct lum_pass *pass)
 {
     return pass->snapshot->has_sheets && pass->on[LUM_EFFECT_TRANSMISSION] ? 2 * pass->tiling.n : pass->tiling.n;
 }
-/* A pixel of a sheet shows this irradiance of its far side. */
+/* Nothing comes through sheets in this tile, until somebody says so. False: nobody asks for it. */
+bool lum_begin_far_sides(const struct lum_pass *pass, uint32_t tile);
+/* A pixel of a sheet shows this irradiance of its far side: as it is, since records are smooth. */
 void lum_show_far_side(const struct lum_pass *pass, uint32_t tile, uint32_t slot, struct lum_rgb irradiance);
 /* Found once, and kept. Thread: the worker that has the tile. */
 struct lum_interpolated *lum_interpolated_of(const struct lum_pass *pass, uint32_t tile);

@@ -17,6 +17,7 @@ struct lum_echo_point {
 /* Points that gather from the same slots: every step-th, from `first`. */
 struct lum_echo_job {
     uint32_t first, step, n_slots, n_points, first_point;
+    bool far;          /* far sides of sheets that the eye sees: what they weigh comes after the filter */
     size_t first_term; /* n_slots rows of n_points */
 };
 /* Of a ray batch tile. */

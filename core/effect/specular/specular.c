@@ -40,7 +40,7 @@ struct fog {
  * gathers from 1/2^k of the VPLs: no noisier in the picture, where most branches in glass and on water are faint.
  * CornellBox-Water (600 x 400) takes 0.74 million rays for indirect light instead of 1.62. */
 #define FAINTNESS 4u
-#define BY_RECORDS FAINTNESS /* and those whose indirect light records bring: far sides of sheets that the eye sees */
+#define FAR_SIDES FAINTNESS /* and far sides of sheets that the eye sees, whose indirect light records may bring */
 
 /* About 800 KiB: lives on a worker's stack. */
 struct tree {
@@ -130,8 +130,9 @@ static uint64_t hash_of(const struct lum_pass *pass)
 static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job *job,
                          const struct lum_echo_point *points, const struct lum_rgb *irradiance)
 {
+    enum lum_effect which = job->far ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY;
     for (uint32_t k = 0; k < job->n_points; k++)
-        lum_component_add(pass->components, LUM_EFFECT_GLOSSY, points[k].pixel,
+        lum_component_add(pass->components, which, points[k].pixel,
                           lum_rgb_scale(lum_rgb_mul(points[k].weight, irradiance[k]), (float)job->step * LUM_INV_PI));
 }
 
@@ -140,6 +141,7 @@ static void add_indirect(const struct lum_pass *pass, const struct lum_echo_job 
 static uint32_t spare_of(const struct lum_pass *pass, uint32_t n_sets, uint32_t faint)
 {
     uint32_t spare = pass->records ? pass->records->cache->key.kind->spare : 0;
+    faint = faint == FAR_SIDES ? 0 : faint;
     for (spare = spare > 0 ? spare : 1; faint > 0 && 2 * spare * n_sets <= pass->vpls->n_bounced; faint--)
         spare *= 2;
     return spare;
@@ -174,9 +176,11 @@ static void gather_subset(struct tree *t, uint32_t faint, uint32_t set, uint32_t
     for (uint32_t k = 0; k < points.n_points; k++) {
         uint32_t i = vertex[k], x = r.x + v->slot[i] % r.w, y = r.y + v->slot[i] / r.w;
         seen[k].pixel = y * pass->tiling.w + x;
-        seen[k].weight = lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
+        seen[k].weight =
+            faint == FAR_SIDES ? lum_grey(1.0f) : lum_rgb_mul(v->weight[i], lum_bsdf_diffuse_albedo(&v->bsdf[i]));
     }
-    struct lum_echo_job job = {.first = first, .step = step, .n_slots = n_slots, .n_points = points.n_points};
+    struct lum_echo_job job = {
+        .first = first, .step = step, .n_slots = n_slots, .n_points = points.n_points, .far = faint == FAR_SIDES};
     struct lum_echo *echo = echo_of(pass, t->tile);
     bool kept = echo && lum_echo_add(echo, &job, seen, LUM_ECHO_BYTES / pass->tiling.n);
     size_t first_term = kept ? echo->jobs[echo->n_jobs - 1].first_term : 0;
@@ -221,12 +225,14 @@ static void shade_vertices(struct tree *t, uint32_t faint)
 {
     if (t->vertices[faint].n == 0)
         return;
-    if (faint == BY_RECORDS) {
+    if (faint == FAR_SIDES)
         lum_layers_light_matte(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
+    else
+        lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
+    if (faint == FAR_SIDES && t->pass->records) {
         t->vertices[faint].n = 0;
         return;
     }
-    lum_layers_light(t->pass, t->tile, &t->vertices[faint], LUM_LAYER_COMPLETE, t->counters);
     struct lum_echo *echo = echo_of(t->pass, t->tile);
     if (echo && t->pass->vpls && t->pass->vpls->n_lit == 0)
         echo->whole = false; /* what they will gather from is not asked for */
@@ -291,8 +297,7 @@ static void queue_far_side(struct tree *t, const struct lum_bsdf *b, struct lum_
     if (lum_rgb_black(b->through) || !t->pass->on[LUM_EFFECT_TRANSMISSION])
         return;
     struct lum_bsdf far = lum_bsdf_far_side(b);
-    bool by_records = from->depth == 0 && t->pass->records;
-    queue_vertex(t, by_records ? BY_RECORDS : faintness(from->weight), &far, p, lum_v3_neg(wo), from);
+    queue_vertex(t, from->depth == 0 ? FAR_SIDES : faintness(from->weight), &far, p, lum_v3_neg(wo), from);
 }
 
 /* ---- media ---- */
@@ -378,7 +383,7 @@ static void leave_trail(const struct tree *t, uint32_t n)
         bool hit = t->hits.object[i] != LUM_NO_OBJECT;
         float length = hit ? lum_min(t->hits.t[i], LUM_SEGMENT_FAR) : LUM_SEGMENT_FAR;
         struct lum_vec3 o = t->batch[i].o;
-        remember(t, &(struct lum_branch){o, lum_v3_mad(o, t->batch[i].d, length), hit});
+        remember(t, &(struct lum_branch){.from = o, .to = lum_v3_mad(o, t->batch[i].d, length), .lit = hit});
     }
 }
 
@@ -414,6 +419,21 @@ static void visit(struct tree *t, uint32_t i)
     push_branches(t, &b, s.p, wo, &from);
 }
 
+/* Sheets that the eye sees are lit on their far side: boxes around what blocks of pixels show of them. At 4K a box for
+ * each pixel would take all the room there is. */
+#define SHEET_BLOCK 4u
+enum { SHEET_BLOCKS = LUM_TILE_SIDE / SHEET_BLOCK };
+static const struct lum_bounds no_bounds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+
+static void remember_sheets(const struct tree *t, struct lum_bounds sheets[SHEET_BLOCKS][SHEET_BLOCKS])
+{
+    for (uint32_t k = 0; k < SHEET_BLOCKS * SHEET_BLOCKS; k++) {
+        const struct lum_bounds *b = &sheets[k / SHEET_BLOCKS][k % SHEET_BLOCKS];
+        if (b->lo.x <= b->hi.x)
+            remember(t, &(struct lum_branch){.from = b->lo, .to = b->hi, .lit = true, .box = true});
+    }
+}
+
 /* First vertices: what the eye sees, as in the G-buffer. Their own direct light is the shadow estimator's. */
 static void plant(struct tree *t)
 {
@@ -421,6 +441,10 @@ static void plant(struct tree *t)
     const struct lum_hits *hits = &t->pass->gbuffer->tiles[t->tile];
     if (hits->white)
         return;
+    struct lum_bounds sheets[SHEET_BLOCKS][SHEET_BLOCKS];
+    struct lum_tile_rect r = lum_tile_at(&t->pass->tiling, t->tile);
+    for (uint32_t k = 0; k < SHEET_BLOCKS * SHEET_BLOCKS; k++)
+        sheets[k / SHEET_BLOCKS][k % SHEET_BLOCKS] = no_bounds;
     lum_tile_center_rays(t->pass, t->tile, &t->rays);
     for (uint32_t i = 0; i < t->rays.n; i++) {
         if (hits->object[i] >= unit->n_instances) /* background and emitters */
@@ -434,11 +458,12 @@ static void plant(struct tree *t)
         lum_snapshot_surface(unit, hits, i, d, &s);
         lum_bsdf_init(&b, m, &s, wo);
         struct branch root = {.weight = lum_grey(1.0f), .slot = i, .path = 1};
-        if (!lum_rgb_black(b.through))
-            remember(t, &(struct lum_branch){s.p, s.p, true}); /* lit on its far side */
+        if (!lum_rgb_black(b.through) && t->pass->on[LUM_EFFECT_TRANSMISSION])
+            lum_bounds_grow(&sheets[i / r.w / SHEET_BLOCK][i % r.w / SHEET_BLOCK], s.p);
         queue_far_side(t, &b, s.p, wo, &root);
         push_branches(t, &b, s.p, wo, &root);
     }
+    remember_sheets(t, sheets);
 }
 
 /* Takes a batch of the deepest branches off the stack. */
@@ -454,20 +479,8 @@ static uint32_t pop_batch(struct tree *t)
     return n;
 }
 
-/* In methods without a filter what records bring to the far sides of sheets is shown as it is. */
-static void show_unfiltered(const struct lum_pass *pass, uint32_t tile)
-{
-    const struct lum_component_buffer *b = pass->components ? &pass->components->buffer[LUM_EFFECT_GLOSSY] : NULL;
-    struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
-    for (uint32_t y = r.y; b && b->raw && !pass->settings->method->filters[0] && y < r.y + r.h; y++) {
-        size_t at = (size_t)y * pass->tiling.w + r.x;
-        memcpy(b->smooth + at, b->raw + at, r.w * sizeof *b->raw);
-    }
-}
-
 static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum_counters *counters)
 {
-    show_unfiltered(pass, tile);
     bool gathered = !pass->components || lum_components_enter(pass, LUM_EFFECT_REFLECTION, tile);
     if (lum_layers_reached(pass, tile, LUM_LAYER_COMPLETE) && (gathered || replay_echo(pass, tile)))
         return;
@@ -479,7 +492,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
     t.tile = tile;
     t.max_depth = pass->settings->max_depth < BRANCH_DEPTH ? pass->settings->max_depth : BRANCH_DEPTH;
     t.n_branches = t.fog.rays.n = 0;
-    for (uint32_t faint = 0; faint <= BY_RECORDS; faint++)
+    for (uint32_t faint = 0; faint <= FAR_SIDES; faint++)
         t.vertices[faint].n = 0;
     if (pass->layers->branches)
         lum_branches_begin(&pass->layers->branches[tile]);
@@ -492,7 +505,7 @@ static void specular_tile(const struct lum_pass *pass, uint32_t tile, struct lum
         for (uint32_t i = 0; i < n; i++)
             visit(&t, i);
     }
-    for (uint32_t faint = 0; faint <= BY_RECORDS; faint++)
+    for (uint32_t faint = 0; faint <= FAR_SIDES; faint++)
         shade_vertices(&t, faint);
     flush_fog(&t);
     lum_layers_reach(pass, tile, LUM_LAYER_COMPLETE);
@@ -503,7 +516,8 @@ const struct lum_estimator lum_estimator_specular = {
     .stage = LUM_STAGE_SPECULAR,
     .tile = specular_tile,
     .state = &echoes_kind,
-    .joins = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY), /* indirect light and fog behind mirrors and glass */
+    /* indirect light and fog behind mirrors and glass; indirect light that sheets let through */
+    .joins = LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY) | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION),
 };
 
 const struct lum_effect_row lum_effect_reflection = {.demand = lum_demand_by_surface,
@@ -528,4 +542,5 @@ const struct lum_effect_row lum_effect_transmission = {.demand = demand_transmis
                                                        .lamps_count = true,
                                                        .glow_counts = true,
                                                        .why = "lets light through",
-                                                       .why_not = "no object lets light through"};
+                                                       .why_not = "no object lets light through",
+                                                       .adds = LUM_ADDS_SURFACE};
