@@ -248,6 +248,12 @@ function sum(counters: JsonObject): number {
     return total;
 }
 
+/** Of the processor time of all effects, by name. */
+export function sharesOf(effects: readonly Effect[]): Map<string, number> {
+    const all = effects.reduce((ms, e) => ms + e.ms, 0);
+    return new Map(effects.map((e) => [e.name, all > 0 ? e.ms / all : 0]));
+}
+
 function effectsOf(effects: JsonObject): Effect[] {
     const list: Effect[] = [];
     for (const [name, e] of Object.entries(effects)) {

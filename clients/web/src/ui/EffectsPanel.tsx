@@ -1,5 +1,5 @@
-import { fixed, si } from '../lib/format';
-import type { Effect } from '../state/meter';
+import { fixed, percent, si } from '../lib/format';
+import { sharesOf, type Effect } from '../state/meter';
 import { FORCES, type Force } from '../state/view';
 import { useApp } from './context';
 
@@ -15,6 +15,7 @@ export function EffectsPanel() {
                 <AllAutomatic />
             </header>
             <Missing />
+            <p class="hint">What each part of the light took in the last frame; a bar is its part of the time.</p>
             <table>
                 <caption class="visually-hidden">What each effect cost in the last frame, and why it was needed</caption>
                 <thead>
@@ -32,7 +33,7 @@ export function EffectsPanel() {
                     </tr>
                 </thead>
                 {effects.map((e) => (
-                    <Row key={e.name} effect={e} />
+                    <Row key={e.name} effect={e} share={sharesOf(effects).get(e.name) ?? 0} />
                 ))}
             </table>
             <Cache />
@@ -81,7 +82,8 @@ const spoken = (name: string): string => name.replace(/_/g, ' ');
 /** Path samples go through all of a pixel, so they smooth edges without a ray more. */
 const ridesAlong = (e: Effect): boolean => e.name === 'antialias' && e.on && e.served;
 
-function Row({ effect: e }: { effect: Effect }) {
+/** share: of the processor time of all effects. */
+function Row({ effect: e, share }: { effect: Effect; share: number }) {
     const idle = e.rays === 0 && e.tiles === 0 && e.ms === 0;
     return (
         <tbody class={`effect ${e.on && e.served ? '' : 'is-off'}`}>
@@ -95,12 +97,13 @@ function Row({ effect: e }: { effect: Effect }) {
                     <>
                         <td>{si(e.tiles)}</td>
                         <td class="effect-rays">{si(e.rays)}</td>
-                        <td>{fixed(e.ms, 1)}</td>
+                        <td title={`${percent(share)} of the time of all effects`}>{fixed(e.ms, 1)}</td>
                     </>
                 )}
             </tr>
             <tr>
                 <td colSpan={4}>
+                    {!idle && <span class="effect-share" style={{ '--share': share.toFixed(3) }} aria-hidden="true" />}
                     <div class="effect-why">
                         <small>{e.on && !e.served ? `left out by this method; ${e.why}` : e.why}</small>
                         <Forcing name={e.name} />
