@@ -106,6 +106,26 @@ test('the line is dragged, and the pictures below it are chosen from a list', as
     assert.deepEqual(tab.watch.errors, []);
 });
 
+test('the picture before the last change was kept without being asked for; numbers of now stay at its side', async () => {
+    const rev = await shownRev(page);
+    await field(page, 'ceiling-panel', 'ceiling-panel on').click();
+    await settled(tab, { rev: rev + 1 });
+    await panel.getByRole('button', { name: 'Before' }).click();
+    assert.match(await tag('left').textContent(), new RegExp(`^Before.*revision ${rev}$`));
+    const side = () => page.locator('#nows-side rect').evaluate((r) => [r.x.baseVal.value, r.width.baseVal.value]);
+    const { width } = await page.locator('.stage').boundingBox();
+    const [from, wide] = await side();
+    assert.ok(Math.abs(from - 0.25 * width) < 2 && Math.abs(wide - 0.75 * width) < 2, `${from}, ${wide} of ${width}`);
+    await panel.getByLabel('Right of it').selectOption('Picture 1');
+    assert.equal((await side())[1], 0, 'now is not shown');
+    await page.locator('.stage').press('z'); // takes the switch back: that is a change, too
+    await settled(tab, { rev: rev + 2 });
+    await eventually(async () => new RegExp(`revision ${rev + 1}$`).test(await tag('left').textContent()), () => tag('left').textContent());
+    await panel.getByRole('button', { name: 'Before' }).click();
+    assert.equal(await line.count(), 0);
+    assert.deepEqual(tab.watch.errors, []);
+});
+
 test('another camera is said to be one, and gone back to', async () => {
     await panel.getByRole('button', { name: 'Wipe between Picture 1 and now' }).click();
     assert.equal(await tag('left').locator('em').count(), 0);

@@ -112,7 +112,7 @@ export class App {
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
         this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
-        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at) });
+        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), onStep: () => this.compare.changing() });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
         this.lux = new LuxMeter({
@@ -363,7 +363,7 @@ export class App {
     /** What a side of the wipe shows; null: nothing yet. */
     shotOf(side: Side): Shot | null {
         if (side === 'reference') return this.reference.shot.value;
-        if (side !== 'now') return this.compare.keptOf(side) ?? null;
+        if (side !== 'now') return this.compare.shotOf(side);
         const { canvas } = this;
         return canvas && this.facts.value && { name: 'Now', facts: this.facts.value, canvas };
     }

@@ -75,6 +75,21 @@ test('the wipe opens with what was compared last, else the newest picture, else 
     assert.equal(compare.wantsReference.value, false);
 });
 
+test('what was there before the last change needs no keeping, and is one picture', () => {
+    let picture = 'first';
+    const { compare, said } = made(() => ({ name: 'Now', facts: FACTS, canvas: canvas(8, 6, picture) }));
+    assert.equal(compare.shotOf('before'), null);
+    compare.changing();
+    const copy = compare.shotOf('before')!.canvas;
+    picture = 'second';
+    compare.changing();
+    assert.equal(compare.shotOf('before')!.canvas, copy);
+    assert.equal(pictureOf(compare.shotOf('before')), 'second');
+    assert.deepEqual([compare.kept.value.length, said], [0, []]);
+    compare.toggle();
+    assert.deepEqual(compare.sides.value, ['before', 'now']);
+});
+
 test('two sides never show the same: what was there changes sides', () => {
     const { compare } = made();
     const a = compare.keep()!.key;

@@ -36,8 +36,8 @@ export interface Kept extends Shot {
     at: Date;
 }
 
-/** A number: the key of a kept picture. */
-export type Side = 'now' | 'reference' | number;
+/** before: this user's last change, an undo too. A number: the key of a kept picture. */
+export type Side = 'now' | 'before' | 'reference' | number;
 
 /** Of more the oldest goes: pictures take memory, a byte for each colour of each pixel. */
 export const MOST_KEPT = 12;
@@ -52,6 +52,8 @@ export interface CompareHost {
 export class Compare {
     /** The newest last. */
     readonly kept = signal<readonly Kept[]>([]);
+    /** Kept without being asked; null: nothing was changed yet. */
+    readonly before = signal<Shot | null>(null);
     /** What is left and right of the line; null: no wipe. */
     readonly sides = signal<readonly [Side, Side] | null>(null);
     /** Where the line is: 0 at the left border of the picture, 1 at the right. */
@@ -77,6 +79,12 @@ export class Compare {
         this.kept.value = all;
         this.host.announce(`Kept as ${name}: ${factsInWords(kept.facts)}`);
         return kept;
+    }
+
+    /** The user's hand is about to change the scene. */
+    changing(): void {
+        const shot = this.host.now();
+        if (shot) this.before.value = { name: 'Before', facts: shot.facts, canvas: copyOf(shot.canvas, this.before.value?.canvas) };
     }
 
     rename(key: number, name: string): void {
@@ -110,14 +118,16 @@ export class Compare {
         this.host.announce('Comparison closed');
     }
 
-    /** By a key: with what was compared last, the newest picture that was kept, or else the reference. The line takes the focus. */
+    /** By a key: what was compared last, else with the newest picture that was kept, that before the last change, or the reference. The line takes
+     * the focus. */
     toggle(): void {
         if (this.sides.value) {
             this.close();
             return;
         }
         this.focusWanted = true;
-        this.show(...(this.last ?? [this.kept.value.at(-1)?.key ?? 'reference', 'now']));
+        const earlier = this.kept.value.at(-1)?.key ?? (this.before.value ? 'before' : 'reference');
+        this.show(...(this.last ?? [earlier, 'now']));
     }
 
     /** True, once: whoever opened the wipe wants to move its line next. */
@@ -139,7 +149,14 @@ export class Compare {
     nameOf(side: Side): string {
         if (side === 'now') return 'Now';
         if (side === 'reference') return 'Reference';
+        if (side === 'before') return 'Before';
         return this.keptOf(side)?.name ?? '';
+    }
+
+    /** null: there is none, or it is not kept here. */
+    shotOf(side: Side): Shot | null {
+        if (side === 'before') return this.before.value;
+        return typeof side === 'number' ? (this.keptOf(side) ?? null) : null;
     }
 
     keptOf(key: number): Kept | undefined {
@@ -154,10 +171,11 @@ export class Compare {
 
 const pixelsOf = (all: readonly Kept[]): number => all.reduce((sum, { canvas }) => sum + canvas.width * canvas.height, 0);
 
-function copyOf(canvas: HTMLCanvasElement): HTMLCanvasElement {
-    const copy = canvas.ownerDocument.createElement('canvas');
-    copy.width = canvas.width;
-    copy.height = canvas.height;
+/** into: what may be overwritten, so that a hand that changes much takes no more memory. */
+function copyOf(canvas: HTMLCanvasElement, into?: HTMLCanvasElement): HTMLCanvasElement {
+    const copy = into ?? canvas.ownerDocument.createElement('canvas');
+    if (copy.width !== canvas.width) copy.width = canvas.width;
+    if (copy.height !== canvas.height) copy.height = canvas.height;
     copy.getContext('2d', { alpha: false })?.drawImage(canvas, 0, 0);
     return copy;
 }

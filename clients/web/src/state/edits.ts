@@ -42,6 +42,8 @@ export interface EditsHost {
     onError(error: Error): void;
     /** An edit was accepted as revision `rev`; it was sent at `sentAt` (performance.now() clock). */
     onAccepted(rev: number, sentAt: number): void;
+    /** What follows is another undo step: nothing of it is on screen yet. */
+    onStep?(): void;
 }
 
 export class Edits {
@@ -69,7 +71,7 @@ export class Edits {
     set(id: string, path: string, value: Json): void {
         if (this.group === null) {
             this.group = `${this.prefix}-${++this.gestures}`;
-            this.step++;
+            this.begin();
         }
         let batch = this.batches[this.batches.length - 1];
         if (!batch || batch.group !== this.group) {
@@ -97,26 +99,26 @@ export class Edits {
     /** Any ops, all or nothing, one undo step. */
     transaction(ops: Op[]): Promise<boolean> {
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.apply({ opId: this.nextOpId(), group: '', ops }, true));
     }
 
     /** The same, when the caller tells what went wrong: null when nothing did. */
     attempt(ops: Op[]): Promise<Error | null> {
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.apply({ opId: this.nextOpId(), group: '', ops }, false);
     }
 
     undo(): Promise<boolean> {
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.ask('scene.undo', {}));
     }
 
     redo(): Promise<boolean> {
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.ask('scene.redo', {}));
     }
 
@@ -154,6 +156,11 @@ export class Edits {
 
     forgetLost(): void {
         this.lost = [];
+    }
+
+    private begin(): void {
+        this.step++;
+        this.host.onStep?.();
     }
 
     private lose(lost: Lost): void {

@@ -12,7 +12,6 @@ export function ComparePanel() {
     const app = useApp();
     const { compare } = app;
     const kept = compare.kept.value;
-    const withReference = compare.wantsReference.value;
     return (
         <section class="section compare" aria-labelledby="compare-title">
             <header class="section-head">
@@ -23,20 +22,33 @@ export function ComparePanel() {
                     Keep this picture
                 </button>
             </header>
-            {kept.length === 0 && <p class="hint">Keep a picture, change the light, then drag a line between before and after.</p>}
+            {kept.length === 0 && <p class="hint">Keep a picture, change the light, and drag a line between before and after.</p>}
             {compare.sides.value && <Sides sides={compare.sides.value} />}
             <ul class="kept-list">
                 {[...kept].reverse().map((k) => (
                     <Row key={k.key} kept={k} />
                 ))}
             </ul>
-            <div class="with-reference">
-                <button type="button" class="toggle" aria-pressed={withReference} onClick={() => (withReference ? compare.close() : compare.show('reference'))}>
-                    Reference
-                </button>
-                <p class="hint">The same light path traced, and exact in the end; it takes half of the server’s time while it is shown.</p>
-            </div>
+            <dl class="compare-with">
+                {compare.before.value && <With side="before" name="Before" what="As it was before your last change, an undo too." />}
+                <With side="reference" name="Reference" what="The same light path traced, and exact in the end; it takes half of the server’s time while it is shown." />
+            </dl>
         </section>
+    );
+}
+
+function With({ side, name, what }: { side: Side; name: string; what: string }) {
+    const { compare } = useApp();
+    const shown = compare.sides.value?.includes(side) ?? false;
+    return (
+        <div>
+            <dt>
+                <button type="button" class="toggle" aria-pressed={shown} onClick={() => (shown ? compare.close() : compare.show(side))}>
+                    {name}
+                </button>
+            </dt>
+            <dd class="hint">{what}</dd>
+        </div>
     );
 }
 
@@ -45,10 +57,11 @@ function Sides({ sides }: { sides: readonly [Side, Side] }) {
     const { compare } = useApp();
     const options: [string, string][] = [
         ['now', 'Now'],
+        ...(compare.before.value ? [['before', 'Before'] as [string, string]] : []),
         ['reference', 'Reference'],
         ...compare.kept.value.map((k): [string, string] => [String(k.key), k.name]),
     ];
-    const choose = (which: 0 | 1, value: string): void => compare.choose(which, value === 'now' || value === 'reference' ? value : Number(value));
+    const choose = (which: 0 | 1, value: string): void => compare.choose(which, /^\d+$/.test(value) ? Number(value) : (value as Side));
     return (
         <div class="choices">
             <Choice label="Left of the line" value={String(sides[0])} options={options} onChange={(v) => choose(0, v)} />

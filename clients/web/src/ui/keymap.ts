@@ -128,7 +128,7 @@ export const KEYMAP: readonly Key[] = [
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then illuminance, then the error, then none of them', run: nextMap },
     { keys: ['k'], shown: 'K', label: 'Keep this picture, to compare with it later', run: (app) => void app.compare.keep() },
-    { keys: ['w'], shown: 'W', label: 'Wipe between it, or the reference, and now; arrow keys move the line, Enter flips', run: (app) => app.compare.toggle() },
+    { keys: ['w'], shown: 'W', label: 'Wipe between it, or how it was before your last change, and now; arrow keys move the line, Enter flips', run: (app) => app.compare.toggle() },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
