@@ -102,7 +102,7 @@ function Comparing() {
     const sides = compare.sides.value;
     if (!sides) return null;
     return (
-        <p class="mode">
+        <p class="mode is-wipe">
             <span>
                 Left <b>{compare.nameOf(sides[0])}</b>, right <b>{compare.nameOf(sides[1])}</b>
             </span>
