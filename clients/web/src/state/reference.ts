@@ -1,6 +1,6 @@
 /**
  * A second view of this session: what path tracing shows of the same light, from the same camera, at the same exposure. It is
- * there only while it is looked at, for it takes half of the server's time.
+ * there only while it is looked at, for both share the server's time.
  */
 import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
 import { Debounce } from '../lib/debounce';

@@ -31,7 +31,7 @@ export function ComparePanel() {
             </ul>
             <dl class="compare-with">
                 {compare.before.value && <With side="before" name="Before" what="As it was before your last change, an undo too." />}
-                <With side="reference" name="Reference" what="The same light path traced, and exact in the end; it takes half of the server’s time while it is shown." />
+                <With side="reference" name="Reference" what="The same light path traced, and exact in the end; the server works on it beside yours while it is shown." />
             </dl>
         </section>
     );
