@@ -17,6 +17,7 @@ struct lum_components;
 struct lum_vpl_set;
 struct lum_records;
 struct lum_path_guide;
+struct lum_effect_noise;
 
 /* One pass. Estimators read it, and write only what belongs to their tile and their worker. */
 struct lum_pass {
@@ -35,12 +36,13 @@ struct lum_pass {
     struct lum_components *components;   /* effect by effect buffers (pass/components.h); NULL: the method has none */
     const struct lum_states *states;     /* what estimators keep for themselves (lum_pass_state) */
     uint32_t cached_sky; /* environment whose diffuse light the records bring; LUM_NO_OBJECT: there is none */
-    const struct lum_vpl_set *vpls;   /* NULL: the method has none, or indirect_diffuse is off */
-    struct lum_vpl_set *kept_vpls;    /* where lum_stage_vpls makes them */
-    struct lum_records *records;      /* methods with a cache (effect/indirect/records.h); NULL: likewise */
-    struct lum_records *kept_records; /* for lum_stage_cache */
-    struct lum_caches *caches;        /* where methods with a cache find theirs */
-    struct lum_path_guide *guide;     /* of path traced samples (path/guide.h); NULL: there is none */
+    const struct lum_vpl_set *vpls;        /* NULL: the method has none, or indirect_diffuse is off */
+    struct lum_vpl_set *kept_vpls;         /* where lum_stage_vpls makes them */
+    struct lum_records *records;           /* methods with a cache (effect/indirect/records.h); NULL: likewise */
+    struct lum_records *kept_records;      /* for lum_stage_cache */
+    struct lum_caches *caches;             /* where methods with a cache find theirs */
+    struct lum_path_guide *guide;          /* of path traced samples (path/guide.h); NULL: there is none */
+    struct lum_effect_noise *effect_noise; /* likewise (path/effect_noise.h); NULL: nobody asks */
     struct lum_film *film;
     uint32_t *tile_spp;  /* samples that each tile of the film has of the present picture; 0: it shows an older one */
     uint32_t target_spp; /* tiles that have as many are left alone */

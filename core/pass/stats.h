@@ -34,7 +34,9 @@ extern const char *const lum_stage_names[LUM_STAGE_COUNT];
 
 struct lum_effect_stats {
     uint64_t rays, tiles;
-    int64_t ns; /* CPU */
+    int64_t ns;   /* CPU */
+    double noise; /* of its light, as samples of the present picture have it, over the mean luminance of all; NAN: not
+                     known */
 };
 
 /* What one pass did. Counters are of this pass only; exactly 0 where nothing ran. */

@@ -59,8 +59,10 @@ static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
     return LUM_RAY_TRANSMISSION;
 }
 
-static void bring_home(struct lum_wave *w, const struct lum_gain *gain)
+static void bring_home(struct lum_wave *w, const struct lum_gain *gain, uint8_t effect)
 {
+    if (w->parts)
+        w->parts[gain->slot][effect] += lum_luminance(gain->value);
     if (!w->gains)
         w->radiance[gain->slot] = lum_rgb_add(w->radiance[gain->slot], gain->value);
     else if (w->gains->n < w->gains->max)
@@ -69,15 +71,23 @@ static void bring_home(struct lum_wave *w, const struct lum_gain *gain)
         w->gains->n_lost++;
 }
 
+/* The effect that light counts as at a vertex: of, where it comes from there; or what brought the path there. */
+static uint8_t effect_at(const struct lum_path *path, enum lum_effect of)
+{
+    return path->effect == LUM_EFFECT_ANTIALIAS ? (uint8_t)of : path->effect;
+}
+
 /* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
-static void keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, bool has_ray)
+static void keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, uint8_t effect,
+                       bool has_ray)
 {
     if (!has_ray) {
-        bring_home(w, gain);
+        bring_home(w, gain, effect);
         return;
     }
     w->shadow_gain[w->shadow_rays.n - 1] = *gain;
     w->shadow_kind[w->shadow_rays.n - 1] = (uint8_t)kind;
+    w->shadow_effect[w->shadow_rays.n - 1] = effect;
 }
 
 struct vertex {
@@ -264,7 +274,8 @@ static void queue_light(struct lum_wave *w, const struct lum_path *path, const s
     if (lum_rgb_black(value))
         return;
     bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
-    keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, has_ray);
+    uint8_t effect = effect_at(path, lum_light_effect(&w->snapshot->lights.lights[light]));
+    keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, effect, has_ray);
 }
 
 /* Ray i of a batch, which ends at distance t or goes on for ever. */
@@ -294,7 +305,7 @@ static void trace_shadows(struct lum_wave *w)
             continue;
         if (trace.panes)
             w->shadow_gain[i].value = lum_rgb_mul(w->shadow_gain[i].value, w->left[i]);
-        bring_home(w, &w->shadow_gain[i]);
+        bring_home(w, &w->shadow_gain[i], w->shadow_effect[i]);
     }
     w->shadow_rays.n = 0;
 }
@@ -342,7 +353,8 @@ static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struc
     if (w->shadow_rays.n == LUM_RAY_BATCH)
         trace_shadows(w);
     bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
-    keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, has_ray);
+    uint8_t effect = effect_at(path, LUM_EFFECT_MEDIA);
+    keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, effect, has_ray);
 }
 
 /* The batch came back: what its segments gain and lose in media. */
@@ -435,6 +447,7 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         path.direct_apart = false;
         path.was_indirect = path.indirect;
         path.indirect = path.indirect || bounce_kind(bs->lobe) == LUM_RAY_INDIRECT_DIFFUSE;
+        path.effect = effect_at(&path, (enum lum_effect)(bounce_kind(bs->lobe) - LUM_RAY_DIRECT));
     }
     w->counters->rays[bounce_kind(bs->lobe)]++;
     push_path(w, path, v->p, b->ng, bs->wi);
@@ -464,11 +477,16 @@ static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light,
     struct lum_rgb value = lum_rgb_scale(lum_rgb_mul(path->throughput, radiance), weight);
     if (w->at_first && w->keeps_first) {
         w->first[path->slot].shine = lum_rgb_add(w->first[path->slot].shine, value);
+        if (w->parts)
+            w->parts[path->slot][path->effect] += lum_luminance(value);
         return;
     }
     if (w->notes)
         note_emission(w->notes, path, value);
-    bring_home(w, &(struct lum_gain){path->slot, light, value});
+    /* What the diffuse lobe's ray meets first is the lamp's own light, sampled in the other way. */
+    bool direct = path->effect == LUM_EFFECT_INDIRECT_DIFFUSE && !path->was_indirect && light != LUM_NO_OBJECT;
+    uint8_t effect = direct ? (uint8_t)lum_light_effect(&w->snapshot->lights.lights[light]) : path->effect;
+    bring_home(w, &(struct lum_gain){path->slot, light, value}, effect);
 }
 
 static void add_background(struct lum_wave *w, const struct lum_path *path, struct lum_vec3 d, bool eye)
@@ -533,6 +551,7 @@ void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, str
     w->lights_off = effects_off & LIGHT_EFFECTS;
     w->lobes_off = effects_off & LOBE_EFFECTS;
     w->rays.n = w->shadow_rays.n = 0;
+    w->parts = NULL;
     w->gains = NULL;
     w->segments_met = NULL;
     w->guide = NULL;
@@ -548,6 +567,7 @@ void lum_wave_add_eye(struct lum_wave *w, uint32_t slot, struct lum_sampler samp
                                            .seen = true,
                                            .survival = 1.0f,
                                            .roulette_scale = 1.0f,
+                                           .effect = LUM_EFFECT_ANTIALIAS,
                                            .slot = slot,
                                            .sampler = sampler};
     lum_rays_push(&w->rays, o, d, INFINITY);

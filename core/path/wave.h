@@ -20,6 +20,7 @@ struct lum_path {
     bool indirect;     /* a diffuse surface has scattered it: what it finds is indirect light */
     bool was_indirect; /* the same at the last vertex, whose direct light the ray may meet */
     bool seen;         /* with media: up to the last vertex, only mirrors and clear glass are between it and the eye */
+    uint8_t effect;    /* that what it finds counts as. LUM_EFFECT_ANTIALIAS: nothing but panes was in its way */
     uint32_t n_panes;  /* that it went straight through on its way from vertices that spread light: no shadow ray
                         * counts those, and they are no part of its depth */
     float survival;    /* roulette: it lives on with this chance, times its throughput */
@@ -89,10 +90,14 @@ struct lum_wave {
     struct lum_path path[LUM_RAY_BATCH];
     struct lum_rays shadow_rays;
     struct lum_gain shadow_gain[LUM_RAY_BATCH];
-    uint8_t shadow_kind[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
+    uint8_t shadow_kind[LUM_RAY_BATCH], shadow_effect[LUM_RAY_BATCH], occluded[LUM_RAY_BATCH];
     struct lum_rgb left[LUM_RAY_BATCH];         /* by shadow ray: what panes leave, where there are any */
     struct lum_rgb radiance[LUM_RAY_BATCH];     /* by slot */
     struct lum_film_first first[LUM_RAY_BATCH]; /* by slot, if keeps_first */
+    /* NULL: not wanted. Else set after lum_wave_begin, all 0, for paths of lum_wave_add_eye: the luminance of radiance
+     * and shine, by slot and effect. What the eye sees shine by itself is that of antialias: nothing but edges makes it
+     * noisy. */
+    float (*parts)[LUM_EFFECT_COUNT];
     struct lum_gains *gains; /* NULL: all goes to radiance. Else set after lum_wave_begin, with a unit snapshot */
     struct lum_path_segments *segments_met; /* NULL: not wanted. Else set after lum_wave_begin */
     const struct lum_path_guide *guide;     /* NULL: paths go unguided. Else set after lum_wave_begin */

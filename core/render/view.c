@@ -6,6 +6,7 @@
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
 #include "core/method/method.h"
+#include "core/path/effect_noise.h"
 #include "core/path/guide.h"
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
@@ -24,6 +25,8 @@ struct lum_view {
     uint32_t block;               /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
     struct lum_view *rough;       /* methods that refine: the same at a part of the resolution, for rough passes */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
+    struct lum_effect_noise effect_noise; /* likewise; without memory: not known */
+    double noise[LUM_EFFECT_COUNT];       /* of the present picture's samples, when their halves were last even */
     struct lum_aov_buffers aov;
     struct lum_caches *own_caches; /* of a view that shares none; else NULL */
     /* what the film shows */
@@ -80,6 +83,7 @@ static void drop_buffers(struct lum_view *v)
     lum_refine_finish(&v->refinement);
     lum_free(v->tile_spp);
     lum_aov_finish(&v->aov);
+    lum_effect_noise_finish(&v->effect_noise);
     v->tile_spp = NULL;
     v->tiling = (struct lum_tiling){0};
     v->rendered = false;
@@ -188,6 +192,12 @@ static uint32_t least_spp(const uint32_t *tile_spp, uint32_t n_tiles)
     return least;
 }
 
+static void forget_noise(struct lum_view *v)
+{
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        v->noise[e] = (double)NAN;
+}
+
 /* Derives the demand and starts the film anew if anything that it shows changed. Tiles keep the older picture until
  * their first new sample. */
 static void refresh_film(struct lum_view *v, struct lum_pass *pass)
@@ -204,6 +214,7 @@ static void refresh_film(struct lum_view *v, struct lum_pass *pass)
         memset(v->tile_spp, 0, v->tiling.n * sizeof *v->tile_spp);
         v->previewed = false;
         v->error = LUM_FILM_ERROR_UNKNOWN;
+        forget_noise(v);
         lum_measure_begin(&v->measurement, v->rendered && lum_view_same_error(&v->settings, pass->settings));
     }
     v->versions = *now;
@@ -249,7 +260,14 @@ static enum lum_status run_samples(struct lum_view *v, struct lum_pass *pass, co
                                      pass->on[LUM_EFFECT_INDIRECT_DIFFUSE] && shows_every_light(v, pass)};
     pass->guide = v->guide && lum_path_guide_begin(v->guide, &guided, v->pool) ? v->guide : NULL;
     runner->stats->stage_ms[LUM_STAGE_PATH] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
-    return lum_stage_run(runner, pass, &lum_estimator_path);
+    struct lum_error unused;
+    if (pass->settings->error_share > 0.0 &&
+        (v->effect_noise.sum || lum_effect_noise_init(&v->effect_noise, v->tiling.w, v->tiling.h, &unused) == LUM_OK))
+        pass->effect_noise = &v->effect_noise;
+    enum lum_status status = lum_stage_run(runner, pass, &lum_estimator_path);
+    if (status == LUM_OK && pass->effect_noise && pass->block == 1 && pass->target_spp % 2 == 0)
+        lum_effect_noise_read(&v->effect_noise, pass->target_spp, v->noise);
+    return status;
 }
 
 /* The next sample of every pixel; or first, once per picture, the rough pass. */
@@ -501,6 +519,8 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     stats.spp = spp;
     owed = method->refines && spp > 0 && view->refinement.owed;
     stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
+    for (int e = 0; e < LUM_EFFECT_COUNT; e++)
+        stats.effects[e].noise = view->noise[e];
     stats.error = isfinite(view->error.bound) ? view->error : view->measurement.error;
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;

@@ -91,6 +91,8 @@ static struct cJSON *effects_json(const struct lum_pass_stats *p)
         lum_json_add_number(e, "rays", (double)p->effects[i].rays);
         lum_json_add_number(e, "tiles", (double)p->effects[i].tiles);
         lum_json_add_number(e, "ns", (double)p->effects[i].ns);
+        bool known = isfinite(p->effects[i].noise);
+        lum_json_add(e, "noise", known ? cJSON_CreateNumber(p->effects[i].noise) : cJSON_CreateNull());
         lum_json_add(o, lum_effect_names[i], e);
     }
     return o;

@@ -4,6 +4,7 @@
 #include "core/effect/path/path.h"
 #include "core/math/sampler.h"
 #include "core/pass/pass.h"
+#include "core/path/effect_noise.h"
 #include "core/path/guide.h"
 #include "core/path/wave.h"
 
@@ -40,6 +41,13 @@ static void add_to_block(const struct lum_pass *pass, const struct lum_tile_rect
     w->counters->nonfinite += refused > 0;
 }
 
+static void note_parts(const struct lum_pass *pass, const struct lum_tile_rect *r, uint32_t sample,
+                       float (*parts)[LUM_EFFECT_COUNT])
+{
+    for (uint32_t i = 0; i < r->w * r->h; i++)
+        lum_effect_noise_add(pass->effect_noise, r->x + i % r->w, r->y + i / r->w, sample, parts[i]);
+}
+
 static void learn(const struct lum_pass *pass, const struct lum_tile_rect *r, const struct lum_path_guide_notes *notes,
                   const struct lum_rgb *radiance)
 {
@@ -67,8 +75,15 @@ static void path_tile(const struct lum_pass *pass, uint32_t tile, struct lum_cou
         memset(notes.emitted, 0, sizeof notes.emitted);
         w.notes = &notes;
     }
+    float parts[LUM_TILE_PIXELS][LUM_EFFECT_COUNT];
+    if (pass->effect_noise && pass->block == 1) {
+        memset(parts, 0, sizeof parts);
+        w.parts = parts;
+    }
     add_eye_paths(&w, pass, &r, sample);
     lum_wave_run(&w, 0);
+    if (w.parts)
+        note_parts(pass, &r, sample, parts);
     if (w.notes)
         learn(pass, &r, &notes, w.radiance);
     for (uint32_t y = r.y; y < r.y + r.h; y += pass->block)

@@ -332,6 +332,21 @@ test('the effect table says what is needed and why; what is switched off costs n
     assert.ok(Math.abs(again / lit - 1) < 0.01, `mean ${again} after ${lit}`);
 });
 
+test('the noise of each effect stands beside its cost, where samples tell it', async () => {
+    const column = page.locator('.effects thead').getByText('Noise');
+    assert.equal(await column.count(), 0, 'whitted has no samples');
+    await page.getByLabel('Method').selectOption('path');
+    await settled(tab, { spp: 4 });
+    await column.waitFor();
+    const noise = (name) => effect(name).locator('tr').first().locator('td').last().textContent();
+    await eventually(async () => /^[\d.]+ %$/.test(await noise('indirect diffuse')), () => noise('indirect diffuse'));
+    assert.equal(await noise('media'), '–');
+    assert.equal(await effect('indirect diffuse').locator('.effect-share').count(), 2);
+    assert.equal(await effect('media').locator('.effect-share').count(), 0);
+    await page.getByLabel('Method').selectOption('whitted');
+    await settled(tab);
+});
+
 test('an empty picture says why, and H is the way back', async () => {
     const notice = page.locator('.banner-empty');
     assert.equal(await notice.count(), 0);

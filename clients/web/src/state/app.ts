@@ -8,6 +8,7 @@ import { add, length, scale, sub, type Vec3 } from '../lib/vec';
 import { frameBall, orbitFromPose, poseFromOrbit, retarget } from '../view/camera';
 import { Picture } from '../view/picture';
 import { Comeback } from './comeback';
+import { Compare, type PictureFacts, type Shot, type Side } from './compare';
 import { Convergence } from './convergence';
 import { shiningSky, type Daylight } from './daylight';
 import { Desk, deskOf } from './desk';
@@ -21,6 +22,7 @@ import { factsOf, type Facts } from './luminaires';
 import { LuxMeter } from './luxmeter';
 import { Reader } from './readout';
 import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
+import { Reference, type Wanted } from './reference';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
 import { SceneMirror } from './scene';
@@ -74,6 +76,8 @@ export class App {
     readonly desk: Desk;
     readonly library: Library;
     readonly reader: Reader;
+    readonly compare: Compare;
+    readonly reference: Reference;
     readonly view: ViewLink;
     /** What the picture is exposed for: this view's choice, else the scene's; ev is measured by the server when automatic. */
     readonly exposure = computed(() => {
@@ -90,7 +94,16 @@ export class App {
         const name = this.view.settings.value.method ?? this.scene.record('render')?.method;
         return this.methods.value.find((m) => m.name === name);
     });
+    /** Of the picture on screen; null: there is none. */
+    readonly facts = computed<PictureFacts | null>(() => {
+        const frame = this.meter.frame.value;
+        const { overlay: map, solo } = this.view.settings.value;
+        const method = this.meter.server.value?.method ?? '';
+        const { sceneRev: rev, spp, error: bound } = frame ?? { sceneRev: 0, spp: 0, error: null };
+        return frame && { rev, method, spp, bound, ev: this.exposure.value.ev, map, solo, pose: this.view.shownPose.value };
+    });
     private readonly link: Connection;
+    private canvas: HTMLCanvasElement | null = null;
     private user = '';
     private rpc: Rpc | null = null;
     private picture: Picture | null = null;
@@ -106,7 +119,7 @@ export class App {
             this.rpc ? this.rpc.call(method, params) : Promise.reject(new ClosedError('not connected'));
         const onError = (error: Error): void => this.report(error);
         this.follower = new Follower(this.scene, () => call('scene.get', { expand: true }));
-        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed() });
+        this.edits = new Edits(this.scene, { call, onError, onAccepted: (rev, at) => this.accepted(rev, at), mayEdit: () => this.editsAllowed(), onStep: () => this.compare.changing() });
         this.view = new ViewLink(call, onError, () => this.method.value?.addsSamples ?? false);
         const { scene, edits, toasts, view } = this;
         this.lux = new LuxMeter({
@@ -129,6 +142,13 @@ export class App {
             viewId: () => view.viewId,
             size: () => view.size.peek(),
         });
+        this.compare = new Compare({ now: () => this.shotOf('now'), announce: (text) => toasts.announce(text) });
+        this.reference = new Reference({
+            ...{ call, onError, wanted: this.compare.wantsReference, canvas: () => document.createElement('canvas') },
+            notify: (method, params) => this.rpc?.notify(method, params),
+            onRefused: (error) => this.noReference(error),
+            what: computed(() => this.wantedReference()),
+        });
         this.link = new Connection(url, token, {
             onState: (state) => this.stateChanged(state),
             onOnline: (rpc, hello) => void this.cameOnline(rpc, hello),
@@ -148,6 +168,7 @@ export class App {
     }
 
     start(canvas: HTMLCanvasElement): void {
+        this.canvas = canvas;
         this.picture = new Picture(canvas, {
             onDrawn: (last) => this.drawn(last),
             onBroken: (last, error) => this.broke(last, error),
@@ -325,6 +346,10 @@ export class App {
         }
     }
 
+    savePicture({ name, canvas }: Shot): void {
+        canvas.toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+    }
+
     async saveCsv(): Promise<void> {
         try {
             save('sensors.csv', await this.sensors.csv(), 'text/csv');
@@ -350,6 +375,27 @@ export class App {
         return this.mayEdit.value;
     }
 
+    /** What a side of the wipe shows; null: nothing yet. */
+    shotOf(side: Side): Shot | null {
+        if (side === 'reference') return this.reference.shot.value;
+        if (side !== 'now') return this.compare.shotOf(side);
+        const { canvas } = this;
+        return canvas && this.facts.value && { name: 'Now', facts: this.facts.value, canvas };
+    }
+
+    private wantedReference(): Wanted {
+        const { overlay, solo } = this.view.settings.value;
+        const { ev } = this.exposure.value;
+        const scale = isOfLight(overlay) ? (this.meter.server.value?.legend?.scale ?? null) : null;
+        const map = isOfLight(overlay) ? overlay : 'none';
+        return { pose: poseFromOrbit(this.view.orbit.value), params: this.view.likeParams(ev, scale), facts: { ev, map, solo } };
+    }
+
+    private noReference(error: Error): void {
+        this.report(error);
+        if (!(error instanceof ClosedError)) this.compare.close();
+    }
+
     /* ---- connection ---- */
 
     private stateChanged(state: ConnectionState): void {
@@ -363,6 +409,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
+            this.reference.closed();
             this.sensors.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
@@ -393,6 +440,7 @@ export class App {
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
+            this.reference.begin();
             const stats = await rpc.call('stats.get');
             this.methods.value = methodsIn(stats.methods);
             this.desk.status.value = deskOf(stats);
@@ -431,7 +479,7 @@ export class App {
             this.comeback.changed(params, params.user === this.user);
             void this.follow(params);
             if (params.user !== this.user) this.othersEdited(params.ops);
-        } else if (method === 'frame.stats') {
+        } else if (method === 'frame.stats' && this.view.owns(numberOr(params.view_id, 0))) {
             this.meter.stats(params);
             this.convergence.stats(params, performance.now());
         } else if (method === 'sensors') {
@@ -450,7 +498,8 @@ export class App {
         this.meter.received(message.byteLength);
         try {
             const frame = decodeFrame(message);
-            if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
+            if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
+            else if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
         } catch (error) {
             this.report(error as Error);
         }
@@ -496,6 +545,7 @@ export class App {
         const viewId = this.view.viewId;
         if (!rpc || viewId === null) return;
         const start = performance.now();
+        if (!document.hidden) this.reference.acknowledge();
         try {
             await rpc.call('frame.ack', { view_id: viewId, frame_seq: this.ackedSeq });
             this.meter.roundTripMs.value = performance.now() - start;
@@ -509,7 +559,7 @@ export class App {
     }
 }
 
-function save(name: string, text: string, type: string): void {
+function save(name: string, text: BlobPart, type: string): void {
     const link = document.createElement('a');
     link.href = URL.createObjectURL(new Blob([text], { type }));
     link.download = name;

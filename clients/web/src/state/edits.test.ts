@@ -47,6 +47,22 @@ beforeEach(() => {
     edits = new Edits(scene, { call, onError: (e) => errors.push(e), onAccepted: () => undefined, mayEdit: () => allowed });
 });
 
+test('each undo step is said to begin before anything of it is sent', async () => {
+    const log: string[] = [];
+    const ask = (method: string): Promise<JsonObject> => {
+        log.push(method);
+        return Promise.resolve({});
+    };
+    edits = new Edits(scene, { call: ask, onError: (e) => errors.push(e), onAccepted: () => undefined, onStep: () => log.push('step') });
+    edits.set('key', '/flux_lm', 1);
+    edits.set('key', '/flux_lm', 2);
+    await frame();
+    edits.endGesture();
+    await edits.undo();
+    await edits.transaction([{ op: 'remove', id: 'key' }]);
+    assert.deepEqual(log, ['step', 'scene.apply', 'step', 'scene.undo', 'step', 'scene.apply']);
+});
+
 test('a drag sends the newest values, two messages at most at a time', async () => {
     for (let v = 1; v <= 10; v++) {
         edits.set('key', '/flux_lm', v);

@@ -49,6 +49,8 @@ export interface EditsHost {
     onAccepted(rev: number, sentAt: number): void;
     /** False: this client is not to change anything, and has been told. */
     mayEdit(): boolean;
+    /** What follows is another undo step: nothing of it is on screen yet. */
+    onStep?(): void;
 }
 
 export class Edits {
@@ -77,7 +79,7 @@ export class Edits {
         if (!this.host.mayEdit()) return;
         if (this.group === null) {
             this.group = `${this.prefix}-${++this.gestures}`;
-            this.step++;
+            this.begin();
         }
         let batch = this.batches[this.batches.length - 1];
         if (!batch || batch.group !== this.group) {
@@ -106,28 +108,28 @@ export class Edits {
     transaction(ops: Op[]): Promise<boolean> {
         if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.perform(this.edit('scene.apply', ops), true));
     }
 
     /** The same, when the caller tells what went wrong: null when nothing did. */
     attempt(ops: Op[]): Promise<Error | null> {
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.perform(this.edit('scene.apply', ops), false);
     }
 
     undo(): Promise<boolean> {
         if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.perform(this.edit('scene.undo'), true));
     }
 
     redo(): Promise<boolean> {
         if (!this.host.mayEdit()) return Promise.resolve(false);
         this.endGesture();
-        this.step++;
+        this.begin();
         return this.told(this.perform(this.edit('scene.redo'), true));
     }
 
@@ -177,6 +179,11 @@ export class Edits {
 
     private edit(method: Method, ops: Op[] = [], group = ''): Lost {
         return { opId: this.nextOpId(), method, group, ops };
+    }
+
+    private begin(): void {
+        this.step++;
+        this.host.onStep?.();
     }
 
     private nextOpId(): string {

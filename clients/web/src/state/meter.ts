@@ -32,6 +32,8 @@ export interface Effect {
     tiles: number;
     rays: number;
     ms: number;
+    /** Of its light in the picture's samples, over the mean luminance of all; null: not known. */
+    noise: number | null;
 }
 
 /** Records of the cache that all views share, and what the frame did with them. */
@@ -248,6 +250,20 @@ function sum(counters: JsonObject): number {
     return total;
 }
 
+/** Of what all effects take of time, and leave of noise: that adds up by its squares. null: not known. */
+export interface Shares {
+    time: number;
+    noise: number | null;
+}
+
+export function sharesOf(effects: readonly Effect[]): Map<string, Shares> {
+    const part = (of: number, all: number): number => (all > 0 ? of / all : 0);
+    const ms = effects.reduce((all, e) => all + e.ms, 0);
+    const squares = effects.reduce((all, e) => all + (e.noise ?? 0) ** 2, 0);
+    const shares = (e: Effect): Shares => ({ time: part(e.ms, ms), noise: e.noise === null ? null : part(e.noise ** 2, squares) });
+    return new Map(effects.map((e) => [e.name, shares(e)]));
+}
+
 function effectsOf(effects: JsonObject): Effect[] {
     const list: Effect[] = [];
     for (const [name, e] of Object.entries(effects)) {
@@ -260,6 +276,7 @@ function effectsOf(effects: JsonObject): Effect[] {
             tiles: numberOr(e.tiles, 0),
             rays: numberOr(e.rays, 0),
             ms: numberOr(e.ns, 0) / 1e6,
+            noise: typeof e.noise === 'number' ? e.noise : null,
         });
     }
     return list;

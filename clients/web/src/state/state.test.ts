@@ -5,7 +5,7 @@ import type { SceneRecord } from '../protocol/types';
 import { byLight, grouped, groupIntensity, groupStart, scaledTo } from './groups';
 import { explainImport, idForAsset } from './imports';
 import { asInModel, centreOf, colourOf, fluxOf, intensityOf, isAdjusted, isLamp, nameOf } from './lights';
-import { legendOf, Meter, placeOn } from './meter';
+import { legendOf, Meter, placeOn, sharesOf } from './meter';
 import { anchorOf, anchoredAt, placementOf } from './placement';
 import { SceneMirror, withField } from './scene';
 import { STOPS, ViewLink, viewSize } from './view';
@@ -228,6 +228,16 @@ test('light that is in no picture is told once there is enough of it', () => {
     assert.deepEqual(meter.server.value?.missing, { why: '3.1 % of the light of sun is in no picture', mend: 'Give it' });
     meter.stats({ ...frame, caustics: { share: 0.001, why: '', mend: '' } });
     assert.equal(meter.server.value?.missing, null);
+});
+
+test('what effects take of the time stands beside what they leave of the noise', () => {
+    const meter = new Meter();
+    const effects = { direct: { on: true, ns: 1e6, noise: 0.03 }, glossy: { on: true, ns: 3e6, noise: 0.04 }, media: { on: false, ns: 0, noise: 0 } };
+    meter.stats({ ms: 20, passes: 1, effects });
+    const shares = sharesOf(meter.server.value!.effects);
+    assert.deepEqual([...shares.values()].map((s) => [s.time, Number(s.noise!.toFixed(9))]), [[0.25, 0.36], [0.75, 0.64], [0, 0]]);
+    meter.stats({ ms: 20, passes: 1, effects: { direct: { on: true, ns: 0, noise: null } } });
+    assert.deepEqual(sharesOf(meter.server.value!.effects).get('direct'), { time: 0, noise: null });
 });
 
 test('what the colours of a map stand for is told, in steps or smooth', () => {

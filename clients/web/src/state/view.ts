@@ -283,6 +283,18 @@ export class ViewLink {
         if (this.isDirty()) this.pacer.request();
     }
 
+    /** What shows the same as this view, but for its camera, method and quality: for a view beside it. ev: as this one is exposed; scale: of its map. */
+    likeParams(ev: number, scale: { min: number; max: number } | null): JsonObject {
+        const s = this.settings.value;
+        const { codec, quality } = STREAMS[s.stream];
+        const params: JsonObject = { size: [...this.size.value], codec, quality, white_balance_k: s.whiteBalance, solo: [...s.solo], exposure_ev: ev };
+        params.overlay = isOfLight(s.overlay) ? s.overlay : 'none';
+        if (isOfLight(s.overlay)) params.false_color = { ...s.falseColour, min: s.falseColour.min ?? scale?.min ?? null, max: s.falseColour.max ?? scale?.max ?? null };
+        if (Object.keys(s.effects).length > 0) params.effects = { ...s.effects };
+        if (s.toneMap !== null) params.tone_map = s.toneMap;
+        return params;
+    }
+
     private pose(): Json {
         return poseFromOrbit(this.orbit.value) as unknown as Json;
     }

@@ -1,5 +1,5 @@
-import { fixed, si } from '../lib/format';
-import type { Effect } from '../state/meter';
+import { fixed, percent, si } from '../lib/format';
+import { sharesOf, type Effect, type Shares } from '../state/meter';
 import { FORCES, type Force } from '../state/view';
 import { useApp } from './context';
 
@@ -8,6 +8,8 @@ export function EffectsPanel() {
     const app = useApp();
     const effects = app.meter.server.value?.effects ?? [];
     if (effects.length === 0) return null;
+    const shares = sharesOf(effects);
+    const noisy = app.method.value?.addsSamples ?? false;
     return (
         <section class="section effects" aria-labelledby="effects-title">
             <header class="section-head">
@@ -15,11 +17,21 @@ export function EffectsPanel() {
                 <AllAutomatic />
             </header>
             <Missing />
+            <p class="hint">
+                What each part of the light took in the last frame, <span class="key-time">time</span>
+                {noisy ? (
+                    <>
+                        , and how much of the <span class="key-noise">noise</span> is of it: more samples help most where that is long.
+                    </>
+                ) : (
+                    '.'
+                )}
+            </p>
             <table>
                 <caption class="visually-hidden">What each effect cost in the last frame, and why it was needed</caption>
                 <thead>
                     <tr>
-                        <th scope="col">Effect, and why</th>
+                        <th scope="col">Effect</th>
                         <th scope="col" title="Parts of the picture, and samples of them, in which it was computed">
                             Tiles
                         </th>
@@ -29,10 +41,15 @@ export function EffectsPanel() {
                         <th scope="col" title="Processor time that it took in the last frame, of all threads together">
                             CPU ms
                         </th>
+                        {noisy && (
+                            <th scope="col" title="Of its light in the samples of this picture so far: root mean square, by the mean luminance of all">
+                                Noise
+                            </th>
+                        )}
                     </tr>
                 </thead>
                 {effects.map((e) => (
-                    <Row key={e.name} effect={e} />
+                    <Row key={e.name} effect={e} shares={shares.get(e.name)!} noisy={noisy} />
                 ))}
             </table>
             <Cache />
@@ -81,7 +98,8 @@ const spoken = (name: string): string => name.replace(/_/g, ' ');
 /** Path samples go through all of a pixel, so they smooth edges without a ray more. */
 const ridesAlong = (e: Effect): boolean => e.name === 'antialias' && e.on && e.served;
 
-function Row({ effect: e }: { effect: Effect }) {
+/** noisy: there is a column for it. */
+function Row({ effect: e, shares, noisy }: { effect: Effect; shares: Shares; noisy: boolean }) {
     const idle = e.rays === 0 && e.tiles === 0 && e.ms === 0;
     return (
         <tbody class={`effect ${e.on && e.served ? '' : 'is-off'}`}>
@@ -95,12 +113,15 @@ function Row({ effect: e }: { effect: Effect }) {
                     <>
                         <td>{si(e.tiles)}</td>
                         <td class="effect-rays">{si(e.rays)}</td>
-                        <td>{fixed(e.ms, 1)}</td>
+                        <td title={`${percent(shares.time)} of the time of all effects`}>{fixed(e.ms, 1)}</td>
                     </>
                 )}
+                {noisy && <td>{e.noise ? percent(e.noise) : '–'}</td>}
             </tr>
             <tr>
-                <td colSpan={4}>
+                <td colSpan={noisy ? 5 : 4}>
+                    {!idle && <Bar class="key-time" share={shares.time} />}
+                    {shares.noise !== null && shares.noise > 0 && <Bar class="key-noise" share={shares.noise} />}
                     <div class="effect-why">
                         <small>{e.on && !e.served ? `left out by this method; ${e.why}` : e.why}</small>
                         <Forcing name={e.name} />
@@ -109,6 +130,11 @@ function Row({ effect: e }: { effect: Effect }) {
             </tr>
         </tbody>
     );
+}
+
+/** The numbers are in the table. */
+function Bar({ share, ...props }: { share: number; class: string }) {
+    return <span class={`effect-share ${props.class}`} style={{ '--share': share.toFixed(3) }} aria-hidden="true" />;
 }
 
 const TITLES: Record<Force, string> = {

@@ -1,5 +1,6 @@
 import { useEffect } from 'preact/hooks';
 import { AccuracyPanel } from './AccuracyPanel';
+import { ComparePanel } from './ComparePanel';
 import { useApp } from './context';
 import { DaylightPanel } from './DaylightPanel';
 import { DeskPanel } from './DeskPanel';
@@ -38,6 +39,7 @@ export function Layout() {
                 <SensorPanel />
                 <DeskPanel />
                 <ViewPanel />
+                <ComparePanel />
                 <AccuracyPanel />
                 <EffectsPanel />
                 <ImportPanel />

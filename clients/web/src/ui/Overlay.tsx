@@ -1,3 +1,4 @@
+import type { ComponentChildren } from 'preact';
 import { useRef } from 'preact/hooks';
 import { swatch } from '../lib/colour';
 import { number } from '../lib/format';
@@ -33,13 +34,32 @@ export function Overlay() {
     const ordered = app.markers.value ? shown : ids.filter((id) => id === selected);
     return (
         <svg class="overlay" viewBox={`0 0 ${width} ${height}`} aria-label="Markers">
-            <Isolines />
-            <SensorPoints />
+            <AtNowsSide>
+                <Isolines />
+                <SensorPoints />
+            </AtNowsSide>
             <PickMark />
             {ordered.map((id) => (
                 <Lamp key={id} id={id} />
             ))}
         </svg>
+    );
+}
+
+/** Numbers of the light there is now are not laid over a picture of another. */
+function AtNowsSide({ children }: { children: ComponentChildren }) {
+    const { compare, view } = useApp();
+    const [width, height] = view.cssSize.value;
+    const sides = compare.sides.value;
+    const at = width * compare.at.value;
+    const [from, to] = !sides ? [0, width] : sides[0] === 'now' ? [0, at] : sides[1] === 'now' ? [at, width] : [0, 0];
+    return (
+        <>
+            <clipPath id="nows-side">
+                <rect x={from} y="0" width={to - from} height={height} />
+            </clipPath>
+            <g clip-path={sides ? 'url(#nows-side)' : undefined}>{children}</g>
+        </>
     );
 }
 

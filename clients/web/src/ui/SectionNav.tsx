@@ -8,6 +8,8 @@ const SECTIONS: [string, string][] = [
     ['daylight-title', 'Daylight'],
     ['sensors-title', 'Measure'],
     ['view-title', 'Picture'],
+    ['compare-title', 'Compare'],
+    ['accuracy-title', 'Accuracy'],
     ['import-title', 'Models'],
     ['desk-title', 'Desk'],
 ];

@@ -8,6 +8,7 @@ import { useApp } from './context';
 import { Icon } from './Icon';
 import { Legend } from './Legend';
 import { Overlay } from './Overlay';
+import { WipeLine, WipePictures } from './Wipe';
 
 /** A window being resized asks for a new picture only when it rests: the server starts anew for every size. */
 const RESIZE_REST_MS = 150;
@@ -47,9 +48,11 @@ export function Viewport() {
                 aria-label="Rendered view. Arrow keys orbit, plus and minus zoom, Enter measures the light in the middle, question mark lists all keys."
             >
                 <canvas ref={canvas} class={`picture ${app.comeback.isStale.value ? 'is-stale' : ''}`} />
+                <WipePictures />
                 <Overlay />
                 <span class="reticle" aria-hidden="true" />
             </div>
+            <WipeLine />
             <ReadingCard />
             <Legend />
             <Modes />
@@ -80,6 +83,7 @@ function Modes() {
                     </button>
                 </p>
             )}
+            <Comparing />
             {solo.map((name) => (
                 <p key={name} class="mode is-solo">
                     <span>
@@ -91,6 +95,22 @@ function Modes() {
                 </p>
             ))}
         </div>
+    );
+}
+
+function Comparing() {
+    const { compare } = useApp();
+    const sides = compare.sides.value;
+    if (!sides) return null;
+    return (
+        <p class="mode is-wipe">
+            <span>
+                Left <b>{compare.nameOf(sides[0])}</b>, right <b>{compare.nameOf(sides[1])}</b>
+            </span>
+            <button type="button" class="button" aria-label="Close the comparison" onClick={() => compare.close()}>
+                Close
+            </button>
+        </p>
     );
 }
 

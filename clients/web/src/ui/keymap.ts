@@ -127,6 +127,8 @@ export const KEYMAP: readonly Key[] = [
     { keys: ['['], shown: '[', label: 'Darker by a third', run: (app) => expose(app, EV) },
     { keys: [']'], shown: ']', label: 'Brighter by a third', run: (app) => expose(app, -EV) },
     { keys: ['c'], shown: 'C', label: 'Luminance in false colour, then illuminance, then the error, then none of them', run: nextMap },
+    { keys: ['k'], shown: 'K', label: 'Keep this picture, to compare with it later', run: (app) => void app.compare.keep() },
+    { keys: ['w'], shown: 'W', label: 'Wipe between it, or how it was before your last change, and now; arrow keys move the line, Enter flips', run: (app) => app.compare.toggle() },
     { keys: [','], shown: ',', label: 'Stop refining earlier: faster', run: (app) => stopAt(app, -1) },
     { keys: ['.'], shown: '.', label: 'Refine further: more exact', run: (app) => stopAt(app, 1) },
     { keys: ['l'], shown: 'L', label: 'Show or hide lamp markers', run: (app) => (app.markers.value = !app.markers.value) },
@@ -157,7 +159,7 @@ export function setLetterKeys(on: boolean): void {
 /** Fields take all keys, and lists too: a letter finds an entry. Sliders and buttons take those that move or press. */
 function belongsToControl(target: EventTarget | null, key: string, ctrl: boolean): boolean {
     if (!(target instanceof Element)) return false;
-    if (target.matches('input[type=range], summary, button, [role=button]')) return key.length > 1 && key !== 'escape' && key !== 'delete';
+    if (target.matches('input[type=range], [role=slider], summary, button, [role=button]')) return key.length > 1 && key !== 'escape' && key !== 'delete';
     if (target.matches('select')) return key !== 'escape' && !ctrl;
     return target.matches('input[type=checkbox], input[type=color]') ? key === ' ' || key === 'enter' : target.matches('input, textarea');
 }

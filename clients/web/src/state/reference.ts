@@ -1,0 +1,163 @@
+/**
+ * A second view of this session: what path tracing shows of the same light, from the same camera, at the same exposure. It is
+ * there only while it is looked at, for both share the server's time.
+ */
+import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
+import { Debounce } from '../lib/debounce';
+import type { Frame, FrameHeader } from '../protocol/frame';
+import type { Json, JsonObject } from '../protocol/rpc';
+import type { CameraPose } from '../protocol/types';
+import { Picture } from '../view/picture';
+import type { PictureFacts, Shot } from './compare';
+
+/** A hand that moves the camera leaves all time to the picture that it looks at. */
+const REST_MS = 300;
+const NO_CAP_MS = Infinity;
+/** It goes on when the picture beside it, of as many samples as the scene says, is done. */
+export const REFERENCE_SPP = 4096;
+
+/** What it is to show: of the view beside it. */
+export interface Wanted {
+    pose: CameraPose;
+    /** Of view.open and view.update, all but the camera. */
+    params: JsonObject;
+    /** As they will be of its pictures. */
+    facts: Pick<PictureFacts, 'ev' | 'map' | 'solo'>;
+}
+
+export interface ReferenceHost {
+    call(method: string, params: JsonObject): Promise<JsonObject>;
+    notify(method: string, params: JsonObject): void;
+    onError(error: Error): void;
+    /** There will be none. */
+    onRefused(error: Error): void;
+    /** Somebody looks at it. */
+    wanted: ReadonlySignal<boolean>;
+    what: ReadonlySignal<Wanted>;
+    canvas(): HTMLCanvasElement;
+    /** In place of the browser's, for tests. */
+    decode?(frame: Frame): Promise<ImageBitmap | null>;
+}
+
+export class Reference {
+    /** null: no picture of what is wanted yet. */
+    readonly shot = computed<Shot | null>(() => {
+        const { facts, canvas } = this;
+        return facts.value && canvas && { name: 'Reference', facts: facts.value, canvas };
+    });
+    private readonly facts = signal<PictureFacts | null>(null);
+    /** There is a connection, and the view beside it is open. */
+    private readonly ready = signal(false);
+    private canvas: HTMLCanvasElement | null = null;
+    private picture: Picture | null = null;
+    private viewId: number | null = null;
+    private opening = false;
+    private seq = 0;
+    private ackedSeq = 0;
+    private told = '';
+    /** What the server was asked for, by camera_seq. */
+    private readonly asked = new Map<number, Wanted>();
+    private readonly later = new Debounce(() => void this.update(), REST_MS, NO_CAP_MS);
+
+    constructor(private readonly host: ReferenceHost) {
+        effect(() => {
+            if (host.wanted.value && this.ready.value) void this.open();
+            else void this.close();
+        });
+        effect(() => {
+            const key = keyOf(host.what.value);
+            if (this.viewId === null || key === this.told) return;
+            this.facts.value = null; // what it shows is not what is wanted any more
+            this.later.request();
+        });
+    }
+
+    /** On a new connection, once the view beside it is open. */
+    begin(): void {
+        this.ready.value = true;
+    }
+
+    /** The connection is gone, and all views with it. */
+    closed(): void {
+        this.viewId = null;
+        this.ready.value = false;
+    }
+
+    /** Frames may overtake the reply that names their view. */
+    owns(viewId: number): boolean {
+        return this.viewId === null ? this.opening : viewId === this.viewId;
+    }
+
+    receive(frame: Frame): void {
+        this.picture?.receive(frame);
+    }
+
+    /** A hidden page showed nothing, and the server waits. */
+    acknowledge(): void {
+        if (this.viewId !== null && this.ackedSeq > 0) this.host.notify('frame.ack', { view_id: this.viewId, frame_seq: this.ackedSeq });
+    }
+
+    private async open(): Promise<void> {
+        if (this.viewId !== null || this.opening) return;
+        this.opening = true;
+        this.canvas ??= this.host.canvas();
+        const events = { onDrawn: (h: FrameHeader) => this.drawn(h), onBroken: (h: FrameHeader, error: Error) => this.broke(h, error) };
+        this.picture = new Picture(this.canvas, events, this.host.decode);
+        this.ackedSeq = 0;
+        try {
+            const reply = await this.host.call('view.open', { ...this.params(), method: 'path', spp: REFERENCE_SPP, stats: false });
+            this.viewId = Number(reply.view_id);
+            this.acknowledge();
+        } catch (error) {
+            this.opening = false;
+            this.host.onRefused(error as Error);
+            return;
+        }
+        this.opening = false;
+        if (!this.host.wanted.peek()) void this.close();
+        else if (keyOf(this.host.what.peek()) !== this.told) this.later.request();
+    }
+
+    private async close(): Promise<void> {
+        const { viewId } = this;
+        this.later.cancel();
+        if (this.opening) return; // open() looks at it again
+        this.viewId = null;
+        this.facts.value = null;
+        this.picture?.reset();
+        this.asked.clear();
+        if (viewId !== null && this.ready.peek()) await this.host.call('view.close', { view_id: viewId }).catch(this.host.onError);
+    }
+
+    private async update(): Promise<void> {
+        if (this.viewId === null) return;
+        await this.host.call('view.update', { view_id: this.viewId, ...this.params() }).catch(this.host.onError);
+    }
+
+    private params(): JsonObject {
+        const what = this.host.what.peek();
+        this.told = keyOf(what);
+        this.asked.set(++this.seq, what);
+        return { ...what.params, camera: what.pose as unknown as Json, camera_seq: this.seq };
+    }
+
+    private shown(h: FrameHeader): void {
+        this.ackedSeq = h.frameSeq;
+        if (!document.hidden) this.acknowledge();
+    }
+
+    private broke(h: FrameHeader, error: Error): void {
+        this.shown(h); // or nothing would come any more
+        this.host.onError(error);
+    }
+
+    private drawn(h: FrameHeader): void {
+        const what = this.asked.get(h.cameraSeq);
+        this.shown(h);
+        for (const seq of this.asked.keys()) if (seq < h.cameraSeq) this.asked.delete(seq);
+        if (!what || h.cameraSeq !== this.seq) return; // of what was wanted before
+        this.facts.value = { ...what.facts, pose: what.pose, rev: h.sceneRev, method: 'path', spp: h.spp, bound: h.error };
+    }
+}
+
+const keyOf = ({ pose, params }: Wanted): string => JSON.stringify([pose, params]);
