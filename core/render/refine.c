@@ -37,6 +37,7 @@ void lum_refine_begin(struct lum_refinement *r, const struct lum_tiling *t)
 {
     memset(r->tile_spp, 0, t->n * sizeof *r->tile_spp);
     r->error = LUM_FILM_ERROR_UNKNOWN;
+    r->noise = (double)NAN;
     r->taken = r->owed = false;
     r->next_spp = FIRST_SPP;
 }
@@ -87,6 +88,7 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
         return LUM_OK;
     runner->counters[0].nonfinite += job.nonfinite;
     r->error = LUM_FILM_ERROR_UNKNOWN;
+    r->noise = spp >= KNOWN_SPP ? lum_film_error(&r->truth).bound : (double)NAN;
     if (spp >= KNOWN_SPP)
         r->error = error_of(&job);
     return LUM_OK;

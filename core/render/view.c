@@ -448,6 +448,13 @@ static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
         stats->effects[e].rays = stats->rays[lum_effect_ray_kind((enum lum_effect)e)];
 }
 
+static double noise_of(const struct lum_view *v, const struct lum_method *method)
+{
+    if (method->progressive)
+        return v->error.bound;
+    return method->refines && isfinite(v->error.bound) ? v->refinement.noise : (double)NAN;
+}
+
 /* All is known of the picture's error that is wanted. */
 static bool is_measured(const struct lum_view *v, const struct lum_view_settings *s)
 {
@@ -502,6 +509,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     owed = method->refines && spp > 0 && view->refinement.owed;
     stats.complete = max_spp > 0 && spp >= max_spp && !owed && is_measured(view, settings);
     stats.error = isfinite(view->error.bound) ? view->error : view->measurement.error;
+    stats.noise = noise_of(view, method);
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
     *ret_stats = stats;
