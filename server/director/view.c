@@ -163,6 +163,10 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
         v->auto_settled = false;
     v->n_instances = snapshot->n_instances;
+    if (r.settings.method != v->settings.method)
+        v->pace = (struct lum_pace){0};
+    else
+        lum_pace_scale(&v->pace, (double)r.settings.w * r.settings.h / ((double)v->settings.w * v->settings.h));
     v->final_sent = false;
     v->settings = r.settings;
     v->exposure_ev = r.exposure_ev;
@@ -270,12 +274,31 @@ bool lum_server_view_needs_pass(const struct lum_server_view *v)
     return !v->failed && (v->stale || !v->complete);
 }
 
+/* An edit must show while the hand still moves: soon, or in the time that the client gave. Methods without samples show
+ * a rough picture first only if asked to. */
+static uint32_t preview_for(struct lum_server_view *v)
+{
+    const struct lum_opt *time_ms = &v->want.budget.time_ms;
+    if (!time_ms->set && !lum_method_adds_samples(v->settings.method))
+        return 1;
+    return lum_pace_choose(&v->pace, v->settings.method, time_ms->set ? time_ms->value : LUM_PREVIEW_MS);
+}
+
+/* It tells what the next edit may take: neither a sample at rest does, nor a new sum for a lamp that was dimmed. */
+static bool made_anew(const struct lum_pass_stats *pass)
+{
+    uint64_t rays = 0;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        rays += k == LUM_RAY_PROBE ? 0 : pass->rays[k];
+    return pass->changed && rays > 0 && (pass->preview > 1 || pass->spp == 1);
+}
+
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
-    v->settings.preview =
-        lum_view_preview_for(&v->settings, v->full_pass_ms); /* an edit must show while the hand still moves */
+    if (v->stale)
+        v->settings.preview = preview_for(v);
     if (v->solo)
         snapshot = v->solo;
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
@@ -291,8 +314,8 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->frame.h = v->settings.h;
     lum_frame_stats_add(&v->frame, &pass);
     lum_budget_note(&v->watch, &v->want.budget, &v->settings, &pass, v->watch.spent_ms + pass.ms);
-    if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
-        v->full_pass_ms = pass.ms;
+    if (made_anew(&pass))
+        lum_pace_note(&v->pace, pass.preview, pass.ms);
     bool known_anew = isfinite(pass.error.bound) && !(pass.error.bound == v->last_pass.error.bound);
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;

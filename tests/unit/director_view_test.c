@@ -169,6 +169,29 @@ static void a_spent_time_leaves_a_whole_picture(void **state)
     assert_int_equal(h.spp, 1);
 }
 
+/* What is new is shown in the time of a budget, be it by a rough picture: before anything is known of the method's time
+ * by that. Methods without samples show none unasked. */
+static void a_time_holds_for_what_is_new(void **state)
+{
+    struct client *c = *state;
+    static const char *const updates[] = {
+        "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}",
+        "{\"view_id\":1,\"method\":\"igi\",\"budget\":{\"time_ms\":1000},\"camera_seq\":2}",
+    };
+    client_open_view(c, LUM_CODEC_RGBA8);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct lum_frame_header h;
+        assert_taken(update_view(c, updates[i]));
+        do
+            h = client_next_frame(c, NULL);
+        while (h.camera_seq != i + 1);
+        assert_int_equal(h.spp, i == 0 ? 1 : 0);
+        while (!(h.flags & LUM_FRAME_CONVERGED))
+            h = client_next_frame(c, NULL);
+        assert_int_equal(h.spp, 1);
+    }
+}
+
 /* A view's own number of samples holds beside a budget, which else may take as many as there are. */
 static void samples_end_what_a_budget_does_not(void **state)
 {
@@ -429,6 +452,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_method_without_samples_is_judged, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_spent_time_leaves_a_whole_picture, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_time_holds_for_what_is_new, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(samples_end_what_a_budget_does_not, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),
