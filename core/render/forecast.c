@@ -13,7 +13,7 @@
 /* Until a slope is known. Of noise: 0.5 to 0.9 in `cornell` and `office`, 150 x 100, more where less of it is due to
  * paths of many segments. Of an error that is not noise alone: a filter as wide as bias and noise allow leaves one of
  * n^(-1/3), if bias grows as the area that it is over. */
-#define USUAL_NOISE 0.65
+#define USUAL_NOISE 0.75
 #define USUAL_SLOPE (1.0 / 3.0)
 #define ONE_COST 1.5   /* a sample's time is known to this factor, while there is one measurement of it */
 #define DOUBT_MOST 3.0 /* of a bound over its estimate: with few samples that may be anything */

@@ -64,7 +64,9 @@ static struct lum_budget_end end_of(const struct lum_budget_watch *w, const stru
         end.undecided = error.least <= end.ms.most && !(error.most <= end.ms.least);
         expect(&end, "error", &error);
     }
-    if (end.stopped_by)
+    if (end.stopped_by && strcmp(end.stopped_by, "error") == 0)
+        end.error = (struct lum_forecast_range){budget->error.value, budget->error.value, budget->error.value};
+    else if (end.stopped_by)
         end.error = lum_forecast_error(&w->forecast, end.ms.likely);
     return end;
 }
@@ -110,7 +112,7 @@ void lum_budget_note(struct lum_budget_watch *w, const struct lum_view_budget *b
                      const struct lum_view_settings *settings, const struct lum_pass_stats *pass, double spent_ms)
 {
     const struct lum_film_error *e = &pass->error;
-    bool known = e->fresh == 1.0;
+    bool known = e->fresh == 1.0 && isfinite(pass->noise); /* what probes say falls with their number, too */
     struct lum_forecast_point now = {.n = samples_of(settings->method, pass->spp),
                                      .ms = spent_ms,
                                      .rel = known ? e->rel : (double)NAN,
