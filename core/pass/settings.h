@@ -26,9 +26,9 @@ struct lum_view_settings {
                                matt white one in its place would show it. Black where there is none: background, lamps
                                that are no objects. Without anti-aliasing: a mean over an edge is nobody's */
     bool antialias;         /* smooth edges, of hard shadows too; false: rays through pixel centres */
-    uint32_t preview; /* methods that are progressive or refine: after a change, first one rough pass with one sample
-                         per block of this many pixels a side, so that an edit shows early; those that refine show it by
-                         the surfaces of the full picture. 0 and 1: none. At most 16 */
+    uint32_t preview; /* after a change, first one rough pass with one sample per block of this many pixels a side, so
+                         that an edit shows early; but of progressive methods it is shown by the surfaces of the full
+                         picture. 0 and 1: none. At most 16. pace.h chooses */
     uint32_t n_vpls;  /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* methods with a cache */
     enum lum_storage storage;

@@ -8,24 +8,24 @@
 
 /* In the order in which they run. */
 /* clang-format off: a stage a line */
-#define LUM_STAGES(X) \
-    X(GBUFFER, gbuffer) \
-    X(SURFACES, surfaces) \
-    X(VPLS, vpls) \
-    X(CACHE, cache) \
-    X(RECORDS, records) \
-    X(DIRECT, direct) \
-    X(SHADOW, shadow) \
-    X(REFINE, refine) \
-    X(INDIRECT, indirect) \
-    X(SPECULAR, specular) \
-    X(GLOSSY, glossy) \
-    X(MEDIA, media) \
-    X(FILTER, filter) \
-    X(UPSAMPLE, upsample) \
-    X(PATH, path) \
-    X(COMPOSITE, composite) \
-    X(ANTIALIAS, antialias) \
+#define LUM_STAGES(X)                                                                                                  \
+    X(GBUFFER, gbuffer)                                                                                                \
+    X(SURFACES, surfaces)                                                                                              \
+    X(VPLS, vpls)                                                                                                      \
+    X(CACHE, cache)                                                                                                    \
+    X(RECORDS, records)                                                                                                \
+    X(DIRECT, direct)                                                                                                  \
+    X(SHADOW, shadow)                                                                                                  \
+    X(REFINE, refine)                                                                                                  \
+    X(INDIRECT, indirect)                                                                                              \
+    X(SPECULAR, specular)                                                                                              \
+    X(GLOSSY, glossy)                                                                                                  \
+    X(MEDIA, media)                                                                                                    \
+    X(FILTER, filter)                                                                                                  \
+    X(UPSAMPLE, upsample)                                                                                              \
+    X(PATH, path)                                                                                                      \
+    X(COMPOSITE, composite)                                                                                            \
+    X(ANTIALIAS, antialias)                                                                                            \
     X(ERROR, error)
 /* clang-format on */
 #define LUM_STAGE_MEMBER(NAME, name) LUM_STAGE_##NAME,
@@ -55,6 +55,7 @@ struct lum_pass_stats {
     double culled_bound;          /* of lamps that were left out of any tile, at most, over the tile's own light */
     uint32_t spp;                 /* least samples of any pixel so far */
     struct lum_film_error error;  /* of the picture */
+    double noise;                 /* bound of the error that its samples have by themselves; NAN: not known, or none */
     uint32_t preview;             /* > 1: this was the rough pass, of blocks of this side; spp is still 0 */
     bool measuring;               /* this pass did nothing but measure the error */
     bool changed;                 /* the film differs from before the pass */

@@ -93,7 +93,7 @@ static bool is_of_luminance(enum lum_effect e)
     return lum_effect_rows[e]->adds == LUM_ADDS_AIR || e == LUM_EFFECT_ANTIALIAS;
 }
 
-static struct plan make_plan(const struct lum_pass *pass)
+static struct plan make_plan(const struct lum_deferred *d, const struct lum_pass *pass)
 {
     const struct lum_method *method = pass->settings->method;
     struct plan plan = {.n = 0};
@@ -106,7 +106,7 @@ static struct plan make_plan(const struct lum_pass *pass)
     for (size_t i = 0; i < LUM_ARRAY_LEN(method->filters) && method->filters[i]; i++)
         plan_stage(&plan, method->filters[i]);
     plan.components = plan.components || method->filters[0] || method->cache;
-    plan.surfaces = plan.surfaces || plan.components;
+    plan.surfaces = plan.surfaces || plan.components || d->keeps_surfaces;
     if (plan.surfaces)
         plan_stage(&plan, &lum_stage_surfaces);
     return plan;
@@ -187,7 +187,7 @@ static enum lum_status see(struct lum_deferred *d, struct lum_pass *pass, const 
 enum lum_status lum_deferred_see(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
 {
-    struct plan plan = make_plan(pass);
+    struct plan plan = make_plan(d, pass);
     enum lum_status status = see(d, pass, &plan, runner, err);
     return status == LUM_OK && plan.surfaces ? lum_stage_run(runner, pass, &lum_stage_surfaces) : status;
 }
@@ -195,7 +195,7 @@ enum lum_status lum_deferred_see(struct lum_deferred *d, struct lum_pass *pass, 
 enum lum_status lum_deferred_run(struct lum_deferred *d, struct lum_pass *pass, const struct lum_stage_runner *runner,
                                  struct lum_error *err)
 {
-    struct plan plan = make_plan(pass);
+    struct plan plan = make_plan(d, pass);
     runner->stats->n_vpls = 0;
     enum lum_status status = see(d, pass, &plan, runner, err);
     for (uint32_t i = 0; i < plan.n && status == LUM_OK; i++)

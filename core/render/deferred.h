@@ -22,6 +22,7 @@ struct lum_deferred {
     struct lum_vpl_set vpls;  /* of methods without a cache */
     uint32_t n_vpls;          /* that shone in the last frame */
     struct lum_records records;
+    bool keeps_surfaces;       /* they are made whether a stage asks for them or not: rough pictures do (rough.h) */
     struct lum_caches *caches; /* borrowed: where methods with a cache find theirs */
 };
 void lum_deferred_finish(struct lum_deferred *d); /* accepts a zeroed one; keeps the stamps */

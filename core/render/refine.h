@@ -15,6 +15,7 @@ struct lum_refinement {
     bool owed;         /* it is due, and not made: that was cut short */
     struct lum_residual_memory *memory;
     struct lum_film_error error; /* of that picture */
+    double noise;                /* bound of the error of the samples alone; NAN: unknown */
 };
 
 LUM_MUST_USE enum lum_status lum_refine_init(struct lum_refinement *r, const struct lum_tiling *tiling,

@@ -1,4 +1,4 @@
-/* Rough pictures: the fast frame at a part of the resolution, seen at all of it. Light changes little along a surface,
+/* Rough pictures: the frame at a part of the resolution, seen at all of it. Light changes little along a surface,
  * so what a pixel gets is that of those of the coarse frame around it which lie on the same surface, times its own
  * albedo over theirs: edges and textures are those of the full picture. What shines by itself shines as it does, be it
  * as thin as it may. Internal to core/render. */

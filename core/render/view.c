@@ -23,7 +23,7 @@ struct lum_view {
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
     uint32_t block;               /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
-    struct lum_view *rough;       /* methods that refine: the same at a part of the resolution, for rough passes */
+    struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_effect_noise effect_noise; /* likewise; without memory: not known */
     double noise[LUM_EFFECT_COUNT];       /* of the present picture's samples, when their halves were last even */
@@ -306,6 +306,7 @@ static enum lum_status run_rough(struct lum_view *v, const struct lum_pass *fram
     if (status == LUM_OK) {
         lum_view_share(v->rough, v->deferred.caches);
         v->rough->block = frame->settings->preview;
+        v->deferred.keeps_surfaces = v->rough->deferred.keeps_surfaces = true;
         status = lum_view_pass(v->rough, frame->snapshot, &settings, runner->cancel, runner->stats, err);
     }
     if (status == LUM_OK)
@@ -466,6 +467,13 @@ static void sum_counters(const struct lum_view *v, struct lum_pass_stats *stats)
         stats->effects[e].rays = stats->rays[lum_effect_ray_kind((enum lum_effect)e)];
 }
 
+static double noise_of(const struct lum_view *v, const struct lum_method *method)
+{
+    if (method->progressive)
+        return v->error.bound;
+    return method->refines && isfinite(v->error.bound) ? v->refinement.noise : (double)NAN;
+}
+
 /* All is known of the picture's error that is wanted. */
 static bool is_measured(const struct lum_view *v, const struct lum_view_settings *s)
 {
@@ -497,7 +505,7 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
         pass.target_spp = method->progressive ? spp + 1 : 1;
         if (method->progressive)
             status = run_progressive(view, &pass, &runner);
-        else if (method->refines && settings->preview > 1 && spp == 0 && !view->previewed && !view->relit)
+        else if (settings->preview > 1 && spp == 0 && !view->previewed && !view->relit)
             status = run_rough(view, &pass, &runner, err);
         else if (spp > 0)
             status = run_refinement(view, &pass, &runner);
@@ -522,24 +530,11 @@ enum lum_status lum_view_pass(struct lum_view *view, const struct lum_snapshot *
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         stats.effects[e].noise = view->noise[e];
     stats.error = isfinite(view->error.bound) ? view->error : view->measurement.error;
+    stats.noise = noise_of(view, method);
     stats.cpu_ms = (double)(lum_pool_cpu_ns(view->pool) - begin_cpu_ns) * 1e-6;
     stats.ms = (double)(lum_clock_ns() - begin_ns) * 1e-6;
     *ret_stats = stats;
     return status;
-}
-
-uint32_t lum_view_preview_for(const struct lum_view_settings *s, double frame_ms)
-{
-    /* Of the time of a whole frame. A rough pass of live makes nearly all of its virtual point lights, and records as
-     * fine as the frame needs them, if fewer; of path it is so many paths. Found in twelve rooms of 600 x 400. */
-    static const double of_live[] = {1.0, 0.42, 0.18, 0.08}, of_path[] = {1.0, 0.25, 0.0625, 0.015625};
-    const double *part = s->method->refines ? of_live : of_path;
-    uint32_t block = 1;
-    if (!(frame_ms > 0.0)) /* unknown. Of 16 a lamp's halo fills blocks: twice the light of CornellBox-Sphere */
-        return 8;
-    for (size_t i = 0; i < LUM_ARRAY_LEN(of_live) && part[i] * frame_ms > LUM_PREVIEW_MS; i++)
-        block *= 2;
-    return block;
 }
 
 /* ---- first-hit buffers ---- */

@@ -15,12 +15,6 @@
 /* 600x400, live, seed 0, depth LUM_DEPTH_DEFAULT, 16 shadow samples, antialias, 256 VPLs, wait-free storage */
 struct lum_view_settings lum_view_settings_default(void);
 
-/* preview for these settings so that the rough pass takes LUM_PREVIEW_MS at most where a whole frame (a sample of
- * progressive methods) takes frame_ms; 0: not known yet. Beside it, a new eye has first hits to find: 20 to 90 ms in a
- * picture of 600 x 400. */
-uint32_t lum_view_preview_for(const struct lum_view_settings *settings, double frame_ms);
-#define LUM_PREVIEW_MS 60.0 /* with the least of these, an edit shows within a tenth of a second */
-
 struct lum_view;
 
 /* pool is borrowed and must outlive the view. */

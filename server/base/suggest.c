@@ -20,17 +20,6 @@ void lum_suggest_method(const char *name, char ret_text[LUM_SUGGEST_BYTES])
     lum_nearest_among(name, names, n < MOST ? n : MOST, ret_text, LUM_SUGGEST_BYTES);
 }
 
-void lum_suggest_sampling_methods(char ret_text[LUM_SUGGEST_BYTES])
-{
-    size_t n, used = 0;
-    const struct lum_method *methods = lum_methods(&n);
-    ret_text[0] = '\0';
-    for (size_t i = 0; i < n && used < LUM_SUGGEST_BYTES; i++)
-        if (lum_method_adds_samples(&methods[i]))
-            used +=
-                (size_t)snprintf(ret_text + used, LUM_SUGGEST_BYTES - used, "%s%s", used ? ", " : "", methods[i].name);
-}
-
 void lum_suggest_effect(const char *name, char ret_text[LUM_SUGGEST_BYTES])
 {
     lum_nearest_among(name, lum_effect_names, LUM_EFFECT_COUNT, ret_text, LUM_SUGGEST_BYTES);

@@ -8,8 +8,6 @@
 /* ": did you mean \"path\"?", ": there are a, b, c", or nothing where neither fits. */
 void lum_suggest_method(const char *name, char ret_text[LUM_SUGGEST_BYTES]);
 void lum_suggest_effect(const char *name, char ret_text[LUM_SUGGEST_BYTES]);
-/* Those that a budget can hold to an error: "live, path". */
-void lum_suggest_sampling_methods(char ret_text[LUM_SUGGEST_BYTES]);
 /* Scenes and replays; "(see: lumend scenes)" where none is near. */
 void lum_suggest_scene(const char *name, char ret_text[LUM_SUGGEST_BYTES]);
 

@@ -5,7 +5,12 @@
 
 struct lum_help;
 
-enum lum_exit { LUM_EXIT_OK = 0, LUM_EXIT_FAILED = 1, LUM_EXIT_USAGE = 2 };
+enum lum_exit {
+    LUM_EXIT_OK = 0,
+    LUM_EXIT_FAILED = 1,
+    LUM_EXIT_USAGE = 2,
+    LUM_EXIT_MISSED = 3 /* all was done, and a picture is not within its --error */
+};
 
 struct lum_command {
     const char *name;

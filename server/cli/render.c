@@ -15,8 +15,8 @@
 #include "server/base/write_file.h"
 #include "server/cli/image_output.h"
 #include "server/cli/progress.h"
+#include "server/cli/render_budget.h"
 #include "server/cli/render_options.h"
-#include "server/director/budget.h"
 #include "server/director/caustic_notice.h"
 #include "server/director/stats_json.h"
 #include "server/import/expand.h"
@@ -38,6 +38,7 @@ struct batch {
     struct lum_view_settings settings;
     /* of the current frame */
     struct lum_frame_stats frame_stats;
+    struct lum_budget_watch watch; /* of its picture, or of its last layer */
     struct lum_rgb *beauty;
     struct lum_layer *layers; /* light groups */
     uint32_t n_layers;
@@ -48,7 +49,7 @@ struct batch {
     bool caustics_told;
     const char *reading; /* the file that an error is about; NULL: none */
     bool line_open;      /* on the terminal */
-    bool refused;        /* options ask for what the scene's method cannot do: a usage error */
+    bool missed;         /* a frame is not within --error */
 };
 
 static void log_to_stderr(void *user, int level, const char *component, const char *text)
@@ -146,6 +147,7 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.deterministic = b->world.deterministic;
     if (!o->light_groups) /* layers are of other lights: what is measured of one says nothing of the next */
         s.error_share = LUM_ERROR_SHARE;
+    s.measure_at_rest = o->error > 0.0 && !lum_method_adds_samples(s.method); /* of the others samples tell */
     s.effects_off = o->effects_off;
     s.effects_on = o->effects_on;
     s.illuminance = o->overlay && lum_overlay_is_illuminance(o->overlay);
@@ -153,10 +155,6 @@ static bool resolve_settings(struct batch *b, struct lum_proto_error *err)
     s.max_spp = o->spp ? o->spp : o->time_s > 0.0 || o->error > 0.0 ? LUM_LIMIT_SPP : DEFAULT_SPP;
     if (!lum_world_camera(&b->world, o->camera, &s.camera, err))
         return false;
-    if (lum_render_options_allow(o, s.method, &e)) { /* the scene's method, which may change from frame to frame */
-        b->refused = true;
-        return core_failed(&e, err);
-    }
     tell_unused(o, s.method);
     b->settings = s;
     return true;
@@ -180,25 +178,24 @@ static void show_progress(struct batch *b, uint32_t frame, const struct lum_pass
     fprintf(stderr, ", %.0f s%s", (double)(now - b->progress.start_ns) * 1e-9, b->progress.tty ? "   " : "\n");
 }
 
-static struct lum_view_budget budget_of(const struct lum_render_options *o)
-{
-    return (struct lum_view_budget){.time_ms = {o->time_s > 0.0, o->time_s * 1e3}, .error = {o->error > 0.0, o->error}};
-}
-
 /* Passes until there are enough; adds to the frame's statistics. ret_last: of the picture that they left. */
 static enum lum_status render_passes(struct batch *b, uint32_t frame, const struct lum_view_budget *budget,
                                      struct lum_pass_stats *ret_last, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
+    bool told = b->options.light_groups; /* what is expected is of one layer */
+    lum_budget_begin(&b->watch);
     do {
         enum lum_status st = lum_view_pass(b->view, b->world.snapshot, &b->settings, NULL, ret_last, err);
         if (st)
             return st;
         lum_frame_stats_add(&b->frame_stats, ret_last);
+        lum_budget_note(&b->watch, budget, &b->settings, ret_last, (double)(lum_clock_ns() - start) * 1e-6);
         show_progress(b, frame, ret_last);
-        b->frame_stats.stopped_by =
-            lum_budget_stop(budget, b->settings.method, ret_last, (double)(lum_clock_ns() - start) * 1e-6);
-    } while (!b->frame_stats.stopped_by);
+        lum_render_tell_expected(&b->options, frame, &b->watch, &told);
+    } while (!b->watch.stopped_by);
+    b->frame_stats.stopped_by = b->watch.stopped_by;
+    b->frame_stats.budget = lum_budget_news_of(&b->watch);
     return LUM_OK;
 }
 
@@ -218,30 +215,35 @@ static void drop_frame(struct batch *b)
 struct layer_sum {
     struct lum_film_error error; /* times the mean luminance */
     double mean;
+    double spent_ms;
     uint32_t spp;
     const char *stopped_by;
 };
 
 static void add_up(struct layer_sum *sum, const struct lum_film *film, const struct lum_pass_stats *last,
-                   const char *stopped_by)
+                   const char *stopped_by, double spent_ms)
 {
     double mean = lum_film_mean_luminance(film);
     sum->error.rel += last->error.rel * mean;
     sum->error.bound += last->error.bound * mean;
     sum->error.probes = last->error.probes; /* as many in each */
     sum->mean += mean;
+    sum->spent_ms += spent_ms;
     sum->spp = last->spp < sum->spp ? last->spp : sum->spp;
     if (!sum->stopped_by || strcmp(stopped_by, "error") != 0) /* that is said when it is true of all */
         sum->stopped_by = stopped_by;
 }
 
-static void tell_sum(struct lum_frame_stats *stats, const struct layer_sum *sum)
+static void tell_sum(struct lum_frame_stats *stats, const struct layer_sum *sum, double max_error)
 {
     double mean = sum->mean > 0.0 ? sum->mean : 1.0; /* a black picture is not off, nor one of no groups */
     stats->sum.error = (struct lum_film_error){
         .rel = sum->error.rel / mean, .bound = sum->error.bound / mean, .probes = sum->error.probes, .fresh = 1.0};
     stats->sum.spp = sum->spp;
     stats->stopped_by = sum->stopped_by;
+    stats->budget = (struct lum_budget_news){.spent_ms = sum->spent_ms};
+    if (max_error > 0.0)
+        stats->budget.verdict = stats->sum.error.bound <= max_error ? "met" : "missed";
 }
 
 /* Renders one group alone and adds it to the beauty. */
@@ -255,7 +257,7 @@ static enum lum_status render_layer(struct batch *b, uint32_t frame, const char 
         st = render_passes(b, frame, budget, &last, err);
     if (st)
         return st;
-    add_up(inout_sum, lum_view_film(b->view), &last, b->frame_stats.stopped_by);
+    add_up(inout_sum, lum_view_film(b->view), &last, b->watch.stopped_by, b->watch.spent_ms);
     struct lum_layer *layer = &b->layers[b->n_layers];
     layer->pixels = lum_film_pixels(lum_view_film(b->view));
     if (!layer->pixels)
@@ -272,7 +274,7 @@ static enum lum_status render_layer(struct batch *b, uint32_t frame, const char 
 static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum_error *err)
 {
     struct lum_light_groups groups;
-    struct lum_view_budget budget = budget_of(&b->options);
+    struct lum_view_budget budget = lum_render_budget(&b->options);
     struct layer_sum sum = {.spp = UINT32_MAX};
     enum lum_status st = lum_light_groups_list(&b->world, &groups, err);
     if (st)
@@ -287,7 +289,7 @@ static enum lum_status render_groups(struct batch *b, uint32_t frame, struct lum
     if (groups.n == 0)
         sum = (struct layer_sum){.stopped_by = "whole"};
     if (!st)
-        tell_sum(&b->frame_stats, &sum);
+        tell_sum(&b->frame_stats, &sum, b->options.error);
     lum_light_groups_finish(&groups);
     return st ? st : lum_light_groups_solo(&b->world, NULL, err);
 }
@@ -303,25 +305,11 @@ static void tell_caustics(struct batch *b)
     fprintf(stderr, "lumend render: %s. %s\n", notice.why, notice.mend);
 }
 
-/* What was asked for and is not so. */
-static void tell_missed_error(const struct batch *b, uint32_t frame)
-{
-    const struct lum_frame_stats *s = &b->frame_stats;
-    if (!(b->options.error > 0.0) || s->sum.error.bound <= b->options.error)
-        return;
-    fprintf(stderr, "lumend render: frame %u is not within --error %g: ", frame + 1, b->options.error);
-    if (isfinite(s->sum.error.bound))
-        fprintf(stderr, "its relative error is known to be below %.4f", s->sum.error.bound);
-    else
-        fprintf(stderr, "its error is not known");
-    fprintf(stderr, " after %u samples, which is all that --%s allows\n", s->sum.spp, s->stopped_by);
-}
-
 /* The same of illuminance, as exact as the picture: by as many passes, or as much time. Its cost is in no statistics.
  */
 static enum lum_status render_illuminance(struct batch *b, struct lum_error *err)
 {
-    const struct lum_view_budget budget = budget_of(&b->options);
+    const struct lum_view_budget budget = lum_render_budget(&b->options);
     struct lum_view_settings settings = b->settings;
     struct lum_pass_stats last;
     int64_t start = lum_clock_ns();
@@ -340,14 +328,14 @@ static bool render_picture(struct batch *b, uint32_t frame, struct lum_proto_err
     lum_frame_stats_begin(&b->frame_stats, frame);
     b->frame_stats.w = b->settings.w;
     b->frame_stats.h = b->settings.h;
-    struct lum_view_budget budget = budget_of(&b->options);
+    struct lum_view_budget budget = lum_render_budget(&b->options);
     struct lum_pass_stats last;
     enum lum_status st =
         b->options.light_groups ? render_groups(b, frame, &e) : render_passes(b, frame, &budget, &last, &e);
     if (!st && b->meter)
         st = render_illuminance(b, &e);
     if (!st) {
-        tell_missed_error(b, frame);
+        b->missed = lum_render_tell_missed(&b->options, frame, &b->frame_stats) || b->missed;
         tell_caustics(b);
     }
     return !st || core_failed(&e, err);
@@ -586,5 +574,5 @@ int lum_cmd_render(int argc, char **argv)
     lum_view_destroy(b.meter);
     lum_ops_finish(&b.edits);
     lum_world_finish(&b.world);
-    return ok ? LUM_EXIT_OK : b.refused ? LUM_EXIT_USAGE : LUM_EXIT_FAILED;
+    return !ok ? LUM_EXIT_FAILED : b.missed ? LUM_EXIT_MISSED : LUM_EXIT_OK;
 }

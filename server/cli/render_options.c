@@ -208,8 +208,9 @@ static const struct lum_option_row rows[] = {
         "of path and live: end each frame as near to S seconds as whole samples allow; the first is\n"
         "always made"},
     {"error", "E", POSITIVE(error), .help =
-        "of path and live: stop each frame once its relative error is below E with 95 % confidence,\n"
-        "or tell that it is not when --spp or --time end it first. Other methods refuse it"},
+        "stop each frame once its relative error is below E with 95 % confidence; a frame that takes\n"
+        "seconds says when that is expected. Exit status 3: the picture is there, but not within E,\n"
+        "because --spp or --time ended it first or its method, other than path and live, adds no samples"},
     {"effects-off", "A,B", OTHER(read_effects, effects_off), .help =
         "effects to leave out, of those named below"},
     {"effects-on", "A,B", OTHER(read_effects, effects_on), .help =
@@ -283,18 +284,6 @@ static enum lum_status check_effects(const struct lum_render_options *o, struct 
     return LUM_OK;
 }
 
-enum lum_status lum_render_options_allow(const struct lum_render_options *o, const struct lum_method *method,
-                                         struct lum_error *err)
-{
-    char able[LUM_SUGGEST_BYTES];
-    if (!(o->error > 0.0) || lum_method_adds_samples(method))
-        return LUM_OK;
-    lum_suggest_sampling_methods(able);
-    return lum_fail(err, LUM_ERR_INVALID, "error",
-                    "method %s adds no samples, so that its error stays as it is: --error needs one of %s",
-                    method->name, able);
-}
-
 static enum lum_status check(struct lum_render_options *o, struct lum_error *err)
 {
     if (!o->scene)
@@ -325,8 +314,7 @@ static enum lum_status check(struct lum_render_options *o, struct lum_error *err
     if (o->false_color.scale == LUM_SCALE_LOG && o->false_color.min == 0.0)
         return lum_fail(err, LUM_ERR_INVALID, "range",
                         "--range of a logarithmic scale must begin above 0, or needs --scale linear");
-    enum lum_status st = check_effects(o, err);
-    return st || !o->method ? st : lum_render_options_allow(o, lum_method_find(o->method), err);
+    return check_effects(o, err);
 }
 
 static enum lum_status take(void *user, size_t i, const char *text, struct lum_error *err)

@@ -37,11 +37,6 @@ struct lum_render_options {
     bool legend;            /* the scale is part of the picture */
 };
 
-/* LUM_ERR_INVALID when the options promise what the method cannot keep: the picture's error is known, and can be made
- * less, only where samples are added. A usage error. */
-LUM_MUST_USE enum lum_status lum_render_options_allow(const struct lum_render_options *options,
-                                                      const struct lum_method *method, struct lum_error *err);
-
 /* A failure here is a usage error; err->field names the option. */
 LUM_MUST_USE enum lum_status lum_render_options_parse(int argc, char **argv, struct lum_render_options *ret_options,
                                                       struct lum_error *err);

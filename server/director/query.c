@@ -189,6 +189,7 @@ static cJSON *view_json(struct lum_director *d, const struct lum_server_view *v)
     struct lum_frame_stats last = {
         .frame = v->frame_seq, .w = v->settings.w, .h = v->settings.h, .n_passes = 1, .sum = v->last_pass};
     last.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
+    last.budget = lum_budget_news_of(&v->watch);
     last.caustics = lum_world_caustics(&d->world, v->last_pass.complete);
     lum_json_add(o, "last_pass", lum_frame_stats_json(&last));
     return o;

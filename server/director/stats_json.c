@@ -13,6 +13,7 @@ void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame)
     memset(s, 0, sizeof *s);
     s->frame = frame;
     s->sum.error = LUM_FILM_ERROR_UNKNOWN;
+    s->sum.noise = (double)NAN;
 }
 
 void lum_frame_stats_next(struct lum_frame_stats *s, uint64_t frame)
@@ -23,6 +24,7 @@ void lum_frame_stats_next(struct lum_frame_stats *s, uint64_t frame)
                                      .cache.records = s->sum.cache.records,
                                      .spp = s->sum.spp,
                                      .error = s->sum.error,
+                                     .noise = s->sum.noise,
                                      .preview = s->sum.preview};
     memcpy(picture.served, s->sum.served, sizeof picture.served);
     s->frame = frame;
@@ -148,6 +150,11 @@ static struct cJSON *caustics_json(const struct lum_caustic_report *r)
     return o;
 }
 
+static struct cJSON *number_or_null(double value)
+{
+    return isfinite(value) ? cJSON_CreateNumber(value) : cJSON_CreateNull();
+}
+
 static struct cJSON *error_json(const struct lum_frame_stats *s)
 {
     const struct lum_film_error *e = &s->sum.error;
@@ -159,6 +166,30 @@ static struct cJSON *error_json(const struct lum_frame_stats *s)
     lum_json_add_number(o, "probes", e->probes);
     lum_json_add_number(o, "fresh", e->fresh);
     return o;
+}
+
+/* null: not known, or never. */
+static void add_range(cJSON *o, const char *name, const char *least, const char *most, struct lum_forecast_range range)
+{
+    lum_json_add(o, name, number_or_null(range.likely));
+    lum_json_add(o, least, number_or_null(range.least));
+    lum_json_add(o, most, number_or_null(range.most));
+}
+
+static struct cJSON *predicted_json(const struct lum_budget_end *end)
+{
+    if (!end->stopped_by)
+        return cJSON_CreateNull();
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_string(o, "stopped_by", end->stopped_by);
+    add_range(o, "ms", "ms_least", "ms_most", end->ms);
+    add_range(o, "error", "error_least", "error_most", end->error);
+    return o;
+}
+
+static struct cJSON *name_or_null(const char *name)
+{
+    return name ? cJSON_CreateString(name) : cJSON_CreateNull();
 }
 
 struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
@@ -175,7 +206,10 @@ struct cJSON *lum_frame_stats_json(const struct lum_frame_stats *s)
               lum_json_add_number(o, "nonfinite", (double)p->nonfinite) &&
               lum_json_add_number(o, "bad_rays", (double)p->bad_rays) &&
               lum_json_add_number(o, "culled_bound", p->culled_bound) && lum_json_add(o, "error", error_json(s)) &&
-              lum_json_add(o, "stopped_by", s->stopped_by ? cJSON_CreateString(s->stopped_by) : cJSON_CreateNull());
+              lum_json_add_number(o, "spent_ms", s->budget.spent_ms) &&
+              lum_json_add(o, "stopped_by", name_or_null(s->stopped_by)) &&
+              lum_json_add(o, "budget_verdict", name_or_null(s->budget.verdict)) &&
+              lum_json_add(o, "predicted", predicted_json(&s->budget.predicted));
     if (ok)
         return o;
     cJSON_Delete(o);

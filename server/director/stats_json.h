@@ -5,6 +5,7 @@
 
 #include "core/render/view.h"
 #include "core/vpl/caustic.h"
+#include "server/director/budget.h"
 
 struct cJSON;
 
@@ -16,6 +17,7 @@ struct lum_frame_stats {
     struct lum_pass_stats sum; /* counters and times added up; the rest is of the last pass */
     /* set before they are told */
     const char *stopped_by; /* why the picture is refined no further (budget.h); NULL: it goes on */
+    struct lum_budget_news budget;
     struct lum_caustic_report caustics;
 };
 void lum_frame_stats_begin(struct lum_frame_stats *s, uint64_t frame);

@@ -88,22 +88,6 @@ static bool resolve(const struct lum_view_params *want, const struct lum_world *
     return resolve_camera(want, world, &r->settings.camera, err) && ok;
 }
 
-/* A request that makes the view promise an error that its method cannot get to. What others do to the scene's method is
- * no fault of the view's: then its budget has no effect. */
-static bool allow_budget(const struct lum_view_params *params, const struct lum_view_params *want,
-                         const struct lum_method *method, struct lum_proto_error *err)
-{
-    char able[LUM_SUGGEST_BYTES];
-    bool asked = gives(params, LUM_VIEW_BUDGET) || gives(params, LUM_VIEW_METHOD);
-    if (!asked || !want->budget.error.set || lum_method_adds_samples(method))
-        return true;
-    lum_suggest_sampling_methods(able);
-    return lum_proto_fail(
-        err, LUM_PROTO_BAD_PARAMS, "unsupported", gives(params, LUM_VIEW_BUDGET) ? "budget/error" : "method",
-        "method %s adds no samples, so that its error stays as it is: a budget of error needs one of %s", method->name,
-        able);
-}
-
 /* A grid of rays, ended by the first that meets something: mostly one. */
 static bool sees_only_background(const struct lum_snapshot *snapshot, const struct lum_view_settings *s)
 {
@@ -166,7 +150,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     if (!lum_view_same_picture(&v->settings, &r.settings) || !lum_versions_equal(&v->versions, &snapshot->versions)) {
         v->stale = true;
         v->complete = v->failed = false;
-        v->rendered_ms = 0.0;
+        lum_budget_begin(&v->watch);
         v->sent_spp = 0;
     } else {
         v->complete = v->complete && r.settings.max_spp <= v->settings.max_spp;
@@ -179,6 +163,10 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
         v->auto_settled = false;
     v->n_instances = snapshot->n_instances;
+    if (r.settings.method != v->settings.method)
+        v->pace = (struct lum_pace){0};
+    else
+        lum_pace_scale(&v->pace, (double)r.settings.w * r.settings.h / ((double)v->settings.w * v->settings.h));
     v->final_sent = false;
     v->settings = r.settings;
     v->exposure_ev = r.exposure_ev;
@@ -212,7 +200,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_param
     struct lum_view_params want = lum_view_params_default();
     lum_view_params_merge(&want, params);
     struct resolved r;
-    if (!resolve(&want, world, &r, err) || !allow_budget(params, &want, r.settings.method, err))
+    if (!resolve(&want, world, &r, err))
         return false;
     struct lum_server_view *v = lum_calloc(1, sizeof *v);
     if (!v)
@@ -220,6 +208,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_param
     v->id = id;
     v->want = want;
     lum_frame_stats_begin(&v->frame, 0);
+    lum_budget_begin(&v->watch);
     struct lum_error e;
     if (lum_view_create(world->pool, &v->core, &e)) {
         lum_apply_error(&e, "", err);
@@ -254,7 +243,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
 
 const char *lum_server_view_stopped_by(const struct lum_server_view *v)
 {
-    return lum_budget_stop(&v->want.budget, v->settings.method, &v->last_pass, v->rendered_ms);
+    return lum_budget_stop(&v->want.budget, v->settings.method, &v->last_pass, v->watch.spent_ms);
 }
 
 bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, const struct lum_view_params *params,
@@ -263,7 +252,7 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     struct lum_view_params want = v->want;
     lum_view_params_merge(&want, params);
     struct resolved r;
-    if (!resolve(&want, world, &r, err) || !allow_budget(params, &want, r.settings.method, err))
+    if (!resolve(&want, world, &r, err))
         return false;
     bool resized = r.settings.w != v->settings.w || r.settings.h != v->settings.h;
     if (resized && !fit_tiles(v, r.settings.w, r.settings.h, err))
@@ -271,6 +260,8 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
     if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale || params->resend)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
     v->want = want;
+    if (gives(params, LUM_VIEW_BUDGET) || gives(params, LUM_VIEW_SPP))
+        lum_budget_change(&v->watch, &want.budget, &r.settings);
     if (gives(params, LUM_VIEW_BUDGET) && !lum_server_view_stopped_by(v))
         v->complete = false; /* a larger budget than the one that ended it */
     return true;
@@ -283,12 +274,31 @@ bool lum_server_view_needs_pass(const struct lum_server_view *v)
     return !v->failed && (v->stale || !v->complete);
 }
 
+/* An edit must show while the hand still moves: soon, or in the time that the client gave. Methods without samples show
+ * a rough picture first only if asked to. */
+static uint32_t preview_for(struct lum_server_view *v)
+{
+    const struct lum_opt *time_ms = &v->want.budget.time_ms;
+    if (!time_ms->set && !lum_method_adds_samples(v->settings.method))
+        return 1;
+    return lum_pace_choose(&v->pace, v->settings.method, time_ms->set ? time_ms->value : LUM_PREVIEW_MS);
+}
+
+/* It tells what the next edit may take: neither a sample at rest does, nor a new sum for a lamp that was dimmed. */
+static bool made_anew(const struct lum_pass_stats *pass)
+{
+    uint64_t rays = 0;
+    for (int k = 0; k < LUM_RAY_KIND_COUNT; k++)
+        rays += k == LUM_RAY_PROBE ? 0 : pass->rays[k];
+    return pass->changed && rays > 0 && (pass->preview > 1 || pass->spp == 1);
+}
+
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
-    v->settings.preview =
-        lum_view_preview_for(&v->settings, v->full_pass_ms); /* an edit must show while the hand still moves */
+    if (v->stale)
+        v->settings.preview = preview_for(v);
     if (v->solo)
         snapshot = v->solo;
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
@@ -303,9 +313,9 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     v->frame.w = v->settings.w;
     v->frame.h = v->settings.h;
     lum_frame_stats_add(&v->frame, &pass);
-    v->rendered_ms += pass.ms;
-    if (pass.changed && pass.preview <= 1 && pass.spp == 1) /* what the next edit may take: no samples at rest */
-        v->full_pass_ms = pass.ms;
+    lum_budget_note(&v->watch, &v->want.budget, &v->settings, &pass, v->watch.spent_ms + pass.ms);
+    if (made_anew(&pass))
+        lum_pace_note(&v->pace, pass.preview, pass.ms);
     bool known_anew = isfinite(pass.error.bound) && !(pass.error.bound == v->last_pass.error.bound);
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;

@@ -8,6 +8,7 @@
 #ifndef LUM_SERVER_DIRECTOR_VIEW_H
 #define LUM_SERVER_DIRECTOR_VIEW_H
 
+#include "core/render/pace.h"
 #include "server/director/director.h"
 #include "server/director/stats_json.h"
 #include "server/stream/encode.h"
@@ -38,14 +39,14 @@ struct lum_server_view {
     bool only_background;
     uint64_t scene_rev; /* that the picture stands for */
     /* progress */
-    bool stale;            /* changed, and no pass has run since */
-    bool complete;         /* nothing left to do */
-    bool failed;           /* a pass failed: waits for the next change */
-    uint64_t change_order; /* greater: changed later */
-    int64_t newest_ns;     /* receipt of the newest edit or camera that the settings contain */
-    int64_t last_pass_ns;  /* when the last pass ended */
-    double rendered_ms;    /* since the last change */
-    double full_pass_ms;   /* of the last pass that gave every pixel a sample; 0: none yet */
+    bool stale;                    /* changed, and no pass has run since */
+    bool complete;                 /* nothing left to do */
+    bool failed;                   /* a pass failed: waits for the next change */
+    uint64_t change_order;         /* greater: changed later */
+    int64_t newest_ns;             /* receipt of the newest edit or camera that the settings contain */
+    int64_t last_pass_ns;          /* when the last pass ended */
+    struct lum_budget_watch watch; /* what the picture took since the last change, and where it will end */
+    struct lum_pace pace; /* what passes took that made a picture anew, in this size and by this method */
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;

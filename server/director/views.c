@@ -230,6 +230,7 @@ static bool add_legend(cJSON *to, const struct lum_overlay *overlay)
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
     v->frame.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
+    v->frame.budget = lum_budget_news_of(&v->watch);
     v->frame.caustics = lum_world_caustics(&d->world, final || v->last_pass.spp > 1);
     cJSON *o = lum_frame_stats_json(&v->frame);
     bool ok = lum_json_add_number(o, "view_id", v->id) && lum_json_add_number(o, "frame_seq", (double)v->frame_seq) &&

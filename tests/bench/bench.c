@@ -25,6 +25,8 @@ static const struct lum_bench benches[] = {
     {"instant", "instant caching, and temporal, against IGI and live: first frames, animations, errors, rays", NULL,
      lum_bench_instant},
     {"growth", "the same as VPLs, records, moving objects, triangles and pixels become more", NULL, lum_bench_growth},
+    {"budgets", "are --error and --time kept, and was it foreseen; every scene, several seeds", NULL,
+     lum_bench_budgets},
     {"effects", "what each effect costs, in every subset that a scene calls for; what methods leave out", NULL,
      lum_bench_effects},
     {"errors", "does the error that pictures state cover the one that they have; every scene, method, 30 seeds", NULL,
@@ -60,9 +62,9 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them), --models and --seeds (1 to 30) are for errors and accuracy, too; the first\n"
-        "two also for vision; so is\n"
-        "--seconds for accuracy: how long samples are added.\n"
+        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, budgets\n"
+        "and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are added; and\n"
+        "for budgets: how long a run is waited for.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
 }

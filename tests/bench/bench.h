@@ -16,9 +16,9 @@ struct lum_bench_options {
     uint32_t reference_spp; /* which these have at most: a power of two */
     const char *models;     /* truth: folder of third-party models */
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
-    const char *methods;    /* truth, errors, vision: comma separated; NULL: the study's own choice */
-    uint32_t seeds;         /* errors, accuracy: 1 to 30 */
-    double seconds;         /* truth: how long a scene rests */
+    const char *methods;    /* truth, errors, budgets, vision: comma separated; NULL: the study's own choice */
+    uint32_t seeds;         /* errors, budgets, accuracy: 1 to 30 */
+    double seconds;         /* truth: how long a scene rests; budgets: how long a run is waited for */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
 };
@@ -34,6 +34,7 @@ struct lum_bench {
 
 int lum_bench_accuracy(const struct lum_bench_options *options);
 int lum_bench_ais(const struct lum_bench_options *options);
+int lum_bench_budgets(const struct lum_bench_options *options);
 int lum_bench_effects(const struct lum_bench_options *options);
 int lum_bench_errors(const struct lum_bench_options *options);
 int lum_bench_export(const struct lum_bench_options *options);

@@ -15,6 +15,7 @@ FILES = {
     "stride": {"stride", "stride-primary", "stride-both", "stride-secondary", "stride-speedup"},
     "accuracy": {"accuracy", "accuracy-break-even", "accuracy-cornell", "accuracy-desk"},
     "errors": {"errors"},
+    "budgets": {"budgets"},
     "effects": {"effects", "effects-bars", "effects-left-out", "effects-subsets"},
     "instant": {"instant", "instant-speedup", "instant-cornell", "instant-wobble"},
     "growth": {"growth"},

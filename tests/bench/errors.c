@@ -47,24 +47,6 @@ static bool failed(const char *text)
 
 /* ---- a reading ---- */
 
-static double luminance_at(const float *rgb, size_t i)
-{
-    return (double)lum_luminance(lum_rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]));
-}
-
-/* Root mean square error of luminance over the picture's mean. */
-static double error_of(const struct rig *rig, const struct lum_bench_reference *ref)
-{
-    size_t n = (size_t)ref->w * ref->h;
-    double square = 0.0, mean = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        double b = luminance_at(rig->picture, i);
-        square += (b - luminance_at(ref->half[0], i)) * (b - luminance_at(ref->half[1], i)) / (double)n;
-        mean += b / (double)n;
-    }
-    return mean > 0.0 ? sqrt(fmax(square, 0.0)) / mean : 0.0;
-}
-
 static void note_reading(struct rig *rig, const struct lum_view *view, const struct lum_pass_stats *stats,
                          enum when when)
 {
@@ -79,7 +61,7 @@ static void note_reading(struct rig *rig, const struct lum_view *view, const str
     }
     lum_bench_picture_of(view, rig->picture);
     bool smooth = rig->method->serves[LUM_EFFECT_ANTIALIAS] != NULL;
-    r->is[r->n] = error_of(rig, smooth ? &rig->smooth : &rig->centers);
+    r->is[r->n] = lum_bench_rms_of_picture(smooth ? &rig->smooth : &rig->centers, rig->picture);
     r->rel[r->n] = stats->error.rel;
     r->bound[r->n] = stats->error.bound;
     r->n_covered += r->is[r->n] <= (r->limit > 0.0 ? r->limit : r->bound[r->n]);

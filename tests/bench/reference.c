@@ -214,6 +214,23 @@ struct lum_bench_error lum_bench_error_of_picture(const struct lum_bench_referen
     return (struct lum_bench_error){relmse_against(r, picture), m.smape};
 }
 
+static double luminance_at(const float *rgb, size_t i)
+{
+    return (double)lum_luminance(lum_rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]));
+}
+
+double lum_bench_rms_of_picture(const struct lum_bench_reference *r, const float *picture)
+{
+    size_t n = (size_t)r->w * r->h;
+    double square = 0.0, mean = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double b = luminance_at(picture, i);
+        square += (b - luminance_at(r->half[0], i)) * (b - luminance_at(r->half[1], i)) / (double)n;
+        mean += b / (double)n;
+    }
+    return mean > 0.0 ? sqrt(fmax(square, 0.0)) / mean : 0.0;
+}
+
 struct lum_bench_error lum_bench_error_of(struct lum_bench_reference *r, const struct lum_view *view)
 {
     lum_bench_picture_of(view, r->picture);

@@ -48,6 +48,9 @@ void lum_bench_reference_finish(struct lum_bench_reference *r); /* accepts a zer
 /* What a view of the same size shows, 3 * w * h. */
 void lum_bench_picture_of(const struct lum_view *view, float *ret_picture);
 struct lum_bench_error lum_bench_error_of_picture(const struct lum_bench_reference *r, const float *picture);
+/* Root mean square error of luminance over the picture's mean, without the noise of the reference: what pictures say of
+ * theirs (lum_film_error). */
+double lum_bench_rms_of_picture(const struct lum_bench_reference *r, const float *picture);
 /* Both. */
 struct lum_bench_error lum_bench_error_of(struct lum_bench_reference *r, const struct lum_view *view);
 

@@ -75,6 +75,36 @@ class StatsOnThePage(unittest.TestCase):
             self.assertEqual([light["id"] for light in stats["caustics"]["lights"]], ["bulb"])
             self.check(sent, rows("frame") | rows("view"))
 
+    def frames_of(self, ws, view):
+        """frame.stats until the picture rests."""
+        while True:
+            stats = ws.wait_notification("frame.stats")
+            ws.notify("frame.ack", {"view_id": view, "frame_seq": stats["frame_seq"]})
+            yield stats
+            if stats["converged"]:
+                return
+
+    def test_a_budget_is_predicted_and_judged(self):
+        with Daemon() as daemon:
+            ws = daemon.connect()
+            ws.call("scene.apply", {"ops": MIRROR})
+            view = ws.call("view.open", {"size": [64, 48], "method": "path", "budget": {"error": 0.02}})["view_id"]
+            frames = list(self.frames_of(ws, view))
+            first = next(f["predicted"] for f in frames if f["predicted"])
+            self.assertTrue(first["ms_most"] is None or first["ms_least"] <= first["ms"] <= first["ms_most"], first)
+            self.assertLessEqual(first["error_least"], first["error"])
+            spent = [f["spent_ms"] for f in frames]
+            self.assertEqual(spent, sorted(spent))
+            self.assertEqual((frames[0]["predicted"], frames[0]["budget_verdict"]), (None, "open"))
+            final = frames[-1]
+            self.assertEqual((final["stopped_by"], final["budget_verdict"]), ("error", "met"))
+            self.assertLessEqual(final["error"]["bound"], 0.02)
+            self.assertIn(final["predicted"]["stopped_by"], ("error", "spp"))
+            # Without light by way of other surfaces it is off by more, which the first measurement tells.
+            ws.call("view.update", {"view_id": view, "method": "whitted", "budget": {"error": 0.0001}})
+            final = [f for f in self.frames_of(ws, view) if f["method"] == "whitted"][-1]
+            self.assertEqual((final["stopped_by"], final["budget_verdict"], final["predicted"]), ("whole", "missed", None))
+
     def test_render_stats(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, stats = os.path.join(folder, "scene.jsonl"), os.path.join(folder, "stats.json")

@@ -157,30 +157,6 @@ static void effects_are_forced_and_given_back(void **state)
     assert_memory_equal(pixels, first, sizeof first);
 }
 
-/* A method whose one pass is the whole answer cannot get to an error: neither is it given such a budget, nor does a
- * view with one get such a method. Taking the budget back in the same request is fine, and a time is no promise. */
-static void a_budget_that_cannot_be_kept_is_refused(void **state)
-{
-    struct client *c = *state;
-    struct lum_request *request = client_request(c, &lum_request_view_open);
-    request->view = (struct lum_view_params){.given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(METHOD) | LUM_VIEW_BIT(BUDGET),
-                                             .size = {W, H},
-                                             .method = "tic",
-                                             .budget = {.error = {true, 0.1}}};
-    assert_refused(client_ask(c, request), "unsupported", "budget/error");
-    client_open_view(c, LUM_CODEC_RGBA8);
-    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1}}"));
-    cJSON *reply = update_view(c, "{\"view_id\":1,\"method\":\"whitted\"}");
-    const char *text = cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "error"), "message")->valuestring;
-    assert_non_null(strstr(text, "whitted"));
-    assert_non_null(strstr(text, "live, path"));
-    assert_refused(reply, "unsupported", "method");
-    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"time_ms\":5},\"method\":\"whitted\"}"));
-    assert_refused(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1}}"), "unsupported", "budget/error");
-    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.1},\"method\":\"live\"}"));
-    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{},\"method\":\"ic\"}"));
-}
-
 /* The shortest time ends a picture after its first whole pass, and not with the rough one before it. */
 static void a_spent_time_leaves_a_whole_picture(void **state)
 {
@@ -191,6 +167,29 @@ static void a_spent_time_leaves_a_whole_picture(void **state)
     cJSON_Delete(client_ask(c, request));
     struct lum_frame_header h = client_converged_frame(c, 0, NULL);
     assert_int_equal(h.spp, 1);
+}
+
+/* What is new is shown in the time of a budget, be it by a rough picture: before anything is known of the method's time
+ * by that. Methods without samples show none unasked. */
+static void a_time_holds_for_what_is_new(void **state)
+{
+    struct client *c = *state;
+    static const char *const updates[] = {
+        "{\"view_id\":1,\"method\":\"whitted\",\"camera_seq\":1}",
+        "{\"view_id\":1,\"method\":\"igi\",\"budget\":{\"time_ms\":1000},\"camera_seq\":2}",
+    };
+    client_open_view(c, LUM_CODEC_RGBA8);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct lum_frame_header h;
+        assert_taken(update_view(c, updates[i]));
+        do
+            h = client_next_frame(c, NULL);
+        while (h.camera_seq != i + 1);
+        assert_int_equal(h.spp, i == 0 ? 1 : 0);
+        while (!(h.flags & LUM_FRAME_CONVERGED))
+            h = client_next_frame(c, NULL);
+        assert_int_equal(h.spp, 1);
+    }
 }
 
 /* A view's own number of samples holds beside a budget, which else may take as many as there are. */
@@ -274,6 +273,20 @@ static const char *final_stats(struct client *c, uint32_t seq)
                 return c->texts[i];
         client_wait(c);
     }
+}
+
+/* A method whose one pass is the whole answer is measured, and says whether that is within a budget's error. Under a
+ * ceiling `whitted` leaves out light. */
+static void a_method_without_samples_is_judged(void **state)
+{
+    struct client *c = *state;
+    client_apply(c, "[{\"op\":\"add\",\"type\":\"object\",\"id\":\"ceiling\",\"mesh\":\"plane\",\"material\":\"grey\","
+                    "\"transform\":{\"translate\":[0,3,0],\"rotate_deg\":[180,0,0]}}]");
+    client_open_view(c, LUM_CODEC_RGBA8);
+    assert_taken(update_view(c, "{\"view_id\":1,\"method\":\"whitted\",\"budget\":{\"error\":10},\"camera_seq\":1}"));
+    assert_non_null(strstr(final_stats(c, 1), "\"stopped_by\":\"error\",\"budget_verdict\":\"met\""));
+    assert_taken(update_view(c, "{\"view_id\":1,\"budget\":{\"error\":0.0001},\"camera_seq\":2}"));
+    assert_non_null(strstr(final_stats(c, 2), "\"stopped_by\":\"whole\",\"budget_verdict\":\"missed\""));
 }
 
 /* Of illuminance the picture is another one: passes run for it, and it is grey where there is no surface. Back, it is
@@ -437,8 +450,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(the_latest_camera_wins, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_larger_budget_resumes, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
-        cmocka_unit_test_setup_teardown(a_budget_that_cannot_be_kept_is_refused, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_method_without_samples_is_judged, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_spent_time_leaves_a_whole_picture, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_time_holds_for_what_is_new, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(samples_end_what_a_budget_does_not, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_that_do_not_exist_are_refused, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(an_overlay_is_display_only, client_setup, client_teardown),

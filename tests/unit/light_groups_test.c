@@ -112,6 +112,7 @@ static void light_groups_of_caches_sum_up(void **state)
 struct said {
     double rel, bound, mean; /* luminance */
     char stopped_by[8];
+    int status;
 };
 
 /* What a frame says of its error, and how bright it is. */
@@ -121,7 +122,7 @@ static struct said render(const char *options)
     struct said said = {0};
     struct lum_proto_error err;
     snprintf(line, sizeof line, "render --scene cornell --size 40x30 --out @e.exr --stats @e.json %s", options);
-    assert_int_equal(cli_run(lum_cmd_render, line), LUM_EXIT_OK);
+    said.status = cli_run(lum_cmd_render, line);
     struct lum_exr_image im = cli_read_exr("e.exr");
     const float *r = cli_channel(&im, "R"), *g = cli_channel(&im, "G"), *b = cli_channel(&im, "B");
     for (size_t i = 0; i < 40 * 30; i++)
@@ -173,8 +174,11 @@ static void an_error_holds_for_the_sum(void **state)
         struct said kept = render(line);
         assert_true(kept.rel < kept.bound && kept.bound <= 1.0);
         assert_string_equal(kept.stopped_by, "error");
+        assert_int_equal(kept.status, LUM_EXIT_OK);
         snprintf(line, sizeof line, "--method %s --light-groups --error 1e-3 --spp 12", methods[m]);
-        assert_string_equal(render(line).stopped_by, "spp");
+        struct said missed = render(line);
+        assert_string_equal(missed.stopped_by, "spp");
+        assert_int_equal(missed.status, LUM_EXIT_MISSED);
     }
 }
 

@@ -211,8 +211,9 @@ static void stats_hold_what_the_design_names(void **state)
     assert_string_equal(cli_member(o, "isa")->valuestring, "sse4.2");
     cli_member(o, "setup_ms");
     const cJSON *frame = cJSON_GetArrayItem(cli_member(o, "frames"), 0);
-    static const char *const members[] = {"frame", "scene_rev", "ms",       "cpu_ms", "stage_ms",
-                                          "cache", "vpls",      "caustics", "error",  "stopped_by"};
+    static const char *const members[] = {"frame",    "scene_rev",      "ms",       "cpu_ms", "stage_ms",
+                                          "cache",    "vpls",           "caustics", "error",  "stopped_by",
+                                          "spent_ms", "budget_verdict", "predicted"};
     for (size_t i = 0; i < LUM_ARRAY_LEN(members); i++)
         cli_member(frame, members[i]);
     assert_int_equal(cli_member(frame, "nonfinite")->valueint, 0);
@@ -259,6 +260,8 @@ static void frames_say_what_stopped_them(void **state)
         {"--method live --error 1e-4 --spp 5", "spp", true},
         {"--method live --time 1e-6", "time", false},
         {"--method tic", "whole", false},
+        {"--method tic --error 3", "error", false},
+        {"--method tic --error 1e-4", "whole", true},
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(rows); i++) {
         char line[200];
@@ -268,7 +271,7 @@ static void frames_say_what_stopped_them(void **state)
                  rows[i].options);
         if (rows[i].missed) {
             char *said = cli_said(line, &status);
-            if (status != LUM_EXIT_OK || !strstr(said, "frame 1 is not within --error 0.0001"))
+            if (status != LUM_EXIT_MISSED || !strstr(said, "frame 1 is not within --error 0.0001"))
                 fail_msg("%s: status %d; it said: %s", line, status, said);
             free(said);
         } else {
@@ -276,6 +279,11 @@ static void frames_say_what_stopped_them(void **state)
         }
         const cJSON *frame = first_frame(&root), *error = cli_member(frame, "error");
         assert_string_equal(cli_member(frame, "stopped_by")->valuestring, rows[i].stopped_by);
+        const cJSON *verdict = cli_member(frame, "budget_verdict");
+        if (strstr(rows[i].options, "--error"))
+            assert_string_equal(verdict->valuestring, rows[i].missed ? "missed" : "met");
+        else
+            assert_true(cJSON_IsNull(verdict));
         if (cJSON_IsObject(error)) {
             double bound = cli_member(error, "bound")->valuedouble;
             assert_true(bound > cli_member(error, "rel")->valuedouble);

@@ -1,4 +1,4 @@
-/* Rough pictures of methods that refine: the edges of the full picture, and no trace in what follows. */
+/* Rough pictures: the edges of the full picture, and no trace in what follows. */
 #include "tests/support/lit_room.h"
 
 /* Sunlight on floors in one plane is albedo over pi times one illuminance, so interpolating light over albedo is exact:
@@ -110,20 +110,34 @@ static void frames_after_rough_pictures_are_as_without(void **state)
     rig_end(&r);
 }
 
-/* As small as leaves one in LUM_PREVIEW_MS, and never more than a pass takes. */
-static void blocks_are_as_small_as_time_allows(void **state)
+/* Whatever the method: first a rough picture, of a part of the rays, then the whole one. */
+static void every_method_can_be_rough(void **state)
 {
     (void)state;
-    struct lum_view_settings s = lum_view_settings_default();
-    assert_int_equal(lum_view_preview_for(&s, 0.0), 8);
-    assert_int_equal(lum_view_preview_for(&s, 0.9 * LUM_PREVIEW_MS), 1);
-    assert_int_equal(lum_view_preview_for(&s, 2.0 * LUM_PREVIEW_MS), 2);
-    assert_int_equal(lum_view_preview_for(&s, 5.0 * LUM_PREVIEW_MS), 4);
-    assert_int_equal(lum_view_preview_for(&s, 10.0 * LUM_PREVIEW_MS), 8);
-    assert_int_equal(lum_view_preview_for(&s, 1e9), 16);
-    s.method = lum_method_find("path");
-    assert_int_equal(lum_view_preview_for(&s, 3.9 * LUM_PREVIEW_MS), 2);
-    assert_int_equal(lum_view_preview_for(&s, 4.1 * LUM_PREVIEW_MS), 4);
+    size_t n;
+    const struct lum_method *methods = lum_methods(&n);
+    for (size_t m = 0; m < n; m++) {
+        struct rig r;
+        lit_room(&r, 2);
+        use_method(&r, methods[m].name);
+        r.settings.w = 75, r.settings.h = 53;
+        r.settings.max_spp = 1;
+        struct lum_pass_stats whole = rig_pass(&r);
+        double light = (double)rig_mean(&r).g;
+        rig_fresh_view(&r);
+        r.settings.preview = 4;
+        struct lum_pass_stats rough = rig_pass(&r);
+        if (rough.preview != 4 || rough.spp != 0 || !rough.changed || rough.complete)
+            fail_msg("%s: preview %u, spp %u", methods[m].name, rough.preview, rough.spp);
+        /* 19 x 14 pixels of 75 x 53, and three quarters of the lights' for what counts tiles */
+        uint64_t rays = rough.rays[LUM_RAY_SOFT_SHADOW], all = whole.rays[LUM_RAY_SOFT_SHADOW];
+        if (!(rays * 4 < all) || !((double)rig_mean(&r).g > 0.5 * light))
+            fail_msg("%s: %llu rays of %llu, mean %g of %g", methods[m].name, (unsigned long long)rays,
+                     (unsigned long long)all, (double)rig_mean(&r).g, light);
+        struct lum_pass_stats then = rig_pass(&r);
+        assert_true(then.preview <= 1 && then.spp == 1 && then.nonfinite == 0);
+        rig_end(&r);
+    }
 }
 
 int main(void)
@@ -132,7 +146,7 @@ int main(void)
         cmocka_unit_test(edges_are_those_of_the_full_picture),
         cmocka_unit_test(what_shines_reflects_too),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
-        cmocka_unit_test(blocks_are_as_small_as_time_allows),
+        cmocka_unit_test(every_method_can_be_rough),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { JsonObject } from '../protocol/rpc';
-import { Convergence, courseInWords, fitOf, knownError, opacityOf, outlookInWords, type Point } from './convergence';
+import { Convergence, courseInWords, expectedInWords, fitOf, knownError, opacityOf, outlookInWords, type Point } from './convergence';
 import { STOP_NAMES, STOPS } from './view';
 
 /** error = at1s * s^slope, at times that grow by a quarter each. */
@@ -60,6 +60,19 @@ test('an error is predicted, and noted once it is reached', () => {
     refine(c, 21, 21, { stopped_by: 'spp', converged: true });
     assert.deepEqual(c.outlook('exact', 1024), { is: 'reached', s: 21 });
     assert.equal(outlookInWords('1 %', { is: 'ahead', s: 17.4 }, 5), '1 % in about 12 s.');
+});
+
+test('what the server expects of the chosen error is told with its range, while it goes on', () => {
+    const c = new Convergence();
+    const predicted = { stopped_by: 'error', ms: 14000, ms_least: 10000, ms_most: 32000, error: 0.01 };
+    const frame = { ...FRAME, spp: 12, spent_ms: 2000, error: null };
+    const expected = (more: JsonObject) => (c.stats({ ...frame, ...more }, 0), c.course.value.expected);
+    assert.deepEqual(expected({ predicted }), { s: 12, least: 8, most: 30 });
+    assert.equal(expectedInWords('1 %', expected({ predicted })!), '1 % in about 12 s (8 s to 30 s).');
+    assert.match(expectedInWords('1 %', expected({ predicted: { ...predicted, ms_most: null } })!), /8 s or more/);
+    assert.equal(expected({ predicted: { ...predicted, stopped_by: 'spp' } }), null);
+    assert.equal(expected({ predicted, converged: true }), null);
+    assert.equal(expected({ predicted: null }), null);
 });
 
 test('what is flat, or more than a day away, is not in sight', () => {

@@ -1,7 +1,7 @@
 /** How the error of the picture falls while it is refined, and what that says of the time ahead. */
 import { computed, signal } from '@preact/signals';
 import { duration, number, percent } from '../lib/format';
-import { isObject, type JsonObject } from '../protocol/rpc';
+import { isObject, type Json, type JsonObject } from '../protocol/rpc';
 import { numberOr, stringOr } from '../protocol/types';
 import { errorOf, type ErrorNumbers } from './meter';
 import { STOPS, type Stop } from './view';
@@ -36,6 +36,15 @@ export interface Course {
     points: readonly Point[];
     /** stopped_by of frame.stats; "" while it goes on. */
     stopped: string;
+    /** What the server expects of the error that it was asked for; null: nothing, or another end before. */
+    expected: Expected | null;
+}
+
+/** Seconds that are left; `most` null: perhaps never. */
+export interface Expected {
+    s: number;
+    least: number;
+    most: number | null;
 }
 
 /** The line through the logarithms: error = at1s * s^slope. */
@@ -47,7 +56,7 @@ export interface Fit {
 /** When a picture has an error: `s` seconds after it began. */
 export type Outlook = { is: 'reached' | 'ahead'; s: number } | { is: 'unknown' | 'not in sight' };
 
-const NOTHING: Course = { s: 0, spp: 0, points: [], stopped: '' };
+const NOTHING: Course = { s: 0, spp: 0, points: [], stopped: '', expected: null };
 
 export class Convergence {
     readonly course = signal<Course>(NOTHING);
@@ -81,6 +90,7 @@ export class Convergence {
             spp,
             points: known ? withPoint(points, { s, bound: error.bound, rel: error.rel }) : points,
             stopped: stringOr(params.stopped_by, ''),
+            expected: params.converged === true ? null : expectedOf(params),
         };
         this.last = next;
     }
@@ -97,6 +107,12 @@ export class Convergence {
         this.course.value = NOTHING;
         this.last.rested = true;
     }
+}
+
+function expectedOf({ predicted, spent_ms }: JsonObject): Expected | null {
+    if (!isObject(predicted) || predicted.stopped_by !== 'error') return null;
+    const left = (ms: Json | undefined): number => Math.max(0, numberOr(ms, 0) - numberOr(spent_ms, 0)) / 1000;
+    return { s: left(predicted.ms), least: left(predicted.ms_least), most: predicted.ms_most === null ? null : left(predicted.ms_most) };
 }
 
 function withPoint(points: readonly Point[], p: Point): Point[] {
@@ -158,6 +174,12 @@ export function outlookInWords(name: string, outlook: Outlook, s: number): strin
         default:
             return `Too early to tell when it will be ${name}.`;
     }
+}
+
+/** The same as the server expects it. */
+export function expectedInWords(name: string, { s, least, most }: Expected): string {
+    const range = most === null ? `${duration(least)} or more` : `${duration(least)} to ${duration(most)}`;
+    return `${name} in about ${duration(s)} (${range}).`;
 }
 
 /** The curve for those who do not see it. */

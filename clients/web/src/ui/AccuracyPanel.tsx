@@ -1,7 +1,7 @@
 import { duration } from '../lib/format';
 import { linearScale } from '../lib/scale';
 import { numberOr } from '../protocol/types';
-import { FRESH, knownError, opacityOf, outlookInWords, type Outlook } from '../state/convergence';
+import { expectedInWords, FRESH, knownError, opacityOf, outlookInWords, type Outlook } from '../state/convergence';
 import { STOP_NAMES, STOPS, type Stop } from '../state/view';
 import { useApp } from './context';
 import { ErrorPlot } from './ErrorPlot';
@@ -74,9 +74,10 @@ function Prediction() {
     const ahead = STOP_NAMES.find((name) => STOPS[name] !== null && outlooks.get(name)!.is !== 'reached');
     const of = stop === 'exact' ? (ahead ?? 'exact') : stop;
     const name = of === 'fast' ? 'A first whole picture' : of === 'exact' ? 'All samples' : of;
+    const { s, expected } = app.convergence.course.value;
     return (
         <p title="From the fall of the error of this picture of late, as a straight line in the plot">
-            {outlookInWords(name, outlooks.get(of)!, app.convergence.course.value.s)}
+            {expected && of === stop ? expectedInWords(name, expected) : outlookInWords(name, outlooks.get(of)!, s)}
         </p>
     );
 }
