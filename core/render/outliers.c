@@ -44,7 +44,7 @@ static void limit_half(struct lanes *l, uint32_t half, float middle, float range
 
 /* At the edge of an object: a sample sees it or what is behind, which is no outlier of what others reflect. What is
  * beyond the limits there is summed apart. */
-static bool is_at_edge(const struct step *step, uint32_t x, uint32_t y)
+bool lum_outliers_are_at_edge(const struct step *step, uint32_t x, uint32_t y)
 {
     const uint32_t *object = step->r->guide->object;
     uint32_t w = step->m->w, h = step->m->h;
@@ -179,7 +179,7 @@ static void deal(const struct step *step, uint32_t x, uint32_t y, const struct d
     struct place place = place_of(step, x, y);
     struct lum_rgb beyond = lum_rgb_scale(s.beyond, d->gives);
     struct shared pixel = {.portions = lum_rgb_scale(portion(step, i), d->takes)};
-    if (is_at_edge(step, x, y)) { /* what the frame lacks there may be of what is before it */
+    if (lum_outliers_are_at_edge(step, x, y)) { /* what the frame lacks there may be of what is before it */
         pixel.edge = lum_rgb_scale(beyond, part_alone(&s));
     } else {
         float alike = part_alike(step, i, &s);
@@ -204,7 +204,7 @@ static void limit_pixel(const struct step *step, uint32_t x, uint32_t y, struct 
     limit_half(first, A, middle, range);
     limit_half(first, B, middle, range);
     deal(step, x, y, &(struct dealing){.gives = 1.0f, .takes = 1.0f}, inout_square);
-    if (!is_at_edge(step, x, y) || !in_both(first))
+    if (!lum_outliers_are_at_edge(step, x, y) || !in_both(first))
         return;
     struct sampled s = sampled_at(step, i);
     struct place place = place_of(step, x, y);
@@ -365,7 +365,7 @@ struct sampled lum_outliers_at(const struct step *step, uint32_t x, uint32_t y)
             rate.by_chance += weight * m->rates[at].by_chance;
         }
     s.share = lum_rgb_mul(rate.shared, portion(step, pixel));
-    s.at_edge = is_at_edge(step, x, y);
+    s.at_edge = lum_outliers_are_at_edge(step, x, y);
     if (!s.at_edge)
         s.part = part_alike(step, pixel, &s) * (is_bright(&s) ? 1.0f - rate.by_chance : 1.0f);
     else if (step->r->truth->n[0][pixel] > 0 &&

@@ -62,6 +62,8 @@ struct sampled {
     struct lum_rgb share;  /* of what is shared out what the pixel gets if it takes its whole portion */
 };
 
+/* True where an object has an edge, or is next to one. */
+bool lum_outliers_are_at_edge(const struct step *step, uint32_t x, uint32_t y);
 /* How much the frame lights a pixel: number of the class, and how far it is towards the next. */
 float lum_outliers_class(const struct step *step, size_t pixel);
 /* Limits `first` in a square of the grid by what is smoothed in `from`, and sums what is beyond. A job of a loop: ctx

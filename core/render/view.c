@@ -22,7 +22,7 @@ struct lum_view {
     uint32_t *tile_spp;
     struct lum_deferred deferred;
     struct lum_refinement refinement; /* methods that refine */
-    uint32_t block;               /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
+    uint32_t block;         /* of a rough view: pixels a side that each of its own stands for; 0: it is none */
     struct lum_view *rough; /* all but progressive methods: the same at a part of the resolution, for rough passes */
     struct lum_path_guide *guide; /* of its path traced samples; NULL: none was needed yet, or memory is short */
     struct lum_effect_noise effect_noise; /* likewise; without memory: not known */

@@ -53,7 +53,7 @@ test('each undo step is said to begin before anything of it is sent', async () =
         log.push(method);
         return Promise.resolve({});
     };
-    edits = new Edits(scene, { call: ask, onError: (e) => errors.push(e), onAccepted: () => undefined, onStep: () => log.push('step') });
+    edits = new Edits(scene, { call: ask, onError: (e) => errors.push(e), onAccepted: () => undefined, mayEdit: () => true, onStep: () => log.push('step') });
     edits.set('key', '/flux_lm', 1);
     edits.set('key', '/flux_lm', 2);
     await frame();
