@@ -65,9 +65,11 @@ struct lum_light_table {
     const float *pick_pdf;   /* per light: probability of being picked; 0 when it does not emit */
     uint32_t n_active;
     const struct lum_light_tree *tree; /* of those that are somewhere (tree.h) */
-    float tree_share;                  /* sum of pick_pdf of those that are in it; 0: fewer than two of them emit */
-    uint32_t environment;              /* index, or LUM_NO_OBJECT */
-    float scene_radius;                /* of the sphere around the bounds */
+    const uint32_t *afar;              /* indices of those active that are not in it */
+    uint32_t n_afar;
+    float tree_share;     /* sum of pick_pdf of those that are in it; 0: fewer than two of them emit */
+    uint32_t environment; /* index, or LUM_NO_OBJECT */
+    float scene_radius;   /* of the sphere around the bounds */
 };
 
 /* Picks an emitting light, for no place above others (see tree.h); u is remapped to a fresh number. LUM_NO_OBJECT when

@@ -163,20 +163,39 @@ float lum_lights_pick_pdf(const struct lum_light_table *t, struct lum_vec3 p, st
     return LUM_LIGHT_BLIND_SHARE * blind + (1.0f - LUM_LIGHT_BLIND_SHARE) * t->tree_share * prob;
 }
 
+/* One of those that are nowhere, such as suns and skies; x: a number below the sum of their probabilities. */
+static uint32_t pick_from_afar(const struct lum_light_table *t, float x, float *ret_prob)
+{
+    float below = 0.0f;
+    uint32_t i = 0;
+    while (i + 1 < t->n_afar && x >= below + t->pick_pdf[t->afar[i]])
+        below += t->pick_pdf[t->afar[i++]];
+    if (i >= t->n_afar)
+        return LUM_NO_OBJECT;
+    *ret_prob = t->pick_pdf[t->afar[i]];
+    return t->afar[i];
+}
+
+/* First whether the tree, the table, or what is from afar: of a float's 24 bits the tree gets what this leaves. */
 uint32_t lum_lights_pick_from(const struct lum_light_table *t, struct lum_vec3 p, struct lum_vec3 n, float u,
                               float *ret_prob)
 {
-    uint32_t light = lum_lights_pick(t, &u, ret_prob);
-    if (light == LUM_NO_OBJECT || !is_in_tree(t, light))
-        return light;
-    if (u < LUM_LIGHT_BLIND_SHARE) {
-        *ret_prob = lum_lights_pick_pdf(t, p, n, light);
+    const float guided = (1.0f - LUM_LIGHT_BLIND_SHARE) * t->tree_share;
+    uint32_t light;
+    if (!(t->tree_share > 0.0f))
+        return lum_lights_pick(t, &u, ret_prob);
+    if (u < guided) {
+        float prob;
+        light = descend(t->tree, p, n, lum_min(u / guided, 0x1.fffffep-1f), &prob);
+        if (light != LUM_NO_OBJECT)
+            *ret_prob = LUM_LIGHT_BLIND_SHARE * t->pick_pdf[light] + guided * prob;
         return light;
     }
-    float prob;
-    light = descend(t->tree, p, n,
-                    lum_min((u - LUM_LIGHT_BLIND_SHARE) / (1.0f - LUM_LIGHT_BLIND_SHARE), 0x1.fffffep-1f), &prob);
+    if (u >= guided + LUM_LIGHT_BLIND_SHARE && t->n_afar > 0)
+        return pick_from_afar(t, (u - guided - LUM_LIGHT_BLIND_SHARE) / (1.0f - LUM_LIGHT_BLIND_SHARE), ret_prob);
+    u = lum_min((u - guided) / LUM_LIGHT_BLIND_SHARE, 0x1.fffffep-1f);
+    light = lum_lights_pick(t, &u, ret_prob);
     if (light != LUM_NO_OBJECT)
-        *ret_prob = LUM_LIGHT_BLIND_SHARE * t->pick_pdf[light] + (1.0f - LUM_LIGHT_BLIND_SHARE) * t->tree_share * prob;
+        *ret_prob = lum_lights_pick_pdf(t, p, n, light);
     return light;
 }

@@ -1,7 +1,7 @@
 /* Which of many lights to sample from a point: a tree of the lights that are somewhere, whose nodes know where theirs
  * lie, to where they shine and how much. From the root down a side is chosen by how much light its lights can bring at
- * most, were nothing in between (Conty Estevez and Kulla 2018). A light that can bring none is never chosen, and every
- * other is: the estimate stays unbiased. */
+ * most, were nothing in between (Conty Estevez and Kulla 2018). What can bring none is not chosen so, and all else may
+ * be: the estimate is unbiased. */
 #ifndef LUM_CORE_LIGHT_TREE_H
 #define LUM_CORE_LIGHT_TREE_H
 
@@ -53,6 +53,8 @@ bool lum_light_tree_build(struct lum_light_tree *tree, const struct lum_light_re
 void lum_light_tree_brighten(struct lum_light_tree *tree, const struct lum_light *lights, const float *shines);
 /* The same lights, brighter or not. False: out of memory. */
 bool lum_light_tree_copy(struct lum_light_tree *tree, const struct lum_light_tree *from);
+/* The same lights in the same places, as bright. */
+bool lum_light_tree_same(const struct lum_light_tree *a, const struct lum_light_tree *b);
 void lum_light_tree_finish(struct lum_light_tree *tree); /* accepts zeroes */
 
 /* Of the picks of lights that are somewhere, this share goes by the table as if there were no tree: what is near may be
@@ -60,8 +62,8 @@ void lum_light_tree_finish(struct lum_light_tree *tree); /* accepts zeroes */
 #define LUM_LIGHT_BLIND_SHARE 0.2f
 
 /* Of a surface that faces n, from one side; 0 0 0: from both, or of a point in fog. Both agree: pick comes to light i
- * with probability pick_pdf. A number u makes several choices, and is not to be used again. LUM_NO_OBJECT: no light
- * reaches p. Thread: any. */
+ * with probability pick_pdf. A number u makes several choices, and is not to be used again. LUM_NO_OBJECT: none was
+ * picked, which is a sample, and black. Thread: any. */
 uint32_t lum_lights_pick_from(const struct lum_light_table *t, struct lum_vec3 p, struct lum_vec3 n, float u,
                               float *ret_prob);
 float lum_lights_pick_pdf(const struct lum_light_table *t, struct lum_vec3 p, struct lum_vec3 n, uint32_t light);

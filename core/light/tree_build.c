@@ -312,6 +312,16 @@ bool lum_light_tree_copy(struct lum_light_tree *tree, const struct lum_light_tre
     return true;
 }
 
+bool lum_light_tree_same(const struct lum_light_tree *a, const struct lum_light_tree *b)
+{
+    size_t n_leaves = a->n_lights * sizeof *a->leaf_of, n_units = a->n_lights * sizeof *a->unit;
+    if (a->n_nodes != b->n_nodes || a->n_lights != b->n_lights)
+        return false;
+    return (a->n_nodes == 0 || memcmp(a->nodes, b->nodes, a->n_nodes * sizeof *a->nodes) == 0) &&
+           (a->n_lights == 0 ||
+            (memcmp(a->leaf_of, b->leaf_of, n_leaves) == 0 && memcmp(a->unit, b->unit, n_units) == 0));
+}
+
 void lum_light_tree_finish(struct lum_light_tree *tree)
 {
     lum_free(tree->nodes);

@@ -98,10 +98,19 @@ bool lum_refine_is_due(const struct lum_refinement *r, uint32_t spp, uint32_t ma
 static struct lum_film_error error_of(const struct lum_residual *job)
 {
     double n = (double)job->picture->w * job->picture->h, square = fmax(job->error, 0.0);
+    if (!isfinite(job->error) || !isfinite(job->mean))
+        return LUM_FILM_ERROR_UNKNOWN;
     if (!(job->mean > 0.0))
         return (struct lum_film_error){0.0, 0.0, n, 1.0};
     return (struct lum_film_error){sqrt(square * n) / job->mean, sqrt((square + LUM_SURE * job->doubt) * n) / job->mean,
                                    n, 1.0};
+}
+
+/* Of the samples, over the mean of the picture as the error is; but for that of what shines by itself. */
+static double noise_of(const struct lum_film *truth, const struct lum_residual *job)
+{
+    double mean = job->mean / ((double)truth->w * truth->h);
+    return lum_film_error(truth).bound * (mean > 0.0 ? lum_film_mean_luminance(truth) / mean : 1.0);
 }
 
 #define SQUARE 8.0 /* side of the squares of pixels that errors are told by (film/error.c) */
@@ -140,7 +149,7 @@ enum lum_status lum_refine_apply(struct lum_refinement *r, uint32_t spp, const s
         return LUM_OK;
     runner->counters[0].nonfinite += job.nonfinite;
     r->error = LUM_FILM_ERROR_UNKNOWN;
-    r->noise = spp >= KNOWN_SPP ? lum_film_error(&r->truth).bound : (double)NAN;
+    r->noise = spp >= KNOWN_SPP ? noise_of(&r->truth, &job) : (double)NAN;
     if (spp >= KNOWN_SPP)
         r->error = error_of(&job);
     doubt_noise(&r->error, r->noise, film);

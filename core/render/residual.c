@@ -432,6 +432,14 @@ struct shown {
     float sampled_a, sampled_b;
 };
 
+/* By a half alone, its samples' albedo, too: of the other's samples it knows nothing. */
+static float by_half(const struct step *step, size_t i, int half)
+{
+    struct lum_rgb albedo = lum_residual_albedo_by(step, i, half);
+    struct lum_rgb residual = take(&step->m->blend[i], half ? B : A);
+    return lum_luminance(lum_rgb_add(lum_residual_painted(step, i, albedo), lum_rgb_mul(residual, albedo)));
+}
+
 /* But for what shines by itself. */
 static struct shown light_at(const struct step *step, uint32_t x, uint32_t y)
 {
@@ -449,10 +457,8 @@ static struct shown light_at(const struct step *step, uint32_t x, uint32_t y)
     c = lum_rgb_add(c, lum_rgb_mul(mean_of(&m->blend[i]), albedo));
     c = lum_rgb(lum_max(c.r, least * lum_min(frame.r, samples.r)), lum_max(c.g, least * lum_min(frame.g, samples.g)),
                 lum_max(c.b, least * lum_min(frame.b, samples.b)));
-    float both = lum_luminance(frame) + lum_luminance(share) + stays * lum_luminance(s.beyond);
-    float a = lum_luminance(lum_rgb_mul(take(&m->blend[i], A), albedo)) + both + stays * s.beyond_apart;
-    float b = lum_luminance(lum_rgb_mul(take(&m->blend[i], B), albedo)) + both - stays * s.beyond_apart;
-    return (struct shown){c, a, b, s.a, s.b};
+    float both = lum_luminance(share) + stays * lum_luminance(s.beyond), apart = stays * s.beyond_apart;
+    return (struct shown){c, by_half(step, i, 0) + both + apart, by_half(step, i, 1) + both - apart, s.a, s.b};
 }
 
 static struct lum_rgb picture_at(const struct step *step, uint32_t x, uint32_t y, struct sums *inout_sums)

@@ -12,19 +12,29 @@ static float frame_weight(const struct lum_residual *r, size_t i)
     return (smoothed ? (float)LUM_EDGE_RAYS : 1.0f) / (float)(n > 0 ? n : 1);
 }
 
-struct lum_rgb lum_residual_albedo(const struct step *step, size_t i)
+/* As samples of halves first to last met it, and the frame, half of it for each. */
+static struct lum_rgb albedo_of(const struct step *step, size_t i, int first, int last)
 {
     const struct lum_film *film = step->r->truth;
-    struct lum_rgb frame = lum_residual_frame_albedo(step, i);
-    if (!film->first[0])
-        return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
-    float n = frame_weight(step->r, i);
-    struct lum_rgb sum = lum_rgb_scale(frame, n);
-    for (int half = 0; half < 2; half++) {
+    float n = 0.5f * (float)(1 + last - first) * frame_weight(step->r, i);
+    struct lum_rgb sum = lum_rgb_scale(lum_residual_frame_albedo(step, i), n);
+    for (int half = first; half <= last; half++) {
         sum = lum_rgb_mad(sum, half_albedo(step, i, half), (float)film->n[half][i]);
         n += (float)film->n[half][i];
     }
     return lum_rgb_scale(sum, 1.0f / n);
+}
+
+struct lum_rgb lum_residual_albedo(const struct step *step, size_t i)
+{
+    if (step->r->truth->first[0])
+        return albedo_of(step, i, 0, 1);
+    return lum_rgb_scale(lum_rgb_add(step->r->guide->albedo[i], lum_grey(ALBEDO_FLOOR)), step->scale);
+}
+
+struct lum_rgb lum_residual_albedo_by(const struct step *step, size_t i, int half)
+{
+    return step->r->truth->first[0] ? albedo_of(step, i, half, half) : lum_residual_albedo(step, i);
 }
 
 /* Where it was smoothed, of all that it is smoothed by. */

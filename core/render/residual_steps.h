@@ -93,6 +93,8 @@ static inline struct lum_rgb half_albedo(const struct step *step, size_t i, int 
 
 /* The same of all its samples; without any, that of its middle. */
 struct lum_rgb lum_residual_albedo(const struct step *step, size_t i);
+/* And of those of one half. */
+struct lum_rgb lum_residual_albedo_by(const struct step *step, size_t i, int half);
 /* The albedo that the frame shows there. */
 struct lum_rgb lum_residual_frame_albedo(const struct step *step, size_t i);
 

@@ -34,7 +34,7 @@ static bool same_emitter_shapes(const struct lum_light_part *a, const struct lum
 static bool same_lights(const struct lum_light_part *a, const struct lum_light_part *b)
 {
     return a->n == b->n && memcmp(a->items, b->items, a->n * sizeof *a->items) == 0 && same_emitter_shapes(a, b) &&
-           memcmp(&a->bounds, &b->bounds, sizeof a->bounds) == 0;
+           memcmp(&a->bounds, &b->bounds, sizeof a->bounds) == 0 && lum_light_tree_same(&a->tree, &b->tree);
 }
 
 static bool same_cameras(const struct lum_camera_part *a, const struct lum_camera_part *b)

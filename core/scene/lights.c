@@ -323,6 +323,7 @@ static void fill_table(struct lum_light_part *part)
         .environment = find_environment(part),
         .scene_radius = bounding_radius(&part->bounds),
         .tree = tree,
+        .afar = part->afar,
     };
     double total = 0.0, sum = 0.0, n_emitting = 0.0, somewhere = 0.0;
     for (uint32_t i = 0; i < part->n; i++) {
@@ -345,6 +346,8 @@ static void fill_table(struct lum_light_part *part)
         if (tree->n_nodes > 0 && tree->leaf_of[i] != LUM_NO_OBJECT) {
             somewhere += (double)part->pick_pdf[i];
             n_somewhere++;
+        } else {
+            part->afar[part->table.n_afar++] = i;
         }
     }
     if (n_active) { /* rounding may leave the last value a little off 1 */
@@ -411,6 +414,7 @@ static struct lum_light_part *part_alloc(uint32_t n)
     lum_refs_init(&part->refs);
     part->items = lum_calloc(n, sizeof *part->items);
     part->active = lum_calloc(n, sizeof *part->active);
+    part->afar = lum_calloc(n, sizeof *part->afar);
     part->active_cdf = lum_calloc(n, sizeof *part->active_cdf);
     part->pick_pdf = lum_calloc(n, sizeof *part->pick_pdf);
     part->cdfs = lum_calloc(n, sizeof(struct lum_area_cdf *));
@@ -419,8 +423,8 @@ static struct lum_light_part *part_alloc(uint32_t n)
     part->webs = lum_calloc(n, sizeof(struct lum_web *));
     part->shapes = lum_calloc(n, sizeof *part->shapes);
     part->shape_lights = lum_calloc(n, sizeof *part->shape_lights);
-    if (part->items && part->active && part->active_cdf && part->pick_pdf && part->cdfs && part->means && part->envs &&
-        part->webs && part->shapes && part->shape_lights)
+    if (part->items && part->active && part->afar && part->active_cdf && part->pick_pdf && part->cdfs && part->means &&
+        part->envs && part->webs && part->shapes && part->shape_lights)
         return part;
     lum_light_part_unref(part);
     return NULL;
@@ -439,6 +443,7 @@ void lum_light_part_unref(struct lum_light_part *part)
     }
     lum_free(part->items);
     lum_free(part->active);
+    lum_free(part->afar);
     lum_free(part->active_cdf);
     lum_free(part->pick_pdf);
     lum_light_tree_finish(&part->tree);

@@ -55,7 +55,7 @@ struct lum_light_part {
     struct lum_bounds bounds; /* of the instances and the emitter shapes */
     struct lum_light_table table;
     struct lum_light *items;
-    uint32_t *active;
+    uint32_t *active, *afar;
     float *active_cdf, *pick_pdf;
     struct lum_light_tree tree;
     struct lum_area_cdf **cdfs;      /* per light; NULL but for mesh emitters */

@@ -421,6 +421,13 @@ static void look_around(struct lum_net *net)
             serve(net, net->conns[i]);
 }
 
+/* Of a close frame: the client is done (1000), or its page is (1001). Others are broken connections. */
+static bool is_leaving(const void *payload, size_t n_bytes)
+{
+    const uint8_t *code = payload;
+    return n_bytes >= 2 && code[0] == 1000 >> 8 && (code[1] == (1000 & 255) || code[1] == (1001 & 255));
+}
+
 static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t len)
 {
     struct lum_net *net = lws_context_user(lws_get_context(wsi));
@@ -457,7 +464,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_TIMER:
         return c ? ws_timer(c) : 0;
     case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE:
-        if (c->session && len >= 2 && ((const uint8_t *)in)[0] == 1000 >> 8 && ((const uint8_t *)in)[1] == (1000 & 255))
+        if (c->session && is_leaving(in, len))
             lum_session_leave(c->session);
         return 0;
     case LWS_CALLBACK_CLOSED:

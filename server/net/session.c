@@ -397,7 +397,7 @@ static void deliver(struct lum_sessions *sessions, struct lum_out *out)
         add_stream(s, out);
     } else if (out->kind == LUM_OUT_VIEW_CLOSED) {
         remove_stream(s, out->view_id);
-    } else {
+    } else if (!outstayed(s)) {
         lum_session_say(s, out->text);
         out->text = NULL;
     }

@@ -30,6 +30,8 @@ static bool set_user(struct lum_session *s, const struct lum_hello *hello, int64
     }
     const char *client = s->person.name[0] ? s->person.name : hello->client;
     lum_user_name(client, s->ref, s->table->config.starts, s->user);
+    if (!lum_session_may_be(s, s->user)) /* a program that calls itself as somebody is called */
+        lum_user_name("guest", s->ref, s->table->config.starts, s->user);
     while (!name_is_free(s->table, s->user) && strlen(s->user) + 1 < sizeof s->user)
         strcat(s->user, "_");
     return false;

@@ -50,7 +50,7 @@ bool lum_session_may_be(const struct lum_session *s, const char *name)
     if (s->person.name[0])
         return is_name_of(name, s->person.name);
     for (size_t i = 0; people && i < people->n; i++)
-        if (is_name_of(name, people->list[i].name))
+        if (is_name_of(name, people->list[i].name) || strcmp(name, people->list[i].name) == 0)
             return false;
     return true;
 }

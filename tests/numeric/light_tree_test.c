@@ -199,6 +199,31 @@ static void dark_lights_are_not_picked(void **state)
     lum_snapshot_unref(s);
 }
 
+/* The mesh, its size and its light stay as they were: where it is does not. */
+static void a_glowing_object_that_moved_is_looked_for_where_it_is(void **state)
+{
+    struct fixture *f = *state;
+    const double places[2][3] = {{0.3, 0.4, 0.5}, {-0.9, 0.1, 0.6}};
+    for (uint32_t k = 0; k < 2; k++) {
+        const struct lum_snapshot *s = NULL;
+        if (k == 0)
+            lum_snapshot_unref(light_up(f));
+        put_object(f->scene, "glowing-sphere", "sphere", "glow",
+                   scaled_at(0.2, places[k][0], places[k][1], places[k][2]));
+        s = commit(f);
+        for (uint32_t light = 0; light < s->lights.n_lights; light++) {
+            if (strcmp(s->lights.lights[light].id, "glowing-sphere") != 0)
+                continue;
+            uint32_t leaf = s->lights.tree->leaf_of[light], side = leaf % LUM_LIGHT_SIDES;
+            const struct lum_light_node *node = &s->lights.tree->nodes[leaf / LUM_LIGHT_SIDES];
+            struct lum_vec3 is = lum_v3(node->centre[0][side], node->centre[1][side], node->centre[2][side]);
+            struct lum_vec3 at = to_scene(s, places[k][0], places[k][1], places[k][2]);
+            assert_true(lum_length(lum_v3_sub(is, at)) < 1e-3f * sqrtf(node->radius2[side]));
+        }
+        lum_snapshot_unref(s);
+    }
+}
+
 int main(void)
 {
 #define TEST(function) cmocka_unit_test_setup_teardown(function, fixture_setup, fixture_teardown)
@@ -207,6 +232,7 @@ int main(void)
         TEST(picks_are_as_probable_as_they_say),
         TEST(picks_go_where_light_comes_from),
         TEST(dark_lights_are_not_picked),
+        TEST(a_glowing_object_that_moved_is_looked_for_where_it_is),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

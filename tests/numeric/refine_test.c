@@ -429,6 +429,36 @@ static void threads_do_not_matter(void **state)
     stage_end(&three);
 }
 
+/* Even light on a texture finer than pixels: each sample meets the one paint or the other, by chance. All of the error
+ * is how many of each a pixel's samples met, and it is said: over all pixels to a deviation of sqrt(2 / N), 1 %, and as
+ * far as ten samples tell the variance of a binomial, whose kurtosis is below 3. */
+static void the_error_of_a_fine_texture_is_said(void **state)
+{
+    (void)state;
+    struct stage s;
+    struct lum_error err;
+    stage_begin(&s, 2);
+    assert_int_equal(lum_film_keep_first(&s.samples, &err), LUM_OK);
+    const double light = 2.0 * TRUTH, dark = 0.2, bright = 0.8, floor = 0.05; /* as residuals are divided */
+    for (uint32_t i = 0; i < N; i++)
+        s.frame[i] = lum_grey((float)(light * (0.5 + floor)));
+    for (uint32_t k = 0; k < 10; k++)
+        for (uint32_t i = 0; i < N; i++) {
+            double paint = noise(i, k) > 0.0 ? bright : dark;
+            struct lum_film_first first = {.albedo = lum_grey((float)paint)};
+            uint64_t nonfinite = 0;
+            lum_film_add_apart(&s.samples, i % W, i / W, k, lum_grey((float)(light * (paint + floor))), &first,
+                               &nonfinite);
+        }
+    apply(&s);
+    double is = 0.0, all = light * (0.5 * (dark + bright) + floor);
+    for (uint32_t i = 0; i < N; i++)
+        is += (shown(&s, i) - all) * (shown(&s, i) - all);
+    print_message("squared error %g, %g is said\n", is / N, s.result.error / N);
+    assert_true(is > 0.0 && s.result.error > 0.8 * is && s.result.error < 1.5 * is);
+    stage_end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -439,6 +469,7 @@ int main(void)
         cmocka_unit_test(it_ends_at_the_samples),
         cmocka_unit_test(the_error_is_what_it_says),
         cmocka_unit_test(the_error_is_covered),
+        cmocka_unit_test(the_error_of_a_fine_texture_is_said),
         cmocka_unit_test(the_error_is_a_number_in_any_light),
         cmocka_unit_test(samples_that_miss_a_lamp_are_numbers),
         cmocka_unit_test(one_sample_corrects),

@@ -432,11 +432,11 @@ export class App {
         this.picture?.reset();
         const follows = this.comeback.online(hello, !this.cameraChosen);
         try {
+            if (hello.resumed === true) void this.edits.repeat(); /* before anything newer is sent */
             if (!follows) await this.follower.begin();
             this.forgetGone();
             if (this.mayMeasure.value) this.sensors.begin();
-            if (hello.resumed === true) void this.edits.repeat();
-            else this.tellLost();
+            if (hello.resumed !== true) this.tellLost();
             if (!this.cameraChosen) this.goHome();
             this.cameraChosen = true;
             await this.view.open();
@@ -498,8 +498,8 @@ export class App {
         this.meter.received(message.byteLength);
         try {
             const frame = decodeFrame(message);
-            if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
-            else if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
+            if (this.view.owns(frame.header.viewId)) this.picture?.receive(frame);
+            else if (this.reference.owns(frame.header.viewId)) this.reference.receive(frame);
         } catch (error) {
             this.report(error as Error);
         }

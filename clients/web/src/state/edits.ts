@@ -169,6 +169,7 @@ export class Edits {
 
     /** Sends them once more, and not again after that. */
     async resend(): Promise<void> {
+        if (!this.host.mayEdit()) return;
         const again = this.lost.splice(0);
         for (const l of again) await this.told(this.perform(l, false));
     }
