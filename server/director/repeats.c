@@ -104,6 +104,9 @@ void lum_repeats_lose(struct lum_director *d, uint64_t durable)
 void lum_repeats_forget(struct lum_director *d, const char *user)
 {
     struct lum_repeats **at = find(d, user), *r = *at;
+    for (struct lum_import_job *job = d->jobs; job; job = job->next)
+        if (strcmp(job->request->user, user) == 0)
+            job->request->op_id[0] = '\0'; /* or its end would remember a user whom nobody forgets any more */
     if (!r)
         return;
     *at = r->next;

@@ -18,6 +18,7 @@ void lum_repeats_note_refused(struct lum_director *d, const struct lum_request *
 bool lum_repeats_answer(struct lum_director *d, const struct lum_request *q);
 /* Edits of entries after this one were taken back: they were not done. */
 void lum_repeats_lose(struct lum_director *d, uint64_t durable);
+/* The user will not come back, nor ask for imports that are under way. */
 void lum_repeats_forget(struct lum_director *d, const char *user);
 void lum_repeats_destroy(struct lum_repeats *all); /* accepts NULL */
 
