@@ -1,4 +1,5 @@
 #include "core/render/deferred.h"
+#include "core/effect/direct/direct.h"
 #include "core/method/method.h"
 
 #include <assert.h>
@@ -98,7 +99,7 @@ static struct plan make_plan(const struct lum_deferred *d, const struct lum_pass
     const struct lum_method *method = pass->settings->method;
     struct plan plan = {.n = 0};
     /* Runs even without a light: it also shows what shines by itself. */
-    plan_stage(&plan, method->serves[LUM_EFFECT_DIRECT]);
+    plan_stage(&plan, &lum_estimator_shadow);
     plan_stage(&plan, &lum_stage_composite);
     for (int e = 0; e < LUM_EFFECT_COUNT; e++)
         if (pass->on[e] && !(pass->settings->illuminance && is_of_luminance((enum lum_effect)e)))

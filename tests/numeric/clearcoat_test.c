@@ -1,9 +1,7 @@
 /* Clear coats (lacquer, varnish): what they reflect, and what they leave to what lies below. Closed forms, by every
  * method that has the effects. */
 #include "core/method/method.h"
-#include "tests/support/rig.h"
-
-#define PI 3.14159265358979323846
+#include "tests/numeric/reading.h"
 
 static struct lum_material_desc lacquered(float base, float roughness)
 {
@@ -17,38 +15,6 @@ static struct lum_material_desc lacquered(float base, float roughness)
 static double fresnel(double cos)
 {
     return 0.04 + 0.96 * pow(1.0 - cos, 5.0);
-}
-
-/* Mean of SEEDS pictures of a method, and the standard error of that. Of `live` its first frames. */
-struct reading {
-    double mean, error;
-};
-
-enum { SEEDS = 12 };
-
-static struct reading read_picture(struct rig *r, const struct lum_method *method, uint32_t spp)
-{
-    struct reading sum = {0};
-    r->settings.method = method;
-    r->settings.max_spp = method->progressive ? spp : 1;
-    for (r->settings.seed = 0; r->settings.seed < SEEDS; r->settings.seed++) {
-        rig_fresh_view(r);
-        while (!rig_pass(r).complete && !method->refines)
-            continue;
-        double value = (double)rig_mean(r).g;
-        sum.mean += value / SEEDS;
-        sum.error += value * value / SEEDS;
-    }
-    r->settings.seed = 0;
-    sum.error = sqrt(fmax(0.0, sum.error - sum.mean * sum.mean) / (SEEDS - 1));
-    return sum;
-}
-
-/* share: by which it may be off besides four standard errors. */
-static void check(const char *what, const struct lum_method *method, struct reading got, double want, double share)
-{
-    if (!(fabs(got.mean - want) <= 4.0 * got.error + share * want))
-        fail_msg("%s, %s: %.5g +- %.3g, closed form %.5g", what, method->name, got.mean, got.error, want);
 }
 
 /* A white base under a clear coat does not show where light is the same from everywhere: the table of albedos is known

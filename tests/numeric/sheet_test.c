@@ -2,9 +2,7 @@
 #include "core/cache/kind.h"
 #include "core/method/method.h"
 #include "core/scene/shapes.h"
-#include "tests/support/rig.h"
-
-#define PI 3.14159265358979323846
+#include "tests/numeric/reading.h"
 
 static struct lum_material_desc sheet(float reflects, float transmits)
 {
@@ -22,38 +20,6 @@ static void put_sphere(struct rig *r, const char *id, double diameter)
         .positions_f = m.positions, .indices = m.indices, .n_vertices = m.n_vertices, .n_triangles = m.n_triangles};
     RIG_OK(lum_scene_put_mesh(r->scene, id, &d, &err));
     lum_shape_finish(&m);
-}
-
-/* Mean of SEEDS pictures of a method, and the standard error of that. Of `live` its first frames. */
-struct reading {
-    double mean, error;
-};
-
-enum { SEEDS = 12 };
-
-static struct reading read_picture(struct rig *r, const struct lum_method *method, uint32_t spp)
-{
-    struct reading sum = {0};
-    r->settings.method = method;
-    r->settings.max_spp = method->progressive ? spp : 1;
-    for (r->settings.seed = 0; r->settings.seed < SEEDS; r->settings.seed++) {
-        rig_fresh_view(r);
-        while (!rig_pass(r).complete && !method->refines)
-            continue;
-        double value = (double)rig_mean(r).g;
-        sum.mean += value / SEEDS;
-        sum.error += value * value / SEEDS;
-    }
-    r->settings.seed = 0;
-    sum.error = sqrt(fmax(0.0, sum.error - sum.mean * sum.mean) / (SEEDS - 1));
-    return sum;
-}
-
-/* share: by which it may be off besides four standard errors. */
-static void check(const char *what, const struct lum_method *method, struct reading got, double want, double share)
-{
-    if (!(fabs(got.mean - want) <= 4.0 * got.error + share * want))
-        fail_msg("%s, %s: %.5g +- %.3g, closed form %.5g", what, method->name, got.mean, got.error, want);
 }
 
 /* What reflects one half and transmits the other does not show where light is the same from everywhere. */

@@ -165,7 +165,7 @@ test('the reference is a second view, path traced, at the same exposure; it foll
     const turned = () => asked('view.update').filter((m) => m.params.view_id === 2 && m.params.camera);
     await eventually(() => turned().length > 0, () => 'the reference was not turned');
     await eventually(async () => /^Referencepath/.test(await tag('left').textContent()), () => tag('left').textContent());
-    assert.equal(await tag('left').locator('em').count(), 0, 'of the same camera');
+    await eventually(async () => (await tag('left').locator('em').count()) === 0, () => 'of another camera');
     await assertAccessible();
     await reference.click();
     await eventually(() => asked('view.close').some((m) => m.params.view_id === 2), () => 'it was not closed');

@@ -42,6 +42,9 @@ export function retryDelay(failures: number, random: number): number {
     return Math.min(LAST_RETRY_MS, FIRST_RETRY_MS * 2 ** Math.min(failures, 20)) * (1 - 0.25 * random);
 }
 
+/** Close code: another connection went on with this session. */
+const GONE_ON_ELSEWHERE = 4009;
+
 export class Connection {
     private socket: WebSocket | null = null;
     private rpc: Rpc | null = null;
@@ -88,7 +91,9 @@ export class Connection {
             else this.events.onBinary(event.data);
         };
         socket.onclose = (event) => {
-            if (this.socket === socket) this.lost(event.reason);
+            if (this.socket !== socket) return;
+            if (event.code === GONE_ON_ELSEWHERE) this.session = this.key = ''; /* or both would send each other away for ever */
+            this.lost(event.reason);
         };
         this.silence = 0;
         this.beatTimer = setInterval(() => this.beat(), BEAT_MS) as unknown as number;

@@ -102,10 +102,19 @@ function Rows() {
 
 const optionId = (asset: string): string => `luminaire-${asset.replace(/[^A-Za-z0-9_-]/g, (c) => `_${c.charCodeAt(0)}`)}`;
 
+const FRAMES_TO_FOCUS = 120; // the handle is drawn once the scene has come back from the server
+
 /** The handle of what was placed takes the focus: the arrow keys move it. */
 async function placeByKey(placed: Promise<boolean>): Promise<void> {
-    if (!(await placed)) return;
-    requestAnimationFrame(() => document.querySelector<SVGElement>('.overlay .lamp.is-selected')?.focus());
+    if (await placed) focusHandle(FRAMES_TO_FOCUS);
+}
+
+function focusHandle(frames: number): void {
+    requestAnimationFrame(() => {
+        const handle = document.querySelector<SVGElement>('.overlay .lamp.is-selected');
+        if (handle) handle.focus();
+        else if (frames > 0) focusHandle(frames - 1);
+    });
 }
 
 interface RowProps {
