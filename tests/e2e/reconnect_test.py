@@ -63,6 +63,7 @@ class Resume(unittest.TestCase):
         rev = ws.call("scene.apply", {"ops": [dim("l", 2)]})["scene_rev"]
         ws.close()
         others = [self.bob.call("scene.apply", {"op_id": f"b{i}", "ops": [dim("l", 10 + i)]})["scene_rev"] for i in range(5)]
+        self.bob.call("stats.get")
         ws, again = self.back(hello, scene_rev=rev)
         self.assertEqual(again["missed"], 5)
         ws.call("stats.get")
@@ -82,6 +83,7 @@ class Resume(unittest.TestCase):
         for n, missed in ((1023, 1023), (1, 1024), (1, None)):
             for _ in range(n):
                 self.patiently("scene.apply", {"ops": [dim("l", 3)]})
+            self.patiently("stats.get", {})  # the news of the last are out: they come right after its reply
             ws, again = self.back(hello, scene_rev=rev)
             self.assertEqual(again["missed"], missed)
             ws.close()
