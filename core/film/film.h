@@ -2,7 +2,8 @@
  *
  * Two independent halves (even samples of even columns and odd ones of odd columns; the others) are kept apart in
  * double precision: their difference is an unbiased measure of the noise that is left. So after one sample each half
- * has every second pixel. One gate, lum_film_add, refuses and counts non-finite values: the count must stay 0. */
+ * has every second pixel. Whatever adds a sample refuses and counts non-finite values:
+ * the count must stay 0. */
 #ifndef LUM_CORE_FILM_FILM_H
 #define LUM_CORE_FILM_FILM_H
 

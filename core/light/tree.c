@@ -7,8 +7,8 @@
 
 /* ---- how much comes from a side of a node at most ---- */
 
-/* Lights nearer to each other than this many times their distance from a place are looked at one by one, or in smaller
- * groups: a group that is all around, or before and behind, says little of what it brings. */
+/* A group nearer than so many of its radii, squared, is looked at part by part: one that is all around a place, or
+ * before and behind it, says little of what it brings. NOTES has what other distances do. */
 #define NEAR2 (3.0f * 3.0f)
 
 struct brought {
