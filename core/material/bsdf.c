@@ -104,12 +104,18 @@ static float even_mean_below(const struct lum_bsdf *b)
 
 #define MEAN_COS 0.6667f /* of even light */
 
+/* Even in wi exactly: no coat over the base, and nothing that met several facets. */
+static bool is_matte(const struct lum_bsdf *b)
+{
+    return b->coat[1] == 0.0f && b->coat[2] == 0.0f && lum_rgb_black(b->multi);
+}
+
 /* What is even in wi but for how much of it gets through: the base under its coat, and light from several facets. */
 struct lum_rgb lum_bsdf_diffuse_at(const struct lum_bsdf *b, float cos_i)
 {
     struct lum_rgb base = b->diffuse, multi = lum_grey(0.0f);
     bool covered = is_covered(b);
-    if (b->coat[1] != 0.0f || b->coat[2] != 0.0f) { /* else matte: exactly */
+    if (!is_matte(b)) {
         struct lum_ggx_albedo e = lum_ggx_albedo(b->row, cos_i);
         float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);
         float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
@@ -276,7 +282,7 @@ struct lum_rgb lum_bsdf_eval(const struct lum_bsdf *b, struct lum_vec3 wo, struc
 struct lum_rgb lum_bsdf_diffuse_albedo(const struct lum_bsdf *b)
 {
     bool covered = is_covered(b);
-    if (b->coat[1] == 0.0f && b->coat[2] == 0.0f)
+    if (is_matte(b))
         return covered ? lum_rgb_scale(b->diffuse, even_mean_below(b)) : b->diffuse;
     struct lum_ggx_albedo e = lum_ggx_albedo_mean(b->row);
     float through = lum_max(b->coat[0] - b->coat[1] * e.scale - b->coat[2] * e.bias, 0.0f);

@@ -162,8 +162,14 @@ static struct lum_rgb sheet_color(const struct lum_material *m, struct lum_rgb b
                    lum_clamp(t.b, 0.0f, 1.0f - base.b));
 }
 
+/* Of which the surface is a mix; the rest is glass. */
+struct shares {
+    float metal, coated;
+    struct lum_rgb base;
+};
+
 /* The mix of metal, coated base and glass; each share times its own parameters (bsdf.h). */
-static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
+static struct shares init_lobes(struct lum_bsdf *b, const struct lum_material *m, const struct lum_surface *s)
 {
     struct lum_texel_value mr = lum_texture_sample(&m->metallic_roughness_tex, s->uv);
     float metal = clamp01(m->metallic * mr.rgb.b), roughness = clamp01(m->roughness * mr.rgb.g);
@@ -193,6 +199,7 @@ static void init_lobes(struct lum_bsdf *b, const struct lum_material *m, const s
     b->glass_f0 = f0;
     b->glass_f90 = specular;
     b->transmit = lum_rgb_scale(base, glass);
+    return (struct shares){metal, coated, base};
 }
 
 /* Fresnel reflectance of light that met two or more facets, from the mean reflectance and the mean albedo a of one
@@ -203,6 +210,11 @@ static float multiple_fresnel(float f0, float f90, float a)
     return f * f * a / (1.0f - f * (1.0f - a));
 }
 
+static struct lum_rgb multiple_fresnel_rgb(struct lum_rgb f0, float f90, float a)
+{
+    return lum_rgb(multiple_fresnel(f0.r, f90, a), multiple_fresnel(f0.g, f90, a), multiple_fresnel(f0.b, f90, a));
+}
+
 /* 1 - E at one direction, or its mean. */
 static float through_coat(const struct lum_bsdf *b, struct lum_ggx_albedo e)
 {
@@ -210,7 +222,7 @@ static float through_coat(const struct lum_bsdf *b, struct lum_ggx_albedo e)
 }
 
 /* What the interface leaves to the base and loses to several meetings, and the probabilities of sampling them. */
-static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
+static void init_weights(struct lum_bsdf *b, const struct shares *of, struct lum_vec3 wo)
 {
     b->coat[0] = b->coat_norm = b->coat_left = 1.0f;
     if (b->f90 == 0.0f && b->glass == 0.0f && lum_rgb_black(b->f0)) { /* matte: no interface */
@@ -223,11 +235,11 @@ static void init_weights(struct lum_bsdf *b, struct lum_vec3 wo)
     float lost = 1.0f - (e.scale + e.bias), mean_kept = mean.scale + mean.bias;
     float coat_f0 = lum_rgb_max(b->glass_f0), coat_f90 = b->glass_f90, coat_multi = 0.0f;
     if (b->alpha > 0.0f && mean_kept < 1.0f) {
-        struct lum_rgb multi = {multiple_fresnel(b->f0.r, b->f90, mean_kept),
-                                multiple_fresnel(b->f0.g, b->f90, mean_kept),
-                                multiple_fresnel(b->f0.b, b->f90, mean_kept)};
-        b->multi = lum_rgb_scale(multi, lum_max(lost, 0.0f) / (1.0f - mean_kept));
-        coat_multi = multiple_fresnel(coat_f0, coat_f90, mean_kept);
+        struct lum_rgb metal = multiple_fresnel_rgb(of->base, 1.0f, mean_kept);
+        struct lum_rgb coat = multiple_fresnel_rgb(b->glass_f0, coat_f90, mean_kept);
+        float scale = lum_max(lost, 0.0f) / (1.0f - mean_kept);
+        b->multi = lum_rgb_mad(lum_rgb_scale(metal, of->metal * scale), coat, of->coated * scale);
+        coat_multi = lum_rgb_max(coat);
     }
     b->coat[0] = 1.0f - coat_multi;
     b->coat[1] = coat_f0 - coat_multi;
@@ -300,8 +312,8 @@ void lum_bsdf_init(struct lum_bsdf *ret_bsdf, const struct lum_material *m, cons
         (struct lum_bsdf){.eta = 1.0f, .emission = lum_material_emission(m, s->emission, s->uv, s->vertex_color)};
     if (!init_frame(ret_bsdf, m, s, wo) || m->unlit)
         return;
-    init_lobes(ret_bsdf, m, s);
-    init_weights(ret_bsdf, wo);
+    struct shares shares = init_lobes(ret_bsdf, m, s);
+    init_weights(ret_bsdf, &shares, wo);
     if (lum_rgb_max(m->sheen_color) > 0.0f)
         lum_sheen_init(ret_bsdf, clamp01_rgb(m->sheen_color), clamp01(m->sheen_roughness), wo);
     if (m->clearcoat > 0.0f)

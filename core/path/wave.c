@@ -589,8 +589,7 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
     float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
     if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
         return;
-    if ((bsdf->clear.weight > 0.0f || bsdf->sheen.weight > 0.0f) &&
-        !(bs.pdf_sa > 0.0f)) /* mirrors are another estimator's */
+    if (!(bs.pdf_sa > 0.0f)) /* mirrors, and what goes straight through, are another estimator's */
         return;
     float reflected = lum_rgb_max(bs.weight) + lum_rgb_max(lum_bsdf_diffuse_albedo(bsdf));
     if (!(reflected > 0.0f))

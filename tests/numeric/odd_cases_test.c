@@ -245,6 +245,36 @@ static void without_refraction(struct odd *o)
     lum_free(empty);
 }
 
+/* What a rough surface of index 1 lets through goes straight on, and is counted once: a quarter of a floor is seen
+ * through a square that is half metal, a quarter glass and a quarter matt, with nothing above to reflect. What the
+ * square, seen from the floor as 2e-4 of a sphere, sends back down is less than 1 %. */
+static void straight_through_what_is_rough(struct odd *o)
+{
+    struct rig *r = &o->r;
+    struct lum_material_desc matt = rig_diffuse(0.6f), veil = rig_diffuse(1.0f);
+    veil.metallic = veil.transmission = 0.5f;
+    veil.roughness = 0.6f;
+    veil.ior = 1.0f;
+    veil.thin = true;
+    rig_material(r, "matt", &matt);
+    rig_material(r, "veil", &veil);
+    rig_square(r, "floor", 4);
+    rig_square(r, "square", 0.1);
+    rig_object(r, "floor", "floor", "matt", rig_v(0, 0, 0));
+    rig_object(r, "square", "square", "veil", rig_v(0, 2, 0.2));
+    rig_bulb(r, "lamp", rig_v(0.5, 0.75, 0), 100);
+    rig_camera(r, rig_v(0, 3, 0.3), rig_v(0, 0, 0), 1);
+    r->settings.w = r->settings.h = 12;
+    r->settings.max_spp = o->method->refines ? 1 : 16; /* else samples replace what its frame shows */
+    rig_commit(r);
+    render(o, "a floor through what is rough");
+    double d2 = 0.5 * 0.5 + 0.75 * 0.75, want = 0.25 * 0.6 / (double)LUM_PI * 100 * 0.75 / sqrt(d2) / d2;
+    double mean = (double)rig_mean(r).g;
+    if (!(fabs(mean - want) <= 0.01 * want))
+        fail_msg("%s: %.4f is seen of a floor through what lets a quarter straight through, expected %.4f",
+                 o->method->name, mean, want);
+}
+
 /* A chequered floor. */
 static void put_chequers(struct odd *o, const struct lum_material_desc *first, float other)
 {
@@ -405,7 +435,7 @@ static struct odd_case {
     {"lamps_in_surfaces", {in_a_surface}},
     {"far_away", {far_away}},
     {"lamps_without_strength", {without_strength}},
-    {"glass_without_refraction", {without_refraction}},
+    {"glass_without_refraction", {without_refraction, straight_through_what_is_rough}},
     {"black_does_not_bleed", {black_neighbours, black_neighbours_in_direct_light}},
     {"mirrors_are_filtered", {mirrored_light, black_among_mirrors}},
 };
