@@ -13,7 +13,7 @@ static const uint32_t made_stale[LUM_EDIT_COUNT] = {
     [LUM_EDIT_LIGHT_SHAPE] = BIT(SURFACES) | BIT(OWN_LAYER) | BIT(PLACES) | BIT(SHARED) | BIT(COMPONENTS) |
                              BIT(UNIT_LIGHT) | BIT(EDGES) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS) |
                              BIT(CAUSTICS),
-    /* No first hit, no visibility, no response: a dimmed light is another sum of what is kept, without a ray. */
+    /* Sums alone. No first hit, no visibility, no response: they are kept, so that a dimmed light traces no ray. */
     [LUM_EDIT_LIGHT_POWER] = BIT(SHARED) | BIT(COMPONENTS) | BIT(VPL_FLUX) | BIT(RECORDS),
     [LUM_EDIT_MEDIUM] =
         BIT(RESPONSE) | BIT(SHARED) | BIT(COMPONENTS) | BIT(UNIT_LIGHT) | BIT(VPL_PATHS) | BIT(VPL_FLUX) | BIT(RECORDS),
