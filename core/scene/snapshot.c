@@ -96,21 +96,43 @@ static struct lum_vec3d to_world(const struct lum_normalisation *norm, struct lu
                               norm->centre.z + (double)p.z / norm->scale};
 }
 
-/* From the front, a little to the right and above; far enough that the sphere around the bounds just fits. */
+/* How far an eye that looks along f at the middle of a box of half sides h has to be to see all corners, within a
+ * slope of slope upwards and of wide times that sideways. r, u: to its right, and up. */
+static double distance_to_see(struct lum_vec3d h, struct lum_vec3d r, struct lum_vec3d u, struct lum_vec3d f,
+                              double slope, double wide)
+{
+    double distance = 0.0;
+    for (int k = 0; k < 8; k++) {
+        struct lum_vec3d c = {k & 1 ? h.x : -h.x, k & 2 ? h.y : -h.y, k & 4 ? h.z : -h.z};
+        double right = fabs(c.x * r.x + c.y * r.y + c.z * r.z), up = fabs(c.x * u.x + c.y * u.y + c.z * u.z);
+        double ahead = c.x * f.x + c.y * f.y + c.z * f.z;
+        distance = fmax(distance, fmax(up, right / wide) / slope - ahead);
+    }
+    return distance;
+}
+
+#define FRAMING_WIDE 1.25  /* pictures are at least that wide, for their height */
+#define FRAMING_MARGIN 1.1 /* around what is shown */
+
+/* From the front, a little to the right and above; far enough that the bounds just fit. */
 struct lum_camera lum_snapshot_framing_camera(const struct lum_snapshot *s)
 {
     const double vfov_deg = 40.0, pi = 3.14159265358979323846;
-    struct lum_vec3d centre = s->norm.centre;
-    double radius = 1.0;
+    const double azimuth = 30.0 * pi / 180.0, elevation = 18.0 * pi / 180.0;
+    struct lum_vec3d centre = s->norm.centre, half = {1, 1, 1};
     if (s->bounds_lo.x <= s->bounds_hi.x) {
+        struct lum_vec3 size = lum_v3_mul(lum_v3_sub(s->bounds_hi, s->bounds_lo), 0.5f);
         centre = to_world(&s->norm, lum_v3_mul(lum_v3_add(s->bounds_lo, s->bounds_hi), 0.5f));
-        radius = 0.5 * (double)lum_length(lum_v3_sub(s->bounds_hi, s->bounds_lo)) / s->norm.scale;
+        half = (struct lum_vec3d){(double)size.x / s->norm.scale, (double)size.y / s->norm.scale,
+                                  (double)size.z / s->norm.scale};
     }
-    double azimuth = 30.0 * pi / 180.0, elevation = 18.0 * pi / 180.0;
-    double distance = radius / sin(0.5 * vfov_deg * pi / 180.0);
+    struct lum_vec3d back = {cos(elevation) * sin(azimuth), sin(elevation), cos(elevation) * cos(azimuth)};
+    struct lum_vec3d right = {cos(azimuth), 0, -sin(azimuth)}, ahead = {-back.x, -back.y, -back.z};
+    struct lum_vec3d up = {-sin(elevation) * sin(azimuth), cos(elevation), -sin(elevation) * cos(azimuth)};
+    double slope = tan(0.5 * vfov_deg * pi / 180.0) / FRAMING_MARGIN;
+    double distance = distance_to_see(half, right, up, ahead, slope, FRAMING_WIDE);
     return (struct lum_camera){
-        .position = {centre.x + distance * cos(elevation) * sin(azimuth), centre.y + distance * sin(elevation),
-                     centre.z + distance * cos(elevation) * cos(azimuth)},
+        .position = {centre.x + distance * back.x, centre.y + distance * back.y, centre.z + distance * back.z},
         .target = centre,
         .up = {0, 1, 0},
         .vfov_deg = vfov_deg,

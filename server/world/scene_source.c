@@ -1,6 +1,7 @@
 #include "server/world/scene_source.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,9 +14,12 @@
 
 #define LOADER "(scene)" /* not a user name that a session can have, so nobody undoes the scene away */
 
-/* Sky of a model without light: an overcast sky's luminance, so that automatic exposure has daylight to work with. */
+/* Light of a model that has none: that of a hazy day, so that automatic exposure has daylight to work with. Under the
+ * even sky alone white things cannot be told from what is behind them; the sun gives them a bright and a dark side. */
 #define DEFAULT_SKY_CD_M2 2000.0
+#define DEFAULT_SUN_LX 30000.0
 #define SKY_ID "default-sky"
+#define SUN_ID "default-sun"
 #define LIT_CD_M2 10.0f
 #define CAMERA_ID "main"
 
@@ -116,7 +120,8 @@ bool lum_edits_load(const char *replay, struct lum_ops *ret_ops, struct lum_prot
 /* Ids that every scene has, or that a bare model is given. */
 static bool is_reserved(const char *id)
 {
-    return strcmp(id, "render") == 0 || strcmp(id, CAMERA_ID) == 0 || strcmp(id, SKY_ID) == 0;
+    return strcmp(id, "render") == 0 || strcmp(id, CAMERA_ID) == 0 || strcmp(id, SKY_ID) == 0 ||
+           strcmp(id, SUN_ID) == 0;
 }
 
 /* An id from a file's name: "/x/Living room.glb" becomes "Living-room". */
@@ -231,8 +236,34 @@ static bool add_sky(struct lum_world *w, struct lum_proto_error *err)
         snprintf(r->light.kind, sizeof r->light.kind, "environment");
         r->light.flux_lm.set = r->light.intensity_cd.set = r->light.illuminance_lx.set = false;
         r->light.luminance_cd_m2 = (struct lum_opt){true, DEFAULT_SKY_CD_M2};
+    }
+    return add_record(w, r, err);
+}
+
+/* 45 degrees high, and as far to the left of who looks from the scene's camera: what is seen is lit, and so that its
+ * sides differ. */
+static bool add_sun(struct lum_world *w, struct lum_proto_error *err)
+{
+    struct lum_camera c;
+    if (!lum_world_camera(w, NULL, &c, err))
+        return false;
+    double x = c.target.x - c.position.x, z = c.target.z - c.position.z, length = hypot(x, z);
+    if (!(length > 0.0)) { /* straight up or down */
+        x = 0.0;
+        z = -1.0;
+        length = 1.0;
+    }
+    struct lum_record *r = lum_record_create(LUM_RECORD_LIGHT, SUN_ID);
+    if (r) {
+        snprintf(r->light.kind, sizeof r->light.kind, "directional");
+        r->light.flux_lm.set = r->light.intensity_cd.set = r->light.luminance_cd_m2.set = false;
+        r->light.illuminance_lx = (struct lum_opt){true, DEFAULT_SUN_LX};
+        r->light.direction[0] = (x - z) / length;
+        r->light.direction[1] = -sqrt(2.0);
+        r->light.direction[2] = (z + x) / length;
         lum_log(&w->log, LUM_LOG_INFO, "scene",
-                "the file has no light: added default-sky, an even environment of %g cd/m2", DEFAULT_SKY_CD_M2);
+                "the file has no light: added default-sky, an even environment of %g cd/m2, and default-sun of %g lx",
+                DEFAULT_SKY_CD_M2, DEFAULT_SUN_LX);
     }
     return add_record(w, r, err);
 }
@@ -258,7 +289,7 @@ static bool is_lit(const struct lum_snapshot *s)
 static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, struct lum_proto_error *err)
 {
     return (camera[0] ? choose_camera(w, camera, err) : add_framing_camera(w, err)) &&
-           (is_lit(w->snapshot) || add_sky(w, err)) && commit(w, err);
+           (is_lit(w->snapshot) || (add_sky(w, err) && commit(w, err) && add_sun(w, err))) && commit(w, err);
 }
 
 /* ---- all kinds ---- */

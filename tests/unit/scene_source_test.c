@@ -106,7 +106,7 @@ static void a_file_of_ops_names_its_bad_line(void **state)
     assert_string_equal(err.path, "mesh");
 }
 
-static void a_bare_model_gets_camera_and_sky(void **state)
+static void a_bare_model_gets_camera_sky_and_sun(void **state)
 {
     struct fixture *f = *state;
     struct lum_proto_error err;
@@ -119,6 +119,12 @@ static void a_bare_model_gets_camera_and_sky(void **state)
     assert_true(camera && camera->type == LUM_RECORD_CAMERA);
     assert_true(sky && sky->type == LUM_RECORD_LIGHT);
     assert_string_equal(sky->light.kind, "environment");
+    const struct lum_record *sun = lum_document_find(f->world.doc, "default-sun");
+    assert_true(sun && sun->type == LUM_RECORD_LIGHT);
+    /* from behind who looks, and from her left: along its light one looks ahead, and to the right */
+    const double *d = sun->light.direction, *from = camera->camera.position, *to = camera->camera.target;
+    double x = to[0] - from[0], z = to[2] - from[2];
+    assert_true(d[1] < 0.0 && d[0] * x + d[2] * z > 0.0 && -d[0] * z + d[2] * x > 0.0);
     assert_non_null(lum_document_find(f->world.doc, "a-bare-triangle")); /* an id made from the file's name */
 }
 
@@ -175,7 +181,7 @@ static void a_faint_glow_is_no_light_but_a_panel_is(void **state)
 static void a_model_may_have_any_name(void **state)
 {
     struct fixture *f = *state;
-    static const char *const names[] = {"render.gltf", "main.gltf", "default-sky.gltf", ".gltf"};
+    static const char *const names[] = {"render.gltf", "main.gltf", "default-sky.gltf", "default-sun.gltf", ".gltf"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         struct lum_proto_error err;
         write_file(f, names[i], triangle_gltf);
@@ -206,7 +212,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_built_in_scene_has_a_name, setup, teardown),
         cmocka_unit_test_setup_teardown(a_file_of_ops_names_its_bad_line, setup, teardown),
-        cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_and_sky, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_bare_model_gets_camera_sky_and_sun, setup, teardown),
         cmocka_unit_test_setup_teardown(a_model_is_seen_by_its_own_camera, setup, teardown),
         cmocka_unit_test_setup_teardown(a_faint_glow_is_no_light_but_a_panel_is, setup, teardown),
         cmocka_unit_test_setup_teardown(a_model_may_have_any_name, setup, teardown),
