@@ -220,6 +220,17 @@ static void warn_left_out(struct lum_gltf *g, const cJSON *o)
             lum_gltf_warn(g, "%s is not supported and left out", names[i]);
 }
 
+/* Shown alike whatever light there is: nothing real is, and glTF gives its colour no unit. Many scans of rooms are so,
+ * and would be black by day. As paint, the scene's light falls on it. */
+static void make_matt(struct lum_gltf *g, struct look *m)
+{
+    m->metallic = m->specular = m->transmission = 0.0;
+    m->roughness = 1.0;
+    m->metallic_roughness_texture = (struct texture){0};
+    m->emission[0] = m->emission[1] = m->emission[2] = 0.0;
+    lum_gltf_warn(g, "KHR_materials_unlit: taken as matt paint, lit by the scene's light");
+}
+
 static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
 {
     *m = (struct look){.base_color = {1, 1, 1, 1},
@@ -243,6 +254,8 @@ static bool read_look(struct lum_gltf *g, const cJSON *o, struct look *m)
     read_texture(g, o, "normalTexture", true, &m->normal_texture);
     m->normal_scale = lum_gltf_number(g, lum_gltf_object(g, o, "normalTexture"), "scale", 1.0);
     m->double_sided = lum_gltf_bool(g, o, "doubleSided", false);
+    if (m->unlit)
+        make_matt(g, m);
     warn_left_out(g, o);
     return lum_gltf_ok(g);
 }
@@ -333,7 +346,6 @@ static enum lum_status send_look(struct lum_gltf *g, const char *id, const struc
     lum_op_string(&op, "alpha_mode", m->alpha_mode);
     lum_op_number(&op, "alpha", m->base_color[3]);
     lum_op_number(&op, "alpha_cutoff", m->alpha_cutoff);
-    lum_op_bool(&op, "unlit", m->unlit);
     put_texture(&op, "base_color_texture", &m->base_color_texture);
     put_texture(&op, "metallic_roughness_texture", &m->metallic_roughness_texture);
     if (m->normal_texture.image)
@@ -358,7 +370,7 @@ const struct lum_gltf_material *lum_gltf_material(struct lum_gltf *g, uint32_t i
     if (!read_look(g, o, &look))
         return NULL;
     material->uv_set = choose_uv_set(g, &look);
-    material->shines = luminance_of(look.emission) > 0.0 && !look.unlit;
+    material->shines = luminance_of(look.emission) > 0.0;
     material->evenly = !look.emission_texture.image;
     struct lum_id_request name = {"material/", is_default ? "default" : lum_gltf_string(g, o, "name"), "material",
                                   index};

@@ -413,9 +413,22 @@ static void dielectric_extensions(void **state)
     assert_string_equal(m->alpha_mode, "mask");
     assert_true(m->alpha_cutoff == 0.75 && !m->unlit);
     assert_true(kit_warned(*state, "KHR_materials_anisotropy"));
-    m = import_material(*state, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1},"
-                                "\"KHR_materials_unlit\":{}}}");
-    assert_true(m->thin && m->unlit); /* no volume: the surface bends nothing */
+    m = import_material(*state, "{\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1}}}");
+    assert_true(m->thin && m->transmission == 1.0); /* no volume: the surface bends nothing */
+}
+
+/* What glTF shows alike in any light is lit by the scene's, as matt paint. */
+static void unlit(void **state)
+{
+    const struct lum_record_material *m = import_material(
+        *state,
+        "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.1,0.2,0.3,1],\"roughnessFactor\":0.5},\"emissiveFactor\":"
+        "[1,1,1],\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1},"
+        "\"KHR_materials_unlit\":{}}}");
+    assert_near_all(m->base_color, (double[]){0.1, 0.2, 0.3}, 3);
+    assert_true(!m->unlit && m->metallic == 0.0 && m->specular == 0.0 && m->roughness == 1.0);
+    assert_true(m->transmission == 0.0 && m->emission_cd_m2 == 0.0);
+    assert_true(kit_warned(*state, "KHR_materials_unlit"));
 }
 
 /* What is transmitted is not reflected: the sum is what the base reflected, where the colours are alike. */
@@ -682,6 +695,7 @@ int main(void)
         TEST(fixtures_are_objects),
         TEST(many_fixtures_stay_whole),
         TEST(dielectric_extensions),
+        TEST(unlit),
         TEST(diffuse_transmission),
         TEST(clearcoat),
         TEST(sheen),
