@@ -20,7 +20,8 @@
 #define DEFAULT_SUN_LX 30000.0
 #define SKY_ID "default-sky"
 #define SUN_ID "default-sun"
-#define LIT_CD_M2 10.0f
+#define LIT_CD_M2 10.0
+#define LIT_LX 0.3
 #define CAMERA_ID "main"
 
 static const struct lum_embedded *find_builtin(const struct lum_embedded *e, const char *name)
@@ -274,16 +275,24 @@ static bool commit(struct lum_world *w, struct lum_proto_error *err)
     return !lum_world_commit(w, &e) || lum_apply_error(&e, "", err);
 }
 
-/* Does something light the model? Lamps do. An emissive surface counts from the luminance of a dim screen up: glTF's
- * unit emission is 1 cd/m2, with which files paint status lights that leave everything else black. */
+/* Does something light the model? Lamps do. What merely glows leaves the rest black: status lights at glTF's unit
+ * emission of 1 cd/m2, lava in a landscape. So a surface counts from the luminance of a dim screen up, and once all
+ * that count would put the light of a full moon on the sides of the model's box. */
 static bool is_lit(const struct lum_snapshot *s)
 {
+    struct lum_box b;
+    struct lum_luminaire l;
+    double flux_lm = 0.0;
     for (uint32_t i = 0; i < s->lights.n_lights; i++) {
-        const struct lum_light *l = &s->lights.lights[i];
-        if (l->kind != LUM_EMIT_MESH || lum_luminance(l->power) >= LIT_CD_M2)
+        if (s->lights.lights[i].kind != LUM_EMIT_MESH)
             return true;
+        if (lum_snapshot_luminaire(s, i, &l) && l.luminance_cd_m2 >= LIT_CD_M2)
+            flux_lm += l.flux_lm;
     }
-    return false;
+    if (flux_lm <= 0.0 || !lum_snapshot_bounds(s, NULL, &b))
+        return false;
+    double x = b.hi.x - b.lo.x, y = b.hi.y - b.lo.y, z = b.hi.z - b.lo.z;
+    return flux_lm >= LIT_LX * 2.0 * (x * y + y * z + z * x);
 }
 
 static bool add_what_a_model_lacks(struct lum_world *w, const char *camera, struct lum_proto_error *err)

@@ -12,19 +12,25 @@
 
 #include "server/world/scene_source.h"
 
-/* One triangle, nothing else; its buffer is 36 bytes: (0,0,0) (1,0,0) (0,1,0). */
-#define TRIANGLE_GLTF(primitive, top)                                                                                  \
-    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"              \
-    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}" primitive "}]}],"                                  \
+/* Triangles, nothing else; their buffer is 36 bytes: (0,0,0) (1,0,0) (0,1,0). */
+#define MESH(primitive) "{\"primitives\":[{\"attributes\":{\"POSITION\":0}" primitive "}]}"
+#define TRIANGLES_GLTF(roots, nodes, meshes, top)                                                                      \
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[" roots "]}],\"nodes\":[" nodes "],"         \
+    "\"meshes\":[" meshes "],"                                                                                         \
     "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"                                  \
     "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],"                                                            \
     "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]," top                                                          \
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":["  \
-    "1,"                                                                                                               \
-    "1,0]}]}"
-#define EMISSIVE_GLTF(cd_m2)                                                                                           \
-    TRIANGLE_GLTF(",\"material\":0", "\"materials\":[{\"emissiveFactor\":[1,1,1],\"extensions\":{"                     \
-                                     "\"KHR_materials_emissive_strength\":{\"emissiveStrength\":" cd_m2 "}}}],")
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],"           \
+    "\"max\":[1,1,0]}]}"
+#define TRIANGLE_GLTF(primitive, top) TRIANGLES_GLTF("0", "{\"mesh\":0}", MESH(primitive), top)
+#define EMISSIVE(cd_m2)                                                                                                \
+    "\"materials\":[{\"emissiveFactor\":[1,1,1],\"extensions\":{"                                                      \
+    "\"KHR_materials_emissive_strength\":{\"emissiveStrength\":" cd_m2 "}}}],"
+#define EMISSIVE_GLTF(cd_m2) TRIANGLE_GLTF(",\"material\":0", EMISSIVE(cd_m2))
+/* A spark in a landscape a thousand times as large. */
+#define SPARK_GLTF                                                                                                     \
+    TRIANGLES_GLTF("0,1", "{\"mesh\":0},{\"mesh\":1,\"scale\":[1000,1000,1000]}",                                      \
+                   MESH(",\"material\":0") "," MESH(""), EMISSIVE("200"))
 
 static const char triangle_gltf[] = TRIANGLE_GLTF("", "");
 
@@ -165,14 +171,14 @@ static void a_faint_glow_is_no_light_but_a_panel_is(void **state)
 {
     struct fixture *f = *state;
     struct lum_proto_error err;
-    static const char *const texts[] = {EMISSIVE_GLTF("1"), EMISSIVE_GLTF("200")};
-    for (int panel = 0; panel < 2; panel++) {
+    static const char *const texts[] = {EMISSIVE_GLTF("1"), SPARK_GLTF, EMISSIVE_GLTF("200")};
+    for (int k = 0; k < 3; k++) {
         struct fixture one = {0};
         assert_int_equal(lum_world_init(&one.world, 2, NULL, NULL, NULL), LUM_OK);
-        write_file(f, "glow.gltf", texts[panel]);
+        write_file(f, "glow.gltf", texts[k]);
         if (!load(&one, f->path, &err))
             fail_msg("%s: %s", err.path, err.text);
-        assert_true((lum_document_find(one.world.doc, "default-sky") == NULL) == panel);
+        assert_true((lum_document_find(one.world.doc, "default-sky") == NULL) == (k == 2));
         lum_world_finish(&one.world);
     }
 }
