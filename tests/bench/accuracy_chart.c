@@ -9,6 +9,8 @@
 static const char *const drawn[] = {"live", "path", "tic", "ais", "igi", "irrcache"};
 enum { DRAWN = LUM_ARRAY_LEN(drawn) };
 
+#define LONG_NAME 20u /* characters; with more a title must be short to fit */
+
 struct curve {
     size_t n;
     double s[ACCURACY_POINTS], percent[ACCURACY_POINTS];
@@ -116,7 +118,8 @@ bool accuracy_chart_draw(const struct lum_bench_options *options, const struct a
     if (!c)
         return false;
     fill(c, s);
-    snprintf(title, sizeof title, "How good a picture is after how long, %.60s", s->name);
+    const char *what = strlen(s->name) <= LONG_NAME ? "How good a picture is after how long" : "Error over time";
+    snprintf(title, sizeof title, "%s, %.60s", what, s->name);
     snprintf(subtitle, sizeof subtitle, "%u × %u, %u seeds", s->w, s->h, s->n ? s->points[0].n : 0);
     const struct lum_plot_panel panel = {.x = {"seconds from nothing", LUM_PLOT_LOG10, 0, 0},
                                          .y = {"relative error (root of relMSE), %", LUM_PLOT_LOG10, 0, 0},
