@@ -29,7 +29,9 @@ struct lum_view_settings {
     uint32_t preview; /* after a change, first one rough pass with one sample per block of this many pixels a side, so
                          that an edit shows early; but of progressive methods it is shown by the surfaces of the full
                          picture. 0 and 1: none. At most 16. pace.h chooses */
-    uint32_t n_vpls;  /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
+    bool
+        preview_eased; /* that pass does with less of what matters least, too (pace.h); not so of progressive methods */
+    uint32_t n_vpls;   /* virtual point lights of methods that use them, 1 to LUM_VPL_MAX */
     /* methods with a cache */
     enum lum_storage storage;
     float cache_accuracy; /* a of Ward: LUM_CACHE_ACCURACY_MIN to _MAX; less is finer */

@@ -11,6 +11,7 @@
 #include "core/render/aov.h"
 #include "core/render/deferred.h"
 #include "core/render/measure.h"
+#include "core/render/pace.h"
 #include "core/render/refine.h"
 #include "core/render/rough.h"
 
@@ -292,6 +293,8 @@ static struct lum_view_settings rough_settings(const struct lum_view_settings *s
     rough.max_spp = 1;
     rough.antialias = false;
     rough.error_share = 0.0;
+    if (s->preview_eased)
+        lum_pace_apply_ease(&rough);
     return rough;
 }
 

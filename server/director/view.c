@@ -276,11 +276,11 @@ bool lum_server_view_needs_pass(const struct lum_server_view *v)
 
 /* An edit must show while the hand still moves: soon, or in the time that the client gave. Methods without samples show
  * a rough picture first only if asked to. */
-static uint32_t preview_for(struct lum_server_view *v)
+static struct lum_pace_choice preview_for(struct lum_server_view *v)
 {
     const struct lum_opt *time_ms = &v->want.budget.time_ms;
     if (!time_ms->set && !lum_method_adds_samples(v->settings.method))
-        return 1;
+        return (struct lum_pace_choice){0};
     return lum_pace_choose(&v->pace, v->settings.method, time_ms->set ? time_ms->value : LUM_PREVIEW_MS);
 }
 
@@ -293,12 +293,25 @@ static bool made_anew(const struct lum_pass_stats *pass)
     return pass->changed && rays > 0 && (pass->preview > 1 || pass->spp == 1);
 }
 
+static void note_pace(struct lum_server_view *v, const struct lum_pass_stats *pass)
+{
+    const struct lum_pace_ease *ease = lum_pace_ease_of(v->settings.method);
+    lum_pace_note(&v->pace, v->settings.method,
+                  &(struct lum_pace_pass){.side = pass->preview,
+                                          .eased = pass->preview > 1 && v->settings.preview_eased,
+                                          .ms = pass->ms,
+                                          .stage_ms = ease ? pass->stage_ms[ease->stage] : 0.0});
+}
+
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
-    if (v->stale)
-        v->settings.preview = preview_for(v);
+    if (v->stale) {
+        v->chose = preview_for(v);
+        v->settings.preview = v->chose.side;
+        v->settings.preview_eased = v->chose.eased != NULL;
+    }
     if (v->solo)
         snapshot = v->solo;
     enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
@@ -315,7 +328,7 @@ enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum
     lum_frame_stats_add(&v->frame, &pass);
     lum_budget_note(&v->watch, &v->want.budget, &v->settings, &pass, v->watch.spent_ms + pass.ms);
     if (made_anew(&pass))
-        lum_pace_note(&v->pace, pass.preview, pass.ms);
+        note_pace(v, &pass);
     bool known_anew = isfinite(pass.error.bound) && !(pass.error.bound == v->last_pass.error.bound);
     v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;

@@ -227,6 +227,17 @@ static bool add_legend(cJSON *to, const struct lum_overlay *overlay)
     return lum_json_add(to, "overlay", o) && ok;
 }
 
+static bool add_choice(struct cJSON *to, const struct lum_pace_choice *c)
+{
+    if (c->side == 0)
+        return lum_json_add(to, "budget_chose", cJSON_CreateNull());
+    cJSON *o = cJSON_CreateObject();
+    lum_json_add_number(o, "blocks", c->side);
+    lum_json_add(o, "eased", c->eased ? cJSON_CreateString(c->eased) : cJSON_CreateNull());
+    lum_json_add(o, "ms", isfinite(c->ms) ? cJSON_CreateNumber(c->ms) : cJSON_CreateNull());
+    return lum_json_add(to, "budget_chose", o);
+}
+
 static void tell_stats(struct lum_director *d, struct lum_server_view *v, const struct lum_published *p, bool final)
 {
     v->frame.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
@@ -241,7 +252,7 @@ static void tell_stats(struct lum_director *d, struct lum_server_view *v, const 
               lum_json_add_number(o, "server_ms", p->server_us * 1e-3) && lum_json_add_number(o, "tiles", p->n_tiles) &&
               lum_json_add_number(o, "bytes", (double)p->n_bytes) &&
               lum_json_add_bool(o, "overlay_map", v->overlay.classes != NULL) &&
-              lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) &&
+              lum_json_add_string(o, "in_view", lum_in_view_names[p->in_view]) && add_choice(o, &v->chose) &&
               lum_json_add_bool(o, "converged", final) && add_legend(o, &v->overlay);
     if (!ok) {
         cJSON_Delete(o);

@@ -226,8 +226,9 @@ static bool open_rig(struct rig *rig)
     rig->settings = lum_view_settings_default();
     if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
         return failed(err.text);
-    rig->settings.w = rig->scene.w = rig->options->quick ? 96 : 600;
-    rig->settings.h = rig->scene.h = rig->options->quick ? 64 : 400;
+    lum_bench_size(rig->options, (const uint32_t[]){600, 400}, (const uint32_t[]){96, 64}, &rig->settings);
+    rig->scene.w = rig->settings.w;
+    rig->scene.h = rig->settings.h;
     rig->settings.max_spp = 0;
     lum_bench_machine(&rig->world, rig->scene.machine, sizeof rig->scene.machine);
     rig->settings.antialias = false;

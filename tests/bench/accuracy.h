@@ -40,6 +40,14 @@ double accuracy_time_to(const struct accuracy_scene *s, const char *method, doub
 /* Slope of log error over log time of such a curve, by least squares over its later half. NAN: fewer than 3 points. */
 double accuracy_slope(const struct accuracy_scene *s, const char *method);
 
+/* Of a method's first frame at the default settings: the point that those with other settings are beside. */
+bool accuracy_is_default(const struct accuracy_scene *s, size_t point);
+
+/* The figure that is understood at a glance: error over time at the default settings, of the other methods the best of
+ * theirs, and when path tracing is as good as their first frames. accuracy_chart.c; NAME.svg. False after a message on
+ * stderr. */
+bool accuracy_chart_draw(const struct lum_bench_options *options, const struct accuracy_scene *s, const char *name);
+
 /* Adds a scene to the tables, draws its figure, and writes its part of the page. False after a message on stderr. */
 struct accuracy_report;
 struct accuracy_report *accuracy_report_open(const struct lum_bench_options *options);

@@ -71,6 +71,14 @@ double accuracy_slope(const struct accuracy_scene *s, const char *method)
     return n >= 3.0 ? (n * xy - x * y) / (n * xx - x * x) : (double)NAN;
 }
 
+bool accuracy_is_default(const struct accuracy_scene *s, size_t i)
+{
+    const struct accuracy_point *p = &s->points[i];
+    char vpls[32];
+    snprintf(vpls, sizeof vpls, "%u ", LUM_VPL_DEFAULT);
+    return p->first && (!lum_method_counts_vpls(p->method) || strncmp(p->setting, vpls, strlen(vpls)) == 0);
+}
+
 static bool beaten(const struct accuracy_scene *s, const struct accuracy_point *p)
 {
     for (size_t i = 0; i < s->n; i++)
@@ -219,7 +227,7 @@ static bool draw(struct accuracy_report *r, const struct accuracy_scene *s)
 {
     struct lines *l = lum_calloc(1, sizeof *l);
     struct lum_plot_series by_rays[LUM_BENCH_METHODS];
-    char name[160], title[128], subtitle[128];
+    char name[160], chart[160], title[128], subtitle[128];
     if (!l)
         return false;
     for (size_t i = 0; i < s->n && l->n < LUM_BENCH_METHODS; i++)
@@ -246,8 +254,12 @@ static bool draw(struct accuracy_report *r, const struct accuracy_scene *s)
         .title = title, .subtitle = subtitle, .panels = panels, .n_panels = 2, .same_y = true};
     file_name(s, "", "svg", name, sizeof name);
     bool ok = lum_bench_plot(r->options, name, &plot, s->machine);
-    fprintf(r->page, "<h2>%s</h2>\n<img class=\"plot\" src=\"%s\" alt=\"error over time of each method\">\n", s->name,
-            name);
+    file_name(s, "chart", "svg", chart, sizeof chart);
+    ok = ok && accuracy_chart_draw(r->options, s, chart);
+    fprintf(r->page,
+            "<h2>%s</h2>\n<img class=\"plot\" src=\"%s\" alt=\"error over time, and when path is as good\">\n"
+            "<img class=\"plot\" src=\"%s\" alt=\"error over time of each setting\">\n",
+            s->name, chart, name);
     lum_free(l);
     return ok;
 }
@@ -283,15 +295,6 @@ static void add_points(struct accuracy_report *r, const struct accuracy_scene *s
     }
 }
 
-/* Of a method's first frame at the default settings: the point that those with other settings are beside. */
-static bool is_default(const struct accuracy_scene *s, size_t i)
-{
-    const struct accuracy_point *p = &s->points[i];
-    char vpls[32];
-    snprintf(vpls, sizeof vpls, "%u ", LUM_VPL_DEFAULT);
-    return p->first && (!lum_method_counts_vpls(p->method) || strncmp(p->setting, vpls, strlen(vpls)) == 0);
-}
-
 static void add_even(struct accuracy_report *r, struct accuracy_scene *s, size_t i)
 {
     const struct accuracy_point *p = &s->points[i];
@@ -318,7 +321,7 @@ bool accuracy_report_scene(struct accuracy_report *r, const struct accuracy_scen
           "setting\n",
           r->page);
     for (size_t i = 0; i < s->n; i++)
-        if (is_default(s, i))
+        if (accuracy_is_default(s, i))
             add_even(r, s, i);
     fputs("</table>\n", r->page);
     lum_free(s);

@@ -33,6 +33,8 @@ static const struct lum_bench benches[] = {
      lum_bench_errors},
     {"irrcache", "storages of the shared irradiance cache by threads: frames, turns of the camera, lookups", NULL,
      lum_bench_irrcache},
+    {"settings", "what each setting gives in time while something moves, for what error, beside rough passes", NULL,
+     lum_bench_settings},
     {"truth", "how right the light is: first frames, moving, at rest, each effect; by blocks, against path", NULL,
      lum_bench_truth_study},
     {"viewers", "what the k-th viewer of a room pays on one cache, against a daemon for each; memory", NULL,
@@ -44,9 +46,12 @@ static const struct lum_bench benches[] = {
 
 static int usage(FILE *to, int status)
 {
-    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
-                "[--reference-spp N] [--single-rays]\n"
-                "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N]\n\nstudies:\n");
+    fprintf(
+        to,
+        "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
+        "[--reference-spp N] [--single-rays]\n"
+        "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N] [--size WxH]\n\n"
+        "studies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
@@ -62,11 +67,22 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, budgets\n"
-        "and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are added; and\n"
+        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, "
+        "budgets,\n"
+        "settings and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are "
+        "added; and\n"
         "for budgets: how long a run is waited for.\n"
+        "--size: of the pictures of errors, budgets, settings and accuracy, 16 to 4096 a side, as 300x200.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
+}
+
+void lum_bench_size(const struct lum_bench_options *options, const uint32_t whole[2], const uint32_t quick[2],
+                    struct lum_view_settings *inout_settings)
+{
+    const uint32_t *size = options->quick ? quick : whole;
+    inout_settings->w = options->w ? options->w : size[0];
+    inout_settings->h = options->h ? options->h : size[1];
 }
 
 void lum_bench_progress(const char *fmt, ...)
@@ -248,6 +264,13 @@ static bool read_seeds(const char *text, uint32_t *ret_seeds)
     return end != text && *end == 0 && n >= 1 && n <= 30;
 }
 
+static bool read_size(const char *text, struct lum_bench_options *o)
+{
+    int end = 0;
+    return sscanf(text, "%4ux%4u%n", &o->w, &o->h, &end) == 2 && text[end] == 0 && o->w >= 16 && o->w <= 4096 &&
+           o->h >= 16 && o->h <= 4096;
+}
+
 /* Exit status; 0: go on. */
 static int read_value(struct lum_bench_options *o, const char *option, const char *value)
 {
@@ -270,6 +293,12 @@ static int read_value(struct lum_bench_options *o, const char *option, const cha
         if (read_seeds(value, &o->seeds))
             return 0;
         fprintf(stderr, "lumend-bench: --seeds must be 1 to 30, not '%s'\n", value);
+        return 2;
+    }
+    if (strcmp(option, "--size") == 0) {
+        if (read_size(value, o))
+            return 0;
+        fprintf(stderr, "lumend-bench: --size must be WxH, of 16 to 4096 each, not '%s'\n", value);
         return 2;
     }
     if (strcmp(option, "--seconds") == 0) {

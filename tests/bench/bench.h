@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
+#include "core/render/view.h"
 #include "server/world/world.h"
 
 struct lum_bench_options {
@@ -17,7 +18,8 @@ struct lum_bench_options {
     const char *models;     /* truth: folder of third-party models */
     const char *camera;     /* truth: id, or its end; NULL: the scene's own */
     const char *methods;    /* truth, errors, budgets, vision: comma separated; NULL: the study's own choice */
-    uint32_t seeds;         /* errors, budgets, accuracy: 1 to 30 */
+    uint32_t seeds;         /* errors, budgets, settings, accuracy: 1 to 30 */
+    uint32_t w, h;          /* errors, budgets, settings, accuracy: of pictures; 0: the study's own */
     double seconds;         /* truth: how long a scene rests; budgets: how long a run is waited for */
     bool single_rays;  /* traced one by one, as the thesis' tracer does */
     bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
@@ -42,11 +44,16 @@ int lum_bench_growth(const struct lum_bench_options *options);
 int lum_bench_instant(const struct lum_bench_options *options);
 int lum_bench_irrcache(const struct lum_bench_options *options);
 int lum_bench_rays(const struct lum_bench_options *options);
+int lum_bench_settings(const struct lum_bench_options *options);
 int lum_bench_stream(const struct lum_bench_options *options);
 int lum_bench_stride(const struct lum_bench_options *options);
 int lum_bench_truth_study(const struct lum_bench_options *options);
 int lum_bench_viewers(const struct lum_bench_options *options);
 int lum_bench_vision(const struct lum_bench_options *options);
+
+/* The size of pictures: that of --size, else with --quick the second. */
+void lum_bench_size(const struct lum_bench_options *options, const uint32_t whole[2], const uint32_t quick[2],
+                    struct lum_view_settings *inout_settings);
 
 /* A line on stderr, of what is being done now; for each step that may take more than a second. */
 __attribute__((format(printf, 1, 2))) void lum_bench_progress(const char *fmt, ...);

@@ -140,8 +140,7 @@ static bool open_rig(struct rig *rig)
     rig->settings = lum_view_settings_default();
     if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
         return failed(err.text);
-    rig->settings.w = o->quick ? 48 : 96;
-    rig->settings.h = o->quick ? 32 : 64;
+    lum_bench_size(o, (const uint32_t[]){96, 64}, (const uint32_t[]){48, 32}, &rig->settings);
     rig->settings.max_spp = o->quick ? QUICK_SPP : LUM_LIMIT_SPP;
     rig->settings.error_share = LUM_ERROR_SHARE;
     rig->patience_ms = 1e3 * o->seconds;

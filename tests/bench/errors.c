@@ -163,8 +163,7 @@ static bool open_rig(struct rig *rig)
     rig->settings = lum_view_settings_default();
     if (lum_apply_settings(lum_world_render(&rig->world), &rig->settings, &err) != LUM_OK)
         return failed(err.text);
-    rig->settings.w = rig->options->quick ? 96 : 240;
-    rig->settings.h = rig->options->quick ? 64 : 160;
+    lum_bench_size(rig->options, (const uint32_t[]){240, 160}, (const uint32_t[]){96, 64}, &rig->settings);
     rig->settings.max_spp = LUM_LIMIT_SPP;
     rig->settings.error_share = SHARE;
     rig->picture = lum_calloc(3 * (size_t)rig->settings.w * rig->settings.h, sizeof *rig->picture);

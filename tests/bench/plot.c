@@ -277,6 +277,9 @@ static void put_series(FILE *f, const struct frame *fr, const struct lum_plot_se
     for (size_t i = 0; has_marks(s) && i < s->n; i++)
         if (shows(fr, s->x[i], s->y[i]))
             put_mark(f, s, at_x(fr, s->x[i]), at_y(fr, s->y[i]));
+    if (s->note && shows(fr, s->x[s->n - 1], s->y[s->n - 1]))
+        put_text(f, (struct text){at_x(fr, s->x[s->n - 1]) + 8.0, at_y(fr, s->y[s->n - 1]) - 6.0, "k", "start"},
+                 s->note);
 }
 
 /* ---- the whole ---- */

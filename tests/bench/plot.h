@@ -29,6 +29,7 @@ struct lum_plot_series {
     size_t n;
     const double *x, *y;
     const double *y_lo, *y_hi; /* error bars; NULL: none */
+    const char *note;          /* after the last point, above its height; NULL: none */
 };
 
 struct lum_plot_panel {

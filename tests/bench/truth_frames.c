@@ -225,7 +225,7 @@ static bool measure_rough(struct truth_rig *rig, const struct lum_method *method
     struct truth_row row = new_row(rig, method, "rough");
     float *picture = lum_calloc(3 * pixel_count(rig), sizeof *picture);
     bool ok = picture ? truth_view_open(rig, method, &view) : failed("out of memory");
-    view.settings.preview = ok ? lum_pace_choose(&(struct lum_pace){0}, method, LUM_PREVIEW_MS) : 0;
+    view.settings.preview = ok ? lum_pace_choose(&(struct lum_pace){0}, method, LUM_PREVIEW_MS).side : 0;
     if (ok && truth_pass(rig, &view, &stats, &time)) {
         row.own_s = time.own_s;
         row.wall_s = time.wall_s;

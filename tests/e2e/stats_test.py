@@ -105,6 +105,23 @@ class StatsOnThePage(unittest.TestCase):
             final = [f for f in self.frames_of(ws, view) if f["method"] == "whitted"][-1]
             self.assertEqual((final["stopped_by"], final["budget_verdict"], final["predicted"]), ("whole", "missed", None))
 
+    def test_a_budget_of_time_chooses_more_than_resolution(self):
+        """What is chosen is expected to be in time, by what passes took before, or is the least that there is. So it
+        hangs on what passes said of themselves, not on the machine."""
+        with Daemon() as daemon:
+            ws = daemon.connect()
+            view = ws.call("view.open", {"size": [300, 200], "method": "live", "spp": 1})["view_id"]
+            whole = list(self.frames_of(ws, view))[-1]
+            self.assertEqual(whole["budget_chose"], {"blocks": 8, "eased": None, "ms": None})  # nothing was known
+            for step, limit in enumerate([60000, 30, 10, 1, 1, 1]):
+                camera = {"position": [0.01 * step, 2.5, 7.5], "target": [0, 2.5, 0]}
+                ws.call("view.update", {"view_id": view, "camera": camera, "budget": {"time_ms": limit}})
+                chose = list(self.frames_of(ws, view))[-1]["budget_chose"]
+                least = (chose["blocks"], chose["eased"]) == (16, "shadow_rays")
+                self.assertTrue(chose["ms"] <= limit or least, (limit, chose))
+                self.assertTrue(limit < 60000 or chose["blocks"] == 1, chose)
+            self.assertTrue(least, chose)  # of 60,000 pixels none is there within 1 ms
+
     def test_render_stats(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, stats = os.path.join(folder, "scene.jsonl"), os.path.join(folder, "stats.json")

@@ -11,12 +11,19 @@
 
 #include "core/method/method.h"
 #include "core/render/pace.h"
+#include "core/render/view.h"
+
+/* None of whose time can be eased. */
+static void note(struct lum_pace *p, uint32_t side, double ms)
+{
+    lum_pace_note(p, lum_method_find("live"), &(struct lum_pace_pass){.side = side, .ms = ms});
+}
 
 static uint32_t choose(double whole_ms, const char *method, double limit_ms)
 {
     struct lum_pace p = {0};
-    lum_pace_note(&p, 1, whole_ms);
-    return lum_pace_choose(&p, lum_method_find(method), limit_ms);
+    note(&p, 1, whole_ms);
+    return lum_pace_choose(&p, lum_method_find(method), limit_ms).side;
 }
 
 /* As small as leaves one in its time, and never more than a pass takes. */
@@ -24,7 +31,7 @@ static void blocks_are_as_small_as_time_allows(void **state)
 {
     (void)state;
     struct lum_pace unknown = {0};
-    assert_int_equal(lum_pace_choose(&unknown, lum_method_find("live"), 60.0), 8);
+    assert_int_equal(lum_pace_choose(&unknown, lum_method_find("live"), 60.0).side, 8);
     assert_int_equal(choose(54.0, "live", 60.0), 1);
     assert_int_equal(choose(120.0, "live", 60.0), 2);
     assert_int_equal(choose(180.0, "live", 60.0), 3);
@@ -51,9 +58,9 @@ static void a_drag_keeps_its_time(void **state)
             struct lum_pace p = {0};
             uint32_t side = 0;
             for (uint32_t frame = 0; frame < 20; frame++) {
-                side = lum_pace_choose(&p, live, limit);
+                side = lum_pace_choose(&p, live, limit).side;
                 double ms = machines[m].fixed + machines[m].whole * pow(side, -machines[m].exponent);
-                lum_pace_note(&p, side, ms);
+                note(&p, side, ms);
                 if (frame >= 3 && side < 16 && ms > 1.2 * limit)
                     fail_msg("machine %zu, limit %g: frame %u took %g ms", m, limit, frame, ms);
             }
@@ -73,8 +80,8 @@ static void it_follows_the_scene(void **state)
     uint32_t side = 0, roughest = 0;
     for (int frame = 0; frame < 120; frame++) {
         double whole = frame < 10 ? 100.0 : frame < 30 ? 600.0 : 50.0;
-        side = lum_pace_choose(&p, live, 60.0);
-        lum_pace_note(&p, side, whole * pow(side, -1.25));
+        side = lum_pace_choose(&p, live, 60.0).side;
+        note(&p, side, whole * pow(side, -1.25));
         roughest = side > roughest ? side : roughest;
         if (frame == 9)
             assert_int_equal(side, 2);
@@ -89,10 +96,86 @@ static void cost_goes_with_pixels(void **state)
 {
     (void)state;
     struct lum_pace p = {0};
-    lum_pace_note(&p, 1, 50.0);
-    assert_int_equal(lum_pace_choose(&p, lum_method_find("live"), 60.0), 1);
+    note(&p, 1, 50.0);
+    assert_int_equal(lum_pace_choose(&p, lum_method_find("live"), 60.0).side, 1);
     lum_pace_scale(&p, 4.0);
-    assert_int_equal(lum_pace_choose(&p, lum_method_find("live"), 60.0), 3);
+    assert_int_equal(lum_pace_choose(&p, lum_method_find("live"), 60.0).side, 3);
+}
+
+/* A pass of blocks of 2 takes .42 of a whole one, 300 ms, of 3 .25: of these, too, half is the stage that is eased. */
+static void what_costs_least_accuracy_goes_first(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method, *eased;
+        double limit_ms;
+        uint32_t side;
+        double ms;
+    } rows[] = {
+        {"live", NULL, 301.0, 1, 300.0},
+        {"live", NULL, 127.0, 2, 126.13},
+        {"live", "shadow_rays", 100.0, 2, 63.07}, /* and not blocks of 3 */
+        {"live", "shadow_rays", 64.0, 2, 63.07},
+        {"live", "shadow_rays", 60.0, 3, 37.99},
+        {"irrcache", "record_rays", 100.0, 2, 81.99}, /* .3 of the stage is left */
+        {"tic", NULL, 100.0, 3, 75.98},               /* nothing of it is worth it */
+        {"live", "shadow_rays", 0.01, 16, 4.69},      /* not to be kept: the least there is */
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct lum_method *method = lum_method_find(rows[i].method);
+        struct lum_pace p = {0};
+        lum_pace_note(&p, method, &(struct lum_pace_pass){.side = 1, .ms = 300.0, .stage_ms = 150.0});
+        struct lum_pace_choice c = lum_pace_choose(&p, method, rows[i].limit_ms);
+        const char *eased = c.eased ? c.eased : "nothing", *expected = rows[i].eased ? rows[i].eased : "nothing";
+        if (c.side != rows[i].side || strcmp(eased, expected) != 0 || fabs(c.ms - rows[i].ms) > 0.01)
+            fail_msg("row %zu: blocks of %u, %s eased, %.2f ms", i, c.side, eased, c.ms);
+    }
+}
+
+/* On machines where a pass takes fixed + refined of one stage, both by the side: the view is within a fifth of its time
+ * from the third frame on wherever any choice is, though it knows nothing of the machine but what passes took; and
+ * eased passes say the same of those that are not. */
+static void an_eased_drag_keeps_its_time(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        double fixed, whole, stage, left; /* ms; the last two: of the stage alone */
+    } machines[] = {{"live", 1, 100, 200, 0.0}, {"live", 5, 400, 40, 0.0}, {"irrcache", 3, 100, 900, 0.3}};
+    for (size_t m = 0; m < sizeof machines / sizeof *machines; m++)
+        for (double limit = 20.0; limit < 1000.0; limit *= 2.0) {
+            const struct lum_method *method = lum_method_find(machines[m].method);
+            struct lum_pace p = {0};
+            for (uint32_t frame = 0; frame < 100; frame++) {
+                struct lum_pace_choice c = lum_pace_choose(&p, method, limit);
+                double part = pow(c.side, -1.25), stage = machines[m].stage * part * (c.eased ? machines[m].left : 1.0);
+                double ms = machines[m].fixed + machines[m].whole * part + stage;
+                if (frame >= 3 && c.side < 16 && ms > 1.2 * limit)
+                    fail_msg("machine %zu, limit %g: frame %u took %g ms, %g were expected", m, limit, frame, ms, c.ms);
+                if (c.eased && c.side <= 2 &&
+                    machines[m].fixed + (machines[m].whole + machines[m].stage) * part < limit)
+                    fail_msg("machine %zu, limit %g: frame %u is eased for nothing", m, limit, frame);
+                lum_pace_note(
+                    &p, method,
+                    &(struct lum_pace_pass){.side = c.side, .eased = c.eased != NULL, .ms = ms, .stage_ms = stage});
+            }
+        }
+}
+
+static void only_what_the_table_names_is_eased(void **state)
+{
+    (void)state;
+    size_t n;
+    for (const struct lum_method *m = lum_methods(&n), *end = m + n; m < end; m++) {
+        struct lum_view_settings s = lum_view_settings_default(), was;
+        s.method = m;
+        was = s;
+        lum_pace_apply_ease(&s);
+        bool live = strcmp(m->name, "live") == 0, irrcache = strcmp(m->name, "irrcache") == 0;
+        assert_int_equal(s.shadow_budget, live ? 0 : was.shadow_budget);
+        assert_int_equal(s.n_vpls, irrcache ? was.n_vpls / 4 : was.n_vpls);
+        assert_int_equal(lum_pace_ease_of(m) != NULL, live || irrcache);
+    }
 }
 
 int main(void)
@@ -102,6 +185,9 @@ int main(void)
         cmocka_unit_test(a_drag_keeps_its_time),
         cmocka_unit_test(it_follows_the_scene),
         cmocka_unit_test(cost_goes_with_pixels),
+        cmocka_unit_test(what_costs_least_accuracy_goes_first),
+        cmocka_unit_test(an_eased_drag_keeps_its_time),
+        cmocka_unit_test(only_what_the_table_names_is_eased),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

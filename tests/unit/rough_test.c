@@ -87,6 +87,7 @@ static void frames_after_rough_pictures_are_as_without(void **state)
         else
             rig_camera(&r, rig_v(-0.3, 1.4, 1.8 - 0.1 * edit), rig_v(0.2, 0.9, -0.5), 60);
         rig_commit(&r);
+        r.settings.preview_eased = edit % 2 == 1; /* of rough pictures alone */
         assert_int_equal(rig_pass(&r).preview, 4);
         if (edit == 3) /* nobody waited for the frame: the next edit comes first */
             continue;
@@ -108,6 +109,27 @@ static void frames_after_rough_pictures_are_as_without(void **state)
         r.settings.preview = 4;
     }
     rig_end(&r);
+}
+
+static uint64_t rays_of_rough(const char *method, bool eased, enum lum_ray_kind kind)
+{
+    struct rig r;
+    lit_room(&r, 2);
+    use_method(&r, method);
+    r.settings.w = 75, r.settings.h = 53;
+    r.settings.preview = 4;
+    r.settings.preview_eased = eased;
+    uint64_t rays = rig_pass(&r).rays[kind];
+    rig_end(&r);
+    return rays;
+}
+
+static void eased_pictures_take_fewer_rays(void **state)
+{
+    (void)state;
+    assert_true(2 * rays_of_rough("irrcache", true, LUM_RAY_INDIRECT_DIFFUSE) <
+                rays_of_rough("irrcache", false, LUM_RAY_INDIRECT_DIFFUSE));
+    assert_true(rays_of_rough("live", true, LUM_RAY_SOFT_SHADOW) < rays_of_rough("live", false, LUM_RAY_SOFT_SHADOW));
 }
 
 /* Whatever the method: first a rough picture, of a part of the rays, then the whole one. */
@@ -146,6 +168,7 @@ int main(void)
         cmocka_unit_test(edges_are_those_of_the_full_picture),
         cmocka_unit_test(what_shines_reflects_too),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
+        cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
