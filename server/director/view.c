@@ -162,7 +162,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     if (!same_camera || v->versions.geometry != snapshot->versions.geometry || v->frame_seq == 0)
         v->only_background = sees_only_background(snapshot, &r.settings);
     if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
-        v->auto_settled = false;
+        v->automatic = (struct lum_auto_exposure){.ev = v->automatic.ev};
     v->n_instances = snapshot->n_instances;
     if (r.settings.method != v->settings.method)
         v->pace = (struct lum_pace){0};
@@ -401,6 +401,12 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
         *ret_wait_ns = INT64_MAX;
     if (v->stale || (v->last_pass.spp == 0 && v->last_pass.preview <= 1))
         return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
+    if (v->automatic.follows) {
+        int64_t wait = v->sent_ns + LUM_EXPOSURE_STEP_NS - now_ns;
+        if (ret_wait_ns)
+            *ret_wait_ns = wait > 0 ? wait : LUM_EXPOSURE_STEP_NS;
+        return wait > 0 && v->sent_spp > 0 ? LUM_DUE_NONE : LUM_DUE_FRAME;
+    }
     if (v->complete && !v->final_sent) {
         int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
         if (rest <= 0 || !is_lossy(v->codec))
@@ -458,16 +464,17 @@ static uint32_t micros_since(int64_t from_ns, int64_t now_ns)
     return us < 0 ? 0 : us > UINT32_MAX ? UINT32_MAX : (uint32_t)us;
 }
 
+/* Fast frames are as bright as the picture that they become. In a deterministic world time changes no picture. */
 static double exposure_ev(struct lum_server_view *v, const struct lum_film *film)
 {
     if (v->exposure_ev.set)
         return v->exposure_ev.value;
-    if (!v->auto_settled) { /* fast frames are as bright as the picture that they become; a black one says nothing */
-        v->auto_ev = lum_exposure_auto(film);
-        bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
-        v->auto_settled = (v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP) && v->auto_ev != 0.0;
-    }
-    return v->auto_ev;
+    if (v->automatic.settled && v->settings.deterministic)
+        return v->automatic.ev;
+    bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
+    bool fit = v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP;
+    lum_auto_exposure_see(&v->automatic, lum_exposure_auto(film), fit, lum_clock_ns());
+    return v->automatic.ev;
 }
 
 static struct lum_display display(struct lum_server_view *v, const struct lum_film *film)
@@ -544,7 +551,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
         lum_stream_publish(v->stream, picture.header.frame_seq, tiles);
         v->frame_seq++;
         v->unsent = false;
-        v->final_sent = due == LUM_DUE_FINAL;
+        v->final_sent = due == LUM_DUE_FINAL && !v->automatic.follows;
         v->sent_spp = v->last_pass.spp;
         v->sent_ns = now;
         *ret_published = p;

@@ -14,6 +14,7 @@
 
 #include "core/render/pace.h"
 #include "server/director/director.h"
+#include "server/director/exposure.h"
 #include "server/director/stats_json.h"
 #include "server/stream/encode.h"
 #include "server/world/world.h"
@@ -42,14 +43,11 @@ struct lum_server_view {
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
-    uint8_t codec;                   /* enum lum_codec */
-    const struct lum_snapshot *solo; /* the scene with some lamps alone; NULL: as it is */
-    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look
-     * dimmer. */
-    double auto_ev;
-    bool auto_settled;
-    uint32_t n_instances;         /* that it was settled for */
-    struct lum_versions versions; /* of the snapshot last resolved against */
+    uint8_t codec;                      /* enum lum_codec */
+    const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
+    struct lum_auto_exposure automatic; /* exposure */
+    uint32_t n_instances;               /* that it was settled for */
+    struct lum_versions versions;       /* of the snapshot last resolved against */
     bool only_background;
     uint64_t scene_rev; /* that the picture stands for */
     /* progress */
