@@ -1,6 +1,7 @@
 #include "core/render/rough.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "core/material/bsdf.h"
 #include "core/scene/surface.h"
@@ -97,6 +98,93 @@ static struct lum_rgb radiance_of(const struct job *j, const struct target *t)
     return lum_rgb_scale(lum_rgb_mul(sum.light, divisor(j->pass->surfaces, t->pixel)), 1.0f / sum.weight);
 }
 
+/* A coarse pixel that met a stripe of sun, or anything else that is thinner than it, would show as a dot of its whole
+ * size. What it has beyond so many times the mean of those around it on its surface they share, by a tent that is
+ * wider: else their square shows. A corner of what is lit has a third of those around on its side. */
+#define LONE 2.0f
+#define AROUND 2 /* pixels each way */
+#define TENT 5   /* pixels each way, where it is 0 */
+
+/* On the same surface, and none that shows another. */
+static bool shares(const struct lum_surfaces *s, size_t pixel, size_t other)
+{
+    return s->kind[other] == s->kind[pixel] && s->object[other] == s->object[pixel] &&
+           !(s->kind[pixel] & LUM_PIXEL_SPECULAR) && lum_dot(s->n[pixel], s->n[other]) > 0.9f;
+}
+
+/* Most are not, and next to that nothing is asked of them. */
+static bool may_be_lone(const struct job *j, uint32_t x, uint32_t y)
+{
+    const uint32_t w = j->coarse->film->w, h = j->coarse->film->h;
+    const struct lum_rgb *at = &j->light[(size_t)y * w + x];
+    if (x == 0 || y == 0 || x + 1 >= w || y + 1 >= h)
+        return true;
+    float near = lum_luminance(at[-1]) + lum_luminance(at[1]) + lum_luminance(at[w]) + lum_luminance(*(at - w));
+    return lum_luminance(*at) > LONE * 0.25f * near;
+}
+
+/* Of its light what others get. */
+static struct lum_rgb beyond(const struct job *j, int px, int py)
+{
+    const int w = (int)j->coarse->film->w, h = (int)j->coarse->film->h;
+    size_t pixel = (size_t)py * (size_t)w + (size_t)px;
+    float y = lum_luminance(j->light[pixel]), others = 0.0f, n = 0.0f;
+    for (int qy = py > AROUND ? py - AROUND : 0; qy <= py + AROUND && qy < h; qy++)
+        for (int qx = px > AROUND ? px - AROUND : 0; qx <= px + AROUND && qx < w; qx++) {
+            size_t other = (size_t)qy * (size_t)w + (size_t)qx;
+            if (other == pixel || !shares(j->coarse->surfaces, pixel, other))
+                continue;
+            n += 1.0f;
+            others += lum_luminance(j->light[other]);
+        }
+    float most = n > 0.0f ? LONE * others / n : y;
+    return y > most ? lum_rgb_scale(j->light[pixel], 1.0f - most / y) : lum_grey(0.0f);
+}
+
+/* weight: 0 adds up the weights of those who get it; else one over their sum, and it is given. */
+static float share_out(const struct job *j, int px, int py, struct lum_rgb share, float weight, struct lum_rgb *gets)
+{
+    const int w = (int)j->coarse->film->w, h = (int)j->coarse->film->h;
+    size_t pixel = (size_t)py * (size_t)w + (size_t)px;
+    float sum = 0.0f;
+    for (int dy = -TENT + 1; dy < TENT; dy++)
+        for (int dx = -TENT + 1; dx < TENT; dx++) {
+            int qx = px + dx, qy = py + dy;
+            size_t other = (size_t)qy * (size_t)w + (size_t)qx;
+            if (qx < 0 || qy < 0 || qx >= w || qy >= h || !shares(j->coarse->surfaces, pixel, other))
+                continue;
+            float tent = (float)((TENT - abs(dx)) * (TENT - abs(dy)));
+            sum += tent;
+            gets[other] = lum_rgb_mad(gets[other], share, tent * weight);
+        }
+    return sum;
+}
+
+/* Of all at once: what one gets makes no other less lone. */
+static enum lum_status share_lone(struct job *j, struct lum_error *err)
+{
+    const uint32_t w = j->coarse->film->w, h = j->coarse->film->h;
+    struct lum_rgb *gets = lum_calloc((size_t)w * h, sizeof *gets);
+    if (!gets)
+        return lum_fail(err, LUM_ERR_NOMEM, "size", "out of memory for a rough picture");
+    for (uint32_t y = 0; y < h; y++)
+        for (uint32_t x = 0; x < w; x++) {
+            if (!may_be_lone(j, x, y))
+                continue;
+            struct lum_rgb share = beyond(j, (int)x, (int)y);
+            if (!(lum_luminance(share) > 0.0f))
+                continue;
+            float weight = share_out(j, (int)x, (int)y, share, 0.0f, gets);
+            share_out(j, (int)x, (int)y, share, 1.0f / weight, gets); /* it gets of it, too */
+            size_t pixel = (size_t)y * w + x;
+            gets[pixel] = lum_rgb_mad(gets[pixel], share, -1.0f);
+        }
+    for (size_t i = 0; i < (size_t)w * h; i++)
+        j->light[i] = lum_rgb_add(j->light[i], gets[i]);
+    lum_free(gets);
+    return LUM_OK;
+}
+
 /* Both pictures are of the same eye, their middles are the same direction; the coarse one may show a little more. */
 static void tile_job(void *ctx, uint32_t tile, struct lum_counters *counters)
 {
@@ -129,7 +217,9 @@ enum lum_status lum_rough_upsample(const struct lum_rough_picture *coarse, const
     for (uint32_t y = 0; y < film->h; y++)
         for (uint32_t x = 0; x < film->w; x++)
             job.light[(size_t)y * film->w + x] = light_at(&job, x, y);
-    enum lum_status status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
+    enum lum_status status = share_lone(&job, err);
+    if (status == LUM_OK)
+        status = lum_stage_loop(runner, pass->tiling.n, tile_job, &job);
     lum_free(job.light);
     runner->stats->stage_ms[LUM_STAGE_UPSAMPLE] += (double)(lum_clock_ns() - begin_ns) * 1e-6;
     return status;

@@ -179,6 +179,8 @@ static cJSON *scene_json(const struct lum_director *d)
 static cJSON *view_json(struct lum_director *d, const struct lum_server_view *v)
 {
     const double size[2] = {v->settings.w, v->settings.h};
+    uint32_t shown[2];
+    lum_server_view_shown_size(v, shown);
     cJSON *o = cJSON_CreateObject();
     lum_json_add_number(o, "view_id", v->id);
     add_numbers(o, "size", size, 2);
@@ -187,7 +189,7 @@ static cJSON *view_json(struct lum_director *d, const struct lum_server_view *v)
     lum_json_add_number(o, "frames_skipped", (double)lum_stream_skipped(v->stream));
     lum_json_add_bool(o, "complete", v->complete);
     struct lum_frame_stats last = {
-        .frame = v->frame_seq, .w = v->settings.w, .h = v->settings.h, .n_passes = 1, .sum = v->last_pass};
+        .frame = v->frame_seq, .w = shown[0], .h = shown[1], .n_passes = 1, .sum = v->last_pass};
     last.stopped_by = v->complete ? lum_server_view_stopped_by(v) : NULL;
     last.budget = lum_budget_news_of(&v->watch);
     last.caustics = lum_world_caustics(&d->world, v->last_pass.complete);

@@ -6,6 +6,7 @@
 #include "core/math/color.h"
 #include "server/base/suggest.h"
 #include "server/director/budget.h"
+#include "server/director/rest.h"
 #include "server/world/apply.h"
 
 enum { EVERY_PASS_BELOW_SPP = 8 };
@@ -161,7 +162,7 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     if (!same_camera || v->versions.geometry != snapshot->versions.geometry || v->frame_seq == 0)
         v->only_background = sees_only_background(snapshot, &r.settings);
     if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
-        v->auto_settled = false;
+        v->automatic = (struct lum_auto_exposure){.ev = v->automatic.ev};
     v->n_instances = snapshot->n_instances;
     if (r.settings.method != v->settings.method)
         v->pace = (struct lum_pace){0};
@@ -220,7 +221,7 @@ bool lum_server_view_create(struct lum_world *world, const struct lum_view_param
         lum_proto_fail_memory(err);
         goto fail;
     }
-    if (!fit_tiles(v, r.settings.w, r.settings.h, err))
+    if (!fit_tiles(v, r.settings.w, r.settings.h, err) || !lum_rest_reserve(v, world, err))
         goto fail;
     *ret_view = v;
     return true;
@@ -235,6 +236,7 @@ void lum_server_view_destroy(struct lum_server_view *v)
         return;
     lum_stream_unref(v->stream);
     lum_view_destroy(v->core);
+    lum_view_destroy(v->rest.core);
     lum_overlay_finish(&v->overlay);
     lum_snapshot_unref(v->solo);
     lum_free(v->tiles);
@@ -259,7 +261,15 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
         return false;
     if (r.codec != v->codec || want.quality > v->want.quality || want.downscale != v->want.downscale || params->resend)
         memset(v->tiles, 0, v->n_tiles * sizeof *v->tiles);
+    bool rests_otherwise = memcmp(want.rest_size, v->want.rest_size, sizeof want.rest_size) != 0;
     v->want = want;
+    if (rests_otherwise && !lum_rest_reserve(v, world, err))
+        return false;
+    if (rests_otherwise) {
+        v->rest.failed = v->complete = false;
+        v->stale = true;
+        v->sent_spp = 0;
+    }
     if (gives(params, LUM_VIEW_BUDGET) || gives(params, LUM_VIEW_SPP))
         lum_budget_change(&v->watch, &want.budget, &r.settings);
     if (gives(params, LUM_VIEW_BUDGET) && !lum_server_view_stopped_by(v))
@@ -303,37 +313,91 @@ static void note_pace(struct lum_server_view *v, const struct lum_pass_stats *pa
                                           .stage_ms = ease ? pass->stage_ms[ease->stage] : 0.0});
 }
 
+/* Of the picture at rest: it is shown when it has as many samples as the one that it takes the place of. The first ones
+ * cost time alone. */
+static bool takes_the_place(struct lum_server_view *v, const struct lum_pass_stats *pass)
+{
+    struct lum_proto_error ignored;
+    const struct lum_view_settings *s = &v->rest.settings;
+    if (pass->spp < v->last_pass.spp && !pass->complete)
+        return false;
+    if (!fit_tiles(v, s->w, s->h, &ignored)) {
+        v->rest.failed = true;
+        v->rest.on = false;
+        return false;
+    }
+    v->rest.shown = v->unsent = true;
+    v->sent_spp = 0;
+    return true;
+}
+
+/* From the picture at rest to one that moves, or the other way. */
+static enum lum_status change_picture(struct lum_server_view *v, struct lum_error *err)
+{
+    struct lum_proto_error e;
+    if (v->stale) {
+        if (v->rest.shown && !fit_tiles(v, v->settings.w, v->settings.h, &e))
+            return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for tiles");
+        v->rest.on = v->rest.shown = false;
+        v->chose = preview_for(v);
+        v->settings.preview = v->chose.side;
+        v->settings.preview_eased = v->chose.eased != NULL;
+    } else if (!v->rest.on && lum_rest_may_begin(v)) {
+        v->rest.on = true;
+    }
+    if (v->rest.on) { /* also what was changed that makes no other picture */
+        v->rest.settings = v->settings;
+        v->rest.settings.preview = 1;
+        v->rest.settings.preview_eased = false;
+        v->rest.settings.w = (uint32_t)v->want.rest_size[0];
+        v->rest.settings.h = (uint32_t)v->want.rest_size[1];
+    }
+    return LUM_OK;
+}
+
+/* What a pass did, into what is known of the picture. */
+static void note_pass(struct lum_server_view *v, const struct lum_pass_stats *pass)
+{
+    lum_frame_stats_add(&v->frame, pass);
+    v->frame.w = lum_rest_shown_settings(v)->w;
+    v->frame.h = lum_rest_shown_settings(v)->h;
+    lum_budget_note(&v->watch, &v->want.budget, &v->settings, pass, v->watch.spent_ms + pass->ms);
+    bool known_anew = isfinite(pass->error.bound) && !(pass->error.bound == v->last_pass.error.bound);
+    v->last_pass = *pass;
+    v->unsent = v->unsent || pass->changed || v->sent_spp == 0 || known_anew;
+    v->complete = lum_server_view_stopped_by(v) != NULL && (v->rest.shown || !lum_rest_is_larger(v));
+}
+
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,
                                      const _Atomic bool *cancel, struct lum_error *err)
 {
     struct lum_pass_stats pass;
-    if (v->stale) {
-        v->chose = preview_for(v);
-        v->settings.preview = v->chose.side;
-        v->settings.preview_eased = v->chose.eased != NULL;
-    }
+    enum lum_status st = change_picture(v, err);
     if (v->solo)
         snapshot = v->solo;
-    enum lum_status st = lum_view_pass(v->core, snapshot, &v->settings, cancel, &pass, err);
+    const struct lum_view_settings *settings = v->rest.on ? &v->rest.settings : &v->settings;
+    if (!st)
+        st = lum_view_pass(v->rest.on ? v->rest.core : v->core, snapshot, settings, cancel, &pass, err);
     v->last_pass_ns = lum_clock_ns();
     if (st == LUM_ERR_CANCELLED)
         return st;
+    if (st && v->rest.on && !v->rest.shown) { /* what is shown goes on */
+        v->rest.failed = true;
+        v->rest.on = false;
+        return st;
+    }
     v->stale = false;
     if (st) {
         v->failed = true;
         return st;
     }
-    v->frame.w = v->settings.w;
-    v->frame.h = v->settings.h;
-    lum_frame_stats_add(&v->frame, &pass);
-    lum_budget_note(&v->watch, &v->want.budget, &v->settings, &pass, v->watch.spent_ms + pass.ms);
-    if (made_anew(&pass))
-        note_pace(v, &pass);
-    bool known_anew = isfinite(pass.error.bound) && !(pass.error.bound == v->last_pass.error.bound);
-    v->last_pass = pass;
     v->scene_rev = snapshot->scene_rev;
-    v->unsent = v->unsent || pass.changed || v->sent_spp == 0 || known_anew;
-    v->complete = lum_server_view_stopped_by(v) != NULL;
+    if (!v->rest.on && made_anew(&pass))
+        note_pace(v, &pass);
+    if (v->rest.on && !v->rest.shown && !takes_the_place(v, &pass))
+        v->watch.spent_ms += pass.ms;
+    else
+        note_pass(v, &pass);
     return LUM_OK;
 }
 
@@ -350,6 +414,12 @@ enum lum_frame_due lum_server_view_due(const struct lum_server_view *v, int64_t 
         *ret_wait_ns = INT64_MAX;
     if (v->stale || (v->last_pass.spp == 0 && v->last_pass.preview <= 1))
         return LUM_DUE_NONE; /* a picture of the former state is not sent under the new one's name */
+    if (v->automatic.follows) {
+        int64_t wait = v->sent_ns + LUM_EXPOSURE_STEP_NS - now_ns;
+        if (ret_wait_ns)
+            *ret_wait_ns = wait > 0 ? wait : LUM_EXPOSURE_STEP_NS;
+        return wait > 0 && v->sent_spp > 0 ? LUM_DUE_NONE : LUM_DUE_FRAME;
+    }
     if (v->complete && !v->final_sent) {
         int64_t rest = v->newest_ns + LUM_VIEW_SETTLE_NS - now_ns;
         if (rest <= 0 || !is_lossy(v->codec))
@@ -407,16 +477,17 @@ static uint32_t micros_since(int64_t from_ns, int64_t now_ns)
     return us < 0 ? 0 : us > UINT32_MAX ? UINT32_MAX : (uint32_t)us;
 }
 
+/* Fast frames are as bright as the picture that they become. In a deterministic world time changes no picture. */
 static double exposure_ev(struct lum_server_view *v, const struct lum_film *film)
 {
     if (v->exposure_ev.set)
         return v->exposure_ev.value;
-    if (!v->auto_settled) { /* fast frames are as bright as the picture that they become; a black one says nothing */
-        v->auto_ev = lum_exposure_auto(film);
-        bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
-        v->auto_settled = (v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP) && v->auto_ev != 0.0;
-    }
-    return v->auto_ev;
+    if (v->automatic.settled && v->settings.deterministic)
+        return v->automatic.ev;
+    bool fast = v->settings.method->refines && v->last_pass.spp > 0 && v->last_pass.preview <= 1;
+    bool fit = v->complete || fast || v->last_pass.spp >= EVERY_PASS_BELOW_SPP;
+    lum_auto_exposure_see(&v->automatic, lum_exposure_auto(film), fit, lum_clock_ns());
+    return v->automatic.ev;
 }
 
 static struct lum_display display(struct lum_server_view *v, const struct lum_film *film)
@@ -463,8 +534,9 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
                                         struct lum_published *ret_published, struct lum_error *err)
 {
     int64_t start = lum_clock_ns();
-    const struct lum_film *film = lum_view_film(v->core);
-    const struct lum_overlay_source source = {v->core, v->solo ? v->solo : scene, &v->settings};
+    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
+    const struct lum_overlay_source source = {lum_rest_shown_core(v), v->solo ? v->solo : scene,
+                                              lum_rest_shown_settings(v)};
     const struct lum_overlay_want map = overlay_want(&v->want);
     enum lum_status st = lum_overlay_make(&v->overlay, &map, &source, err);
     if (st)
@@ -492,7 +564,7 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
         lum_stream_publish(v->stream, picture.header.frame_seq, tiles);
         v->frame_seq++;
         v->unsent = false;
-        v->final_sent = due == LUM_DUE_FINAL;
+        v->final_sent = due == LUM_DUE_FINAL && !v->automatic.follows;
         v->sent_spp = v->last_pass.spp;
         v->sent_ns = now;
         *ret_published = p;
@@ -505,21 +577,23 @@ enum lum_status lum_server_view_read(struct lum_server_view *v, const struct lum
                                      uint32_t y, struct lum_reading *ret_reading, struct lum_error *err)
 {
     bool illuminance = v->settings.illuminance;
-    const struct lum_film *film = lum_view_film(v->core);
+    const struct lum_film *film = lum_view_film(lum_rest_shown_core(v));
     double scale = illuminance ? LUM_PI_D : 1.0;
     struct lum_reading r = {.unit = illuminance ? "lx" : "cd/m2", .value = (double)NAN, .error = (double)NAN};
     struct lum_aovs seen = {0};
     struct lum_error_map errors;
     enum lum_status st = LUM_OK;
     *ret_reading = r;
-    if (v->stale || v->failed || v->frame_seq == 0 || x >= film->w || y >= film->h)
+    if (v->stale || v->failed || v->frame_seq == 0 || x >= v->settings.w || y >= v->settings.h)
         return LUM_OK;
+    x = (uint32_t)((x + 0.5) * film->w / v->settings.w);
+    y = (uint32_t)((y + 0.5) * film->h / v->settings.h);
     if (illuminance)
-        st = lum_view_aovs(v->core, v->solo ? v->solo : scene, &v->settings, &seen, err);
+        st = lum_view_aovs(lum_rest_shown_core(v), v->solo ? v->solo : scene, lum_rest_shown_settings(v), &seen, err);
     if (st || (illuminance && seen.instance[(size_t)y * film->w + x] == LUM_NO_OBJECT))
         return st;
     r.value = scale * (double)lum_luminance(lum_film_mean(film, x, y));
-    st = lum_view_error_map(v->core, &errors, err);
+    st = lum_view_error_map(lum_rest_shown_core(v), &errors, err);
     if (st)
         return st;
     r.error = scale * (double)lum_error_map_at(&errors, errors.rms, x, y);

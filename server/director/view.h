@@ -4,23 +4,38 @@
  * progressive methods then refine it until it is complete. Frames go out after each pass while there are few samples,
  * then at growing intervals. The last one waits until the view has rested, and is lossless.
  *
+ * A view may be larger at rest (rest_size). Then a second view of the renderer makes that picture while the first one's
+ * stays on the screen, until it has as many samples. The first keeps all that it knows: with the next change it goes on
+ * as if there had been no other.
+ *
  * Thread: the director. */
 #ifndef LUM_SERVER_DIRECTOR_VIEW_H
 #define LUM_SERVER_DIRECTOR_VIEW_H
 
 #include "core/render/pace.h"
 #include "server/director/director.h"
+#include "server/director/exposure.h"
 #include "server/director/stats_json.h"
 #include "server/stream/encode.h"
 #include "server/world/world.h"
 
+#define LUM_VIEW_REST_NS 500000000ll   /* before it is made larger: a drag that halts is shorter */
 #define LUM_VIEW_SETTLE_NS 200000000ll /* rest before the lossless frame: it costs ten lossy ones, wasted in a drag */
+
+struct lum_rest {
+    struct lum_view *core; /* NULL: no larger size was ever asked for */
+    struct lum_view_settings settings;
+    bool on;     /* passes are its own */
+    bool shown;  /* frames, too */
+    bool failed; /* it could not be made: not tried again before another size is asked for */
+};
 
 struct lum_server_view {
     struct lum_server_view *next;
     uint32_t id;
     struct lum_session_ref session;
     struct lum_view *core;
+    struct lum_rest rest;
     struct lum_stream *stream;
     struct lum_view_params want; /* everything the client ever gave */
     /* from want and the scene */
@@ -28,14 +43,11 @@ struct lum_server_view {
     struct lum_opt exposure_ev;
     enum lum_tone_map tone;
     struct lum_opt white_balance_k;
-    uint8_t codec;                   /* enum lum_codec */
-    const struct lum_snapshot *solo; /* the scene with some lamps alone; NULL: as it is */
-    /* Automatic exposure settles with the first samples of a camera and then stands still: a dimmed lamp must look
-     * dimmer. */
-    double auto_ev;
-    bool auto_settled;
-    uint32_t n_instances;         /* that it was settled for */
-    struct lum_versions versions; /* of the snapshot last resolved against */
+    uint8_t codec;                      /* enum lum_codec */
+    const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
+    struct lum_auto_exposure automatic; /* exposure */
+    uint32_t n_instances;               /* that it was settled for */
+    struct lum_versions versions;       /* of the snapshot last resolved against */
     bool only_background;
     uint64_t scene_rev; /* that the picture stands for */
     /* progress */
@@ -108,6 +120,9 @@ enum lum_status lum_server_view_publish(struct lum_server_view *v, const struct 
                                         struct lum_encoder *encoder, enum lum_frame_due due,
                                         struct lum_published *ret_published, struct lum_error *err);
 
+/* The size of the picture on the screen. */
+void lum_server_view_shown_size(const struct lum_server_view *v, uint32_t ret_size[2]);
+
 /* What the picture has at a pixel. */
 struct lum_reading {
     const char *unit; /* "cd/m2" or "lx" */
@@ -115,7 +130,7 @@ struct lum_reading {
                          has changed */
     double error;     /* root mean square around there; NAN: not known */
 };
-/* scene: as of lum_server_view_publish. */
+/* x, y: pixels of settings.w and .h, whatever is shown. scene: as of lum_server_view_publish. */
 LUM_MUST_USE enum lum_status lum_server_view_read(struct lum_server_view *v, const struct lum_snapshot *scene,
                                                   uint32_t x, uint32_t y, struct lum_reading *ret_reading,
                                                   struct lum_error *err);

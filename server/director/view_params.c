@@ -36,6 +36,8 @@ static const struct lum_fields budget_fields = {budget_rows, COUNT(budget_rows)}
 static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
     [LUM_VIEW_SIZE] = {ROW(size, VECTOR), .n = 2, .flags = LUM_FIELD_WHOLE,
                        .min = LUM_LIMIT_VIEW_MIN, .max = LUM_LIMIT_VIEW_SIDE},
+    [LUM_VIEW_REST_SIZE] = {ROW(rest_size, VECTOR), .n = 2, .flags = LUM_FIELD_WHOLE,
+                            .min = LUM_LIMIT_VIEW_MIN, .max = LUM_LIMIT_VIEW_SIDE},
     [LUM_VIEW_CAMERA] = {ROW(camera, PARTS), BYTES(camera), .parts = &lum_camera_fields, .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_ID] = {ROW(camera_id, ID), BYTES(camera_id), .group = LUM_GROUP_CAMERA},
     [LUM_VIEW_CAMERA_SEQ] = {ROW(camera_seq, U32), .max = UINT32_MAX},
@@ -139,6 +141,9 @@ static bool check(struct lum_json_reader *r, const struct lum_view_params *p)
         lum_proto_prefix(r->err, "camera");
     else if (p->size[0] * p->size[1] > LUM_LIMIT_VIEW_PIXELS)
         lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "size", "a view has at most %u pixels",
+                       LUM_LIMIT_VIEW_PIXELS);
+    else if (p->rest_size[0] * p->rest_size[1] > LUM_LIMIT_VIEW_PIXELS)
+        lum_proto_fail(r->err, LUM_PROTO_BAD_PARAMS, "limit_exceeded", "rest_size", "a view has at most %u pixels",
                        LUM_LIMIT_VIEW_PIXELS);
     else if (!(p->given & LUM_VIEW_BIT(FALSE_COLOR)) || check_scale(&p->false_color, r->err))
         return true;

@@ -10,6 +10,7 @@ struct lum_json_reader;
 /* Rows of lum_view_fields, and bits of lum_view_params.given. */
 enum lum_view_param {
     LUM_VIEW_SIZE,
+    LUM_VIEW_REST_SIZE,
     LUM_VIEW_CAMERA,
     LUM_VIEW_CAMERA_ID,
     LUM_VIEW_CAMERA_SEQ,
@@ -42,8 +43,9 @@ struct lum_view_false_color {
 };
 
 struct lum_view_params {
-    uint32_t given; /* LUM_VIEW_BIT of what the client named */
-    double size[2]; /* pixels */
+    uint32_t given;      /* LUM_VIEW_BIT of what the client named */
+    double size[2];      /* pixels */
+    double rest_size[2]; /* once nothing moves; not larger than size: as that */
     struct lum_record_camera camera;
     lum_id camera_id;
     uint32_t camera_seq;

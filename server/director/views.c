@@ -38,16 +38,25 @@ static struct lum_server_view *require_view(struct lum_director *d, const struct
     return v;
 }
 
+/* Of both its sizes. */
+static uint64_t pixels_of(const struct lum_view_params *p)
+{
+    return (uint64_t)(p->size[0] * p->size[1] + p->rest_size[0] * p->rest_size[1]);
+}
+
 static bool has_room(const struct lum_director *d, const struct lum_request *q,
                      const struct lum_server_view *instead_of, struct lum_proto_error *err)
 {
-    uint64_t n = 0, own = 0, pixels = (uint64_t)(q->view.size[0] * q->view.size[1]);
+    uint64_t n = 0, own = 0, pixels;
+    struct lum_view_params wanted = instead_of ? instead_of->want : q->view;
+    lum_view_params_merge(&wanted, &q->view);
+    pixels = pixels_of(&wanted);
     for (const struct lum_server_view *v = d->views; v; v = v->next) {
         if (v == instead_of)
             continue;
         n++;
         own += lum_session_same(v->session, q->session);
-        pixels += (uint64_t)v->settings.w * v->settings.h;
+        pixels += pixels_of(&v->want);
     }
     if (own >= LUM_LIMIT_VIEWS_PER_SESSION)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "limit_exceeded", "", "a session has at most %u views",
@@ -103,7 +112,7 @@ static void view_update(struct lum_director *d, const struct lum_request *q)
     struct lum_server_view *v = require_view(d, q, q->view_id);
     if (!v)
         return;
-    if ((q->view.given & LUM_VIEW_BIT(SIZE) && !has_room(d, q, v, &err)) ||
+    if ((q->view.given & (LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(REST_SIZE)) && !has_room(d, q, v, &err)) ||
         !lum_server_view_update(v, &d->world, &q->view, &err)) {
         lum_director_refuse(d, q, &err);
         return;

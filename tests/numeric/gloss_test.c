@@ -1,5 +1,8 @@
 /* What glossy surfaces show in the first frame of `live` is no mottle: paths of several windows of the filter are
  * joined; and no dots, but no light is lost for that. */
+#include <string.h>
+
+#include "core/effect/gloss/gloss.h"
 #include "tests/support/rig.h"
 
 #define SIZE 96u
@@ -116,11 +119,43 @@ static void no_light_is_lost_to_tame_dots(void **state)
     rig_end(&r);
 }
 
+static float luminance_of(struct lum_rgb *radiance, uint32_t n_lit, float bright, struct lum_gloss_tile *ret_tile)
+{
+    float whole = bright;
+    memset(radiance, 0, LUM_TILE_PIXELS * sizeof *radiance);
+    radiance[7] = lum_grey(bright);
+    for (uint32_t i = 1; i < n_lit; i++, whole += 1.0f)
+        radiance[7 + i] = lum_grey(1.0f);
+    *ret_tile = (struct lum_gloss_tile){.kept = 0.0f};
+    lum_gloss_tame(ret_tile, radiance, LUM_TILE_PIXELS, LUM_TILE_PIXELS);
+    assert_float_equal(ret_tile->kept + ret_tile->cut, whole, 1e-5f * whole);
+    return lum_luminance(radiance[7]);
+}
+
+/* A path that found something a hundred times as bright as the others did is limited by these, however few they are: to
+ * 6 times (BRIGHTEST) their mean or that of all pixels, whichever is more. One like the others is not. No light is
+ * lost. */
+static void a_path_alone_is_no_dot(void **state)
+{
+    (void)state;
+    struct lum_rgb radiance[LUM_TILE_PIXELS];
+    struct lum_gloss_tile tile;
+    const float n = (float)LUM_TILE_PIXELS;
+    for (uint32_t n_lit = 2; n_lit <= 12; n_lit++) {
+        float all = 6.0f * (100.0f + (float)(n_lit - 1)) / n;
+        assert_true(luminance_of(radiance, n_lit, 100.0f, &tile) <= fmaxf(6.0f, all) * 1.00001f);
+        assert_float_equal(luminance_of(radiance, n_lit, 1.0f, &tile), 1.0f, 0.0f);
+        assert_float_equal(tile.cut, 0.0f, 0.0f);
+    }
+    assert_true(luminance_of(radiance, 1, 100.0f, &tile) <= 6.0f * 100.0f / n);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(first_frame_is_smooth),
         cmocka_unit_test(no_light_is_lost_to_tame_dots),
+        cmocka_unit_test(a_path_alone_is_no_dot),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -443,12 +443,49 @@ static void requests_that_name_nothing_are_refused(void **state)
     assert_refused(client_ask(c, request), "not_found", "view_id");
 }
 
+/* A picture at rest grows to what is asked for, from as many samples on as it has, and ends so; pixels are read in the
+ * size that moves. The next change is shown in that again. */
+static void at_rest_the_picture_is_larger(void **state)
+{
+    struct client *c = *state;
+    struct lum_request *request = client_request(c, &lum_request_view_open);
+    request->view = (struct lum_view_params){
+        .given = LUM_VIEW_BIT(SIZE) | LUM_VIEW_BIT(REST_SIZE), .size = {W, H}, .rest_size = {2 * W + 1, 2 * H + 1}};
+    cJSON_Delete(client_ask(c, request));
+    struct lum_frame_header h = client_next_frame(c, NULL);
+    uint32_t spp = 0;
+    assert_int_equal(h.full_w, W);
+    for (; !(h.flags & LUM_FRAME_CONVERGED); h = client_next_frame(c, NULL)) {
+        assert_true(h.spp >= spp);
+        assert_true(h.full_w == W || h.full_w == 2 * W + 1);
+        spp = h.spp;
+    }
+    assert_int_equal(h.full_w, 2 * W + 1);
+    assert_int_equal(h.full_h, 2 * H + 1);
+    cJSON *reply = ask(c, "view.read", "{\"view_id\":1,\"x\":39,\"y\":29}");
+    assert_true(cJSON_IsNumber(cJSON_GetObjectItem(cJSON_GetObjectItem(reply, "result"), "value")));
+    cJSON_Delete(reply);
+    assert_refused(ask(c, "view.read", "{\"view_id\":1,\"x\":40,\"y\":29}"), "invalid_value", "x");
+    uint64_t rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"lamp\",\"path\":\"/intensity_cd\",\"value\":10}]");
+    do
+        h = client_next_frame(c, NULL);
+    while (h.scene_rev < rev);
+    assert_int_equal(h.full_w, W);
+    assert_int_equal(client_converged_frame(c, rev, NULL).full_w, 2 * W + 1);
+    assert_taken(update_view(c, "{\"view_id\":1,\"rest_size\":[40,30],\"camera_seq\":9}"));
+    do
+        h = client_next_frame(c, NULL);
+    while (h.camera_seq < 9 || !(h.flags & LUM_FRAME_CONVERGED));
+    assert_int_equal(h.full_w, W);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(white_balance_costs_no_ray, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(the_latest_camera_wins, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_larger_budget_resumes, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(at_rest_the_picture_is_larger, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(effects_are_forced_and_given_back, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_method_without_samples_is_judged, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(a_spent_time_leaves_a_whole_picture, client_setup, client_teardown),

@@ -162,11 +162,58 @@ static void every_method_can_be_rough(void **state)
     }
 }
 
+/* A stripe of sun that is thinner than a block is met by few of them, which are no dots as bright as the sun: what they
+ * have is that of the pixels around. None of the light is lost: over stripes at many places a block meets as much as
+ * its pixels do. */
+static void thin_stripes_are_no_dots(void **state)
+{
+    (void)state;
+    enum { PLACES = 24 };
+    struct rig r;
+    double full = 0.0, rough = 0.0, sunlit = 0.0, brightest = 0.0;
+    rig_begin(&r, 2);
+    rig_square(&r, "floor", 40);
+    rig_square(&r, "left", 10);
+    rig_square(&r, "right", 10);
+    rig_diffuse_object(&r, "floor", "grey", 0.5f, rig_v(0, 0, 0));
+    struct lum_light_desc sun = {
+        .kind = LUM_LIGHT_DIRECTIONAL, .direction = {0, -1, 0}, .color = lum_grey(1), .intensity = 5000.0, .on = true};
+    rig_light(&r, "sun", &sun);
+    rig_camera(&r, rig_v(0, 3, 0), rig_v(0.9, 0, 0.4), 60);
+    use_method(&r, "live");
+    r.settings.w = 150, r.settings.h = 106;
+    r.settings.max_spp = 1;
+    r.settings.effects_off = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE);
+    for (int place = 0; place < PLACES; place++) {
+        double x = 0.5 * place / PLACES;
+        rig_diffuse_object(&r, "left", "black", 0.0f, rig_v(x - 10, 4, 0));
+        rig_diffuse_object(&r, "right", "black", 0.0f, rig_v(x + 10.05, 4, 0));
+        rig_commit(&r);
+        r.settings.preview = 0;
+        rig_fresh_view(&r);
+        rig_pass(&r);
+        full += (double)rig_mean(&r).g / PLACES;
+        r.settings.preview = 8;
+        rig_fresh_view(&r);
+        assert_int_equal(rig_pass(&r).preview, 8);
+        rough += (double)rig_mean(&r).g / PLACES;
+        const struct lum_film *film = lum_view_film(r.view);
+        for (uint32_t i = 0; i < film->w * film->h; i++)
+            brightest = fmax(brightest, (double)lum_film_mean(film, i % film->w, i / film->w).g);
+    }
+    sunlit = 0.5 / LUM_PI_D * 5000.0;
+    print_message("mean %g, roughly %g; brightest %.3f of what the sun lights\n", full, rough, brightest / sunlit);
+    assert_true(brightest < 0.6 * sunlit);
+    assert_true(fabs(rough / full - 1.0) < 0.15);
+    rig_end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(edges_are_those_of_the_full_picture),
         cmocka_unit_test(what_shines_reflects_too),
+        cmocka_unit_test(thin_stripes_are_no_dots),
         cmocka_unit_test(frames_after_rough_pictures_are_as_without),
         cmocka_unit_test(eased_pictures_take_fewer_rays),
         cmocka_unit_test(every_method_can_be_rough),

@@ -43,6 +43,7 @@ static void every_member_sets_its_own_bit(void **state)
 {
     static const char *const texts[LUM_VIEW_PARAM_COUNT] = {
         [LUM_VIEW_SIZE] = "{'size':[600,400]}",
+        [LUM_VIEW_REST_SIZE] = "{'rest_size':[1200,800]}",
         [LUM_VIEW_CAMERA] = "{'camera':{'position':[0,1,4],'target':[0,1,0]}}",
         [LUM_VIEW_CAMERA_ID] = "{'camera_id':'main'}",
         [LUM_VIEW_CAMERA_SEQ] = "{'camera_seq':4294967295}",

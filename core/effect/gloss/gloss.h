@@ -34,6 +34,8 @@ struct lum_gloss {
 };
 extern const struct lum_state_kind lum_gloss_kind; /* of lum_estimator_glossy */
 
+/* Limits what the paths of a tile's n pixels bring, of which n_gloss are glossy, and sums it in kept and cut. */
+void lum_gloss_tame(struct lum_gloss_tile *tile, struct lum_rgb *radiance, uint32_t n, uint32_t n_gloss);
 /* Of what paths of gloss brought home, and was too bright: the pixels of a rectangle of whole tiles get what the tiles
  * around cut, in proportion to what they have. smooth: w * h. Once all tiles are traced. */
 void lum_gloss_give_back(const struct lum_gloss *gloss, const struct lum_pass *pass, const struct lum_tile_rect *r,

@@ -50,8 +50,9 @@ static void add_paths(const struct lum_pass *pass, uint32_t tile, const bool *st
 /* ---- bright paths ---- */
 
 /* A path that found a small bright thing by a rare way would stand out as a dot for as long as the frame shows, so that
- * no path is let be brighter than this many times the mean of its tile. What that takes away, the pixels around get:
- * lum_gloss_give_back. */
+ * no path is let be brighter than this many times the mean of the others in its tile that found anything; or, where few
+ * did, of all its glossy pixels. (Among five paths none is six times as bright as the mean with it.) What that takes
+ * away, the pixels around get: lum_gloss_give_back. */
 #define BRIGHTEST 6.0f
 
 static float sum_of(const struct lum_rgb *radiance, uint32_t n)
@@ -62,16 +63,16 @@ static float sum_of(const struct lum_rgb *radiance, uint32_t n)
     return sum;
 }
 
-static void tame(struct lum_gloss_tile *tile, struct lum_rgb *radiance, uint32_t n)
+void lum_gloss_tame(struct lum_gloss_tile *tile, struct lum_rgb *radiance, uint32_t n, uint32_t n_gloss)
 {
     float whole = sum_of(radiance, n);
-    for (int round = 0; round < 2; round++) { /* the first mean is still that of the outliers, too */
-        float lit = 0.0f;
+    for (int round = 0; round < 2; round++) { /* the first mean is still that of other outliers, too */
+        float lit = 0.0f, sum = sum_of(radiance, n);
         for (uint32_t i = 0; i < n; i++)
             lit += lum_luminance(radiance[i]) > 0.0f ? 1.0f : 0.0f;
-        float most = lit > 0.0f ? BRIGHTEST * sum_of(radiance, n) / lit : 0.0f;
         for (uint32_t i = 0; i < n; i++) {
             float y = lum_luminance(radiance[i]);
+            float most = BRIGHTEST * lum_max((sum - y) / lum_max(lit - 1.0f, 1.0f), sum / (float)n_gloss);
             if (y > most)
                 radiance[i] = lum_rgb_scale(radiance[i], most / y);
         }
@@ -268,13 +269,13 @@ static void trace_at_present_power(const struct lum_pass *pass, uint32_t tile, s
     memcpy(ret_radiance, w.radiance, sizeof w.radiance);
 }
 
-static bool any_gloss(const struct lum_pass *pass, const struct lum_tile_rect *r)
+static uint32_t count_gloss(const struct lum_pass *pass, const struct lum_tile_rect *r)
 {
-    uint8_t bits = 0;
+    uint32_t n = 0;
     for (uint32_t y = r->y; y < r->y + r->h; y++)
         for (uint32_t x = r->x; x < r->x + r->w; x++)
-            bits |= pass->surfaces->kind[(size_t)y * pass->tiling.w + x];
-    return bits & LUM_PIXEL_GLOSS;
+            n += pass->surfaces->kind[(size_t)y * pass->tiling.w + x] & LUM_PIXEL_GLOSS ? 1 : 0;
+    return n;
 }
 
 static void keep_nothing(struct lum_gloss_tile *kept)
@@ -290,7 +291,8 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
     struct lum_tile_rect r = lum_tile_at(&pass->tiling, tile);
     struct lum_gloss_tile *kept = kept_of(pass, tile);
     struct lum_rgb radiance[LUM_TILE_PIXELS];
-    if (!any_gloss(pass, &r)) {
+    uint32_t n_gloss = count_gloss(pass, &r);
+    if (n_gloss == 0) {
         keep_nothing(kept);
         return;
     }
@@ -298,7 +300,7 @@ static void glossy_batch(const struct lum_pass *pass, uint32_t tile, struct lum_
         sum_gains(pass, kept->gains, kept->n, radiance);
     else if (!trace_at_any_power(pass, tile, counters, radiance))
         trace_at_present_power(pass, tile, counters, radiance);
-    tame(kept, radiance, r.w * r.h);
+    lum_gloss_tame(kept, radiance, r.w * r.h, n_gloss);
     for (uint32_t i = 0; i < r.w * r.h; i++)
         lum_component_add(pass->components, LUM_EFFECT_GLOSSY, (size_t)(r.y + i / r.w) * pass->tiling.w + r.x + i % r.w,
                           radiance[i]);

@@ -12,7 +12,7 @@ import type { Json, JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
 
-/** How many pixels to ask for. The picture is stretched to the window; a CPU renders this many. */
+/** How many pixels to ask for while something moves. The picture is stretched to the window; at rest it has all of its pixels. */
 export const RESOLUTIONS = {
     fast: { label: 'Fast', pixels: 160_000 },
     balanced: { label: 'Balanced', pixels: 400_000 },
@@ -128,6 +128,8 @@ export function viewSize(cssW: number, cssH: number, ratio: number, pixels: numb
     return [Math.max(1, Math.floor(w * s)), Math.max(1, Math.floor(h * s))];
 }
 
+const same = (a: readonly number[], b: readonly number[]): boolean => a[0] === b[0] && a[1] === b[1];
+
 /** Changes sent before the first of them is answered: what is changed meanwhile waits, and only the newest of it is sent. */
 const MAX_UNANSWERED = 2;
 
@@ -155,6 +157,8 @@ export class ViewLink {
     readonly aspect = computed(() => this.cssSize.value[0] / this.cssSize.value[1]);
     /** The size the server was asked for. */
     readonly size = signal<[number, number]>([1, 1]);
+    /** And of the picture once nothing moves: all pixels of the window. */
+    private restSize: [number, number] = [1, 1];
     /** Something of this view was changed that no frame shows yet. */
     readonly pending = signal(false);
     viewId: number | null = null;
@@ -194,8 +198,10 @@ export class ViewLink {
     private fit(ratio: number): void {
         const [w, h] = this.cssSize.value;
         const size = viewSize(w, h, ratio, RESOLUTIONS[this.settings.value.resolution].pixels);
-        if (size[0] === this.size.value[0] && size[1] === this.size.value[1]) return;
+        const rest = viewSize(w, h, ratio, RESOLUTIONS.native.pixels);
+        if (same(size, this.size.value) && same(rest, this.restSize)) return;
         this.size.value = size;
+        this.restSize = rest;
         this.mark('size');
     }
 
@@ -209,6 +215,7 @@ export class ViewLink {
                 ...this.numbered(null),
                 camera: this.pose(),
                 size: this.size.value,
+                rest_size: this.restSize,
                 ...this.settingParams(),
             });
             this.viewId = Number(reply.view_id);
@@ -267,7 +274,7 @@ export class ViewLink {
         const params: JsonObject = { view_id: viewId, ...this.numbered(performance.now()) };
         const seq = this.cameraSeq;
         if (camera) params.camera = this.pose();
-        if (size) params.size = this.size.value;
+        if (size) Object.assign(params, { size: this.size.value, rest_size: this.restSize });
         if (settings) Object.assign(params, this.settingParams());
         if (tiles) params.resend = true;
         this.unanswered++;
