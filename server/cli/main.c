@@ -31,6 +31,7 @@
 #include "server/net/auth.h"
 #include "server/net/healthcheck.h"
 #include "server/net/net.h"
+#include "server/net/uploads.h"
 
 static void help_serve(const struct lum_help *h)
 {
@@ -209,12 +210,13 @@ static void tell_alive(void *service)
 }
 
 static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,
-                                     struct lum_service *service, struct lum_desk *desk,
+                                     struct lum_service *service, struct lum_desk *desk, const char *uploads_dir,
                                      struct lum_director **ret_director, struct lum_error *err)
 {
     const struct lum_director_config config = {
         .scene = o->scene,
         .assets_dir = o->assets,
+        .uploads_dir = uploads_dir,
         .state_dir = o->state,
         .durability = o->durability,
         .snapshot_bytes = 1024ull * o->snapshot_kib,
@@ -255,6 +257,7 @@ struct loading {
     struct lum_net *net;
     struct lum_service *service;
     struct lum_desk *desk;         /* NULL: none is listened to */
+    const char *uploads_dir;       /* NULL: nobody may send files */
     struct lum_director *director; /* the result */
     enum lum_status status;
     struct lum_error *err;
@@ -264,7 +267,7 @@ struct loading {
 static void *load_main(void *arg)
 {
     struct loading *l = arg;
-    l->status = make_director(l->options, l->log, l->net, l->service, l->desk, &l->director, l->err);
+    l->status = make_director(l->options, l->log, l->net, l->service, l->desk, l->uploads_dir, &l->director, l->err);
     atomic_store(&l->done, true);
     lum_net_wake(l->net);
     return NULL;
@@ -286,11 +289,31 @@ static enum lum_status load(struct loading *l)
     return l->status;
 }
 
-/* From the director to the end of the run; net and the signal thread are there. */
-static enum lum_status run(const struct lum_serve_options *o, const struct lum_auth *auth, struct lum_log log,
-                           struct lum_net *net, struct lum_service *service, struct lum_error *err)
+/* Once the director has the folder of --state for itself. What cannot be kept is not taken; all else is served. */
+static struct lum_uploads *make_uploads(const struct lum_serve_options *o, const char *dir, struct lum_log log,
+                                        struct lum_net *net)
 {
-    struct loading loading = {.options = o, .log = log, .net = net, .service = service, .err = err};
+    struct lum_error err;
+    struct lum_uploads *uploads = NULL;
+    const struct lum_uploads_config config = {.root = dir,
+                                              .max_bytes = (uint64_t)o->upload_mib << 20,
+                                              .disk = &lum_disk_real,
+                                              .audit = o->audit,
+                                              .log = log,
+                                              .wake = lum_net_wake,
+                                              .wake_user = net};
+    if (dir && lum_uploads_create(&config, &uploads, &err))
+        lum_log(&log, LUM_LOG_WARNING, "main", "no file can be sent: %s", err.text);
+    return uploads;
+}
+
+/* From the director to the end of the run; net and the signal thread are there. uploads_dir: where to keep what people
+ * send; NULL: nobody may. */
+static enum lum_status run(const struct lum_serve_options *o, const char *uploads_dir, const struct lum_auth *auth,
+                           struct lum_log log, struct lum_net *net, struct lum_service *service, struct lum_error *err)
+{
+    struct loading loading = {
+        .options = o, .log = log, .net = net, .service = service, .uploads_dir = uploads_dir, .err = err};
     struct lum_sessions *sessions = NULL;
     enum lum_status status = make_desk(o, log, &loading.desk, err);
     if (!status)
@@ -301,10 +324,12 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
     }
     struct lum_director *director = loading.director;
     struct lum_desk *desk = loading.desk;
+    struct lum_uploads *uploads = make_uploads(o, uploads_dir, log, net);
     const struct lum_sessions_config config = {.director = director,
                                                .auth = auth,
                                                .counters = lum_net_counters(net),
                                                .imports = has_assets(o, log),
+                                               .uploads = uploads,
                                                .saved = o->state ? lum_durability_names[o->durability] : NULL,
                                                .starts = lum_director_starts(director),
                                                .audit = o->audit,
@@ -315,12 +340,30 @@ static enum lum_status run(const struct lum_serve_options *o, const struct lum_a
         print_ready(o, lum_net_port(net), auth);
         lum_log(&log, LUM_LOG_INFO, "main", "listening on %s port %u", o->listen.host, lum_net_port(net));
         lum_service_tell(service, "READY=1");
-        lum_net_run(net, sessions, director);
+        lum_net_run(net, sessions, uploads, director);
         lum_log(&log, LUM_LOG_INFO, "main", "stopped");
     }
     lum_sessions_destroy(sessions);
+    lum_uploads_destroy(uploads);
     lum_director_destroy(director);
     lum_desk_destroy(desk);
+    return status;
+}
+
+static enum lum_status run_with_uploads(const struct lum_serve_options *o, const struct lum_auth *auth,
+                                        struct lum_log log, struct lum_net *net, struct lum_service *service,
+                                        struct lum_error *err)
+{
+    char path[4096];
+    struct lum_error why;
+    if (o->state || o->upload_mib == 0)
+        return run(o, o->upload_mib ? o->state : NULL, auth, log, net, service, err);
+    bool made = !lum_upload_root_make(path, sizeof path, &why);
+    if (!made)
+        lum_log(&log, LUM_LOG_WARNING, "main", "no file can be sent: %s", why.text);
+    enum lum_status status = run(o, made ? path : NULL, auth, log, net, service, err);
+    if (made)
+        lum_upload_root_remove(path);
     return status;
 }
 
@@ -339,7 +382,7 @@ static enum lum_status serve(const struct lum_serve_options *o, struct lum_log l
     if (!status && !signals_begin(&watch, net, &service))
         status = lum_fail(err, LUM_ERR_INTERNAL, "", "cannot start a thread");
     else if (!status) {
-        status = run(o, &auth, log, net, &service, err);
+        status = run_with_uploads(o, &auth, log, net, &service, err);
         signals_finish(&watch);
     }
     lum_net_destroy(net);

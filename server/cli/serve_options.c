@@ -91,6 +91,10 @@ static const struct lum_option_row rows[LUM_SERVE_COUNT] = {
         .help = "the same for Art-Net: 127.0.0.1:6454"},
     [LUM_SERVE_ASSETS] = {"assets", "DIR", TEXT(assets),
         .help = "directory of the model files that clients may import"},
+    [LUM_SERVE_UPLOAD_MIB] = {"upload-mib", "N", .fallback = "4096", .kind = LUM_OPTION_WHOLE,
+        AT(upload_mib), .max = 1048576,
+        .help = "of files that who may edit sends from a browser, kept in DIR of --state, or until the end; 0: no\n"
+                "file is taken"},
     [LUM_SERVE_STATE] = {"state", "DIR", TEXT(state),
         .help = "keeps every edit in DIR, and starts with what DIR holds; --scene is for an empty one"},
     [LUM_SERVE_DURABILITY] = {"durability", "WHEN", .fallback = "commit", OTHER(read_durability),

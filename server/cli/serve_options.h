@@ -25,6 +25,7 @@ enum lum_serve_option {
     LUM_SERVE_SACN_JOIN,
     LUM_SERVE_ARTNET,
     LUM_SERVE_ASSETS,
+    LUM_SERVE_UPLOAD_MIB,
     LUM_SERVE_STATE,
     LUM_SERVE_DURABILITY,
     LUM_SERVE_SNAPSHOT_KIB,
@@ -50,6 +51,7 @@ struct lum_serve_options {
     bool no_auth, audit, deterministic, healthcheck, print_config;
     uint32_t threads; /* 0: all processors */
     uint32_t snapshot_kib;
+    uint32_t upload_mib; /* 0: nobody may send files */
     enum lum_log_level log;
     /* As given, and where it comes from, for messages: "--threads", "$LUMEND_THREADS" or "default". */
     const char *value[LUM_SERVE_COUNT];

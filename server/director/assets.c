@@ -44,7 +44,8 @@ static cJSON *list_json(const struct lum_asset_list *list)
 static cJSON *list(const struct lum_director *d, const struct lum_request *q, struct lum_proto_error *err)
 {
     struct lum_asset_list found;
-    enum lum_status status = lum_asset_list(d->config.assets_dir, lum_is_web_file, q->match, &d->stop_imports, &found);
+    enum lum_status status = lum_asset_list(d->config.assets_dir, d->config.uploads_dir, lum_is_web_file, q->match,
+                                            &d->stop_imports, &found);
     if (status == LUM_ERR_NOMEM)
         lum_proto_fail_memory(err);
     else if (status)
@@ -70,8 +71,10 @@ static cJSON *describe(const struct lum_record_web *web, const struct lum_import
 
 static cJSON *photometry(const struct lum_director *d, const struct lum_request *q, struct lum_proto_error *err)
 {
-    struct lum_import_config config = {
-        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+    struct lum_import_config config = {.importer = d->config.importer,
+                                       .assets_dir = d->config.assets_dir,
+                                       .uploads_dir = d->config.uploads_dir,
+                                       .log = d->config.log};
     struct lum_import_result result = {0};
     struct lum_record *light = lum_record_create(LUM_RECORD_LIGHT, "lamp"), *read = NULL;
     cJSON *o = NULL;
@@ -171,7 +174,7 @@ static bool enqueue(struct lum_director *d, struct lum_request *q, struct lum_pr
 {
     struct lum_asset_job **end = &d->assets.jobs;
     uint32_t n = 0;
-    if (!d->config.assets_dir)
+    if (!d->config.assets_dir && !d->config.uploads_dir)
         return lum_proto_fail(err, LUM_PROTO_APPLICATION, "unsupported", "",
                               "this server has no folder of assets: start it with --assets DIR");
     for (; *end; end = &(*end)->next)

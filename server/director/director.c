@@ -237,14 +237,15 @@ static bool copy_config(struct lum_director *d, const struct lum_director_config
     d->config = *config;
     d->config.scene = copy_string(config->scene);
     d->config.assets_dir = copy_string(config->assets_dir);
+    d->config.uploads_dir = copy_string(config->uploads_dir);
     d->config.importer = copy_string(config->importer);
     d->config.method = copy_string(config->method);
     d->config.state_dir = copy_string(config->state_dir);
     if (!d->config.wake_net)
         d->config.wake_net = wake_nobody;
     return d->config.scene && (!config->assets_dir || d->config.assets_dir) &&
-           (!config->importer || d->config.importer) && (!config->method || d->config.method) &&
-           (!config->state_dir || d->config.state_dir);
+           (!config->uploads_dir || d->config.uploads_dir) && (!config->importer || d->config.importer) &&
+           (!config->method || d->config.method) && (!config->state_dir || d->config.state_dir);
 }
 
 static enum lum_status init_lock(struct lum_director *d, struct lum_error *err)
@@ -288,8 +289,10 @@ static bool set_method(struct lum_director *d, struct lum_proto_error *err)
 
 static enum lum_status load(struct lum_director *d, struct lum_error *err)
 {
-    struct lum_import_config import = {
-        .importer = d->config.importer, .assets_dir = d->config.assets_dir, .log = d->config.log};
+    struct lum_import_config import = {.importer = d->config.importer,
+                                       .assets_dir = d->config.assets_dir,
+                                       .uploads_dir = d->config.uploads_dir,
+                                       .log = d->config.log};
     struct lum_proto_error e;
     bool loaded;
     enum lum_status st = lum_director_open_state(d, &loaded, err);
@@ -388,6 +391,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);
     lum_free((char *)d->config.assets_dir);
+    lum_free((char *)d->config.uploads_dir);
     lum_free((char *)d->config.importer);
     lum_free((char *)d->config.method);
     lum_free((char *)d->config.state_dir);

@@ -17,10 +17,11 @@
 #include "server/journal/journal.h"
 
 struct lum_director_config {
-    const char *scene;      /* built-in name or file */
-    const char *assets_dir; /* root of import assets; NULL: imports refused */
-    const char *importer;   /* path of lumend-import */
-    const char *state_dir;  /* of the journal; NULL: nothing is kept. What is there comes before the scene */
+    const char *scene;       /* built-in name or file */
+    const char *assets_dir;  /* root of import assets; NULL: those are refused */
+    const char *uploads_dir; /* root of what people sent (asset.h); NULL: nobody may */
+    const char *importer;    /* path of lumend-import */
+    const char *state_dir;   /* of the journal; NULL: nothing is kept. What is there comes before the scene */
     enum lum_durability durability;
     uint64_t snapshot_bytes;           /* of edits, after which a snapshot is due; 0: LUM_JOURNAL_COMPACT_BYTES */
     const struct lum_disk *state_disk; /* NULL: the real one; tests have others */

@@ -155,11 +155,11 @@ static void edit(struct lum_director *d, struct lum_request *q)
         return;
     if (q->type == &lum_request_scene_apply && lum_ops_need_import(&q->ops)) {
         struct lum_proto_error err;
-        if (d->config.assets_dir && lum_director_may_edit(d, &err)) {
+        if ((d->config.assets_dir || d->config.uploads_dir) && lum_director_may_edit(d, &err)) {
             start_import(d, q);
             return;
         }
-        if (!d->config.assets_dir)
+        if (!d->config.assets_dir && !d->config.uploads_dir)
             lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
                            "this server has no folder of model files: start it with --assets DIR");
         refuse_edit(d, q, &err);
@@ -231,6 +231,7 @@ static void *import_main(void *arg)
     struct lum_import_config config = {
         .importer = d->config.importer,
         .assets_dir = d->config.assets_dir,
+        .uploads_dir = d->config.uploads_dir,
         .log = d->config.log,
         .admit = lum_totals_admit,
         .admit_user = &job->guard,

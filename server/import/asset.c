@@ -12,6 +12,14 @@
 #define DIR_FLAGS (O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)
 #define FILE_FLAGS (O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) /* NONBLOCK: a pipe must not hang us */
 
+bool lum_asset_is_upload(const char *name)
+{
+    static const char folder[] = LUM_UPLOAD_FOLDER "/";
+    const char *id = name + sizeof folder - 1;
+    return strncmp(name, folder, sizeof folder - 1) == 0 && strspn(id, "0123456789abcdef") == LUM_UPLOAD_ID_BYTES &&
+           id[LUM_UPLOAD_ID_BYTES] == '/';
+}
+
 /* The next component of *path into ret_name; *path moves behind it and its slashes. False: it is not allowed. */
 static bool next_component(const char **path, char ret_name[NAME_MAX + 1])
 {

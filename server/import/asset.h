@@ -6,6 +6,11 @@
 
 #include "core/base/base.h"
 
+/* Files that people sent lie below another root: "upload/0123456789abcdef0123456789abcdef/chair.glb". */
+#define LUM_UPLOAD_FOLDER "upload"
+#define LUM_UPLOAD_ID_BYTES 32
+bool lum_asset_is_upload(const char *name);
+
 /* Opens the directory that holds `name` below root_fd. */
 LUM_MUST_USE enum lum_status lum_asset_open_dir(int root_fd, const char *name, int *ret_dir_fd);
 /* Opens the plain file `name` below root_fd for reading. any_case: a component that does not exist matches one that

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "protocol/base/utf8.h"
+#include "server/import/asset.h"
 
 #define DIR_FLAGS (O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)
 
@@ -18,6 +19,7 @@ struct walk {
     const char *match;
     const _Atomic bool *cancel;
     struct lum_asset_list *list;
+    bool uploads;    /* only those that are whole */
     uint32_t n_seen; /* entries of folders, of whatever kind */
 };
 
@@ -55,7 +57,7 @@ static bool may_go_on(struct walk *w)
 static void take_file(struct walk *w, const char *path, uint64_t n_bytes)
 {
     struct lum_asset_list *list = w->list;
-    if (!w->wanted(path) || !strcasestr(path, w->match))
+    if (!w->wanted(path) || !strcasestr(path, w->match) || (w->uploads && !lum_asset_is_upload(path)))
         return;
     if (list->n == LUM_LIMIT_ASSETS_LISTED) {
         list->whole = false;
@@ -100,19 +102,35 @@ static int by_name(const void *a, const void *b)
     return strcmp(x->name, y->name);
 }
 
-enum lum_status lum_asset_list(const char *root, bool (*wanted)(const char *name), const char *match,
-                               const _Atomic bool *cancel, struct lum_asset_list *ret_list)
+/* Nobody sent anything yet: there is no folder, and that is no error. */
+static void walk_uploads(struct walk *w, const char *root)
+{
+    int root_fd = open(root, DIR_FLAGS & ~O_NOFOLLOW), fd = -1;
+    if (root_fd >= 0)
+        fd = openat(root_fd, LUM_UPLOAD_FOLDER, DIR_FLAGS);
+    if (fd >= 0)
+        walk_folder(w, fd, LUM_UPLOAD_FOLDER "/", 1);
+    if (root_fd >= 0)
+        close(root_fd);
+}
+
+enum lum_status lum_asset_list(const char *root, const char *uploads, bool (*wanted)(const char *name),
+                               const char *match, const _Atomic bool *cancel, struct lum_asset_list *ret_list)
 {
     struct lum_asset_list list = {.entries = lum_calloc(LUM_LIMIT_ASSETS_LISTED, sizeof *list.entries), .whole = true};
     if (!list.entries)
         return LUM_ERR_NOMEM;
-    int fd = open(root, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) {
+    int fd = root ? open(root, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+    if (root && fd < 0) {
         lum_asset_list_finish(&list);
         return LUM_ERR_IO;
     }
     struct walk w = {.wanted = wanted, .match = match, .cancel = cancel, .list = &list};
-    walk_folder(&w, fd, "", 1);
+    if (root)
+        walk_folder(&w, fd, "", 1);
+    w.uploads = true;
+    if (uploads)
+        walk_uploads(&w, uploads);
     qsort(list.entries, list.n, sizeof *list.entries, by_name);
     *ret_list = list;
     return LUM_OK;

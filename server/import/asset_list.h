@@ -19,9 +19,11 @@ struct lum_asset_list {
 };
 void lum_asset_list_finish(struct lum_asset_list *list);
 
-/* Files whose name is `wanted`, and has `match` in its path in whatever case ("": any). *cancel (may be NULL) true:
- * what was found until then. Blocking: a disk may be slow. LUM_ERR_NOMEM, LUM_ERR_IO: the root cannot be read. */
-LUM_MUST_USE enum lum_status lum_asset_list(const char *root, bool (*wanted)(const char *name), const char *match,
-                                            const _Atomic bool *cancel, struct lum_asset_list *ret_list);
+/* Files whose name is `wanted`, and has `match` in its path in whatever case ("": any). uploads: the root of what
+ * people sent. Either may be NULL. *cancel (may be NULL) true: what was found until then. Blocking: a disk may be slow.
+ * LUM_ERR_NOMEM, LUM_ERR_IO: the root cannot be read. */
+LUM_MUST_USE enum lum_status lum_asset_list(const char *root, const char *uploads, bool (*wanted)(const char *name),
+                                            const char *match, const _Atomic bool *cancel,
+                                            struct lum_asset_list *ret_list);
 
 #endif

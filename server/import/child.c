@@ -359,8 +359,8 @@ static bool open_asset_dir(struct child *c)
 {
     int root_fd = open(c->run->assets_dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (root_fd < 0)
-        return lum_proto_fail(c->err, LUM_PROTO_APPLICATION, "io", "asset",
-                              "cannot open the folder of model files (--assets): %s", strerror(errno));
+        return lum_proto_fail(c->err, LUM_PROTO_APPLICATION, "io", "asset", "cannot open the folder of model files: %s",
+                              strerror(errno));
     enum lum_status status = lum_asset_open_dir(root_fd, c->run->asset, &c->dir_fd);
     close(root_fd);
     if (status)

@@ -12,6 +12,7 @@
 #include "protocol/json/json.h"
 #include "protocol/op/op.h"
 #include "server/base/web_desc.h"
+#include "server/import/asset.h"
 #include "server/import/child.h"
 
 /* Turns the child's chunks into records. */
@@ -168,7 +169,7 @@ static bool run_importer(const struct lum_import_config *config, struct lum_impo
     char path[PATH_MAX];
     c->config = config;
     run->importer = find_importer(config, path);
-    run->assets_dir = config->assets_dir;
+    run->assets_dir = config->uploads_dir && lum_asset_is_upload(run->asset) ? config->uploads_dir : config->assets_dir;
     run->cpu_s = config->cpu_s ? config->cpu_s : LUM_LIMIT_IMPORT_CPU_S;
     run->log = &config->log;
     run->chunk = take_chunk;

@@ -13,9 +13,10 @@
 #include "protocol/record/record.h"
 
 struct lum_import_config {
-    const char *importer;   /* path of lumend-import; NULL: beside the running program */
-    const char *assets_dir; /* asset names are resolved below this directory, never above */
-    uint32_t cpu_s;         /* CPU time that one import may take; 0: LUM_LIMIT_IMPORT_CPU_S */
+    const char *importer;    /* path of lumend-import; NULL: beside the running program */
+    const char *assets_dir;  /* asset names are resolved below this directory, never above; NULL: there is none */
+    const char *uploads_dir; /* those of uploads (asset.h) below this one; NULL: like others */
+    uint32_t cpu_s;          /* CPU time that one import may take; 0: LUM_LIMIT_IMPORT_CPU_S */
     struct lum_log log;
     /* NULL, or asked of each record that comes, on the calling thread. False: no more is read, and err says why. */
     bool (*admit)(void *user, const struct lum_record *r, struct lum_proto_error *err);

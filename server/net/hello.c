@@ -17,7 +17,8 @@ static struct cJSON *limits_object(void)
         {"views", LUM_LIMIT_VIEWS_PER_SESSION},     {"view_side", LUM_LIMIT_VIEW_SIDE},
         {"view_pixels", LUM_LIMIT_VIEW_PIXELS},     {"unacked_frames", LUM_LIMIT_UNACKED_FRAMES},
         {"tile_side", LUM_LIMIT_TILE_SIDE},         {"undo_steps", LUM_LIMIT_UNDO},
-        {"undo_bytes", LUM_LIMIT_UNDO_BYTES},
+        {"undo_bytes", LUM_LIMIT_UNDO_BYTES},       {"upload_bytes", LUM_LIMIT_UPLOAD_BYTES},
+        {"upload_files", LUM_LIMIT_UPLOAD_FILES},
     };
     struct cJSON *object = cJSON_CreateObject();
     for (size_t i = 0; object && i < LUM_ARRAY_LEN(limits); i++) {
@@ -38,6 +39,7 @@ struct cJSON *lum_hello_result(const struct lum_sessions_config *config, const s
               (a->missed < 0 ? lum_json_add(result, "missed", cJSON_CreateNull())
                              : lum_json_add_number(result, "missed", a->missed)) &&
               lum_json_add_bool(result, "imports", config->imports) &&
+              lum_json_add_bool(result, "uploads", config->uploads != NULL) &&
               lum_json_add_string(result, "saved", config->saved ? config->saved : "no") &&
               lum_json_add(result, "limits", limits_object()) &&
               lum_json_add_number(result, "scene_rev", (double)lum_director_scene_rev(config->director)) &&

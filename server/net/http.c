@@ -6,10 +6,12 @@
 #include <string.h>
 #include <time.h>
 
+#include "protocol/json/json.h"
 #include "server/base/embed.h"
 #include "server/director/director.h"
 #include "server/net/auth.h"
 #include "server/net/metrics.h"
+#include "server/net/uploads.h"
 
 const char *const lum_http_headers[][2] = {
     /* The client's own scripts and styles only. Pictures are decoded from blobs, the stream is a WebSocket of this
@@ -65,7 +67,8 @@ void lum_http_error(int status, struct lum_http_response *ret_response)
         {401, "401 unauthorized: send the header Authorization: Bearer TOKEN, with the token of the server's URL\n"},
         {403, "403 forbidden: this Host or Origin is not allowed (see --allow-host, --allow-origin)\n"},
         {404, "404 not found\n"},
-        {405, "405 method not allowed: GET only\n"},
+        {405, "405 method not allowed: GET, HEAD, and PUT of files that were announced\n"},
+        {411, "411 length required\n"},
         {503, "503 service unavailable\n"},
     };
     for (size_t i = 0; i < LUM_ARRAY_LEN(texts); i++) {
@@ -75,6 +78,21 @@ void lum_http_error(int status, struct lum_http_response *ret_response)
         }
     }
     set_text(ret_response, 500, "500 internal error\n");
+}
+
+void lum_http_json(int status, const struct cJSON *json, struct lum_http_response *ret_response)
+{
+    size_t n;
+    char *text = json ? lum_json_print(json, &n) : NULL;
+    if (text)
+        *ret_response = (struct lum_http_response){.status = status,
+                                                   .type = "application/json",
+                                                   .cache = "no-store",
+                                                   .body = text,
+                                                   .n_bytes = n,
+                                                   .owned = text};
+    else
+        lum_http_error(500, ret_response);
 }
 
 /* FNV-1a: an embedded file's version. Not a security matter. */
@@ -152,6 +170,19 @@ void lum_http_get(const struct lum_http_site *site, const char *path, const char
         get_metrics(site, ret_response);
     else if (!get_file(path, ret_response))
         lum_http_error(404, ret_response);
+}
+
+struct lum_upload *lum_http_put(const struct lum_http_site *site, const char *path, int64_t n_bytes, void *connection,
+                                struct lum_http_response *ret_response)
+{
+    static const char folder[] = "/" LUM_UPLOAD_FOLDER "/";
+    int status = 405;
+    struct lum_upload *u = NULL;
+    if (site->uploads && !site->draining && strncmp(path, folder, sizeof folder - 1) == 0)
+        u = lum_uploads_begin(site->uploads, path + sizeof folder - 1, n_bytes, connection, &status);
+    if (!u)
+        lum_http_error(status, ret_response);
+    return u;
 }
 
 bool lum_http_matches(const struct lum_http_response *response, const char *if_none_match)

@@ -7,14 +7,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct cJSON;
 struct lum_auth;
 struct lum_director;
 struct lum_net_counters;
+struct lum_upload;
+struct lum_uploads;
 
 struct lum_http_site {
     const struct lum_director *director; /* NULL: the scene is being loaded */
     const struct lum_net_counters *counters;
     const struct lum_auth *auth; /* who may read /metrics */
+    struct lum_uploads *uploads; /* NULL: nobody may send files */
     int64_t started_ns;
     bool draining;
 };
@@ -32,8 +36,13 @@ struct lum_http_response {
 /* path: as in the request line, without query. authorization: that header, or NULL. Always fills the response. */
 void lum_http_get(const struct lum_http_site *site, const char *path, const char *authorization,
                   struct lum_http_response *ret_response);
+/* The text of an object, which stays the caller's; NULL: memory was short. */
+void lum_http_json(int status, const struct cJSON *json, struct lum_http_response *ret_response);
 /* A short text for people. */
 void lum_http_error(int status, struct lum_http_response *ret_response);
+/* A PUT. n_bytes: Content-Length; -1: none. NULL: the response says why. connection: see uploads.h. */
+struct lum_upload *lum_http_put(const struct lum_http_site *site, const char *path, int64_t n_bytes, void *connection,
+                                struct lum_http_response *ret_response);
 /* True when the If-None-Match header (may be NULL) names this version: 304, no body. */
 bool lum_http_matches(const struct lum_http_response *response, const char *if_none_match);
 

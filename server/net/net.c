@@ -12,7 +12,7 @@
  *   "h2c" would be accepted on a clear-text port.
  * - Host and Origin are checked for pages and upgrades alike.
  * - There is no limit on message size, connections per address, bytes or messages per second in the library: they are
- *   here, in peers.c and in session.c. */
+ *   here, in peers.c, in session.c and in uploads.c. */
 #define _GNU_SOURCE
 #include "server/net/net.h"
 
@@ -25,53 +25,15 @@
 #include <sys/socket.h>
 #include <time.h>
 
-#include <libwebsockets.h>
-
-#include "server/net/metrics.h"
-#include "server/net/peers.h"
-#include "server/net/rx.h"
+#include "server/net/net_internal.h"
 
 #define PROTOCOL "lumend.v1"
-#define TX_BYTES (128u << 10) /* one write: a raw tile of 128 x 128 and its header fit */
 #define RX_BYTES (16u << 10)
-#define CHUNK_BYTES (TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
 #define UNSENT_BYTES                                                                                                   \
     (128 << 10) /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
-
-/* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
-struct conn {
-    struct lws *wsi;
-    /* HTTP */
-    struct lum_http_response response;
-    size_t response_sent;
-    bool head_only;
-    /* WebSocket */
-    struct lum_session *session; /* NULL: not a WebSocket */
-    struct lum_rx rx;
-    lws_sorted_usec_list_t read_later;
-    bool closing; /* close_soon was called */
-    bool sending; /* message is on its way */
-    struct lum_message message;
-    size_t message_sent; /* of head and body together */
-};
-
-struct lum_net {
-    struct lum_net_config config;
-    struct lws_context *context;
-    struct lws_vhost *vhost;
-    struct lws_protocols protocols[2];
-    _Atomic bool woken, stop;
-    /* net thread */
-    struct lum_sessions *sessions;
-    struct lum_http_site site;
-    struct lum_net_counters counters;
-    struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
-    struct lum_peers peers;
-    unsigned char tx[LWS_PRE + TX_BYTES];
-};
 
 static const lws_retry_bo_t idle_policy = {
     .secs_since_valid_ping = LUM_LIMIT_PING_S,
@@ -118,137 +80,6 @@ static void uncount_connection(struct lws *wsi)
     lws_set_opaque_user_data(wsi, NULL);
 }
 
-/* ---- headers ---- */
-
-/* The header's text; false when it is absent, empty, or longer than any that we accept. */
-static bool copy_header(struct lws *wsi, enum lws_token_indexes token, char *out, size_t size)
-{
-    int n = lws_hdr_total_length(wsi, token);
-    return n > 0 && (size_t)n < size && lws_hdr_copy(wsi, out, (int)size, token) > 0;
-}
-
-static bool access_ok(const struct lum_net *net, struct lws *wsi)
-{
-    char host[300], origin[300];
-    bool has_origin = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
-    if (!copy_header(wsi, WSI_TOKEN_HOST, host, sizeof host) || !lum_access_host(&net->config.access, host))
-        return false;
-    if (!has_origin)
-        return true;
-    return copy_header(wsi, WSI_TOKEN_ORIGIN, origin, sizeof origin) &&
-           lum_access_origin(&net->config.access, origin, host);
-}
-
-/* See the top of this file. Never looks at `in`. */
-static int confirm_upgrade(const struct lum_net *net, struct lws *wsi)
-{
-    char upgrade[16];
-    if (!copy_header(wsi, WSI_TOKEN_UPGRADE, upgrade, sizeof upgrade) || strcasecmp(upgrade, "websocket") != 0)
-        return -1;
-    bool open = net->sessions && !atomic_load(&net->stop), ok = access_ok(net, wsi);
-    if (ok && open)
-        return 0;
-    lws_return_http_status(wsi, ok ? HTTP_STATUS_SERVICE_UNAVAILABLE : HTTP_STATUS_FORBIDDEN, NULL);
-    return 1;
-}
-
-/* ---- HTTP ---- */
-
-static void finish_response(struct conn *c)
-{
-    free(c->response.owned);
-    memset(&c->response, 0, sizeof c->response);
-    c->response_sent = 0;
-}
-
-static void fill_response(struct lum_net *net, struct conn *c, const char *path, size_t n_path)
-{
-    char name[256], authorization[sizeof "Bearer " + LUM_TOKEN_MAX_BYTES + 1];
-    bool head = lws_hdr_total_length(c->wsi, WSI_TOKEN_HEAD_URI) > 0;
-    c->head_only = head;
-    net->counters.http_requests++;
-    if (!access_ok(net, c->wsi)) {
-        lum_http_error(403, &c->response);
-    } else if (!head && lws_hdr_total_length(c->wsi, WSI_TOKEN_GET_URI) <= 0) {
-        lum_http_error(405, &c->response);
-    } else if (n_path >= sizeof name) {
-        lum_http_error(404, &c->response);
-    } else {
-        memcpy(name, path, n_path);
-        name[n_path] = '\0';
-        bool has = copy_header(c->wsi, WSI_TOKEN_HTTP_AUTHORIZATION, authorization, sizeof authorization);
-        lum_http_get(&net->site, name, has ? authorization : NULL, &c->response);
-    }
-    if (!copy_header(c->wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH, name, sizeof name) || !lum_http_matches(&c->response, name))
-        return;
-    c->response.status = HTTP_STATUS_NOT_MODIFIED;
-    c->head_only = true;
-}
-
-static int add_header(struct lws *wsi, const char *name, const char *value, unsigned char **p, unsigned char *end)
-{
-    return lws_add_http_header_by_name(wsi, (const unsigned char *)name, (const unsigned char *)value,
-                                       (int)strlen(value), p, end);
-}
-
-static int send_head(struct lum_net *net, struct conn *c)
-{
-    struct lws *wsi = c->wsi;
-    const struct lum_http_response *r = &c->response;
-    unsigned char *start = net->tx + LWS_PRE, *p = start, *end = start + 2048;
-    bool closing = r->status >= 400; /* an odd client has to come again; what it sent after the request is not read */
-    if (lws_add_http_header_status(wsi, (unsigned)r->status, &p, end) ||
-        add_header(wsi, "content-type:", r->type, &p, end) || add_header(wsi, "cache-control:", r->cache, &p, end) ||
-        (r->etag[0] && add_header(wsi, "etag:", r->etag, &p, end)) ||
-        (r->status == HTTP_STATUS_UNAUTHORIZED && add_header(wsi, "www-authenticate:", "Bearer", &p, end)) ||
-        (closing && add_header(wsi, "connection:", "close", &p, end)))
-        return -1;
-    for (size_t i = 0; lum_http_headers[i][0]; i++)
-        if (add_header(wsi, lum_http_headers[i][0], lum_http_headers[i][1], &p, end))
-            return -1;
-    if (r->status != HTTP_STATUS_NOT_MODIFIED && lws_add_http_header_content_length(wsi, r->n_bytes, &p, end))
-        return -1;
-    if (lws_finalize_http_header(wsi, &p, end) ||
-        lws_write(wsi, start, (size_t)(p - start), LWS_WRITE_HTTP_HEADERS) < 0)
-        return -1;
-    return 0;
-}
-
-static int end_transaction(struct conn *c)
-{
-    bool close = c->response.status >= 400;
-    finish_response(c);
-    return close || lws_http_transaction_completed(c->wsi) ? -1 : 0;
-}
-
-static int http_request(struct lum_net *net, struct lws *wsi, struct conn *c, const char *path, size_t n_path)
-{
-    finish_response(c); /* of a request before that was cut off */
-    c->wsi = wsi;
-    fill_response(net, c, path, n_path);
-    if (send_head(net, c))
-        return -1;
-    if (c->head_only || c->response.n_bytes == 0)
-        return end_transaction(c);
-    lws_callback_on_writable(wsi);
-    return 0;
-}
-
-static int http_writeable(struct lum_net *net, struct conn *c)
-{
-    if (!c->response.body)
-        return 0;
-    size_t left = c->response.n_bytes - c->response_sent, n = left < CHUNK_BYTES ? left : CHUNK_BYTES;
-    memcpy(net->tx + LWS_PRE, (const unsigned char *)c->response.body + c->response_sent, n);
-    if (lws_write(c->wsi, net->tx + LWS_PRE, n, n == left ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < (int)n)
-        return -1;
-    c->response_sent += n;
-    if (n == left)
-        return end_transaction(c);
-    lws_callback_on_writable(c->wsi);
-    return 0;
-}
-
 /* ---- WebSocket ---- */
 
 static int close_with(struct conn *c, enum lum_close code)
@@ -285,7 +116,7 @@ static int ws_established(struct lum_net *net, struct lws *wsi, struct conn *c)
     /* Both only shorten waiting; a socket that refuses them still works. */
     (void)setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     (void)setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent);
-    finish_response(c);
+    lum_net_http_finish(c);
     memset(c, 0, sizeof *c);
     c->wsi = wsi;
     char peer[INET6_ADDRSTRLEN] = "";
@@ -376,7 +207,7 @@ static int ws_writeable(struct lum_net *net, struct conn *c)
         c->sending = true;
         c->message_sent = 0;
     }
-    size_t n = lum_message_copy(&c->message, c->message_sent, net->tx + LWS_PRE, CHUNK_BYTES);
+    size_t n = lum_message_copy(&c->message, c->message_sent, net->tx + LWS_PRE, LUM_NET_CHUNK_BYTES);
     bool first = c->message_sent == 0, last = c->message_sent + n == c->message.n_head + c->message.n_body;
     int flags = lws_write_ws_flags(c->message.binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, first, last);
     if (lws_write(c->wsi, net->tx + LWS_PRE, n, (enum lws_write_protocol)flags) < (int)n)
@@ -416,6 +247,7 @@ static void look_around(struct lum_net *net)
     if (lum_auth_take_offered(net->config.auth))
         lum_sessions_review(net->sessions, time(NULL));
     lum_sessions_deliver(net->sessions);
+    lum_net_http_look(net);
     for (uint32_t i = 0; i < LUM_LIMIT_CONNECTIONS; i++)
         if (net->conns[i])
             serve(net, net->conns[i]);
@@ -442,18 +274,18 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         uncount_connection(wsi);
         return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
-        return confirm_upgrade(net, wsi);
+        return lum_net_confirm_upgrade(net, wsi);
     case LWS_CALLBACK_RAW_ADOPT: /* CONNECT would turn the connection into a raw one, without any time limit */
     case LWS_CALLBACK_RAW_RX:
         return -1;
     case LWS_CALLBACK_HTTP:
-        return http_request(net, wsi, c, in, len);
+        return lum_net_http_request(net, wsi, c, in, len);
     case LWS_CALLBACK_HTTP_WRITEABLE:
-        return http_writeable(net, c);
+        return lum_net_http_writeable(net, c);
     case LWS_CALLBACK_CLOSED_HTTP:
     case LWS_CALLBACK_HTTP_DROP_PROTOCOL:
         if (c)
-            finish_response(c);
+            lum_net_http_finish(c);
         return 0;
     case LWS_CALLBACK_ESTABLISHED:
         return ws_established(net, wsi, c);
@@ -473,8 +305,12 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
         look_around(net);
         return 0;
+    case LWS_CALLBACK_HTTP_BODY:
+        return lum_net_http_body(c, in, len);
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+        return lum_net_http_body_end(c);
     default:
-        return 0; /* includes HTTP bodies: read and dropped */
+        return 0;
     }
 }
 
@@ -485,7 +321,7 @@ static void fill_info(struct lum_net *net, struct lws_context_creation_info *inf
                                                .callback = on_event,
                                                .per_session_data_size = sizeof(struct conn),
                                                .rx_buffer_size = RX_BYTES,
-                                               .tx_packet_size = TX_BYTES};
+                                               .tx_packet_size = LUM_NET_TX_BYTES};
     memset(info, 0, sizeof *info);
     info->iface = config->address.any ? NULL : config->address.host;
     info->port = config->address.port;
@@ -566,14 +402,17 @@ bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_fail
     return atomic_load(until);
 }
 
-void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director)
+void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_uploads *uploads,
+                 const struct lum_director *director)
 {
     net->sessions = sessions;
+    net->site.uploads = uploads;
     net->site.director = director;
     look_around(net);
     while (!net->site.draining || net->counters.sessions_open)
         if (lws_service(net->context, 0) < 0)
             break;
+    lum_net_http_drop(net);
     net->sessions = NULL;
 }
 

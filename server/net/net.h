@@ -1,4 +1,5 @@
-/* The network: HTTP and WebSocket on one port. The only file that knows libwebsockets is net.c.
+/* The network: HTTP and WebSocket on one port. The only files that know libwebsockets are net.c and
+ * net_http.c.
  *
  * One thread runs lum_net_run; everything of libwebsockets happens on it. Other threads may call lum_net_wake and
  * lum_net_stop, which only set a flag and interrupt the wait. */
@@ -30,8 +31,9 @@ struct lum_net_counters *lum_net_counters(struct lum_net *net); /* net thread */
  * *until is set. False: lum_net_stop came first, or (*ret_failed) the network broke. */
 bool lum_net_wait(struct lum_net *net, const _Atomic bool *until, bool *ret_failed);
 /* Serves until lum_net_stop; then opens no session any more, tells the clients, closes them, and returns when all are
- * gone (after at most a few seconds). sessions and director outlive the call. */
-void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, const struct lum_director *director);
+ * gone (after at most a few seconds). sessions, uploads (NULL: nobody may send files) and director outlive the call. */
+void lum_net_run(struct lum_net *net, struct lum_sessions *sessions, struct lum_uploads *uploads,
+                 const struct lum_director *director);
 
 void lum_net_wake(void *net);           /* thread: any. The director or a stream has something new */
 void lum_net_stop(struct lum_net *net); /* thread: any */

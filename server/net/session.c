@@ -12,6 +12,7 @@
 #include "server/director/read_request.h"
 #include "server/net/metrics.h"
 #include "server/net/session_internal.h"
+#include "server/net/uploads.h"
 
 #define HELLO_MAX_BYTES 4096u /* before hello nobody may make us hold more */
 
@@ -128,6 +129,7 @@ void lum_session_close(struct lum_session *s)
     s->n_streams = 0;
     if (!s->greeted)
         return;
+    lum_uploads_drop(s->table->config.uploads, s->ref);
     s->table->n_greeted--;
     lum_log(&s->table->config.log, s->table->config.audit ? LUM_LOG_AUDIT : LUM_LOG_INFO, "session", "%s left",
             s->user);

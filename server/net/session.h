@@ -15,16 +15,18 @@
 
 struct lum_net_counters;
 struct lum_session;
+struct lum_uploads;
 struct lum_sessions; /* the table of all */
 
 struct lum_sessions_config {
     struct lum_director *director;
     const struct lum_auth *auth;
     struct lum_net_counters *counters;
-    bool imports;      /* there is a folder of assets */
-    const char *saved; /* when an edit is on disk: "commit", "interval"; NULL: never */
-    bool audit;        /* who comes and goes is logged whatever the level of the log, and its rate */
-    uint64_t starts;   /* of daemons with the state: names of users are not given again; 0: nothing is kept */
+    bool imports;                /* there is a folder of assets */
+    struct lum_uploads *uploads; /* NULL: nobody may send files */
+    const char *saved;           /* when an edit is on disk: "commit", "interval"; NULL: never */
+    bool audit;                  /* who comes and goes is logged whatever the level of the log, and its rate */
+    uint64_t starts;             /* of daemons with the state: names of users are not given again; 0: nothing is kept */
     struct lum_log log;
 };
 LUM_MUST_USE enum lum_status lum_sessions_create(const struct lum_sessions_config *config,

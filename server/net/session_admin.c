@@ -1,4 +1,5 @@
-/* What an administrator may ask of the table of sessions: who is here, and that somebody goes. */
+/* What the table of sessions answers by itself: to administrators who is here, and that somebody goes; and that files
+ * may be sent. */
 #include <string.h>
 
 #include <cjson/cJSON.h>
@@ -69,8 +70,11 @@ static struct cJSON *end(struct lum_session *asking, const struct lum_rpc *rpc, 
 
 static const struct {
     const char *method;
+    enum lum_role least;
     struct cJSON *(*answer)(struct lum_session *asking, const struct lum_rpc *rpc, struct lum_proto_error *err);
-} methods[] = {{"session.list", list}, {"session.end", end}};
+} methods[] = {{"session.list", LUM_ROLE_ADMIN, list},
+               {"session.end", LUM_ROLE_ADMIN, end},
+               {"asset.upload", LUM_ROLE_EDIT, lum_session_announce}};
 
 bool lum_session_administer(struct lum_session *s, const struct lum_rpc *rpc)
 {
@@ -78,7 +82,7 @@ bool lum_session_administer(struct lum_session *s, const struct lum_rpc *rpc)
     for (size_t i = 0; i < LUM_ARRAY_LEN(methods); i++) {
         if (strcmp(methods[i].method, rpc->method) != 0)
             continue;
-        bool may = lum_request_allowed(rpc->method, LUM_ROLE_ADMIN, s->person.role, &err);
+        bool may = lum_request_allowed(rpc->method, methods[i].least, s->person.role, &err);
         struct cJSON *result = may ? methods[i].answer(s, rpc, &err) : NULL;
         if (!result)
             lum_session_refuse(s, rpc->id, &err);

@@ -1,5 +1,6 @@
 /* What the files of sessions share: session.c (life, and what comes in and goes out), session_hello.c (who it is),
- * session_resume.c (who comes back) and session_admin.c (who is here). Everything belongs to the net thread. */
+ * session_resume.c (who comes back), session_admin.c (who is here) and session_upload.c (who sends files). Everything
+ * belongs to the net thread. */
 #ifndef LUM_SERVER_NET_SESSION_INTERNAL_H
 #define LUM_SERVER_NET_SESSION_INTERNAL_H
 
@@ -30,6 +31,7 @@ struct lum_session {
     struct lum_bucket messages; /* paid for what the director is asked */
     struct lum_text_queue text;
     struct lum_stream *streams[LUM_LIMIT_VIEWS_PER_SESSION];
+    uint64_t n_announced;            /* bytes of files */
     uint32_t n_streams, next_stream; /* round robin, so that no view of a client starves another */
     /* The message being sent: one of the two. */
     struct lum_text *sending_text;
@@ -102,7 +104,11 @@ void lum_session_say_missed(struct lum_session *s, int n);
 void lum_sessions_drop_changes(struct lum_sessions *t);
 
 /* ---- session_admin.c ---- */
-/* Answers what only administrators may ask. False: the message is something else. */
+/* Answers what needs no director. False: the message is something else. */
 bool lum_session_administer(struct lum_session *s, const struct lum_rpc *rpc);
+
+/* ---- session_upload.c ---- */
+/* asset.upload. NULL: err says why. */
+struct cJSON *lum_session_announce(struct lum_session *s, const struct lum_rpc *rpc, struct lum_proto_error *err);
 
 #endif

@@ -93,21 +93,31 @@ void lum_sessions_forget_parked(struct lum_sessions *t, int64_t now_ns)
             (void)forget(t, &t->parked[i]);
 }
 
-/* A free place, or that of who was cut off longest. */
-static struct lum_parked *make_place(struct lum_sessions *t)
+static struct lum_parked *older(struct lum_parked *a, struct lum_parked *b)
 {
-    struct lum_parked *oldest = &t->parked[0];
+    return !a || b->until_ns < a->until_ns ? b : a;
+}
+
+/* A free place, or that of who was cut off longest: of this person if there is one, so that nobody who breaks off again
+ * and again takes the places of others. */
+static struct lum_parked *make_place(struct lum_sessions *t, const struct lum_person *person)
+{
+    struct lum_parked *oldest = NULL, *own = NULL;
     for (uint32_t i = 0; i < LUM_LIMIT_PARKED; i++) {
-        if (!t->parked[i].user[0])
-            return &t->parked[i];
-        oldest = t->parked[i].until_ns < oldest->until_ns ? &t->parked[i] : oldest;
+        struct lum_parked *p = &t->parked[i];
+        if (!p->user[0])
+            return p;
+        oldest = older(oldest, p);
+        if (same_person(&p->person, person))
+            own = older(own, p);
     }
+    oldest = own ? own : oldest;
     return forget(t, oldest) ? oldest : NULL;
 }
 
 void lum_session_park(struct lum_session *s, int64_t now_ns)
 {
-    struct lum_parked *p = s->key[0] ? make_place(s->table) : NULL;
+    struct lum_parked *p = s->key[0] ? make_place(s->table, &s->person) : NULL;
     if (!p) {
         s->farewell = &lum_request_session_closed;
         return;

@@ -31,6 +31,7 @@ FORMS = {
     "photometry": {"id": "panel"},
     "asset.list": {"kind": "photometry", "match": "down"},
     "asset.photometry": {"asset": "maker/downlight.ies"},
+    "asset.upload": {"files": [{"name": "chair.glb", "bytes": 100}]},
     "daylight": {},
     "probe": {"view_id": 4000000000, "x": 1, "y": 1, "samples": 4},
     "sensor.watch": {"on": False, "points": True},
@@ -40,7 +41,7 @@ FORMS = {
 }
 REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
-            "asset.list": ["kind"], "asset.photometry": ["asset"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
+            "asset.list": ["kind"], "asset.photometry": ["asset"], "asset.upload": ["files"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}
 
 

@@ -440,7 +440,7 @@ class Command(unittest.TestCase):
             done = state("check", folder)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertEqual(sorted(n.split("-")[0] for n in os.listdir(folder)),
-                             ["content", "journal", "journal", "journal", "lock", "snapshot", "snapshot"])
+                             ["content", "journal", "journal", "journal", "lock", "snapshot", "snapshot", "upload"])
             self.assertIn("journal-0.damaged", os.listdir(folder))
             lines = state("export", folder).stdout.splitlines()
             self.assertEqual([op["id"] for op in map(json.loads, lines) if op.get("kind") == "point"],

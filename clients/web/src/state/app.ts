@@ -30,6 +30,7 @@ import { sceneFile } from './scene_ops';
 import { Sensors } from './sensors';
 import { Toasts } from './toasts';
 import { keepToken } from './token';
+import { putByHttp, skyOps, Uploads } from './uploads';
 import { DEFAULT_POSE, isOfLight, ViewLink } from './view';
 
 /** A lit room in the evening; shown until the server has said what its automatic exposure is. */
@@ -72,6 +73,7 @@ export class App {
     readonly lux: LuxMeter;
     readonly lamps: Lamps;
     readonly imports: Imports;
+    readonly uploads: Uploads;
     readonly sensors: Sensors;
     readonly desk: Desk;
     readonly library: Library;
@@ -133,6 +135,11 @@ export class App {
         this.lamps = new Lamps({ scene, edits, view, toasts, call, onError, picked, pick, ev: () => this.exposure.value.ev });
         this.imports = new Imports({ scene, edits, toasts, lookAt: (id) => void this.frameRecord(id) });
         this.library = new Library({ call, pick, online: this.online, place: (...of) => this.lamps.place(...of) });
+        this.uploads = new Uploads({
+            ...{ imports: this.imports, call, put: putByHttp },
+            hang: (asset) => this.library.load().then(() => this.library.place(asset, null)),
+            surround: (asset) => edits.attempt(skyOps(asset, (id) => scene.peek(id) !== undefined)),
+        });
         this.sensors = new Sensors({ scene, edits, call, onError });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
@@ -427,6 +434,7 @@ export class App {
         this.rpc = rpc;
         this.user = stringOr(hello.session, '');
         this.imports.offered.value = hello.imports !== false;
+        this.uploads.offered.value = hello.uploads === true;
         this.role.value = roleOf(hello.role);
         this.kept.value = hello.saved === 'commit' || hello.saved === 'interval';
         this.picture?.reset();

@@ -1,6 +1,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { useApp } from './context';
+import { ChooseFiles } from './DropFiles';
 import { Editing } from './Editing';
 import { ImportRow } from './ImportRow';
 
@@ -9,14 +10,15 @@ const HINT = 'A file in the server’s asset folder: glTF, GLB, OBJ, FBX …';
 const NOT_OFFERED = 'This server was started without an asset folder (--assets), so nothing can be imported.';
 
 export function ImportPanel() {
-    const { imports, scene } = useApp();
+    const { imports, scene, uploads } = useApp();
     return (
         <section class="section" aria-labelledby="import-title">
             <Editing>
                 <header class="section-head">
                     <h2 id="import-title">Models</h2>
                 </header>
-                {imports.offered.value ? <ImportForm /> : <p class="hint">{NOT_OFFERED}</p>}
+                {imports.offered.value ? <ImportForm /> : uploads.offered.value ? <ImportState /> : <p class="hint">{NOT_OFFERED}</p>}
+                {uploads.offered.value && <ChooseFiles />}
                 <ul class="light-list">
                     {scene.list('import').value.map((id) => (
                         <ImportRow key={id} id={id} />
@@ -63,9 +65,18 @@ function ImportForm() {
                     {imports.busy.value ? 'Importing…' : 'Import'}
                 </button>
             </form>
+            <ImportState hint={HINT} />
+        </>
+    );
+}
+
+function ImportState({ hint }: { hint?: string }) {
+    const { imports } = useApp();
+    return (
+        <>
             {imports.busy.value && <ImportProgress />}
             <div id="import-hint">
-                {failed ? <Problem text={imports.problem.value} /> : <p class="hint">{HINT}</p>}
+                {imports.problem.value !== '' ? <Problem text={imports.problem.value} /> : hint && <p class="hint">{hint}</p>}
             </div>
         </>
     );

@@ -4,6 +4,7 @@ import { ComparePanel } from './ComparePanel';
 import { useApp } from './context';
 import { DaylightPanel } from './DaylightPanel';
 import { DeskPanel } from './DeskPanel';
+import { DropFiles } from './DropFiles';
 import { EffectsPanel } from './EffectsPanel';
 import { HelpDialog } from './HelpDialog';
 import { ImportPanel } from './ImportPanel';
@@ -48,6 +49,7 @@ export function Layout() {
             <Toasts />
             <HelpDialog />
             <DragGhost />
+            <DropFiles />
         </div>
     );
 }

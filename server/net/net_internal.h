@@ -1,0 +1,62 @@
+/* What net.c (connections, WebSocket, the loop) and net_http.c (pages, files that are sent) share. The rules at the top
+ * of net.c are for both. */
+#ifndef LUM_SERVER_NET_NET_INTERNAL_H
+#define LUM_SERVER_NET_NET_INTERNAL_H
+
+#include <libwebsockets.h>
+
+#include "server/net/metrics.h"
+#include "server/net/net.h"
+#include "server/net/peers.h"
+#include "server/net/rx.h"
+
+#define LUM_NET_TX_BYTES (128u << 10)                /* one write: a raw tile of 128 x 128 and its header fit */
+#define LUM_NET_CHUNK_BYTES (LUM_NET_TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
+
+/* Per connection, in the library's memory: zeroed when the connection first needs it, and gone with it. */
+struct conn {
+    struct lws *wsi;
+    /* HTTP */
+    struct lum_http_response response;
+    size_t response_sent;
+    bool head_only;
+    struct lum_upload *upload; /* NULL: none comes by this connection */
+    /* WebSocket */
+    struct lum_session *session; /* NULL: not a WebSocket */
+    struct lum_rx rx;
+    lws_sorted_usec_list_t read_later;
+    bool closing; /* close_soon was called */
+    bool sending; /* message is on its way */
+    struct lum_message message;
+    size_t message_sent; /* of head and body together */
+};
+
+struct lum_net {
+    struct lum_net_config config;
+    struct lws_context *context;
+    struct lws_vhost *vhost;
+    struct lws_protocols protocols[2];
+    _Atomic bool woken, stop;
+    /* net thread */
+    struct lum_sessions *sessions;
+    struct lum_http_site site;
+    struct lum_net_counters counters;
+    struct conn *conns[LUM_LIMIT_CONNECTIONS]; /* by session slot */
+    struct lum_peers peers;
+    unsigned char tx[LWS_PRE + LUM_NET_TX_BYTES];
+};
+
+/* ---- net_http.c: callbacks, whose result is the library's: nonzero hangs up ---- */
+int lum_net_confirm_upgrade(const struct lum_net *net, struct lws *wsi);
+int lum_net_http_request(struct lum_net *net, struct lws *wsi, struct conn *c, const char *path, size_t n_path);
+int lum_net_http_body(struct conn *c, const void *bytes, size_t n);
+int lum_net_http_body_end(struct conn *c);
+int lum_net_http_writeable(struct lum_net *net, struct conn *c);
+/* The connection is of no request any more. */
+void lum_net_http_finish(struct conn *c);
+/* After a wake: goes on with what waited for the disk. */
+void lum_net_http_look(struct lum_net *net);
+/* No file is waited for any more. */
+void lum_net_http_drop(struct lum_net *net);
+
+#endif
