@@ -178,7 +178,8 @@ def check_notes(names):
                 failures.append(f"{name}: core/NOTES.md has no {note}")
 
 
-PAGES = ["README.md", "core/ARCHITECTURE.md", "core/GLOSSARY.md", "core/NOTES.md", "protocol/PROTOCOL.md", "tests/bench/RESULTS.md"]
+PAGES = ["README.md", "clients/GUIDE.md", "core/ARCHITECTURE.md", "core/GLOSSARY.md", "core/NOTES.md", "protocol/PROTOCOL.md",
+         "tests/bench/RESULTS.md"]
 
 
 def check_pages():
