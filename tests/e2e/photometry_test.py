@@ -169,7 +169,7 @@ class Photometry(unittest.TestCase):
                 self.ws.call("asset.photometry", {"asset": asset})
             self.assertEqual(caught.exception.app, app)
             self.assertIn(text, str(caught.exception))
-        with Daemon() as bare:
+        with Daemon("--upload-mib", "0") as bare:
             ws = bare.connect()
             for method, params in (("asset.list", {"kind": "photometry"}), ("asset.photometry", {"asset": "a.ies"})):
                 with self.assertRaises(RpcError) as caught:

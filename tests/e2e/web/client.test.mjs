@@ -372,7 +372,7 @@ test('a scene without light says so, and gets a lamp', async () => {
         const notice = other.page.locator('.banner-empty');
         await notice.getByText('The scene has no light').waitFor();
         assert.equal((await measure(other.page)).colours, 1);
-        await other.page.getByText('without an asset folder (--assets), so nothing can be').waitFor();
+        await other.page.getByText('Or send files: drop them onto the page').waitFor();
         assert.equal(await other.page.getByRole('button', { name: 'Import' }).count(), 0);
         await notice.getByRole('button', { name: 'Add a lamp' }).click();
         await notice.waitFor({ state: 'detached' });
@@ -402,7 +402,7 @@ test('light that a mirror sends where no method shows it is told with its amount
 
 test('a scene without objects says how to get some', async () => {
     const empty = ['{"op": "add", "type": "camera", "id": "main", "position": [0, 1, 5], "target": [0, 1, 0]}'];
-    await withScene(empty, null, (other) => other.page.getByText('start the server with --scene FILE').waitFor());
+    await withScene(empty, null, (other) => other.page.getByText('drop a model’s file onto this page').waitFor());
 });
 
 test('the status line holds everything, whole, in as many lines as it takes', async () => {

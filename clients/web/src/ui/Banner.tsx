@@ -23,12 +23,16 @@ interface Emptiness {
 
 /** What is missing, the first thing first: something to see, some light, a camera that sees them. */
 function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
-    const { scene, imports } = app;
+    const { scene, imports, uploads } = app;
     const lights = scene.lamps.value;
     const way = <>press <kbd>H</kbd> for the scene’s camera</>;
     const home: [string, () => void] = ['Go there', () => app.goHome()];
     if (inView === 'nothing' && scene.idsOfType('object').length === 0) {
-        const remedy = imports.offered.value ? 'import a model, at the end of the list' : 'start the server with --scene FILE or --assets FOLDER';
+        const remedy = uploads.offered.value
+            ? 'drop a model’s file onto this page'
+            : imports.offered.value
+              ? 'import a model, at the end of the list'
+              : 'start the server with --scene FILE or --assets FOLDER';
         return { what: 'The scene has no objects', remedy };
     }
     if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };

@@ -37,7 +37,7 @@ export function LibraryPanel() {
                     />
                 )}
             </header>
-            {!offered && <p class="hint">This server was started without an asset folder (--assets): it has no luminaires to offer.</p>}
+            {!offered && <p class="hint">This server was started without an asset folder (--assets): it has no luminaires to offer. An IES or EULUMDAT file of your own, dropped onto the page, hangs a lamp.</p>}
             {library.problem.value && <p class="problem">{library.problem.value}</p>}
             {all?.length === 0 && <p class="hint">The asset folder has no IES or EULUMDAT file.</p>}
             {all && all.length > 0 && <Rows />}
