@@ -12,12 +12,13 @@ import type { Json, JsonObject } from '../protocol/rpc';
 import type { CameraPose } from '../protocol/types';
 import { orbitFromPose, poseFromOrbit, type Orbit } from '../view/camera';
 
-/** How many pixels to ask for while something moves. The picture is stretched to the window; at rest it has all of its pixels. */
+const NATIVE = 8_388_608;
+/** How many pixels to ask for while something moves, and at rest. The picture is stretched to the window. */
 export const RESOLUTIONS = {
-    fast: { label: 'Fast', pixels: 160_000 },
-    balanced: { label: 'Balanced', pixels: 400_000 },
-    fine: { label: 'Fine', pixels: 1_000_000 },
-    native: { label: 'Native', pixels: 8_388_608 },
+    fast: { label: 'Few pixels, fast', pixels: 160_000, atRest: 160_000 },
+    balanced: { label: 'All at rest, fast in motion', pixels: 400_000, atRest: NATIVE },
+    fine: { label: 'All at rest, fine in motion', pixels: 1_000_000, atRest: NATIVE },
+    native: { label: 'All, always', pixels: NATIVE, atRest: NATIVE },
 } as const;
 export type Resolution = keyof typeof RESOLUTIONS;
 
@@ -157,7 +158,7 @@ export class ViewLink {
     readonly aspect = computed(() => this.cssSize.value[0] / this.cssSize.value[1]);
     /** The size the server was asked for. */
     readonly size = signal<[number, number]>([1, 1]);
-    /** And of the picture once nothing moves: all pixels of the window. */
+    /** And of the picture once nothing moves. */
     private restSize: [number, number] = [1, 1];
     /** Something of this view was changed that no frame shows yet. */
     readonly pending = signal(false);
@@ -197,8 +198,9 @@ export class ViewLink {
 
     private fit(ratio: number): void {
         const [w, h] = this.cssSize.value;
-        const size = viewSize(w, h, ratio, RESOLUTIONS[this.settings.value.resolution].pixels);
-        const rest = viewSize(w, h, ratio, RESOLUTIONS.native.pixels);
+        const { pixels, atRest } = RESOLUTIONS[this.settings.value.resolution];
+        const size = viewSize(w, h, ratio, pixels);
+        const rest = viewSize(w, h, ratio, atRest);
         if (same(size, this.size.value) && same(rest, this.restSize)) return;
         this.size.value = size;
         this.restSize = rest;
