@@ -46,7 +46,7 @@ struct lum_server_view {
     int64_t newest_ns;             /* receipt of the newest edit or camera that the settings contain */
     int64_t last_pass_ns;          /* when the last pass ended */
     struct lum_budget_watch watch; /* what the picture took since the last change, and where it will end */
-    struct lum_pace pace; /* what passes took that made a picture anew, in this size and by this method */
+    struct lum_pace pace;          /* what passes took that made a picture anew, in this size and by this method */
     struct lum_pass_stats last_pass;
     /* sending */
     struct lum_tile_state *tiles;

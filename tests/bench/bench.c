@@ -44,9 +44,11 @@ static const struct lum_bench benches[] = {
 
 static int usage(FILE *to, int status)
 {
-    fprintf(to, "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
-                "[--reference-spp N] [--single-rays]\n"
-                "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N]\n\nstudies:\n");
+    fprintf(
+        to,
+        "usage: lumend-bench STUDY --out DIR [--quick] [--scene NAME|FILE] [--references DIR] "
+        "[--reference-spp N] [--single-rays]\n"
+        "                    [--camera ID] [--methods LIST] [--seconds MAX] [--models DIR] [--seeds N]\n\nstudies:\n");
     for (size_t i = 0; i < LUM_ARRAY_LEN(benches); i++)
         fprintf(to, "  %-10s %s\n", benches[i].name, benches[i].summary);
     fprintf(
@@ -62,8 +64,10 @@ static int usage(FILE *to, int status)
         "which methods (default live,path); how long a scene rests at most, in seconds of a machine of its own "
         "(default\n"
         "30); where third-party models are looked for (default ../shared/scenes), which are skipped where absent.\n"
-        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, budgets\n"
-        "and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are added; and\n"
+        "--methods (default all of them; of budgets live,path), --models and --seeds (1 to 30) are for errors, "
+        "budgets\n"
+        "and accuracy, too; the first two also for vision; so is --seconds for accuracy: how long samples are added; "
+        "and\n"
         "for budgets: how long a run is waited for.\n"
         "--single-rays has ais and instant trace rays one by one, as the thesis does, and not in packets of 16.\n");
     return status;
