@@ -34,9 +34,8 @@
 #define PROTOCOL "lumend.v1"
 #define TX_BYTES (128u << 10) /* one write: a raw tile of 128 x 128 and its header fit */
 #define RX_BYTES (16u << 10)
-#define CHUNK_BYTES (TX_BYTES - 16u) /* less the WebSocket frame header, at most 10 bytes */
-#define UNSENT_BYTES                                                                                                   \
-    (128 << 10) /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
+#define CHUNK_BYTES (TX_BYTES - 16u)      /* less the WebSocket frame header, at most 10 bytes */
+#define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */
