@@ -1,5 +1,5 @@
-/* One run: says hello, opens a view, sends the edits of a replay in their time, turns the camera, and measures when each of
- * them is on the screen. */
+/* One run: says hello, opens a view, sends the edits of a replay in their time, turns the camera, and measures when
+ * each of them is on the screen. */
 #ifndef LUM_CLIENTS_REPLAY_PLAYER_H
 #define LUM_CLIENTS_REPLAY_PLAYER_H
 
@@ -9,8 +9,8 @@
 
 struct player_options {
     const char *url, *token;
-    const char *method; /* NULL: the scene's */
-    const char *codec;  /* "jpeg" "png" "rgba8" */
+    const char *method;     /* NULL: the scene's */
+    const char *codec;      /* "jpeg" "png" "rgba8" */
     const char *record_dir; /* NULL: frames are not kept */
     uint32_t w, h, quality;
     uint32_t orbit;   /* camera steps after the edits */

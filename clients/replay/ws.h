@@ -1,5 +1,5 @@
-/* A WebSocket client connection that is pulled, not called back: send, then ask for the next event. The only file of the
- * clients that knows libwebsockets. Thread: one. */
+/* A WebSocket client connection that is pulled, not called back: send, then ask for the next event. The only file of
+ * the clients that knows libwebsockets. Thread: one. */
 #ifndef LUM_CLIENTS_REPLAY_WS_H
 #define LUM_CLIENTS_REPLAY_WS_H
 

@@ -53,9 +53,9 @@ void lum_pattern_positions(uint32_t first, uint32_t n, uint32_t border, uint32_t
  * up. The listings do not say how refine * max is rounded: up, so that what asks for refinement gets some (NOTES R3).
  */
 
-/* Listing 5.2. sampled, missed: by pixel of the tile, VPLs of its subset and those of them that are occluded: a VPL that
- * faces away is one of those sampled and misses nothing. refine is the mean over the pixels of missed / sampled; a pixel
- * without samples misses nothing. */
+/* Listing 5.2. sampled, missed: by pixel of the tile, VPLs of its subset and those of them that are occluded: a VPL
+ * that faces away is one of those sampled and misses nothing. refine is the mean over the pixels of missed / sampled; a
+ * pixel without samples misses nothing. */
 uint32_t lum_guidance_indirect(const uint16_t *sampled, const uint16_t *missed, uint32_t n_pixels, uint32_t max);
 
 /* Listing 5.3 for one light: sums over the tile of samples taken and of those occluded. Refined when neither none nor

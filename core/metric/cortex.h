@@ -1,5 +1,5 @@
-/* The cortex transform (Watson 1987, as modified by Daly 1993): filters that part a picture into bands of spatial frequency and
- * orientation, whose sum is the picture. Frequencies in cycles per pixel. */
+/* The cortex transform (Watson 1987, as modified by Daly 1993): filters that part a picture into bands of spatial
+ * frequency and orientation, whose sum is the picture. Frequencies in cycles per pixel. */
 #ifndef LUM_CORE_METRIC_CORTEX_H
 #define LUM_CORE_METRIC_CORTEX_H
 

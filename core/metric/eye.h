@@ -1,4 +1,5 @@
-/* How the eye sees contrast: the parts of HDR-VDP that are closed forms. Luminances in cd/m2, frequencies in cycles per degree. */
+/* How the eye sees contrast: the parts of HDR-VDP that are closed forms. Luminances in cd/m2, frequencies in cycles per
+ * degree. */
 #ifndef LUM_CORE_METRIC_EYE_H
 #define LUM_CORE_METRIC_EYE_H
 
@@ -17,9 +18,10 @@
 double lum_eye_pupil_mm(double luminance);
 /* What share of a contrast reaches the retina, 0 to 1 (Deeley, Drasdo, Charman 1991). */
 double lum_eye_transfer(double frequency, double pupil_mm);
-/* Sensitivity to contrast of an eye that has adapted to a luminance, but for a factor (Daly 1993): the lesser of a curve at the
- * frequency, and at the frequency over lum_eye_squeeze, which is by how much less the eye resolves from near by and along
- * diagonals of the picture. picture_deg2: what the whole picture covers, in which a low frequency has few periods. 0 at 0. */
+/* Sensitivity to contrast of an eye that has adapted to a luminance, but for a factor (Daly 1993): the lesser of a
+ * curve at the frequency, and at the frequency over lum_eye_squeeze, which is by how much less the eye resolves from
+ * near by and along diagonals of the picture. picture_deg2: what the whole picture covers, in which a low frequency has
+ * few periods. 0 at 0. */
 double lum_eye_sensitivity(double frequency, double angle_rad, double luminance, double picture_deg2);
 double lum_eye_curve(double frequency, double luminance, double picture_deg2);
 double lum_eye_squeeze(double angle_rad);

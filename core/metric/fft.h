@@ -1,6 +1,7 @@
 /* Fourier transforms of planes of complex floats, by kissfft; filters that are real and even in frequency.
  *
- * Such a filter works on two real pictures at once: as the real and the imaginary part of one complex picture they stay apart. */
+ * Such a filter works on two real pictures at once: as the real and the imaginary part of one complex picture they stay
+ * apart. */
 #ifndef LUM_CORE_METRIC_FFT_H
 #define LUM_CORE_METRIC_FFT_H
 
@@ -18,7 +19,8 @@ uint32_t lum_fft_fast_size(uint32_t n);
 LUM_MUST_USE enum lum_status lum_fft_init(struct lum_fft *fft, uint32_t w, uint32_t h, struct lum_error *err);
 void lum_fft_finish(struct lum_fft *fft);
 
-/* 2 * w * h floats: real and imaginary part in turn; ret must not be in. The inverse divides by w * h. Thread: one at a time. */
+/* 2 * w * h floats: real and imaginary part in turn; ret must not be in. The inverse divides by w * h. Thread: one at a
+ * time. */
 void lum_fft_forward(const struct lum_fft *fft, const float *in, float *ret);
 void lum_fft_inverse(const struct lum_fft *fft, const float *in, float *ret);
 

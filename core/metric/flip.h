@@ -1,8 +1,9 @@
-/* FLIP: how different two pictures look when one flips between them (Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom,
- * Fairchild 2020), and HDR-FLIP, the largest of that over exposures (Andersson, Nilsson, Shirley, Akenine-Moller 2021).
+/* FLIP: how different two pictures look when one flips between them (Andersson, Nilsson, Akenine-Moller, Oskarsson,
+ * Astrom, Fairchild 2020), and HDR-FLIP, the largest of that over exposures (Andersson, Nilsson, Shirley,
+ * Akenine-Moller 2021).
  *
- * Per pixel 0 (the same) to 1. Symmetric in x and r, but for the exposures of HDR-FLIP, which are those of r. Pictures are three planes
- * R, G, B of w * h floats, linear Rec.709. A value that is not finite is refused. Thread: any. */
+ * Per pixel 0 (the same) to 1. Symmetric in x and r, but for the exposures of HDR-FLIP, which are those of r. Pictures
+ * are three planes R, G, B of w * h floats, linear Rec.709. A value that is not finite is refused. Thread: any. */
 #ifndef LUM_CORE_METRIC_FLIP_H
 #define LUM_CORE_METRIC_FLIP_H
 
@@ -25,8 +26,8 @@ struct lum_flip_result {
 LUM_MUST_USE enum lum_status lum_flip_compare(const struct lum_flip_input *input, float *ret_map,
                                               struct lum_flip_result *ret_result, struct lum_error *err);
 
-/* Stops by which pictures are brightened before the tone map (ACES as fitted by Narkowicz 2015): from the one in which the
- * brightest pixel of r is at 0.85, to that in which its median is. */
+/* Stops by which pictures are brightened before the tone map (ACES as fitted by Narkowicz 2015): from the one in which
+ * the brightest pixel of r is at 0.85, to that in which its median is. */
 struct lum_hdrflip_exposures {
     double start, stop;
     uint32_t n; /* evenly spaced, both ends in it; 0: both pictures are black */

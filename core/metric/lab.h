@@ -1,5 +1,6 @@
-/* Opponent colours of linear Rec.709 under D65: CIE L*a*b* (CIE 15:2004, 8.2.1) and its linear form YCxCz (Flohr, Kolpatzik,
- * Balasubramanian, Carrara, Bouman, Allebach 1993), in which light can be filtered. White (1, 1, 1) is 100, 0, 0 in both. */
+/* Opponent colours of linear Rec.709 under D65: CIE L*a*b* (CIE 15:2004, 8.2.1) and its linear form YCxCz (Flohr,
+ * Kolpatzik, Balasubramanian, Carrara, Bouman, Allebach 1993), in which light can be filtered. White (1, 1, 1) is 100,
+ * 0, 0 in both. */
 #ifndef LUM_CORE_METRIC_LAB_H
 #define LUM_CORE_METRIC_LAB_H
 

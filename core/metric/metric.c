@@ -43,6 +43,6 @@ enum lum_status lum_metric_require_finite(const float *const *planes, uint32_t n
             }
     if (n_nonfinite == 0)
         return LUM_OK;
-    return lum_fail(err, LUM_ERR_INVALID, "", "%s has %zu values that are not finite, the first at pixel %zu, %zu", which,
-                    n_nonfinite, first % w, first / w);
+    return lum_fail(err, LUM_ERR_INVALID, "", "%s has %zu values that are not finite, the first at pixel %zu, %zu",
+                    which, n_nonfinite, first % w, first / w);
 }

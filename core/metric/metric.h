@@ -25,8 +25,8 @@ struct lum_metric_result lum_metric_compare(const struct lum_metric_input *input
 /* What one value adds to relmse; for heat maps. NAN when either is not finite. */
 double lum_metric_relative_square(double x, double r, double epsilon);
 
-/* For metrics in which a pixel has its neighbours in it: fails with LUM_ERR_INVALID, naming `which` ("the reference") and the
- * first pixel, where one of n planes of w * h has a value that is not finite, and says how many do. */
+/* For metrics in which a pixel has its neighbours in it: fails with LUM_ERR_INVALID, naming `which` ("the reference")
+ * and the first pixel, where one of n planes of w * h has a value that is not finite, and says how many do. */
 LUM_MUST_USE enum lum_status lum_metric_require_finite(const float *const *planes, uint32_t n, uint32_t w, uint32_t h,
                                                        const char *which, struct lum_error *err);
 

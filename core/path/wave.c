@@ -6,187 +6,31 @@
  * vertices asked for. Dead paths are squeezed out as vertices are shaded: path i is read before a path j <= i is
  * written.
  *
- * Effects that are left out are left out exactly: what stays converges to the sum of the others. A lobe that no path
- * goes on by still reflects the lights, which are then sampled for it alone. So the picture without indirect_diffuse
- * and glossy is that of direct light on every surface, highlights included.
- *
- * Shadow rays go straight through panes, and what these leave of the light is that light's. A path that goes through
- * one is still on its way from the vertex before: light that it meets behind is weighted against the light sampled
- * there, by the density with which its direction was drawn there, whichever lobe of the pane it took: the weights of
- * both ways of finding the light add up to 1. Without the effect transmission panes stop both.
- *
- * Of a view's samples, later ones are guided (guide.h): that density is then of the BSDF and of what was learned. */
-#include "core/path/wave.h"
+ * Of a view's samples, later ones are guided (guide.h): the density of a direction is then of the BSDF and of what was
+ * learned. */
+#include "core/path/vertex.h"
 
 #include <string.h>
 
 #include "core/light/sample.h"
 #include "core/light/tree.h"
 #include "core/math/warp.h"
-#include "core/path/guide.h"
 #include "core/scene/surface.h"
 
 #define ROULETTE_DEPTH 3u /* bounces before roulette starts: the first ones carry most of the energy */
 
-/* Sampler pairs: the pixel filter's; each vertex then takes four. */
-enum { PAIR_PICK = LUM_WAVE_PAIR_PIXEL + 1, PAIR_LIGHT, PAIR_BSDF, PAIR_ROULETTE, PAIRS_PER_VERTEX = 4 };
-
-/* Where every light is sampled each has a pair of its own. */
-enum { PAIR_EVERY = 0x20000000 };
-
-/* Media have pairs of their own, beyond those of any vertex: what they take does not change a path. */
-enum { PAIR_MEDIA = 0x40000000, PAIRS_PER_MEDIUM = 3 };
-
-static uint32_t pair_at(uint32_t depth, uint32_t pair)
-{
-    return pair + depth * PAIRS_PER_VERTEX;
-}
-
-static enum lum_ray_kind bounce_kind(enum lum_lobe lobe)
-{
-    switch (lobe) {
-    case LUM_LOBE_DIFFUSE:
-    case LUM_LOBE_DIFFUSE_TRANSMIT:
-        return LUM_RAY_INDIRECT_DIFFUSE;
-    case LUM_LOBE_GLOSSY:
-        return LUM_RAY_GLOSSY;
-    case LUM_LOBE_REFLECT:
-        return LUM_RAY_REFLECTION;
-    case LUM_LOBE_TRANSMIT:
-    case LUM_LOBE_GLOSSY_TRANSMIT:
-        break;
-    }
-    return LUM_RAY_TRANSMISSION;
-}
-
-static void bring_home(struct lum_wave *w, const struct lum_gain *gain, uint8_t effect)
-{
-    if (w->parts)
-        w->parts[gain->slot][effect] += lum_luminance(gain->value);
-    if (!w->gains)
-        w->radiance[gain->slot] = lum_rgb_add(w->radiance[gain->slot], gain->value);
-    else if (w->gains->n < w->gains->max)
-        w->gains->gains[w->gains->n++] = *gain;
-    else
-        w->gains->n_lost++;
-}
-
-/* The effect that light counts as at a vertex: of, where it comes from there; or what brought the path there. */
-static uint8_t effect_at(const struct lum_path *path, enum lum_effect of)
-{
-    return path->effect == LUM_EFFECT_ANTIALIAS ? (uint8_t)of : path->effect;
-}
-
-/* Light on its way to the eye: with a shadow ray, which was just pushed, when that comes back; else at once. */
-static void keep_light(struct lum_wave *w, const struct lum_gain *gain, enum lum_ray_kind kind, uint8_t effect,
-                       bool has_ray)
-{
-    if (!has_ray) {
-        bring_home(w, gain, effect);
-        return;
-    }
-    w->shadow_gain[w->shadow_rays.n - 1] = *gain;
-    w->shadow_kind[w->shadow_rays.n - 1] = (uint8_t)kind;
-    w->shadow_effect[w->shadow_rays.n - 1] = effect;
-}
-
-struct vertex {
-    const struct lum_bsdf *b;
-    struct lum_vec3 p, wo;
-    uint32_t depth;
-    uint32_t lobes_off; /* of those that the surface has: what no path goes on by */
-    struct lum_path_guide_locate guide;
-};
-
-/* ---- effects that are left out ---- */
-
-enum {
-    LIGHT_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_DIRECT) | LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW) |
-                    LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT),
-    LOBE_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) |
-                   LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
-};
-
-/* The effect that the cosine-shaped lobe counts as: of a metal it is light from several facets. */
-static uint32_t cosine_effect(const struct lum_bsdf *b)
-{
-    bool matte = !lum_rgb_black(b->diffuse) || b->far_prob > 0.0f;
-    return LUM_EFFECT_BIT(matte ? LUM_EFFECT_INDIRECT_DIFFUSE : LUM_EFFECT_GLOSSY);
-}
-
-/* Effects that go on from a surface. */
-static uint32_t lobe_effects(const struct lum_bsdf *b)
-{
-    uint32_t effects = b->diffuse_prob > 0.0f ? cosine_effect(b) : 0;
-    if (b->diffuse_prob == 1.0f)
-        return effects;
-    if (b->clear.share > 0.0f)
-        effects |= LUM_EFFECT_BIT(b->clear.alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
-    if (b->sheen.share > 0.0f && b->clear.share < 1.0f)
-        effects |= LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY);
-    if (b->clear.share < 1.0f && b->sheen.share < 1.0f)
-        effects |= LUM_EFFECT_BIT(b->alpha > 0.0f ? LUM_EFFECT_GLOSSY : LUM_EFFECT_REFLECTION);
-    return b->glass > 0.0f ? effects | LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) : effects;
-}
-
-/* f |cos| towards a light, weighted against the lobes that paths go on by; the others have the light to themselves.
- * pdf: of the light sample. */
-static struct lum_rgb respond_in_part(const struct vertex *at, struct lum_vec3 wi, float pdf)
-{
-    const struct lum_bsdf *b = at->b;
-    struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, wi);
-    bool across = lum_dot(wi, b->ng) < 0.0f;
-    bool cosine = !(at->lobes_off & cosine_effect(b));
-    bool gloss = !(at->lobes_off & LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY));
-    float pdf_gloss = (1.0f - b->diffuse_prob) * v.gloss_pdf_sa, pdf_on = gloss ? pdf_gloss : 0.0f;
-    if (cosine)
-        pdf_on += lum_bsdf_cosine_pdf(b, wi);
-    float weight = lum_power_heuristic(pdf, pdf_on);
-    return lum_rgb_mad(lum_rgb_scale(v.diffuse, cosine ? weight : 1.0f), v.gloss, gloss ? weight : 1.0f);
-}
-
-/* False: the path does not go on by this lobe. Else, where a lobe that covers the same directions is left out, the
- * sample becomes one of what stays. */
-static bool keep_lobe(const struct vertex *at, struct lum_bsdf_sample *inout_sample)
-{
-    const struct lum_bsdf *b = at->b;
-    struct lum_bsdf_sample *bs = inout_sample;
-    uint32_t effect = LUM_EFFECT_BIT((uint32_t)bounce_kind(bs->lobe) - LUM_RAY_DIRECT);
-    if (at->lobes_off & effect)
-        return false;
-    bool across = lum_dot(bs->wi, b->ng) < 0.0f;
-    uint32_t overlap = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) |
-                       LUM_EFFECT_BIT(across ? LUM_EFFECT_TRANSMISSION : LUM_EFFECT_GLOSSY);
-    if (!(effect & overlap) || !(at->lobes_off & overlap) || !lum_bsdf_has_gloss(b) || !(bs->pdf_sa > 0.0f))
-        return true;
-    struct lum_bsdf_value v = lum_bsdf_eval_parts(b, at->wo, bs->wi);
-    bool cosine = effect == cosine_effect(b);
-    struct lum_rgb f = cosine ? v.diffuse : v.gloss;
-    bs->pdf_sa = cosine ? lum_bsdf_cosine_pdf(b, bs->wi) : (1.0f - b->diffuse_prob) * v.gloss_pdf_sa;
-    if (!(bs->pdf_sa > 0.0f))
-        return false;
-    bs->weight = lum_rgb(f.r / bs->pdf_sa, f.g / bs->pdf_sa, f.b / bs->pdf_sa);
-    return true;
-}
-
 /* ---- guiding ---- */
 
 /* Where no lobe is left out, the diffuse one shares its directions with what was learned here: of one side alone. */
-static void ask_guide(const struct lum_wave *w, struct vertex *v, uint32_t n_panes)
+static void ask_guide(const struct lum_wave *w, struct lum_vertex *v, uint32_t n_panes)
 {
     if (!v->lobes_off && !lum_rgb_black(v->b->diffuse) && v->b->far_prob == 0.0f &&
         v->depth - n_panes < LUM_PATH_GUIDE_NOTES)
         v->guide = lum_path_guide_find(w->guide, v->p, v->b);
 }
 
-/* Density with which the path goes on to wi, given the BSDF's own. */
-static inline float pdf_on(const struct vertex *v, struct lum_vec3 wi, float pdf_sa)
-{
-    return v->guide.share > 0.0f ? lum_path_guide_bsdf_pdf(&v->guide, v->b, wi, pdf_sa) : pdf_sa;
-}
-
 /* As lum_bsdf_sample. */
-static inline bool sample_on(const struct vertex *v, struct lum_vec2 u, float u_lobe,
+static inline bool sample_on(const struct lum_vertex *v, struct lum_vec2 u, float u_lobe,
                              struct lum_path_guide_step *ret_step)
 {
     if (v->guide.cell)
@@ -195,7 +39,7 @@ static inline bool sample_on(const struct vertex *v, struct lum_vec2 u, float u_
 }
 
 /* The path goes on; throughput: then, but for roulette. */
-static void note_step(struct lum_path_guide_notes *notes, const struct lum_path *path, const struct vertex *v,
+static void note_step(struct lum_path_guide_notes *notes, const struct lum_path *path, const struct lum_vertex *v,
                       const struct lum_path_guide_step *step, struct lum_rgb throughput)
 {
     uint8_t *n = &notes->n[path->slot];
@@ -228,155 +72,6 @@ static void note_emission(struct lum_path_guide_notes *notes, const struct lum_p
         notes->emitted[path->slot] += lum_luminance(value);
 }
 
-/* ---- light ---- */
-
-struct choice {
-    uint32_t light;
-    float prob; /* with which it was chosen */
-    uint32_t pair;
-};
-
-/* The direct light of a light is left out: what it lights by way of a diffuse surface is another effect, and stays. */
-static bool is_off(const struct lum_wave *w, uint32_t light)
-{
-    return w->lights_off && (w->lights_off & LUM_EFFECT_BIT(lum_light_effect(&w->snapshot->lights.lights[light])));
-}
-
-/* Light sampled from a vertex; queues its shadow ray. */
-static void queue_light(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, struct choice choice)
-{
-    uint32_t light = choice.light;
-    enum lum_ray_kind kind = lum_light_ray_kind(&w->snapshot->lights.lights[light]);
-    if (is_off(w, light)) {
-        if (!path->indirect)
-            return;
-        kind = LUM_RAY_INDIRECT_DIFFUSE;
-    }
-    struct lum_light_sample ls;
-    struct lum_vec2 u = {0.5f, 0.5f};
-    if (!w->snapshot->lights.lights[light].delta)
-        u = lum_sampler_2d(&path->sampler, choice.pair);
-    if (!lum_light_sample_plainly(w->snapshot, light, v->p, u, &ls))
-        return;
-    if (w->media)
-        ls.radiance = lum_rgb_mul(ls.radiance, lum_media_transmittance(w->snapshot, v->p, ls.wi, ls.distance));
-    bool delta = !(ls.pdf_sa > 0.0f);
-    float pdf = delta ? choice.prob : choice.prob * ls.pdf_sa, weight = 1.0f, bsdf_pdf_sa;
-    struct lum_rgb f;
-    if (v->lobes_off && !delta) {
-        f = respond_in_part(v, ls.wi, pdf);
-    } else {
-        f = lum_bsdf_eval(v->b, v->wo, ls.wi, &bsdf_pdf_sa);
-        if (!delta && !lum_rgb_black(f))
-            weight = lum_power_heuristic(pdf, pdf_on(v, ls.wi, bsdf_pdf_sa));
-    }
-    struct lum_rgb value = lum_rgb_mul(lum_rgb_mul(path->throughput, f), lum_rgb_scale(ls.radiance, weight / pdf));
-    if (lum_rgb_black(value))
-        return;
-    bool has_ray = lum_shadow_ray(&w->shadow_rays, v->p, v->b->ng, ls.wi, ls.distance);
-    uint8_t effect = effect_at(path, lum_light_effect(&w->snapshot->lights.lights[light]));
-    keep_light(w, &(struct lum_gain){path->slot, light, value}, kind, effect, has_ray);
-}
-
-/* Ray i of a batch, which ends at distance t or goes on for ever. */
-static void add_segment(struct lum_wave *w, const struct lum_rays *rays, uint32_t i, float t, uint32_t slot)
-{
-    struct lum_path_segments *segments_met = w->segments_met;
-    if (segments_met->n == segments_met->max) {
-        segments_met->n_lost++;
-        return;
-    }
-    struct lum_vec3 o = {rays->ox[i], rays->oy[i], rays->oz[i]};
-    struct lum_vec3 end = lum_v3_mad(o, lum_rays_direction(rays, i), lum_min(t, LUM_SEGMENT_FAR));
-    segments_met->segments[segments_met->n++] = (struct lum_path_segment){o, end, slot};
-}
-
-static void trace_shadows(struct lum_wave *w)
-{
-    if (w->shadow_rays.n == 0)
-        return;
-    struct lum_trace trace = lum_trace_of_light(w->snapshot, w->counters, w->panes);
-    lum_trace_light(&trace, &w->shadow_rays, w->occluded, w->left);
-    for (uint32_t i = 0; i < w->shadow_rays.n; i++) {
-        w->counters->rays[w->shadow_kind[i]]++;
-        if (w->segments_met)
-            add_segment(w, &w->shadow_rays, i, w->shadow_rays.tfar[i], w->shadow_gain[i].slot);
-        if (w->occluded[i])
-            continue;
-        if (trace.panes)
-            w->shadow_gain[i].value = lum_rgb_mul(w->shadow_gain[i].value, w->left[i]);
-        bring_home(w, &w->shadow_gain[i], w->shadow_effect[i]);
-    }
-    w->shadow_rays.n = 0;
-}
-
-/* As lum_lights_pick_from has it: what lies below is dark to what lets no light through. */
-static struct lum_vec3 lit_normal(const struct lum_bsdf *b)
-{
-    return b->glass > 0.0f || b->far_prob > 0.0f ? lum_v3(0.0f, 0.0f, 0.0f) : b->frame.n;
-}
-
-/* A vertex's shadow rays are traced together: what it gains adds up in the same order whatever batch it is in. */
-static void queue_lights(struct lum_wave *w, const struct lum_path *path, const struct vertex *v, float u_pick)
-{
-    const struct lum_light_table *t = &w->snapshot->lights;
-    if (!w->every_light) {
-        struct choice one = {.pair = pair_at(v->depth, PAIR_LIGHT)};
-        one.light = lum_lights_pick_from(t, v->p, lit_normal(v->b), u_pick, &one.prob);
-        if (one.light != LUM_NO_OBJECT)
-            queue_light(w, path, v, one);
-        return;
-    }
-    if (w->shadow_rays.n + t->n_active > LUM_RAY_BATCH)
-        trace_shadows(w);
-    for (uint32_t i = 0; i < t->n_active; i++)
-        queue_light(w, path, v, (struct choice){t->active[i], 1.0f, PAIR_EVERY + v->depth * LUM_WAVE_LIGHTS + i});
-}
-
-/* Light that medium m scatters into the segment. */
-static void queue_scatter(struct lum_wave *w, const struct lum_path *path, struct lum_scatter_query q, uint32_t depth)
-{
-    uint32_t pair = PAIR_MEDIA + (depth * LUM_MEDIA_MAX + q.medium) * PAIRS_PER_MEDIUM;
-    float pick = lum_sampler_1d(&path->sampler, pair), prob;
-    q.light = lum_lights_pick(&q.snapshot->lights, &pick, &prob);
-    if (q.light == LUM_NO_OBJECT)
-        return;
-    struct lum_vec2 u_light = {0.5f, 0.5f};
-    if (!q.snapshot->lights.lights[q.light].delta)
-        u_light = lum_sampler_2d(&path->sampler, pair + 2);
-    struct lum_scatter s;
-    if (!lum_medium_scatter(&q, lum_sampler_2d(&path->sampler, pair + 1), u_light, &s))
-        return;
-    struct lum_rgb value = lum_rgb_mul(path->throughput, lum_rgb_scale(s.radiance, 1.0f / prob));
-    if (lum_rgb_black(value))
-        return;
-    if (w->shadow_rays.n == LUM_RAY_BATCH)
-        trace_shadows(w);
-    bool has_ray = lum_shadow_ray(&w->shadow_rays, s.p, lum_v3(0, 0, 0), s.wi, s.distance);
-    uint8_t effect = effect_at(path, LUM_EFFECT_MEDIA);
-    keep_light(w, &(struct lum_gain){path->slot, q.light, value}, LUM_RAY_MEDIA, effect, has_ray);
-}
-
-/* The batch came back: what its segments gain and lose in media. */
-static void cross_media(struct lum_wave *w, uint32_t depth)
-{
-    for (uint32_t i = 0; i < w->rays.n; i++) {
-        struct lum_path *path = &w->path[i];
-        struct lum_scatter_query q = {
-            .snapshot = w->snapshot,
-            .o = lum_v3(w->rays.ox[i], w->rays.oy[i], w->rays.oz[i]),
-            .d = lum_rays_direction(&w->rays, i),
-            .tmax = w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
-        };
-        path->seen = path->seen && !(path->pdf_sa > 0.0f);
-        if (path->seen && depth < w->max_depth)
-            for (q.medium = 0; q.medium < w->snapshot->n_media; q.medium++)
-                queue_scatter(w, path, q, depth);
-        path->throughput = lum_rgb_mul(path->throughput, lum_media_transmittance(w->snapshot, q.o, q.d, q.tmax));
-    }
-    trace_shadows(w);
-}
-
 /* Roulette keeps the mean: survivors carry what the dead would have. False: the path dies. Radiance inside a solid is
  * denser by the square of the refractive index; the throughput that decides is without that factor, which the way out
  * takes back, or half of the paths would die inside clear glass. */
@@ -385,7 +80,7 @@ static bool roulette(const struct lum_wave *w, struct lum_path *path, uint32_t d
     if (depth < w->roulette_depth)
         return true;
     float survive = fminf(path->survival * lum_rgb_max(path->throughput) / path->roulette_scale, 1.0f);
-    if (!(lum_sampler_1d(&path->sampler, pair_at(depth, PAIR_ROULETTE)) < survive))
+    if (!(lum_sampler_1d(&path->sampler, lum_wave_pair(depth, LUM_WAVE_PAIR_ROULETTE)) < survive))
         return false;
     path->throughput = lum_rgb_scale(path->throughput, 1.0f / survive);
     return true;
@@ -406,28 +101,28 @@ static bool passes_pane(const struct lum_wave *w, const struct lum_bsdf *b, cons
 }
 
 /* One vertex of a path: light sampling, then the next ray. The path, if it lives on, is appended to the wave. */
-static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
+static void scatter(struct lum_wave *w, struct lum_path path, struct lum_vertex *v)
 {
     const struct lum_bsdf *b = v->b;
     if (w->lobes_off)
-        v->lobes_off = w->lobes_off & lobe_effects(b);
+        v->lobes_off = w->lobes_off & lum_lobe_effects(b);
     if (w->guide)
         ask_guide(w, v, path.n_panes);
     struct lum_vec2 pick = {0.5f, 0.5f};
     bool one_lobe = b->diffuse_prob == 1.0f && b->far_prob == 0.0f && !(v->guide.share > 0.0f);
     if (w->snapshot->lights.n_active > 1 || !one_lobe) /* something to choose */
-        pick = lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_PICK));
-    queue_lights(w, &path, v, pick.x);
+        pick = lum_sampler_2d(&path.sampler, lum_wave_pair(v->depth, LUM_WAVE_PAIR_PICK));
+    lum_wave_sample_lights(w, &path, v, pick.x);
     struct lum_path_guide_step step;
-    if (!sample_on(v, lum_sampler_2d(&path.sampler, pair_at(v->depth, PAIR_BSDF)), pick.y, &step))
+    if (!sample_on(v, lum_sampler_2d(&path.sampler, lum_wave_pair(v->depth, LUM_WAVE_PAIR_BSDF)), pick.y, &step))
         return;
     struct lum_bsdf_sample *bs = &step.s;
-    if (v->lobes_off && !keep_lobe(v, bs))
+    if (v->lobes_off && !lum_vertex_keep_lobe(v, bs))
         return;
     if (w->snapshot->lights.n_active == 0 && bs->pdf_sa > 0.0f)
         return; /* only a mirror could show something that shines without being a light */
     path.throughput = lum_rgb_mul(path.throughput, bs->weight);
-    if (bounce_kind(bs->lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
+    if (lum_lobe_ray_kind(bs->lobe) == LUM_RAY_TRANSMISSION && !b->thin && !b->straight)
         path.roulette_scale *= b->eta * b->eta;
     if (v->guide.cell)
         path.roulette_scale /= step.ratio; /* or what is looked for more often would end more often */
@@ -440,16 +135,16 @@ static void scatter(struct lum_wave *w, struct lum_path path, struct vertex *v)
         path.n_panes += path.pdf_sa > 0.0f;
     } else {
         path.p = v->p;
-        path.n = lit_normal(b);
+        path.n = lum_vertex_lit_normal(b);
         path.pdf_sa = bs->pdf_sa;
         path.every_light = w->every_light;
         path.plain = true;
         path.direct_apart = false;
         path.was_indirect = path.indirect;
-        path.indirect = path.indirect || bounce_kind(bs->lobe) == LUM_RAY_INDIRECT_DIFFUSE;
-        path.effect = effect_at(&path, (enum lum_effect)(bounce_kind(bs->lobe) - LUM_RAY_DIRECT));
+        path.indirect = path.indirect || lum_lobe_ray_kind(bs->lobe) == LUM_RAY_INDIRECT_DIFFUSE;
+        path.effect = lum_path_effect(&path, (enum lum_effect)(lum_lobe_ray_kind(bs->lobe) - LUM_RAY_DIRECT));
     }
-    w->counters->rays[bounce_kind(bs->lobe)]++;
+    w->counters->rays[lum_lobe_ray_kind(bs->lobe)]++;
     push_path(w, path, v->p, b->ng, bs->wi);
 }
 
@@ -461,7 +156,7 @@ static float emission_weight(const struct lum_wave *w, const struct lum_path *pa
         return 1.0f;
     if (path->direct_apart)
         return 0.0f;
-    if (!path->was_indirect && is_off(w, light))
+    if (!path->was_indirect && lum_wave_leaves_out(w, light))
         return 0.0f;
     struct lum_vec3 at = s ? s->p : lum_v3(0, 0, 0), ng = s ? s->ng : lum_v3(0, 0, 0);
     float pdf = path->plain ? lum_light_plain_pdf(w->snapshot, light, path->p, d, at, ng)
@@ -486,7 +181,7 @@ static void add(struct lum_wave *w, const struct lum_path *path, uint32_t light,
     /* What the diffuse lobe's ray meets first is the lamp's own light, sampled in the other way. */
     bool direct = path->effect == LUM_EFFECT_INDIRECT_DIFFUSE && !path->was_indirect && light != LUM_NO_OBJECT;
     uint8_t effect = direct ? (uint8_t)lum_light_effect(&w->snapshot->lights.lights[light]) : path->effect;
-    bring_home(w, &(struct lum_gain){path->slot, light, value}, effect);
+    lum_wave_bring_home(w, &(struct lum_gain){path->slot, light, value}, effect);
 }
 
 static void add_background(struct lum_wave *w, const struct lum_path *path, struct lum_vec3 d, bool eye)
@@ -533,8 +228,16 @@ static void shade(struct lum_wave *w, uint32_t i, uint32_t depth)
             add(w, &path, LUM_NO_OBJECT, b.emission, 1.0f);
     }
     if (depth - path.n_panes < w->max_depth)
-        scatter(w, path, &(struct vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
+        scatter(w, path, &(struct lum_vertex){.b = &b, .p = s.p, .wo = wo, .depth = depth});
 }
+
+/* What lum_wave_begin may be told to leave out of lights, and of lobes. */
+enum {
+    LIGHT_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_DIRECT) | LUM_EFFECT_BIT(LUM_EFFECT_SOFT_SHADOW) |
+                    LUM_EFFECT_BIT(LUM_EFFECT_ENVIRONMENT),
+    LOBE_EFFECTS = LUM_EFFECT_BIT(LUM_EFFECT_INDIRECT_DIFFUSE) | LUM_EFFECT_BIT(LUM_EFFECT_REFLECTION) |
+                   LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION) | LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY),
+};
 
 void lum_wave_begin(struct lum_wave *w, const struct lum_snapshot *snapshot, struct lum_counters *counters,
                     uint32_t max_depth, uint32_t effects_off)
@@ -578,7 +281,7 @@ void lum_wave_add_vertex(struct lum_wave *w, uint32_t slot, struct lum_sampler s
 {
     struct lum_path path = {
         .throughput = lum_grey(1.0f), .survival = 1.0f, .roulette_scale = 1.0f, .slot = slot, .sampler = sampler};
-    scatter(w, path, &(struct vertex){.b = bsdf, .p = p, .wo = wo});
+    scatter(w, path, &(struct lum_vertex){.b = bsdf, .p = p, .wo = wo});
 }
 
 void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sampler, struct lum_vec3 p,
@@ -586,8 +289,8 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
 {
     struct lum_bsdf gloss = lum_bsdf_gloss(bsdf);
     struct lum_bsdf_sample bs;
-    float u_lobe = lum_sampler_2d(&sampler, pair_at(0, PAIR_PICK)).y;
-    if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)), u_lobe, &bs))
+    float u_lobe = lum_sampler_2d(&sampler, lum_wave_pair(0, LUM_WAVE_PAIR_PICK)).y;
+    if (!lum_bsdf_sample(&gloss, wo, lum_sampler_2d(&sampler, lum_wave_pair(0, LUM_WAVE_PAIR_BSDF)), u_lobe, &bs))
         return;
     if (!(bs.pdf_sa > 0.0f)) /* mirrors, and what goes straight through, are another estimator's */
         return;
@@ -602,7 +305,7 @@ void lum_wave_add_gloss(struct lum_wave *w, uint32_t slot, struct lum_sampler sa
                             .p = p,
                             .pdf_sa = bs.pdf_sa,
                             .every_light = true};
-    if (bounce_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
+    if (lum_lobe_ray_kind(bs.lobe) == LUM_RAY_TRANSMISSION && !bsdf->thin && !bsdf->straight)
         path.roulette_scale = bsdf->eta * bsdf->eta;
     if (!roulette(w, &path, 0))
         return;
@@ -614,7 +317,7 @@ bool lum_wave_add_indirect(struct lum_wave *w, uint32_t slot, struct lum_sampler
                            struct lum_vec3 n, struct lum_vec3 ng)
 {
     struct lum_frame frame = lum_frame_from_normal(n);
-    struct lum_vec3 local = lum_warp_cosine(lum_sampler_2d(&sampler, pair_at(0, PAIR_BSDF)));
+    struct lum_vec3 local = lum_warp_cosine(lum_sampler_2d(&sampler, lum_wave_pair(0, LUM_WAVE_PAIR_BSDF)));
     struct lum_vec3 wi = lum_frame_to_scene(&frame, local);
     if (!(lum_dot(wi, ng) > 0.0f) || !(local.z > 0.0f))
         return false;
@@ -644,18 +347,19 @@ void lum_wave_step(struct lum_wave *w, uint32_t depth)
     w->at_first = depth == 0;
     w->hits.white = w->at_first && w->illuminance;
     for (uint32_t i = 0; w->segments_met && i < n; i++)
-        add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i], w->path[i].slot);
+        lum_wave_add_segment(w, &w->rays, i, w->hits.object[i] == LUM_NO_OBJECT ? INFINITY : w->hits.t[i],
+                             w->path[i].slot);
     if (w->media && !w->hits.white)
-        cross_media(w, depth);
+        lum_wave_cross_media(w, depth);
     w->rays.n = 0;
     for (uint32_t i = 0; i < n; i++)
         shade(w, i, depth);
-    trace_shadows(w);
+    lum_wave_trace_shadows(w);
 }
 
 void lum_wave_run(struct lum_wave *w, uint32_t depth)
 {
-    trace_shadows(w);
+    lum_wave_trace_shadows(w);
     for (; w->rays.n > 0; depth++)
         lum_wave_step(w, depth);
 }

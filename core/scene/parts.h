@@ -7,6 +7,7 @@
 
 struct lum_env_map;
 struct lum_light_desc;
+struct lum_mesh_surface;
 struct lum_scene;
 
 struct lum_mesh *lum_mesh_ref(struct lum_mesh *mesh);
@@ -33,23 +34,6 @@ struct lum_material_part {
     struct lum_material *items; /* each texture holds a reference to its image */
     uint32_t n;
 };
-/* Inclusive prefix sums of triangle areas in scene space, for one mesh under one linear map. */
-struct lum_area_cdf {
-    struct lum_refs refs;
-    struct lum_mesh *mesh;
-    float linear[3][3];
-    double total;
-    struct lum_light_reach reach; /* of the mesh, relative to the map's translation, around the centre of its area,
-                                   * which is its intensity */
-    float *sums;
-};
-/* lum_light.mean_emission, and what it was found for: holds references to the images. */
-struct lum_emission_mean {
-    struct lum_texture emission, alpha;
-    enum lum_alpha_mode alpha_mode;
-    float alpha_factor, alpha_cutoff;
-    float mean;
-};
 struct lum_light_part {
     struct lum_refs refs;
     struct lum_bounds bounds; /* of the instances and the emitter shapes */
@@ -58,10 +42,9 @@ struct lum_light_part {
     uint32_t *active, *afar;
     float *active_cdf, *pick_pdf;
     struct lum_light_tree tree;
-    struct lum_area_cdf **cdfs;      /* per light; NULL but for mesh emitters */
-    struct lum_emission_mean *means; /* per light; zero but for mesh emitters with a texture or holes */
-    struct lum_env_part **envs;      /* per light; NULL but for skies, and environments with an image */
-    const struct lum_web **webs;     /* per light; NULL but for ies */
+    struct lum_mesh_surface *surfaces; /* per light; zero but for mesh emitters */
+    struct lum_env_part **envs;        /* per light; NULL but for skies, and environments with an image */
+    const struct lum_web **webs;       /* per light; NULL but for ies */
     uint32_t n;
     struct lum_accel_shape *shapes;
     uint32_t *shape_lights; /* per shape: its light */

@@ -5,6 +5,7 @@
 #include "core/light/emitter.h"
 #include "core/material/bsdf.h"
 #include "core/math/sampler.h"
+#include "core/scene/mesh_lights.h"
 #include "core/scene/parts.h"
 #include "core/scene/surface.h"
 
@@ -176,9 +177,7 @@ bool lum_snapshot_luminaire(const struct lum_snapshot *s, uint32_t light, struct
     const struct lum_light *l = &s->lights.lights[light];
     if (l->kind != LUM_EMIT_MESH)
         return false;
-    const struct lum_affine *m = &s->instances[l->instance].local_to_scene;
-    struct lum_vec3 at =
-        lum_v3_add(s->parts->lights->cdfs[light]->reach.centre, lum_v3(m->m[0][3], m->m[1][3], m->m[2][3]));
+    struct lum_vec3 at = lum_mesh_light_reach(s->parts->lights, &s->instances[l->instance], light).centre;
     double own = (double)lum_luminance(s->materials[s->instances[l->instance].material].emission);
     double luminance = (double)lum_luminance(l->power), area = (double)l->area / (s->norm.scale * s->norm.scale);
     *ret = (struct lum_luminaire){

@@ -24,8 +24,8 @@ void lum_help_options(const struct lum_help *h, const struct lum_option_row *row
 /* The whole page lumend(1). */
 void lum_help_man(FILE *out, const struct lum_command *commands, size_t n_commands);
 
-/* The page of another program, NAME(1), of what its --help says, in the form that lum_help_text takes. summary: what it is,
- * for apropos(1). */
+/* The page of another program, NAME(1), of what its --help says, in the form that lum_help_text takes. summary: what it
+ * is, for apropos(1). */
 void lum_help_man_of(FILE *out, const char *name, const char *summary, const char *help);
 
 #endif

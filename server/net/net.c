@@ -29,8 +29,7 @@
 
 #define PROTOCOL "lumend.v1"
 #define RX_BYTES (16u << 10)
-#define UNSENT_BYTES                                                                                                   \
-    (128 << 10) /* TCP_NOTSENT_LOWAT: writable means nearly drained, so frames wait here, not in the kernel */
+#define UNSENT_BYTES (128 << 10)          /* TCP_NOTSENT_LOWAT: frames wait here, and not in the kernel */
 #define READ_LATER_US 20000               /* at least so long, so that a flood does not mean a timer for every read */
 #define HEADER_POOL LUM_LIMIT_CONNECTIONS /* all may be in their HTTP phase at once: none waits for another */
 #define CLOSE_GRACE_S 5                   /* a peer that does not take the close frame is cut off */

@@ -14,7 +14,7 @@ struct lum_bars_row {
 
 struct lum_bars {
     const char *title, *subtitle;
-    const char *axis, *unit; /* what is measured, along the bars */
+    const char *axis, *unit;  /* what is measured, along the bars */
     const char *const *parts; /* names, for the legend; the last is what is left over */
     size_t n_parts;           /* at most LUM_BARS_PARTS */
     const struct lum_bars_row *rows;

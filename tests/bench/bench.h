@@ -10,9 +10,9 @@
 #include "server/world/world.h"
 
 struct lum_bench_options {
-    const char *out;   /* directory, exists */
-    const char *scene; /* name or file; NULL: the study's own choice of several */
-    const char *bin;   /* directory of lumend and lumend-replay */
+    const char *out;        /* directory, exists */
+    const char *scene;      /* name or file; NULL: the study's own choice of several */
+    const char *bin;        /* directory of lumend and lumend-replay */
     const char *references; /* directory where what errors are measured against is kept (reference.h); NULL: none */
     uint32_t reference_spp; /* which these have at most: a power of two */
     const char *models;     /* truth: folder of third-party models */
@@ -21,8 +21,8 @@ struct lum_bench_options {
     uint32_t seeds;         /* errors, budgets, settings, accuracy: 1 to 30 */
     uint32_t w, h;          /* errors, budgets, settings, accuracy: of pictures; 0: the study's own */
     double seconds;         /* truth: how long a scene rests; budgets: how long a run is waited for */
-    bool single_rays;  /* traced one by one, as the thesis' tracer does */
-    bool quick;        /* fewer repetitions: shows that it works, not a figure to quote */
+    bool single_rays;       /* traced one by one, as the thesis' tracer does */
+    bool quick;             /* fewer repetitions: shows that it works, not a figure to quote */
 };
 
 /* Ends the subtitle of a figure that --quick made. */
@@ -30,7 +30,7 @@ struct lum_bench_options {
 
 struct lum_bench {
     const char *name, *summary;
-    const char *scene; /* where none is given */
+    const char *scene;                                   /* where none is given */
     int (*run)(const struct lum_bench_options *options); /* exit status */
 };
 
@@ -70,8 +70,8 @@ const char *lum_bench_scene_name(const char *scene);
 void lum_bench_machine(const struct lum_world *world, char *ret_text, size_t size);
 
 struct lum_plot;
-/* Draws OUT/name. The plot's subtitle, a sentence without its point, is followed by the machine. False after a message on
- * stderr. */
+/* Draws OUT/name. The plot's subtitle, a sentence without its point, is followed by the machine. False after a message
+ * on stderr. */
 bool lum_bench_plot(const struct lum_bench_options *options, const char *name, const struct lum_plot *plot,
                     const char *machine);
 
@@ -84,8 +84,8 @@ double lum_bench_quantile(double *values, size_t n, double q);
 #define LUM_BENCH_SAMPLES 128u
 double lum_bench_median_of(const double *values, size_t n);
 
-/* The median and its 95 % interval by 2 000 resamples with a fixed seed. Sorts values; at most LUM_BENCH_SAMPLES; NAN of
- * none. */
+/* The median and its 95 % interval by 2 000 resamples with a fixed seed. Sorts values; at most LUM_BENCH_SAMPLES; NAN
+ * of none. */
 struct lum_bench_median {
     double median, lo, hi;
 };

@@ -18,7 +18,7 @@ struct effects_case {
     const char *scene;
     const struct lum_method *method;
     struct lum_demand demand;
-    uint32_t demanded, varied; /* effects that the scene calls for; those of them that the method serves */
+    uint32_t demanded, varied;    /* effects that the scene calls for; those of them that the method serves */
     struct effects_frame *frames; /* by subset of varied: 2^k, the last one has all */
     uint32_t n_frames;
     double left_out; /* share of the picture's energy that the method does not serve, by path tracing */

@@ -1,5 +1,5 @@
-/* Shared by the parts of the study of the irradiance cache's storages: what was measured (irrcache.c; irrcache_store.c, which
- * alone sees core's records: the protocol has others of that name) and how it is shown (irrcache_report.c). */
+/* Shared by the parts of the study of the irradiance cache's storages: what was measured (irrcache.c; irrcache_store.c,
+ * which alone sees core's records: the protocol has others of that name) and how it is shown (irrcache_report.c). */
 #ifndef LUM_TESTS_BENCH_IRRCACHE_H
 #define LUM_TESTS_BENCH_IRRCACHE_H
 
@@ -28,11 +28,11 @@ extern const uint32_t irr_threads[IRR_CREWS];
 struct irr_cell {
     size_t n; /* rounds; 0: not measured */
     double ms[IRR_ROUNDS], cpu_ms[IRR_ROUNDS];
-    double indirect_ms[IRR_ROUNDS];  /* of them: looking up, building, interpolating */
-    double records[IRR_ROUNDS];      /* made in a frame */
-    double discarded[IRR_ROUNDS];    /* made, and not kept */
-    double overhead[IRR_ROUNDS];     /* LCK, LW: seconds; WF: insertions that had to go another way */
-    uint64_t rays;                   /* of one frame */
+    double indirect_ms[IRR_ROUNDS]; /* of them: looking up, building, interpolating */
+    double records[IRR_ROUNDS];     /* made in a frame */
+    double discarded[IRR_ROUNDS];   /* made, and not kept */
+    double overhead[IRR_ROUNDS];    /* LCK, LW: seconds; WF: insertions that had to go another way */
+    uint64_t rays;                  /* of one frame */
 };
 
 struct irr_scene {
@@ -69,15 +69,16 @@ struct irr_study {
     char machine[256];
 };
 
-/* The cache of method irrcache that a view with these settings uses in a scene without media, held: to empty it, and to ask what its storage cost. */
+/* The cache of method irrcache that a view with these settings uses in a scene without media, held: to empty it, and to
+ * ask what its storage cost. */
 LUM_MUST_USE enum lum_status irr_cache_acquire(struct lum_caches *caches, const struct lum_view_settings *settings,
                                                struct lum_cache **ret_cache, struct lum_error *err);
 void irr_cache_release(struct lum_caches *caches, struct lum_cache *cache); /* accepts NULL */
-bool irr_cache_is_used(const struct lum_cache *cache); /* a view has */
+bool irr_cache_is_used(const struct lum_cache *cache);                      /* a view has */
 /* Its memory stays. Between passes. */
 void irr_cache_empty(struct lum_cache *cache);
-/* Since creation. The thesis lists seconds of waiting for LCK, all threads together, seconds of merging for LW, and a number of
- * insertions for WF: those whose CAS another thread won. */
+/* Since creation. The thesis lists seconds of waiting for LCK, all threads together, seconds of merging for LW, and a
+ * number of insertions for WF: those whose CAS another thread won. */
 double irr_cache_overhead(const struct lum_cache *cache);
 
 /* Fills study->lookups. False after a message on stderr. */

@@ -1,6 +1,6 @@
-/* Line plots as SVG files, for browsers and README pages: one or more panels beside each other under one title, with one
- * legend. No dependency, no script: a white card that reads on light and dark pages, in colours that colour-blind people
- * can tell apart (Okabe & Ito 2008), and marks of different shape. */
+/* Line plots as SVG files, for browsers and README pages: one or more panels beside each other under one title, with
+ * one legend. No dependency, no script: a white card that reads on light and dark pages, in colours that colour-blind
+ * people can tell apart (Okabe & Ito 2008), and marks of different shape. */
 #ifndef LUM_TESTS_BENCH_PLOT_H
 #define LUM_TESTS_BENCH_PLOT_H
 
@@ -40,7 +40,7 @@ struct lum_plot_panel {
 };
 
 struct lum_plot {
-    const char *title, *subtitle; /* subtitle NULL: none */
+    const char *title, *subtitle;        /* subtitle NULL: none */
     const struct lum_plot_panel *panels; /* the legend is of the first one's series */
     size_t n_panels;
     bool same_y; /* all panels have the y axis that their data together ask for */

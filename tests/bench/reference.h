@@ -27,7 +27,8 @@ struct lum_bench_error {
 };
 /* What a table says of its errors; with LUM_METRIC_EPSILON. */
 #define LUM_BENCH_RELMSE                                                                                               \
-    "relMSE: mean of (x - r)^2 / (r^2 + %g mean^2), r: the reference, mean: its luminance; lumend compare adds %g alone"
+    "relMSE: mean of (x - r)^2 / (r^2 + %g mean^2), r: the reference, mean: its luminance; lumend compare adds %g "    \
+    "alone"
 
 /* Samples are looked at whenever they have doubled, so that their number is even and the halves are equal: at least
  * least_spp, at most most_spp, and until the noise is a tenth of the least error that is to be told. */

@@ -19,13 +19,13 @@ struct truth_reference {
 struct truth_row {
     char scene[64];
     const char *method;
-    char when[16];              /* "rough", "first", "moving", "1 s" */
-    double own_s, wall_s;       /* from nothing to this picture; of moving ones the median of a frame */
+    char when[16];        /* "rough", "first", "moving", "1 s" */
+    double own_s, wall_s; /* from nothing to this picture; of moving ones the median of a frame */
     uint32_t spp;
     struct lum_blocks_result blocks;
     struct lum_bench_error error;
-    double error_rms;           /* of luminance, over its mean; without the noise of the reference. NAN: below that */
-    double error_said;          /* the bound of it by the method itself; NAN: unknown */
+    double error_rms;  /* of luminance, over its mean; without the noise of the reference. NAN: below that */
+    double error_said; /* the bound of it by the method itself; NAN: unknown */
     uint64_t rays[LUM_RAY_KIND_COUNT]; /* to this picture; of moving ones the mean of a frame */
     uint32_t reference_spp;
 };
@@ -34,9 +34,9 @@ struct truth_row {
 struct truth_cost {
     char scene[64];
     const char *method;
-    double first_ms, sample_ms;       /* own time, medians */
+    double first_ms, sample_ms;        /* own time, medians */
     struct lum_bench_median own, wall; /* ratios */
-    double share;                     /* of the machine that `path` got */
+    double share;                      /* of the machine that `path` got */
 };
 
 /* One effect's light in a method's first frame over that in `path`. */

@@ -1,4 +1,5 @@
-/* Shared by the halves of the study of many viewers: what was measured (viewers.c) and how it is shown (viewers_report.c). */
+/* Shared by the halves of the study of many viewers: what was measured (viewers.c) and how it is shown
+ * (viewers_report.c). */
 #ifndef LUM_TESTS_BENCH_VIEWERS_H
 #define LUM_TESTS_BENCH_VIEWERS_H
 

@@ -1,5 +1,5 @@
-/* Built-in scenes, and their animations pose by pose, for tests that include core's headers and not the server's. Failures end
- * the test. */
+/* Built-in scenes, and their animations pose by pose, for tests that include core's headers and not the server's.
+ * Failures end the test. */
 #ifndef LUM_TESTS_SUPPORT_BUILT_IN_H
 #define LUM_TESTS_SUPPORT_BUILT_IN_H
 

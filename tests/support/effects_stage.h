@@ -1,8 +1,8 @@
 /* A small scene that calls for any choice of effects, each at full strength, at strength 0, or not at all.
  *
- * Absent and zero scenes have the same surfaces in the same places, so that their pictures must agree bit for bit. Only one
- * effect is varied at a time; the others are there, but for indirect_diffuse: it is absent where no surface faces another,
- * which leaves no room for the objects of the others. */
+ * Absent and zero scenes have the same surfaces in the same places, so that their pictures must agree bit for bit. Only
+ * one effect is varied at a time; the others are there, but for indirect_diffuse: it is absent where no surface faces
+ * another, which leaves no room for the objects of the others. */
 #ifndef LUM_TESTS_SUPPORT_EFFECTS_STAGE_H
 #define LUM_TESTS_SUPPORT_EFFECTS_STAGE_H
 
@@ -78,7 +78,8 @@ static inline void stage_items(struct rig *r, const struct stage *s)
     stage_item(r, "vase", &m, rig_v(0.8, 0.25, 0.3));
 }
 
-/* Floor and crate. Where nothing is to face anything the crate is black: it reflects nothing, and still casts shadows. */
+/* Floor and crate. Where nothing is to face anything the crate is black: it reflects nothing, and still casts shadows.
+ */
 static inline void stage_ground(struct rig *r, const struct stage *s)
 {
     enum strength indirect = stage_strength(s, LUM_EFFECT_INDIRECT_DIFFUSE);
@@ -97,9 +98,8 @@ static inline void stage_media(struct rig *r, const struct stage *s)
     enum strength fog = stage_strength(s, LUM_EFFECT_MEDIA);
     if (fog == STAGE_ABSENT)
         return;
-    struct lum_medium_desc d = {.sigma_s = lum_grey(fog == STAGE_ZERO ? 0.0f : 0.1f),
-                                .lo = rig_v(-1.5, 0, -1.5),
-                                .hi = rig_v(1.5, 1, 1)};
+    struct lum_medium_desc d = {
+        .sigma_s = lum_grey(fog == STAGE_ZERO ? 0.0f : 0.1f), .lo = rig_v(-1.5, 0, -1.5), .hi = rig_v(1.5, 1, 1)};
     RIG_OK(lum_scene_put_medium(r->scene, "fog", &d, &err));
 }
 

@@ -1,4 +1,5 @@
-/* The instruction set of the ray tracing kernels that the tests run with: $LUMEND_ISA, as lumend reads it (server/world/world.h). */
+/* The instruction set of the ray tracing kernels that the tests run with: $LUMEND_ISA, as lumend reads it
+ * (server/world/world.h). */
 #ifndef LUM_TESTS_SUPPORT_ISA_H
 #define LUM_TESTS_SUPPORT_ISA_H
 

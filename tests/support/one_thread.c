@@ -1,5 +1,5 @@
-/* Linked into tests that the thread sanitizer leaves out, as they are on one thread: whoever makes another ends the test.
- * Calls of pthread_create come here (--wrap). */
+/* Linked into tests that the thread sanitizer leaves out, as they are on one thread: whoever makes another ends the
+ * test. Calls of pthread_create come here (--wrap). */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,5 @@
-/* A small renderer for tests: device, pool, scene and view, and words to furnish the scene with. Failures end the test. */
+/* A small renderer for tests: device, pool, scene and view, and words to furnish the scene with. Failures end the test.
+ */
 #ifndef LUM_TESTS_SUPPORT_RIG_H
 #define LUM_TESTS_SUPPORT_RIG_H
 
@@ -29,12 +30,12 @@ struct rig {
     struct lum_view_settings settings;
 };
 
-#define RIG_OK(call)                                                                                                     \
-    do {                                                                                                                 \
-        struct lum_error err = {0};                                                                                      \
-        enum lum_status rig_status = (call);                                                                             \
-        if (rig_status != LUM_OK)                                                                                        \
-            fail_msg("%s: %s (%s)", #call, err.text, err.field);                                                         \
+#define RIG_OK(call)                                                                                                   \
+    do {                                                                                                               \
+        struct lum_error err = {0};                                                                                    \
+        enum lum_status rig_status = (call);                                                                           \
+        if (rig_status != LUM_OK)                                                                                      \
+            fail_msg("%s: %s (%s)", #call, err.text, err.field);                                                       \
     } while (0)
 
 /* isa: of the ray tracing kernels, as lum_device_create takes it. */
@@ -139,9 +140,11 @@ static inline void rig_mesh(struct rig *r, const char *id, const double *positio
     RIG_OK(lum_scene_put_mesh(r->scene, id, &d, &err));
 }
 
-static inline void rig_object(struct rig *r, const char *id, const char *mesh, const char *material, struct lum_vec3d at)
+static inline void rig_object(struct rig *r, const char *id, const char *mesh, const char *material,
+                              struct lum_vec3d at)
 {
-    struct lum_object_desc d = {.mesh = mesh, .material = material, .local_to_world = lum_affined_identity(), .visible = true};
+    struct lum_object_desc d = {
+        .mesh = mesh, .material = material, .local_to_world = lum_affined_identity(), .visible = true};
     d.local_to_world.m[0][3] = at.x;
     d.local_to_world.m[1][3] = at.y;
     d.local_to_world.m[2][3] = at.z;
@@ -181,7 +184,8 @@ static inline void rig_box(struct rig *r, const char *id, double hx, double hy, 
 
 static inline struct lum_light_desc rig_point(struct lum_vec3d at, double cd)
 {
-    return (struct lum_light_desc){.kind = LUM_LIGHT_POINT, .position = at, .color = lum_grey(1), .intensity = cd, .on = true};
+    return (struct lum_light_desc){
+        .kind = LUM_LIGHT_POINT, .position = at, .color = lum_grey(1), .intensity = cd, .on = true};
 }
 
 static inline struct lum_light_desc rig_quad(struct lum_vec3d at, struct lum_vec3d u, struct lum_vec3d v, double cd_m2)

@@ -28,7 +28,7 @@ struct fixture {
     uint64_t rev;
 };
 
-int fixture_setup(void **state); /* cmocka: *state is a struct fixture with an empty scene */
+int fixture_setup(void **state);        /* cmocka: *state is a struct fixture with an empty scene */
 int fixture_setup_narrow(void **state); /* the same, with vectors of 8 */
 int fixture_teardown(void **state);
 
