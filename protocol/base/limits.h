@@ -99,14 +99,15 @@
 #define LUM_LIMIT_ASSET_DEPTH 8u        /* folders in each other; each holds a descriptor */
 
 /* ---- uploads ---- */
-#define LUM_LIMIT_UPLOAD_BYTES (512u << 20)          /* of all files that are sent together: a building with textures */
-#define LUM_LIMIT_UPLOAD_SESSION_BYTES (2048u << 20) /* that a session may announce in its life: four of the largest   \
-                                                      */
-#define LUM_LIMIT_UPLOAD_FILES 256u                  /* sent together */
-#define LUM_LIMIT_UPLOAD_NAME_BYTES 180              /* leaves room for where it lies: LUM_LIMIT_ASSET_BYTES */
-#define LUM_LIMIT_UPLOADS_AT_ONCE 4u                 /* announced, or on their way; one of a session */
-#define LUM_LIMIT_UPLOAD_BEGIN_S 60                  /* from the announcement on */
-#define LUM_LIMIT_UPLOAD_END_S 900                   /* from the beginning on: the largest by 5 Mbit/s */
+#define LUM_LIMIT_UPLOAD_BYTES (512u << 20) /* of all files that are sent together: a building with textures */
+#define LUM_LIMIT_UPLOAD_SESSION_BYTES                                                                                 \
+    (2048u << 20)                       /* that a session may announce in its life: four of the largest                \
+                                         */
+#define LUM_LIMIT_UPLOAD_FILES 256u     /* sent together */
+#define LUM_LIMIT_UPLOAD_NAME_BYTES 180 /* leaves room for where it lies: LUM_LIMIT_ASSET_BYTES */
+#define LUM_LIMIT_UPLOADS_AT_ONCE 4u    /* announced, or on their way; one of a session */
+#define LUM_LIMIT_UPLOAD_BEGIN_S 60     /* from the announcement on */
+#define LUM_LIMIT_UPLOAD_END_S 900      /* from the beginning on: the largest by 5 Mbit/s */
 
 /* ---- imports ---- */
 #define LUM_LIMIT_IMPORTS_AT_ONCE 2u
