@@ -28,21 +28,18 @@ struct facet {
     float reflect_prob; /* of the two; -1: it does neither */
 };
 
-/* Adds what a sheet of two faces does, each of which reflects r: light leaves it after it crossed it 1, 3, 5 ... times
- * (transmitted) or 2, 4 ... times (reflected), losing 1 - tint each time. Of a coloured r its largest channel is taken
- * from what enters. */
-static void add_sheet(const struct lum_bsdf *b, struct lum_rgb r, struct facet *f)
+void lum_glass_sheet(struct lum_rgb r, struct lum_rgb tint, struct lum_rgb *ret_up, struct lum_rgb *ret_down)
 {
     float most = lum_min(lum_rgb_max(r), 1.0f), enters = 1.0f - most;
-    const float reflected[3] = {r.r, r.g, r.b}, share[3] = {b->transmit.r, b->transmit.g, b->transmit.b};
+    const float reflected[3] = {r.r, r.g, r.b}, t[3] = {tint.r, tint.g, tint.b};
     float up[3], down[3];
     for (int k = 0; k < 3; k++) {
-        float tint = share[k] / b->glass, again = most * tint, sum = enters / lum_max(1.0f - again * again, 0x1p-24f);
-        up[k] = reflected[k] * (1.0f + enters * sum * tint * tint);
-        down[k] = enters * sum * share[k];
+        float again = most * t[k], sum = enters / lum_max(1.0f - again * again, 0x1p-24f);
+        up[k] = reflected[k] * (1.0f + enters * sum * t[k] * t[k]);
+        down[k] = enters * sum * t[k];
     }
-    f->reflect = lum_rgb_mad(f->reflect, lum_rgb(up[0], up[1], up[2]), b->glass);
-    f->transmit = lum_rgb(down[0], down[1], down[2]);
+    *ret_up = lum_rgb(up[0], up[1], up[2]);
+    *ret_down = lum_rgb(down[0], down[1], down[2]);
 }
 
 static struct facet facet_at(const struct lum_bsdf *b, float c)
@@ -57,7 +54,10 @@ static struct facet facet_at(const struct lum_bsdf *b, float c)
         float f90 = exact < 1.0f ? b->glass_f90 : 1.0f;
         struct lum_rgb glass = lum_rgb_add(lum_rgb_scale(b->glass_f0, 1.0f - w), lum_grey(f90 * w));
         if (b->thin) {
-            add_sheet(b, glass, &f);
+            struct lum_rgb up, tint = lum_rgb_scale(b->transmit, 1.0f / b->glass);
+            lum_glass_sheet(glass, tint, &up, &f.transmit);
+            f.reflect = lum_rgb_mad(f.reflect, up, b->glass);
+            f.transmit = lum_rgb_scale(f.transmit, b->glass);
         } else {
             f.reflect = lum_rgb_mad(f.reflect, glass, b->glass);
             f.transmit = lum_rgb_scale(b->transmit, lum_max(1.0f - lum_rgb_max(glass), 0.0f));
@@ -167,6 +167,17 @@ static struct lum_rgb eval_reflected(const struct lum_bsdf *b, struct lum_vec3 o
     return lum_rgb_scale(transmitted ? f.transmit : f.reflect, d * lum_ggx_g2_over_cos(o.z, i.z, b->alpha) * i.z);
 }
 
+/* Thin rough glass; i is below. What met several facets is drawn like what met one, whose tails reach as far. */
+static struct lum_rgb eval_through_sheet(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, float *ret_pdf)
+{
+    struct lum_rgb once = eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, ret_pdf);
+    if (lum_rgb_black(b->multi_far))
+        return once;
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, -i.z);
+    float lost = lum_max(1.0f - (e.scale + e.bias), 0.0f);
+    return lum_rgb_mad(once, b->multi_far, lost * -i.z * LUM_INV_PI);
+}
+
 /* Rough refraction, Walter et al. 2007 eq. 16, 17 and 21; i is below. */
 static struct lum_rgb eval_refracted(const struct lum_bsdf *b, struct lum_vec3 o, struct lum_vec3 i, float *ret_pdf)
 {
@@ -203,8 +214,7 @@ struct lum_bsdf_value lum_bsdf_eval_parts(const struct lum_bsdf *b, struct lum_v
             v.gloss = eval_reflected(b, o, i, false, &v.gloss_pdf_sa);
     } else if (i.z < 0.0f && side < 0.0f) {
         if (b->alpha > 0.0f && b->glass > 0.0f && b->eta != 1.0f)
-            v.gloss = b->thin ? eval_reflected(b, o, lum_v3(i.x, i.y, -i.z), true, &v.gloss_pdf_sa)
-                              : eval_refracted(b, o, i, &v.gloss_pdf_sa);
+            v.gloss = b->thin ? eval_through_sheet(b, o, i, &v.gloss_pdf_sa) : eval_refracted(b, o, i, &v.gloss_pdf_sa);
         if (b->far_prob > 0.0f) {
             float c = -i.z * LUM_INV_PI;
             v.diffuse = lum_rgb_scale(far_at(b, -i.z), c);
@@ -303,6 +313,19 @@ struct lum_rgb lum_bsdf_gloss_albedo(const struct lum_bsdf *b, struct lum_vec3 w
     if (!is_covered(b))
         return below;
     return lum_rgb_add(lum_rgb_scale(below, even_mean_below(b)), lum_grey(lum_clearcoat_gloss_albedo(b, wo)));
+}
+
+/* A facet's transmittance falls as Schlick's reflectance rises, about. */
+struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_rgb *ret_even)
+{
+    *ret_even = lum_grey(0.0f);
+    if (!b->thin || b->straight || !(b->glass > 0.0f))
+        return lum_grey(0.0f);
+    struct lum_ggx_albedo e = lum_ggx_albedo(b->row, lum_dot(b->frame.n, wo)), mean = lum_ggx_albedo_mean(b->row);
+    float left = is_covered(b) ? left_below(b, MEAN_COS) : 1.0f;
+    *ret_even = lum_rgb_scale(b->multi_far, lum_max(1.0f - (mean.scale + mean.bias), 0.0f) * left);
+    return lum_rgb_add(lum_rgb_scale(facet_at(b, 1.0f).transmit, e.scale * left),
+                       lum_rgb_scale(facet_at(b, 0.0f).transmit, e.bias * left));
 }
 
 struct lum_gloss_lobe lum_bsdf_gloss_lobe(const struct lum_bsdf *b, struct lum_vec3 wo)

@@ -76,8 +76,16 @@ uint32_t lum_bsdf_delta_lobes(const struct lum_bsdf *b, struct lum_vec3 wo, stru
 /* What is left of light that goes straight on through the surface to wo: of a pane its delta lobe's weight, else 0. */
 struct lum_rgb lum_bsdf_straight(const struct lum_bsdf *b, struct lum_vec3 wo);
 
+/* What thin rough glass lets through of light from wo: by one facet, and evenly by several. Black of any other. */
+struct lum_rgb lum_bsdf_haze_albedo(const struct lum_bsdf *b, struct lum_vec3 wo, struct lum_rgb *ret_even);
+
 /* Rough albedo for AOVs and demodulation: base, reflectance at normal incidence, tint of transmission. At most 1. */
 struct lum_rgb lum_bsdf_albedo(const struct lum_bsdf *b);
+
+/* What a sheet of two faces reflects and transmits, each of which reflects r: light leaves it after it crossed it 1, 3,
+ * 5 ... times (transmitted) or 2, 4 ... times (reflected), losing 1 - tint each time. Of a coloured r its largest
+ * channel is taken from what enters. */
+void lum_glass_sheet(struct lum_rgb r, struct lum_rgb tint, struct lum_rgb *ret_up, struct lum_rgb *ret_down);
 
 /* Fresnel reflectance of a dielectric, cos_i in [0,1], eta = n_i / n_t. 1 at total internal reflection. */
 float lum_fresnel_dielectric(float cos_i, float eta);

@@ -13,7 +13,7 @@
  *
  * Fuzz (sheen.h) and a clear coat (clearcoat.h) may lie over all of that, in this order.
  *
- * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of metal and coat, not of glass).
+ * Two deviations. Light that meets several facets is not lost (Kulla & Conty 2017; of all but solid glass).
  * And where glTF dims the diffuse base by 1 - F(v.h), which on smooth surfaces at grazing angles creates up to 0.9 of
  * the incoming energy anew, the base here is dimmed by (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the albedo of the
  * coat (Kelemen & Szirmay-Kalos 2001): reciprocal, and coat and base together return what arrives, and no more. */
@@ -62,17 +62,18 @@ struct lum_sheen {
 
 /* The BSDF at one point for one outgoing direction: parameters looked up, frame built. */
 struct lum_bsdf {
-    struct lum_frame frame;  /* around ns, bent so that wo is above it */
-    struct lum_vec3 ng;      /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
-    struct lum_rgb diffuse;  /* albedo of the diffuse base under its coat; black where the surface has none */
-    struct lum_rgb through;  /* of a sheet: albedo for light that arrives on the far side; else black */
-    struct lum_rgb f0;       /* metal and coat: reflectance at normal incidence (Schlick), black: none */
-    float f90;               /* and at grazing */
-    struct lum_rgb transmit; /* glass: its share of the surface times its tint; black: none */
-    struct lum_rgb glass_f0; /* glass: reflectance at normal incidence */
-    float glass_f90;         /* and at grazing and beyond the critical angle */
-    float glass;             /* share of the surface that is glass */
-    struct lum_rgb multi;    /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
+    struct lum_frame frame;   /* around ns, bent so that wo is above it */
+    struct lum_vec3 ng;       /* unit, towards wo; 0: wo lies in the surface and nothing is scattered */
+    struct lum_rgb diffuse;   /* albedo of the diffuse base under its coat; black where the surface has none */
+    struct lum_rgb through;   /* of a sheet: albedo for light that arrives on the far side; else black */
+    struct lum_rgb f0;        /* metal and coat: reflectance at normal incidence (Schlick), black: none */
+    float f90;                /* and at grazing */
+    struct lum_rgb transmit;  /* glass: its share of the surface times its tint; black: none */
+    struct lum_rgb glass_f0;  /* glass: reflectance at normal incidence */
+    float glass_f90;          /* and at grazing and beyond the critical angle */
+    float glass;              /* share of the surface that is glass */
+    struct lum_rgb multi;     /* light that met several facets: its albedo, but for wi's factor 1 - a(wi) */
+    struct lum_rgb multi_far; /* and what of it thin rough glass lets through */
     float coat[3];      /* coat over the base: 1 - E(wi) = coat[0] - coat[1] scale - coat[2] bias; largest channel */
     float coat_norm;    /* (1 - E(wo)) / (1 - mean E) of the coat: what dims the base, but for wi's factor */
     float coat_left;    /* 1 - E(wo) */

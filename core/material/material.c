@@ -215,6 +215,22 @@ static struct lum_rgb multiple_fresnel_rgb(struct lum_rgb f0, float f90, float a
     return lum_rgb(multiple_fresnel(f0.r, f90, a), multiple_fresnel(f0.g, f90, a), multiple_fresnel(f0.b, f90, a));
 }
 
+/* Of thin glass both sides get of it what a facet reflects and transmits on average. scale: (1 - a(wo)) over its mean.
+ */
+static void add_glass_multi(struct lum_bsdf *b, struct lum_rgb tint, float scale, float a)
+{
+    struct lum_rgb f0 = b->glass_f0, up, down;
+    float f90 = b->glass_f90;
+    struct lum_rgb mean = lum_rgb_mad(lum_grey(f90 / 21.0f), f0, 20.0f / 21.0f);
+    lum_glass_sheet(mean, tint, &up, &down);
+    struct lum_rgb f = lum_rgb_add(up, down);
+    struct lum_rgb k = lum_rgb(f.r * a / (1.0f - f.r * (1.0f - a)), f.g * a / (1.0f - f.g * (1.0f - a)),
+                               f.b * a / (1.0f - f.b * (1.0f - a)));
+    k = lum_rgb_scale(k, b->glass * scale);
+    b->multi = lum_rgb_add(b->multi, lum_rgb_mul(up, k));
+    b->multi_far = lum_rgb_mul(down, k);
+}
+
 /* 1 - E at one direction, or its mean. */
 static float through_coat(const struct lum_bsdf *b, struct lum_ggx_albedo e)
 {
@@ -240,6 +256,8 @@ static void init_weights(struct lum_bsdf *b, const struct shares *of, struct lum
         float scale = lum_max(lost, 0.0f) / (1.0f - mean_kept);
         b->multi = lum_rgb_mad(lum_rgb_scale(metal, of->metal * scale), coat, of->coated * scale);
         coat_multi = lum_rgb_max(coat);
+        if (b->thin && b->glass > 0.0f && !b->straight)
+            add_glass_multi(b, of->base, scale, mean_kept);
     }
     b->coat[0] = 1.0f - coat_multi;
     b->coat[1] = coat_f0 - coat_multi;

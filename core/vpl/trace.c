@@ -50,18 +50,18 @@ struct walk {
 /* Lobes are at least this wide (alpha): a sharper one would show as a highlight of each of them. */
 #define LOBE_LEAST 0.3f
 
-/* What of its flux goes by a lobe. */
-static void set_lobe(struct lum_vpl_set *set, uint32_t slot, const struct lum_bsdf *b, struct lum_vec3 wo, float gloss)
+/* What of its flux goes by a lobe of light from w, which arrives on the side of n. */
+static void set_lobe(struct lum_vpl_set *set, uint32_t slot, struct lum_gloss_lobe l, struct lum_vec3 n,
+                     struct lum_vec3 w, float gloss)
 {
-    struct lum_gloss_lobe l = lum_bsdf_gloss_lobe(b, wo);
-    float alpha = lum_max(l.alpha, LOBE_LEAST), f0 = l.f0;
-    struct lum_ggx_albedo e = lum_ggx_albedo(lum_ggx_row(alpha), lum_dot(b->ng, wo));
-    float albedo = f0 * e.scale + l.f90 * e.bias;
+    float alpha = lum_max(l.alpha, LOBE_LEAST);
+    struct lum_ggx_albedo e = lum_ggx_albedo(lum_ggx_row(alpha), lum_dot(n, w));
+    float albedo = l.f0 * e.scale + l.f90 * e.bias;
     bool any = gloss > 0.0f && albedo > 0.0f;
     set->lobe[slot] = any ? gloss : 0.0f;
-    set->wx[slot] = wo.x, set->wy[slot] = wo.y, set->wz[slot] = wo.z;
+    set->wx[slot] = w.x, set->wy[slot] = w.y, set->wz[slot] = w.z;
     set->alpha[slot] = alpha;
-    set->f0[slot] = any ? f0 / albedo : 0.0f;
+    set->f0[slot] = any ? l.f0 / albedo : 0.0f;
     set->f90[slot] = any ? l.f90 / albedo : 0.0f;
 }
 
@@ -150,16 +150,66 @@ static bool comes_from_afar(const struct lum_light *l)
     return lum_emitters[l->kind]->from_afar;
 }
 
-/* A slot holds one VPL: of a sheet the one on its far side, or the other, in proportion to their luminance. */
-static bool choose_far_side(const struct path *path, const struct lum_bsdf *b, struct lum_rgb *inout_albedo)
+/* What a VPL sends on: evenly, and by a lobe. */
+struct sent {
+    struct lum_rgb even, gloss;
+};
+
+static struct sent sent_back(const struct walk *w, const struct path *path, const struct lum_bsdf *b,
+                             struct lum_vec3 wo)
 {
-    struct lum_bsdf far = lum_bsdf_far_side(b);
-    struct lum_rgb through = lum_bsdf_diffuse_albedo(&far);
-    float prob = lum_luminance(through) / (lum_luminance(through) + lum_luminance(*inout_albedo));
-    uint32_t pair = PAIR_LOBE + path->n_segments * PAIRS_PER_SEGMENT;
-    bool crosses = lum_sampler_2d(&path->sampler, pair).y < prob; /* how the path goes on takes the other coordinate */
-    *inout_albedo = lum_rgb_scale(crosses ? through : *inout_albedo, 1.0f / (crosses ? prob : 1.0f - prob));
-    return crosses;
+    struct sent sent = {0};
+    if (!lum_rgb_black(b->diffuse)) /* what metals scatter evenly is little, and not worth a slot */
+        sent.even = lum_bsdf_diffuse_albedo(b);
+    if (!w->set->gloss || (off_for(w, path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
+        return sent;
+    sent.gloss = lum_bsdf_gloss_albedo(b, wo);
+    if (b->sheen.weight > 0.0f)
+        sent.even = lum_rgb_add(sent.even, lum_bsdf_sheen_albedo(b, wo));
+    return sent;
+}
+
+/* Sheets, and, where there are lobes, thin rough glass. */
+static struct sent sent_through(const struct walk *w, const struct lum_bsdf *b, struct lum_vec3 wo)
+{
+    struct sent sent = {0};
+    if (w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION))
+        return sent;
+    if (w->set->gloss)
+        sent.gloss = lum_bsdf_haze_albedo(b, wo, &sent.even);
+    if (b->far_prob > 0.0f) {
+        struct lum_bsdf far = lum_bsdf_far_side(b);
+        sent.even = lum_rgb_add(sent.even, lum_bsdf_diffuse_albedo(&far));
+    }
+    return sent;
+}
+
+/* A slot holds one VPL: the one on this side or the one on the far side, in proportion to their luminance. False: there
+ * is none. */
+static bool leave_one(struct walk *w, const struct path *path, const struct lum_surface *s, const struct lum_bsdf *b,
+                      struct lum_vec3 wo)
+{
+    struct sent back = sent_back(w, path, b, wo), through = sent_through(w, b, wo);
+    struct lum_rgb up = lum_rgb_add(back.even, back.gloss), down = lum_rgb_add(through.even, through.gloss);
+    float far = lum_luminance(down), both = far + lum_luminance(up);
+    if (!(both > 0.0f))
+        return false;
+    uint32_t pair = PAIR_LOBE + path->n_segments * PAIRS_PER_SEGMENT, slot;
+    /* How the path goes on takes the other coordinate. */
+    bool crosses = far > 0.0f && lum_sampler_2d(&path->sampler, pair).y < far / both;
+    struct lum_rgb albedo = crosses ? lum_rgb_scale(down, both / far) : up;
+    if (!crosses && far > 0.0f)
+        albedo = lum_rgb_scale(up, both / (both - far));
+    struct lum_vec3 n = crosses ? lum_v3_neg(s->ng) : s->ng, w_lobe = wo;
+    struct lum_gloss_lobe lobe = {b->alpha, 1.0f, 1.0f};
+    if (crosses) /* facets of a sheet let light through as if they mirrored it to the other side */
+        w_lobe = lum_v3_mad(wo, s->ng, -2.0f * lum_dot(wo, s->ng));
+    else
+        lobe = lum_bsdf_gloss_lobe(b, wo);
+    if (leave_vpl(w, path, s, n, albedo, &slot))
+        set_lobe(w->set, slot, lobe, n, w_lobe,
+                 crosses ? lum_luminance(through.gloss) / far : lum_luminance(back.gloss) / lum_luminance(up));
+    return true;
 }
 
 /* Ray i of the batch came back. What escapes, or meets an emitter's shape or an unlit surface, is gone. */
@@ -185,21 +235,7 @@ static void visit(struct walk *w, uint32_t i)
     lum_bsdf_init(&b, m, &s, wo);
     if (!(w->set->lobes_off & LUM_EFFECT_BIT(LUM_EFFECT_TRANSMISSION)))
         lum_bsdf_add_far_side(&b);
-    struct lum_rgb base = {0};
-    if (!lum_rgb_black(b.diffuse)) /* what metals scatter evenly is little, and not worth a slot */
-        base = lum_bsdf_diffuse_albedo(&b);
-    struct lum_rgb gloss = {0};
-    if (w->set->gloss && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
-        gloss = lum_bsdf_gloss_albedo(&b, wo);
-    if (w->set->gloss && b.sheen.weight > 0.0f && !(off_for(w, &path) & LUM_EFFECT_BIT(LUM_EFFECT_GLOSSY)))
-        base = lum_rgb_add(base, lum_bsdf_sheen_albedo(&b, wo));
-    struct lum_rgb albedo = lum_rgb_add(base, gloss);
-    bool crosses = b.far_prob > 0.0f && choose_far_side(&path, &b, &albedo);
-    if (!lum_rgb_black(albedo)) {
-        uint32_t slot;
-        float by_gloss = crosses ? 0.0f : lum_luminance(gloss) / lum_luminance(lum_rgb_add(base, gloss));
-        if (leave_vpl(w, &path, &s, crosses ? lum_v3_neg(s.ng) : s.ng, albedo, &slot))
-            set_lobe(w->set, slot, &b, wo, by_gloss);
+    if (leave_one(w, &path, &s, &b, wo)) {
         if (path.bounce++ == path.last)
             return;
         path.left *= ALBEDO_GUESS;

@@ -197,20 +197,23 @@ static void no_material_creates_energy(void **state)
 }
 
 /* Nothing is lost either: a white metal, a white base under a coat, a coated sheet that reflects half of it and
- * transmits the rest, and all but the metal under a clear coat or fuzz stay white at any roughness, and so do mixes of
- * metal and base, with a coat and without. Exact but for the table, whose error of at most 0.01 is that of light that
- * was scattered once. */
+ * transmits the rest, thin glass, and all but the metal and the glass under a clear coat or fuzz stay white at any
+ * roughness, and so do mixes of metal and base, with a coat and without. Exact but for the table, whose error of at
+ * most 0.01 is that of light that was scattered once. */
 static void white_stays_white(void **state)
 {
     (void)state;
     double worst = 0.0;
-    for (int kind = 0; kind < 13; kind++)
+    for (int kind = 0; kind < 15; kind++)
         for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.1f)
             for (double cos_o = 0.05; cos_o <= 1.0; cos_o += 0.19) {
                 struct lum_material m = kind == 1 ? metal(roughness) : plain(roughness);
                 if (kind == 2 || kind == 6 || kind == 9)
                     m.base_color = m.diffuse_transmittance = lum_grey(0.5f);
-                if (kind >= 10)
+                if (kind >= 13) {
+                    m.transmission = kind == 13 ? 1.0f : 0.5f;
+                    m.thin = true;
+                } else if (kind >= 10)
                     m.metallic = kind == 12 ? 0.2f : 0.5f;
                 if (kind == 5 || kind == 8 || kind == 11)
                     m.specular = 0.0f;
