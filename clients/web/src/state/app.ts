@@ -90,7 +90,7 @@ export class App {
         return typeof scene === 'number' ? { auto: false, ev: scene } : { auto: true, ev: measured };
     });
     /** What an environment that is on makes way for; null: nothing. */
-    readonly shiningSky = computed(() => shiningSky(this.scene.list('light').value.map((id) => this.scene.record(id)).filter((l) => l !== undefined)));
+    readonly shiningSky = computed(() => shiningSky(this.lights()));
     /** Of this view: its own choice, else the scene's. */
     readonly method = computed(() => {
         const name = this.view.settings.value.method ?? this.scene.record('render')?.method;
@@ -138,7 +138,7 @@ export class App {
         this.uploads = new Uploads({
             ...{ imports: this.imports, call, put: putByHttp },
             hang: (asset) => this.library.load().then(() => this.library.place(asset, null)),
-            surround: (asset) => edits.attempt(skyOps(asset, (id) => scene.peek(id) !== undefined)),
+            surround: (asset) => edits.attempt(skyOps(asset, this.lights(), (id) => scene.peek(id) !== undefined)),
         });
         this.sensors = new Sensors({ scene, edits, call, onError });
         this.desk = new Desk({ scene, edits, call });
@@ -172,6 +172,10 @@ export class App {
             if (rev.value === 0 || solo.length === 0) return;
             if (!lamps.value.some((id) => this.isSoloed(id))) this.view.change({ solo: [] });
         });
+    }
+
+    private lights(): SceneRecord[] {
+        return this.scene.list('light').value.map((id) => this.scene.record(id)).filter((l) => l !== undefined);
     }
 
     start(canvas: HTMLCanvasElement): void {

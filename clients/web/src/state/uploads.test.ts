@@ -3,6 +3,7 @@ import { test } from 'node:test';
 import { signal } from '@preact/signals';
 import type { JsonObject } from '../protocol/rpc';
 import type { Imports } from './imports';
+import type { SceneRecord } from '../protocol/types';
 import { isHidden, mainOf, skyOps, Uploads, type Named } from './uploads';
 
 test('the file that the others belong to is found', () => {
@@ -55,7 +56,10 @@ test('what is refused is said, and nothing is used', async () => {
     assert.deepEqual([...full.did, ...cut.did], ['put upload/t 1', 'put upload/t 1']);
 });
 
-test('a sky has ids of its own', () => {
+test('a sky has ids of its own, and takes the place of daylight that was there, and of no lamp', () => {
     const taken = new Set(['sky', 'sky-image']);
-    assert.deepEqual(skyOps('a.hdr', (id) => taken.has(id)).map((op) => op.id), ['sky-image-2', 'sky-2']);
+    const light = (id: string, kind: string, on = true): SceneRecord => ({ type: 'light', id, kind, on });
+    const lights = [light('default-sky', 'environment'), light('default-sun', 'directional'), light('dusk', 'sky', false), light('noon', 'sun'), light('spot', 'directional')];
+    const ops = skyOps('a.hdr', lights, (id) => taken.has(id));
+    assert.deepEqual(ops.map((op) => `${op.op} ${op.id}`), ['set default-sky', 'set default-sun', 'set noon', 'add sky-image-2', 'add sky-2']);
 });

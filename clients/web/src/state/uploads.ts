@@ -1,8 +1,10 @@
 /** Files that are sent to the server, dropped onto the page or chosen, and what becomes of them: a model, a lamp, a sky. */
 import { signal } from '@preact/signals';
 import type { JsonObject } from '../protocol/rpc';
-import { stringOr, type Op } from '../protocol/types';
+import { stringOr, type Op, type SceneRecord } from '../protocol/types';
+import { switchOff } from './daylight';
 import { newId, type Imports } from './imports';
+import { isOn } from './lights';
 
 /** By the name that the others of its drop know it by: textures/wood.png. */
 export interface Named {
@@ -83,10 +85,12 @@ export class Uploads {
     }
 }
 
-/** A picture as sky, in place of nothing: what shone before goes on. */
-export function skyOps(asset: string, taken: (id: string) => boolean): Op[] {
+/** A picture as sky. It has its own sun, and only one sky shines: those that were there are switched off. */
+export function skyOps(asset: string, lights: readonly SceneRecord[], taken: (id: string) => boolean): Op[] {
     const image = newId('sky-image', taken);
+    const before = lights.filter((l) => isOn(l) && (['environment', 'sky', 'sun'].includes(String(l.kind)) || l.id === 'default-sun'));
     return [
+        ...switchOff(before),
         { op: 'add', type: 'image', id: image, asset },
         { op: 'add', type: 'light', id: newId('sky', taken), kind: 'environment', image, luminance_cd_m2: 1000 },
     ];
