@@ -1,4 +1,4 @@
-/* Light from afar: directional, and environments. */
+/* Light from afar: directional, discs, and environments. */
 #include "core/light/emitter.h"
 
 #include "core/accel/trace.h"
@@ -91,6 +91,79 @@ static double flux_of_directional(const struct lum_light *l, struct lum_vec3 bou
 
 const struct lum_emitter_row lum_emitter_directional = {
     .sample = sample_directional, .emit = emit_directional, .flux = flux_of_directional, .from_afar = true};
+
+/* ---- a disc ---- */
+
+/* Square of the sine of the angle that its radius is seen under: a plane that faces radiance 1 from it gets pi times
+ * that. */
+static float sine_squared(const struct lum_light *l)
+{
+    float tangent = l->radius / LUM_FAR, t2 = tangent * tangent;
+    return t2 / (1.0f + t2);
+}
+
+static struct lum_vec3 on_far_disc(const struct lum_light *l, struct lum_vec2 d)
+{
+    struct lum_frame f = lum_frame_from_normal(l->n);
+    return lum_v3_mad(lum_v3_mad(l->p, f.t, l->radius * d.x), f.b, l->radius * d.y);
+}
+
+static bool place_on_far_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u,
+                              struct lum_light_place *ret)
+{
+    (void)s;
+    *ret = (struct lum_light_place){on_far_disc(l, lum_warp_disc(u)), l->n, lum_grey(1.0f)};
+    return true;
+}
+
+static float pdf_of_far_disc(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 wi, float distance,
+                             float cos_light)
+{
+    (void)p, (void)wi;
+    return lum_emitter_area_pdf(distance, cos_light, l->area);
+}
+
+/* What of it is below the horizon where it touches it is not cut off: the sun does so for two minutes a day. */
+static struct lum_irradiance far_disc_irradiance(const struct lum_light *l, struct lum_vec3 p, struct lum_vec3 n)
+{
+    (void)p;
+    float cosine = lum_max(-lum_dot(l->n, n), 0.0f);
+    return (struct lum_irradiance){LUM_PI * sine_squared(l) * cosine, cosine};
+}
+
+static bool emit_far_disc(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec2 u_position,
+                          struct lum_vec2 u_direction, struct lum_light_ray *ret)
+{
+    struct lum_vec3 to = lum_normalize(lum_v3_neg(on_far_disc(l, lum_warp_disc(u_direction))));
+    float cosine = lum_dot(to, l->n), distance = LUM_FAR / cosine;
+    return emit_parallel(s, to, lum_grey(l->area * cosine / (distance * distance)), u_position, ret);
+}
+
+static double flux_of_far_disc(const struct lum_light *l, struct lum_vec3 bounds_lo, struct lum_vec3 bounds_hi)
+{
+    return LUM_PI_D * (double)sine_squared(l) * flux_of_directional(l, bounds_lo, bounds_hi);
+}
+
+static float across_far_disc(const struct lum_light *l)
+{
+    return l->radius;
+}
+
+static struct lum_vec3 hit_on_far_disc(const struct lum_light *l, struct lum_vec2 uv, struct lum_vec3 *inout_ng)
+{
+    *inout_ng = l->n;
+    return on_far_disc(l, uv);
+}
+
+const struct lum_emitter_row lum_emitter_far_disc = {.pdf = pdf_of_far_disc,
+                                                     .place = place_on_far_disc,
+                                                     .emit = emit_far_disc,
+                                                     .flux = flux_of_far_disc,
+                                                     .irradiance = far_disc_irradiance,
+                                                     .across = across_far_disc,
+                                                     .shape = LUM_SHAPE_DISC,
+                                                     .at = hit_on_far_disc,
+                                                     .from_afar = true};
 
 /* ---- environment ---- */
 

@@ -21,6 +21,11 @@ uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float 
     return t->active[i];
 }
 
+bool lum_light_is_from_afar(const struct lum_light *l)
+{
+    return lum_emitters[l->kind]->from_afar;
+}
+
 /* ---- emitters with area ---- */
 
 float lum_emitter_area_pdf(float distance, float cos_light, float area)

@@ -17,6 +17,7 @@ struct lum_light_tree;
 #define LUM_EMITTERS(X)                                                                                                \
     X(POINT, point) /* with a falloff: point, spot, ies */                                                             \
     X(DIRECTIONAL, directional)                                                                                        \
+    X(FAR_DISC, far_disc) /* directional light with an extent: the sun */                                              \
     X(QUAD, quad)                                                                                                      \
     X(DISC, disc)                                                                                                      \
     X(SPHERE, sphere)                                                                                                  \
@@ -31,17 +32,22 @@ enum lum_emitter { LUM_EMITTERS(LUM_EMITTER_MEMBER) LUM_EMITTER_COUNT };
  * side of the surface is not known. Keeps 1 / r^2 finite. */
 #define LUM_POINT_LIGHT_NEAR 0x1p-16f
 
+/* Scene units to a far disc from the middle of the scene, which is 64 across at most: it is seen under the same angle
+ * from everywhere, and is as bright, within 2e-5. */
+#define LUM_FAR 0x1p22f
+
 struct lum_light {
     enum lum_emitter kind;
     const struct lum_falloff *falloff; /* point */
-    struct lum_rgb power;       /* cd * scale^2 (point, opening), lx (directional), cd/m2 (area, mesh, environment) */
-    struct lum_vec3 p;          /* centre */
-    struct lum_vec3 n;          /* unit: where light goes (spot, ies, directional, quad, disc) */
-    struct lum_vec3 u, v;       /* quad, opening: half edges */
-    float radius, area;         /* scene units */
-    float omc_inner, omc_outer; /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
-    struct lum_frame frame;     /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
-                                 * web: of its directions, left-handed (web.h) */
+    struct lum_rgb
+        power;         /* cd * scale^2 (point, opening), lx (directional), cd/m2 (area, mesh, far disc, environment) */
+    struct lum_vec3 p; /* centre */
+    struct lum_vec3 n; /* unit: where light goes (spot, ies, directional, quad, disc) */
+    struct lum_vec3 u, v;          /* quad, opening: half edges */
+    float radius, area;            /* scene units */
+    float omc_inner, omc_outer;    /* spot: 1 - cos of the half angles, which stays exact for narrow cones */
+    struct lum_frame frame;        /* environment: t, b, n are the images of the picture's +X, +Y, +Z (environment.h).
+                                    * web: of its directions, left-handed (web.h) */
     const struct lum_env_map *env; /* environment image or sky, or NULL: constant */
     uint64_t env_hash;             /* of a sky, for a copy of the light that outlives it; 0: none, or an image */
     const struct lum_web *web;     /* ies; else NULL */
@@ -75,6 +81,9 @@ struct lum_light_table {
 /* Picks an emitting light, for no place above others (see tree.h); u is remapped to a fresh number. LUM_NO_OBJECT when
  * none emits. */
 uint32_t lum_lights_pick(const struct lum_light_table *t, float *inout_u, float *ret_prob);
+
+/* True when it is nowhere: directional, a far disc, an environment. */
+bool lum_light_is_from_afar(const struct lum_light *l);
 
 /* True for an environment without a part that is so much brighter than the rest that it casts shadows with edges. */
 bool lum_light_is_even_sky(const struct lum_light *l);

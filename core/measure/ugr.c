@@ -91,7 +91,7 @@ void lum_glare_of(const struct lum_snapshot *s, const struct lum_observer *o, ui
     n_rays = n_rays < LUM_RAY_BATCH ? n_rays : LUM_RAY_BATCH;
     for (uint32_t i = 0; i < s->lights.n_active; i++) {
         const struct lum_light *l = &s->lights.lights[s->lights.active[i]];
-        if (l->kind == LUM_EMIT_ENVIRONMENT || l->kind == LUM_EMIT_DIRECTIONAL)
+        if (lum_light_is_from_afar(l))
             continue;
         if (l->delta) {
             ret->n_points++;

@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "core/accel/trace.h"
-#include "core/light/emitter.h"
 #include "core/light/sample.h"
 #include "core/medium/medium.h"
 #include "core/scene/snapshot.h"
@@ -60,7 +59,7 @@ float lum_exponential_pdf(float sigma, float length, float s)
 /* Where the light is, roughly; false: nowhere. */
 static bool place_of_light(const struct lum_snapshot *s, const struct lum_light *l, struct lum_vec3 *ret_p)
 {
-    if (lum_emitters[l->kind]->from_afar)
+    if (lum_light_is_from_afar(l))
         return false;
     *ret_p = l->p;
     if (l->kind == LUM_EMIT_MESH) {

@@ -38,6 +38,7 @@ struct lum_light_desc {
     struct lum_vec3d u, v;      /* quad: full edges; emits towards cross(u, v). ies: u is, but for what it has
                                  * of the direction, where the web's c is 0 (core/light/web.h) */
     double radius_m;            /* disc, sphere */
+    double diameter_rad;        /* directional, sun: angle across its disc; 0: parallel light */
     double inner_cone_rad, outer_cone_rad; /* spot: half angles; glTF falloff (smooth in cos) */
     struct lum_rgb color;                  /* chromaticity, luminance 1 */
     const struct lum_web *web;             /* ies: the scene takes a reference of its own */

@@ -211,7 +211,30 @@ const struct lum_light_kind_row lum_light_kind_sphere = {.emitter = LUM_EMIT_SPH
 
 /* ---- from afar ---- */
 
-const struct lum_light_kind_row lum_light_kind_directional = {.emitter = LUM_EMIT_DIRECTIONAL, .aimed = true};
+static enum lum_status check_diameter(const struct lum_light_desc *d, struct lum_error *err)
+{
+    return lum_check_range("diameter_rad", d->diameter_rad, 0.0, 0.5 * LUM_PI_D, err);
+}
+
+#define DIAMETER_MIN 1e-4 /* 20 arc seconds: the shadow of a tower has a sharp edge */
+
+/* Its intensity is the illuminance on a facing plane: pi L sin^2 of half its diameter. */
+static void resolve_far(const struct lum_light_desc *d, double scale, struct lum_light *l)
+{
+    (void)scale;
+    if (!(d->diameter_rad >= DIAMETER_MIN))
+        return;
+    double sine = sin(0.5 * d->diameter_rad);
+    l->kind = LUM_EMIT_FAR_DISC;
+    l->delta = false;
+    l->p = lum_v3_mul(l->n, -LUM_FAR);
+    l->radius = LUM_FAR * (float)tan(0.5 * d->diameter_rad);
+    l->area = LUM_PI * l->radius * l->radius;
+    l->power = lum_rgb_scale(l->power, (float)(1.0 / (LUM_PI_D * sine * sine)));
+}
+
+const struct lum_light_kind_row lum_light_kind_directional = {
+    .emitter = LUM_EMIT_DIRECTIONAL, .aimed = true, .check = check_diameter, .resolve = resolve_far};
 
 static enum lum_status check_rotation(const struct lum_light_desc *d, struct lum_error *err)
 {
@@ -244,7 +267,8 @@ static enum lum_status check_sky(const struct lum_light_desc *d, struct lum_erro
 /* Where it has its sun and how much light that makes, the other lights say: lum_sky_resolve (sky.c). */
 const struct lum_light_kind_row lum_light_kind_sky = {.emitter = LUM_EMIT_ENVIRONMENT, .check = check_sky};
 
-const struct lum_light_kind_row lum_light_kind_sun = {.emitter = LUM_EMIT_DIRECTIONAL, .aimed = true};
+const struct lum_light_kind_row lum_light_kind_sun = {
+    .emitter = LUM_EMIT_DIRECTIONAL, .aimed = true, .check = check_diameter, .resolve = resolve_far};
 
 /* ---- all ---- */
 

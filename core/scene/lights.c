@@ -250,6 +250,8 @@ enum lum_status lum_resolve_lights(const struct lum_light_input *in, struct lum_
     struct lum_bounds bounds = *in->bounds;
     for (uint32_t i = 0; i < part->n_shapes; i++) {
         struct lum_bounds shape = lum_shape_bounds(&part->shapes[i]);
+        if (lum_emitters[part->items[part->shape_lights[i]].kind]->from_afar)
+            continue;
         lum_bounds_grow(&bounds, shape.lo);
         lum_bounds_grow(&bounds, shape.hi);
     }

@@ -1,6 +1,5 @@
 /* Light paths, and the VPLs they leave. */
 #include "core/math/sampler.h"
-#include "core/light/emitter.h"
 #include "core/vpl/vpl.h"
 
 #include <string.h>
@@ -145,11 +144,6 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
                   INFINITY);
 }
 
-static bool comes_from_afar(const struct lum_light *l)
-{
-    return lum_emitters[l->kind]->from_afar;
-}
-
 /* What a VPL sends on: evenly, and by a lobe. */
 struct sent {
     struct lum_rgb even, gloss;
@@ -225,7 +219,7 @@ static void visit(struct walk *w, uint32_t i)
         return;
     const struct lum_material *m = &w->snapshot->materials[s.material];
     if (w->media) {
-        bool from_afar = path.n_segments == 0 && comes_from_afar(&w->snapshot->lights.lights[path.share]);
+        bool from_afar = path.n_segments == 0 && lum_light_is_from_afar(&w->snapshot->lights.lights[path.share]);
         float length = from_afar ? INFINITY : w->hits.t[i];
         path.flux = lum_rgb_mul(path.flux, lum_media_transmittance(w->snapshot, s.p, wo, length));
     }

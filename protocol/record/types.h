@@ -63,6 +63,7 @@ struct lum_record_object {
 struct lum_record_light {
     char kind[16]; /* point spot ies directional quad disc sphere environment sky sun */
     double position[3], direction[3], roll_deg, u[3], v[3], radius;
+    double diameter_deg;                   /* directional, sun */
     double inner_cone_deg, outer_cone_deg; /* spot: half angles */
     struct lum_opt flux_lm, intensity_cd, luminance_cd_m2, illuminance_lx,
         multiplier;                        /* exactly one; ies, sky, sun: at most */

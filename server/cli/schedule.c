@@ -41,7 +41,7 @@ static bool describe(const struct lum_world *w, uint32_t i, struct lum_schedule_
         return true;
     }
     const struct lum_record *r = lum_document_find(w->doc, l->id);
-    if (!r || r->type != LUM_RECORD_LIGHT || l->kind == LUM_EMIT_DIRECTIONAL || l->kind == LUM_EMIT_ENVIRONMENT)
+    if (!r || r->type != LUM_RECORD_LIGHT || lum_light_is_from_afar(l))
         return false;
     ret_row->flux_lm = flux_of(w->snapshot, l);
     if (r->light.web)

@@ -39,9 +39,8 @@ struct lum_caustic_notice lum_caustic_notice(const struct lum_caustic_report *r)
     const struct lum_caustic_of_light *first = most ? most : &r->lights[0];
     snprintf(n.why, sizeof n.why, "%s is in no picture: it goes by way of mirrors or solid glass (above all %s)", whose,
              first->object);
-    snprintf(n.mend, sizeof n.mend,
-             "Give the lamp an extent (%s in its place): then path, and live at rest, find that light%s",
-             first->from_afar ? "a disc far away, or a picture of the sky with its sun," : "a sphere, disc or quad",
+    snprintf(n.mend, sizeof n.mend, "Give the lamp an extent (%s): then path, and live at rest, find that light%s",
+             first->from_afar ? "a diameter_deg of 0.53" : "a sphere, disc or quad in its place",
              first->glass ? "; or set glass of render to architectural: then light goes straight through" : "");
     return n;
 }

@@ -255,6 +255,7 @@ enum lum_status lum_apply_light(const struct lum_record *r, const struct lum_web
         .u = vec3d(l->u),
         .v = vec3d(l->v),
         .radius_m = l->radius,
+        .diameter_rad = l->diameter_deg * rad_per_deg,
         .inner_cone_rad = l->inner_cone_deg * rad_per_deg,
         .outer_cone_rad = l->outer_cone_deg * rad_per_deg,
         .image = l->image[0] ? l->image : NULL,

@@ -11,11 +11,11 @@
 #include "tests/support/webs.h"
 
 /* All kinds of light (enum lum_light_kind), and four more. */
-enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, RECTANGLE, ROUND, N_KINDS };
+enum { IMAGE = LUM_LIGHT_KIND_COUNT, MESH, RECTANGLE, ROUND, FAR_DISC, N_KINDS };
 
 static const char *name_of(int kind)
 {
-    static const char *const more[] = {"image", "mesh", "rectangular opening", "round opening"};
+    static const char *const more[] = {"image", "mesh", "rectangular opening", "round opening", "far disc"};
     return kind < IMAGE ? lum_light_kind_names[kind] : more[kind - IMAGE];
 }
 
@@ -24,9 +24,10 @@ static struct lum_web *web; /* of the ies kind; made once by main */
 static struct lum_light_desc lamp_of(int kind)
 {
     bool opening = kind == RECTANGLE || kind == ROUND;
-    return (struct lum_light_desc){.kind = kind < IMAGE ? (enum lum_light_kind)kind
-                                           : opening    ? LUM_LIGHT_IES
-                                                        : LUM_LIGHT_ENVIRONMENT,
+    return (struct lum_light_desc){.kind = kind < IMAGE       ? (enum lum_light_kind)kind
+                                           : opening          ? LUM_LIGHT_IES
+                                           : kind == FAR_DISC ? LUM_LIGHT_DIRECTIONAL
+                                                              : LUM_LIGHT_ENVIRONMENT,
                                    .opening = kind == RECTANGLE ? LUM_OPENING_RECTANGLE
                                               : kind == ROUND   ? LUM_OPENING_DISC
                                                                 : LUM_OPENING_POINT,
@@ -36,6 +37,7 @@ static struct lum_light_desc lamp_of(int kind)
                                    .u = {0.5, 0.2, 0},
                                    .v = {0, 0.1, 0.7},
                                    .radius_m = 0.3,
+                                   .diameter_rad = kind == FAR_DISC ? 0.2 : 0.0,
                                    .inner_cone_rad = 0.4,
                                    .outer_cone_rad = 1.1,
                                    .color = lum_grey(1),
@@ -84,10 +86,10 @@ static struct lum_vec2 random_pair(struct rng *r)
     return (struct lum_vec2){(float)(rng_u64(r) >> 40) * 0x1p-24f, (float)(rng_u64(r) >> 40) * 0x1p-24f};
 }
 
-/* Brighter from here than from there. */
+/* Brighter from here than from there, or of a box that is not as large from here as from there. */
 static bool is_uneven(int kind)
 {
-    return kind == IMAGE || kind == LUM_LIGHT_SKY;
+    return kind == IMAGE || kind == LUM_LIGHT_SKY || kind == FAR_DISC;
 }
 
 /* Every shot carries the light's flux; the texels of an image or a sky carry it in the mean. */

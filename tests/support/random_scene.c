@@ -171,6 +171,9 @@ static void put_lamp(struct rig *r, const char *id, const struct random_item *it
                                .u = {size, 0, 0},
                                .v = {0, 0, size},
                                .radius_m = size,
+                               .diameter_rad = pick(item, 9, 2)    ? 0.0
+                                               : pick(item, 10, 2) ? 0.01
+                                                                   : 1.0,
                                .inner_cone_rad = 0.0,
                                .cie_type = 1 + (int)pick(item, 8, 16),
                                .ground_albedo = 0.2,

@@ -107,6 +107,7 @@ class Light(TypedDict, total=False):
     u: Sequence[float]  # 3 m; -1e9 to 1e9; default 1 0 0; quad: full edge; it emits towards u x v
     v: Sequence[float]  # 3 m; -1e9 to 1e9; default 0 0 1; quad: full edge
     radius: float  # m; 0 to 1e9; default 0.1; disc, sphere
+    diameter_deg: float  # deg; 0 to 90; default 0; see PROTOCOL.md
     inner_cone_deg: float  # deg; 0 to 90; default 0; spot: half angle of full intensity
     outer_cone_deg: float  # deg; 0.01 to 90; default 45; spot: half angle where it ends
     flux_lm: float | None  # lm; 0 to 1e12; point, spot, ies, quad, disc, sphere: all that it emits

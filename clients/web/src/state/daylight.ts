@@ -85,6 +85,9 @@ export function clockOf(hour: number): string {
     return `${String(Math.floor(minutes / 60)).padStart(2, '0')}:${String(minutes % 60).padStart(2, '0')}`;
 }
 
+/** Degrees: of the disc that is seen, which gives shadows their soft edges. */
+export const SUN_DIAMETER = 0.53;
+
 export const newSun = (taken: (id: string) => boolean, date: string): Op => ({
     op: 'add',
     type: 'light',
@@ -95,6 +98,7 @@ export const newSun = (taken: (id: string) => boolean, date: string): Op => ({
     date,
     time_h: 10,
     utc_offset_h: 1,
+    diameter_deg: SUN_DIAMETER,
 });
 
 export const newSky = (taken: (id: string) => boolean): Op => ({ op: 'add', type: 'light', id: newId('sky', taken), kind: 'sky', cie_type: 12 });

@@ -108,6 +108,14 @@ function Sun({ sun }: { sun: SceneRecord }) {
                     />
                 </label>
                 {field('utc_offset_h', 'Ahead of UTC', 'h', 14)}
+                <NumberField
+                    label="Disc across"
+                    unit="°"
+                    min={0}
+                    max={90}
+                    value={numberOr(sun.diameter_deg, 0)}
+                    onCommit={(v) => edits.setOnce(sun.id, '/diameter_deg', v)}
+                />
             </div>
             <div class="fields">
                 {field('latitude_deg', 'Latitude', '° N', 90)}
