@@ -67,6 +67,23 @@ void lum_meter_destroy(struct lum_meter *m)
     lum_free(m);
 }
 
+enum lum_status lum_meter_copy(const struct lum_meter *of, struct lum_meter **ret_meter, struct lum_error *err)
+{
+    struct lum_meter *m;
+    enum lum_status st = lum_meter_create(of->places, of->n, of->seed, &m, err);
+    if (st)
+        return st;
+    struct lum_meter_place *places = m->places;
+    struct knows *knows = m->knows;
+    memcpy(knows, of->knows, of->n * sizeof *knows);
+    *m = *of;
+    m->places = places;
+    m->knows = knows;
+    m->snapshot = of->snapshot ? lum_snapshot_ref(of->snapshot) : NULL;
+    *ret_meter = m;
+    return LUM_OK;
+}
+
 void lum_meter_aim(struct lum_meter *m, const struct lum_snapshot *snapshot)
 {
     bool same = m->snapshot && m->geometry == snapshot->versions.geometry &&

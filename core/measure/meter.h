@@ -36,6 +36,9 @@ struct lum_meter;
 LUM_MUST_USE enum lum_status lum_meter_create(const struct lum_meter_place *places, uint32_t n, uint32_t seed,
                                               struct lum_meter **ret_meter, struct lum_error *err);
 void lum_meter_destroy(struct lum_meter *meter); /* accepts NULL */
+/* With all that is known of it. */
+LUM_MUST_USE enum lum_status lum_meter_copy(const struct lum_meter *meter, struct lum_meter **ret_meter,
+                                            struct lum_error *err);
 
 /* Forgets what it read, and measures in this snapshot, which it holds. What is known of clearance stays; where the
  * geometry changed, until lum_meter_refine: it costs more rays than a glance, and of what a hand drags it would have to

@@ -107,6 +107,21 @@ void lum_sensor_destroy(struct lum_sensor *s)
     lum_free(s);
 }
 
+enum lum_status lum_sensor_copy(const struct lum_sensor *of, struct lum_sensor **ret_sensor, struct lum_error *err)
+{
+    struct lum_sensor *s = lum_calloc(1, sizeof *s);
+    if (!s)
+        return lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a sensor");
+    *s = *of;
+    enum lum_status st = lum_meter_copy(of->meter, &s->meter, err);
+    if (st) {
+        lum_free(s);
+        return st;
+    }
+    *ret_sensor = s;
+    return LUM_OK;
+}
+
 void lum_sensor_size(const struct lum_sensor *s, uint32_t *ret_nu, uint32_t *ret_nv)
 {
     *ret_nu = s->nu;

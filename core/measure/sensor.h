@@ -35,6 +35,9 @@ struct lum_sensor;
 LUM_MUST_USE enum lum_status lum_sensor_create(const struct lum_sensor_desc *desc, uint32_t max_points,
                                                struct lum_sensor **ret_sensor, struct lum_error *err);
 void lum_sensor_destroy(struct lum_sensor *sensor); /* accepts NULL */
+/* With all that it shows. */
+LUM_MUST_USE enum lum_status lum_sensor_copy(const struct lum_sensor *sensor, struct lum_sensor **ret_sensor,
+                                             struct lum_error *err);
 
 /* Row by row: nu points along u, nv rows; in the middles of equal cells. */
 void lum_sensor_size(const struct lum_sensor *sensor, uint32_t *ret_nu, uint32_t *ret_nv);

@@ -1,7 +1,7 @@
 #include "server/cli/compare_page.h"
 
 #include "core/metric/heat.h"
-#include "server/cli/page.h"
+#include "server/report/page.h"
 
 enum { PNG_LEVEL = 6 };
 
@@ -187,5 +187,5 @@ enum lum_status lum_compare_page_write(const char *path, const struct lum_compar
     if (st)
         return st;
     st = put_page(page.f, c, json, err);
-    return lum_page_end(&page, path, st, err);
+    return lum_page_end_file(&page, path, st, err);
 }

@@ -3,17 +3,8 @@
 #define LUM_SERVER_CLI_IMAGE_OUTPUT_H
 
 #include "core/image/exr.h"
-#include "server/cli/annotate.h"
+#include "server/report/paint.h"
 
-struct lum_png_output {
-    const struct lum_film *film;
-    struct lum_display display;
-    const struct lum_overlay *overlay; /* over it */
-    bool legend;                       /* and its scale at the right: the file is wider than the picture */
-};
-/* Tone mapped, 8 bit. ret_canvas->rgb is released with lum_free. */
-LUM_MUST_USE enum lum_status lum_paint_png(const struct lum_png_output *output, struct lum_canvas *ret_canvas,
-                                           struct lum_error *err);
 LUM_MUST_USE enum lum_status lum_write_png(const char *path, const struct lum_png_output *output,
                                            struct lum_error *err);
 

@@ -3,14 +3,16 @@
 #include "server/cli/help.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include "server/base/write_file.h"
 #include "server/cli/measure_options.h"
-#include "server/cli/measure_page.h"
 #include "server/cli/measure_report.h"
 #include "server/cli/progress.h"
 #include "server/import/expand.h"
+#include "server/report/schedule.h"
+#include "server/report/shot.h"
 #include "server/world/apply.h"
 #include "server/world/scene_source.h"
 #include "server/world/work_plane.h"
@@ -161,9 +163,8 @@ static bool measure_one(struct measuring *m, size_t i, struct lum_proto_error *e
                           "nothing to measure: all points lie inside furniture or walls, or right below something");
 }
 
-static void tell_picture(void *user, uint32_t spp)
+static void tell_picture(struct measuring *m, uint32_t spp)
 {
-    struct measuring *m = user;
     if (!lum_progress_due(&m->progress, lum_clock_ns()))
         return;
     fprintf(stderr, "%slumend measure: pictures, %u samples%s", m->progress.tty ? "\r" : "", spp,
@@ -171,12 +172,52 @@ static void tell_picture(void *user, uint32_t spp)
     m->line_open = m->progress.tty;
 }
 
+static enum lum_status take_picture(struct measuring *m, bool illuminance, struct lum_canvas *ret_canvas,
+                                    struct lum_error *err)
+{
+    const struct lum_shot_desc desc = {LUM_REPORT_PICTURE_W, LUM_REPORT_PICTURE_H, m->options.pictures_spp, illuminance,
+                                       NULL};
+    struct lum_shot *shot;
+    enum lum_status st = lum_shot_create(&m->world, &desc, &shot, err);
+    if (st)
+        return st;
+    for (bool done = false; !done && !st; tell_picture(m, lum_shot_spp(shot)))
+        st = lum_shot_pass(shot, NULL, &done, err);
+    if (!st)
+        st = lum_shot_paint(shot, ret_canvas, err);
+    lum_shot_destroy(shot);
+    return st;
+}
+
+static enum lum_status make_page(struct measuring *m, const struct lum_schedule *schedule, struct lum_error *err)
+{
+    struct lum_report report = {
+        .scene = m->options.scene, .measured = m->measured, .n = m->n_measured, .schedule = schedule};
+    char *html = NULL;
+    size_t n = 0;
+    enum lum_status st = LUM_OK;
+    for (int i = 0; i < LUM_REPORT_PICTURES && !st && m->options.pictures_spp > 0; i++)
+        st = take_picture(m, i == LUM_REPORT_ILLUMINANCE, &report.pictures[i], err);
+    if (!st)
+        st = lum_report_write(&report, &html, &n, err);
+    if (!st)
+        st = lum_write_file(m->options.html, html, n, err);
+    free(html);
+    for (int i = 0; i < LUM_REPORT_PICTURES; i++)
+        lum_free(report.pictures[i].rgb);
+    return st;
+}
+
 static bool write_page(struct measuring *m, struct lum_proto_error *err)
 {
     struct lum_error e;
-    const struct lum_measure_page page = {
-        m->options.scene, &m->world, m->measured, m->n_measured, m->options.pictures_spp, tell_picture, m};
-    return !lum_measure_page_write(m->options.html, &page, &e) || core_failed(&e, err);
+    struct lum_schedule schedule;
+    enum lum_status st = lum_schedule_make(&m->world, &schedule, &e);
+    if (!st) {
+        st = make_page(m, &schedule, &e);
+        lum_schedule_finish(&schedule);
+    }
+    return !st || core_failed(&e, err);
 }
 
 static bool run(struct measuring *m, bool *ret_reached, struct lum_proto_error *err)

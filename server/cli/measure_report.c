@@ -14,14 +14,6 @@ enum { COLUMNS = 16 /* that fit a terminal */, LEFT_OUT_TOLD = 8 };
 
 /* ---- stdout ---- */
 
-const char *lum_measure_quantity(const struct lum_sensor_desc *d)
-{
-    if (d->quantity != LUM_METER_PLANE)
-        return lum_sensor_quantity_names[d->quantity];
-    float up = lum_normalize(d->normal).y;
-    return up > 0.9999f ? "horizontal" : fabsf(up) < 1e-4f ? "vertical" : "plane";
-}
-
 static bool is_level(const struct lum_sensor_desc *d)
 {
     return d->kind == LUM_SENSOR_GRID && d->u.y == 0.0 && d->u.z == 0.0 && d->v.x == 0.0 && d->v.y == 0.0;
@@ -140,7 +132,7 @@ bool lum_measure_print(const struct lum_measured *m)
         printf("observer at %.2f, %.2f, %.2f\n", at.x, at.y, at.z);
         return print_observer(m);
     }
-    printf("%s illuminance in lx", lum_measure_quantity(&m->desc));
+    printf("%s illuminance in lx", lum_sensor_quantity_of(&m->desc));
     if (is_level(&m->desc))
         printf(", at y = %.3f m", at.y);
     if (m->desc.kind != LUM_SENSOR_POINT)

@@ -33,6 +33,12 @@ static bool outdates_locked(const struct lum_director *d, const struct lum_reque
     return (q->type == &lum_request_session_closed || q->type == &lum_request_session_lost) && own;
 }
 
+/* Somebody waits for a picture that follows a hand: that of a report has time. */
+static bool interrupts(const struct lum_request *q)
+{
+    return q->type->edits || q->type == &lum_request_view_open || q->type == &lum_request_view_update;
+}
+
 bool lum_director_post(struct lum_director *d, struct lum_request *q)
 {
     if (q->type == &lum_request_wake) {
@@ -54,7 +60,7 @@ bool lum_director_post(struct lum_director *d, struct lum_request *q)
         d->inbox_tail = &q->next;
         d->n_inbox++;
         lum_request_charge(q, &d->requests_bytes);
-        if (d->rendering && outdates_locked(d, q))
+        if (d->picturing ? interrupts(q) : d->rendering && outdates_locked(d, q))
             atomic_store_explicit(&d->cancel, true, memory_order_relaxed);
         pthread_cond_signal(&d->bell);
     }
@@ -387,6 +393,7 @@ void lum_director_destroy(struct lum_director *d)
     lum_director_sensors_destroy(d->sensors);
     lum_director_drop_all_probes(d);
     lum_director_drop_all_scene_gets(d);
+    lum_director_drop_all_reports(d);
     lum_repeats_destroy(d->repeats);
     lum_world_finish(&d->world);
     lum_free((char *)d->config.scene);

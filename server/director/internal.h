@@ -17,6 +17,7 @@
 #include "server/director/director.h"
 #include "server/director/edits.h"
 #include "server/director/probes.h"
+#include "server/director/reports.h"
 #include "server/director/scene_get.h"
 #include "server/director/sensors.h"
 #include "server/director/view.h"
@@ -47,6 +48,7 @@ struct lum_director {
     struct lum_director_sensors *sensors; /* NULL: nobody ever watched them */
     struct lum_director_probes probes;
     struct lum_director_scene_gets scene_gets;
+    struct lum_director_reports reports;
     struct lum_director_assets assets;
     struct {
         uint64_t changes, generation; /* of the desk and of the patches, when its values were taken */
@@ -76,6 +78,7 @@ struct lum_director {
     uint64_t submitted_seq; /* what is said from now on waits for this entry; 0: for none */
     bool rung, stop;
     const struct lum_server_view *rendering; /* in a pass; its id and session do not change */
+    bool picturing;                          /* a pass of a report runs: edits and views end it */
     int64_t shielded_until_ns;               /* that pass is the first after a change: edits let it be until then */
     struct lum_director_metrics metrics;
 

@@ -57,6 +57,7 @@ struct lum_request_type {
     X(sensor_watch, MEASURE)                                                                                           \
     X(sensor_read, MEASURE)                                                                                            \
     X(sensor_place, MEASURE)                                                                                           \
+    X(report_get, MEASURE)                                                                                             \
     X(stats_get, VIEW)
 #define LUM_REQUEST_DECLARE(name, role) extern const struct lum_request_type lum_request_##name;
 LUM_REQUESTS(LUM_REQUEST_DECLARE)
@@ -83,7 +84,7 @@ struct lum_request {
     uint64_t base_rev;
     bool expand;                 /* scene.get */
     struct lum_view_params view; /* open, update */
-    uint32_t view_id;            /* update, close, pick, probe */
+    uint32_t view_id;            /* update, close, pick, probe, report */
     double x, y;                 /* pick, probe: pixel of the view */
     bool has_point;              /* probe: point and normal instead of a pixel, which becomes such */
     double point[3], normal[3];

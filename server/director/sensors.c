@@ -235,6 +235,16 @@ void lum_director_tell_sensors(struct lum_director *d)
         tell(d, now);
 }
 
+struct lum_sensor *lum_director_copy_sensor(const struct lum_director *d, const struct lum_record *r)
+{
+    const struct entry *e = d->sensors ? find(d->sensors, r->id) : NULL;
+    struct lum_sensor *copy;
+    struct lum_error none;
+    bool holds = e && e->record == r && (e->stage == STAGE_REFINING || e->stage == STAGE_SETTLED) &&
+                 lum_versions_equal(&e->versions, &lum_world_lit(&d->world)->versions);
+    return holds && !lum_sensor_copy(e->sensor, &copy, &none) ? copy : NULL;
+}
+
 /* ---- slices ---- */
 
 /* Unless there are so many lamps that no point has had a glance: then paths come first. */

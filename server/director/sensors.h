@@ -19,6 +19,8 @@ enum lum_need lum_director_sensors_need(struct lum_director *d, bool busy);
 void lum_director_measure(struct lum_director *d, double slice_ns);
 /* What is new to those who watch, if it is time. */
 void lum_director_tell_sensors(struct lum_director *d);
+/* A copy of what is known of a sensor in the scene as it is shown; NULL: nothing is. */
+struct lum_sensor *lum_director_copy_sensor(const struct lum_director *d, const struct lum_record *record);
 /* The session is gone. */
 void lum_director_stop_watching(struct lum_director *d, struct lum_session_ref session);
 void lum_director_sensors_destroy(struct lum_director_sensors *sensors); /* accepts NULL */

@@ -161,9 +161,10 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
     bool same_camera = lum_camera_equal(&v->settings.camera, &r.settings.camera);
     if (!same_camera || v->versions.geometry != snapshot->versions.geometry || v->frame_seq == 0)
         v->only_background = sees_only_background(snapshot, &r.settings);
-    if (!same_camera || v->n_instances != snapshot->n_instances || v->exposure_ev.set)
+    uint32_t n_things = snapshot->n_instances + snapshot->lights.n_lights;
+    if (!same_camera || v->n_things != n_things || v->exposure_ev.set)
         v->automatic = (struct lum_auto_exposure){.ev = v->automatic.ev};
-    v->n_instances = snapshot->n_instances;
+    v->n_things = n_things;
     if (r.settings.method != v->settings.method)
         v->pace = (struct lum_pace){0};
     else

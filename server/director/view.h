@@ -46,7 +46,7 @@ struct lum_server_view {
     uint8_t codec;                      /* enum lum_codec */
     const struct lum_snapshot *solo;    /* the scene with some lamps alone; NULL: as it is */
     struct lum_auto_exposure automatic; /* exposure */
-    uint32_t n_instances;               /* that it was settled for */
+    uint32_t n_things;                  /* objects and lights that it was settled for */
     struct lum_versions versions;       /* of the snapshot last resolved against */
     bool only_background;
     uint64_t scene_rev; /* that the picture stands for */

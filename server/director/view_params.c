@@ -50,7 +50,7 @@ static const struct lum_field rows[LUM_VIEW_PARAM_COUNT] = {
     [LUM_VIEW_TONE_MAP] = {ROW(tone_map, CHOICE), BYTES(tone_map), .text = "agx|aces|reinhard|none"},
     [LUM_VIEW_WHITE_BALANCE_K] = {ROW(white_balance_k, OPT), .min = 1667, .max = 25000},
     [LUM_VIEW_OVERLAY] = {ROW(overlay, CHOICE), BYTES(overlay),
-                          .text = "none|luminance|illuminance|error|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
+                          .text = "none|luminance|illuminance|error|shapes|guidance_soft_shadow|guidance_indirect_diffuse|guidance_media"},
     [LUM_VIEW_FALSE_COLOR] = {ROW(false_color, PARTS), BYTES(false_color), .parts = &false_color_fields},
     [LUM_VIEW_BUDGET] = {ROW(budget, PARTS), BYTES(budget), .parts = &budget_fields},
     [LUM_VIEW_STATS] = {ROW(stats, BOOL), .def = {true}},

@@ -168,6 +168,7 @@ static void session_lost(struct lum_director *d, const struct lum_request *q)
     lum_director_stop_watching(d, q->session);
     lum_director_drop_probes(d, q->session);
     lum_director_drop_scene_gets(d, q->session);
+    lum_director_drop_reports(d, q->session);
     lum_director_drop_assets(d, q->session);
 }
 
@@ -214,7 +215,7 @@ static cJSON *labels_json(const struct lum_overlay *overlay)
 static bool add_legend(cJSON *to, const struct lum_overlay *overlay)
 {
     const struct lum_scale *s = &overlay->scale;
-    if (!overlay->classes)
+    if (!overlay->classes || !overlay->unit)
         return true;
     cJSON *o = cJSON_CreateObject(), *limits = cJSON_CreateDoubleArray(s->limits, (int)s->n_limits),
           *colors = cJSON_CreateArray();

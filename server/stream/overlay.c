@@ -69,6 +69,27 @@ static enum lum_status make_error(struct lum_overlay *o, const struct lum_view *
     return LUM_OK;
 }
 
+/* As of clay in an even light from above: to find one's way where there is none yet. The first grey is background. */
+static enum lum_status make_shapes(struct lum_overlay *o, const struct lum_overlay_source *source,
+                                   struct lum_error *err)
+{
+    enum { GREYS = 64, DARKEST = 24, LIGHTEST = 200 };
+    const struct lum_vec3 from = lum_normalize(lum_v3(0.4f, 0.8f, 0.5f));
+    struct lum_aovs seen = {0};
+    enum lum_status status = lum_view_aovs(source->view, source->snapshot, source->settings, &seen, err);
+    if (status)
+        return status;
+    o->opaque = true;
+    o->scale.n_colors = GREYS;
+    for (int i = 0; i < GREYS; i++)
+        memset(o->scale.colors[i], DARKEST + (LIGHTEST - DARKEST) * i / (GREYS - 1), 3);
+    for (size_t i = 0; i < (size_t)o->w * o->h; i++) {
+        float lit = 0.5f + 0.5f * lum_dot(seen.normal_world[i], from);
+        o->classes[i] = seen.instance[i] == LUM_NO_OBJECT ? 0 : (uint8_t)(1.0f + lit * (GREYS - 1.5f));
+    }
+    return LUM_OK;
+}
+
 /* What a map of light is of: cd/m2, or lx. */
 struct field {
     float *values;        /* w * h; NAN: there is none */
@@ -162,7 +183,7 @@ bool lum_overlay_is_kind(const char *name)
 {
     enum lum_effect unused;
     return strcmp(name, "none") == 0 || strcmp(name, "luminance") == 0 || lum_overlay_is_illuminance(name) ||
-           strcmp(name, "error") == 0 || has_guidance(name, &unused);
+           strcmp(name, "error") == 0 || strcmp(name, "shapes") == 0 || has_guidance(name, &unused);
 }
 
 bool lum_overlay_is_illuminance(const char *name)
@@ -196,6 +217,8 @@ enum lum_status lum_overlay_make(struct lum_overlay *overlay, const struct lum_o
             made = source->settings->method->ais && make_guidance(overlay, lum_view_guidance(source->view, effect));
         else if (strcmp(want->name, "error") == 0)
             status = make_error(overlay, source->view, &made, err);
+        else if (strcmp(want->name, "shapes") == 0)
+            made = !(status = make_shapes(overlay, source, err));
         else
             status = make_field(overlay, want, source, &made, err);
     }

@@ -18,7 +18,7 @@ struct lum_overlay {
     bool plain;       /* what has no colour is all the same grey; else the grey picture */
     bool false_color; /* of light: made as somebody wants it (struct lum_false_color) */
     struct lum_scale scale;
-    const char *unit; /* "times refined", "relative", "cd/m2" or "lx" */
+    const char *unit; /* "times refined", "relative", "cd/m2" or "lx"; NULL: colours stand for no value */
     uint32_t n_labels;
     struct lum_isoline_label labels[LUM_ISOLINE_LABELS]; /* of lines: level is one of scale.limits */
 };
@@ -32,7 +32,7 @@ struct lum_overlay_want {
     bool lines; /* at the scale's limits */
 };
 
-/* "none", "luminance", "illuminance", "error", or "guidance_EFFECT". */
+/* "none", "luminance", "illuminance", "error", "shapes", or "guidance_EFFECT". */
 bool lum_overlay_is_kind(const char *name);
 /* True when the view is to show illuminance (lum_view_settings) for it. */
 bool lum_overlay_is_illuminance(const char *name);

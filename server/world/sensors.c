@@ -21,6 +21,14 @@ const char *const lum_sensor_quantity_names[] = {
     [LUM_METER_EYE] = NULL,
 };
 
+const char *lum_sensor_quantity_of(const struct lum_sensor_desc *d)
+{
+    if (d->quantity != LUM_METER_PLANE)
+        return lum_sensor_quantity_names[d->quantity];
+    float up = lum_normalize(d->normal).y;
+    return up > 0.9999f ? "horizontal" : fabsf(up) < 1e-4f ? "vertical" : "plane";
+}
+
 const char *lum_sensor_left_out(enum lum_clearance clearance)
 {
     switch (clearance) {

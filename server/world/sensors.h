@@ -27,8 +27,10 @@ struct lum_sensor_desc lum_sensor_desc_of(const struct lum_record *r);
 struct lum_sensor_targets lum_sensor_targets_of(const struct lum_record *r);
 
 extern const char *const lum_sensor_kind_names[]; /* by enum lum_sensor_kind */
-/* By enum lum_meter_kind; of EYE NULL. "plane" is horizontal where the normal points up. */
+/* By enum lum_meter_kind; of EYE NULL. */
 extern const char *const lum_sensor_quantity_names[];
+/* The same as people say it: of a plane "horizontal", "vertical", or "plane". */
+const char *lum_sensor_quantity_of(const struct lum_sensor_desc *desc);
 
 /* Adds what a result says to the object; memory short: false. */
 bool lum_sensor_add_result(struct cJSON *to, const struct lum_sensor_desc *desc, const struct lum_sensor *sensor,

@@ -172,6 +172,7 @@ class Light(unittest.TestCase):
                 self.assertLess(abs(10 * dim["em_lx"] / full["em_lx"] - 1), noise + 1e-6)
                 probed = session.probe([0, 0.75, 0], [0, 1, 0], samples=256)
                 self.assertGreater(probed["illuminance_lx"], dim["emin_lx"] - 5 * probed["stderr_lx"])
+                self.assertIn("<h2>Results</h2>", session.report())
             done = subprocess.run([sys.executable, even_light.__file__, url_of(daemon)], capture_output=True, text=True)
             self.assertIn("there are objects in this scene", done.stderr)
             self.assertEqual(done.returncode, 1)

@@ -37,6 +37,7 @@ FORMS = {
     "sensor.watch": {"on": False, "points": True},
     "sensor.read": {"id": "floor"},
     "sensor.place": {"on": "floor", "height_m": 1, "border_m": 0},
+    "report.get": {"view_id": 4000000000},
     "stats.get": {},
 }
 REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],

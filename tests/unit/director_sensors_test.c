@@ -66,6 +66,35 @@ static void assert_near(double got, double want)
         fail_msg("%.9g lx, expected %.9g", got, want);
 }
 
+/* A report and an edit at once: the edit does not wait, and the page is of one of both revisions alone. A second report
+ * of the session is refused; one of a session that ends is dropped. */
+static void a_report_is_of_one_revision(void **state)
+{
+    struct client *c = *state;
+    uint64_t rev = client_apply(c, lit);
+    cJSON_Delete(watch(c, true));
+    (void)settled(c, "spot", rev);
+    struct lum_request *q = client_request(c, &lum_request_report_get);
+    uint64_t id = c->next_id;
+    assert_true(lum_director_post(c->director, q));
+    assert_refused(client_ask(c, client_request(c, &lum_request_report_get)), "busy", NULL);
+    rev = client_apply(c, "[{\"op\":\"set\",\"id\":\"bulb\",\"path\":\"/intensity_cd\",\"value\":200}]");
+    cJSON *reply = client_reply(c, id);
+    const cJSON *result = cJSON_GetObjectItem(reply, "result");
+    const char *html = cJSON_GetObjectItem(result, "html")->valuestring;
+    bool after = cJSON_GetObjectItem(result, "scene_rev")->valuedouble == (double)rev;
+    assert_non_null(strstr(html, after ? "<td>spot<td>horizontal<td class=\"n\">50 &plusmn;"
+                                       : "<td>spot<td>horizontal<td class=\"n\">25 &plusmn;"));
+    assert_non_null(strstr(html, after ? "<td class=\"n\">2513<" : "<td class=\"n\">1257<")); /* 4 pi lm for each cd */
+    assert_non_null(strstr(html, "data:image/png"));
+    cJSON_Delete(reply);
+    q = client_request(c, &lum_request_report_get);
+    q->view_id = 7;
+    assert_refused(client_ask(c, q), "not_found", "view_id");
+    assert_true(lum_director_post(c->director, client_request(c, &lum_request_report_get)));
+    assert_true(lum_director_post(c->director, client_request(c, &lum_request_session_closed)));
+}
+
 static void values_follow_edits(void **state)
 {
     struct client *c = *state;
@@ -251,6 +280,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(values_follow_edits, client_setup, client_teardown),
+        cmocka_unit_test_setup_teardown(a_report_is_of_one_revision, client_setup, client_teardown),
         cmocka_unit_test_setup_teardown(values_of_an_older_revision_hold_where_light_is_the_same, client_setup,
                                         client_teardown),
         cmocka_unit_test_setup_teardown(points_are_read, client_setup, client_teardown),

@@ -234,6 +234,10 @@ class Session:
         """Illuminance there by path tracing: `illuminance_lx`, `stderr_lx` and what else PROTOCOL.md tells."""
         return self.call("probe", point=list(point), normal=list(normal), samples=samples)
 
+    def report(self) -> str:
+        """A page to print, as HTML: what the sensors show, pictures, luminaires. It takes a while."""
+        return self.call("report.get", timeout_s=600)["html"]  # it measures, and takes pictures
+
     def sensor(self, id: str, enough: Callable[[dict], bool] = lambda value: value["settled"],
                timeout_s: float | None = None) -> dict:
         """What a sensor says of the scene as it is: the members of `sensors` in PROTOCOL.md, as soon as they are `enough`;

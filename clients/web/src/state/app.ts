@@ -62,6 +62,8 @@ export class App {
     /** What somebody else just changed; count tells one such edit from the next. */
     readonly touchedByOthers = signal<{ ids: ReadonlySet<string>; count: number }>({ ids: new Set(), count: 0 });
     readonly helpOpen = signal(false);
+    /** One is being made. */
+    readonly reporting = signal(false);
     /** Draw lamp markers over the picture. */
     readonly markers = signal(true);
     readonly scene = new SceneMirror();
@@ -112,6 +114,8 @@ export class App {
     private ackedSeq = 0;
     private cameraChosen = false;
     private awaitedEdit: { rev: number; sentAt: number } | null = null;
+    /** Shapes are shown because there is no light. */
+    private shaped = false;
     /** Frames in a row that could not be shown. */
     private broken = 0;
     private readonly follower: Follower;
@@ -164,6 +168,18 @@ export class App {
             onBinary: (message) => this.binary(message),
             onBeat: () => void this.ping(),
             onStalled: (stalled) => this.stall(stalled),
+        });
+        // Where nothing shines yet shapes show what the first lamp can hang on.
+        effect(() => {
+            const empty = this.scene.lamps.value.length === 0;
+            const { overlay } = this.view.settings.value;
+            if (empty && !this.shaped && overlay === 'none' && this.meter.server.value?.inView === 'dark') {
+                this.shaped = true;
+                this.view.change({ overlay: 'shapes' });
+            } else if (!empty && this.shaped) {
+                this.shaped = false;
+                if (overlay === 'shapes') this.view.change({ overlay: 'none' });
+            }
         });
         // What does not exist any more cannot shine alone.
         effect(() => {
@@ -366,6 +382,23 @@ export class App {
             save('sensors.csv', await this.sensors.csv(), 'text/csv');
         } catch (error) {
             this.report(error as Error);
+        }
+    }
+
+    /** A page to print, of what this view sees and the sensors show. */
+    async saveReport(): Promise<void> {
+        const viewId = this.view.viewId;
+        if (!this.rpc || this.reporting.value) return;
+        this.reporting.value = true;
+        this.toasts.info('Measuring, and taking pictures for the report: that takes half a minute or so');
+        try {
+            const { html } = await this.rpc.call('report.get', viewId === null ? {} : { view_id: viewId });
+            save('report.html', stringOr(html, ''), 'text/html');
+            this.toasts.info('Saved as report.html: open it to read or print it');
+        } catch (error) {
+            this.report(error as Error);
+        } finally {
+            this.reporting.value = false;
         }
     }
 

@@ -20,8 +20,8 @@ export interface Drag {
     y: number;
     /** Where that is in the picture; null: elsewhere. */
     at: readonly [number, number] | null;
-    /** What is there. */
-    on: Pick | null;
+    /** What is there; undefined: not known yet. */
+    on: Pick | null | undefined;
 }
 
 /** Read at a time: the server reads one after the other. */
@@ -83,7 +83,7 @@ export class Library {
     }
 
     dragTo(asset: string, x: number, y: number, at: readonly [number, number] | null): void {
-        this.drag.value = { asset, x, y, at, on: at ? (this.drag.peek()?.on ?? null) : null };
+        this.drag.value = { asset, x, y, at, on: at ? this.drag.peek()?.on : undefined };
         void this.look();
     }
 

@@ -51,6 +51,7 @@ export const OVERLAYS = {
     luminance: 'Luminance',
     illuminance: 'Illuminance',
     error: 'Error',
+    shapes: 'Shapes',
     guidance_soft_shadow: 'Refined: soft shadows',
     guidance_indirect_diffuse: 'Refined: indirect light',
     guidance_media: 'Refined: media',

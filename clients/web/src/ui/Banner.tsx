@@ -37,7 +37,7 @@ function emptinessOf(app: App, inView: 'nothing' | 'dark'): Emptiness {
     }
     if (inView === 'nothing') return { what: 'Nothing in view', remedy: way, button: home };
     if (lights.length === 0) {
-        return { what: 'The scene has no light', button: ['Add a lamp', () => void app.lamps.add('point')] };
+        return { what: 'The scene has no light', remedy: 'drag a luminaire to where it is to hang, or', button: ['Add a lamp', () => void app.lamps.add('point')] };
     }
     if (app.view.settings.value.solo.length > 0) {
         const [name] = app.view.settings.value.solo;

@@ -12,6 +12,7 @@ const WHAT: Record<OverlayName, string> = {
     luminance: 'How bright each place is seen from here.',
     illuminance: 'How much light falls on each surface, whatever it is made of.',
     error: 'How far the picture may be off, over the light around.',
+    shapes: '',
     guidance_soft_shadow: 'How often samples of soft shadows were refined.',
     guidance_indirect_diffuse: 'How often samples of indirect light were refined.',
     guidance_media: 'How often samples of media were refined.',
@@ -22,7 +23,7 @@ export function Legend() {
     const app = useApp();
     const { overlay } = app.view.settings.value;
     const legend = app.meter.server.value?.legend;
-    if (overlay === 'none') return null;
+    if (overlay === 'none' || overlay === 'shapes') return null;
     return (
         <aside class="legend" aria-label="Legend">
             <header>

@@ -241,7 +241,7 @@ export function DragGhost() {
         return () => document.removeEventListener('keydown', onKey, true);
     }, [drag !== null]);
     if (!drag) return null;
-    const where = !drag.at ? 'into the picture' : drag.on ? `on ${drag.on.id}, ${drag.on.point[1].toFixed(2)} m high` : 'nothing there to hang it on';
+    const where = !drag.at || drag.on === undefined ? 'into the picture' : drag.on ? `on ${drag.on.id}, ${drag.on.point[1].toFixed(2)} m high` : 'nothing there to hang it on';
     return (
         <div class="drag-ghost" style={{ transform: `translate(${drag.x}px, ${drag.y}px)` }} aria-hidden="true">
             <Polar polar={library.factsOf(drag.asset)?.polar ?? null} />

@@ -15,28 +15,42 @@ export function SensorPanel() {
         <section class="section" aria-labelledby="sensors-title">
             <header class="section-head">
                 <h2 id="sensors-title">Measure</h2>
-                {ids.length > 0 && app.mayMeasure.value && (
-                    <button
-                        type="button"
-                        class="toggle at-end"
-                        aria-pressed={app.sensors.pointsShown.value}
-                        title="Draws their points in the picture, with what each has: ● as much as is wanted, ○ less, ✕ less than the least may be"
-                        onClick={() => (app.sensors.pointsShown.value = !app.sensors.pointsShown.value)}
-                    >
-                        Points
-                    </button>
-                )}
-                {ids.length > 0 && app.mayMeasure.value && (
-                    <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
-                        CSV
-                    </button>
-                )}
                 <Editing>
-                    <button type="button" class={`toggle ${ids.length > 0 ? '' : 'at-end'}`} aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
+                    <button type="button" class="toggle at-end" aria-label="Add work plane" onClick={() => void app.sensors.addWorkPlane()}>
                         {ids.length > 0 ? 'Add' : 'Add work plane'}
                     </button>
                 </Editing>
             </header>
+            {app.mayMeasure.value && (
+                <div class="sensor-tools">
+                    {ids.length > 0 && (
+                        <>
+                            <button
+                                type="button"
+                                class="toggle"
+                                aria-pressed={app.sensors.pointsShown.value}
+                                title="Draws their points in the picture, with what each has: ● as much as is wanted, ○ less, ✕ less than the least may be"
+                                onClick={() => (app.sensors.pointsShown.value = !app.sensors.pointsShown.value)}
+                            >
+                                Points
+                            </button>
+                            <button type="button" class="toggle" title="Saves all points with their standard errors, as sensors.csv" onClick={() => void app.saveCsv()}>
+                                CSV
+                            </button>
+                        </>
+                    )}
+                    <button
+                        type="button"
+                        class="toggle"
+                        aria-busy={app.reporting.value}
+                        aria-disabled={app.reporting.value}
+                        title="Saves a page to print: results, pictures, plans of the points, luminaires"
+                        onClick={() => void app.saveReport()}
+                    >
+                        {app.reporting.value ? 'Report…' : 'Report'}
+                    </button>
+                </div>
+            )}
             {ids.length > 0 && !app.mayMeasure.value && <p class="hint">{NOT_TO_MEASURE}</p>}
             {ids.length === 0 && <p class="hint">A work plane shows the mean illuminance and its uniformity while you move lamps.</p>}
             <ul class="light-list">

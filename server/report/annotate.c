@@ -1,4 +1,4 @@
-#include "server/cli/annotate.h"
+#include "server/report/annotate.h"
 
 #include <stdio.h>
 #include <string.h>

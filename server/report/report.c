@@ -1,18 +1,14 @@
 #define _POSIX_C_SOURCE 200809L /* gmtime_r */
-#include "server/cli/measure_page.h"
+#include "server/report/report.h"
 
 #include <math.h>
 #include <string.h>
 #include <time.h>
 
 #include "core/film/false_color.h"
-#include "server/cli/page.h"
-#include "server/cli/schedule.h"
-#include "server/cli/shot.h"
+#include "server/report/page.h"
 
 enum {
-    PICTURE_W = 900,
-    PICTURE_H = 600,
     PNG_LEVEL = 6,
     PLAN_WIDTH = 960, /* px, that a plan may take */
     CELL_MIN = 10,
@@ -84,7 +80,7 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     struct lum_sensor_verdicts v = lum_sensor_judge(r, &m->targets);
     fputs("<tr><td>", f);
     put_name(f, m);
-    fprintf(f, "<td>%s", is_eye ? "glare" : lum_measure_quantity(&m->desc));
+    fprintf(f, "<td>%s", is_eye ? "glare" : lum_sensor_quantity_of(&m->desc));
     put_amount(f, !is_eye, r->mean, 4);
     put_amount(f, many, r->least, 4);
     put_amount(f, many, r->uniformity, 3);
@@ -96,7 +92,7 @@ static void put_summary_row(FILE *f, const struct lum_measured *m)
     fputs("</tr>\n", f);
 }
 
-static void put_summary(FILE *f, const struct lum_measure_page *p)
+static void put_summary(FILE *f, const struct lum_report *p)
 {
     fputs("<h2>Results</h2>\n<table>\n<tr><th>sensor<th>illuminance<th class=\"n\">E<sub>m</sub>, lx<th class=\"n\">"
           "E<sub>min</sub>, lx<th class=\"n\">U<sub>o</sub><th class=\"n\">UGR<th>wanted</tr>\n",
@@ -110,26 +106,20 @@ static void put_summary(FILE *f, const struct lum_measure_page *p)
 
 /* ---- pictures ---- */
 
-static enum lum_status put_picture(FILE *f, const struct lum_measure_page *p, bool illuminance, const char *caption,
-                                   struct lum_error *err)
+static enum lum_status put_pictures(FILE *f, const struct lum_report *p, struct lum_error *err)
 {
-    struct lum_canvas canvas;
-    const struct lum_shot shot = {PICTURE_W, PICTURE_H, p->pictures_spp, illuminance, p->tell, p->user};
-    enum lum_status st = lum_shot_take(p->world, &shot, &canvas, err);
-    if (st || !canvas.rgb)
-        return st;
-    fputs("<figure><img", f);
-    st = lum_page_image(f, &(struct lum_png){canvas.rgb, canvas.w, canvas.h, PNG_LEVEL}, caption, err);
-    lum_free(canvas.rgb);
-    fprintf(f, "><figcaption>%s</figcaption></figure>\n", caption);
+    static const char *const captions[LUM_REPORT_PICTURES] = {"As the eye sees it",
+                                                              "Illuminance on every surface, in lx"};
+    enum lum_status st = LUM_OK;
+    for (int i = 0; i < LUM_REPORT_PICTURES && !st; i++) {
+        const struct lum_canvas *c = &p->pictures[i];
+        if (!c->rgb)
+            continue;
+        fputs("<figure><img", f);
+        st = lum_page_image(f, &(struct lum_png){c->rgb, c->w, c->h, PNG_LEVEL}, captions[i], err);
+        fprintf(f, "><figcaption>%s</figcaption></figure>\n", captions[i]);
+    }
     return st;
-}
-
-static enum lum_status put_pictures(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
-{
-    fputs("<h2>Pictures</h2>\n", f);
-    enum lum_status st = put_picture(f, p, false, "As the eye sees it", err);
-    return st ? st : put_picture(f, p, true, "Illuminance on every surface, in lx", err);
 }
 
 /* ---- plans ---- */
@@ -274,32 +264,26 @@ static void put_total(FILE *f, const struct lum_schedule *s)
         fprintf(f, "<p>* Without %u whose power is not known.</p>\n", s->n_on_without_watts);
 }
 
-static enum lum_status put_luminaires(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
+static void put_luminaires(FILE *f, const struct lum_schedule *s)
 {
-    struct lum_schedule s;
-    enum lum_status st = lum_schedule_make(p->world, &s, err);
-    if (st)
-        return st;
     fputs("<section><h2>Luminaires</h2>\n", f);
-    if (s.n == 0)
+    if (s->n == 0)
         fputs("<p>None.</p>\n", f);
     else
         fputs(
             "<table>\n<tr><th>luminaire<th>in the scene<th class=\"n\">number<th class=\"n\">on<th class=\"n\">lm each"
             "<th class=\"n\">W each<th class=\"n\">lm/W</tr>\n",
             f);
-    for (size_t i = 0; i < s.n; i++)
-        put_lamps(f, &s.rows[i]);
-    if (s.n > 0)
-        put_total(f, &s);
+    for (size_t i = 0; i < s->n; i++)
+        put_lamps(f, &s->rows[i]);
+    if (s->n > 0)
+        put_total(f, s);
     fputs("</section>\n", f);
-    lum_schedule_finish(&s);
-    return LUM_OK;
 }
 
 /* ---- the page ---- */
 
-static void put_head(FILE *f, const struct lum_measure_page *p)
+static void put_head(FILE *f, const struct lum_report *p)
 {
     char day[32] = "";
     time_t now = time(NULL);
@@ -318,22 +302,27 @@ static void put_head(FILE *f, const struct lum_measure_page *p)
             day, LUMEND_VERSION);
 }
 
-static enum lum_status put_page(FILE *f, const struct lum_measure_page *p, struct lum_error *err)
+static enum lum_status put_page(FILE *f, const struct lum_report *p, struct lum_error *err)
 {
     put_head(f, p);
     put_summary(f, p);
-    enum lum_status st = p->pictures_spp > 0 ? put_pictures(f, p, err) : LUM_OK;
+    bool pictured = p->pictures[LUM_REPORT_PICTURE].rgb || p->pictures[LUM_REPORT_ILLUMINANCE].rgb;
+    if (pictured)
+        fputs("<h2>Pictures</h2>\n", f);
+    enum lum_status st = put_pictures(f, p, err);
     for (size_t i = 0; i < p->n && !st; i++)
         st = put_plan(f, &p->measured[i], err);
-    return st ? st : put_luminaires(f, p, err);
+    if (!st)
+        put_luminaires(f, p->schedule);
+    return st;
 }
 
-enum lum_status lum_measure_page_write(const char *path, const struct lum_measure_page *p, struct lum_error *err)
+enum lum_status lum_report_write(const struct lum_report *p, char **ret_html, size_t *ret_n, struct lum_error *err)
 {
     struct lum_page page;
     enum lum_status st = lum_page_begin(&page, err);
     if (st)
         return st;
     st = put_page(page.f, p, err);
-    return lum_page_end(&page, path, st, err);
+    return lum_page_end(&page, st, ret_html, ret_n, err);
 }

@@ -1,6 +1,6 @@
 /* Values written into pictures of false colour: those of lines at their places, and a scale beside the picture. */
-#ifndef LUM_SERVER_CLI_ANNOTATE_H
-#define LUM_SERVER_CLI_ANNOTATE_H
+#ifndef LUM_SERVER_REPORT_ANNOTATE_H
+#define LUM_SERVER_REPORT_ANNOTATE_H
 
 #include "server/stream/overlay.h"
 

@@ -1,6 +1,6 @@
 /* The luminaires of a scene as a designer lists them: of each kind how many, their light, and what power they take. */
-#ifndef LUM_SERVER_CLI_SCHEDULE_H
-#define LUM_SERVER_CLI_SCHEDULE_H
+#ifndef LUM_SERVER_REPORT_SCHEDULE_H
+#define LUM_SERVER_REPORT_SCHEDULE_H
 
 #include "server/world/world.h"
 

@@ -1,4 +1,4 @@
-#include "server/cli/schedule.h"
+#include "server/report/schedule.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* Pages of HTML that need no other file. */
-#ifndef LUM_SERVER_CLI_PAGE_H
-#define LUM_SERVER_CLI_PAGE_H
+#ifndef LUM_SERVER_REPORT_PAGE_H
+#define LUM_SERVER_REPORT_PAGE_H
 
 #include <stdio.h>
 
@@ -12,9 +12,12 @@ struct lum_page {
     size_t n;
 };
 LUM_MUST_USE enum lum_status lum_page_begin(struct lum_page *ret_page, struct lum_error *err);
-/* Writes it to path, unless status says that it failed, and frees it. Returns the first failure. */
-LUM_MUST_USE enum lum_status lum_page_end(struct lum_page *p, const char *path, enum lum_status status,
+/* Its text, released with free; or, where status says that it failed, nothing. Returns the first failure. */
+LUM_MUST_USE enum lum_status lum_page_end(struct lum_page *p, enum lum_status status, char **ret_text, size_t *ret_n,
                                           struct lum_error *err);
+/* The same into a file. */
+LUM_MUST_USE enum lum_status lum_page_end_file(struct lum_page *p, const char *path, enum lum_status status,
+                                               struct lum_error *err);
 
 void lum_page_text(FILE *f, const char *text); /* escaped, for elements and attributes */
 /* Size, text and data of an <img>: its attributes, after a blank. */

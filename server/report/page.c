@@ -1,5 +1,5 @@
 #define _GNU_SOURCE /* open_memstream */
-#include "server/cli/page.h"
+#include "server/report/page.h"
 
 #include <stdlib.h>
 
@@ -12,14 +12,30 @@ enum lum_status lum_page_begin(struct lum_page *ret_page, struct lum_error *err)
     return ret_page->f ? LUM_OK : lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a page");
 }
 
-enum lum_status lum_page_end(struct lum_page *p, const char *path, enum lum_status status, struct lum_error *err)
+enum lum_status lum_page_end(struct lum_page *p, enum lum_status status, char **ret_text, size_t *ret_n,
+                             struct lum_error *err)
 {
     bool whole = !ferror(p->f);
     if ((fclose(p->f) != 0 || !whole) && !status)
-        status = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for %s", path);
-    if (!status)
-        status = lum_write_file(path, p->text, p->n, err);
-    free(p->text);
+        status = lum_fail(err, LUM_ERR_NOMEM, "", "no memory for a page");
+    if (status) {
+        free(p->text);
+        return status;
+    }
+    *ret_text = p->text;
+    *ret_n = p->n;
+    return LUM_OK;
+}
+
+enum lum_status lum_page_end_file(struct lum_page *p, const char *path, enum lum_status status, struct lum_error *err)
+{
+    char *text;
+    size_t n;
+    status = lum_page_end(p, status, &text, &n, err);
+    if (status)
+        return status;
+    status = lum_write_file(path, text, n, err);
+    free(text);
     return status;
 }
 
