@@ -279,11 +279,6 @@ bool lum_server_view_update(struct lum_server_view *v, struct lum_world *world, 
 
 /* ---- passes ---- */
 
-bool lum_server_view_is_whole(const struct lum_server_view *v)
-{
-    return !v->stale && v->last_pass.spp > 0;
-}
-
 bool lum_server_view_needs_pass(const struct lum_server_view *v)
 {
     return !v->failed && (v->stale || !v->complete);
