@@ -12,7 +12,7 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 PROTOCOL = os.path.join(HERE, "..", "..", "protocol", "PROTOCOL.md")
 RECORDS = os.path.join(HERE, "lumend", "records.py")
-PARTS = ["texture", "transform", "web", "box"]  # members of records, not records
+PARTS = ["texture", "transform", "web", "box", "lamps"]  # members of records, not records
 NEVER_ADDED = ["render", "import"]
 HEAD = '''"""Types of a scene's records and their fields, with units. Written from protocol/PROTOCOL.md by
 records_from_protocol.py: change the tables there."""
@@ -40,6 +40,8 @@ def python_type(text):
         return f"Sequence[{scalar}]" if numbers[3] else scalar
     if text.startswith("`"):
         return "Literal[" + ", ".join(f'"{name}"' for name in re.findall("`([^`]+)`", text)) + "]"
+    if text == "lamps":
+        return "Sequence[Lamps]"
     if text in PARTS:
         return "Transform | Sequence[float]" if text == "transform" else class_name(text)
     if text == "boolean":

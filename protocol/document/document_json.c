@@ -65,7 +65,7 @@ static cJSON *difference(const struct lum_record *a, const struct lum_record *b,
     bool ok = fresh && value;
     for (size_t i = 0; i < t->n && ok; i++) {
         const struct lum_field *f = &t->fields[i];
-        bool reset = follows(t, f, p, q, lum_record_body(fresh)), bulk = lum_field_is_bulk(f);
+        bool reset = follows(t, f, p, q, lum_record_body(fresh)), bulk = lum_field_is_long(f);
         if (lum_field_equal(f, p, q) || (reset && bulk)) /* such pixels come from the asset that replaced them */
             continue;
         ok = lum_json_add(value, f->name, reset || (bulk && elide_bulk) ? cJSON_CreateNull() : lum_field_write(f, q));
@@ -123,7 +123,7 @@ static bool list_edits(struct part_list *l, const struct lum_document *doc, cons
 
 static bool list_removals(struct part_list *l, const struct lum_document *doc, const struct lum_record *import)
 {
-    for (int rank = lum_record_rank(LUM_RECORD_PATCH); rank > 0; rank--)
+    for (int rank = lum_record_rank(LUM_RECORD_PRESET); rank > 0; rank--)
         for (size_t i = 0; i < import->import.n_made; i++) {
             const struct lum_record *made = import->import.made[i];
             if (lum_record_rank(made->type) == rank && !lum_document_find(doc, made->id) &&

@@ -110,6 +110,7 @@ static const char *why_not(const struct lum_document *doc, const struct lum_reco
     if ((r->type == LUM_RECORD_LIGHT && n[LUM_RECORD_LIGHT] >= LUM_LIMIT_LIGHTS) ||
         (r->type == LUM_RECORD_MEDIUM && n[LUM_RECORD_MEDIUM] >= LUM_LIMIT_MEDIA) ||
         (r->type == LUM_RECORD_SENSOR && n[LUM_RECORD_SENSOR] >= LUM_LIMIT_SENSORS) ||
+        (r->type == LUM_RECORD_PRESET && n[LUM_RECORD_PRESET] >= LUM_LIMIT_PRESETS) ||
         (r->type == LUM_RECORD_PATCH && n[LUM_RECORD_PATCH] >= LUM_LIMIT_PATCHES) || doc->table.n >= LUM_LIMIT_RECORDS)
         return "a scene may not have so many";
     if (lum_record_each_ref(r, is_there, &f))

@@ -179,7 +179,7 @@ int lum_record_rank(enum lum_record_type type)
     static const int ranks[LUM_RECORD_TYPE_COUNT] = {
         [LUM_RECORD_RENDER] = 0,   [LUM_RECORD_IMPORT] = 1, [LUM_RECORD_IMAGE] = 2,  [LUM_RECORD_MESH] = 3,
         [LUM_RECORD_MATERIAL] = 4, [LUM_RECORD_OBJECT] = 5, [LUM_RECORD_LIGHT] = 6,  [LUM_RECORD_MEDIUM] = 7,
-        [LUM_RECORD_CAMERA] = 8,   [LUM_RECORD_SENSOR] = 9, [LUM_RECORD_PATCH] = 10,
+        [LUM_RECORD_CAMERA] = 8,   [LUM_RECORD_SENSOR] = 9, [LUM_RECORD_PATCH] = 10, [LUM_RECORD_PRESET] = 11,
     };
     return ranks[type];
 }

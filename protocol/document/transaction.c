@@ -62,6 +62,9 @@ static bool check_limits(const struct lum_txn *t, const struct lum_record *r)
     if (r->type == LUM_RECORD_PATCH && table->n_of_type[LUM_RECORD_PATCH] >= LUM_LIMIT_PATCHES)
         return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u patches",
                               LUM_LIMIT_PATCHES);
+    if (r->type == LUM_RECORD_PRESET && table->n_of_type[LUM_RECORD_PRESET] >= LUM_LIMIT_PRESETS)
+        return lum_proto_fail(t->err, LUM_PROTO_APPLICATION, "limit_exceeded", "id", "a scene may have %u presets",
+                              LUM_LIMIT_PRESETS);
     return true;
 }
 

@@ -204,7 +204,7 @@ static bool write_elided(cJSON *object, const struct lum_field *f, const struct 
 static bool write_field(cJSON *object, const struct lum_field *f, const struct lum_record *r,
                         const struct bulk_form *form)
 {
-    bool bulk = lum_field_is_bulk(f);
+    bool bulk = lum_field_is_long(f);
     if (bulk && form->elided)
         return write_elided(object, f, r);
     return lum_json_add(object, f->name,

@@ -32,11 +32,11 @@ static bool parse_add(struct lum_json_reader *r, const struct lum_blobs *blobs, 
 {
     unsigned type;
     if (!lum_json_require(r, "type") ||
-        !lum_json_choice(r, "type", "mesh|image|material|object|light|medium|camera|sensor|patch", &type))
+        !lum_json_choice(r, "type", "mesh|image|material|object|light|medium|camera|sensor|patch|preset", &type))
         return false;
-    static const enum lum_record_type types[] = {LUM_RECORD_MESH,   LUM_RECORD_IMAGE,  LUM_RECORD_MATERIAL,
-                                                 LUM_RECORD_OBJECT, LUM_RECORD_LIGHT,  LUM_RECORD_MEDIUM,
-                                                 LUM_RECORD_CAMERA, LUM_RECORD_SENSOR, LUM_RECORD_PATCH};
+    static const enum lum_record_type types[] = {
+        LUM_RECORD_MESH,   LUM_RECORD_IMAGE,  LUM_RECORD_MATERIAL, LUM_RECORD_OBJECT, LUM_RECORD_LIGHT,
+        LUM_RECORD_MEDIUM, LUM_RECORD_CAMERA, LUM_RECORD_SENSOR,   LUM_RECORD_PATCH,  LUM_RECORD_PRESET};
     return lum_op_record_from_json(r->object, types[type], op->id, blobs, &op->record, r->err);
 }
 

@@ -16,7 +16,12 @@ static const void *at_const(const struct lum_field *f, const void *base)
 bool lum_field_is_bulk(const struct lum_field *f)
 {
     return f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES || f->kind == LUM_FIELD_PIXELS ||
-           f->kind == LUM_FIELD_WEB;
+           f->kind == LUM_FIELD_WEB || f->kind == LUM_FIELD_LAMPS;
+}
+
+bool lum_field_is_long(const struct lum_field *f)
+{
+    return lum_field_is_bulk(f) && f->kind != LUM_FIELD_LAMPS;
 }
 
 /* Bytes of a field that owns nothing and has no parts; 0 otherwise. */
@@ -52,6 +57,7 @@ static size_t plain_size(const struct lum_field *f)
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
     case LUM_FIELD_WEB:
+    case LUM_FIELD_LAMPS:
         break;
     }
     return 0;
@@ -85,6 +91,8 @@ bool lum_field_is_null(const struct lum_field *f, const void *base)
         return ((const struct lum_record_image *)base)->n_bytes == 0;
     case LUM_FIELD_WEB:
         return *(struct lum_record_web *const *)p == NULL;
+    case LUM_FIELD_LAMPS:
+        return ((const struct lum_lamps *)p)->n == 0;
     default:
         return false;
     }
@@ -107,6 +115,10 @@ static void reset_bulk(const struct lum_field *f, void *base)
         struct lum_record_web **web = at(f, base);
         lum_record_web_unref(*web);
         *web = NULL;
+    } else if (f->kind == LUM_FIELD_LAMPS) {
+        struct lum_lamps *lamps = at(f, base);
+        lum_bulk_unref(lamps->items);
+        *lamps = (struct lum_lamps){0};
     } else {
         struct lum_record_image *image = base;
         lum_bulk_unref(image->pixels);
@@ -224,6 +236,8 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b)
     }
     case LUM_FIELD_WEB:
         return lum_record_web_equal(*(struct lum_record_web *const *)p, *(struct lum_record_web *const *)q);
+    case LUM_FIELD_LAMPS:
+        return lum_lamps_equal(p, q);
     case LUM_FIELD_TRANSFORM:
         return transform_equal(p, q);
     case LUM_FIELD_TEXTURE:
@@ -249,6 +263,9 @@ void lum_field_copy(const struct lum_field *f, void *to, const void *from)
     } else if (f->kind == LUM_FIELD_WEB) {
         struct lum_record_web *const *web = at_const(f, from);
         *(struct lum_record_web **)at(f, to) = *web ? lum_record_web_ref(*web) : NULL;
+    } else if (f->kind == LUM_FIELD_LAMPS) {
+        const struct lum_lamps *v = at_const(f, from);
+        *(struct lum_lamps *)at(f, to) = (struct lum_lamps){lum_bulk_ref(v->items), v->n};
     } else {
         const struct lum_record_image *v = from;
         struct lum_record_image *image = to;

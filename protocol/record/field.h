@@ -26,6 +26,7 @@ enum lum_field_kind {
     LUM_FIELD_INDICES,   /* struct lum_indices */
     LUM_FIELD_PIXELS,    /* uint8_t * and size_t of struct lum_record_image; base64 in JSON */
     LUM_FIELD_WEB,       /* struct lum_record_web *; an object in JSON, whose fields are lum_web_fields */
+    LUM_FIELD_LAMPS,     /* struct lum_lamps; a list of objects in JSON, whose fields are lum_lamp_fields */
     LUM_FIELD_TEXTURE,   /* struct lum_record_texture, null when it names no image */
     LUM_FIELD_TRANSFORM, /* struct lum_record_transform */
     LUM_FIELD_BOX,       /* struct lum_record_box, null when not set */
@@ -66,7 +67,7 @@ struct lum_fields {
 };
 const struct lum_fields *lum_fields_of(enum lum_record_type type);
 extern const struct lum_fields lum_texture_fields, lum_transform_fields, lum_box_fields, lum_web_fields,
-    lum_camera_fields;
+    lum_lamp_fields, lum_camera_fields;
 
 /* The sub-table of what has one; else NULL. */
 const struct lum_fields *lum_field_parts(const struct lum_field *f);
@@ -97,7 +98,11 @@ bool lum_field_equal(const struct lum_field *f, const void *a, const void *b);
 void lum_field_copy(const struct lum_field *f, void *to, const void *from); /* bulk data is shared */
 void lum_field_reset(const struct lum_field *f, void *base);
 bool lum_field_is_null(const struct lum_field *f, const void *base);
-bool lum_field_is_bulk(const struct lum_field *f);
+bool lum_field_is_bulk(const struct lum_field *f); /* it owns memory, which copies share */
+bool lum_field_is_long(const struct lum_field *f); /* bulk that messages to clients leave out */
+/* The members of an object into parts of f, which have been reset. */
+bool lum_field_read_members(const struct lum_field *f, const struct lum_fields *parts, void *base,
+                            const struct cJSON *json, const struct lum_blobs *blobs, struct lum_proto_error *err);
 
 /* Calls fn for each id that the record refers to; stops and returns false when fn does. */
 typedef bool (*lum_ref_fn)(void *user, enum lum_record_type type, const char *id, const char *path);

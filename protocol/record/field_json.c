@@ -67,15 +67,14 @@ static bool read_text(const struct lum_field *f, char *ret, const cJSON *json, s
     return true;
 }
 
-/* The members of an object into parts of f, which have been reset. */
-static bool read_members(const struct lum_field *f, const struct lum_fields *parts, void *base, const cJSON *json,
-                         const struct lum_blobs *blobs, struct lum_proto_error *err)
+bool lum_field_read_members(const struct lum_field *f, const struct lum_fields *parts, void *base, const cJSON *json,
+                            const struct lum_blobs *blobs, struct lum_proto_error *err)
 {
     if (!cJSON_IsObject(json))
         return wrong(f, err,
-                     f->kind == LUM_FIELD_TRANSFORM ? "16 numbers or an object"
-                     : f->kind == LUM_FIELD_PARTS   ? "an object"
-                                                    : "an object or null");
+                     f->kind == LUM_FIELD_TRANSFORM                             ? "16 numbers or an object"
+                     : f->kind == LUM_FIELD_PARTS || f->kind == LUM_FIELD_LAMPS ? "an object"
+                                                                                : "an object or null");
     for (const cJSON *m = json->child; m; m = m->next) {
         const struct lum_field *part = lum_fields_find(parts, m->string);
         if (!part) {
@@ -98,7 +97,7 @@ static bool read_members(const struct lum_field *f, const struct lum_fields *par
 /* Of a texture, transform or box. */
 static bool read_parts(const struct lum_field *f, void *base, const cJSON *json, struct lum_proto_error *err)
 {
-    return read_members(f, lum_field_parts(f), base, json, NULL, err);
+    return lum_field_read_members(f, lum_field_parts(f), base, json, NULL, err);
 }
 
 static bool read_web(const struct lum_field *f, struct lum_record_web **ret_web, const cJSON *json,
@@ -107,7 +106,7 @@ static bool read_web(const struct lum_field *f, struct lum_record_web **ret_web,
     struct lum_record_web *web = lum_record_web_create();
     if (!web)
         return lum_proto_fail_memory(err);
-    if (read_members(f, &lum_web_fields, web, json, blobs, err)) {
+    if (lum_field_read_members(f, &lum_web_fields, web, json, blobs, err)) {
         if (lum_record_web_validate(web, err)) {
             *ret_web = web;
             return true;
@@ -142,6 +141,7 @@ static bool nullable(const struct lum_field *f)
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
     case LUM_FIELD_WEB:
+    case LUM_FIELD_LAMPS:
         return !(f->flags & LUM_FIELD_REQUIRED);
     case LUM_FIELD_VECTOR:
         return f->flags & LUM_FIELD_NULLABLE;
@@ -193,6 +193,9 @@ bool lum_field_read(const struct lum_field *f, void *base, const cJSON *json, co
     case LUM_FIELD_WEB:
         lum_field_reset(f, base);
         return read_web(f, p, json, blobs, err);
+    case LUM_FIELD_LAMPS:
+        lum_field_reset(f, base);
+        return lum_lamps_read(f, p, json, err);
     case LUM_FIELD_TRANSFORM:
         lum_field_reset(f, base);
         return read_transform(f, p, json, err);
@@ -264,6 +267,8 @@ struct cJSON *lum_field_write(const struct lum_field *f, const void *base)
         return lum_field_write_bulk(f, base);
     case LUM_FIELD_WEB:
         return write_parts(&lum_web_fields, *(struct lum_record_web *const *)p);
+    case LUM_FIELD_LAMPS:
+        return lum_lamps_write(p);
     case LUM_FIELD_TRANSFORM:
         return write_transform(p);
     case LUM_FIELD_TEXTURE:

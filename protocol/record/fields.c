@@ -240,6 +240,31 @@ static const struct lum_field patch[] = {
      .doc = "a light, an object or a mixing group, there when it is set"},
 };
 
+#define LAMP(m) .name = #m, .offset = offsetof(struct lum_lamp, m)
+static const struct lum_field lamp[] = {
+    {LAMP(id), .kind = LUM_FIELD_ID, .n = sizeof(lum_id), .flags = LUM_FIELD_REQUIRED, .unit = "",
+     .doc = "a light, or an object that shines"},
+    {LAMP(on), .kind = LUM_FIELD_BOOL, .def = {1}, .unit = "", .doc = ""},
+    {LAMP(flux_lm), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_PHOTOMETRIC, .max = 1e12, .unit = "lm", .doc = ""},
+    {LAMP(intensity_cd), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_PHOTOMETRIC, .max = 1e12, .unit = "cd", .doc = ""},
+    {LAMP(luminance_cd_m2), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_PHOTOMETRIC, .max = 1e12, .unit = "cd/m2",
+     .doc = ""},
+    {LAMP(illuminance_lx), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_PHOTOMETRIC, .max = 1e12, .unit = "lx", .doc = ""},
+    {LAMP(multiplier), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_PHOTOMETRIC, .max = 1e6, .unit = "",
+     .doc = "one of these five at most; none: as its file, material, or place and time make it"},
+    {LAMP(color), .kind = LUM_FIELD_VECTOR, .n = 3, .flags = LUM_FIELD_NULLABLE, .group = LUM_GROUP_COLOR, .max = 1e6,
+     .unit = "", .doc = "linear; excludes cct_k. Neither: white, or its material's"},
+    {LAMP(cct_k), .kind = LUM_FIELD_OPT, .group = LUM_GROUP_COLOR, .min = 1667, .max = 25000, .unit = "K",
+     .doc = "correlated colour temperature"},
+};
+
+static const struct lum_field preset[] = {
+    TEXT(preset, name, "for people"),
+    NUMBER(preset, order, -1e6, 1e6, 0, "", "where it stands among the others: less comes first, then by id"),
+    NUMBER(preset, fade_s, 0, LUM_LIMIT_FADE_S, 0, "s", "that a recall takes which says nothing else; 0: at once"),
+    {ROW(preset, lamps, LAMPS), .unit = "", .doc = "that it changes; all others stay as they are"},
+};
+
 static const struct lum_field render[] = {
     NAME(render, method, "live", "default of views; see `lumend methods`"),
     INTEGER(render, spp, 0, LUM_LIMIT_SPP, 1024, "samples per pixel at which a resting picture stops; 0: never"),
@@ -278,6 +303,7 @@ static const struct lum_fields tables[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_CAMERA] = {camera, COUNT(camera)},
     [LUM_RECORD_SENSOR] = {sensor, COUNT(sensor)},
     [LUM_RECORD_PATCH] = {patch, COUNT(patch)},
+    [LUM_RECORD_PRESET] = {preset, COUNT(preset)},
     [LUM_RECORD_RENDER] = {render, COUNT(render)},
     [LUM_RECORD_IMPORT] = {import, COUNT(import)},
 };
@@ -285,13 +311,14 @@ const struct lum_fields lum_texture_fields = {texture, COUNT(texture)};
 const struct lum_fields lum_transform_fields = {transform, COUNT(transform)};
 const struct lum_fields lum_box_fields = {box, COUNT(box)};
 const struct lum_fields lum_web_fields = {web, COUNT(web)};
+const struct lum_fields lum_lamp_fields = {lamp, COUNT(lamp)};
 const struct lum_fields lum_camera_fields = {camera, COUNT(camera)};
 
 const char *const lum_record_type_names[LUM_RECORD_TYPE_COUNT] = {
     [LUM_RECORD_MESH] = "mesh",     [LUM_RECORD_IMAGE] = "image",   [LUM_RECORD_MATERIAL] = "material",
     [LUM_RECORD_OBJECT] = "object", [LUM_RECORD_LIGHT] = "light",   [LUM_RECORD_MEDIUM] = "medium",
     [LUM_RECORD_CAMERA] = "camera", [LUM_RECORD_SENSOR] = "sensor", [LUM_RECORD_PATCH] = "patch",
-    [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
+    [LUM_RECORD_PRESET] = "preset", [LUM_RECORD_RENDER] = "render", [LUM_RECORD_IMPORT] = "import",
 };
 
 const struct lum_fields *lum_fields_of(enum lum_record_type type)

@@ -82,6 +82,8 @@ static size_t field_bytes(const struct lum_field *f, const void *base)
         return lum_bulk_bytes(((const struct lum_record_image *)base)->pixels);
     case LUM_FIELD_WEB:
         return lum_record_web_bytes(*(struct lum_record_web *const *)p);
+    case LUM_FIELD_LAMPS:
+        return lum_bulk_bytes(((const struct lum_lamps *)p)->items);
     default:
         return 0;
     }

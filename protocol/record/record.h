@@ -18,6 +18,7 @@ enum lum_record_type {
     LUM_RECORD_CAMERA,
     LUM_RECORD_SENSOR,
     LUM_RECORD_PATCH,
+    LUM_RECORD_PRESET,
     LUM_RECORD_RENDER, /* the one record of id "render": settings; always exists */
     LUM_RECORD_IMPORT,
     LUM_RECORD_TYPE_COUNT
@@ -40,6 +41,7 @@ struct lum_record {
         struct lum_record_camera camera;
         struct lum_record_sensor sensor;
         struct lum_record_patch patch;
+        struct lum_record_preset preset;
         struct lum_record_render render;
         struct lum_record_import import;
     };

@@ -8,6 +8,7 @@
 
 #include "protocol/base/value.h"
 #include "protocol/record/bulk.h"
+#include "protocol/record/lamps.h"
 #include "protocol/record/transform.h"
 #include "protocol/record/web.h"
 
@@ -105,6 +106,13 @@ struct lum_record_patch {
     char channels[8]; /* dim dim16 rgb rgb16 */
     char curve[8];    /* linear square */
     lum_id target;    /* a light, an object or a mixing group; there when it is set */
+};
+
+struct lum_record_preset {
+    char name[128];
+    double order;
+    double fade_s; /* of a recall that says nothing else */
+    struct lum_lamps lamps;
 };
 
 struct lum_record_render {

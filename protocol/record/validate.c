@@ -305,6 +305,8 @@ bool lum_record_validate(const struct lum_record *r, struct lum_proto_error *err
         return validate_sensor(&r->sensor, err);
     case LUM_RECORD_PATCH:
         return validate_patch(&r->patch, err);
+    case LUM_RECORD_PRESET:
+        return lum_lamps_validate(&r->preset.lamps, err);
     case LUM_RECORD_RENDER:
         return validate_render(&r->render, err);
     case LUM_RECORD_IMPORT:

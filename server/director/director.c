@@ -211,8 +211,11 @@ static void *director_main(void *arg)
         lum_director_turn_assets(d);
         lum_director_commit(d);
         lum_director_turn_desk(d);
-        int64_t wait_ns = lum_director_publish_due(d);
+        int64_t fade_ns = lum_director_turn_fade(d), wait_ns = lum_director_publish_due(d);
+        wait_ns = fade_ns < wait_ns ? fade_ns : wait_ns;
         struct lum_server_view *v = lum_director_choose_view(d);
+        if (v && fade_ns != INT64_MAX && lum_server_view_is_whole(v))
+            v = NULL; /* it would only be refined, and has another light in a moment */
         enum lum_beside_state beside = lum_director_work_beside(d, v);
         if (v && beside != LUM_BESIDE_OWED)
             lum_director_run_pass(d, v);

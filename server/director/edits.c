@@ -29,7 +29,7 @@ static void count(struct lum_director *d, uint64_t *counter)
     pthread_mutex_unlock(&d->lock);
 }
 
-static void refuse_edit(struct lum_director *d, struct lum_request *q, const struct lum_proto_error *err)
+void lum_director_refuse_edit(struct lum_director *d, struct lum_request *q, const struct lum_proto_error *err)
 {
     lum_director_refuse(d, q, err);
     lum_request_destroy(q);
@@ -105,7 +105,7 @@ refused:
     lum_free(p);
     lum_entry_destroy(entry);
     lum_expansion_finish(expansion);
-    refuse_edit(d, q, &err);
+    lum_director_refuse_edit(d, q, &err);
 }
 
 static void start_import(struct lum_director *d, struct lum_request *q)
@@ -120,7 +120,7 @@ static void start_import(struct lum_director *d, struct lum_request *q)
     else if (!(job = lum_calloc(1, sizeof *job)))
         lum_proto_fail_memory(&err);
     if (!job) {
-        refuse_edit(d, q, &err);
+        lum_director_refuse_edit(d, q, &err);
         return;
     }
     job->director = d;
@@ -148,6 +148,14 @@ static bool answer_repeat(struct lum_director *d, struct lum_request *q)
     return false;
 }
 
+void lum_director_edit(struct lum_director *d, struct lum_request *q, struct lum_expansion *warnings)
+{
+    if (answer_repeat(d, q))
+        lum_expansion_finish(warnings);
+    else
+        apply(d, q, warnings, NULL);
+}
+
 static void edit(struct lum_director *d, struct lum_request *q)
 {
     struct lum_expansion none = {0};
@@ -162,13 +170,13 @@ static void edit(struct lum_director *d, struct lum_request *q)
         if (!d->config.assets_dir && !d->config.uploads_dir)
             lum_proto_fail(&err, LUM_PROTO_APPLICATION, "unsupported", "ops",
                            "this server has no folder of model files: start it with --assets DIR");
-        refuse_edit(d, q, &err);
+        lum_director_refuse_edit(d, q, &err);
         return;
     }
     apply(d, q, &none, NULL);
 }
 
-static void read_op_id(struct lum_json_reader *r, struct lum_request *q)
+void lum_director_read_op_id(struct lum_json_reader *r, struct lum_request *q)
 {
     lum_json_id(r, "op_id", q->op_id);
     lum_json_bool(r, "repeat", &q->repeat);
@@ -178,14 +186,14 @@ static void read_op_id(struct lum_json_reader *r, struct lum_request *q)
 
 static bool read_step(struct lum_json_reader *r, struct lum_request *q)
 {
-    read_op_id(r, q);
+    lum_director_read_op_id(r, q);
     return lum_json_end(r);
 }
 
 static bool read_scene_apply(struct lum_json_reader *r, struct lum_request *q)
 {
     lum_id undo_group = "";
-    read_op_id(r, q);
+    lum_director_read_op_id(r, q);
     lum_json_id(r, "undo_group", undo_group);
     q->has_base_rev = lum_json_u64(r, "base_rev", &q->base_rev);
     bool has_ops = lum_json_require(r, "ops");
@@ -271,7 +279,7 @@ static void finish_import(struct lum_director *d, struct lum_import_job *job)
     } else {
         lum_entry_destroy(job->entry);
         lum_log(&d->config.log, LUM_LOG_WARNING, "import", "%s: %s", job->error.path, job->error.text);
-        refuse_edit(d, job->request, &job->error);
+        lum_director_refuse_edit(d, job->request, &job->error);
     }
     lum_free(job);
 }
@@ -285,7 +293,7 @@ static void put_off_or_refuse(struct lum_director *d, uint32_t n_running)
     d->jobs = job->next;
     answer_who_came_back(job);
     lum_proto_fail(&job->error, LUM_PROTO_APPLICATION, "busy", "ops", "no thread for the import; try again");
-    refuse_edit(d, job->request, &job->error);
+    lum_director_refuse_edit(d, job->request, &job->error);
     lum_free(job);
 }
 

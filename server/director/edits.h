@@ -43,6 +43,11 @@ struct lum_import_job {
 
 /* Takes in finished imports, starts waiting ones. */
 void lum_director_turn_imports(struct lum_director *d);
+/* Takes an edit over whose ops are there, and the warnings of its reply. */
+void lum_director_edit(struct lum_director *d, struct lum_request *q, struct lum_expansion *warnings);
+void lum_director_refuse_edit(struct lum_director *d, struct lum_request *q, const struct lum_proto_error *err);
+/* op_id and repeat, of a request that edits. */
+void lum_director_read_op_id(struct lum_json_reader *r, struct lum_request *q);
 /* Publishes pending edits, answers them, and refreshes the views. */
 void lum_director_commit(struct lum_director *d);
 /* Ends all imports and drops what waits. */

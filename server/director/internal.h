@@ -55,6 +55,10 @@ struct lum_director {
         uint64_t looks;               /* that were made of them */
         int64_t heard_ns;             /* of the newest packet in them */
     } desk;
+    struct {
+        lum_id preset; /* recalled last */
+        bool told;     /* that it fades, and not yet that it has arrived */
+    } fade;
     struct lum_beside beside;
     struct lum_repeats *repeats; /* by user */
     struct lum_server_view *views;
@@ -124,6 +128,10 @@ void lum_director_desk_changed(void *director); /* any thread */
 bool lum_director_follow_desk(struct lum_director *d);
 void lum_director_turn_desk(struct lum_director *d);
 struct cJSON *lum_director_desk_json(struct lum_director *d); /* null: this server listens to none */
+
+/* ---- presets.c ---- */
+/* Lamps that fade shine as they do now. Returns how long until they shall again; INT64_MAX: none fades. */
+int64_t lum_director_turn_fade(struct lum_director *d);
 
 /* ---- query.c ---- */
 /* What lies under the request's pixel. False: it has no such view, or pixel. */

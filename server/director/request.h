@@ -43,6 +43,9 @@ struct lum_request_type {
     X(scene_apply, EDIT)                                                                                               \
     X(scene_undo, EDIT)                                                                                                \
     X(scene_redo, EDIT)                                                                                                \
+    X(preset_store, EDIT)                                                                                              \
+    X(preset_recall, EDIT)                                                                                             \
+    X(preset_stop, EDIT)                                                                                               \
     X(view_open, VIEW)                                                                                                 \
     X(view_update, VIEW)                                                                                               \
     X(view_close, VIEW)                                                                                                \
@@ -88,10 +91,12 @@ struct lum_request {
     double x, y;                 /* pick, probe: pixel of the view */
     bool has_point;              /* probe: point and normal instead of a pixel, which becomes such */
     double point[3], normal[3];
-    uint32_t samples;                      /* probe */
-    lum_id id;                             /* bounds, photometry, sensor.read; sensor.place: what it lies on */
-    bool on, points;                       /* sensor.watch */
-    double height_m, border_m;             /* sensor.place */
+    char name[128];            /* preset.store; "": as it is */
+    struct lum_opt fade_s;     /* preset.store, preset.recall */
+    uint32_t samples;          /* probe */
+    lum_id id;                 /* bounds, photometry, sensor.read, preset.*; sensor.place: what it lies on */
+    bool on, points;           /* sensor.watch */
+    double height_m, border_m; /* sensor.place */
     char asset[LUM_LIMIT_ASSET_BYTES + 1]; /* asset.photometry */
     char match[LUM_LIMIT_ID_BYTES + 1];    /* asset.list */
 };

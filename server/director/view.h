@@ -90,6 +90,12 @@ void lum_server_view_refresh(struct lum_server_view *v, const struct lum_world *
 /* Of a picture that is complete: why it is (budget.h). */
 const char *lum_server_view_stopped_by(const struct lum_server_view *v);
 
+/* It has a picture of what is now, not a rough one. */
+static inline bool lum_server_view_is_whole(const struct lum_server_view *v)
+{
+    return !v->stale && v->last_pass.spp > 0;
+}
+
 bool lum_server_view_needs_pass(const struct lum_server_view *v);
 /* LUM_ERR_CANCELLED is no failure. */
 enum lum_status lum_server_view_pass(struct lum_server_view *v, const struct lum_snapshot *snapshot,

@@ -438,6 +438,7 @@ static enum lum_status remove_record(struct lum_scene *scene, const struct lum_r
         [LUM_RECORD_MEDIUM] = LUM_ENTITY_MEDIUM,
         [LUM_RECORD_SENSOR] = -1,
         [LUM_RECORD_PATCH] = -1,
+        [LUM_RECORD_PRESET] = -1,
         [LUM_RECORD_RENDER] = -1,
         [LUM_RECORD_IMPORT] = -1,
     };

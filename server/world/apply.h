@@ -27,7 +27,8 @@ LUM_MUST_USE enum lum_status lum_apply_changes(struct lum_scene *scene, const st
 LUM_MUST_USE enum lum_status lum_apply_reverse(struct lum_scene *scene, const struct lum_changes *changes,
                                                struct lum_error *err);
 
-/* Puts one record. Records that are settings, not things (render, import, sensor, patch), are checked and put nothing.
+/* Puts one record. Records that are settings, not things (render, import, sensor, patch, preset), are checked and put
+ * nothing.
  */
 LUM_MUST_USE enum lum_status lum_apply_put(struct lum_scene *scene, const struct lum_record *r, struct lum_error *err);
 

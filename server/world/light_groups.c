@@ -21,6 +21,11 @@ static const char *group_of(const struct lum_document *doc, const struct lum_rec
     return o->group[0] ? o->group : r->id;
 }
 
+bool lum_record_is_lamp(const struct lum_document *doc, const struct lum_record *r)
+{
+    return r->type != LUM_RECORD_MATERIAL && group_of(doc, r);
+}
+
 struct listing {
     const struct lum_document *doc;
     struct lum_light_groups groups;

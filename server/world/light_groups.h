@@ -8,6 +8,9 @@
 
 #include "server/world/world.h"
 
+/* A light, or an object that shines, be it switched on or off. */
+bool lum_record_is_lamp(const struct lum_document *doc, const struct lum_record *r);
+
 struct lum_light_groups {
     lum_id *names;
     size_t n;

@@ -40,6 +40,7 @@ void lum_world_finish(struct lum_world *w)
     lum_snapshot_unref(w->lit);
     lum_snapshot_unref(w->snapshot);
     lum_patches_finish(&w->patches);
+    lum_fade_finish(&w->fade);
     lum_document_destroy(w->doc);
     lum_scene_destroy(w->scene);
     lum_device_destroy(w->device);
@@ -192,8 +193,16 @@ enum lum_status lum_world_commit(struct lum_world *w, struct lum_error *err)
     w->snapshot = snapshot;
     if (w->repatched && lum_patches_collect(&w->patches, w->doc))
         w->repatched = false;
+    lum_fade_follow(&w->fade, &w->snapshot->lights);
     lum_world_relight(w);
     return LUM_OK;
+}
+
+static void shine(void *user, struct lum_light *light)
+{
+    struct lum_world *w = user;
+    lum_fade_shine(&w->fade, light);
+    lum_patches_shine(&w->patches, light);
 }
 
 void lum_world_relight(struct lum_world *w)
@@ -201,11 +210,10 @@ void lum_world_relight(struct lum_world *w)
     struct lum_error e;
     lum_snapshot_unref(w->lit);
     w->lit = NULL;
-    if (!lum_patches_known(&w->patches) ||
-        !lum_snapshot_relit(w->snapshot, lum_patches_shine, &w->patches, &w->lit, &e))
+    if ((w->fade.n == 0 && !lum_patches_known(&w->patches)) || !lum_snapshot_relit(w->snapshot, shine, w, &w->lit, &e))
         return;
     w->lit = NULL;
-    lum_log(&w->log, LUM_LOG_WARNING, "world", "the desk's light is not shown: %s", e.text);
+    lum_log(&w->log, LUM_LOG_WARNING, "world", "the light of a desk or a fade is not shown: %s", e.text);
 }
 
 bool lum_world_camera(const struct lum_world *w, const char *id, struct lum_camera *ret_camera,

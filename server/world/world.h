@@ -15,6 +15,7 @@
 #include "core/vpl/caustic.h"
 #include "protocol/document/document.h"
 #include "server/world/apply.h"
+#include "server/world/fade.h"
 #include "server/world/patches.h"
 #include "server/world/totals.h"
 
@@ -29,9 +30,11 @@ struct lum_world {
     bool deterministic; /* a picture depends neither on what was shown before it nor on the number of threads; set by
                            the owner */
     const struct lum_snapshot *snapshot; /* newest published; NULL before the first commit */
-    const struct lum_snapshot *lit;      /* the same in the light of the desk; NULL: as the document says */
+    const struct lum_snapshot *lit;      /* the same while lamps fade, and in the light of the desk; NULL: as the
+                                            document says */
     struct lum_patches patches;          /* as published */
     bool repatched;                      /* an edit since touched one of them */
+    struct lum_fade fade;                /* its owner turns it, and relights */
     struct lum_caustics caustics;        /* lum_world_caustics */
     struct lum_log log;
 };
@@ -68,7 +71,7 @@ void lum_world_rollback(struct lum_world *world, const struct lum_changes *chang
 /* Publishes. On failure the former snapshot stays, and the edits since are still pending. */
 LUM_MUST_USE enum lum_status lum_world_commit(struct lum_world *world, struct lum_error *err);
 
-/* After the values of patches have changed. Without memory the scene is as the document says. */
+/* After the values of patches, or the fade, have changed. Without memory the scene is as the document says. */
 void lum_world_relight(struct lum_world *world);
 /* The published scene as it is shown. */
 static inline const struct lum_snapshot *lum_world_lit(const struct lum_world *world)

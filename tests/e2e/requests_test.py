@@ -22,6 +22,9 @@ FORMS = {
                     "ops": [{"op": "set", "id": "render", "path": "/exposure_ev", "value": 3}]},
     "scene.undo": {"op_id": "a-2", "repeat": False},
     "scene.redo": {"op_id": "a-3", "repeat": False},
+    "preset.store": {"id": "evening", "name": "Evening", "fade_s": 2, "op_id": "a-4", "repeat": False},
+    "preset.recall": {"id": "evening", "fade_s": 0, "op_id": "a-5", "repeat": False},
+    "preset.stop": {"op_id": "a-6", "repeat": False},
     "view.open": {"camera": CAMERA, "size": [64, 48], "codec": "jpeg", "quality": 80, "white_balance_k": 4000},
     "view.update": {"view_id": 4000000000, "camera_id": "main", "size": [64, 48], "camera_seq": 1},
     "view.close": {"view_id": 4000000000},
@@ -40,7 +43,7 @@ FORMS = {
     "report.get": {"view_id": 4000000000},
     "stats.get": {},
 }
-REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
+REQUIRED = {"session.end": ["session"], "scene.apply": ["ops"], "preset.store": ["id"], "preset.recall": ["id"], "view.open": ["size"], "view.update": ["view_id"], "view.close": ["view_id"],
             "pick": ["view_id", "x", "y"], "view.read": ["view_id", "x", "y"], "bounds": ["id"], "photometry": ["id"],
             "asset.list": ["kind"], "asset.photometry": ["asset"], "asset.upload": ["files"], "sensor.read": ["id"], "probe": ["view_id", "x", "y"]}
 KNOWN_CODES = {-32700, -32600, -32601, -32602, -32603, -32000}

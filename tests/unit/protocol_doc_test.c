@@ -54,7 +54,7 @@ static void put_type(struct text *t, const struct lum_field *f)
         [LUM_FIELD_ASSET] = "path",    [LUM_FIELD_ID] = "id",           [LUM_FIELD_INDICES] = "integers",
         [LUM_FIELD_PIXELS] = "string", [LUM_FIELD_TEXTURE] = "texture", [LUM_FIELD_TRANSFORM] = "transform",
         [LUM_FIELD_BOX] = "box",       [LUM_FIELD_FLOATS] = "numbers",  [LUM_FIELD_WEB] = "web",
-        [LUM_FIELD_TEXT] = "text",
+        [LUM_FIELD_TEXT] = "text",     [LUM_FIELD_LAMPS] = "lamps",
     };
     if (f->kind == LUM_FIELD_VECTOR)
         put(t, "%u %s", f->n, f->flags & LUM_FIELD_WHOLE ? "integers" : "numbers");
@@ -139,6 +139,8 @@ static const struct lum_fields *fields_named(const char *name)
         return &lum_transform_fields;
     if (strcmp(name, "box") == 0)
         return &lum_box_fields;
+    if (strcmp(name, "lamps") == 0)
+        return &lum_lamp_fields;
     if (strcmp(name, "web") == 0)
         return &lum_web_fields;
     for (int type = 0; type < LUM_RECORD_TYPE_COUNT; type++)
@@ -172,7 +174,7 @@ static void tables_are_those_of_the_code(void **state)
     (void)state;
     unsigned n;
     char *want = page_with_tables(&n);
-    assert_int_equal(n, LUM_RECORD_TYPE_COUNT + 4);
+    assert_int_equal(n, LUM_RECORD_TYPE_COUNT + 5);
     if (strcmp(want, page) != 0) {
         size_t i = 0;
         while (want[i] == page[i])

@@ -39,6 +39,7 @@ struct cJSON *minimal_record(enum lum_record_type type)
         [LUM_RECORD_CAMERA] = "{'op':'add','type':'camera','id':'x','position':[0,1,5],'target':[0,1,0]}",
         [LUM_RECORD_SENSOR] = "{'op':'add','type':'sensor','id':'x','kind':'point','position':[0,1,0]}",
         [LUM_RECORD_PATCH] = "{'op':'add','type':'patch','id':'x','target':'lamp'}",
+        [LUM_RECORD_PRESET] = "{'op':'add','type':'preset','id':'x','lamps':[{'id':'lamp','flux_lm':5}]}",
         [LUM_RECORD_RENDER] = "{'op':'set','id':'render','path':'','value':{}}",
         [LUM_RECORD_IMPORT] = "{'op':'import','id':'x','asset':'room.glb'}",
     };
@@ -127,6 +128,7 @@ struct cJSON *random_value(struct rng *r, const struct lum_field *f)
     case LUM_FIELD_INDICES:
     case LUM_FIELD_PIXELS:
     case LUM_FIELD_WEB:
+    case LUM_FIELD_LAMPS:
         break;
     }
     return NULL;

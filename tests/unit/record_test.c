@@ -153,7 +153,7 @@ static void wrong_types(void **state)
             for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) {
                 const struct lum_field *f = &lum_fields_of(type)->fields[i];
                 cJSON *v = json_of(values[k]);
-                bool array = f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES;
+                bool array = f->kind == LUM_FIELD_FLOATS || f->kind == LUM_FIELD_INDICES || f->kind == LUM_FIELD_LAMPS;
                 if (may_be(f, v) || (array && cJSON_IsArray(v) && !v->child))
                     cJSON_Delete(v);
                 else if (f->kind == LUM_FIELD_TEXTURE && cJSON_IsObject(v))
@@ -236,6 +236,42 @@ static void assets_stay_below_their_root(void **state)
     struct lum_record *r = with(LUM_RECORD_IMPORT, "asset", cJSON_CreateString("Räume/Raum 1..glb"), &err);
     assert_non_null(r);
     lum_record_unref(r);
+}
+
+static void lamps_of_presets(void **state)
+{
+    static const struct {
+        const char *value, *app, *path; /* app NULL: it is right */
+    } cases[] = {
+        {"[]", NULL, NULL},
+        {"[{'id':'a'},{'id':'b','on':false,'flux_lm':5,'color':[1,0,0]}]", NULL, NULL},
+        {"[{'id':'a','luminance_cd_m2':0,'cct_k':2700}]", NULL, NULL},
+        {"[{}]", "missing_field", "lamps/0/id"},
+        {"[{'id':'a'},{'id':'b','flux_lm':-1}]", "invalid_value", "lamps/1/flux_lm"},
+        {"[{'id':'a','flux_lmm':1}]", "unknown_field", "lamps/0/flux_lmm"},
+        {"[{'id':'a','flux_lm':1,'intensity_cd':1}]", "invalid_value", "lamps"},
+        {"[{'id':'a','cct_k':3000,'color':[1,1,1]}]", "invalid_value", "lamps"},
+        {"[{'id':'a'},{'id':'b'},{'id':'a'}]", "invalid_value", "lamps"},
+        {"[7]", "invalid_value", "lamps/0"},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct lum_proto_error err = {0};
+        struct lum_record *r = with(LUM_RECORD_PRESET, "lamps", json_of(cases[i].value), &err);
+        if ((r != NULL) != (cases[i].app == NULL) ||
+            (!r && (strcmp(err.app, cases[i].app) != 0 || strcmp(err.path, cases[i].path) != 0)))
+            fail_msg("%s: %s at \"%s\": %s", cases[i].value, err.app, err.path, err.text);
+        struct lum_record *copy = r ? lum_record_clone(r) : NULL;
+        cJSON *text = r ? lum_record_to_json(r, true) : NULL; /* short enough for all */
+        cJSON *lamps = cJSON_GetObjectItemCaseSensitive(text, "lamps"), *given = json_of(cases[i].value);
+        if (copy)
+            assert_true(lum_lamps_equal(&copy->preset.lamps, &r->preset.lamps));
+        assert_int_equal(r ? cJSON_GetArraySize(lamps) : 0, r ? cJSON_GetArraySize(given) : 0);
+        cJSON_Delete(given);
+        cJSON_Delete(text);
+        lum_record_unref(copy);
+        lum_record_unref(r);
+    }
 }
 
 /* Random valid records of every type: to JSON, to text, and back, give the same record and the same text. */
@@ -346,6 +382,7 @@ int main(void)
         cmocka_unit_test(limits_of_numbers),
         cmocka_unit_test(lengths_of_texts),
         cmocka_unit_test(assets_stay_below_their_root),
+        cmocka_unit_test(lamps_of_presets),
         cmocka_unit_test(encode_and_decode_are_inverse),
         cmocka_unit_test(bulk_data_comes_back),
         cmocka_unit_test(blobs_are_for_importers_only),

@@ -35,6 +35,18 @@ class Box(TypedDict, total=False):
     max: Required[Sequence[float]]  # 3 m; -1e9 to 1e9
 
 
+class Lamps(TypedDict, total=False):
+    id: Required[str]  # a light, or an object that shines
+    on: bool  # default true
+    flux_lm: float | None  # lm; 0 to 1e12
+    intensity_cd: float | None  # cd; 0 to 1e12
+    luminance_cd_m2: float | None  # cd/m2; 0 to 1e12
+    illuminance_lx: float | None  # lx; 0 to 1e12
+    multiplier: float | None  # 0 to 1e6; one of these five at most; none: as its file, material, or place and time make it
+    color: Sequence[float] | None  # 3; 0 to 1e6; linear; excludes cct_k. Neither: white, or its material's
+    cct_k: float | None  # K; 1667 to 25000; correlated colour temperature
+
+
 class Mesh(TypedDict, total=False):
     shape: str  # default empty; a built-in shape; empty: the arrays below
     size: Sequence[float]  # 3 m; 0 to 1e9; default 1 1 1; of a shape: edges of its box
@@ -169,6 +181,13 @@ class Patch(TypedDict, total=False):
     target: Required[str]  # a light, an object or a mixing group, there when it is set
 
 
+class Preset(TypedDict, total=False):
+    name: str | None  # for people
+    order: float  # -1e6 to 1e6; default 0; where it stands among the others: less comes first, then by id
+    fade_s: float  # s; 0 to 3600; default 0; that a recall takes which says nothing else; 0: at once
+    lamps: Sequence[Lamps] | None  # that it changes; all others stay as they are
+
+
 class Camera(TypedDict, total=False):
     position: Required[Sequence[float]]  # 3 m; -1e9 to 1e9
     target: Required[Sequence[float]]  # 3 m; -1e9 to 1e9; looked at
@@ -225,6 +244,9 @@ class AddRecords:
 
     def add_patch(self, id: str, **fields: Unpack[Patch]) -> None:
         self.add("patch", id, **fields)
+
+    def add_preset(self, id: str, **fields: Unpack[Preset]) -> None:
+        self.add("preset", id, **fields)
 
     def add_camera(self, id: str, **fields: Unpack[Camera]) -> None:
         self.add("camera", id, **fields)

@@ -25,6 +25,7 @@ import { may, NOT_TO_EDIT, roleOf, type Role } from './role';
 import { Reference, type Wanted } from './reference';
 import { Meter } from './meter';
 import { anchoredAt } from './placement';
+import { Presets } from './presets';
 import { SceneMirror } from './scene';
 import { sceneFile } from './scene_ops';
 import { Sensors } from './sensors';
@@ -78,6 +79,7 @@ export class App {
     readonly uploads: Uploads;
     readonly sensors: Sensors;
     readonly desk: Desk;
+    readonly presets: Presets;
     readonly library: Library;
     readonly reader: Reader;
     readonly compare: Compare;
@@ -145,6 +147,7 @@ export class App {
             surround: (asset) => edits.attempt(skyOps(asset, this.lights(), (id) => scene.peek(id) !== undefined)),
         });
         this.sensors = new Sensors({ scene, edits, call, onError });
+        this.presets = new Presets({ scene, edits, announce: (text) => toasts.announce(text) });
         this.desk = new Desk({ scene, edits, call });
         this.reader = new Reader({
             ...{ call, online: this.online, frame: this.meter.frame },
@@ -453,8 +456,7 @@ export class App {
             this.meter.roundTripMs.value = null;
             this.edits.drop();
             this.view.closed();
-            this.reference.closed();
-            this.sensors.closed();
+            for (const part of [this.reference, this.sensors, this.presets]) part.closed();
             this.convergence.reset();
             this.awaitedEdit = null;
             this.toasts.announce('Connection lost');
@@ -527,6 +529,8 @@ export class App {
         } else if (method === 'frame.stats' && this.view.owns(numberOr(params.view_id, 0))) {
             this.meter.stats(params);
             this.convergence.stats(params, performance.now());
+        } else if (method === 'preset.fading') {
+            this.presets.notified(params);
         } else if (method === 'sensors') {
             this.sensors.notified(params);
         } else if (method === 'import.progress') {

@@ -28,7 +28,8 @@ interface Batch {
     fields: Map<string, Field>;
 }
 
-type Method = 'scene.apply' | 'scene.undo' | 'scene.redo';
+export type PresetMethod = 'preset.store' | 'preset.recall' | 'preset.stop';
+type Method = 'scene.apply' | 'scene.undo' | 'scene.redo' | PresetMethod;
 
 /** Of which nobody knows whether it took effect. */
 interface Lost {
@@ -38,6 +39,8 @@ interface Lost {
     group: string;
     /** Of scene.apply. */
     ops: Op[];
+    /** Of the others. */
+    params?: JsonObject;
     /** The user has been told, and has not asked for it. */
     told?: boolean;
 }
@@ -133,6 +136,14 @@ export class Edits {
         return this.told(this.perform(this.edit('scene.redo'), true));
     }
 
+    /** An edit that the server makes; one undo step. */
+    request(method: PresetMethod, params: JsonObject): Promise<boolean> {
+        if (!this.host.mayEdit()) return Promise.resolve(false);
+        this.endGesture();
+        this.begin();
+        return this.told(this.perform({ ...this.edit(method), params }, true));
+    }
+
     /** The connection is gone: the fields fall back, and what was under way is kept until the scene is there again. */
     drop(): void {
         this.lost = this.lost.filter((l) => !l.told);
@@ -214,7 +225,7 @@ export class Edits {
         const { opId, method, group, ops } = edit;
         if (recover) this.inFlight.set(opId, { ...edit });
         this.busy.value = true;
-        const params: JsonObject = { op_id: opId };
+        const params: JsonObject = { ...edit.params, op_id: opId };
         if (method === 'scene.apply') params.ops = ops as Json[];
         if (group) params.undo_group = group;
         if (repeat) params.repeat = true;

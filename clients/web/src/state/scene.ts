@@ -46,7 +46,7 @@ function replaceIn(node: Json | undefined, keys: string[], value: Json): Json | 
     return inner === null && rest.length > 0 ? null : { ...node, [key]: inner };
 }
 
-const LISTED = ['light', 'camera', 'import', 'sensor', 'patch'] as const;
+const LISTED = ['light', 'camera', 'import', 'sensor', 'patch', 'preset'] as const;
 type Listed = (typeof LISTED)[number];
 
 export class SceneMirror {
@@ -59,6 +59,7 @@ export class SceneMirror {
         import: signal([]),
         sensor: signal([]),
         patch: signal([]),
+        preset: signal([]),
     };
     private confirmed = new Map<string, SceneRecord>();
     private readonly shown = new Map<string, Signal<SceneRecord | undefined>>();

@@ -11,6 +11,7 @@ import { ImportPanel } from './ImportPanel';
 import { handleKey } from './keymap';
 import { DragGhost, LibraryPanel } from './LibraryPanel';
 import { LightList } from './LightList';
+import { PresetPanel } from './PresetPanel';
 import { SectionNav } from './SectionNav';
 import { SensorPanel } from './SensorPanel';
 import { StatusBar } from './StatusBar';
@@ -35,6 +36,7 @@ export function Layout() {
             <div class="panel" inert={app.connection.value.at !== 'online'}>
                 <SectionNav />
                 <LightList />
+                <PresetPanel />
                 <LibraryPanel />
                 <DaylightPanel />
                 <SensorPanel />

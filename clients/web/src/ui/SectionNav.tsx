@@ -4,6 +4,7 @@ import { useDeskIsShown } from './DeskPanel';
 /** The sections of the panel, which is longer than a screen: heading by id, and a short name. */
 const SECTIONS: [string, string][] = [
     ['lights-title', 'Lights'],
+    ['presets-title', 'Presets'],
     ['library-title', 'Luminaires'],
     ['daylight-title', 'Daylight'],
     ['sensors-title', 'Measure'],
