@@ -248,7 +248,8 @@ uint32_t lum_vpl_plan_slot(const struct lum_vpl_plan *plan, uint32_t share, uint
 enum { NEIGHBOURS = 8, QUERIES = 256 };
 
 /* Square of the distance from VPL i to its NEIGHBOURS-th nearest on the same side, of every step-th, or limit2; and how
- * important it is beside them, over their mean. */
+ * important it is beside them, over their mean; neighbours that are not there count as of no importance: what is lone
+ * is lifted the more (NOTES, tried and rejected). */
 static float reach2(const struct lum_vpl_set *set, uint32_t i, uint32_t step, float limit2, float *ret_beside)
 {
     float nearest[NEIGHBOURS], importance[NEIGHBOURS] = {0}, sum = 0.0f;

@@ -31,6 +31,7 @@ struct path {
     uint32_t share, number; /* whose, and which of its paths */
     uint32_t bounce, last;  /* VPLs left so far; bounce after which nobody needs the path */
     uint32_t n_segments;
+    bool found; /* by paths from the eye, too: it began at a lamp with an extent, or met what spreads light */
     struct lum_sampler sampler;
 };
 
@@ -121,8 +122,39 @@ static bool goes_on(uint32_t lobes_off, const struct lum_bsdf *b, struct lum_vec
     return true;
 }
 
+/* Reflection that the lobe of the surface's own VPL does not have. */
+static bool is_of_mirror(const struct lum_bsdf *b, struct lum_vec3 wo, enum lum_lobe lobe)
+{
+    bool rough_glass = lobe == LUM_LOBE_GLOSSY && b->glass > 0.0f && !(b->sheen.weight > 0.0f);
+    return lobe == LUM_LOBE_REFLECT || (rough_glass && lum_rgb_black(lum_bsdf_gloss_albedo(b, wo)));
+}
+
+/* Where mirrors and glass send light into the open they leave a VPL, too, whose lobe is mirrored to where they send it:
+ * what they focus is there in the mean, if not in its place. Without it the median of blocks of a first frame was .90
+ * of that of `path` in CornellBox-Sphere, now .99, and the mean .973 and now .986 in interiors/office. What goes
+ * straight on is no VPL's: rays of visibility go through panes, and frosted ones have their own; nor is what stays in a
+ * solid. Nor what a lamp without extent sends straight to mirrors: no path of the reference finds that (caustic.h).
+ * False: nobody needs the path any more. */
+static bool leave_beam(struct walk *w, struct path *path, const struct lum_bsdf *b, const struct lum_surface *s,
+                       struct lum_vec3 wo, const struct lum_bsdf_sample *bs)
+{
+    bool across = bs->lobe == LUM_LOBE_TRANSMIT || bs->lobe == LUM_LOBE_GLOSSY_TRANSMIT;
+    if (!w->set->gloss || (across ? b->straight || b->thin : !is_of_mirror(b, wo, bs->lobe)))
+        return true;
+    bool solid = b->glass > 0.0f && !b->thin && !b->straight, inside = across != s->backface;
+    if ((solid && inside) || !path->found)
+        return true;
+    struct lum_vec3 n = across ? lum_v3_neg(b->ng) : b->ng;
+    struct lum_vec3 mirrored = lum_v3_sub(lum_v3_mul(n, 2.0f * lum_dot(n, bs->wi)), bs->wi);
+    uint32_t slot;
+    if (leave_vpl(w, path, s, n, lum_grey(1.0f), &slot))
+        set_lobe(w->set, slot, (struct lum_gloss_lobe){LOBE_LEAST, 1.0f, 1.0f}, n, mirrored, 1.0f);
+    return path->bounce++ != path->last;
+}
+
 /* Sends the path on; it is appended to the batch. */
-static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, struct lum_vec3 p, struct lum_vec3 wo)
+static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, const struct lum_surface *s,
+                    struct lum_vec3 wo)
 {
     uint32_t pair = path.n_segments * PAIRS_PER_SEGMENT;
     struct lum_vec2 lobe = {0.5f, 0.5f};
@@ -138,9 +170,12 @@ static void scatter(struct walk *w, struct path path, const struct lum_bsdf *b, 
     path.flux = lum_rgb_scale(lum_rgb_mul(path.flux, bs.weight), 1.0f / eta2);
     if (lum_rgb_black(path.flux) || path.n_segments > path.last + SPECULAR_MAX)
         return;
+    path.found |= bs.pdf_sa > 0.0f;
+    if (!leave_beam(w, &path, b, s, wo, &bs))
+        return;
     path.n_segments++;
     w->path[w->rays.n] = path;
-    lum_rays_push(&w->rays, lum_ray_offset(p, lum_dot(bs.wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng)), bs.wi,
+    lum_rays_push(&w->rays, lum_ray_offset(s->p, lum_dot(bs.wi, b->ng) >= 0.0f ? b->ng : lum_v3_neg(b->ng)), bs.wi,
                   INFINITY);
 }
 
@@ -234,7 +269,7 @@ static void visit(struct walk *w, uint32_t i)
             return;
         path.left *= ALBEDO_GUESS;
     }
-    scatter(w, path, &b, s.p, wo);
+    scatter(w, path, &b, &s, wo);
 }
 
 /* A light is as important as it has paths: half by its flux when it was first seen, half alike, so that those that were
@@ -261,6 +296,7 @@ static void start(struct walk *w, uint32_t index)
         return;
     path.flux = shot.flux_unit;
     path.left = 1.0f;
+    path.found = !w->snapshot->lights.lights[path.share].delta;
     path.importance = importance_of(w, path.share, &shot);
     w->path[w->rays.n] = path;
     lum_rays_push(&w->rays, shot.o, shot.d, INFINITY);

@@ -11,6 +11,8 @@
  * the shares stay. Neighbouring slots come from neighbouring numbers of a low-discrepancy sequence: subsets that take
  * every m-th slot cover all lights and bounces.
  *
+ * With gloss, what mirrors and glass send on leaves VPLs as well, with lobes; each counts as a bounce of its path.
+ *
  * The mean over seeds is exact up to max_bounces, but for two things: a VPL sends out evenly what a coated surface
  * reflects a little less at grazing angles, and interpolated normals bend how light goes on, not how much arrives.
  *
