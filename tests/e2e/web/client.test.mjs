@@ -372,7 +372,7 @@ test('a scene without light says so, and gets a lamp', async () => {
         const notice = other.page.locator('.banner-empty');
         await notice.getByText('The scene has no light').waitFor();
         await eventually(async () => (await measure(other.page)).colours > 2, () => 'no shapes are shown in the dark');
-        assert.equal(await other.page.getByRole('combobox', { name: 'Map' }).inputValue(), 'shapes');
+        assert.equal(await other.page.getByRole('combobox', { name: 'Map', exact: true }).inputValue(), 'shapes');
         await other.page.getByText('Or send files: drop them onto the page').waitFor();
         assert.equal(await other.page.getByRole('button', { name: 'Import' }).count(), 0);
         await notice.getByRole('button', { name: 'Add a lamp' }).click();
@@ -380,7 +380,7 @@ test('a scene without light says so, and gets a lamp', async () => {
         await settled(other, { rev: 2 });
         const { mean } = await measure(other.page);
         assert.ok(mean > 0.005, `mean luminance ${mean}`);
-        assert.equal(await other.page.getByRole('combobox', { name: 'Map' }).inputValue(), 'none');
+        assert.equal(await other.page.getByRole('combobox', { name: 'Map', exact: true }).inputValue(), 'none');
         await other.page.getByRole('button', { name: 'Lamp bulb' }).waitFor();
     });
 });
