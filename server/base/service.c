@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -21,8 +22,9 @@ static enum lum_status connect_to(const char *name, int *ret_fd, struct lum_erro
     memcpy(to.sun_path, name, n);
     if (name[0] == '@')
         to.sun_path[0] = '\0';
-    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd >= 0 &&
+    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const struct timeval patience = {.tv_sec = LUM_SERVICE_PATIENCE_S};
+    if (fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) == 0 &&
         connect(fd, (const struct sockaddr *)&to, (socklen_t)(offsetof(struct sockaddr_un, sun_path) + n)) == 0) {
         *ret_fd = fd;
         return LUM_OK;
@@ -68,4 +70,11 @@ void lum_service_tell(const struct lum_service *s, const char *state)
 {
     if (s->fd >= 0)
         (void)!send(s->fd, state, strlen(state), MSG_NOSIGNAL);
+}
+
+void lum_service_tell_alive(const struct lum_service *s)
+{
+    static const char state[] = "WATCHDOG=1";
+    if (s->fd >= 0)
+        (void)!send(s->fd, state, sizeof state - 1, MSG_NOSIGNAL | MSG_DONTWAIT);
 }

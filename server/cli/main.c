@@ -206,7 +206,7 @@ static enum lum_status make_desk(const struct lum_serve_options *o, struct lum_l
 
 static void tell_alive(void *service)
 {
-    lum_service_tell(service, "WATCHDOG=1");
+    lum_service_tell_alive(service);
 }
 
 static enum lum_status make_director(const struct lum_serve_options *o, struct lum_log log, struct lum_net *net,

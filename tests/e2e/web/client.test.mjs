@@ -651,7 +651,7 @@ test('the page comes back by itself when the server does', async () => {
     assert.equal(await daemon.stop(), 0);
     await page.locator('.banner').waitFor();
     await daemon.start();
-    await page.locator('.banner').waitFor({ state: 'detached', timeout: 30000 });
+    await page.locator('.banner').waitFor({ state: 'detached' });
     await settled(tab);
     assert.ok((await measure(page)).colours > 1000);
 });

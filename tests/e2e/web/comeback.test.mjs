@@ -71,7 +71,7 @@ const isOn = (p, id) => p.getByLabel(`${id} on`, { exact: true }).getAttribute('
 const applied = (t) => t.watch.sent.filter((m) => m.method === 'scene.apply');
 const again = async () => {
     line.open = true;
-    await page.locator('.banner').waitFor({ state: 'detached', timeout: 30000 });
+    await page.locator('.banner').waitFor({ state: 'detached' });
 };
 
 for (const [when, cut] of [['before it reached the server', { direction: 'up', before: true }], ['before the answer', { direction: 'down', before: true }]])
